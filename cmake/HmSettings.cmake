@@ -1,0 +1,26 @@
+# Language, warnings, build type, compiler cache, sanitizers.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+find_program(HM_CCACHE ccache)
+if(HM_CCACHE AND PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${HM_CCACHE})
+endif()
+
+add_library(hm_settings INTERFACE)
+# No contraction to fused multiply-add: SIMD and scalar code, and every CPU, give the same bits.
+target_compile_options(hm_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -ffp-contract=off)
+if(HM_SANITIZE)
+  target_compile_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE} -fno-sanitize-recover=all
+                         -fno-omit-frame-pointer)
+  target_link_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE})
+endif()
+if(HM_COVERAGE)
+  target_compile_options(hm_settings INTERFACE --coverage)
+  target_link_options(hm_settings INTERFACE --coverage)
+endif()

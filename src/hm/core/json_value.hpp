@@ -1,0 +1,56 @@
+#pragma once
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace hm {
+
+/// A JSON document as a value; objects keep the order in which keys were set. Text is made and parsed
+/// by the io room (hm/io/json.hpp). NaN and infinities become null there.
+class JsonValue {
+ public:
+  using Array = std::vector<JsonValue>;
+  using Object = std::vector<std::pair<std::string, JsonValue>>;
+
+  JsonValue() = default;
+  JsonValue(std::nullptr_t) {}
+  JsonValue(bool value) : data_(value) {}
+  JsonValue(int value) : data_(static_cast<std::int64_t>(value)) {}
+  JsonValue(std::int64_t value) : data_(value) {}
+  JsonValue(std::uint64_t value) : data_(static_cast<std::int64_t>(value)) {}
+  JsonValue(double value) : data_(value) {}
+  JsonValue(const char* value) : data_(std::string(value)) {}
+  JsonValue(std::string_view value) : data_(std::string(value)) {}
+  JsonValue(std::string value) : data_(std::move(value)) {}
+  JsonValue(Array value) : data_(std::move(value)) {}
+  static JsonValue array() { return JsonValue(Array{}); }
+  static JsonValue object(std::initializer_list<std::pair<std::string, JsonValue>> members = {});
+
+  /// The member with this key, made (as null) if missing; a null value becomes an object first.
+  JsonValue& operator[](std::string_view key);
+  /// The member with this key, or nullptr (also when this is not an object).
+  [[nodiscard]] const JsonValue* find(std::string_view key) const;
+  /// Appends to an array; a null value becomes an array first.
+  void push_back(JsonValue value);
+
+  [[nodiscard]] bool is_null() const { return std::holds_alternative<std::monostate>(data_); }
+  [[nodiscard]] const bool* as_bool() const { return std::get_if<bool>(&data_); }
+  [[nodiscard]] const std::int64_t* as_integer() const { return std::get_if<std::int64_t>(&data_); }
+  [[nodiscard]] const std::string* as_string() const { return std::get_if<std::string>(&data_); }
+  [[nodiscard]] const Array* as_array() const { return std::get_if<Array>(&data_); }
+  [[nodiscard]] const Object* as_object() const { return std::get_if<Object>(&data_); }
+  /// The number, integer or not; `fallback` when this is no number.
+  [[nodiscard]] double number_or(double fallback) const;
+
+  using Data = std::variant<std::monostate, bool, std::int64_t, double, std::string, Array, Object>;
+  [[nodiscard]] const Data& data() const { return data_; }
+
+ private:
+  Data data_;
+};
+
+}  // namespace hm

@@ -1,0 +1,226 @@
+#include "hm/core/params.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+#include <toml++/toml.h>
+
+namespace hm {
+namespace {
+
+using Value = std::variant<double, std::int64_t, bool, std::string>;
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string unknown_key(std::span<const ParamRef> params, std::string_view name) {
+  const ParamRef* nearest = nullptr;
+  std::size_t best = std::numeric_limits<std::size_t>::max();
+  for (const ParamRef& param : params) {
+    const std::size_t distance = edit_distance(param.name, name);
+    if (distance < best) best = distance, nearest = &param;
+  }
+  return nearest ? fmt::format("unknown parameter '{}'; did you mean '{}'?", name, nearest->name)
+                 : fmt::format("unknown parameter '{}'", name);
+}
+
+std::string joined(std::span<const std::string_view> names) {
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string range_text(const Range& range) {
+  const bool low = std::isfinite(range.min), high = std::isfinite(range.max);
+  if (low && high) return fmt::format("{} to {}", range.min, range.max);
+  if (low) return fmt::format("at least {}", range.min);
+  if (high) return fmt::format("at most {}", range.max);
+  return {};
+}
+
+/// What is wrong with a number for this parameter, or nothing.
+std::string range_violation(const ParamRef& param, double number) {
+  if (std::isfinite(number) && number >= param.range.min && number <= param.range.max) return {};
+  const std::string range = range_text(param.range);
+  return fmt::format("{} = {} is not {}", param.name, number, range.empty() ? "a finite number" : range);
+}
+
+/// Stores `value` into the parameter; returns what is wrong with it, or nothing. Without `store` it
+/// only checks.
+std::string assign(const ParamRef& param, const Value& value, bool store) {
+  const auto number = [&]() -> std::optional<double> {
+    if (const auto* real = std::get_if<double>(&value)) return *real;
+    if (const auto* integer = std::get_if<std::int64_t>(&value)) return static_cast<double>(*integer);
+    return std::nullopt;
+  }();
+  if (const auto* place = std::get_if<double*>(&param.value)) {
+    if (!number) return fmt::format("{} wants a number", param.name);
+    if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
+    if (store) **place = *number;
+  } else if (const auto* int_place = std::get_if<int*>(&param.value)) {
+    if (!std::holds_alternative<std::int64_t>(value)) return fmt::format("{} wants a whole number", param.name);
+    if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
+    if (std::abs(*number) > std::numeric_limits<int>::max()) return fmt::format("{} is too large", param.name);
+    if (store) **int_place = static_cast<int>(*number);
+  } else if (const auto* bool_place = std::get_if<bool*>(&param.value)) {
+    const auto* flag = std::get_if<bool>(&value);
+    if (!flag) return fmt::format("{} wants true or false", param.name);
+    if (store) **bool_place = *flag;
+  } else if (const auto* string_place = std::get_if<std::string*>(&param.value)) {
+    const auto* text = std::get_if<std::string>(&value);
+    if (!text) return fmt::format("{} wants a text in quotes", param.name);
+    if (store) **string_place = *text;
+  } else {
+    const auto& choice = std::get<ChoiceRef>(param.value);
+    const auto* text = std::get_if<std::string>(&value);
+    const auto found = text ? std::find(choice.names.begin(), choice.names.end(), *text) : choice.names.end();
+    if (found == choice.names.end())
+      return fmt::format("{} wants one of: {}", param.name, joined(choice.names));
+    if (store) choice.set(static_cast<int>(found - choice.names.begin()));
+  }
+  return {};
+}
+
+/// A value as typed on the command line: TOML, except that texts need no quotes.
+Value parse_value(const ParamRef& param, std::string_view text) {
+  if (std::holds_alternative<std::string*>(param.value) || std::holds_alternative<ChoiceRef>(param.value))
+    return std::string(text);
+  if (text == "true" || text == "false") return text == "true";
+  std::int64_t integer = 0;
+  const char* end = text.data() + text.size();
+  if (const auto [rest, error] = std::from_chars(text.data(), end, integer); error == std::errc{} && rest == end)
+    return integer;
+  double real = 0;
+  if (const auto [rest, error] = std::from_chars(text.data(), end, real); error == std::errc{} && rest == end)
+    return real;
+  return std::string(text);
+}
+
+std::optional<Value> toml_value(const toml::node& node) {
+  if (const auto* boolean = node.as_boolean()) return Value{boolean->get()};
+  if (const auto* integer = node.as_integer()) return Value{integer->get()};
+  if (const auto* real = node.as_floating_point()) return Value{real->get()};
+  if (const auto* text = node.as_string()) return Value{text->get()};
+  return std::nullopt;
+}
+
+}  // namespace
+
+const ParamRef* ParamList::find(std::string_view name) const {
+  const auto found = std::find_if(params_.begin(), params_.end(), [&](const auto& p) { return p.name == name; });
+  return found == params_.end() ? nullptr : &*found;
+}
+
+Result<void> ParamList::set(std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos)
+    return fail(ErrorCode::kUsage, "--set", "'{}' is not of the form section.key=value", assignment);
+  const std::string_view name = assignment.substr(0, equals);
+  const ParamRef* param = find(name);
+  if (!param) return fail(ErrorCode::kUsage, "--set", "{}", unknown_key(params_, name));
+  const std::string wrong = assign(*param, parse_value(*param, assignment.substr(equals + 1)), true);
+  if (!wrong.empty()) return fail(ErrorCode::kInvalidValue, "--set", "{}", wrong);
+  return {};
+}
+
+Result<void> ParamList::read_toml(std::string_view text, const std::string& where) {
+  toml::table document;
+  try {
+    document = toml::parse(text, where);
+  } catch (const toml::parse_error& error) {
+    return fail(ErrorCode::kCorrupted, fmt::format("{}:{}", where, error.source().begin.line), "{}",
+                error.description());
+  }
+  std::vector<std::string> wrongs;
+  std::vector<std::pair<const ParamRef*, Value>> assignments;
+  for (const auto& [section, content] : document) {
+    const auto* table = content.as_table();
+    if (!table) {
+      wrongs.push_back(fmt::format("line {}: '{}' stands outside of a [section]", content.source().begin.line,
+                                   section.str()));
+      continue;
+    }
+    for (const auto& [key, node] : *table) {
+      const std::string name = fmt::format("{}.{}", section.str(), key.str());
+      const ParamRef* param = find(name);
+      const auto value = toml_value(node);
+      std::string wrong;
+      if (!param) wrong = unknown_key(params_, name);
+      else if (!value) wrong = fmt::format("{} has a value of an unknown kind", name);
+      else wrong = assign(*param, *value, false);
+      if (!wrong.empty()) wrongs.push_back(fmt::format("line {}: {}", node.source().begin.line, wrong));
+      else assignments.emplace_back(param, *value);
+    }
+  }
+  if (!wrongs.empty()) return fail(ErrorCode::kInvalidValue, where, "{}", fmt::join(wrongs, "; "));
+  for (const auto& [param, value] : assignments) assign(*param, value, true);
+  return {};
+}
+
+Result<void> ParamList::read_toml_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return fail(ErrorCode::kNotFound, path, "cannot open this parameter file");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return read_toml(text.str(), path);
+}
+
+Result<void> ParamList::check() const {
+  std::vector<std::string> wrongs;
+  for (const ParamRef& param : params_) {
+    std::string wrong;
+    if (const auto* real = std::get_if<double*>(&param.value)) wrong = range_violation(param, **real);
+    if (const auto* integer = std::get_if<int*>(&param.value)) wrong = range_violation(param, **integer);
+    if (!wrong.empty()) wrongs.push_back(std::move(wrong));
+  }
+  if (!wrongs.empty()) return fail(ErrorCode::kInvalidValue, "parameters", "{}", fmt::join(wrongs, "; "));
+  return {};
+}
+
+std::string ParamList::to_toml() const {
+  std::string out, section;
+  for (const ParamRef& param : params_) {
+    const std::size_t dot = param.name.find('.');
+    if (const std::string own = param.name.substr(0, dot); own != section) {
+      out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", own);
+      section = own;
+    }
+    std::string allowed = range_text(param.range);
+    if (const auto* choice = std::get_if<ChoiceRef>(&param.value)) allowed = joined(choice->names);
+    out += fmt::format("# {}{}\n{} = {}\n", param.help, allowed.empty() ? "" : " (" + allowed + ")",
+                       param.name.substr(dot + 1), value_text(param));
+  }
+  return out;
+}
+
+std::string value_text(const ParamRef& param) {
+  if (const auto* real = std::get_if<double*>(&param.value)) {
+    std::string text = fmt::format("{}", **real);
+    return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+  }
+  if (const auto* integer = std::get_if<int*>(&param.value)) return fmt::format("{}", **integer);
+  if (const auto* flag = std::get_if<bool*>(&param.value)) return **flag ? "true" : "false";
+  const auto quoted = [](std::string_view text) {
+    std::ostringstream out;
+    out << toml::value<std::string>(std::string(text));
+    return out.str();
+  };
+  if (const auto* text = std::get_if<std::string*>(&param.value)) return quoted(**text);
+  const auto& choice = std::get<ChoiceRef>(param.value);
+  return quoted(choice.names[static_cast<std::size_t>(choice.get())]);
+}
+
+}  // namespace hm

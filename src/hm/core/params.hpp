@@ -1,0 +1,110 @@
+#pragma once
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "hm/core/result.hpp"
+
+namespace hm {
+
+/// The allowed range of a number, both ends included.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
+/// What a parameter struct says of one of its members. The unit is the end of the name (_m, _rad, _hz ...).
+struct ParamDoc {
+  std::string_view name;
+  Range range;
+  std::string_view help;
+};
+
+/// An enumeration as a parameter: its members' names in the order of their values (0, 1, 2 ...).
+struct ChoiceRef {
+  std::span<const std::string_view> names;
+  std::function<int()> get;
+  std::function<void(int)> set;
+};
+
+/// One parameter of a running program: full name ("tsdf.voxel_size_m"), range, help, and the place where
+/// it lives.
+struct ParamRef {
+  std::string name;
+  Range range;
+  std::string help;
+  std::variant<double*, int*, bool*, std::string*, ChoiceRef> value;
+};
+
+/// All parameters of a program, as references into plain structs, for reading, writing, checking and
+/// explaining them.
+///
+/// A parameter struct is an aggregate with defaults and one static template member function:
+///
+///     struct TsdfParams {
+///       double voxel_size_m = 0.02;
+///       Weighting weighting = Weighting::kConstant;
+///       template <class Self, class Visitor>
+///       static void visit(Self& self, Visitor&& v) {
+///         v(ParamDoc{"voxel_size_m", {0.001, 1.0}, "edge of a voxel"}, self.voxel_size_m);
+///         v(ParamDoc{"weighting", {}, "weight of an observation"}, self.weighting, kWeightingNames);
+///       }
+///     };
+///
+/// The structs must outlive the list.
+class ParamList {
+ public:
+  template <class Struct>
+  void add(std::string_view section, Struct& params);
+
+  [[nodiscard]] std::span<const ParamRef> all() const { return params_; }
+  [[nodiscard]] const ParamRef* find(std::string_view name) const;
+
+  /// Sets one parameter from "section.key=value". Unknown key: an error naming the nearest valid one.
+  Result<void> set(std::string_view assignment);
+  /// Reads a TOML text; `where` names it in errors. Every violation is reported at once, with its line;
+  /// nothing is changed if there is one.
+  Result<void> read_toml(std::string_view text, const std::string& where);
+  Result<void> read_toml_file(const std::string& path);
+  /// Every value against its range; all violations in one error.
+  [[nodiscard]] Result<void> check() const;
+  /// All parameters as TOML, with a comment each (help, range), in a form that read_toml reads back.
+  [[nodiscard]] std::string to_toml() const;
+
+ private:
+  std::vector<ParamRef> params_;
+};
+
+/// The value of a parameter as it is written in TOML.
+std::string value_text(const ParamRef& param);
+
+// ---- implementation of the template ----
+namespace detail {
+struct ParamCollector {
+  std::string_view section;
+  std::vector<ParamRef>& out;
+  template <class T>
+  void operator()(const ParamDoc& doc, T& member) {
+    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help), &member});
+  }
+  template <class Enum>
+  void operator()(const ParamDoc& doc, Enum& member, std::span<const std::string_view> names) {
+    Enum* place = &member;
+    ChoiceRef choice{names, [place] { return static_cast<int>(*place); },
+                     [place](int index) { *place = static_cast<Enum>(index); }};
+    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help),
+                   std::move(choice)});
+  }
+};
+}  // namespace detail
+
+template <class Struct>
+void ParamList::add(std::string_view section, Struct& params) {
+  Struct::visit(params, detail::ParamCollector{section, params_});
+}
+
+}  // namespace hm

@@ -1,0 +1,18 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace hm {
+
+/// Mean, root mean square and percentiles of a set of numbers; all zero when the set is empty.
+struct Summary {
+  std::size_t count = 0;
+  double mean = 0, rmse = 0, min = 0, median = 0, p95 = 0, p99 = 0, max = 0;
+};
+Summary summarise(std::span<const double> values);
+
+/// The q-quantile (0..1) with linear interpolation between order statistics; 0 for an empty set.
+double quantile(std::vector<double> values, double q);
+
+}  // namespace hm

@@ -1,0 +1,31 @@
+#pragma once
+#include <cmath>
+#include <compare>
+#include <cstdint>
+
+namespace hm {
+
+/// A span of time, in whole nanoseconds.
+struct Duration {
+  std::int64_t ns = 0;
+  static constexpr Duration from_seconds(double seconds) {
+    return {static_cast<std::int64_t>(seconds * 1e9 + (seconds < 0 ? -0.5 : 0.5))};
+  }
+  [[nodiscard]] constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
+  auto operator<=>(const Duration&) const = default;
+};
+
+/// A moment on the recording's own clock, in whole nanoseconds. Time always comes from the data.
+struct Time {
+  std::int64_t ns = 0;
+  static constexpr Time from_seconds(double seconds) { return {Duration::from_seconds(seconds).ns}; }
+  [[nodiscard]] constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
+  auto operator<=>(const Time&) const = default;
+};
+
+constexpr Duration operator-(Time a, Time b) { return {a.ns - b.ns}; }
+constexpr Time operator+(Time t, Duration d) { return {t.ns + d.ns}; }
+constexpr Time operator-(Time t, Duration d) { return {t.ns - d.ns}; }
+constexpr Duration operator+(Duration a, Duration b) { return {a.ns + b.ns}; }
+
+}  // namespace hm

@@ -1,0 +1,72 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+enum class RecordingKind { kTumRgbd, kSevenScenes, kIclNuim };
+std::string_view to_string(RecordingKind kind);
+
+/// What the user may know better than the folder.
+struct RecordingOptions {
+  std::optional<RecordingKind> kind;      ///< instead of guessing
+  std::optional<PinholeCamera> camera;    ///< instead of camera.txt, camera-intrinsics.txt or the known camera
+  std::optional<double> depth_units_per_m;  ///< instead of the format's own (1000, 5000)
+  double max_stamp_difference_s = 0.02;   ///< between a depth image and the colour image paired with it
+};
+
+/// What a recording says about itself, read without decoding a picture.
+struct RecordingInfo {
+  RecordingKind kind = RecordingKind::kTumRgbd;
+  std::filesystem::path path;
+  PinholeCamera camera;                   ///< of depth and colour, with the distortion of the files
+  std::string camera_source;              ///< where the intrinsics come from, in words
+  double depth_unit_m = 1e-3;
+  std::size_t frame_count = 0;            ///< depth images, in order
+  std::size_t color_count = 0;
+  std::vector<Time> stamps;               ///< of the depth images; by index and 30 Hz where there are none
+  bool has_own_stamps = true;
+  Trajectory trajectory;                  ///< poses as given (T_world_camera), possibly at another rate
+  std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one a line
+};
+
+/// A recording on disk. Frames are read on request, in any order, from any thread.
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  [[nodiscard]] virtual const RecordingInfo& info() const = 0;
+  /// The frame with its pictures decoded and lens distortion removed (the camera is then
+  /// info().camera.without_distortion()). An Error names the file; other frames are not affected.
+  [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
+};
+
+/// Opens a recording folder, guessing its kind from what lies in it.
+Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
+                                                  const RecordingOptions& options = {});
+
+/// Reads frames ahead on another thread, in order, holding at most `ahead` decoded frames. Nothing is
+/// dropped.
+class FramePrefetcher {
+ public:
+  FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end, std::size_t stride = 1,
+                  std::size_t ahead = 4);
+  ~FramePrefetcher();
+  FramePrefetcher(const FramePrefetcher&) = delete;
+  FramePrefetcher& operator=(const FramePrefetcher&) = delete;
+  /// The next frame, or the error that kept it from being read; nothing at the end.
+  std::optional<Result<RgbdFrame>> next();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm
