@@ -36,6 +36,9 @@ class VolumeGrid {
   bool allocate_colors(Volume& volume);
   /// Gives the volume's memory back.
   void release(VolumeKey key);
+  /// Gives the colour plane back; `release_unused_colors` when nothing was written to it.
+  void release_colors(Volume& volume);
+  void release_unused_colors(Volume& volume);
 
   [[nodiscard]] std::size_t volume_count() const;
   /// All keys, sorted by z, then y, then x.
@@ -51,6 +54,8 @@ class VolumeGrid {
 
   /// The volume that holds a world position, and the voxel nearest to it.
   [[nodiscard]] VolumeKey key_of(const Vec3& p_world) const;
+  /// The voxel with this world index; unknown where there is no volume.
+  [[nodiscard]] TsdfVoxel voxel(int x, int y, int z) const;
   /// The voxel whose cell holds a world position; nothing where it is unknown.
   [[nodiscard]] std::optional<double> distance_at_voxel(const Vec3& p_world) const;
   /// Trilinear signed distance (metres) and its gradient (metres per metre) at a world position; nothing
@@ -61,7 +66,16 @@ class VolumeGrid {
   };
   [[nodiscard]] std::optional<Sample> sample(const Vec3& p_world) const;
 
+  // ---- what integrators note for space carving ----
+  /// Notes whether a volume may hold voxels on or behind a surface (known, distance <= 0).
+  void set_may_hold_interior(VolumeKey key, bool may_hold);
+  [[nodiscard]] bool may_hold_interior(VolumeKey key) const;
+  /// Appends the volumes that may hold such voxels from all pages that overlap a box, unsorted.
+  void find_interior(const Box3& box, std::vector<VolumeKey>& unsorted_keys) const;
+
  private:
+  template <class Visitor>
+  void visit_pages(const Box3& box, Visitor&& visit) const;
   struct Impl;
   double voxel_size_m_ = 0.02;
   double sdf_unit_m_ = 1e-5;
