@@ -70,7 +70,6 @@ class Program {
 
  private:
   CLI::App& parent_of(const std::string& name);
-  int finish(const Verb& verb, const hm::Result<Outcome>& result, double wall_s) const;
   int usage_error(const CLI::ParseError& error, bool json);
 
   CLI::App app_;

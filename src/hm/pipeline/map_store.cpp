@@ -1,0 +1,100 @@
+#include "hm/pipeline/map_store.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+static_assert(sizeof(TsdfVoxel) == 4 && sizeof(ColorVoxel) == 4 && kMapBlockVoxels == kVolumeVoxels);
+
+bool holds_interior(const Volume& volume) {
+  return std::any_of(volume.voxels, volume.voxels + kVolumeVoxels,
+                     [](TsdfVoxel voxel) { return voxel.weight() > 0 && voxel.sdf() <= 0; });
+}
+
+/// Copies a block into the grid; false when the grid's memory cap forbids it.
+bool insert(VolumeGrid& grid, const MapBlockView& block) {
+  const VolumeKey key{block.key[0], block.key[1], block.key[2]};
+  Volume* volume = grid.allocate(key);
+  if (!volume) return false;
+  for (std::size_t i = 0; i < kMapBlockVoxels; ++i) volume->voxels[i].bits = block.voxels[i];
+  if (!block.colors.empty()) {
+    if (!grid.allocate_colors(*volume)) return false;
+    for (std::size_t i = 0; i < kMapBlockVoxels; ++i) volume->colors[i].bits = block.colors[i];
+  }
+  grid.set_may_hold_interior(key, holds_interior(*volume));
+  return true;
+}
+
+/// A volume as the file wants it; the copies live in `buffer`.
+MapBlockView view_of(const Volume& volume, std::uint32_t* buffer) {
+  MapBlockView view{{volume.key.x, volume.key.y, volume.key.z}, {}, {}};
+  std::memcpy(buffer, volume.voxels, kVolumeVoxels * sizeof(TsdfVoxel));
+  view.voxels = {buffer, kMapBlockVoxels};
+  if (volume.colors) {
+    std::memcpy(buffer + kMapBlockVoxels, volume.colors, kVolumeVoxels * sizeof(ColorVoxel));
+    view.colors = {buffer + kMapBlockVoxels, kMapBlockVoxels};
+  }
+  return view;
+}
+
+}  // namespace
+
+MapKeyBox key_box(const Box3& region, double volume_size_m) {
+  MapKeyBox keys;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto low = std::floor(region.min()[axis] / volume_size_m);
+    const auto high = std::floor(region.max()[axis] / volume_size_m);
+    constexpr double kLimit = 1 << 30;
+    keys.min[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(std::clamp(low, -kLimit, kLimit));
+    keys.max[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(std::clamp(high, -kLimit, kLimit));
+  }
+  return keys;
+}
+
+Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) {
+  const MapHeader& header = map.header();
+  const std::string path = map.path().string();
+  if (!(header.voxel_size_m > 0) || !(header.sdf_unit_m > 0))
+    return fail(ErrorCode::kCorrupted, path, "voxel size {} m and distance unit {} m are not positive",
+                header.voxel_size_m, header.sdf_unit_m);
+  VolumeGrid grid(header.voxel_size_m, header.sdf_unit_m, options.max_bytes);
+  std::optional<MapKeyBox> box;
+  if (options.region) box = key_box(*options.region, grid.volume_size_m());
+  bool fits = true;
+  const auto read =
+      map.for_each_block(box, [&](const MapBlockView& block) { return fits = insert(grid, block); });
+  if (!read) return forward_error(read);
+  if (!fits)
+    return fail(ErrorCode::kOutOfMemory, path, "its {} volumes do not fit into the memory cap of {:.0f} MB",
+                map.block_count(), static_cast<double>(options.max_bytes) * 1e-6);
+  return grid;
+}
+
+void MapSaver::note(std::span<const ChangedVolume> changed) {
+  for (const ChangedVolume& volume : changed) pending_.insert(volume.key);
+}
+
+Result<void> MapSaver::save(const VolumeGrid& grid, const MapHeader& header) {
+  std::vector<MapBlockKey> gone;
+  std::vector<MapBlockView> blocks;
+  std::vector<std::uint32_t> buffer(pending_.size() * 2 * kMapBlockVoxels);
+  for (const VolumeKey& key : pending_) {
+    if (const Volume* volume = grid.find(key))
+      blocks.push_back(view_of(*volume, buffer.data() + blocks.size() * 2 * kMapBlockVoxels));
+    else
+      gone.push_back({key.x, key.y, key.z});
+  }
+  if (const auto erased = file_.erase(gone); !erased) return erased;
+  if (const auto put = file_.put_blocks(blocks); !put) return put;
+  if (const auto committed = file_.commit(header); !committed) return committed;
+  pending_.clear();
+  return {};
+}
+
+}  // namespace hm
