@@ -80,6 +80,23 @@ void MapSaver::note(std::span<const ChangedVolume> changed) {
   for (const ChangedVolume& volume : changed) pending_.insert(volume.key);
 }
 
+const std::set<VolumeKey>& MapSaver::marks_to_store(const VolumeGrid& grid) {
+  for (const VolumeKey& key : pending_) {
+    const Volume* volume = grid.find(key);
+    if (volume && grid.may_hold_interior(key) != holds_interior(*volume))
+      marks_.insert(key);
+    else
+      marks_.erase(key);
+  }
+  return marks_;
+}
+
+void MapSaver::restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored) {
+  for (const VolumeKey& key : stored)
+    if (grid.find(key) && marks_.insert(key).second)
+      grid.set_may_hold_interior(key, !grid.may_hold_interior(key));
+}
+
 Result<void> MapSaver::save(const VolumeGrid& grid, const MapHeader& header) {
   std::vector<MapBlockKey> gone;
   std::vector<MapBlockView> blocks;

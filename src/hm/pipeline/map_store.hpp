@@ -31,6 +31,12 @@ class MapSaver {
 
   /// Remembers what a scan changed.
   void note(std::span<const ChangedVolume> changed);
+  /// The volumes whose interior mark (VolumeGrid::may_hold_interior) is not what load_grid() would set from
+  /// their voxels. The mark may err on the safe side, and integration depends on it, so that a resumed run
+  /// needs these: store them with the state, and hand them to restore_marks(). To be called before save().
+  const std::set<VolumeKey>& marks_to_store(const VolumeGrid& grid);
+  /// Sets the marks of a grid that was just loaded.
+  void restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored);
   /// Writes the remembered volumes and the header in one transaction: after a kill at any moment the file
   /// holds either all of it or nothing of it.
   Result<void> save(const VolumeGrid& grid, const MapHeader& header);
@@ -40,7 +46,7 @@ class MapSaver {
 
  private:
   MapFile file_;
-  std::set<VolumeKey> pending_;
+  std::set<VolumeKey> pending_, marks_;
 };
 
 }  // namespace hm

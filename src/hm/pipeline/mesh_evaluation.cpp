@@ -71,7 +71,11 @@ std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, c
                    fmt::format("mean; 95 % under {:.1f} mm", distance.p95 * 1e3)});
   report.add_card({"bias", fmt::format("{:+.2f}", error.accuracy.bias_m * 1e3), "mm", "positive: in front"});
   report.add_card({"completeness", fmt::format("{:.1f}", error.completeness.ratio * 100), "%", {}});
-  add_error_section(report, mesh, truth, error, loop);
+  if (const auto picture = make_error_picture(mesh, truth.mesh, {}, loop)) {
+    report.begin_section("Against the truth");
+    add_picture(report, *picture);
+  }
+  add_error_histogram(report, error);
   return report.html();
 }
 

@@ -58,10 +58,8 @@ void add_picture(HtmlReport& report, const MeshPicture& picture) {
   report.add_picture(encode_jpeg(picture.image, 88), picture.caption, picture.caption);
 }
 
-void add_error_section(HtmlReport& report, const TriangleMesh& mesh, const MeshTruth& truth,
-                       const MeshError& error, const ParallelLoop& loop) {
-  report.begin_section("Against the truth");
-  if (const auto picture = make_error_picture(mesh, truth.mesh, {}, loop)) add_picture(report, *picture);
+void add_error_histogram(HtmlReport& report, const MeshError& error) {
+  report.begin_section("Error");
   std::vector<float> millimetres(error.accuracy.signed_distances_m);
   for (float& value : millimetres) value *= 1e3f;
   PlotOptions plot;

@@ -6,8 +6,9 @@
 #include "hm/core/parallel.hpp"
 #include "hm/evaluation/html_report.hpp"
 #include "hm/evaluation/mesh_error.hpp"
+#include "hm/geometry/image.hpp"
 #include "hm/geometry/trajectory.hpp"
-#include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
 
 namespace hm {
 
@@ -34,8 +35,7 @@ std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const Tr
                                               const MeshPictureOptions& options, const ParallelLoop& loop);
 
 void add_picture(HtmlReport& report, const MeshPicture& picture);
-/// A section with heat-map and histogram of the error.
-void add_error_section(HtmlReport& report, const TriangleMesh& mesh, const MeshTruth& truth,
-                       const MeshError& error, const ParallelLoop& loop);
+/// A section with the histogram of the signed error.
+void add_error_histogram(HtmlReport& report, const MeshError& error);
 
 }  // namespace hm
