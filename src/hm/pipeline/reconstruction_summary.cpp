@@ -1,17 +1,8 @@
+#include "hm/pipeline/file_check.hpp"
 #include "hm/pipeline/reconstruction.hpp"
 
 namespace hm {
 namespace {
-
-JsonValue box_to_json(const Box3& box) {
-  if (box.isEmpty()) return {};
-  const auto corner = [](const Vec3& p) {
-    auto list = JsonValue::array();
-    for (int axis = 0; axis < 3; ++axis) list.push_back(p[axis]);
-    return list;
-  };
-  return JsonValue::object({{"min", corner(box.min())}, {"max", corner(box.max())}});
-}
 
 JsonValue times_to_json(const Summary& times) {
   return JsonValue::object(
@@ -48,7 +39,7 @@ JsonValue to_json(const ReconstructionSummary& summary) {
   json["voxel_size_m"] = summary.parameters.tsdf.voxel_size_m;
   json["vertices"] = summary.vertices;
   json["triangles"] = summary.triangles;
-  json["bounds_m"] = box_to_json(summary.bounds_m);
+  json["bounds_m"] = to_json(summary.bounds_m);
   json["path_length_m"] = path_length(summary.trajectory);
   if (summary.error) {
     const MeshAccuracy& accuracy = summary.error->accuracy;
