@@ -27,7 +27,7 @@ struct RecordingOptions {
 
 /// Lines of a recording's text files (or single pictures) that were left out.
 struct SkippedLines {
-  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kCutOff };
+  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
   Reason reason = Reason::kStampNotIncreasing;
   std::string file;  ///< name inside the recording
   std::size_t count = 0;
