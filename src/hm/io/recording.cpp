@@ -100,6 +100,24 @@ Result<detail::RecordingListing> list_recording(const std::filesystem::path& pat
               "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
 }
 
+void count_frames(detail::RecordingListing& listing) {
+  RecordingInfo& info = listing.info;
+  info.frame_count = listing.frames.size();
+  const auto check_there = [&](const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (path.empty() || std::filesystem::exists(path, ignored)) return;
+    if (info.missing_pictures++ == 0)
+      info.first_missing_picture = path.lexically_relative(info.path).string();
+  };
+  for (const detail::ListedFrame& frame : listing.frames) {
+    if (!frame.color.empty()) ++info.paired_count;
+    if (frame.T_world_camera) ++info.posed_count;
+    info.frame_poses.push_back(frame.T_world_camera);
+    check_there(frame.depth);
+    check_there(frame.color);
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(RecordingKind kind) {
@@ -154,12 +172,7 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
   if (listing->frames.empty())
     return fail(ErrorCode::kNotFound, path, "the recording holds no depth picture");
   if (auto fits = detail::fit_camera_to_pictures(*listing); !fits) return forward_error(fits);
-  RecordingInfo& info = listing->info;
-  info.frame_count = listing->frames.size();
-  for (const detail::ListedFrame& frame : listing->frames) {
-    if (!frame.color.empty()) ++info.paired_count;
-    if (frame.T_world_camera) ++info.posed_count;
-  }
+  count_frames(*listing);
   return std::make_unique<PictureRecording>(std::move(*listing));
 }
 
