@@ -27,7 +27,7 @@ struct RecordingOptions {
 
 /// Lines of a recording's text files (or single pictures) that were left out.
 struct SkippedLines {
-  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kCutOff };
+  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
   Reason reason = Reason::kStampNotIncreasing;
   std::string file;  ///< name inside the recording
   std::size_t count = 0;
@@ -45,6 +45,8 @@ struct RecordingInfo {
   std::size_t frame_count = 0;  ///< depth images, in order
   std::size_t color_count = 0;
   std::vector<Time> stamps;  ///< of the depth images; by index and 30 Hz where there are none
+  std::vector<std::optional<SE3>> frame_poses;  ///< T_world_camera of each depth image, where known
+  std::vector<Time> color_stamps;               ///< of the colour images, where they have their own
   bool has_own_stamps = true;
   Trajectory trajectory;          ///< poses as given (T_world_camera), possibly at another rate
   std::string trajectory_source;  ///< the file or files they come from
@@ -52,8 +54,10 @@ struct RecordingInfo {
   std::optional<std::filesystem::path> truth_mesh;  ///< PLY of the true surface, if there is one
   std::size_t paired_count = 0;                     ///< depth images with a colour image
   std::size_t posed_count = 0;                      ///< depth images with a pose
-  std::vector<SkippedLines> skipped;                ///< lines that were left out, also told in notes
-  std::string notes;  ///< e.g. "60 lines of groundtruth.txt skipped", one a line
+  std::size_t missing_pictures = 0;                 ///< files that the lists name but that are not there
+  std::string first_missing_picture;
+  std::vector<SkippedLines> skipped;  ///< lines that were left out, also told in notes
+  std::string notes;                  ///< e.g. "60 lines of groundtruth.txt skipped", one a line
 };
 
 /// A recording on disk. Frames are read on request, in any order, from any thread.
