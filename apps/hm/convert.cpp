@@ -34,7 +34,8 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   outcome.json = hm::JsonValue::object({{"items", summary->items}, {"skipped", summary->skipped}});
   outcome.outputs.emplace_back(flags.to);
   if (summary->skipped > 0)
-    outcome.warnings.push_back(fmt::format("{} frames could not be read and were left out", summary->skipped));
+    outcome.warnings.push_back(
+        fmt::format("{} frames could not be read and were left out", summary->skipped));
   return outcome;
 }
 
@@ -42,13 +43,16 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 
 void add_convert(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command = program.add({"convert", "From one format into another, told by the names.",
-                                   "  hm convert result/mesh.ply mesh.obj\n"
-                                   "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
-                                   "  hm convert result/trajectory.tum poses.kitti\n"
-                                   "  hm convert recording as_tum",
-                                   [flags](Session& session) { return run(*flags, session); }});
-  command.add_option("from", flags->from, "mesh (.ply .obj .glb), map (.hmap), trajectory, or recording (folder)")
+  CLI::App& command =
+      program.add({"convert", "From one format into another, told by the names.",
+                   "  hm convert result/mesh.ply mesh.obj\n"
+                   "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
+                   "  hm convert result/trajectory.tum poses.kitti\n"
+                   "  hm convert recording as_tum",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command
+      .add_option("from", flags->from,
+                  "mesh (.ply .obj .glb), map (.hmap), trajectory, or recording (folder)")
       ->required();
   command.add_option("to", flags->to, "file or folder to write")->required();
   flags->of_recording.add_to(command);

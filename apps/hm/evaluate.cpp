@@ -33,7 +33,8 @@ hm::Result<Outcome> run_trajectory(const Flags& flags, Session& session) {
   if (!error) return hm::forward_error(error);
   Outcome outcome{hm::to_text(*error), hm::to_json(*error), {}, {}};
   if (!flags.report.empty()) {
-    const auto written = write_report(flags, hm::trajectory_report_html(*error, "Trajectory against truth"), outcome);
+    const auto written =
+        write_report(flags, hm::trajectory_report_html(*error, "Trajectory against truth"), outcome);
     if (!written) return hm::forward_error(written);
   }
   return outcome;
@@ -62,7 +63,8 @@ hm::Result<Outcome> run_mesh(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_evaluate(Program& program) {
-  program.add({"evaluate", "Compare trajectories and meshes with the truth.",
+  program.add({"evaluate",
+               "Compare trajectories and meshes with the truth.",
                "  hm evaluate trajectory result/trajectory.tum recording\n"
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
@@ -78,9 +80,10 @@ void add_evaluate(Program& program) {
                          "--set trajectory_error.alignment=none --report ate.html",
                          [flags](Session& session) { return run_trajectory(*flags, session); }}),
             "trajectory: TUM, EuRoC or KITTI", "true trajectory, or the folder of a recording");
-  add_paths(program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
-                         "  hm evaluate mesh result/mesh.ply recording\n"
-                         "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
-                         [flags](Session& session) { return run_mesh(*flags, session); }}),
-            "mesh: .ply .obj .glb", "true mesh, or the folder of a simulated recording");
+  add_paths(
+      program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
+                   "  hm evaluate mesh result/mesh.ply recording\n"
+                   "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
+                   [flags](Session& session) { return run_mesh(*flags, session); }}),
+      "mesh: .ply .obj .glb", "true mesh, or the folder of a simulated recording");
 }

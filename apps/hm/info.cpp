@@ -49,10 +49,18 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::Result<Outcome> outcome;
   const char* name = "recording";
   switch (*kind) {
-    case hm::PathKind::kRecording: outcome = show_recording(flags, session); break;
-    case hm::PathKind::kMap: name = "map", outcome = show(hm::inspect_map(flags.path)); break;
-    case hm::PathKind::kMesh: name = "mesh", outcome = show(hm::inspect_mesh(flags.path)); break;
-    case hm::PathKind::kTrajectory: name = "trajectory", outcome = show_trajectory(flags.path); break;
+    case hm::PathKind::kRecording:
+      outcome = show_recording(flags, session);
+      break;
+    case hm::PathKind::kMap:
+      name = "map", outcome = show(hm::inspect_map(flags.path));
+      break;
+    case hm::PathKind::kMesh:
+      name = "mesh", outcome = show(hm::inspect_mesh(flags.path));
+      break;
+    case hm::PathKind::kTrajectory:
+      name = "trajectory", outcome = show_trajectory(flags.path);
+      break;
   }
   if (!outcome) return outcome;
   auto json = hm::JsonValue::object({{"path", flags.path}, {"path_kind", name}});
@@ -66,11 +74,12 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 
 void add_info(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command = program.add({"info", "What is in a recording, map, mesh or trajectory, and what looks wrong.",
-                                   "  hm info recording\n"
-                                   "  hm info result/map.hmap\n"
-                                   "  hm info result/mesh.ply --json",
-                                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command =
+      program.add({"info", "What is in a recording, map, mesh or trajectory, and what looks wrong.",
+                   "  hm info recording\n"
+                   "  hm info result/map.hmap\n"
+                   "  hm info result/mesh.ply --json",
+                   [flags](Session& session) { return run(*flags, session); }});
   command.add_option("path", flags->path, "folder of a recording, .hmap, .ply, .obj, .glb, .tum")->required();
   flags->of_recording.add_to(command);
 }

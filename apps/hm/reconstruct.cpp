@@ -24,7 +24,8 @@ std::filesystem::path default_output(const std::filesystem::path& recording) {
 hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::ReconstructionOptions options;
   options.recording = flags.recording;
-  options.output = flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  options.output =
+      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
   auto list = hm::list_all(options.parameters);
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);

@@ -8,7 +8,8 @@ void RecordingFlags::add_to(CLI::App& command) {
   command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
       ->expected(4)
       ->group(group);
-  command.add_option("--size", size_px, "width and height of the pictures, with --intrinsics (default: 640 480)")
+  command
+      .add_option("--size", size_px, "width and height of the pictures, with --intrinsics (default: 640 480)")
       ->expected(2)
       ->group(group);
   command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth pictures for one metre")
@@ -26,7 +27,8 @@ hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
     hm::PinholeCamera camera;
     camera.width = size_px.size() == 2 ? size_px[0] : 640;
     camera.height = size_px.size() == 2 ? size_px[1] : 480;
-    camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2], camera.cy = intrinsics[3];
+    camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2],
+    camera.cy = intrinsics[3];
     if (const auto checked = hm::check_camera(camera); !checked)
       return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
     options.camera = camera;

@@ -33,9 +33,11 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   const auto summary = hm::simulate_recording(simulation, output, session.progress(), session.threads());
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
-  outcome.text = fmt::format("{}: {} frames, {:.1f} s, {:.1f} m of path, {:.0f} m2 of surface to be seen\n", output,
-                             summary->frames, summary->duration_s, summary->path_length_m, summary->truth_area_m2);
-  if (summary->end_drift_m > 0) outcome.text += fmt::format("the poses drift: {:.3f} m at the end\n", summary->end_drift_m);
+  outcome.text =
+      fmt::format("{}: {} frames, {:.1f} s, {:.1f} m of path, {:.0f} m2 of surface to be seen\n", output,
+                  summary->frames, summary->duration_s, summary->path_length_m, summary->truth_area_m2);
+  if (summary->end_drift_m > 0)
+    outcome.text += fmt::format("the poses drift: {:.3f} m at the end\n", summary->end_drift_m);
   outcome.json = hm::JsonValue::object({{"frames", summary->frames},
                                         {"duration_s", summary->duration_s},
                                         {"path_length_m", summary->path_length_m},
@@ -52,18 +54,21 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 
 void add_simulate(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command = program.add({"simulate", "Generate a recording with exact truth.",
-                                   "  hm simulate room -o recording --frames 40\n"
-                                   "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
-                                   "  hm simulate corridor -o drifting --drift --seed 7 --frames 50",
-                                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command =
+      program.add({"simulate", "Generate a recording with exact truth.",
+                   "  hm simulate room -o recording --frames 40\n"
+                   "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
+                   "  hm simulate corridor -o drifting --drift --seed 7 --frames 50",
+                   [flags](Session& session) { return run(*flags, session); }});
   command.add_option("world", flags->world, "house, room or corridor (default: house)")
       ->check(CLI::IsMember({"house", "room", "corridor"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command.add_option("--sensor", flags->sensor, "tango_tablet (default), tango_phone or kinect")
       ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect"}));
-  command.add_option("--frames", flags->frames, "frames at most (default: the whole walk)")->check(CLI::PositiveNumber);
-  command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")->check(CLI::NonNegativeNumber);
+  command.add_option("--frames", flags->frames, "frames at most (default: the whole walk)")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")
+      ->check(CLI::NonNegativeNumber);
   command.add_flag("--drift", flags->drift, "poses drift like those of a visual-inertial odometry");
   command.add_flag("--perfect", flags->perfect, "a sensor without noise, bias and missing readings");
 }

@@ -7,7 +7,7 @@
 #include "hm/io/trajectory_file.hpp"
 #include "hm/io/tum_writer.hpp"
 #include "hm/mesh/simplify.hpp"
-#include "hm/mesh/weld.hpp"
+#include "hm/mesh/whole_mesh.hpp"
 #include "hm/pipeline/file_check.hpp"
 #include "hm/pipeline/map_store.hpp"
 
