@@ -1,0 +1,161 @@
+#include "hm/pipeline/recording_findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace hm {
+namespace {
+
+void add(RecordingReport& report, FindingKind kind, std::string message) {
+  report.findings.push_back({kind, std::move(message)});
+}
+
+/// A reading is clearly better when its error is less than this part of the other's ...
+constexpr double kClearlyBetter_ratio = 0.5;
+/// ... for at least this share of the pairs ...
+constexpr double kMinVotes_ratio = 0.75;
+/// ... and its points meet measured depth as often as this.
+constexpr double kMinOverlap_ratio = 0.3;
+/// Depth and poses of any sensor in use agree better than this, relative to depth.
+constexpr double kPoorAgreement_ratio = 0.04;
+
+/// True when reading `b` of the recording fits clearly better than reading `a`.
+bool clearly_better(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
+                    const ReadingHypothesis& a, const ReadingHypothesis& b) {
+  const Agreement of_b = compare(pairs, camera, b);
+  if (of_b.overlap_ratio < kMinOverlap_ratio || of_b.relative > kPoorAgreement_ratio) return false;
+  const auto votes = std::ranges::count_if(pairs, [&](const FramePair& pair) {
+    return compare(pair, camera, b).relative < kClearlyBetter_ratio * compare(pair, camera, a).relative;
+  });
+  return static_cast<double>(votes) >= kMinVotes_ratio * static_cast<double>(pairs.size());
+}
+
+FindingKind kind_of(const ReadingHypothesis& hypothesis) {
+  if (hypothesis.poses_inverted) return FindingKind::kInvertedPoses;
+  if (hypothesis.fy_flipped) return FindingKind::kFlippedFy;
+  return FindingKind::kDepthScale;
+}
+
+/// The change in words that tell what to do about it.
+std::string advice(const ReadingHypothesis& hypothesis, const RecordingInfo& info) {
+  std::string text;
+  const auto say = [&](const std::string& part) { text += (text.empty() ? "" : ", and ") + part; };
+  if (hypothesis.poses_inverted) say("the poses seem to be world-to-camera instead of camera-to-world");
+  if (hypothesis.fy_flipped)
+    say(fmt::format("fy seems to be {} instead of {}", -info.camera.fy, info.camera.fy));
+  if (hypothesis.depth_factor != 1.0)
+    say(fmt::format("the depth scale seems to be {:.4g} units per metre instead of {:.4g}",
+                    1.0 / (info.depth_unit_m * hypothesis.depth_factor), 1.0 / info.depth_unit_m));
+  return text;
+}
+
+std::string in_numbers(const Agreement& agreement) {
+  if (agreement.median_m <= 0 && agreement.relative >= 1) return "do not overlap at all";
+  return fmt::format("differ by {:.1f} mm ({:.2f} % of the depth)", 1e3 * agreement.median_m,
+                     1e2 * agreement.relative);
+}
+
+void find_poor_agreement(const std::vector<FramePair>& pairs, RecordingReport& report) {
+  const PinholeCamera camera = report.info.camera.without_distortion();
+  const Agreement given = compare(pairs, camera, {});
+  if (given.relative <= kPoorAgreement_ratio) return;
+  const Agreement still = compare(pairs, camera, {.poses_ignored = true});
+  add(report, FindingKind::kPoorAgreement,
+      fmt::format("depth and poses do not fit together: moved by their poses, depth images {}; with the "
+                  "poses ignored "
+                  "they {} ({} pairs of frames), and no other reading of the files explains it",
+                  in_numbers(given), in_numbers(still), pairs.size()));
+}
+
+}  // namespace
+
+void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& report) {
+  const PinholeCamera camera = report.info.camera.without_distortion();
+  const std::vector<ReadingHypothesis> all = reading_hypotheses();
+  std::optional<ReadingHypothesis> best;
+  double best_relative = 1;
+  for (const ReadingHypothesis& hypothesis : all) {
+    const Agreement fit = compare(pairs, camera, hypothesis);
+    report.agreement.push_back({to_string(hypothesis), 1e3 * fit.median_m, fit.relative, fit.overlap_ratio});
+    if (hypothesis.changes() == 0) continue;
+    // Hypotheses come in order of changes: one with more must beat the simpler ones clearly too.
+    if (best && hypothesis.changes() > best->changes() && fit.relative > kClearlyBetter_ratio * best_relative)
+      continue;
+    if (fit.relative >= best_relative || !clearly_better(pairs, camera, {}, hypothesis)) continue;
+    best = hypothesis;
+    best_relative = fit.relative;
+  }
+  if (!best) return find_poor_agreement(pairs, report);
+  add(report, kind_of(*best),
+      fmt::format("{}: moved by their poses, depth images {} as given, but {} then ({} pairs of frames)",
+                  advice(*best, report.info), in_numbers(compare(pairs, camera, {})),
+                  in_numbers(compare(pairs, camera, *best)), pairs.size()));
+}
+
+void find_missing(RecordingReport& report) {
+  const RecordingInfo& info = report.info;
+  if (info.missing_pictures > 0)
+    add(report, FindingKind::kMissing,
+        fmt::format("{} pictures are missing (first: {})", info.missing_pictures,
+                    info.first_missing_picture));
+  if (report.depth.frames_unreadable > 0)
+    add(report, FindingKind::kMissing,
+        fmt::format("{} of {} sampled frames cannot be read (first: {})", report.depth.frames_unreadable,
+                    report.depth.frames_unreadable + report.depth.frames_sampled, report.depth.first_error));
+  if (info.posed_count < info.frame_count)
+    add(report, FindingKind::kMissing,
+        fmt::format("{} of {} depth images have no pose", info.frame_count - info.posed_count,
+                    info.frame_count));
+  if (info.color_count > 0 && info.paired_count < info.frame_count)
+    add(report, FindingKind::kMissing,
+        fmt::format("{} of {} depth images have no colour image", info.frame_count - info.paired_count,
+                    info.frame_count));
+  for (const SkippedLines& skipped : info.skipped)
+    if (skipped.reason != SkippedLines::Reason::kStampNotIncreasing)
+      add(report, FindingKind::kMissing, to_string(skipped));
+}
+
+void find_odd_stamps(RecordingReport& report) {
+  for (const SkippedLines& skipped : report.info.skipped)
+    if (skipped.reason == SkippedLines::Reason::kStampNotIncreasing)
+      add(report, FindingKind::kStamps, to_string(skipped));
+  if (!report.info.has_own_stamps) return;
+  constexpr double kLongGap_s = 0.5;
+  for (const StreamReport& stream : report.streams)
+    if (stream.rate_hz > 0 && stream.longest_gap_s > std::max(kLongGap_s, 5.0 / stream.rate_hz))
+      add(report, FindingKind::kGap,
+          fmt::format("{}: {} gaps, the longest {:.2f} s, at {:.1f} Hz", stream.name, stream.gaps,
+                      stream.longest_gap_s, stream.rate_hz));
+}
+
+void find_odd_depth(RecordingReport& report) {
+  constexpr double kMinValid_ratio = 0.05, kNear_m = 0.15, kFar_m = 30.0;
+  const DepthReport& depth = report.depth;
+  if (depth.frames_sampled == 0) return;
+  if (depth.valid_ratio < kMinValid_ratio)
+    add(report, FindingKind::kDepthRange,
+        fmt::format("only {:.1f} % of the depth pixels hold a reading", 100 * depth.valid_ratio));
+  if (depth.median_m > 0 && (depth.median_m < kNear_m || depth.median_m > kFar_m))
+    add(report, FindingKind::kDepthRange,
+        fmt::format("the median depth is {:.3g} m at {:.4g} units per metre: look at the depth scale",
+                    depth.median_m, 1.0 / report.info.depth_unit_m));
+}
+
+void find_color_shift(RecordingReport& report) {
+  constexpr int kMinShift_px = 6;
+  constexpr double kMinGain_ratio = 1.2;
+  const ColorShift& shift = report.color_shift;
+  if (std::max(std::abs(shift.right_px), std::abs(shift.down_px)) < kMinShift_px ||
+      shift.gain_ratio < kMinGain_ratio)
+    return;
+  add(report, FindingKind::kUnregisteredColor,
+      fmt::format("colour seems not to be registered to depth: {} px right and {} px down of where it should "
+                  "be, colour "
+                  "edges meet depth edges {:.2f} times as well",
+                  shift.right_px, shift.down_px, shift.gain_ratio));
+}
+
+}  // namespace hm
