@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "hm/core/parallel.hpp"
 #include "hm/geometry/camera.hpp"
@@ -12,11 +13,12 @@ namespace hm {
 /// What an ideal camera sees, pixel by pixel. A pixel that sees nothing has depth 0 and part kNoPart.
 struct RenderedView {
   static constexpr std::uint16_t kNoPart = 0xffff;
-  Image<float> depth_m;           ///< along the optical axis
-  Image<float> cos_incidence;     ///< between the ray and the surface normal, 0 grazing .. 1 facing
-  Image<std::uint16_t> part;      ///< index into World::parts
-  Image<Eigen::Vector3f> normal;  ///< of the surface, world frame
-  Image<Rgb8> color;              ///< diffuse, the same from every side
+  Image<float> depth_m;              ///< along the optical axis
+  Image<float> cos_incidence;        ///< between the ray and the surface normal, 0 grazing .. 1 facing
+  Image<std::uint16_t> part;         ///< index into World::parts
+  Image<Eigen::Vector3f> normal;     ///< of the surface, world frame
+  Image<Rgb8> color;                 ///< diffuse, the same from every side
+  std::vector<Reflectance> returns;  ///< what each part gives back to a depth sensor
 };
 
 /// Casts rays into a world (Embree). Immutable after construction: all members may be called from

@@ -30,7 +30,7 @@ struct SimulationParams {
   bool pose_drift = false;       ///< poses as a visual-inertial odometry would report them
   double drift_ratio = 0.005;    ///< standard deviation of the velocity error, as a share of the speed
   double drift_yaw_rad_m = 0.0005;  ///< standard deviation of the yaw error gained per metre
-  double truth_spacing_m = 0.03;    ///< of the samples of the visible truth
+  double truth_spacing_m = 0.04;    ///< of the samples of the visible truth
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -72,7 +72,7 @@ class Simulation {
   [[nodiscard]] const SensorModel& sensor() const;
   [[nodiscard]] const World& world() const;
   [[nodiscard]] const SimulationParams& params() const;
-  /// The part of the true surface that the frames can see (every frame, up to 4000 evenly chosen ones).
+  /// The part of the true surface that the frames can see (every frame, up to 2000 evenly chosen ones).
   [[nodiscard]] SurfacePoints visible_truth(const ParallelLoop& loop) const;
 
  private:
