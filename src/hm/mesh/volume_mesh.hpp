@@ -77,6 +77,9 @@ class VolumeMesh {
 /// different vertices never coincide and no triangle is degenerate, in float too.
 inline constexpr int kMinFraction = 64;
 
+/// The colour of a vertex of which no end has been given one.
+inline constexpr Rgb8 kNeutralColor{128, 128, 128};
+
 /// The unit normal of an octahedral code (low byte u, high byte v, each signed in 1/127; Meyer et al.
 /// 2010, "On floating-point normal vectors").
 Eigen::Vector3f unpack_normal(std::uint16_t code);
