@@ -32,23 +32,74 @@ std::vector<std::pair<Vec2, Vec2>> cut_lines(const TriangleMesh& mesh, const Ren
   return lines;
 }
 
-/// Fills runs of unseen pixels between two cut surfaces that are at most `longest` apart along a row or a
-/// column: the insides of walls.
-void fill_between_walls(Image<std::uint8_t>& inside, const Image<Rgb8>& walls, const VisibilityBuffer& buffer,
-                        int longest, bool along_rows) {
+using Mask = Image<std::uint8_t>;
+
+/// Calls visit(first, end, bounded) for the runs of pixels between walls along each row or column; visit
+/// gets a function that turns a position into a pixel.
+template <class Visit>
+void for_runs_between_walls(const Mask& walls, bool along_rows, Visit&& visit) {
   const int lines = along_rows ? walls.height() : walls.width();
   const int length = along_rows ? walls.width() : walls.height();
   for (int line = 0; line < lines; ++line) {
-    int last_wall = -1;
+    const auto pixel = [&](int i) { return along_rows ? std::pair{i, line} : std::pair{line, i}; };
+    const auto is_wall = [&](int i) { return walls(pixel(i).first, pixel(i).second) != 0; };
+    int first = length;  // no run has begun: what lies before the first wall is outside
     for (int i = 0; i < length; ++i) {
-      const int x = along_rows ? i : line, y = along_rows ? line : i;
-      if (buffer.hit(2 * x, 2 * y) && walls(x, y).r <= 127) last_wall = -1;  // something is seen: a room
-      if (walls(x, y).r <= 127) continue;
-      if (last_wall >= 0 && i - last_wall > 1 && i - last_wall <= longest)
-        for (int k = last_wall + 1; k < i; ++k) inside(along_rows ? k : line, along_rows ? line : k) = 1;
-      last_wall = i;
+      if (!is_wall(i)) continue;
+      if (first < i) visit(first, i, pixel);
+      first = i + 1;
     }
   }
+}
+
+/// Adds the insides of walls: unseen runs, at most `longest` pixels, between two cut surfaces.
+void fill_unseen(Mask& walls, const VisibilityBuffer& buffer, int longest) {
+  const Mask before = walls;
+  for (const bool along_rows : {true, false})
+    for_runs_between_walls(before, along_rows, [&](int first, int end, auto&& pixel) {
+      if (end - first > longest) return;
+      for (int i = first; i < end; ++i)
+        if (buffer.hit(2 * pixel(i).first, 2 * pixel(i).second)) return;
+      for (int i = first; i < end; ++i) walls(pixel(i).first, pixel(i).second) = 1;
+    });
+}
+
+/// Adds the insides of cut solids: runs in which mostly back faces are seen, along the row and the column.
+void fill_solids(Mask& walls, const Mask& seen_from_behind) {
+  constexpr double kShare = 0.3;  // the bottom of a cupboard may fight with the floor that it stands on
+  Mask votes(walls.width(), walls.height(), 0);
+  for (const bool along_rows : {true, false})
+    for_runs_between_walls(walls, along_rows, [&](int first, int end, auto&& pixel) {
+      int behind = 0;
+      for (int i = first; i < end; ++i) behind += seen_from_behind(pixel(i).first, pixel(i).second);
+      if (behind < kShare * (end - first)) return;
+      for (int i = first; i < end; ++i) ++votes(pixel(i).first, pixel(i).second);
+    });
+  for (std::size_t i = 0; i < walls.size(); ++i)
+    if (votes.pixels()[i] == 2) walls.pixels()[i] = 1;
+}
+
+/// How much of each pixel is wall (0..255): cut surfaces as lines, and what lies inside of them.
+Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, const SurfacePicture& picture) {
+  const int width = picture.image.width(), height = picture.image.height();
+  Image<Rgb8> lines(width, height, {0, 0, 0});
+  const double line_px = std::max(1.6, kWallLine_m * view.pixels_per_m);
+  for (const auto& [from, to] : cut_lines(mesh, view, picture.projection))
+    draw_line(lines, from, to, line_px, {{255, 255, 255}, 1});
+  Mask walls(width, height, 0), behind(width, height, 0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      walls(x, y) = lines(x, y).r > 127 ? 1 : 0;
+      if (walls(x, y) == 0 && picture.buffer.hit(2 * x, 2 * y))
+        behind(x, y) =
+            surface_sample(mesh, picture.buffer, picture.projection, Vec2(2 * x, 2 * y)).seen_from_behind;
+    }
+  fill_solids(walls, behind);
+  const int longest = static_cast<int>(kWallInside_m * view.pixels_per_m) + 1;
+  for (int pass = 0; pass < 2; ++pass) fill_unseen(walls, picture.buffer, longest);  // then where walls meet
+  for (std::size_t i = 0; i < walls.size(); ++i)
+    if (walls.pixels()[i] != 0) lines.pixels()[i] = {255, 255, 255};
+  return lines;
 }
 
 /// Metres as faint lines on a light page.
@@ -106,22 +157,10 @@ Image<Rgb8> render_floor_plan(const TriangleMesh& mesh, const SceneExtent& exten
   RenderView both = view;
   both.faces = Faces::kBoth;
   SurfacePicture picture = draw_surface(mesh, both, options, loop, page_with_grid(options, view, extent));
-  Image<Rgb8> walls(options.width, options.height, {0, 0, 0});
-  const double line_px = std::max(1.6, kWallLine_m * view.pixels_per_m);
-  for (const auto& [from, to] : cut_lines(mesh, view, picture.projection))
-    draw_line(walls, from, to, line_px, {{255, 255, 255}, 1});
-  Image<std::uint8_t> inside(options.width, options.height, 0);
-  const int longest = static_cast<int>(kWallInside_m * view.pixels_per_m) + 1;
-  fill_between_walls(inside, walls, picture.buffer, longest, true);
-  fill_between_walls(inside, walls, picture.buffer, longest, false);
+  const Image<Rgb8> walls = wall_coverage(mesh, view, picture);
   for (int y = 0; y < options.height; ++y)
-    for (int x = 0; x < options.width; ++x) {
-      const bool solid =
-          picture.buffer.hit(2 * x, 2 * y) &&
-          surface_sample(mesh, picture.buffer, picture.projection, Vec2(2 * x, 2 * y)).seen_from_behind;
-      const double covered = inside(x, y) != 0 || solid ? 1.0 : walls(x, y).r / 255.0;
-      if (covered > 0) blend_pixel(picture.image, x, y, {kWallColor, covered});
-    }
+    for (int x = 0; x < options.width; ++x)
+      if (walls(x, y).r > 0) blend_pixel(picture.image, x, y, {kWallColor, walls(x, y).r / 255.0});
   if (options.trajectory != nullptr) draw_trajectory(picture, view, *options.trajectory);
   draw_legend(picture, options);
   draw_scale_bar(picture.image, view.pixels_per_m);

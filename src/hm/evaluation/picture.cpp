@@ -23,7 +23,7 @@ class Painter {
     double light = brightness(sample, viewer, view_.up) * (0.35 + 0.65 * ambient);
     if (sample.seen_from_behind) light *= 0.6;
     // Colours that carry meaning are lit only a little.
-    if (options_.style != RenderStyle::kShaded) light = 0.42 + 0.62 * light;
+    if (options_.style != RenderStyle::kShaded) light = 0.5 + 0.56 * light;
     return albedo(sample) * light;
   }
 
@@ -41,7 +41,7 @@ class Painter {
       case RenderStyle::kShaded:
         break;
     }
-    return {0.985, 0.965, 0.935};
+    return {0.97, 0.95, 0.92};
   }
   [[nodiscard]] double relative(double value) const {
     return (value - picture_.low) / std::max(1e-12, picture_.high - picture_.low);
@@ -162,7 +162,7 @@ void draw_trajectory(SurfacePicture& picture, const RenderView& view, const Traj
     const int y = 2 * static_cast<int>(std::clamp(path[i].y(), -1e6, 1e6));
     const bool hidden = !from_above && picture.buffer.triangle.contains(x, y) &&
                         nearness[i] < static_cast<double>(picture.buffer.nearness(x, y));
-    draw_line(picture.image, path[i - 1], path[i], width, {line, hidden ? 0.25 : 0.85});
+    draw_line(picture.image, path[i - 1], path[i], width, {line, hidden ? 0.25 : 1.0});
   }
   const double dot = 2.2 * width;
   fill_circle(picture.image, path.front(), dot + 1.5, {{255, 255, 255}, 1});

@@ -36,7 +36,7 @@ void draw_legend(SurfacePicture& picture, const RenderOptions& options) {
   for (int y = 0; y <= static_cast<int>(bar_height); ++y) {
     const double value = 1 - y / bar_height;
     const Rgb8 color = to_rgb8(scalar ? diverging_color(2 * value - 1) : sequential_color(value));
-    fill_rectangle(image, {top + Vec2(0, y - 0.5), top + Vec2(bar_width, y + 0.5)}, {color, 1});
+    fill_rectangle(image, {top + Vec2(0, y - 0.5), top + Vec2(bar_width, y + 1.5)}, {color, 1});
   }
   const std::vector<double> ticks = nice_ticks(picture.low * factor, picture.high * factor, 6);
   const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 1;
