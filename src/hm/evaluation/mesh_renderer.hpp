@@ -46,6 +46,7 @@ struct SceneExtent {
   Box3 box;                         ///< in scene axes: 0.2 to 99.8 percentiles, padded a little
   double floor_m = 0;               ///< height of the floor along up
   std::optional<double> ceiling_m;  ///< height of a ceiling, where one was found
+  std::vector<Vec3> points;         ///< some surface points within the box, world: what views are fitted to
 };
 /// `up_hint`: roughly up (a camera's mean -y, or z); refined by the surfaces that face it within 25 degrees.
 SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint = Vec3::UnitZ());
