@@ -16,7 +16,8 @@ SOURCE_FOLDERS = ["src", "apps", "tests", "bench", "examples", "scripts", "cmake
 
 
 def is_test(path):
-    return path.name.endswith("_test.cpp") or path.name.startswith("test_") or "tests" in path.parts
+    return path.name.endswith("_test.cpp") or path.name.startswith("test_") \
+        or "tests" in path.parts or "testing" in path.parts
 
 
 def is_bench(path):
