@@ -45,7 +45,7 @@ BENCH_ONLY = {"benchmark"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}
 # Headers of the operating system (POSIX, x86), in .cpp files only.
-SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux"}
+SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux"}
 
 MAX_LINES = 300
 MAX_VERB_LINES = 150

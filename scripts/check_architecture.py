@@ -16,8 +16,7 @@ SOURCE_FOLDERS = ["src", "apps", "tests", "bench", "examples", "scripts", "cmake
 
 
 def is_test(path):
-    return path.name.endswith("_test.cpp") or path.name.startswith("test_") \
-        or "tests" in path.parts or "testing" in path.parts
+    return "_test" in path.stem or path.name.startswith("test_") or {"tests", "testing"} & set(path.parts)
 
 
 def is_bench(path):
@@ -72,13 +71,14 @@ class Checker:
             self.check_test_has_subject(path)
 
     def check_test_has_subject(self, path):
-        """thing_test.cpp stands beside thing.hpp/.cpp, or thing starts with that name or the room's."""
+        """thing_test.cpp stands beside thing.hpp/.cpp, or shares its first or last words with such a file."""
         stem = path.name[:-len("_test.cpp")]
         folder = self.root / path.parent
-        names = {p.stem for p in folder.iterdir() if p.suffix in (".cpp", ".hpp") and not is_test(p.relative_to(
-            self.root))} | {path.parent.name, path.parts[2]}
-        if not any(stem == name or stem.startswith(name + "_") for name in names):
-            self.report(path, 0, f"no file of this room is called '{stem}' or starts it")
+        names = {p.stem for p in folder.iterdir() if p.suffix in (".cpp", ".hpp")
+                 and not is_test(p.relative_to(self.root))} | {path.parent.name, path.parts[2]}
+        if not any(long == short or long.startswith(short + "_") or long.endswith("_" + short)
+                   for name in names for long, short in ((stem, name), (name, stem))):
+            self.report(path, 0, f"no file of this room belongs to '{stem}'")
 
     def check_text(self, path, lines):
         text = "\n".join(lines)
@@ -98,7 +98,7 @@ class Checker:
         first = target.split("/")[0]
         if first == "hm":
             self.check_arrow(path, line, target)
-        elif quote == '"':
+        elif quote == '"' and first != "hwy":  # Highway's own headers are quoted
             if path.parts[0] == "src" and not target.startswith("hm/"):
                 self.report(path, line, f'"{target}": includes start with hm/')
         else:
