@@ -287,7 +287,7 @@ class PlyReader {
       const auto value_at = [&](std::size_t column) {
         return values[static_cast<std::size_t>(columns[column])];
       };
-      const auto vector_at = [&](std::size_t first) {
+      const auto vector_at = [&](std::size_t first) -> Eigen::Vector3f {
         return Eigen::Vector3d(value_at(first), value_at(first + 1), value_at(first + 2)).cast<float>();
       };
       mesh_.vertices.emplace_back(vector_at(0));
