@@ -18,11 +18,11 @@ std::string_view to_string(RecordingKind kind);
 
 /// What the user may know better than the folder.
 struct RecordingOptions {
-  std::optional<RecordingKind> kind;    ///< instead of guessing
-  std::optional<PinholeCamera> camera;  ///< instead of camera.txt, camera-intrinsics.txt or the known camera
-  std::optional<double> depth_units_per_m;  ///< instead of the format's own (1000, 5000)
-  double max_stamp_difference_s = 0.02;     ///< between a depth image and the colour image paired with it
-  double max_pose_gap_s = 0.15;             ///< between two poses that one in the middle is interpolated from
+  std::optional<RecordingKind> kind = {};        ///< instead of guessing
+  std::optional<PinholeCamera> camera = {};      ///< instead of the files' or the known camera
+  std::optional<double> depth_units_per_m = {};  ///< instead of the format's own (1000, 5000)
+  double max_stamp_difference_s = 0.02;  ///< between a depth image and the colour image paired with it
+  double max_pose_gap_s = 0.15;          ///< between two poses that one in the middle is interpolated from
 };
 
 /// Lines of a recording's text files (or single pictures) that were left out.

@@ -11,7 +11,8 @@
 namespace hm {
 namespace {
 
-constexpr int kPixelStep = 8;
+constexpr int kPixelStep = 6;
+constexpr int kTile_px = 80;
 /// Fewer points than this say nothing.
 constexpr std::size_t kMinPoints = 50;
 constexpr double kMinOverlap = 0.1;
@@ -21,6 +22,45 @@ SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
   const SE3 &from = *pair.from.T_world_camera, &to = *pair.to.T_world_camera;
   return hypothesis.poses_inverted ? to * from.inverse() : to.inverse() * from;
 }
+
+double median_of_many(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Means of relative differences by tile of the image.
+class TileMeans {
+ public:
+  explicit TileMeans(const PinholeCamera& camera)
+      : columns_((camera.width + kTile_px - 1) / kTile_px),
+        tiles_(static_cast<std::size_t>(columns_ * ((camera.height + kTile_px - 1) / kTile_px))) {}
+
+  void add(int u, int v, double difference) {
+    // Clipped, not dropped: borders of things must not rule a tile, and a wrong reading must not gain.
+    constexpr double kClip_ratio = 0.1;
+    Tile& tile = tiles_[static_cast<std::size_t>((v / kTile_px) * columns_ + u / kTile_px)];
+    tile.sum += std::clamp(difference, -kClip_ratio, kClip_ratio);
+    ++tile.count;
+  }
+
+  /// Median of |mean| over the tiles that hold enough.
+  [[nodiscard]] double median() const {
+    constexpr int kMinCount = 20;
+    std::vector<double> means;
+    for (const Tile& tile : tiles_)
+      if (tile.count >= kMinCount) means.push_back(std::fabs(tile.sum / tile.count));
+    return means.empty() ? 1.0 : quantile(std::move(means), 0.5);
+  }
+
+ private:
+  struct Tile {
+    double sum = 0;
+    int count = 0;
+  };
+  int columns_;
+  std::vector<Tile> tiles_;
+};
 
 }  // namespace
 
@@ -42,6 +82,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
   if (hypothesis.fy_flipped) camera.fy = -camera.fy;
   const SE3 T_to_from = motion_between(pair, hypothesis);
   std::vector<double> errors, relative;
+  TileMeans tiles(camera);
   std::size_t moved = 0;
   for (int y = kPixelStep / 2; y < camera.height; y += kPixelStep) {
     for (int x = kPixelStep / 2; x < camera.width; x += kPixelStep) {
@@ -58,27 +99,34 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
       if (z_to <= 0) continue;
       errors.push_back(std::fabs(p_to.z() - z_to));
       relative.push_back(errors.back() / z_to);
+      tiles.add(u, v, (p_to.z() - z_to) / z_to);
     }
   }
   Agreement result;
   if (moved > 0) result.overlap_ratio = static_cast<double>(errors.size()) / static_cast<double>(moved);
   if (errors.size() < kMinPoints || result.overlap_ratio < kMinOverlap) return result;
-  result.median_m = quantile(std::move(errors), 0.5);
-  result.relative = quantile(std::move(relative), 0.5);
+  result.median_m = median_of_many(errors);
+  result.relative = median_of_many(relative);
+  result.systematic = tiles.median();
   return result;
 }
 
-Agreement compare(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
-                  const ReadingHypothesis& hypothesis) {
-  std::vector<double> medians, relative, overlaps;
-  for (const FramePair& pair : pairs) {
-    const Agreement one = compare(pair, camera, hypothesis);
-    medians.push_back(one.median_m);
-    relative.push_back(one.relative);
-    overlaps.push_back(one.overlap_ratio);
-  }
-  if (pairs.empty()) return {};
-  return {quantile(medians, 0.5), quantile(relative, 0.5), quantile(overlaps, 0.5)};
+std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
+                                   const ReadingHypothesis& hypothesis) {
+  std::vector<Agreement> agreements;
+  for (const FramePair& pair : pairs) agreements.push_back(compare(pair, camera, hypothesis));
+  return agreements;
+}
+
+Agreement median_of(const std::vector<Agreement>& agreements) {
+  if (agreements.empty()) return {};
+  const auto median = [&](double Agreement::*member) {
+    std::vector<double> values;
+    for (const Agreement& agreement : agreements) values.push_back(agreement.*member);
+    return quantile(std::move(values), 0.5);
+  };
+  return {median(&Agreement::median_m), median(&Agreement::relative), median(&Agreement::systematic),
+          median(&Agreement::overlap_ratio)};
 }
 
 std::vector<ReadingHypothesis> reading_hypotheses() {

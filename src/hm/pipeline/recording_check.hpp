@@ -32,10 +32,11 @@ struct DepthReport {
 /// How well the poses and the depth agree under one reading of the files: one frame's depth is moved into
 /// another by their poses, and compared with the depth measured there.
 struct AgreementReport {
-  std::string hypothesis;      ///< "as given", "poses inverted", "depth x 10", ...
-  double agreement_mm = 0;     ///< median over the pairs of the median |z predicted - z measured|
-  double agreement_ratio = 1;  ///< the same, relative to the depth: comparable between depth scales
-  double overlap_ratio = 0;    ///< share of predicted points that met a measured depth
+  std::string hypothesis;       ///< "as given", "poses inverted", "depth x 10", ...
+  double agreement_mm = 0;      ///< median over the pairs of the median |z predicted - z measured|
+  double agreement_ratio = 1;   ///< the same, relative to the depth: comparable between depth scales
+  double systematic_ratio = 1;  ///< the same with the noise of single pixels averaged out (80 x 80 px)
+  double overlap_ratio = 0;     ///< share of predicted points that met a measured depth
 };
 
 enum class FindingKind {
@@ -79,8 +80,8 @@ struct RecordingReport {
 struct InspectOptions {
   int depth_samples = 20;          ///< frames whose depth statistics are taken
   int pairs = 12;                  ///< pairs of frames compared under every hypothesis
-  double min_motion_m = 0.03;      ///< a pair needs this much translation ...
-  double min_rotation_rad = 0.05;  ///< ... or this much rotation
+  double min_motion_m = 0.01;      ///< a pair needs this much translation ...
+  double min_rotation_rad = 0.01;  ///< ... or this much rotation
 };
 
 /// Looks at a recording: streams, rates, depth, poses, and what seems wrong with them. Decodes about fifty

@@ -15,22 +15,35 @@ void add(RecordingReport& report, FindingKind kind, std::string message) {
 
 /// A reading is clearly better when its error is less than this part of the other's ...
 constexpr double kClearlyBetter_ratio = 0.5;
-/// ... for at least this share of the pairs ...
+/// ... and for at least this share of the pairs less than that part ...
 constexpr double kMinVotes_ratio = 0.75;
+constexpr double kVote_ratio = 0.8;
 /// ... and its points meet measured depth as often as this.
 constexpr double kMinOverlap_ratio = 0.3;
 /// Depth and poses of any sensor in use agree better than this, relative to depth.
 constexpr double kPoorAgreement_ratio = 0.04;
 
-/// True when reading `b` of the recording fits clearly better than reading `a`.
-bool clearly_better(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
-                    const ReadingHypothesis& a, const ReadingHypothesis& b) {
-  const Agreement of_b = compare(pairs, camera, b);
-  if (of_b.overlap_ratio < kMinOverlap_ratio || of_b.relative > kPoorAgreement_ratio) return false;
-  const auto votes = std::ranges::count_if(pairs, [&](const FramePair& pair) {
-    return compare(pair, camera, b).relative < kClearlyBetter_ratio * compare(pair, camera, a).relative;
-  });
-  return static_cast<double>(votes) >= kMinVotes_ratio * static_cast<double>(pairs.size());
+/// How one reading of the recording fits, over all pairs.
+struct Fit {
+  ReadingHypothesis hypothesis;
+  std::vector<Agreement> by_pair;
+  Agreement median;
+};
+
+Fit fit_of(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
+           const ReadingHypothesis& hypothesis) {
+  Fit fit{hypothesis, compare_all(pairs, camera, hypothesis), {}};
+  fit.median = median_of(fit.by_pair);
+  return fit;
+}
+
+bool clearly_better(const Fit& a, const Fit& than_b) {
+  if (a.median.overlap_ratio < kMinOverlap_ratio || a.median.systematic > kPoorAgreement_ratio) return false;
+  if (a.median.systematic >= kClearlyBetter_ratio * than_b.median.systematic) return false;
+  std::size_t votes = 0;
+  for (std::size_t i = 0; i < a.by_pair.size(); ++i)
+    if (a.by_pair[i].systematic < kVote_ratio * than_b.by_pair[i].systematic) ++votes;
+  return static_cast<double>(votes) >= kMinVotes_ratio * static_cast<double>(a.by_pair.size());
 }
 
 FindingKind kind_of(const ReadingHypothesis& hypothesis) {
@@ -53,46 +66,44 @@ std::string advice(const ReadingHypothesis& hypothesis, const RecordingInfo& inf
 }
 
 std::string in_numbers(const Agreement& agreement) {
-  if (agreement.median_m <= 0 && agreement.relative >= 1) return "do not overlap at all";
-  return fmt::format("differ by {:.1f} mm ({:.2f} % of the depth)", 1e3 * agreement.median_m,
-                     1e2 * agreement.relative);
-}
-
-void find_poor_agreement(const std::vector<FramePair>& pairs, RecordingReport& report) {
-  const PinholeCamera camera = report.info.camera.without_distortion();
-  const Agreement given = compare(pairs, camera, {});
-  if (given.relative <= kPoorAgreement_ratio) return;
-  const Agreement still = compare(pairs, camera, {.poses_ignored = true});
-  add(report, FindingKind::kPoorAgreement,
-      fmt::format("depth and poses do not fit together: moved by their poses, depth images {}; with the "
-                  "poses ignored "
-                  "they {} ({} pairs of frames), and no other reading of the files explains it",
-                  in_numbers(given), in_numbers(still), pairs.size()));
+  if (agreement.systematic >= 1) return "do not overlap";
+  return fmt::format("differ by {:.1f} mm ({:.2f} % of the depth with the noise averaged out)",
+                     1e3 * agreement.median_m, 1e2 * agreement.systematic);
 }
 
 }  // namespace
 
 void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& report) {
   const PinholeCamera camera = report.info.camera.without_distortion();
-  const std::vector<ReadingHypothesis> all = reading_hypotheses();
-  std::optional<ReadingHypothesis> best;
-  double best_relative = 1;
-  for (const ReadingHypothesis& hypothesis : all) {
-    const Agreement fit = compare(pairs, camera, hypothesis);
-    report.agreement.push_back({to_string(hypothesis), 1e3 * fit.median_m, fit.relative, fit.overlap_ratio});
-    if (hypothesis.changes() == 0) continue;
-    // Hypotheses come in order of changes: one with more must beat the simpler ones clearly too.
-    if (best && hypothesis.changes() > best->changes() && fit.relative > kClearlyBetter_ratio * best_relative)
-      continue;
-    if (fit.relative >= best_relative || !clearly_better(pairs, camera, {}, hypothesis)) continue;
-    best = hypothesis;
-    best_relative = fit.relative;
+  std::vector<Fit> fits;
+  for (const ReadingHypothesis& hypothesis : reading_hypotheses()) {
+    fits.push_back(fit_of(pairs, camera, hypothesis));
+    const Agreement& fit = fits.back().median;
+    report.agreement.push_back(
+        {to_string(hypothesis), 1e3 * fit.median_m, fit.relative, fit.systematic, fit.overlap_ratio});
   }
-  if (!best) return find_poor_agreement(pairs, report);
-  add(report, kind_of(*best),
-      fmt::format("{}: moved by their poses, depth images {} as given, but {} then ({} pairs of frames)",
-                  advice(*best, report.info), in_numbers(compare(pairs, camera, {})),
-                  in_numbers(compare(pairs, camera, *best)), pairs.size()));
+  const Fit &given = fits[0], &ignored = fits[1];
+  const Fit* best = &given;
+  for (const Fit& fit : fits) {
+    if (fit.hypothesis.changes() == 0 || !clearly_better(fit, given)) continue;
+    // They come in order of changes: one with more must be clearly better than the simpler one too.
+    const bool simpler_known = best != &given && fit.hypothesis.changes() > best->hypothesis.changes();
+    if (simpler_known ? clearly_better(fit, *best) : fit.median.systematic < best->median.systematic)
+      best = &fit;
+  }
+  if (best != &given)
+    return add(
+        report, kind_of(best->hypothesis),
+        fmt::format(
+            "{}: moved by their poses, depth images {} as given; read so, they {} ({} pairs of frames)",
+            advice(best->hypothesis, report.info), in_numbers(given.median), in_numbers(best->median),
+            pairs.size()));
+  if (given.median.systematic > kPoorAgreement_ratio)
+    add(report, FindingKind::kPoorAgreement,
+        fmt::format(
+            "depth and poses do not fit together: moved by their poses, depth images {}; with the poses "
+            "ignored they {} ({} pairs of frames), and no other reading of the files explains it",
+            in_numbers(given.median), in_numbers(ignored.median), pairs.size()));
 }
 
 void find_missing(RecordingReport& report) {

@@ -120,6 +120,7 @@ JsonValue to_json(const RecordingReport& report) {
     json["agreement"].push_back(JsonValue::object({{"hypothesis", a.hypothesis},
                                                    {"agreement_mm", a.agreement_mm},
                                                    {"agreement_ratio", a.agreement_ratio},
+                                                   {"systematic_ratio", a.systematic_ratio},
                                                    {"overlap_ratio", a.overlap_ratio}}));
   json["findings"] = JsonValue::array();
   for (const Finding& finding : report.findings)
