@@ -86,6 +86,35 @@ void mesh_volumes(benchmark::State& state) {
 }
 BENCHMARK(mesh_volumes)->ArgName("surface")->Arg(1)->Arg(0)->Unit(benchmark::kMillisecond);
 
+/// What one camera frame changes: about 570 volumes next to each other, half of them with a surface. With
+/// `unpack`, also what a viewer does: the changed meshes as vertex and triangle arrays.
+void frame_update(benchmark::State& state) {
+  std::vector<ChangedVolume> changed;
+  for (const ChangedVolume& volume : everything(room())) {
+    if (volume.key.x > 0 && volume.key.y > 0 && changed.size() < 570) changed.push_back(volume);
+  }
+  const ParallelLoop loop(static_cast<int>(state.range(0)));
+  IncrementalMesher mesher(MeshParams{}, loop);
+  double vertices = 0, surface = 0;
+  for (auto _ : state) {
+    mesher.mark_changed(changed);
+    const MeshUpdateStats stats = mesher.update(room());
+    if (state.range(1))
+      for (const VolumeKey key : stats.updated) benchmark::DoNotOptimize(unpack(*mesher.find(key), 0.02));
+    vertices = static_cast<double>(stats.vertices_made);
+    surface = static_cast<double>(stats.updated.size());
+  }
+  add_rates(state, static_cast<double>(changed.size()), vertices);
+  state.counters["with_surface"] = surface;
+}
+BENCHMARK(frame_update)
+    ->ArgNames({"threads", "unpack"})
+    ->Args({1, 0})
+    ->Args({2, 0})
+    ->Args({1, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
 /// mark_changed and update for every volume of the room, as after a scan that saw all of it.
 void incremental_update(benchmark::State& state) {
   const ParallelLoop loop(static_cast<int>(state.range(0)));

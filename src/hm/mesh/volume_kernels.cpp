@@ -46,10 +46,12 @@ HWY_INLINE unsigned MaskBits(hn::Mask<D16> mask) {
 
 void LoadField(const Neighborhood& around, std::uint16_t min_weight, Scratch& s) {
   const D16 d;
+  for (int z = 0; z < cells::kSide; ++z)
+    for (int y = 0; y < cells::kSide; ++y) LoadFieldRow(around, min_weight, y, z, s);
+  // In a second loop: a row is read wider than it was written, which stalls while the write is fresh.
   s.inside.clear();
   for (int z = 0; z < cells::kSide; ++z)
     for (int y = 0; y < cells::kSide; ++y) {
-      LoadFieldRow(around, min_weight, y, z, s);
       const std::int16_t* row = s.field + Scratch::field_at(0, y, z);
       unsigned observed = 0, inside = 0;
       for (std::size_t x = 0; x < 16; x += hn::Lanes(d)) {

@@ -116,17 +116,29 @@ class Welder::Earlier {
   bool started_ = false;
 };
 
-/// The bits of a row of edges that lie on a far side.
-unsigned far_bits(int row) {
-  const int y = row % cells::kSide, z = row / cells::kSide;
-  return y == kVolumeSide || z == kVolumeSide ? 0xffffu : 1u << kVolumeSide;
-}
-
-/// The bits of a row of edges that an earlier volume may have too: on a near side, not leaving it.
+/// Per row of edges, the bits that lie on a far side; per direction and row, those that an earlier volume
+/// may have too: on a near side, not leaving it.
+struct BorderBits {
+  std::array<unsigned, cells::kRows> far{};
+  std::array<std::array<unsigned, cells::kRows>, 3> near{};
+};
+constexpr BorderBits kBorderBits = [] {
+  constexpr unsigned kAll = (2u << kVolumeSide) - 1;
+  BorderBits bits;
+  for (int z = 0; z < cells::kSide; ++z)
+    for (int y = 0; y < cells::kSide; ++y) {
+      const auto row = static_cast<std::size_t>(cells::row_of(y, z));
+      bits.far[row] = y == kVolumeSide || z == kVolumeSide ? kAll : 1u << kVolumeSide;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const bool all = (z == 0 && axis != 2) || (y == 0 && axis != 1);
+        bits.near[axis][row] = all ? kAll : axis == 0 ? 0u : 1u;
+      }
+    }
+  return bits;
+}();
+unsigned far_bits(int row) { return kBorderBits.far[static_cast<std::size_t>(row)]; }
 unsigned near_bits(int axis, int row) {
-  const int y = row % cells::kSide, z = row / cells::kSide;
-  if ((z == 0 && axis != 2) || (y == 0 && axis != 1)) return 0xffffu;
-  return axis == 0 ? 0u : 1u;
+  return kBorderBits.near[static_cast<std::size_t>(axis)][static_cast<std::size_t>(row)];
 }
 
 void Welder::list_borders(std::size_t begin, std::size_t end) {
@@ -179,8 +191,10 @@ void Welder::count_owned(std::size_t begin, std::size_t end) {
     auto far = border(i).begin();
     for (int row = 0; row < cells::kRows; ++row)
       for (int axis = 0; axis < 3; ++axis) {
+        const unsigned edges = cells.edges.along[axis][row];
+        if (edges == 0) continue;
         const unsigned shared = near_bits(axis, row), listed = far_bits(row);
-        cells::for_each_bit(cells.edges.along[axis][row], [&](int x) {
+        cells::for_each_bit(edges, [&](int x) {
           if (listed >> x & 1u) (far++)->rank = owned;
           if ((shared >> x & 1u) && find_owner(earlier, {axis, row, x}).volume != kNone) return;
           ++owned;
@@ -219,8 +233,10 @@ void Welder::write(std::size_t begin, std::size_t end, TriangleMesh& out) {
     std::size_t local = 0;
     for (int row = 0; row < cells::kRows; ++row)
       for (int axis = 0; axis < 3; ++axis) {
+        const unsigned edges = cells.edges.along[axis][row];
+        if (edges == 0) continue;
         const unsigned shared = near_bits(axis, row);
-        cells::for_each_bit(cells.edges.along[axis][row], [&](int x) {
+        cells::for_each_bit(edges, [&](int x) {
           const VertexEdge edge{axis, row, x};
           const Owner owner = shared >> x & 1u ? find_owner(earlier, edge) : Owner{};
           if (owner.volume != kNone)
