@@ -66,7 +66,7 @@ void fill_unseen(Mask& walls, const VisibilityBuffer& buffer, int longest) {
 
 /// Adds the insides of cut solids: runs in which mostly back faces are seen, along the row and the column.
 void fill_solids(Mask& walls, const Mask& seen_from_behind) {
-  constexpr double kShare = 0.3;  // the bottom of a cupboard may fight with the floor that it stands on
+  constexpr double kShare = 0.12;  // the bottom of a cupboard may fight with the floor that it stands on
   Mask votes(walls.width(), walls.height(), 0);
   for (const bool along_rows : {true, false})
     for_runs_between_walls(walls, along_rows, [&](int first, int end, auto&& pixel) {
