@@ -17,47 +17,20 @@
 #include "hm/core/rng.hpp"
 #include "hm/io/io_test_support.hpp"
 #include "hm/io/json.hpp"
+#include "hm/io/mesh_test_support.hpp"
 
 namespace hm {
 namespace {
 
+using test::expect_same;
+using test::kAllParts;
+using test::make_sheet;
+using test::Parts;
 using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
 
-enum class Parts { kBare, kNormals, kColors, kAll };
-constexpr std::array kAllParts{Parts::kBare, Parts::kNormals, Parts::kColors, Parts::kAll};
 constexpr std::array<const char*, 3> kExtensions{".ply", ".obj", ".glb"};
-
-/// A wavy sheet whose vertices, normals and colours are all different from each other.
-TriangleMesh make_sheet(int side, Parts parts) {
-  TriangleMesh mesh;
-  Rng rng(11);
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) {
-      const double z = std::sin(x * 0.7) * std::cos(y * 0.3) + 0.001 * rng.normal();
-      mesh.vertices.emplace_back(Vec3(x * 0.1 - 3, y * 0.1 + 7, z).cast<float>());
-      mesh.colors.push_back({static_cast<std::uint8_t>(x * 7), static_cast<std::uint8_t>(y * 5),
-                             static_cast<std::uint8_t>(rng.below(256))});
-    }
-  for (int y = 0; y + 1 < side; ++y)
-    for (int x = 0; x + 1 < side; ++x) {
-      const auto i = static_cast<std::uint32_t>(y * side + x), s = static_cast<std::uint32_t>(side);
-      mesh.triangles.push_back({i, i + 1, i + s + 1});
-      mesh.triangles.push_back({i, i + s + 1, i + s});
-    }
-  compute_normals(mesh);
-  if (parts == Parts::kBare || parts == Parts::kColors) mesh.normals.clear();
-  if (parts == Parts::kBare || parts == Parts::kNormals) mesh.colors.clear();
-  return mesh;
-}
-
-void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
-  EXPECT_EQ(a.vertices, b.vertices);
-  EXPECT_EQ(a.normals, b.normals);
-  EXPECT_EQ(a.colors, b.colors);
-  EXPECT_EQ(a.triangles, b.triangles);
-}
 
 TEST(MeshFile, EveryFormatReadsBackBitForBit) {
   const TemporaryFolder folder;
@@ -257,162 +230,6 @@ TEST(MeshFile, EveryFormatSurvivesDamage) {
       ASSERT_TRUE(read->colors.empty() || read->has_colors());
     });
     EXPECT_GT(refused, 300) << extension;
-  }
-}
-
-// ---- PLY from others ----
-
-TEST(PlyReader, ReadsAsciiWithExtraPropertiesAndPolygons) {
-  const TemporaryFolder folder;
-  write_bytes(
-      folder / "m.ply",
-      "ply\r\nformat ascii 1.0\r\ncomment by hand\r\nelement camera 1\r\nproperty list uchar float view\r\n"
-      "element vertex 5\r\nproperty double x\r\nproperty double y\r\nproperty float quality\r\n"
-      "property double z\r\nproperty float red\r\nproperty float green\r\nproperty float blue\r\n"
-      "element face 2\r\nproperty uchar flags\r\nproperty list uchar uint vertex_index\r\nend_header\r\n"
-      "2 0.5 0.25\r\n0 0 9 0 1 0 0\r\n1 0 9 0 0 1 0\r\n\r\n1 1 9 0 0 0 1\r\n0 1 9 0 0.5 2 -1\r\n"
-      "-1e-3 +0.5 9 .25 0 0 0\r\n7 4 0 1 2 3\r\n7 3 0 3 4\r\n");
-  const auto read = read_mesh(folder / "m.ply");
-  ASSERT_TRUE(read) << to_string(read.error());
-  ASSERT_EQ(read->vertices.size(), 5u);
-  EXPECT_EQ(read->vertices[4], Eigen::Vector3f(-1e-3f, 0.5f, 0.25f));
-  EXPECT_EQ(read->colors[1], (Rgb8{0, 255, 0}));
-  EXPECT_EQ(read->colors[3], (Rgb8{128, 255, 0}));
-  EXPECT_FALSE(read->has_normals());
-  const std::vector<std::array<std::uint32_t, 3>> expected{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}};
-  EXPECT_EQ(read->triangles, expected);
-}
-
-template <class T>
-void append_big_endian(std::string& bytes, T value) {
-  std::array<char, sizeof(T)> raw{};
-  std::memcpy(raw.data(), &value, sizeof value);
-  for (auto byte = raw.rbegin(); byte != raw.rend(); ++byte) bytes.push_back(*byte);
-}
-
-TEST(PlyReader, ReadsBigEndian) {
-  const TemporaryFolder folder;
-  const TriangleMesh mesh = make_sheet(8, Parts::kAll);
-  std::string bytes =
-      "ply\nformat binary_big_endian 1.0\nelement vertex 64\nproperty double x\nproperty double y\n"
-      "property double z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-      "property ushort red\nproperty ushort green\nproperty ushort blue\nelement face 98\n"
-      "property list int short vertex_indices\nproperty short material\nend_header\n";
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    for (const float v : mesh.vertices[i]) append_big_endian(bytes, static_cast<double>(v));
-    for (const float v : mesh.normals[i]) append_big_endian(bytes, v);
-    for (const auto c : {mesh.colors[i].r, mesh.colors[i].g, mesh.colors[i].b})
-      append_big_endian(bytes, static_cast<std::uint16_t>(c * 257));
-  }
-  for (const auto& triangle : mesh.triangles) {
-    append_big_endian(bytes, std::int32_t{3});
-    for (const std::uint32_t index : triangle) append_big_endian(bytes, static_cast<std::int16_t>(index));
-    append_big_endian(bytes, std::int16_t{-1});
-  }
-  write_bytes(folder / "m.ply", bytes);
-  const auto read = read_mesh(folder / "m.ply");
-  ASSERT_TRUE(read) << to_string(read.error());
-  expect_same(*read, mesh);
-}
-
-TEST(PlyReader, SaysWhatIsWrongAndWhere) {
-  const TemporaryFolder folder;
-  const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n";
-  const std::string faces =
-      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  struct Case {
-    std::string text, message;
-  };
-  const std::vector<Case> cases{
-      {"obj\n", "m.ply, byte 0"},
-      {head + "end_header\n0 0\n0 0\n0 0\n", "no z"},
-      {head + "property float z\n", "header does not end"},
-      {head + "property flat z\nend_header\n", "m.ply:6"},
-      {head + faces + "0 0 0\n0 0 x\n0 0 0\n3 0 1 2\n", "m.ply:11"},
-      {head + faces + "0 0 0\n0 0 nan\n0 0 0\n3 0 1 2\n", "vertex 1 is not finite"},
-      {head + faces + "0 0 0\n0 1 0\n1 0 0\n3 0 1 3\n", "vertex 3 of 3"},
-      {head + faces + "0 0 0\n0 1 0\n1 0 0\n3 0 1\n", "face 0"},
-      {head + faces + "0 0 0\n0 1 0\n1 0 0\n3 0 1 -2\n", "vertex -2"},
-      {head + "property float z\nelement face 99999999999\n" + faces.substr(32), "do not fit"}};
-  for (const Case& bad : cases) {
-    write_bytes(folder / "m.ply", bad.text);
-    const auto read = read_mesh(folder / "m.ply");
-    ASSERT_FALSE(read) << bad.text;
-    EXPECT_THAT(to_string(read.error()), HasSubstr(bad.message)) << bad.text;
-  }
-}
-
-// ---- OBJ from others ----
-
-TEST(ObjReader, ReadsEveryFormOfFace) {
-  const TemporaryFolder folder;
-  write_bytes(folder / "m.obj",
-              "# by hand\r\nmtllib a.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0 # corner\nvt 0 0\n"
-              "vn 0 0 1\nvn 0 0 -1\nusemtl stone\ns off\nf 1 2 3\nf 1/1 3/1 4/1\nf 1//1 2//1 3//1 4//1\n"
-              "f -4/1/-2 -3/1/-2 -2/1/-2\nl 1 2\n");
-  const auto read = read_mesh(folder / "m.obj");
-  ASSERT_TRUE(read) << to_string(read.error());
-  const std::vector<std::array<std::uint32_t, 3>> expected{
-      {0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {0, 2, 3}, {0, 1, 2}};
-  EXPECT_EQ(read->triangles, expected);
-  ASSERT_TRUE(read->has_normals());
-  for (const auto& normal : read->normals) EXPECT_EQ(normal, Eigen::Vector3f::UnitZ());
-  EXPECT_FALSE(read->has_colors());
-}
-
-TEST(ObjReader, AveragesNormalsThatDiffer) {
-  const TemporaryFolder folder;
-  write_bytes(folder / "m.obj",
-              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\n");
-  const auto read = read_mesh(folder / "m.obj");
-  ASSERT_TRUE(read && read->has_normals());
-  EXPECT_LT((read->normals[0] - Eigen::Vector3f(1, 0, 1).normalized()).norm(), 1e-6f);
-  EXPECT_EQ(read->normals[1], Eigen::Vector3f::UnitZ());
-  EXPECT_EQ(read->normals[3], Eigen::Vector3f::UnitX());
-}
-
-TEST(ObjReader, SaysWhatIsWrongAndWhere) {
-  const TemporaryFolder folder;
-  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  struct Case {
-    std::string text, message;
-  };
-  const std::vector<Case> cases{{three + "f 1 2 4\n", "m.obj:4: a face names vertex 4 of 3"},
-                                {three + "f 1 2 0\n", "m.obj:4"},
-                                {three + "f 1 2 -4\n", "m.obj:4"},
-                                {three + "f 1 2\n", "a face of 2 corners"},
-                                {three + "f 1//1 2//1 3//1\n", "m.obj:4: a face names normal 1 of 0"},
-                                {three + "f 1 2 99999999999\n", "'99999999999'"},
-                                {three + "v 1 nan 0\n", "'nan' is no finite number"},
-                                {three + "v 1 0\n", "m.obj:4: a vertex of 2 numbers"}};
-  for (const Case& bad : cases) {
-    write_bytes(folder / "m.obj", bad.text);
-    const auto read = read_mesh(folder / "m.obj");
-    ASSERT_FALSE(read) << bad.text;
-    EXPECT_THAT(to_string(read.error()), HasSubstr(bad.message)) << bad.text;
-  }
-}
-
-TEST(ObjReader, ReadsRealMeshesLikeAssimp) {
-  const char* given = std::getenv("HM_DATA");
-  const std::filesystem::path data = given ? given : HM_SOURCE_DIR "/../shared/data";
-  if (!std::filesystem::exists(data / "meshes"))
-    GTEST_SKIP() << data / "meshes"
-                 << " is not there";
-  const TemporaryFolder folder;
-  for (const auto& entry : std::filesystem::directory_iterator(data / "meshes")) {
-    if (entry.path().extension() != ".obj") continue;
-    SCOPED_TRACE(entry.path().string());
-    const auto ours = read_mesh(entry.path());
-    ASSERT_TRUE(ours) << to_string(ours.error());
-    Assimp::Importer importer;
-    const aiScene* scene =
-        importer.ReadFile(entry.path().string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
-    ASSERT_TRUE(scene) << importer.GetErrorString();
-    std::size_t triangles = 0;
-    for (unsigned m = 0; m < scene->mNumMeshes; ++m) triangles += scene->mMeshes[m]->mNumFaces;
-    EXPECT_EQ(ours->triangles.size(), triangles);
-    EXPECT_GT(triangles, 100u);
   }
 }
 
