@@ -1,1 +1,0 @@
-namespace hm { void zz_local_stub_tsdf(); void zz_local_stub_tsdf() {} }
