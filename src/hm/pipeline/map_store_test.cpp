@@ -34,7 +34,7 @@ void expect_equal(const VolumeGrid& a, const VolumeGrid& b) {
     const Volume *va = a.find(key), *vb = b.find(key);
     EXPECT_TRUE(std::equal(va->voxels, va->voxels + kVolumeVoxels, vb->voxels));
     ASSERT_EQ(va->colors == nullptr, vb->colors == nullptr);
-    if (va->colors) EXPECT_TRUE(std::equal(va->colors, va->colors + kVolumeVoxels, vb->colors));
+    EXPECT_TRUE(!va->colors || std::equal(va->colors, va->colors + kVolumeVoxels, vb->colors));
     EXPECT_EQ(a.may_hold_interior(key), b.may_hold_interior(key));
   }
 }

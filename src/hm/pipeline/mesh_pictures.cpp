@@ -49,8 +49,8 @@ std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const Tr
   const std::vector<float> errors_m = vertex_errors_m(mesh, *surface, loop);
   RenderOptions render = render_options(options, RenderStyle::kScalar);
   render.vertex_values = errors_m;
-  render.value_label = "signed error (mm), positive in front of the true surface";
-  return MeshPicture{"error", "Signed distance to the true surface.",
+  render.value_label = "error (mm)";
+  return MeshPicture{"error", "Signed distance to the true surface: red in front of it, blue behind.",
                      render_mesh(mesh, dollhouse_view(extent_of(mesh, options), render), render, loop)};
 }
 
