@@ -49,8 +49,9 @@ ParamList list_all(Parameters& parameters) {
 
 std::vector<std::string> map_parameters(const Parameters& parameters) {
   Parameters copy = parameters;
+  const ParamList list = list_reconstruction(copy);
   std::vector<std::string> lines;
-  for (const ParamRef& param : list_reconstruction(copy).all()) {
+  for (const ParamRef& param : list.all()) {
     const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.");
     if (of_map && std::find(kFreeOfMap.begin(), kFreeOfMap.end(), param.name) == kFreeOfMap.end())
       lines.push_back(fmt::format("{} = {}", param.name, value_text(param)));

@@ -10,8 +10,9 @@ namespace {
 
 TEST(Parameters, NamesAreUniqueSnakeCaseAndTextsAreThere) {
   Parameters parameters;
+  const ParamList list = list_all(parameters);
   std::set<std::string> names;
-  for (const ParamRef& param : list_all(parameters).all()) {
+  for (const ParamRef& param : list.all()) {
     EXPECT_TRUE(names.insert(param.name).second) << param.name;
     EXPECT_THAT(param.name, testing::MatchesRegex("[a-z_]+\\.[a-z0-9_]+"));
     EXPECT_GE(param.help.size(), 6u) << param.name;
