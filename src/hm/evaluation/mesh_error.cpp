@@ -1,0 +1,182 @@
+#include "hm/evaluation/mesh_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/rng.hpp"
+
+namespace hm {
+namespace {
+
+/// Twice the area of each triangle; 0 for broken ones.
+std::vector<double> doubled_areas(const TriangleMesh& mesh) {
+  std::vector<double> areas(mesh.triangles.size(), 0.0);
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) continue;
+    float largest = 0;
+    for (const std::uint32_t index : t)
+      largest = std::max(largest, mesh.vertices[index].cwiseAbs().maxCoeff());
+    if (!(largest < 1e9F)) continue;  // as EmbreeMesh
+    const Vec3 a = mesh.vertices[t[0]].cast<double>();
+    const double area =
+        (mesh.vertices[t[1]].cast<double>() - a).cross(mesh.vertices[t[2]].cast<double>() - a).norm();
+    if (std::isfinite(area)) areas[i] = area;
+  }
+  return areas;
+}
+
+Vec3 random_point(const TriangleMesh& mesh, std::size_t triangle, Rng& rng) {
+  double u = rng.uniform(), v = rng.uniform();
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
+  const auto& t = mesh.triangles[triangle];
+  const Vec3 a = mesh.vertices[t[0]].cast<double>();
+  return a + u * (mesh.vertices[t[1]].cast<double>() - a) + v * (mesh.vertices[t[2]].cast<double>() - a);
+}
+
+template <class Vector>
+Summary summarise_distances(const Vector& distances) {
+  std::vector<double> values;
+  values.reserve(distances.size());
+  for (const float d : distances) values.push_back(std::abs(static_cast<double>(d)));
+  return summarise(values);
+}
+
+MeshAccuracy accuracy_of(std::vector<float> signed_distances, double threshold_m) {
+  MeshAccuracy accuracy;
+  std::size_t within = 0;
+  double sum = 0;
+  for (const float d : signed_distances) {
+    sum += static_cast<double>(d);
+    within += std::abs(static_cast<double>(d)) <= threshold_m ? 1 : 0;
+  }
+  const auto count = static_cast<double>(signed_distances.size());
+  accuracy.bias_m = sum / count;
+  accuracy.within_ratio = static_cast<double>(within) / count;
+  accuracy.distance_m = summarise_distances(signed_distances);
+  accuracy.signed_distances_m = std::move(signed_distances);
+  return accuracy;
+}
+
+std::vector<float> evaluate_function(const SignedDistanceFunction& truth, std::span<const Vec3> points,
+                                     const ParallelLoop& loop) {
+  std::vector<float> distances(points.size());
+  loop.for_ranges(points.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) distances[i] = static_cast<float>(truth(points[i]));
+  });
+  return distances;
+}
+
+Result<std::vector<Vec3>> samples_of(const TriangleMesh& mesh, const MeshErrorParams& params) {
+  std::vector<Vec3> samples =
+      sample_surface(mesh, static_cast<std::size_t>(params.samples), static_cast<std::uint64_t>(params.seed));
+  if (samples.empty())
+    return fail(ErrorCode::kInvalidValue, {},
+                "the mesh has no surface to measure ({} vertices, {} triangles)", mesh.vertices.size(),
+                mesh.triangles.size());
+  return samples;
+}
+
+std::vector<Vec3> vertex_points(const TriangleMesh& mesh) {
+  std::vector<Vec3> points;
+  points.reserve(mesh.vertices.size());
+  for (const auto& v : mesh.vertices) points.push_back(v.cast<double>());
+  return points;
+}
+
+std::vector<float> without_infinities(std::vector<float> errors) {
+  for (float& e : errors)
+    if (!std::isfinite(e)) e = std::numeric_limits<float>::quiet_NaN();
+  return errors;
+}
+
+}  // namespace
+
+std::vector<Vec3> sample_surface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed) {
+  const std::vector<double> areas = doubled_areas(mesh);
+  double total = 0;
+  for (const double area : areas) total += area;
+  std::vector<Vec3> samples;
+  if (!(total > 0)) return samples;
+  samples.reserve(count);
+  Rng rng(seed);
+  double area_before = 0;
+  std::size_t triangle = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = total * (static_cast<double>(i) + rng.uniform()) / static_cast<double>(count);
+    while (triangle + 1 < areas.size() && at >= area_before + areas[triangle])
+      area_before += areas[triangle++];
+    while (triangle > 0 && areas[triangle] <= 0) --triangle;  // rounding at the very end
+    samples.push_back(random_point(mesh, triangle, rng));
+  }
+  return samples;
+}
+
+Result<MeshAccuracy> mesh_accuracy(const TriangleMesh& reconstruction, const SurfaceDistance& truth,
+                                   const MeshErrorParams& params, const ParallelLoop& loop) {
+  const auto samples = samples_of(reconstruction, params);
+  if (!samples) return forward_error(samples);
+  return accuracy_of(truth.signed_distances_m(*samples, loop), params.threshold_m);
+}
+
+Result<MeshAccuracy> mesh_accuracy(const TriangleMesh& reconstruction, const SignedDistanceFunction& truth,
+                                   const MeshErrorParams& params, const ParallelLoop& loop) {
+  const auto samples = samples_of(reconstruction, params);
+  if (!samples) return forward_error(samples);
+  return accuracy_of(evaluate_function(truth, *samples, loop), params.threshold_m);
+}
+
+Result<MeshCompleteness> mesh_completeness(const TriangleMesh& reconstruction,
+                                           std::span<const Vec3> truth_points, const MeshErrorParams& params,
+                                           const ParallelLoop& loop) {
+  if (truth_points.empty()) return fail(ErrorCode::kInvalidValue, {}, "there is no true point to look for");
+  const auto surface = SurfaceDistance::build(reconstruction);
+  if (!surface) return forward_error(surface);
+  const std::vector<float> distances = surface->distances_m(truth_points, loop);
+  MeshCompleteness completeness;
+  completeness.reached.reserve(distances.size());
+  std::size_t reached = 0;
+  for (const float d : distances) {
+    completeness.reached.push_back(static_cast<double>(d) <= params.threshold_m);
+    reached += completeness.reached.back() ? 1 : 0;
+  }
+  completeness.ratio = static_cast<double>(reached) / static_cast<double>(distances.size());
+  completeness.distance_m = summarise_distances(distances);
+  return completeness;
+}
+
+Result<MeshError> evaluate_mesh(const TriangleMesh& reconstruction, const TriangleMesh& truth,
+                                const MeshErrorParams& params, const ParallelLoop& loop,
+                                std::span<const Vec3> visible_points) {
+  const auto surface = SurfaceDistance::build(truth);
+  if (!surface) return fail(surface.error().code, {}, "the true mesh: {}", surface.error().message);
+  auto accuracy = mesh_accuracy(reconstruction, *surface, params, loop);
+  if (!accuracy) return forward_error(accuracy);
+  std::vector<Vec3> sampled;
+  if (visible_points.empty()) {
+    sampled = sample_surface(truth, static_cast<std::size_t>(params.samples),
+                             static_cast<std::uint64_t>(params.seed) + 1);
+    visible_points = sampled;
+  }
+  auto completeness = mesh_completeness(reconstruction, visible_points, params, loop);
+  if (!completeness) return forward_error(completeness);
+  MeshError error{std::move(*accuracy), std::move(*completeness)};
+  const double precision = error.accuracy.within_ratio, recall = error.completeness.ratio;
+  error.f_score = precision + recall > 0 ? 2 * precision * recall / (precision + recall) : 0;
+  return error;
+}
+
+std::vector<float> vertex_errors_m(const TriangleMesh& reconstruction, const SurfaceDistance& truth,
+                                   const ParallelLoop& loop) {
+  return without_infinities(truth.signed_distances_m(vertex_points(reconstruction), loop));
+}
+
+std::vector<float> vertex_errors_m(const TriangleMesh& reconstruction, const SignedDistanceFunction& truth,
+                                   const ParallelLoop& loop) {
+  return without_infinities(evaluate_function(truth, vertex_points(reconstruction), loop));
+}
+
+}  // namespace hm

@@ -1,0 +1,72 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/image.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+
+namespace hm {
+
+/// How a surface gets its colour. kScalar: `RenderOptions::vertex_values` through a diverging colour map.
+enum class RenderStyle { kShaded, kColor, kHeight, kScalar };
+
+enum class Projection { kPerspective, kOrthographic };
+enum class Faces { kFront, kBoth };
+
+/// A picture's point of view. The camera looks along its +z (x right, y down).
+struct RenderView {
+  SE3 T_world_camera;
+  Projection projection = Projection::kPerspective;
+  double focal_px = 0;          ///< perspective: focal length for the picture's size
+  double pixels_per_m = 0;      ///< orthographic
+  Vec3 up = Vec3::UnitZ();      ///< unit, world; heights are measured along it
+  Faces faces = Faces::kFront;  ///< kFront: triangles seen from behind are left out, as in a doll's house
+  /// Everything higher than this (metres along `up`) is cut away; nothing when not set.
+  std::optional<double> cut_height_m;
+};
+
+struct RenderOptions {
+  int width = 1600;
+  int height = 1000;
+  RenderStyle style = RenderStyle::kShaded;
+  std::span<const float> vertex_values = {};  ///< kScalar: one per vertex, metres; NaN is drawn grey
+  double value_limit = 0;                  ///< kScalar: the ends of the colour map, +-m; 0: 95th percentile
+  std::string value_label = "error (mm)";  ///< kScalar: over the legend, which counts in millimetres
+  const Trajectory* trajectory = nullptr;  ///< drawn as a line with its start and end
+};
+
+/// The vertical and extent of a mesh, robust against stray pieces: percentiles of its vertices.
+struct SceneExtent {
+  Vec3 up = Vec3::UnitZ();
+  SE3 T_world_scene;                ///< z up, x along the longer main direction of the walls
+  Box3 box;                         ///< in scene axes: 0.2 to 99.8 percentiles, padded a little
+  double floor_m = 0;               ///< height of the floor along up
+  std::optional<double> ceiling_m;  ///< height of a ceiling, where one was found
+  std::vector<Vec3> points;         ///< some surface points within the box, world: what views are fitted to
+};
+/// `up_hint`: roughly up (a camera's mean -y, or z); refined by the surfaces that face it within 25 degrees.
+SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint = Vec3::UnitZ());
+/// The mean upward direction of a camera that is carried roughly upright; z when there is no pose.
+Vec3 up_of_cameras(const Trajectory& trajectory);
+
+/// A three-quarter view from above into the rooms, ceiling cut away, that fills the picture.
+RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options);
+/// Straight from above, cut at this height over the floor.
+RenderView plan_view(const SceneExtent& extent, const RenderOptions& options, double cut_above_floor_m = 1.4);
+/// What a camera of the recording sees.
+RenderView camera_view(const SE3& T_world_camera, const RenderOptions& options);
+
+/// Draws a mesh with 2x2 samples a pixel; the same bits for any number of threads. Vertices that are not
+/// finite and triangles that are broken are left out; an empty mesh gives the background.
+Image<Rgb8> render_mesh(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
+                        const ParallelLoop& loop);
+
+/// A floor plan: plan_view with cut walls drawn dark, a grid of metres and a scale bar.
+Image<Rgb8> render_floor_plan(const TriangleMesh& mesh, const SceneExtent& extent,
+                              const RenderOptions& options, const ParallelLoop& loop);
+
+}  // namespace hm

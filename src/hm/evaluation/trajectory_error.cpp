@@ -1,0 +1,232 @@
+#include "hm/evaluation/trajectory_error.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+std::vector<PosePair> associate_nearest(const Trajectory& truth, const Trajectory& estimate,
+                                        Duration window) {
+  struct Candidate {
+    std::int64_t difference_ns;
+    std::size_t truth, estimate;
+    auto operator<=>(const Candidate&) const = default;
+  };
+  std::vector<Candidate> candidates;
+  for (std::size_t e = 0; e < estimate.size(); ++e) {
+    const Time stamp = estimate[e].stamp;
+    auto t = std::lower_bound(truth.begin(), truth.end(), stamp - window,
+                              [](const StampedPose& pose, Time time) { return pose.stamp < time; });
+    for (; t != truth.end() && t->stamp <= stamp + window; ++t)
+      candidates.push_back({std::abs((t->stamp - stamp).ns), static_cast<std::size_t>(t - truth.begin()), e});
+  }
+  std::sort(candidates.begin(), candidates.end());
+  std::vector<bool> truth_taken(truth.size()), estimate_taken(estimate.size());
+  std::vector<PosePair> pairs;
+  for (const Candidate& c : candidates) {
+    if (truth_taken[c.truth] || estimate_taken[c.estimate]) continue;
+    truth_taken[c.truth] = estimate_taken[c.estimate] = true;
+    pairs.push_back({truth[c.truth].stamp, truth[c.truth].T_world_base, estimate[c.estimate].T_world_base});
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const PosePair& a, const PosePair& b) { return a.stamp < b.stamp; });
+  return pairs;
+}
+
+std::vector<PosePair> associate_interpolated(const Trajectory& truth, const Trajectory& estimate,
+                                             Duration window) {
+  // A true pose within the window on either side means a gap of at most twice the window.
+  const Duration max_gap{2 * window.ns};
+  std::vector<PosePair> pairs;
+  for (const StampedPose& pose : estimate)
+    if (const std::optional<SE3> there = pose_at(truth, pose.stamp, max_gap))
+      pairs.push_back({pose.stamp, *there, pose.T_world_base});
+  return pairs;
+}
+
+Vec3 mean(std::span<const Vec3> points) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+/// Rotation about z by the angle that maximises the sum of dot products of the horizontal parts.
+Mat3 best_yaw(const Mat3& covariance_to_from) {
+  const Mat3& c = covariance_to_from;
+  const double angle = std::atan2(c(1, 0) - c(0, 1), c(0, 0) + c(1, 1));
+  return so3_exp(angle * Vec3::UnitZ());
+}
+
+/// True when the positions spread along fewer than two directions.
+bool is_degenerate(std::span<const Vec3> points, TrajectoryAlignment kind) {
+  if (kind == TrajectoryAlignment::kNone) return false;
+  const Vec3 centre = mean(points);
+  Mat3 scatter = Mat3::Zero();
+  for (Vec3 d : points) {
+    d -= centre;
+    if (kind == TrajectoryAlignment::kYaw) d.z() = 0;
+    scatter += d * d.transpose();
+  }
+  const Vec3 spread = Eigen::JacobiSVD<Mat3>(scatter).singularValues() / static_cast<double>(points.size());
+  constexpr double kStandstill = 1e-6;  // metres squared: within a millimetre
+  if (kind == TrajectoryAlignment::kYaw) return spread[0] < kStandstill;
+  return spread[0] < kStandstill || spread[1] < 1e-6 * spread[0];
+}
+
+Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::size_t pairs,
+                    const TrajectoryErrorParams& params) {
+  const auto span = [](const Trajectory& t) {
+    return t.empty() ? std::string("no pose")
+                     : fmt::format("{} poses from {:.3f} s to {:.3f} s", t.size(), t.front().stamp.seconds(),
+                                   t.back().stamp.seconds());
+  };
+  double overlap_s = 0;
+  if (!truth.empty() && !estimate.empty())
+    overlap_s = (std::min(truth.back().stamp, estimate.back().stamp) -
+                 std::max(truth.front().stamp, estimate.front().stamp))
+                    .seconds();
+  return {ErrorCode::kInvalidValue,
+          fmt::format(
+              "{} of at least 3 poses match within {:g} s: the truth has {}, the estimate has {}; they "
+              "overlap by {:.3f} s. Compare the stamps' clocks, or allow a larger difference",
+              pairs, params.max_stamp_difference_s, span(truth), span(estimate), std::max(0.0, overlap_s)),
+          {}};
+}
+
+/// Distance along the true path up to each pair, metres.
+std::vector<double> distance_travelled(const std::vector<PosePair>& pairs) {
+  std::vector<double> travelled(pairs.size(), 0.0);
+  for (std::size_t i = 1; i < pairs.size(); ++i)
+    travelled[i] = travelled[i - 1] +
+                   (pairs[i].T_world_truth.translation() - pairs[i - 1].T_world_truth.translation()).norm();
+  return travelled;
+}
+
+/// For each pair the position of a coordinate (frame number, seconds, metres) that never decreases.
+std::vector<double> span_coordinate(const std::vector<PosePair>& pairs, RpeUnit unit) {
+  if (unit == RpeUnit::kMetres) return distance_travelled(pairs);
+  std::vector<double> coordinate(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    coordinate[i] =
+        unit == RpeUnit::kFrames ? static_cast<double>(i) : (pairs[i].stamp - pairs[0].stamp).seconds();
+  return coordinate;
+}
+
+std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
+                                           const TrajectoryErrorParams& params) {
+  const std::vector<double> at = span_coordinate(pairs, params.rpe_unit);
+  const double delta =
+      params.rpe_unit == RpeUnit::kFrames ? std::max(1.0, std::round(params.rpe_delta)) : params.rpe_delta;
+  // A hole in the recording is not a span of delta; poses sparser than delta are taken as they come.
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
+  const double longest = std::max(1.5 * delta, delta + 1.5 * quantile(steps, 0.5));
+  std::vector<RelativeError> errors;
+  for (std::size_t i = 0, j = 0; i < pairs.size(); ++i) {
+    j = std::max(j, i + 1);
+    while (j < pairs.size() && at[j] - at[i] < delta * (1 - 1e-9)) ++j;
+    if (j >= pairs.size()) break;
+    if (at[j] - at[i] > longest) continue;
+    const SE3 truth = pairs[i].T_world_truth.inverse() * pairs[j].T_world_truth;
+    const SE3 estimate = pairs[i].T_world_estimate.inverse() * pairs[j].T_world_estimate;
+    const SE3 error = truth.inverse() * estimate;
+    errors.push_back({pairs[i].stamp, error.translation().norm(), error.angle()});
+  }
+  return errors;
+}
+
+}  // namespace
+
+std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate,
+                                const TrajectoryErrorParams& params) {
+  const Duration window = Duration::from_seconds(params.max_stamp_difference_s);
+  return params.association == TrajectoryAssociation::kNearest
+             ? associate_nearest(truth, estimate, window)
+             : associate_interpolated(truth, estimate, window);
+}
+
+SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec3> to,
+                                 TrajectoryAlignment kind) {
+  HM_CHECK(!from.empty() && from.size() == to.size(), "{} and {} points", from.size(), to.size());
+  SimilarityTransform result;
+  if (kind == TrajectoryAlignment::kNone) return result;
+  const Vec3 mean_from = mean(from), mean_to = mean(to);
+  Mat3 covariance = Mat3::Zero();
+  double variance_from = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    covariance += (to[i] - mean_to) * (from[i] - mean_from).transpose();
+    variance_from += (from[i] - mean_from).squaredNorm();
+  }
+  if (kind == TrajectoryAlignment::kYaw) {
+    result.rotation = best_yaw(covariance);
+  } else {
+    const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vec3 sign = Vec3::Ones();
+    if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) sign.z() = -1;  // no mirror (eq. 43)
+    result.rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+    if (kind == TrajectoryAlignment::kSim3 && variance_from > 0)
+      result.scale = svd.singularValues().dot(sign) / variance_from;
+  }
+  result.translation = mean_to - result.scale * (result.rotation * mean_from);
+  return result;
+}
+
+Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
+                                            const TrajectoryErrorParams& params) {
+  TrajectoryError result;
+  result.matched = associate(truth, estimate, params);
+  result.pairs = result.matched.size();
+  if (result.pairs < 3) return tl::make_unexpected(too_few_pairs(truth, estimate, result.pairs, params));
+
+  std::vector<Vec3> true_positions, positions;
+  for (const PosePair& pair : result.matched) {
+    if (!is_rigid(pair.T_world_truth) || !is_rigid(pair.T_world_estimate))
+      return fail(ErrorCode::kInvalidValue, {}, "the pose at {:.6f} s is not a rigid motion",
+                  pair.stamp.seconds());
+    true_positions.push_back(pair.T_world_truth.translation());
+    positions.push_back(pair.T_world_estimate.translation());
+  }
+  result.alignment_degenerate =
+      is_degenerate(positions, params.alignment) || is_degenerate(true_positions, params.alignment);
+  if (params.alignment == TrajectoryAlignment::kSim3) {
+    const Vec3 centre = mean(positions);
+    double spread = 0;
+    for (const Vec3& p : positions) spread = std::max(spread, (p - centre).norm());
+    if (spread < 1e-6)
+      return fail(
+          ErrorCode::kInvalidValue, {},
+          "the estimate's {} matched poses stay within {:g} m, so its scale cannot be found; align with "
+          "se3 instead",
+          result.pairs, spread);
+  }
+
+  result.alignment = align_points(positions, true_positions, params.alignment);
+  std::vector<double> rotation_errors;
+  for (PosePair& pair : result.matched) {
+    pair.T_world_estimate = {result.alignment.rotation * pair.T_world_estimate.rotation(),
+                             result.alignment * pair.T_world_estimate.translation()};
+    result.position_errors_m.push_back(
+        (pair.T_world_estimate.translation() - pair.T_world_truth.translation()).norm());
+    rotation_errors.push_back((pair.T_world_truth.inverse() * pair.T_world_estimate).angle());
+  }
+  result.position_m = summarise(result.position_errors_m);
+  result.rotation_rad = summarise(rotation_errors);
+  result.truth_path_m = distance_travelled(result.matched).back();
+
+  result.relative = relative_errors(result.matched, params);
+  std::vector<double> translations, rotations;
+  for (const RelativeError& error : result.relative) {
+    translations.push_back(error.translation_m);
+    rotations.push_back(error.rotation_rad);
+  }
+  result.rpe_translation_m = summarise(translations);
+  result.rpe_rotation_rad = summarise(rotations);
+  return result;
+}
+
+}  // namespace hm

@@ -1,0 +1,268 @@
+#include "hm/evaluation/trajectory_error.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hm/core/rng.hpp"
+
+namespace hm {
+namespace {
+
+/// A walk in a figure of eight that climbs and turns, at 20 Hz.
+Trajectory walk(int poses = 400) {
+  Trajectory path;
+  for (int i = 0; i < poses; ++i) {
+    const double t = 0.05 * i;
+    const Vec3 position(3 * std::sin(0.4 * t), 2 * std::sin(0.8 * t), 0.1 * t + 0.3 * std::cos(t));
+    path.push_back(
+        {Time::from_seconds(100 + t), SE3(so3_exp(Vec3(0.2 * std::sin(t), 0.1 * t, 0.4 * t)), position)});
+  }
+  return path;
+}
+
+Trajectory moved(const Trajectory& path, const SE3& T_new_old, double scale = 1) {
+  Trajectory out;
+  for (const StampedPose& pose : path) {
+    const SE3 T = T_new_old * pose.T_world_base;
+    out.push_back({pose.stamp, SE3(T.rotation(), scale * T.translation())});
+  }
+  return out;
+}
+
+TrajectoryErrorParams with(TrajectoryAlignment alignment) {
+  TrajectoryErrorParams params;
+  params.alignment = alignment;
+  return params;
+}
+
+TEST(TrajectoryError, IdentityIsZeroUnderEveryAlignment) {
+  for (const auto kind : {TrajectoryAlignment::kNone, TrajectoryAlignment::kSe3, TrajectoryAlignment::kSim3,
+                          TrajectoryAlignment::kYaw}) {
+    const auto error = evaluate_trajectory(walk(), walk(), with(kind));
+    ASSERT_TRUE(error.has_value());
+    EXPECT_EQ(error->pairs, 400u);
+    EXPECT_LT(error->position_m.max, 1e-9);
+    EXPECT_LT(error->rotation_rad.max, 1e-7);
+    EXPECT_LT(error->rpe_translation_m.max, 1e-9);
+    EXPECT_LT(error->rpe_rotation_rad.max, 1e-7);
+    EXPECT_NEAR(error->alignment.scale, 1, 1e-12);
+    EXPECT_FALSE(error->alignment_degenerate);
+  }
+}
+
+TEST(TrajectoryError, KnownOffsetWithoutAlignment) {
+  const auto error = evaluate_trajectory(walk(), moved(walk(), SE3(Mat3::Identity(), Vec3(0.3, -0.4, 1.2))),
+                                         with(TrajectoryAlignment::kNone));
+  ASSERT_TRUE(error.has_value());
+  EXPECT_NEAR(error->position_m.rmse, 1.3, 1e-12);
+  EXPECT_NEAR(error->position_m.median, 1.3, 1e-12);
+  EXPECT_LT(error->rpe_translation_m.max, 1e-9);
+}
+
+TEST(TrajectoryError, AlignmentRemovesExactlyWhatItMay) {
+  const SE3 rigid(so3_exp(Vec3(0.5, -1.0, 2.0)), Vec3(10, -20, 3));
+  const SE3 turn(so3_exp(Vec3(0, 0, 2.5)), Vec3(-4, 5, 6));
+  const auto rmse = [](const Trajectory& estimate, TrajectoryAlignment kind) {
+    const auto error = evaluate_trajectory(walk(), estimate, with(kind));
+    return error ? error->position_m.rmse : -1.0;
+  };
+  EXPECT_LT(rmse(moved(walk(), rigid), TrajectoryAlignment::kSe3), 1e-9);
+  EXPECT_GT(rmse(moved(walk(), rigid), TrajectoryAlignment::kYaw), 0.1);
+  EXPECT_LT(rmse(moved(walk(), turn), TrajectoryAlignment::kYaw), 1e-9);
+  EXPECT_LT(rmse(moved(walk(), rigid, 0.4), TrajectoryAlignment::kSim3), 1e-9);
+  EXPECT_GT(rmse(moved(walk(), rigid, 0.4), TrajectoryAlignment::kSe3), 0.1);
+  const auto similarity =
+      evaluate_trajectory(walk(), moved(walk(), rigid, 0.4), with(TrajectoryAlignment::kSim3));
+  ASSERT_TRUE(similarity.has_value());
+  EXPECT_NEAR(similarity->alignment.scale, 2.5, 1e-9);
+  EXPECT_TRUE(similarity->alignment.rotation.isApprox(rigid.rotation().transpose(), 1e-9));
+  EXPECT_LT(similarity->rotation_rad.max, 1e-7);
+  EXPECT_LT(similarity->rpe_translation_m.max, 1e-8);
+}
+
+TEST(TrajectoryError, AlignmentIsTheLeastSquaresOne) {
+  Rng rng(3);
+  Trajectory noisy = walk();
+  for (StampedPose& pose : noisy)
+    pose.T_world_base = {pose.T_world_base.rotation(),
+                         pose.T_world_base.translation() + Vec3(rng.normal(), rng.normal(), rng.normal())};
+  for (const auto kind : {TrajectoryAlignment::kSe3, TrajectoryAlignment::kYaw}) {
+    const auto best = evaluate_trajectory(walk(), noisy, with(kind));
+    ASSERT_TRUE(best.has_value());
+    for (int i = 0; i < 60; ++i) {  // no small motion of the kind makes it better
+      Vec6 twist;
+      for (int k = 0; k < 6; ++k) twist[k] = rng.normal(0, 0.05);
+      if (kind == TrajectoryAlignment::kYaw) twist[3] = twist[4] = 0;
+      const SE3 nudge = SE3::exp(twist);
+      double sum = 0;
+      for (const PosePair& pair : best->matched)
+        sum += (nudge * pair.T_world_estimate.translation() - pair.T_world_truth.translation()).squaredNorm();
+      EXPECT_GE(std::sqrt(sum / 400), best->position_m.rmse);
+    }
+  }
+}
+
+TEST(TrajectoryError, MirroredPointsAreNotMirroredBack) {
+  std::vector<Vec3> from, to;
+  Rng rng(5);
+  for (int i = 0; i < 50; ++i) {
+    from.emplace_back(rng.normal(), rng.normal(), rng.normal());
+    to.emplace_back(-from.back().x(), from.back().y(), from.back().z());
+  }
+  EXPECT_NEAR(align_points(from, to, TrajectoryAlignment::kSe3).rotation.determinant(), 1, 1e-12);
+}
+
+TEST(TrajectoryError, NoiseStatistics) {
+  constexpr double kSigma = 0.02;
+  double sum = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    Trajectory noisy = walk();
+    for (StampedPose& pose : noisy)
+      pose.T_world_base = {
+          pose.T_world_base.rotation(),
+          pose.T_world_base.translation() + kSigma * Vec3(rng.normal(), rng.normal(), rng.normal())};
+    const auto error = evaluate_trajectory(walk(), noisy, with(TrajectoryAlignment::kNone));
+    ASSERT_TRUE(error.has_value());
+    // The relative error of neighbours holds the noise of two poses.
+    EXPECT_NEAR(error->rpe_translation_m.rmse, std::sqrt(6.0) * kSigma, 0.1 * kSigma * std::sqrt(6.0));
+    sum += error->position_m.rmse;
+  }
+  EXPECT_NEAR(sum / 20, std::sqrt(3.0) * kSigma, 0.02 * kSigma);
+}
+
+/// Straight path along x at 1 m/s and 10 Hz, and the same drifting by `ratio` of the way and turning.
+Trajectory straight(double drift_ratio, double turn_rad_s) {
+  Trajectory path;
+  for (int i = 0; i < 101; ++i) {
+    const double t = 0.1 * i;
+    path.push_back(
+        {Time::from_seconds(t), SE3(so3_exp(Vec3(turn_rad_s * t, 0, 0)), Vec3((1 + drift_ratio) * t, 0, 0))});
+  }
+  return path;
+}
+
+TEST(TrajectoryError, DriftOverFramesSecondsAndMetres) {
+  const Trajectory truth = straight(0, 0), drifting = straight(0.05, 0.01);
+  struct Case {
+    RpeUnit unit;
+    double delta, span_s;
+    std::size_t spans;
+  };
+  for (const Case& c : {Case{RpeUnit::kFrames, 1, 0.1, 100}, Case{RpeUnit::kFrames, 10, 1.0, 91},
+                        Case{RpeUnit::kSeconds, 1, 1.0, 91}, Case{RpeUnit::kMetres, 2, 2.0, 81}}) {
+    TrajectoryErrorParams params = with(TrajectoryAlignment::kNone);
+    params.rpe_unit = c.unit;
+    params.rpe_delta = c.delta;
+    const auto error = evaluate_trajectory(truth, drifting, params);
+    ASSERT_TRUE(error.has_value());
+    EXPECT_EQ(error->relative.size(), c.spans);
+    EXPECT_NEAR(error->rpe_translation_m.rmse, 0.05 * c.span_s, 1e-9);
+    EXPECT_NEAR(error->rpe_rotation_rad.rmse, 0.01 * c.span_s, 1e-9);
+    EXPECT_NEAR(error->truth_path_m, 10, 1e-9);
+  }
+}
+
+TEST(TrajectoryError, RelativeErrorIgnoresWhereTheWorldIs) {
+  Rng rng(11);
+  Trajectory noisy = walk();
+  for (StampedPose& pose : noisy)
+    pose.T_world_base =
+        pose.T_world_base * SE3(so3_exp(0.01 * Vec3(rng.normal(), rng.normal(), rng.normal())),
+                                0.01 * Vec3(rng.normal(), rng.normal(), rng.normal()));
+  const SE3 elsewhere(so3_exp(Vec3(1, 2, 0.3)), Vec3(7, 8, 9));
+  const auto here = evaluate_trajectory(walk(), noisy, with(TrajectoryAlignment::kNone));
+  const auto there = evaluate_trajectory(walk(), moved(noisy, elsewhere), with(TrajectoryAlignment::kNone));
+  ASSERT_TRUE(here && there);
+  EXPECT_NEAR(here->rpe_translation_m.rmse, there->rpe_translation_m.rmse, 1e-9);
+  EXPECT_NEAR(here->rpe_rotation_rad.rmse, there->rpe_rotation_rad.rmse, 1e-9);
+  // Swapping the roles changes neither the aligned position error nor the number of pairs.
+  const auto swapped = evaluate_trajectory(moved(noisy, elsewhere), walk(), with(TrajectoryAlignment::kSe3));
+  const auto straight_on =
+      evaluate_trajectory(walk(), moved(noisy, elsewhere), with(TrajectoryAlignment::kSe3));
+  ASSERT_TRUE(swapped && straight_on);
+  EXPECT_NEAR(swapped->position_m.rmse, straight_on->position_m.rmse, 1e-9);
+  EXPECT_EQ(swapped->pairs, straight_on->pairs);
+}
+
+TEST(TrajectoryError, HolesAreNotSpans) {
+  Trajectory truth = straight(0, 0);
+  Trajectory holed = truth;
+  holed.erase(holed.begin() + 30, holed.begin() + 70);  // 4 s without poses
+  TrajectoryErrorParams params = with(TrajectoryAlignment::kNone);
+  params.rpe_unit = RpeUnit::kSeconds;
+  params.rpe_delta = 1;
+  const auto error = evaluate_trajectory(truth, holed, params);
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->relative.size(), 20u + 21u);
+}
+
+TEST(Associate, NearestOneToOne) {
+  const auto at = [](std::initializer_list<double> stamps) {
+    Trajectory path;
+    for (const double t : stamps)
+      path.push_back({Time::from_seconds(t), SE3(Mat3::Identity(), Vec3(t, 0, 0))});
+    return path;
+  };
+  TrajectoryErrorParams params;
+  params.max_stamp_difference_s = 0.1;
+  const auto pairs = associate(at({1.0, 2.0, 3.0, 4.0}), at({0.95, 1.01, 2.05, 3.2, 4.1}), params);
+  ASSERT_EQ(pairs.size(), 3u);
+  EXPECT_DOUBLE_EQ(pairs[0].T_world_estimate.translation().x(), 1.01);  // the nearer of two
+  EXPECT_DOUBLE_EQ(pairs[1].T_world_estimate.translation().x(), 2.05);
+  EXPECT_DOUBLE_EQ(pairs[2].T_world_estimate.translation().x(), 4.1);  // exactly at the limit
+  EXPECT_DOUBLE_EQ(pairs[2].T_world_truth.translation().x(), 4.0);
+}
+
+TEST(Associate, InterpolatesTruthBetweenStamps) {
+  Trajectory truth = straight(0, 0.3);
+  Trajectory estimate;
+  for (int i = 0; i < 50; ++i) {
+    const double t = 0.13 + 0.17 * i;
+    estimate.push_back({Time::from_seconds(t), SE3(so3_exp(Vec3(0.3 * t, 0, 0)), Vec3(t, 0, 0))});
+  }
+  TrajectoryErrorParams params = with(TrajectoryAlignment::kNone);
+  params.max_stamp_difference_s = 0.06;
+  params.association = TrajectoryAssociation::kInterpolate;
+  const auto interpolated = evaluate_trajectory(truth, estimate, params);
+  ASSERT_TRUE(interpolated.has_value());
+  EXPECT_EQ(interpolated->pairs, 50u);
+  EXPECT_LT(interpolated->position_m.max, 1e-8);
+  EXPECT_LT(interpolated->rotation_rad.max, 1e-7);
+  params.association = TrajectoryAssociation::kNearest;
+  EXPECT_GT(evaluate_trajectory(truth, estimate, params)->position_m.max, 0.02);
+}
+
+TEST(TrajectoryError, SaysWhyNothingMatches) {
+  Trajectory late = walk();
+  for (StampedPose& pose : late) pose.stamp.ns += 3'600'000'000'000;
+  const auto error = evaluate_trajectory(walk(), late);
+  ASSERT_FALSE(error.has_value());
+  EXPECT_THAT(error.error().message, testing::HasSubstr("0 of at least 3 poses match"));
+  EXPECT_THAT(error.error().message, testing::HasSubstr("100.000 s to 119.950 s"));
+  EXPECT_THAT(error.error().message, testing::HasSubstr("overlap by 0.000 s"));
+  EXPECT_THAT(evaluate_trajectory({}, walk()).error().message, testing::HasSubstr("no pose"));
+}
+
+TEST(TrajectoryError, DegeneratePathsAreNamed) {
+  const auto line = evaluate_trajectory(straight(0, 0), straight(0.1, 0), with(TrajectoryAlignment::kSe3));
+  ASSERT_TRUE(line.has_value());
+  EXPECT_TRUE(line->alignment_degenerate);
+  EXPECT_TRUE(std::isfinite(line->position_m.rmse));
+  Trajectory still = walk(10);
+  for (StampedPose& pose : still) pose.T_world_base = SE3();
+  const auto scale = evaluate_trajectory(walk(10), still, with(TrajectoryAlignment::kSim3));
+  ASSERT_FALSE(scale.has_value());
+  EXPECT_THAT(scale.error().message, testing::HasSubstr("scale cannot be found"));
+}
+
+TEST(TrajectoryError, PosesThatAreNotRigidAreRefused) {
+  Trajectory broken = walk(10);
+  broken[4].T_world_base = SE3(Mat3::Identity(), Vec3(0, std::nan(""), 0));
+  EXPECT_FALSE(evaluate_trajectory(walk(10), broken).has_value());
+}
+
+}  // namespace
+}  // namespace hm
