@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -114,6 +115,28 @@ TEST(MapDamage, LenientReadingSavesTheRest) {
   ASSERT_TRUE(rest);
   EXPECT_GT(rest->blocks_read, blocks.size() / 2);
   EXPECT_GT(rest->blocks_skipped, 0u);
+}
+
+TEST(MapDamage, AFullDiskKeepsTheLastSave) {
+  const TemporaryFolder folder;
+  const auto path = folder / "a.hmap";
+  const Blocks old = make_blocks(20, 3, 14), fresh = make_blocks(3000, 20, 15);
+  save(path, old, "old");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    MapFile map = open_map(path, MapOpenMode::kReadWrite);
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{2'000'000, 2'000'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    const auto put = map.put_blocks(views_of(fresh));
+    const bool failed = !put || !map.commit("fresh");
+    const auto read = read_all(map);  // memory follows the file
+    ::_exit(failed && read && *read == old && map.header().state_json == "old" ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_EQ(*read_all(open_map(path)), old);
 }
 
 // ---- killed while saving ----
