@@ -1,18 +1,20 @@
-# hm_room(NAME [USES rooms...] [LINK public libs...] [PRIVATE libs...])
+# hm_room(NAME [USES rooms...] [LINK public libs...] [PRIVATE libs...] [TEST_LIBS libs of the test only...])
 # Declares a room: every src/hm/NAME/**.cpp but tests goes into the object library hm_NAME, every
 # *_test.cpp and everything in a folder testing/ into the test program hm_NAME_test. The targets are made in src/CMakeLists.txt.
 function(hm_room NAME)
-  cmake_parse_arguments(ROOM "" "" "USES;LINK;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "USES;LINK;PRIVATE;TEST_LIBS" ${ARGN})
   set_property(GLOBAL APPEND PROPERTY HM_ROOMS ${NAME})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_USES ${ROOM_USES})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_LINK ${ROOM_LINK})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_PRIVATE ${ROOM_PRIVATE})
+  set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_TEST_LIBS ${ROOM_TEST_LIBS})
 endfunction()
 
 function(hm_make_room NAME)
   get_property(uses GLOBAL PROPERTY HM_ROOM_${NAME}_USES)
   get_property(link GLOBAL PROPERTY HM_ROOM_${NAME}_LINK)
   get_property(private GLOBAL PROPERTY HM_ROOM_${NAME}_PRIVATE)
+  get_property(test_libs GLOBAL PROPERTY HM_ROOM_${NAME}_TEST_LIBS)
   hm_resolve(link ${link})
   hm_resolve(private ${private})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/hm/${NAME}/*.cpp)
@@ -29,8 +31,8 @@ function(hm_make_room NAME)
   set_property(GLOBAL APPEND PROPERTY HM_ROOM_TARGETS hm_${NAME})
   if(HM_BUILD_TESTS AND tests)
     add_executable(hm_${NAME}_test ${tests})
-    target_link_libraries(hm_${NAME}_test PRIVATE hm_${NAME} ${private} hm_settings GTest::gmock
-                          GTest::gtest_main)
+    target_link_libraries(hm_${NAME}_test PRIVATE hm_${NAME} ${private} ${test_libs} hm_settings
+                          GTest::gmock GTest::gtest_main)
     target_compile_definitions(hm_${NAME}_test PRIVATE HM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     gtest_discover_tests(hm_${NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${NAME} TIMEOUT 300)
   endif()

@@ -1,0 +1,39 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+
+namespace hm {
+
+/// What a mesh file says about its mesh besides the mesh.
+struct MeshWriteOptions {
+  std::string frame = "world";          ///< the name of the coordinate frame (z up, metres)
+  std::string program = "housemartin";  ///< name and version of the program that made it
+};
+
+/// Writes a mesh in the format of the path's extension: `.ply` (binary little endian), `.obj` (vertex colours
+/// as `v x y z r g b`) or `.glb` (glTF 2.0, turned to y up, colours linear). Normals and colours are written
+/// when the mesh has them. The mesh is streamed: memory use does not depend on its size. The file appears
+/// whole or not at all. Errors: another extension, no place to write, a vertex that is not finite, too large
+/// for the format.
+Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
+                        const MeshWriteOptions& options = {});
+
+/// Reads a mesh in the format of the path's extension, in the axes and units of write_mesh (a GLB is turned
+/// back to z up). Polygons become fans of triangles.
+///
+///   .ply  ascii, binary little and big endian; float or double positions; normals, colours (integers, or
+///   real
+///         numbers from 0 to 1); everything else in the file is skipped
+///   .obj  `v` (with colours), `vn`, `f` in every form, also with negative indices; where corners give a
+///   vertex
+///         different normals it gets their mean; materials and textures are skipped
+///   .glb  triangles in float positions with optional normals, COLOR_0 and indices; node transforms, sparse
+///         accessors and compression are reported as unsupported
+///
+/// Errors name file and line or byte offset. A file without triangles gives a mesh without triangles.
+Result<TriangleMesh> read_mesh(const std::filesystem::path& path);
+
+}  // namespace hm
