@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hm/core/result.hpp"
@@ -17,25 +18,46 @@ std::string_view to_string(RecordingKind kind);
 
 /// What the user may know better than the folder.
 struct RecordingOptions {
-  std::optional<RecordingKind> kind;      ///< instead of guessing
-  std::optional<PinholeCamera> camera;    ///< instead of camera.txt, camera-intrinsics.txt or the known camera
-  std::optional<double> depth_units_per_m;  ///< instead of the format's own (1000, 5000)
-  double max_stamp_difference_s = 0.02;   ///< between a depth image and the colour image paired with it
+  std::optional<RecordingKind> kind = {};        ///< instead of guessing
+  std::optional<PinholeCamera> camera = {};      ///< instead of the files' or the known camera
+  std::optional<double> depth_units_per_m = {};  ///< instead of the format's own (1000, 5000)
+  double max_stamp_difference_s = 0.02;  ///< between a depth image and the colour image paired with it
+  double max_pose_gap_s = 0.15;          ///< between two poses that one in the middle is interpolated from
 };
+
+/// Lines of a recording's text files (or single pictures) that were left out.
+struct SkippedLines {
+  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
+  Reason reason = Reason::kStampNotIncreasing;
+  std::string file;  ///< name inside the recording
+  std::size_t count = 0;
+  std::size_t first_line = 0;  ///< counted from 1
+};
+std::string to_string(const SkippedLines& skipped);
 
 /// What a recording says about itself, read without decoding a picture.
 struct RecordingInfo {
   RecordingKind kind = RecordingKind::kTumRgbd;
   std::filesystem::path path;
-  PinholeCamera camera;                   ///< of depth and colour, with the distortion of the files
-  std::string camera_source;              ///< where the intrinsics come from, in words
+  PinholeCamera camera;       ///< of depth and colour, with the distortion of the files
+  std::string camera_source;  ///< where the intrinsics come from, in words
   double depth_unit_m = 1e-3;
-  std::size_t frame_count = 0;            ///< depth images, in order
+  std::size_t frame_count = 0;  ///< depth images, in order
   std::size_t color_count = 0;
-  std::vector<Time> stamps;               ///< of the depth images; by index and 30 Hz where there are none
+  std::vector<Time> stamps;  ///< of the depth images; by index and 30 Hz where there are none
+  std::vector<std::optional<SE3>> frame_poses;  ///< T_world_camera of each depth image, where known
+  std::vector<Time> color_stamps;               ///< of the colour images, where they have their own
   bool has_own_stamps = true;
-  Trajectory trajectory;                  ///< poses as given (T_world_camera), possibly at another rate
-  std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one a line
+  Trajectory trajectory;          ///< poses as given (T_world_camera), possibly at another rate
+  std::string trajectory_source;  ///< the file or files they come from
+  Trajectory truth;               ///< the exact trajectory, where it differs from the given one
+  std::optional<std::filesystem::path> truth_mesh;  ///< PLY of the true surface, if there is one
+  std::size_t paired_count = 0;                     ///< depth images with a colour image
+  std::size_t posed_count = 0;                      ///< depth images with a pose
+  std::size_t missing_pictures = 0;                 ///< files that the lists name but that are not there
+  std::string first_missing_picture;
+  std::vector<SkippedLines> skipped;  ///< lines that were left out, also told in notes
+  std::string notes;                  ///< e.g. "60 lines of groundtruth.txt skipped", one a line
 };
 
 /// A recording on disk. Frames are read on request, in any order, from any thread.
@@ -48,7 +70,13 @@ class Recording {
   [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
 };
 
-/// Opens a recording folder, guessing its kind from what lies in it.
+/// Opens a recording folder, guessing its kind from what lies in it:
+/// - TUM RGB-D: depth.txt with rgb.txt, or associations.txt; groundtruth.txt. Poses are interpolated to the
+///   stamp of the depth image. Where poses.txt exists too it is what the device itself reports: it becomes
+///   `trajectory`, and groundtruth.txt `truth`. truth_mesh.ply is the true surface.
+/// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
+/// - ICL-NUIM: associations.txt with whole frame numbers instead of seconds.
+/// Nothing that fits is an error saying what was looked for.
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});
 

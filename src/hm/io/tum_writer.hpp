@@ -1,0 +1,43 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+/// Writes a recording in the layout of TUM RGB-D: rgb/ and depth/ PNG files, rgb.txt, depth.txt,
+/// associations.txt (colour first), groundtruth.txt, camera.txt, and poses.txt when the device's own poses
+/// differ from the truth. Stamps have 9 decimals, so that they are read back exactly; the pictures are named
+/// after them. Pictures go to disk as they come; the text files are written by finish().
+class TumWriter {
+ public:
+  /// Makes the folder (and its parents). An error when it already holds a recording, or cannot be written.
+  /// `units_per_m` is the number in the depth files that stands for one metre (TUM: 5000); frames with
+  /// another unit are converted, depths that do not fit into 16 bits become 0.
+  static Result<TumWriter> create(const std::filesystem::path& folder, const PinholeCamera& camera,
+                                  double units_per_m = 5000.0);
+  TumWriter(TumWriter&&) noexcept;
+  TumWriter& operator=(TumWriter&&) noexcept;
+  ~TumWriter();
+
+  /// Writes the frame's pictures; its pose, if it has one, becomes a line of groundtruth.txt. Stamps of depth
+  /// must increase; a frame without colour has no line in rgb.txt.
+  Result<void> add(const RgbdFrame& frame);
+  /// What the device itself reports (T_world_camera, with drift); becomes poses.txt.
+  void set_device_poses(Trajectory poses);
+  /// The exact trajectory, e.g. at a higher rate, instead of the poses of the added frames.
+  void set_ground_truth(Trajectory poses);
+  /// Writes the text files. Nothing more may be added.
+  Result<void> finish();
+
+ private:
+  struct Impl;
+  explicit TumWriter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

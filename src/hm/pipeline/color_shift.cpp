@@ -1,0 +1,64 @@
+#include "hm/pipeline/color_shift.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kMaxEdgesPerFrame = 4000;
+constexpr std::size_t kMinEdges = 500;
+
+int luminance(const Rgb8& c) { return (77 * c.r + 150 * c.g + 29 * c.b) >> 8; }
+
+/// Sum of the absolute differences across a pixel, in x and y; capped, so that a few strong edges of texture
+/// do not outvote the rest.
+Image<std::uint8_t> gradient(const Image<Rgb8>& color) {
+  constexpr int kCap = 60;
+  Image<std::uint8_t> result(color.width(), color.height());
+  for (int y = 1; y + 1 < color.height(); ++y)
+    for (int x = 1; x + 1 < color.width(); ++x) {
+      const int sum = std::abs(luminance(color(x + 1, y)) - luminance(color(x - 1, y))) +
+                      std::abs(luminance(color(x, y + 1)) - luminance(color(x, y - 1)));
+      result(x, y) = static_cast<std::uint8_t>(std::min(sum, kCap));
+    }
+  return result;
+}
+
+/// True between two valid depths that differ by more than a tenth: the border of something.
+bool is_edge(std::uint16_t a, std::uint16_t b) {
+  return a > 0 && b > 0 && 10 * std::abs(static_cast<int>(a) - static_cast<int>(b)) > std::min(a, b);
+}
+
+}  // namespace
+
+ColorShiftEstimator::ColorShiftEstimator() : sums_(static_cast<std::size_t>(kSide * kSide), 0.0) {}
+
+void ColorShiftEstimator::add(const RgbdFrame& frame) {
+  if (frame.color.empty()) return;
+  const Image<std::uint16_t>& depth = frame.depth.units;
+  std::vector<std::pair<int, int>> edges;
+  for (int y = kReach_px; y + kReach_px < depth.height(); ++y)
+    for (int x = kReach_px; x + kReach_px < depth.width(); ++x)
+      if (is_edge(depth(x - 1, y), depth(x + 1, y)) || is_edge(depth(x, y - 1), depth(x, y + 1)))
+        edges.emplace_back(x, y);
+  const Image<std::uint8_t> colors = gradient(frame.color);
+  const std::size_t step = edges.size() / kMaxEdgesPerFrame + 1;
+  for (std::size_t i = 0; i < edges.size(); i += step) {
+    ++edges_;
+    std::size_t place = 0;
+    for (int dy = -kReach_px; dy <= kReach_px; ++dy)
+      for (int dx = -kReach_px; dx <= kReach_px; ++dx)
+        sums_[place++] += colors(edges[i].first + dx, edges[i].second + dy);
+  }
+}
+
+ColorShift ColorShiftEstimator::best() const {
+  constexpr std::size_t kMiddle = static_cast<std::size_t>(kSide * kSide / 2);
+  if (edges_ < kMinEdges || sums_[kMiddle] <= 0) return {};
+  const auto most = static_cast<int>(std::ranges::max_element(sums_) - sums_.begin());
+  return {most % kSide - kReach_px, most / kSide - kReach_px,
+          sums_[static_cast<std::size_t>(most)] / sums_[kMiddle]};
+}
+
+}  // namespace hm
