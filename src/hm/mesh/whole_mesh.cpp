@@ -26,9 +26,9 @@ std::uint16_t edge_number(int axis, int row, int x) {
   return static_cast<std::uint16_t>((row * 3 + axis) * cells::kSide + x);
 }
 
-/// A vertex on a border belongs to the first volume in ScanOrder that has it. It is then on a far side of
-/// its owner and on a near side (0) of every other volume that has it: so owners can be found in short
-/// sorted lists of far vertices, and whether a volume has the vertex need not be known otherwise.
+/// Joins volumes. A vertex that several volumes have belongs to the first of them in ScanOrder. Its edge then
+/// lies on a far side of the owner, seen from any of the others, and the others come later. So it is enough
+/// to list each volume's far vertices, by edge, and to search the lists of earlier neighbours.
 class Welder {
  public:
   Welder(std::span<const VolumeMesh* const> volumes, double voxel_size_m, const ParallelLoop& loop)
@@ -65,9 +65,9 @@ class Welder {
   void count_owned(std::size_t begin, std::size_t end);
   void place_parts(TriangleMesh& out);
   void write(std::size_t begin, std::size_t end, TriangleMesh& out);
-  /// The index in the result of a vertex that an earlier volume owns; the volume and place, or kNone.
+  /// The earlier volume that owns a vertex, and the vertex's place among what that volume owns.
   struct Owner {
-    std::size_t volume = kNone;
+    std::size_t volume = kNone;  ///< kNone: no earlier volume has it
     std::uint16_t rank = 0;
   };
   Owner find_owner(const Earlier& earlier, const VertexEdge& edge);
