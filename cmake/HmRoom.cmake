@@ -1,6 +1,6 @@
 # hm_room(NAME [USES rooms...] [LINK public libs...] [PRIVATE libs...])
 # Declares a room: every src/hm/NAME/**.cpp but tests goes into the object library hm_NAME, every
-# *_test.cpp into the test program hm_NAME_test. The targets are made in src/CMakeLists.txt.
+# *_test.cpp and everything in a folder testing/ into the test program hm_NAME_test. The targets are made in src/CMakeLists.txt.
 function(hm_room NAME)
   cmake_parse_arguments(ROOM "" "" "USES;LINK;PRIVATE" ${ARGN})
   set_property(GLOBAL APPEND PROPERTY HM_ROOMS ${NAME})
@@ -17,8 +17,8 @@ function(hm_make_room NAME)
   hm_resolve(private ${private})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/hm/${NAME}/*.cpp)
   set(tests ${sources})
-  list(FILTER sources EXCLUDE REGEX "_(test|bench)\\.cpp$")
-  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "(_(test|bench)\\.cpp|/testing/[^/]*\\.cpp)$")
+  list(FILTER tests INCLUDE REGEX "(_test\\.cpp|/testing/[^/]*\\.cpp)$")
   if(NOT sources)
     return()
   endif()

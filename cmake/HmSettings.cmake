@@ -14,7 +14,7 @@ endif()
 add_library(hm_settings INTERFACE)
 # No contraction to fused multiply-add: SIMD and scalar code, and every CPU, give the same bits.
 target_compile_options(hm_settings INTERFACE
-  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -ffp-contract=off)
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -ffp-contract=off -fno-math-errno)
 if(HM_SANITIZE)
   target_compile_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE} -fno-sanitize-recover=all
                          -fno-omit-frame-pointer)

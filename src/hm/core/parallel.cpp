@@ -1,5 +1,6 @@
 #include "hm/core/parallel.hpp"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -10,7 +11,9 @@
 namespace hm {
 
 struct ParallelLoop::Impl {
-  explicit Impl(int threads) : arena(threads) {}
+  explicit Impl(int threads)
+      : allowance(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)), arena(threads) {}
+  tbb::global_control allowance;  // more threads than processors is allowed
   tbb::task_arena arena;
 };
 

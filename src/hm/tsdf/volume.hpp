@@ -57,4 +57,10 @@ struct Volume {
 /// The place of a voxel inside its volume.
 constexpr int voxel_offset(int x, int y, int z) { return (z * kVolumeSide + y) * kVolumeSide + x; }
 
+/// The outermost layers that a voxel belongs to: bit 0..5 = low x, high x, low y, high y, low z, high z.
+constexpr std::uint8_t border_layers_of(int x, int y, int z) {
+  const auto layers = [](int at, int bit) { return at == 0 ? 1 << bit : at == kVolumeSide - 1 ? 2 << bit : 0; };
+  return static_cast<std::uint8_t>(layers(x, 0) | layers(y, 2) | layers(z, 4));
+}
+
 }  // namespace hm

@@ -81,13 +81,16 @@ void VolumeGrid::release_unused_colors(Volume& volume) {
   volume.colors = nullptr;
 }
 
-void VolumeGrid::release(VolumeKey key) {
+void VolumeGrid::release(VolumeKey key) { release(key, true); }
+void VolumeGrid::release_unused(VolumeKey key) { release(key, false); }
+
+void VolumeGrid::release(VolumeKey key, bool dirty) {
   Page* page = impl_->pages.find(page_of(key));
   const unsigned place = place_in_page(key);
   if (!page || !page->volumes[place].voxels) return;
   Volume& volume = page->volumes[place];
   release_colors(volume);
-  impl_->pool.give_back(volume.voxels, true);
+  impl_->pool.give_back(volume.voxels, dirty);
   volume = {};
   page->occupied &= ~(std::uint64_t{1} << place);
   page->interior &= ~(std::uint64_t{1} << place);

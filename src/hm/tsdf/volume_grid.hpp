@@ -34,8 +34,9 @@ class VolumeGrid {
   Volume* allocate(VolumeKey key);
   /// Gives the volume a colour plane (all zero) unless it has one; false when the memory cap forbids it.
   bool allocate_colors(Volume& volume);
-  /// Gives the volume's memory back.
+  /// Gives the volume's memory back; `release_unused` when its voxels are as allocate() made them.
   void release(VolumeKey key);
+  void release_unused(VolumeKey key);
   /// Gives the colour plane back; `release_unused_colors` when nothing was written to it.
   void release_colors(Volume& volume);
   void release_unused_colors(Volume& volume);
@@ -74,6 +75,7 @@ class VolumeGrid {
   void find_interior(const Box3& box, std::vector<VolumeKey>& unsorted_keys) const;
 
  private:
+  void release(VolumeKey key, bool dirty);
   template <class Visitor>
   void visit_pages(const Box3& box, Visitor&& visit) const;
   struct Impl;

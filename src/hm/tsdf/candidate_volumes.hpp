@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "hm/geometry/box.hpp"
+#include "hm/tsdf/projection_scan.hpp"
+
+namespace hm {
+
+/// Finds the volumes that the truncation bands of a depth image pass through: from the depth, never from
+/// the frustum (4.2.7; the replacement of create-then-delete). Per tile of pixels, the piece of its
+/// pyramid between (nearest reading - truncation) and (farthest + truncation) is boxed; tiles across a
+/// depth edge are cut at the gaps between their readings.
+class CandidateFinder {
+ public:
+  /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
+  /// within the truncation of its own pixel's reading lies in one of them.
+  void find(const PreparedDepth& depth, const PinholeCamera& camera, const SE3& T_world_camera,
+            const TsdfParams& params, const TruncationModel& truncation, std::vector<VolumeKey>& keys);
+
+ private:
+  struct Segment {
+    float near_m, far_m;
+  };
+  void place_bitmap(const PreparedDepth& depth, float widest_m);
+  void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
+  void mark_gapped_tile(const PreparedDepth& depth, int tile_x, int tile_y);
+  void mark_segment(int tile_x, int tile_y, Segment segment);
+  void mark_box(const Eigen::Vector3f& low, const Eigen::Vector3f& high);
+  void collect(std::vector<VolumeKey>& keys);
+
+  TruncationModel truncation_;
+  Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();  ///< camera, in volumes, relative to base_
+  std::vector<Eigen::Vector3f> rays_;                 ///< at tile corners, volumes per metre of depth
+  int corners_x_ = 0;
+  float volume_size_m_ = 1;
+  VolumeKey base_;                                    ///< of bit 0
+  int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
+  std::vector<std::uint64_t> bitmap_;                 ///< all zero between calls
+};
+
+}  // namespace hm

@@ -1,0 +1,279 @@
+#include "hm/tsdf/integrator.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "hm/core/statistics.hpp"
+#include "hm/tsdf/testing/analytic_scene.hpp"
+#include "hm/tsdf/testing/grid_compare.hpp"
+
+namespace hm {
+namespace {
+
+using testing::HasSubstr;
+
+const PinholeCamera kCamera{320, 240, 262.5, 262.5, 159.5, 119.5, {}};
+
+/// Everything that a test of one integrator needs.
+struct Bench {
+  explicit Bench(const TsdfParams& p, int threads = 1)
+      : params(p), loop(threads), grid(Integrator::make_grid(p)), integrator(p, {}, kCamera, loop) {}
+  ScanStats add(const AnalyticScene& scene, const SE3& pose) { return integrator.integrate(grid, scene.render(kCamera, pose)); }
+  TsdfParams params;
+  ParallelLoop loop;
+  VolumeGrid grid;
+  Integrator integrator;
+};
+
+const AnalyticScene kWall{{{Vec3(-1, 0, 0), -2.0}}, {}};
+const AnalyticScene kWallAndBox{{{Vec3(-1, 0, 0), -2.0}}, {{Vec3(1.2, 0, 0), 0.25}}};
+
+/// How many voxels within `reach` of a point lie on or behind a surface.
+std::size_t solid_voxels(const VolumeGrid& grid, const Vec3& centre, double reach_m) {
+  std::size_t count = 0;
+  for (const VolumeKey key : grid.keys_in(Box3(centre - Vec3::Constant(reach_m), centre + Vec3::Constant(reach_m)))) {
+    const Volume& volume = *grid.find(key);
+    for (int i = 0; i < kVolumeVoxels; ++i) {
+      const Vec3 index(8 * key.x + (i & 7), 8 * key.y + (i >> 3 & 7), 8 * key.z + (i >> 6));
+      const Vec3 p = (index + Vec3::Constant(0.5)) * grid.voxel_size_m();
+      if (volume.voxels[i].weight() > 0 && volume.voxels[i].sdf() <= 0 && (p - centre).norm() < reach_m) ++count;
+    }
+  }
+  return count;
+}
+
+TEST(Integrator, APlaneSeenStraightOnHasItsExactDistance) {
+  Bench bench({});
+  for (int i = 0; i < 3; ++i) bench.add(kWall, looking_along_x(Vec3::Zero()));
+  std::size_t known = 0;
+  for (const VolumeKey key : bench.grid.sorted_keys())
+    for (int i = 0; i < kVolumeVoxels; ++i) {
+      const TsdfVoxel voxel = bench.grid.find(key)->voxels[i];
+      if (voxel.weight() == 0) continue;
+      const double x = (8 * key.x + (i & 7) + 0.5) * 0.02;
+      EXPECT_NEAR(voxel.sdf() * bench.grid.sdf_unit_m(), 2.0 - x, 1e-4);
+      EXPECT_LE(std::abs(2.0 - x), bench.params.truncation_m({}, 2.0) + 1e-4);
+      EXPECT_EQ(voxel.weight(), 3 * kWeightOne);
+      ++known;
+    }
+  EXPECT_GT(known, 10000u);
+}
+
+TEST(Integrator, ABallFromAllSidesIsWithinAMillimetre) {
+  const AnalyticScene ball{{}, {{Vec3(0, 0, 0), 0.5}}};
+  TsdfParams params;
+  params.voxel_size_m = 0.01;
+  Bench bench(params);
+  for (int i = 0; i < 100; ++i) {
+    const double turn = 2.399963 * i, height = -0.95 + 1.9 * i / 99;  // a spiral of directions
+    const Vec3 from(std::cos(turn) * std::sqrt(1 - height * height), std::sin(turn) * std::sqrt(1 - height * height),
+                    height);
+    const Vec3 z = -from, x = Vec3(0, 0, 1).cross(z).normalized(), y = z.cross(x);
+    Mat3 rotation;
+    rotation << x, y, z;
+    bench.add(ball, SE3(rotation, 1.5 * from));
+  }
+  Rng rng(2);
+  std::vector<double> errors;
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 direction = Vec3(rng.normal(), rng.normal(), rng.normal()).normalized();
+    // The zero crossing along the normal, by bisection of the trilinear field.
+    double inner = 0.485, outer = 0.515;
+    const auto at_inner = bench.grid.sample(inner * direction), at_outer = bench.grid.sample(outer * direction);
+    ASSERT_TRUE(at_inner && at_outer) << direction.transpose();
+    ASSERT_LT(at_inner->distance_m, 0);
+    ASSERT_GT(at_outer->distance_m, 0);
+    for (int step = 0; step < 30; ++step) {
+      const double middle = 0.5 * (inner + outer);
+      (bench.grid.sample(middle * direction)->distance_m < 0 ? inner : outer) = middle;
+    }
+    errors.push_back(inner - 0.5);
+    EXPECT_GT(bench.grid.sample(0.5 * direction)->gradient.normalized().dot(direction), 0.98);
+  }
+  EXPECT_LT(summarise(errors).rmse, 1e-3);
+  EXPECT_LT(std::abs(summarise(errors).mean), 5e-4);
+}
+
+TEST(Integrator, TheOrderOfScansDoesNotMatter) {
+  Rng rng(12);
+  const AnalyticScene scene = random_scene(rng);
+  std::vector<RgbdFrame> frames;
+  for (int i = 0; i < 12; ++i) frames.push_back(scene.render(kCamera, looking_along_x(Vec3(0, 0.02 * i, 0.01 * i))));
+  TsdfParams params;
+  params.carving = false;  // carving looks at what is there, so it depends on order by design
+  Bench forward(params), backward(params);
+  for (const auto& frame : frames) forward.integrator.integrate(forward.grid, frame);
+  std::reverse(frames.begin(), frames.end());
+  for (const auto& frame : frames) backward.integrator.integrate(backward.grid, frame);
+  ASSERT_EQ(forward.grid.sorted_keys(), backward.grid.sorted_keys());
+  int largest = 0;
+  for (const VolumeKey key : forward.grid.sorted_keys())
+    for (int i = 0; i < kVolumeVoxels; ++i) {
+      const TsdfVoxel a = forward.grid.find(key)->voxels[i], b = backward.grid.find(key)->voxels[i];
+      EXPECT_EQ(a.weight(), b.weight());
+      largest = std::max(largest, std::abs(a.sdf() - b.sdf()));
+    }
+  // Two units of the coarsest allowed storage, 20 micrometres.
+  EXPECT_LE(largest * forward.grid.sdf_unit_m(), 40e-6);
+}
+
+TEST(Carving, ErasesWhatHasLeftTheScene) {
+  Bench bench({});
+  for (int i = 0; i < 10; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
+  const Vec3 box(1.0, 0, 0);
+  ASSERT_GT(solid_voxels(bench.grid, box, 0.3), 500u);
+  const std::size_t volumes_before = bench.grid.volume_count();
+  std::size_t carved = 0, released = 0;
+  for (int i = 0; i < 10; ++i) {
+    const ScanStats stats = bench.add(kWall, looking_along_x(Vec3::Zero()));
+    carved += stats.voxels_carved;
+    released += stats.volumes_released;
+  }
+  EXPECT_EQ(solid_voxels(bench.grid, box, 0.3), 0u);
+  EXPECT_GT(carved, 500u);
+  EXPECT_GT(released, 10u);
+  EXPECT_LT(bench.grid.volume_count(), volumes_before + 20);
+  // What is left near the box is nothing: its volumes were given back.
+  EXPECT_TRUE(bench.grid.keys_in(Box3(box - Vec3::Constant(0.2), box + Vec3::Constant(0.2))).empty());
+}
+
+TEST(Carving, IsASwitch) {
+  TsdfParams params;
+  params.carving = false;
+  Bench bench(params);
+  for (int i = 0; i < 10; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
+  const std::size_t before = solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.3);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(bench.add(kWall, looking_along_x(Vec3::Zero())).voxels_carved, 0u);
+  EXPECT_EQ(solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.3), before);
+}
+
+TEST(Carving, OneMixedPixelDoesNotHurtTheWall) {
+  for (const int seen_before : {1, 3, 20}) {
+    Bench bench({});
+    for (int i = 0; i < seen_before; ++i) bench.add(kWall, looking_along_x(Vec3::Zero()));
+    const std::size_t before = solid_voxels(bench.grid, Vec3(2, 0, 0), 0.2);
+    RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
+    for (const auto& [x, y] : {std::pair{160, 120}, std::pair{100, 57}})  // read far behind the wall
+      frame.depth.units(x, y) = 35000;
+    frame.depth.units(200, 120) = 65000;  // and beyond far
+    EXPECT_EQ(bench.integrator.integrate(bench.grid, frame).voxels_carved, 0u);
+    EXPECT_GE(solid_voxels(bench.grid, Vec3(2, 0, 0), 0.2), before);
+  }
+}
+
+TEST(Carving, AWallThatStaysIsNotTouchedByALongRun) {
+  Bench bench({});
+  Rng rng(5);
+  std::size_t wall = 0, ball = 0;
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = kWallAndBox.render(kCamera, looking_along_x(Vec3(0, 0.01 * (i % 7), 0)));
+    for (auto& units : frame.depth.units.pixels())
+      if (units != 0) units = static_cast<std::uint16_t>(units + rng.normal(0, 60));
+    bench.integrator.integrate(bench.grid, frame);
+    if (i != 9) continue;
+    wall = solid_voxels(bench.grid, Vec3(2, 0.8, 0), 0.2);
+    ball = solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.1);
+  }
+  ASSERT_GT(wall, 900u);
+  ASSERT_GT(ball, 150u);
+  EXPECT_GE(solid_voxels(bench.grid, Vec3(2, 0.8, 0), 0.2), wall);
+  EXPECT_GE(solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.1), ball);
+}
+
+TEST(Color, IsStoredNearTheSurfaceOnlyAndIsASwitch) {
+  const AnalyticScene wall{{{Vec3(-1, 0, 0), -1.95}}, {}};  // just behind a volume border at 1.92
+  Bench bench({});
+  for (int i = 0; i < 4; ++i) bench.add(wall, looking_along_x(Vec3::Zero()));
+  std::size_t colored = 0, volumes_with_color = 0;
+  for (const VolumeKey key : bench.grid.sorted_keys()) {
+    const Volume& volume = *bench.grid.find(key);
+    volumes_with_color += volume.colors ? 1 : 0;
+    for (int i = 0; volume.colors && i < kVolumeVoxels; ++i) {
+      if (volume.colors[i].weight() == 0) continue;
+      ++colored;
+      EXPECT_LE(std::abs(volume.voxels[i].sdf() * bench.grid.sdf_unit_m()), 0.0301);
+      // render() paints x into red.
+      EXPECT_NEAR(volume.colors[i].r(), 127.5 + 127 * std::sin(3 * 1.95), 2);
+    }
+  }
+  EXPECT_GT(colored, 5000u);
+  EXPECT_LT(volumes_with_color, bench.grid.volume_count());
+  TsdfParams params;
+  params.color = false;
+  Bench plain(params);
+  plain.add(kWall, looking_along_x(Vec3::Zero()));
+  for (const VolumeKey key : plain.grid.sorted_keys()) EXPECT_EQ(plain.grid.find(key)->colors, nullptr);
+}
+
+TEST(Integrator, BadPosesChangeNothingAndSaySo) {
+  Bench bench({});
+  bench.add(kWall, looking_along_x(Vec3::Zero()));
+  const auto expect_refused = [&](std::optional<SE3> pose, const char* why) {
+    RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
+    frame.T_world_camera = pose;
+    const std::size_t volumes = bench.grid.volume_count();
+    const ScanStats stats = bench.integrator.integrate(bench.grid, frame);
+    EXPECT_THAT(stats.nothing_integrated_because, HasSubstr(why));
+    EXPECT_EQ(stats.voxels_updated, 0u);
+    EXPECT_EQ(bench.grid.volume_count(), volumes);
+  };
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  expect_refused(std::nullopt, "no pose");
+  expect_refused(SE3(Mat3::Identity(), Vec3(nan, 0, 0)), "not a finite rigid motion");
+  expect_refused(SE3(Mat3::Identity(), Vec3(inf, 0, 0)), "not a finite rigid motion");
+  expect_refused(SE3(Mat3(2.0 * Mat3::Identity()), Vec3::Zero()), "not a finite rigid motion");
+  expect_refused(SE3(Mat3(-Mat3::Identity()), Vec3::Zero()), "not a finite rigid motion");
+  expect_refused(SE3(Mat3::Identity(), Vec3(1e9, 0, 0)), "from the origin");
+}
+
+TEST(Integrator, SaysWhyNothingWasIntegrated) {
+  Bench bench({});
+  RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
+  frame.depth.unit_m = 1e-7;  // a scale that is wrong by a factor of a thousand
+  EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
+              HasSubstr("none of 76800 readings lies between 0.3 m and 4 m"));
+  frame.depth.units = Image<std::uint16_t>(320, 240);
+  EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because, HasSubstr("none of 76800"));
+  frame.depth.units = Image<std::uint16_t>(10, 10);
+  EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
+              HasSubstr("the depth image is 10 x 10, the camera 320 x 240"));
+}
+
+TEST(Integrator, TheMemoryCapIsReportedAndLosesNothing) {
+  TsdfParams params;
+  params.max_map_mb = 1;
+  params.voxel_size_m = 0.01;
+  Bench bench(params);
+  bench.add(kWall, looking_along_x(Vec3::Zero()));
+  const ScanStats stats = bench.add(kWall, looking_along_x(Vec3::Zero()));
+  EXPECT_GT(stats.volumes_refused, 0u);
+  EXPECT_GT(stats.voxels_updated, 0u);  // what is there goes on being improved
+  EXPECT_LE(bench.grid.map_bytes(), 1'050'000u);
+  Bench second(params);
+  second.add(kWall, looking_along_x(Vec3::Zero()));
+  second.add(kWall, looking_along_x(Vec3::Zero()));
+  EXPECT_EQ(difference_of(bench.grid, second.grid), "");
+}
+
+TEST(Integrator, ARepeatedViewCostsNoMemory) {
+  Bench bench({});
+  for (int i = 0; i < 3; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
+  const std::size_t bytes = bench.grid.map_bytes();
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(bench.add(kWallAndBox, looking_along_x(Vec3::Zero())).volumes_created, 0u);
+  EXPECT_EQ(bench.grid.map_bytes(), bytes);
+}
+
+TEST(Truncation, FollowsTheNoiseWithTheRightSign) {
+  TsdfParams params;
+  params.truncation_sigmas_ratio = 8;
+  params.voxel_size_m = 0.005;
+  const DepthNoise noise;
+  EXPECT_NEAR(params.truncation_m(noise, 2.0), 8 * (0.0012 + 0.0019 * 1.6 * 1.6), 1e-4);  // 49 mm, not 97
+  params.voxel_size_m = 0.02;
+  EXPECT_EQ(params.truncation_m(noise, 0.5), 0.06);
+  EXPECT_EQ(params.truncation_m(noise, 50), 0.24);
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,48 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/candidate_volumes.hpp"
+#include "hm/tsdf/depth_preparation.hpp"
+#include "hm/tsdf/scan_stats.hpp"
+#include "hm/tsdf/volume_grid.hpp"
+
+namespace hm {
+
+/// Scan integration by voxel projection (dissertation 4.3.2, Algorithm 2).
+class ProjectionIntegrator {
+ public:
+  ProjectionIntegrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera);
+
+  /// The frame must have a rigid pose and the camera's size.
+  void integrate(VolumeGrid& grid, const RgbdFrame& frame, const ParallelLoop& loop, ScanStats& stats);
+
+ private:
+  void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);
+  void allocate(VolumeGrid& grid, bool with_color, ScanStats& stats);
+  void project(const ProjectionScan& scan, const ParallelLoop& loop);
+  void settle(VolumeGrid& grid, ScanStats& stats);
+
+  /// A volume of this scan, and what it is.
+  struct Item {
+    ProjectionTask task;
+    Volume* volume = nullptr;
+    bool created = false;        ///< by this scan
+    bool colors_created = false;
+    bool stale = false;          ///< not near the measured surface; here for carving only
+    VolumeUpdate update;
+  };
+  [[nodiscard]] float farthest_reading_over(const Vec3& p_camera_centre, double radius_m) const;
+
+  TsdfParams params_;
+  DepthNoise noise_;
+  PinholeCamera camera_;
+  PreparedDepth prepared_;
+  CandidateFinder finder_;
+  std::vector<VolumeKey> candidates_, interior_, stale_;
+  std::vector<Item> items_;
+};
+
+}  // namespace hm

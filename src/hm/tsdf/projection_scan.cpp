@@ -1,0 +1,122 @@
+#include "hm/tsdf/projection_scan.hpp"
+
+#include "hm/tsdf/update_filters.hpp"
+
+namespace hm {
+
+TruncationModel::TruncationModel(const TsdfParams& params, const DepthNoise& noise) {
+  if (!params.dynamic_truncation) {
+    constant = min_m = max_m = static_cast<float>(params.max_truncation_m());
+    return;
+  }
+  quadratic = static_cast<float>(params.truncation_sigmas_ratio * noise.quadratic_per_m);
+  linear = static_cast<float>(params.truncation_sigmas_ratio * noise.linear_ratio);
+  constant = static_cast<float>(params.truncation_sigmas_ratio * noise.constant_m);
+  min_m = static_cast<float>(params.min_truncation_voxel * params.voxel_size_m);
+  max_m = static_cast<float>(params.max_truncation_voxel * params.voxel_size_m);
+}
+
+ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world, const TsdfParams& params,
+                                    const DepthNoise& noise) {
+  ProjectionScan scan;
+  scan.width = camera.width;
+  scan.height = camera.height;
+  scan.tiles_x = (camera.width + kTileSide - 1) / kTileSide;
+  scan.max_u = static_cast<float>(camera.width) - 0.5f;
+  scan.max_v = static_cast<float>(camera.height) - 0.5f;
+  Mat3 K;
+  K << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  scan.H = K * T_camera_world.rotation();
+  scan.h0 = K * T_camera_world.translation();
+  scan.voxel_size_m = params.voxel_size_m;
+  const Mat3 step = scan.H * params.voxel_size_m;
+  for (int row = 0; row < 3; ++row) {
+    for (int i = 0; i < 64; ++i)
+      scan.lane[row][i] = static_cast<float>(step(row, 0) * (i & 7) + step(row, 1) * (i >> 3));
+    scan.step_z[row] = static_cast<float>(step(row, 2));
+  }
+  scan.truncation = TruncationModel(params, noise);
+  scan.carving_margin_m = static_cast<float>(params.carving_margin_voxel * params.voxel_size_m);
+  scan.carving_factor = params.carving ? static_cast<float>(params.carving_weight_ratio) : 0.0f;
+  scan.sdf_units_per_m = static_cast<float>(1.0 / params.sdf_unit_m());
+  scan.weight_cap = static_cast<float>(params.weight_cap_observations * kWeightOne);
+  scan.color_band_m = static_cast<float>(params.color_band_voxel * params.voxel_size_m);
+  scan.color_cap = static_cast<std::uint32_t>(params.color_cap_observations);
+  return scan;
+}
+
+Eigen::Vector3f ProjectionScan::origin_of(VolumeKey key) const {
+  const Vec3 centre = (Vec3(key.x, key.y, key.z) * kVolumeSide + Vec3::Constant(0.5)) * voxel_size_m;
+  return (H * centre + h0).cast<float>();
+}
+
+namespace {
+
+/// Where a voxel falls in the picture and how far in front of the measured surface it is.
+struct Lookup {
+  bool valid = false;
+  int pixel = 0;      ///< index into the depth image
+  int tile = 0;
+  float z_m = 0;      ///< the voxel's own depth
+  float u_m = 0;      ///< measured depth - own depth: positive in front of the surface
+  float tau_m = 0;
+};
+
+Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
+  Lookup found;
+  found.z_m = h[2];
+  if (!(h[2] > 0.0f)) return found;
+  const float inverse = 1.0f / h[2];
+  const float u = h[0] * inverse, v = h[1] * inverse;
+  if (!(u >= -0.5f && u < scan.max_u && v >= -0.5f && v < scan.max_v)) return found;
+  const int column = static_cast<int>(round_to_even(u)), row = static_cast<int>(round_to_even(v));
+  found.pixel = row * scan.width + column;
+  found.tile = row / kTileSide * scan.tiles_x + column / kTileSide;
+  const float depth = scan.depth_m[found.pixel];
+  found.valid = depth > 0.0f;
+  found.u_m = depth - h[2];
+  found.tau_m = scan.truncation.at(depth);
+  return found;
+}
+
+std::uint32_t pixel_rgb(const std::uint8_t* rgb, int pixel) {
+  const std::uint8_t* p = rgb + 3 * static_cast<std::ptrdiff_t>(pixel);
+  return static_cast<std::uint32_t>(p[0]) | static_cast<std::uint32_t>(p[1]) << 8u |
+         static_cast<std::uint32_t>(p[2]) << 16u;
+}
+
+}  // namespace
+
+VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionTask& task) {
+  VolumeUpdate update;
+  const Eigen::Vector3f origin = scan.origin_of(task.key);
+  for (int i = 0; i < kVolumeVoxels; ++i) {
+    const int x = i & 7, y = i >> 3 & 7, z = i >> 6;
+    float h[3];
+    for (int row = 0; row < 3; ++row)
+      h[row] = (origin[row] + static_cast<float>(z) * scan.step_z[row]) + scan.lane[row][i & 63];
+    const Lookup found = look_up(scan, h);
+    if (!found.valid) continue;
+    const float weight = round_to_even(scan.truncation.min_m * static_cast<float>(kWeightOne) / found.tau_m);
+    TsdfVoxel& voxel = task.voxels[i];
+    if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m) {  // hit region (Alg. 2)
+      voxel = add_observation(voxel, round_to_even(found.u_m * scan.sdf_units_per_m), weight, scan.weight_cap);
+      ++update.updated;
+      update.border_layers |= border_layers_of(x, y, z);
+      update.interior_hit |= voxel.sdf() <= 0;
+      if (task.colors && found.u_m >= -scan.color_band_m && found.u_m <= scan.color_band_m) {
+        task.colors[i] = add_color(task.colors[i], pixel_rgb(scan.rgb, found.pixel), scan.color_cap);
+        ++update.colored;
+      }
+    } else if (scan.carving_factor > 0 && voxel.weight() > 0 && voxel.sdf() <= 0 &&
+               found.u_m > found.tau_m + scan.carving_margin_m &&
+               scan.tile_min_m[found.tile] - found.z_m > found.tau_m + scan.carving_margin_m) {  // carving region
+      voxel = take_weight(voxel, round_to_even(weight * scan.carving_factor));
+      ++update.carved;
+      update.border_layers |= border_layers_of(x, y, z);
+    }
+  }
+  return update;
+}
+
+}  // namespace hm

@@ -1,0 +1,251 @@
+// Voxel projection with vectors: compiled once per instruction set, chosen at run time (Highway).
+#include "hm/tsdf/projection_scan.hpp"
+#include "hm/tsdf/update_filters.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "hm/tsdf/projection_simd.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace hm {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DF = hn::CappedTag<float, 16>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using VF = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using VU = hn::Vec<DU>;
+using MF = hn::Mask<DF>;
+
+/// filter_step() of update_filters.hpp.
+HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
+  const VF step = hn::ConvertTo(df, hn::NearestInt(hn::Mul(difference, gain)));
+  const VF one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df);
+  VF nudge = hn::IfThenElseZero(hn::Ge(difference, half), one);
+  nudge = hn::IfThenElse(hn::Le(difference, hn::Neg(half)), hn::Neg(one), nudge);
+  return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
+}
+
+/// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
+HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
+  const DI di;
+  const VI offset = hn::Add(hn::Add(pixel, pixel), pixel);
+#if HWY_TARGET <= HWY_AVX2 && HWY_TARGET >= HWY_AVX3_DL
+  const VI packed = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(rgb), offset);
+  return hn::And(hn::BitCast(du, packed), hn::Set(du, 0xffffffu));
+#else
+  HWY_ALIGN std::int32_t offsets[16];
+  HWY_ALIGN std::uint32_t colors[16];
+  hn::Store(offset, di, offsets);
+  for (std::size_t i = 0; i < hn::Lanes(du); ++i) {
+    const std::uint8_t* p = rgb + offsets[i];
+    colors[i] = static_cast<std::uint32_t>(p[0]) | static_cast<std::uint32_t>(p[1]) << 8u |
+                static_cast<std::uint32_t>(p[2]) << 16u;
+  }
+  return hn::Load(du, colors);
+#endif
+}
+
+/// add_color() of update_filters.hpp for the lanes of `mask`.
+HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
+  const DF df;
+  const DI di;
+  const DU du;
+  const VU old = hn::Load(du, voxels);
+  const VU weight = hn::ShiftRight<24>(old);
+  const VU one = hn::Set(du, 1);
+  const VF gain = hn::Div(hn::Set(df, 1.0f), hn::ConvertTo(df, hn::BitCast(di, hn::Add(weight, one))));
+  const VU byte = hn::Set(du, 0xffu);
+  VU bits = hn::ShiftLeft<24>(hn::Min(hn::Add(weight, one), hn::Set(du, cap)));
+  const auto channel = [&](VU from_old, VU from_new) HWY_ATTR {
+    const VF mean = hn::ConvertTo(df, hn::BitCast(di, hn::And(from_old, byte)));
+    const VF sample = hn::ConvertTo(df, hn::BitCast(di, hn::And(from_new, byte)));
+    return hn::BitCast(du, hn::ConvertTo(di, hn::Add(mean, FilterStep(df, hn::Sub(sample, mean), gain))));
+  };
+  bits = hn::Or(bits, channel(old, rgb));
+  bits = hn::Or(bits, hn::ShiftLeft<8>(channel(hn::ShiftRight<8>(old), hn::ShiftRight<8>(rgb))));
+  bits = hn::Or(bits, hn::ShiftLeft<16>(channel(hn::ShiftRight<16>(old), hn::ShiftRight<16>(rgb))));
+  hn::Store(hn::IfThenElse(hn::RebindMask(du, mask), bits, old), du, voxels);
+}
+
+/// The scan's constants as vectors.
+struct Constants {
+  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator, margin;
+  VF units_per_m, weight_cap, color_band, carving_factor;
+  VI width, tiles_x;
+  explicit HWY_INLINE Constants(const ProjectionScan& s) {
+    const DF d;
+    const DI di;
+    half_below = hn::Set(d, -0.5f);
+    max_u = hn::Set(d, s.max_u);
+    max_v = hn::Set(d, s.max_v);
+    zero = hn::Zero(d);
+    quadratic = hn::Set(d, s.truncation.quadratic);
+    linear = hn::Set(d, s.truncation.linear);
+    constant = hn::Set(d, s.truncation.constant);
+    min_tau = hn::Set(d, s.truncation.min_m);
+    max_tau = hn::Set(d, s.truncation.max_m);
+    weight_numerator = hn::Set(d, s.truncation.min_m * static_cast<float>(kWeightOne));
+    margin = hn::Set(d, s.carving_margin_m);
+    units_per_m = hn::Set(d, s.sdf_units_per_m);
+    weight_cap = hn::Set(d, s.weight_cap);
+    color_band = hn::Set(d, s.color_band_m);
+    carving_factor = hn::Set(d, s.carving_factor);
+    width = hn::Set(di, s.width);
+    tiles_x = hn::Set(di, s.tiles_x);
+  }
+};
+
+HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < (hn::Lanes(d) + 7) / 8; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
+  return bits;
+}
+
+/// The voxels of a vector that fall into the picture: pixel, depth difference, truncation.
+struct Lookups {
+  MF valid;
+  VI column, row, pixel;
+  VF z, u, tau;
+};
+
+HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx, VF hy, VF hz) {
+  const DF d;
+  Lookups l;
+  l.z = hz;
+  const VF inverse = hn::Div(hn::Set(d, 1.0f), hz);
+  const VF u = hn::Mul(hx, inverse), v = hn::Mul(hy, inverse);
+  const MF inside = hn::And(hn::And(hn::Gt(hz, c.zero), hn::And(hn::Ge(u, c.half_below), hn::Lt(u, c.max_u))),
+                            hn::And(hn::Ge(v, c.half_below), hn::Lt(v, c.max_v)));
+  l.column = hn::NearestInt(hn::IfThenElseZero(inside, u));
+  l.row = hn::NearestInt(hn::IfThenElseZero(inside, v));
+  l.pixel = hn::Add(hn::Mul(l.row, c.width), l.column);
+  const VF depth = hn::IfThenElseZero(inside, hn::GatherIndex(d, scan.depth_m, l.pixel));
+  l.valid = hn::Gt(depth, c.zero);
+  l.u = hn::Sub(depth, hz);
+  const VF tau = hn::Add(hn::Mul(hn::Add(hn::Mul(c.quadratic, depth), c.linear), depth), c.constant);
+  l.tau = hn::Min(hn::Max(tau, c.min_tau), c.max_tau);
+  return l;
+}
+
+/// What has been found out about one volume so far.
+struct Tally {
+  std::uint64_t changed_xy = 0;  ///< any z: bit 8 y + x
+  std::uint8_t z_layers = 0;
+  VolumeUpdate update;
+};
+
+template <bool kCarving>
+HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task, int first,
+                             const Lookups& l, Tally& tally) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const MF hit = hn::And(l.valid, hn::And(hn::Ge(l.u, hn::Neg(l.tau)), hn::Le(l.u, l.tau)));
+  MF beyond = hn::And(l.valid, hn::Gt(l.u, hn::Add(l.tau, c.margin)));
+  auto* words = reinterpret_cast<std::int32_t*>(task.voxels) + first;
+  const bool any_hit = !hn::AllFalse(d, hit);
+  if (!any_hit && (!kCarving || hn::AllFalse(d, beyond))) return;
+
+  const VI bits = hn::Load(di, words);
+  const VI sdf = hn::ShiftRight<16>(hn::ShiftLeft<16>(bits));
+  const VI weight = hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits)));
+  VI result = bits;
+  MF changed = hit;
+  const VF observation = hn::ConvertTo(d, hn::NearestInt(hn::Div(c.weight_numerator, l.tau)));
+  if (any_hit) {
+    const VF sample = hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(hit, hn::Mul(l.u, c.units_per_m))));
+    const VF mean = hn::ConvertTo(d, sdf), old_weight = hn::ConvertTo(d, weight);
+    const VF new_weight = hn::Add(old_weight, observation);
+    const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), hn::Div(observation, new_weight)));
+    const VI moved_sdf = hn::ConvertTo(di, moved);
+    const VI new_bits = hn::Or(hn::And(moved_sdf, hn::Set(di, 0xffff)),
+                               hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, c.weight_cap))));
+    result = hn::IfThenElse(hn::RebindMask(di, hit), new_bits, result);
+    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(hit, hn::Le(moved, c.zero)));
+    tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, hit));
+  }
+  if constexpr (kCarving) {
+    const VI zero_i = hn::Zero(di);
+    const MF stale = hn::RebindMask(d, hn::And(hn::Gt(weight, zero_i), hn::Lt(sdf, hn::Set(di, 1))));
+    beyond = hn::And(beyond, stale);
+    if (!hn::AllFalse(d, beyond)) {
+      const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
+      const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, tile);
+      beyond = hn::And(beyond, hn::Gt(hn::Sub(tile_min, l.z), hn::Add(l.tau, c.margin)));
+      const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
+      const VF left = hn::Sub(hn::ConvertTo(d, weight), taken);
+      const VI kept = hn::Or(hn::And(sdf, hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::ConvertTo(di, left)));
+      const VI carved = hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, c.zero)), kept);
+      result = hn::IfThenElse(hn::RebindMask(di, beyond), carved, result);
+      changed = hn::Or(changed, beyond);
+      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, beyond));
+    }
+  }
+  hn::Store(result, di, words);
+  if (const std::uint64_t changed_bits = MaskBits(d, changed)) {
+    tally.changed_xy |= changed_bits << (first & 63);
+    tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
+  }
+  if (task.colors && any_hit) {
+    const MF colored =
+        hn::And(hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
+    if (hn::AllFalse(d, colored)) return;
+    const VU rgb = GatherRgb(du, scan.rgb, hn::IfThenElseZero(hn::RebindMask(di, colored), l.pixel));
+    AddColors(reinterpret_cast<std::uint32_t*>(task.colors) + first, rgb, colored, scan.color_cap);
+    tally.update.colored += static_cast<std::uint32_t>(hn::CountTrue(d, colored));
+  }
+}
+
+template <bool kCarving>
+HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& task, Tally& tally) {
+  const DF d;
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  const Constants c(scan);
+  const Eigen::Vector3f origin = scan.origin_of(task.key);
+  for (int z = 0; z < kVolumeSide; ++z) {
+    const VF bx = hn::Set(d, origin[0] + static_cast<float>(z) * scan.step_z[0]);
+    const VF by = hn::Set(d, origin[1] + static_cast<float>(z) * scan.step_z[1]);
+    const VF bz = hn::Set(d, origin[2] + static_cast<float>(z) * scan.step_z[2]);
+    for (int i = 0; i < 64; i += lanes) {
+      const VF hx = hn::Add(bx, hn::Load(d, scan.lane[0] + i));
+      const VF hy = hn::Add(by, hn::Load(d, scan.lane[1] + i));
+      const VF hz = hn::Add(bz, hn::Load(d, scan.lane[2] + i));
+      UpdateVector<kCarving>(scan, c, task, 64 * z + i, LookUp(scan, c, hx, hy, hz), tally);
+    }
+  }
+}
+
+VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {
+  Tally tally;
+  if (scan.carving_factor > 0) ProjectVoxels<true>(scan, task, tally);
+  else ProjectVoxels<false>(scan, task, tally);
+  const std::uint64_t xy = tally.changed_xy;
+  const auto layer = [](bool touched, int bit) { return touched ? 1u << bit : 0u; };
+  tally.update.border_layers = static_cast<std::uint8_t>(
+      layer(xy & 0x0101010101010101u, 0) | layer(xy & 0x8080808080808080u, 1) | layer(xy & 0xffu, 2) |
+      layer(xy >> 56u, 3) | layer(tally.z_layers & 1u, 4) | layer(tally.z_layers & 0x80u, 5));
+  return tally.update;
+}
+
+const char* TargetName() { return hwy::TargetName(HWY_TARGET); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace hm
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace hm {
+HWY_EXPORT(ProjectVolume);
+HWY_EXPORT(TargetName);
+VolumeUpdate project_volume_simd(const ProjectionScan& scan, const ProjectionTask& task) {
+  return HWY_DYNAMIC_DISPATCH(ProjectVolume)(scan, task);
+}
+const char* simd_target_name() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }
+}  // namespace hm
+#endif

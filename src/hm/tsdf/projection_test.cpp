@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "hm/tsdf/candidate_volumes.hpp"
+#include "hm/tsdf/depth_preparation.hpp"
+#include "hm/tsdf/integrator.hpp"
+#include "hm/tsdf/testing/analytic_scene.hpp"
+#include "hm/tsdf/testing/grid_compare.hpp"
+
+namespace hm {
+namespace {
+
+PinholeCamera small_camera(double fy = 131.0) { return {157, 121, 130.5, fy, 77.0, 60.5, {}}; }
+
+TsdfParams random_params(Rng& rng) {
+  TsdfParams params;
+  params.voxel_size_m = rng.uniform(0.02, 0.06);
+  params.far_m = rng.uniform(2.0, 4.0);
+  params.dynamic_truncation = rng.uniform() < 0.7;
+  params.carving = rng.uniform() < 0.7;
+  params.color = rng.uniform() < 0.7;
+  params.truncation_sigmas_ratio = rng.uniform(2, 12);
+  params.weight_cap_observations = 1 + static_cast<int>(rng.below(6));
+  params.color_cap_observations = 1 + static_cast<int>(rng.below(4));
+  return params;
+}
+
+/// Noise, holes and mixed pixels on a picture.
+void disturb(RgbdFrame& frame, Rng& rng) {
+  for (auto& units : frame.depth.units.pixels()) {
+    const double chance = rng.uniform();
+    if (chance < 0.05) units = 0;
+    else if (chance < 0.07) units = static_cast<std::uint16_t>(rng.below(65536));
+    else units = static_cast<std::uint16_t>(std::clamp(units + rng.normal(0, 100), 0.0, 65535.0));
+  }
+}
+
+TEST(Projection, VectorCodeMatchesScalarCodeBitForBit) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    Rng rng(seed);
+    TsdfParams params = random_params(rng);
+    const PinholeCamera camera = small_camera(seed % 4 == 3 ? -131.0 : 131.0);
+    const ParallelLoop loop(1);
+    VolumeGrid simd_grid = Integrator::make_grid(params), scalar_grid = Integrator::make_grid(params);
+    Integrator simd(params, {}, camera, loop);
+    params.kernel = KernelChoice::kScalar;
+    Integrator scalar(params, {}, camera, loop);
+    std::size_t updated = 0, carved = 0;
+    for (int scan = 0; scan < 6; ++scan) {
+      RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
+      disturb(frame, rng);
+      const ScanStats a = simd.integrate(simd_grid, frame), b = scalar.integrate(scalar_grid, frame);
+      ASSERT_EQ(a.voxels_updated, b.voxels_updated);
+      ASSERT_EQ(a.voxels_carved, b.voxels_carved);
+      ASSERT_EQ(a.changed.size(), b.changed.size());
+      for (std::size_t i = 0; i < a.changed.size(); ++i) {
+        ASSERT_EQ(a.changed[i].key, b.changed[i].key);
+        ASSERT_EQ(a.changed[i].border_layers, b.changed[i].border_layers);
+      }
+      updated += a.voxels_updated;
+      carved += a.voxels_carved;
+    }
+    EXPECT_GT(updated, 1000u);
+    if (params.carving) {
+      EXPECT_GT(carved, 10u);
+    }
+    EXPECT_EQ(difference_of(simd_grid, scalar_grid), "");
+  }
+}
+
+TEST(Projection, TheSameBitsForAnyNumberOfThreads) {
+  for (const auto method : {IntegrationMethod::kProjection, IntegrationMethod::kTraversal}) {
+    std::vector<VolumeGrid> grids;
+    for (const int threads : {1, 2, 3, 1}) {
+      Rng rng(4);
+      TsdfParams params;
+      params.method = method;
+      params.voxel_size_m = 0.03;
+      const ParallelLoop loop(threads);
+      grids.push_back(Integrator::make_grid(params));
+      Integrator integrator(params, {}, small_camera(), loop);
+      for (int scan = 0; scan < 5; ++scan) {
+        RgbdFrame frame = random_scene(rng).render(small_camera(), random_pose(rng));
+        disturb(frame, rng);
+        integrator.integrate(grids.back(), frame);
+      }
+      EXPECT_EQ(difference_of(grids.front(), grids.back()), "") << threads << " threads";
+    }
+  }
+}
+
+/// Every voxel in the hit region of its own pixel must lie in a candidate volume: brute force over a box.
+TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
+  std::size_t inside = 0, missed = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    Rng rng(100 + seed);
+    TsdfParams params = random_params(rng);
+    params.voxel_size_m = rng.uniform(0.04, 0.08);
+    const PinholeCamera camera = small_camera();
+    RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
+    disturb(frame, rng);
+    PreparedDepth prepared;
+    prepare_depth(frame.depth, params, ParallelLoop(1), prepared);
+    const TruncationModel truncation(params, {});
+    std::vector<VolumeKey> keys;
+    CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, keys);
+    std::set<std::array<int, 3>> candidates;
+    for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
+    EXPECT_EQ(candidates.size(), keys.size());
+    const SE3 T_camera_world = frame.T_world_camera->inverse();
+    const int reach = static_cast<int>(5.5 / params.voxel_size_m);
+    for (int z = -reach; z < reach; ++z)
+      for (int y = -reach; y < reach; ++y)
+        for (int x = -reach; x < reach; ++x) {
+          const Vec3 p = T_camera_world * Vec3((Vec3(x, y, z) + Vec3::Constant(0.5)) * params.voxel_size_m);
+          if (p.z() <= 0) continue;
+          const Vec2 pixel = camera.project(p);
+          // Stay clear of pixel borders, where single and double precision may round apart.
+          const Vec2 rounded(std::round(pixel.x()), std::round(pixel.y()));
+          if (!camera.contains(pixel) || (pixel - rounded).cwiseAbs().maxCoeff() > 0.4999) continue;
+          const double depth = prepared.depth_m(static_cast<int>(rounded.x()), static_cast<int>(rounded.y()));
+          if (depth <= 0 || depth >= PreparedDepth::kFarM) continue;
+          if (std::abs(depth - p.z()) > 0.9999 * truncation.at(static_cast<float>(depth))) continue;
+          ++inside;
+          missed += candidates.contains({x >> 3, y >> 3, z >> 3}) ? 0u : 1u;
+        }
+  }
+  EXPECT_GT(inside, 5000u);
+  EXPECT_EQ(missed, 0u);
+}
+
+TEST(PrepareDepth, AgreesWithTheDefinition) {
+  Rng rng(8);
+  DepthImage depth{Image<std::uint16_t>(61, 37), 1e-3};
+  for (auto& units : depth.units.pixels()) units = static_cast<std::uint16_t>(rng.below(6000));
+  TsdfParams params;
+  params.near_m = 0.5;
+  params.far_m = 3.0;
+  PreparedDepth prepared;
+  prepare_depth(depth, params, ParallelLoop(2), prepared);
+  std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
+  std::size_t in_range = 0;
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      const int units = depth.units(x, y);
+      const float expected = units < 500 ? 0.0f : units > 3000 ? PreparedDepth::kFarM : float(units) * 1e-3f;
+      EXPECT_EQ(prepared.depth_m(x, y), expected);
+      if (units < 500 || units > 3000) continue;
+      ++in_range;
+      const auto tile = static_cast<std::size_t>(y / kTileSide * prepared.tiles_x + x / kTileSide);
+      low[tile] = std::min(low[tile], expected);
+      high[tile] = std::max(high[tile], expected);
+    }
+  EXPECT_EQ(prepared.pixels_in_range, in_range);
+  EXPECT_EQ(prepared.tile_min_m, low);
+  EXPECT_EQ(prepared.tile_max_m, high);
+}
+
+}  // namespace
+}  // namespace hm
