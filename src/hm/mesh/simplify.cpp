@@ -1,0 +1,126 @@
+#include "hm/mesh/simplify.hpp"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+
+/// Disjoint sets of vertices; the root of a set is its lowest vertex.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a), b = root(b);
+    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+template <class T>
+void keep_entries(std::vector<T>& values, std::span<const std::uint32_t> place, std::size_t kept) {
+  if (values.empty()) return;
+  for (std::size_t i = 0; i < place.size(); ++i)
+    if (place[i] != kUnused) values[place[i]] = values[i];  // never to a later place
+  values.resize(kept);
+  values.shrink_to_fit();
+}
+
+/// Drops vertices that no triangle uses; what stays keeps its order.
+void drop_unused_vertices(TriangleMesh& mesh) {
+  std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t index : triangle) place[index] = 0;
+  std::uint32_t kept = 0;
+  for (std::uint32_t& p : place)
+    if (p != kUnused) p = kept++;
+  const bool normals = mesh.has_normals(), colors = mesh.has_colors();
+  keep_entries(mesh.vertices, place, kept);
+  if (normals) keep_entries(mesh.normals, place, kept);
+  if (colors) keep_entries(mesh.colors, place, kept);
+  for (auto& triangle : mesh.triangles)
+    for (std::uint32_t& index : triangle) index = place[index];
+}
+
+/// The number of triangles and the box of every piece, at its root.
+struct Piece {
+  std::size_t triangles = 0;
+  Eigen::AlignedBox3f box;
+};
+
+bool is_too_small(const Piece& piece, const PieceBounds& bounds) {
+  if (piece.triangles < bounds.min_triangles) return true;
+  return bounds.min_diameter_m > 0 &&
+         static_cast<double>(piece.box.diagonal().norm()) < bounds.min_diameter_m;
+}
+
+}  // namespace
+
+TriangleMesh remove_small_pieces(TriangleMesh mesh, const PieceBounds& bounds) {
+  DisjointSets sets(mesh.vertices.size());
+  for (const auto& t : mesh.triangles) sets.join(t[0], t[1]), sets.join(t[1], t[2]);
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);  // of the piece, at its root
+  std::vector<Piece> pieces;
+  for (const auto& t : mesh.triangles) {
+    std::uint32_t& piece = number[sets.root(t[0])];
+    if (piece == kUnused) {
+      piece = static_cast<std::uint32_t>(pieces.size());
+      pieces.emplace_back();
+    }
+    ++pieces[piece].triangles;
+    for (const std::uint32_t index : t) pieces[piece].box.extend(mesh.vertices[index]);
+  }
+  std::erase_if(mesh.triangles,
+                [&](const auto& t) { return is_too_small(pieces[number[sets.root(t[0])]], bounds); });
+  drop_unused_vertices(mesh);
+  return mesh;
+}
+
+TriangleMesh simplify(TriangleMesh mesh, const SimplifyTarget& target) {
+  HM_CHECK(target.keep_ratio >= 0 && target.max_error_m >= 0, "{} {}", target.keep_ratio, target.max_error_m);
+  if (mesh.triangles.empty() || (target.keep_ratio >= 1 && target.max_error_m <= 0)) return mesh;
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float) &&
+                sizeof(mesh.triangles[0]) == 3 * sizeof(unsigned));
+  const double wanted =
+      target.keep_ratio >= 1 ? 0.0 : target.keep_ratio * static_cast<double>(mesh.triangles.size());
+  const float* positions = mesh.vertices.front().data();
+  const float scale = meshopt_simplifyScale(positions, mesh.vertices.size(), sizeof(Eigen::Vector3f));
+  const float error = target.max_error_m > 0 && scale > 0 ? static_cast<float>(target.max_error_m) / scale
+                                                          : std::numeric_limits<float>::max();
+  std::vector<std::array<std::uint32_t, 3>> kept(mesh.triangles.size());
+  const std::size_t indices =
+      meshopt_simplify(kept.front().data(), mesh.triangles.front().data(), 3 * mesh.triangles.size(),
+                       positions, mesh.vertices.size(), sizeof(Eigen::Vector3f),
+                       3 * static_cast<std::size_t>(wanted), error, meshopt_SimplifyLockBorder, nullptr);
+  kept.resize(indices / 3);
+  kept.shrink_to_fit();
+  mesh.triangles = std::move(kept);
+  drop_unused_vertices(mesh);
+  return mesh;
+}
+
+TriangleMesh clean_mesh(TriangleMesh mesh, const MeshParams& params) {
+  if (params.min_piece_triangles > 1 || params.min_piece_diameter_m > 0)
+    mesh = remove_small_pieces(
+        std::move(mesh),
+        {static_cast<std::size_t>(std::max(params.min_piece_triangles, 0)), params.min_piece_diameter_m});
+  return simplify(std::move(mesh), {params.simplify_keep_ratio, params.simplify_error_m});
+}
+
+}  // namespace hm

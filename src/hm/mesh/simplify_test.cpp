@@ -1,0 +1,153 @@
+#include "hm/mesh/simplify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "hm/mesh/mesh_test_support.hpp"
+#include "hm/mesh/whole_mesh.hpp"
+
+namespace hm {
+namespace {
+
+/// A coloured sphere of 20 cm (at the origin) meshed at 1 cm, and two specks of 2.5 cm.
+TriangleMesh sphere_and_specks() {
+  VolumeGrid grid(0.01, 1e-5);
+  testing::fill(grid, -30, 30, [](const Vec3& p) {
+    double distance = p.norm() - 0.2;
+    for (const Vec3& speck : {Vec3(0.26, 0.26, 0.26), Vec3(-0.255, 0.26, -0.25)})
+      distance = std::min(distance, (p - speck).norm() - 0.025);
+    return distance;
+  });
+  testing::for_each_voxel(-30, 30, [&](testing::Lattice at) {
+    testing::set_color(grid, at, ColorVoxel::make(static_cast<std::uint8_t>(100 + at[0]), 50, 60, 1));
+  });
+  return extract_mesh(grid, MeshParams{}, ParallelLoop(1));
+}
+
+std::size_t count_vertices_near(const TriangleMesh& mesh, const Eigen::Vector3f& p, float radius) {
+  return static_cast<std::size_t>(std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
+                                                [&](const auto& v) { return (v - p).norm() < radius; }));
+}
+
+void expect_valid(const TriangleMesh& mesh) {
+  ASSERT_TRUE(mesh.has_normals());
+  ASSERT_TRUE(mesh.has_colors());
+  std::vector<bool> used(mesh.vertices.size());
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t index : t) {
+      ASSERT_LT(index, mesh.vertices.size());
+      used[index] = true;
+    }
+  EXPECT_EQ(std::count(used.begin(), used.end(), false), 0);
+}
+
+TEST(RemoveSmallPieces, ByTriangles) {
+  const TriangleMesh all = sphere_and_specks();
+  EXPECT_GT(count_vertices_near(all, {0.26F, 0.26F, 0.26F}, 0.04F), 20U);
+  const TriangleMesh kept = remove_small_pieces(all, {1000, 0});
+  expect_valid(kept);
+  EXPECT_EQ(count_vertices_near(kept, {0.26F, 0.26F, 0.26F}, 0.04F), 0U);
+  EXPECT_EQ(kept.vertices.size(), count_vertices_near(all, {0, 0, 0}, 0.21F));
+  EXPECT_TRUE(open_edges(kept).empty());
+  EXPECT_NEAR(enclosed_volume(kept), 4.0 / 3 * M_PI * 0.008, 2e-4);
+}
+
+TEST(RemoveSmallPieces, ByDiameterAndAttributesFollow) {
+  const TriangleMesh all = sphere_and_specks();
+  const TriangleMesh kept = remove_small_pieces(all, {0, 0.2});  // a speck's box has a diagonal of 0.087 m
+  EXPECT_EQ(kept.vertices.size(), count_vertices_near(all, {0, 0, 0}, 0.21F));
+  for (std::size_t i = 0; i < kept.vertices.size(); ++i) {
+    ASSERT_GT(kept.normals[i].dot(kept.vertices[i].normalized()), 0.99F);
+    ASSERT_NEAR(kept.colors[i].r, 99.5 + kept.vertices[i].x() * 100.0, 1.01);
+  }
+  EXPECT_EQ(remove_small_pieces(all, {0, 0.01}).triangles, all.triangles);
+}
+
+TEST(RemoveSmallPieces, NothingAndEverything) {
+  EXPECT_TRUE(remove_small_pieces({}, {10, 1}).triangles.empty());
+  const TriangleMesh none = remove_small_pieces(sphere_and_specks(), {100000, 0});
+  EXPECT_TRUE(none.vertices.empty() && none.normals.empty() && none.colors.empty() && none.triangles.empty());
+}
+
+TEST(Simplify, ReachesTheRatioAndStaysClosed) {
+  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), {1000, 0});
+  const TriangleMesh coarse = simplify(fine, {0.25, 0});
+  expect_valid(coarse);
+  EXPECT_NEAR(static_cast<double>(coarse.triangles.size()), 0.25 * static_cast<double>(fine.triangles.size()),
+              0.01 * static_cast<double>(fine.triangles.size()));
+  EXPECT_TRUE(open_edges(coarse).empty());
+  EXPECT_NEAR(surface_area(coarse) / surface_area(fine), 1.0, 0.01);
+  EXPECT_NEAR(enclosed_volume(coarse) / enclosed_volume(fine), 1.0, 0.01);
+  for (std::size_t i = 0; i < coarse.vertices.size(); ++i) {
+    ASSERT_NEAR(coarse.vertices[i].norm(), 0.2F, 2e-4F);  // vertices that stay do not move
+    ASSERT_GT(coarse.normals[i].dot(coarse.vertices[i].normalized()), 0.99F);
+    ASSERT_NEAR(coarse.colors[i].r, 99.5 + coarse.vertices[i].x() * 100.0, 1.01);
+  }
+}
+
+TEST(Simplify, ByErrorKeepsTheSurfaceWithinIt) {
+  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), {1000, 0});
+  std::size_t previous = fine.triangles.size();
+  for (const double error_m : {0.0005, 0.002, 0.008}) {
+    const TriangleMesh coarse = simplify(fine, {1.0, error_m});
+    EXPECT_LT(coarse.triangles.size(), previous);
+    previous = coarse.triangles.size();
+    for (const auto& t : coarse.triangles) {
+      const Eigen::Vector3f center =
+          (coarse.vertices[t[0]] + coarse.vertices[t[1]] + coarse.vertices[t[2]]) / 3;
+      ASSERT_NEAR(center.norm(), 0.2, 2 * error_m + 2e-4);
+    }
+  }
+}
+
+TEST(Simplify, OpenBordersStay) {
+  VolumeGrid grid(0.02, 1e-5);
+  testing::fill(grid, -10, 10, [](const Vec3& p) { return p.z() - 0.003 + 0.2 * p.x(); });
+  const TriangleMesh fine = extract_mesh(grid, MeshParams{}, ParallelLoop(1));
+  const TriangleMesh coarse = simplify(fine, {0.1, 0});
+  EXPECT_LT(coarse.triangles.size(), fine.triangles.size() / 2);
+  const auto border = [](const TriangleMesh& mesh) {
+    std::set<std::array<float, 6>> edges;
+    for (const auto& [i, k] : open_edges(mesh)) {
+      const Eigen::Vector3f &a = mesh.vertices[i], &b = mesh.vertices[k];
+      edges.insert({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()});
+    }
+    return edges;
+  };
+  EXPECT_EQ(border(coarse), border(fine));
+  EXPECT_NEAR(surface_area(coarse) / surface_area(fine), 1.0, 0.01);
+}
+
+TEST(CleanMesh, DefaultsChangeNothing) {
+  const TriangleMesh all = sphere_and_specks();
+  const TriangleMesh same = clean_mesh(all, MeshParams{});
+  EXPECT_EQ(same.triangles, all.triangles);
+  EXPECT_EQ(same.vertices, all.vertices);
+}
+
+TEST(CleanMesh, DoesBoth) {
+  MeshParams params;
+  params.min_piece_triangles = 1000;
+  params.simplify_keep_ratio = 0.5;
+  const TriangleMesh all = sphere_and_specks(), cleaned = clean_mesh(all, params);
+  EXPECT_LT(cleaned.triangles.size(), all.triangles.size() * 51 / 100);
+  EXPECT_EQ(count_vertices_near(cleaned, {0.26F, 0.26F, 0.26F}, 0.04F), 0U);
+}
+
+TEST(MeshParams, ReadsBackItsOwnToml) {
+  MeshParams params, read;
+  params.min_piece_triangles = 7;
+  params.simplify_error_m = 0.01;
+  ParamList list, other;
+  list.add("mesh", params);
+  other.add("mesh", read);
+  ASSERT_TRUE(other.read_toml(list.to_toml(), "test").has_value());
+  EXPECT_EQ(read.min_piece_triangles, 7);
+  EXPECT_EQ(read.simplify_error_m, 0.01);
+  EXPECT_FALSE(other.set("mesh.simplify_keep_ratio=2").has_value());
+}
+
+}  // namespace
+}  // namespace hm
