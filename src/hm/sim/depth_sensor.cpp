@@ -66,20 +66,23 @@ struct Pixel {
   int x = 0, y = 0;
 };
 
+/// The nearest whole number, for |value| < 1e9; rounding by truncation is inline, std::round is a call.
+int rounded(double value) { return static_cast<int>(value + (value < 0 ? -0.5 : 0.5)); }
+
 /// Where a pixel's reading comes from: itself, or across a depth edge a pixel a random shift away.
-Pixel lateral_source(const SensorModel& sensor, const RenderedView& view, Pixel at, std::uint32_t bits) {
-  const NormalTable& normal = normal_table();
-  const int dx = static_cast<int>(std::lround(sensor.lateral_sigma_px * normal.from_half(bits >> 16u)));
-  const int dy = static_cast<int>(std::lround(sensor.lateral_sigma_px * normal.from_half(bits & 0xffffu)));
+Pixel lateral_source(const NormalTable& normal, double sigma_px, const Image<float>& depth_m, Pixel at,
+                     std::uint32_t bits) {
+  const int dx = rounded(sigma_px * normal.from_half(bits >> 16u));
+  const int dy = rounded(sigma_px * normal.from_half(bits & 0xffffu));
   const Pixel from{at.x + dx, at.y + dy};
-  if ((dx == 0 && dy == 0) || !view.depth_m.contains(from.x, from.y)) return at;
-  const float here = view.depth_m(at.x, at.y), there = view.depth_m(from.x, from.y);
+  if ((dx == 0 && dy == 0) || !depth_m.contains(from.x, from.y)) return at;
+  const float here = depth_m(at.x, at.y), there = depth_m(from.x, from.y);
   const bool edge = std::abs(here - there) > 0.02f + 0.04f * std::min(here, there);
   return edge ? from : at;
 }
 
 double quantised(double z, double step_m) {
-  const double disparity = std::round(step_m / z);
+  const int disparity = rounded(step_m / z);
   return disparity > 0 ? step_m / disparity : 0.0;
 }
 
@@ -121,12 +124,14 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
   const NormalTable& normal = normal_table();
   const double least_cosine = effects.grazing_dropout ? std::cos(effects.grazing_limit_rad) : 0.0;
   DepthImage depth{Image<std::uint16_t>(view.depth_m.width(), view.depth_m.height()), kSimulatedDepthUnit_m};
+  const bool biased = effects.depth_bias && sensor.bias_at_3m_m > 0;
   for (int y = 0; y < depth.height(); ++y) {
     for (int x = 0; x < depth.width(); ++x) {
       // Every pixel takes its two numbers, so that one switch does not change another effect's noise.
       const std::uint32_t lateral_bits = rng.next_u32(), axial_bits = rng.next_u32();
-      const Pixel from =
-          effects.lateral_noise ? lateral_source(sensor, view, {x, y}, lateral_bits) : Pixel{x, y};
+      Pixel from{x, y};
+      if (effects.lateral_noise)
+        from = lateral_source(normal, sensor.lateral_sigma_px, view.depth_m, from, lateral_bits);
       const double truth = static_cast<double>(view.depth_m(from.x, from.y));
       const double cosine = static_cast<double>(view.cos_incidence(from.x, from.y));
       // The range is judged by the true depth: judged by the reading it would bias what is left.
@@ -134,12 +139,12 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
       if (effects.material_dropout && view.returns[view.part(from.x, from.y)] == Reflectance::kNoReturn)
         continue;
       double z = truth;
-      if (effects.depth_bias) z += depth_bias_m(sensor, x, y, truth);
+      if (biased) z += depth_bias_m(sensor, x, y, truth);
       if (effects.axial_noise)
         z += effects.noise_scale_ratio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
       if (effects.quantisation && sensor.disparity_step_m > 0 && z > 0)
         z = quantised(z, sensor.disparity_step_m);
-      const double units = std::round(z / depth.unit_m);
+      const int units = rounded(z / depth.unit_m);
       if (units >= 1 && units <= 65534) depth.units(x, y) = static_cast<std::uint16_t>(units);
     }
   }

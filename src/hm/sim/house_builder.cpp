@@ -26,7 +26,6 @@ std::vector<Material> common_materials() {
       {"door", P::kWoodgrain, {186, 140, 92}, {140, 96, 58}, 0.2f, kYes},
       {"front_door", P::kWoodgrain, {96, 40, 30}, {60, 24, 18}, 0.2f, kYes},
       {"glass", P::kSky, {178, 212, 240}, {250, 250, 250}, 0.3f, kNone},
-      {"sky", P::kSky, {178, 212, 240}, {250, 250, 250}, 0.3f, kNone},
       {"hall_wall", P::kWallpaper, {232, 222, 200}, {190, 160, 120}, 0.22f, kYes},
       {"hall_floor", P::kTiles, {200, 176, 148}, {120, 104, 90}, 0.33f, kYes},
       {"oak", P::kWoodgrain, {196, 150, 98}, {150, 104, 60}, 0.2f, kYes},
@@ -40,7 +39,6 @@ std::vector<Material> common_materials() {
       {"mirror", P::kPlain, {196, 208, 214}, {180, 190, 200}, 0.3f, kNone},
       {"porcelain", P::kPlain, {246, 246, 244}, {230, 230, 230}, 0.3f, kYes},
       {"granite", P::kStone, {92, 90, 94}, {190, 186, 180}, 0.05f, kYes},
-      {"bath_tile", P::kTiles, {150, 196, 204}, {236, 240, 240}, 0.15f, kYes},
       {"sofa", P::kFabric, {74, 104, 132}, {56, 82, 110}, 0.04f, kYes},
       {"cushion", P::kWallpaper, {226, 170, 70}, {160, 70, 50}, 0.09f, kYes},
       {"chair_seat", P::kFabric, {150, 62, 52}, {120, 44, 40}, 0.03f, kYes},
@@ -72,7 +70,7 @@ Material wall_material(const RoomPlan& room, std::size_t index) {
   constexpr Rgb8 kBase[kHouseRooms] = {{222, 206, 170}, {196, 214, 196}, {240, 232, 206},
                                        {176, 188, 208}, {226, 204, 208}, {214, 232, 236},
                                        {206, 226, 240}, {230, 222, 190}, {206, 204, 198}};
-  constexpr Rgb8 kAccent[kHouseRooms] = {{166, 116, 78}, {110, 146, 110}, {214, 150, 90},
+  constexpr Rgb8 kAccent[kHouseRooms] = {{166, 116, 78}, {110, 146, 110}, {168, 160, 146},
                                          {96, 110, 146}, {176, 120, 136}, {120, 170, 186},
                                          {240, 150, 90}, {150, 140, 90},  {150, 146, 140}};
   constexpr float kScale_m[kHouseRooms] = {0.24f, 0.3f, 0.15f, 0.2f, 0.26f, 0.2f, 0.28f, 0.22f, 0.3f};

@@ -9,6 +9,7 @@ namespace hm {
 namespace {
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
+constexpr double kSwing_m = 4.2;  ///< walked while the pitch goes down and up once
 
 /// Collects way points; yaw is unwrapped so that every turn is the short way round.
 class Tour {
@@ -47,7 +48,7 @@ class Tour {
         const Vec2 p = a + (b - a) * (static_cast<double>(k) / steps);
         walked += (b - a).norm() / steps;
         const double outward = heading(middle, p) + (look == Look::kInward ? kTurn_rad / 2 : 0);
-        const double swing = 0.5 - 0.5 * std::cos(walked * kTurn_rad / 3.1);
+        const double swing = 0.5 - 0.5 * std::cos(walked * kTurn_rad / kSwing_m);
         go(p, outward, pitch_range_rad.x() + swing * (pitch_range_rad.y() - pitch_range_rad.x()));
       }
     }
@@ -65,13 +66,26 @@ class Tour {
   std::vector<WalkPoint> points_;
 };
 
+bool is_wide(const std::vector<Vec2>& loop) {
+  Eigen::AlignedBox2d box;
+  for (const Vec2& p : loop) box.extend(p);
+  return box.sizes().minCoeff() > 1.8;
+}
+
 void visit_room(Tour& tour, const RoomPlan& room) {
   const Vec2 in_hall(room.door_x, kHallCenter_y);
   tour.walk_to(in_hall, -0.15);
   tour.walk_to(room.loop.front(), -0.2);
-  tour.around(room.loop, Tour::Look::kOutward, {-0.55, 0.05});
-  tour.spin(0.55);
-  tour.around(room.loop, Tour::Look::kInward, {-0.6, 0.25});
+  tour.around(room.loop, Tour::Look::kOutward, {-0.65, 0.0});
+  tour.spin(0.6);
+  if (is_wide(room.loop)) {
+    tour.around(room.loop, Tour::Look::kInward, {-0.8, 0.4});
+  } else {
+    // Across narrow rooms the first round has seen the walls: floor and ceiling from the far end are left.
+    tour.walk_to(room.loop[2], -0.75);
+    tour.spin(-0.75);
+    tour.walk_to(room.loop.front(), 0.5);
+  }
   tour.walk_to(in_hall, -0.2);
 }
 

@@ -15,8 +15,10 @@ constexpr std::size_t kCamerasPerCell = 16;
 constexpr std::size_t kSamplesPerChunk = 16384;
 constexpr double kMargin_m = 0.002;  ///< less than anything stands off from what is behind it
 
-/// The 10 cm cell of a point, as one number; 21 bits a coordinate.
-std::uint64_t cell_of(const Vec3& p) {
+/// The 10 cm cell of a point, as one number; 21 bits a coordinate. The grid is shifted by odd amounts:
+/// floors and walls tend to lie at round coordinates, and would lie on the border between two cells.
+std::uint64_t cell_of(const Vec3& p_world) {
+  const Vec3 p = p_world + Vec3(0.0371, 0.0293, 0.0417);
   std::uint64_t key = 0;
   for (int axis = 0; axis < 3; ++axis)
     key = (key << 21u) | (static_cast<std::uint64_t>(std::floor(p[axis] / kCell_m) + (1 << 20)) & 0x1fffffu);

@@ -17,9 +17,9 @@ struct WalkPoint {
 class Walk {
  public:
   struct Limits {
-    double speed_m_s = 0.75;
-    double yaw_rate_rad_s = 0.95;
-    double pitch_rate_rad_s = 0.7;
+    double speed_m_s = 0.8;
+    double yaw_rate_rad_s = 1.0;
+    double pitch_rate_rad_s = 0.9;
     double smoothing_s = 0.8;  ///< half width of the window that rounds corners
   };
   /// Way points in order (at least two). Yaw is taken as given, without wrapping.
