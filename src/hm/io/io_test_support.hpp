@@ -42,7 +42,10 @@ inline std::string read_bytes(const std::filesystem::path& path) {
 }
 
 inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+  // A new file: some file systems wait for the disk when a file is truncated and written again.
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);
+  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 /// Calls `use` with many damaged versions of `bytes`: a thousand prefixes at most, and random changes of one

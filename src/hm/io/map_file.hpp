@@ -65,8 +65,9 @@ struct MapReadReport {
 ///
 /// All changes since the last commit() form one transaction together with the header that commit() writes: a
 /// process killed at any moment leaves the state of the last commit(). Closing without commit() drops the
-/// changes. A file that is not being written is a single file. One thread at a time may use a MapFile;
-/// several processes may read a file while none writes it.
+/// changes, and so does an Error from a change or from commit(): the map is then that of the last commit(),
+/// in memory and on disk. A file that is not being written is a single file. One thread at a time may use a
+/// MapFile; several processes may read a file while none writes it.
 class MapFile {
  public:
   /// Makes a map without blocks, replacing a file that is there. Errors: no place to write, sizes not
