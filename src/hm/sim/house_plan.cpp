@@ -1,0 +1,94 @@
+#include "hm/sim/house_plan.hpp"
+
+namespace hm {
+
+const std::vector<RoomPlan>& house_rooms() {
+  static const std::vector<RoomPlan> rooms = {
+      {"living",
+       0,
+       7.94,
+       0,
+       6.58,
+       6.4,
+       {{6.4, 5.3}, {4.0, 5.2}, {1.6, 5.0}, {1.5, 3.5}, {4.2, 3.1}, {6.6, 3.2}}},
+      {"dining",
+       8.06,
+       12.44,
+       0,
+       6.58,
+       9.6,
+       {{9.6, 5.4}, {8.75, 4.8}, {8.75, 1.2}, {11.55, 1.1}, {11.55, 5.2}}},
+      {"kitchen",
+       12.56,
+       15.94,
+       0,
+       6.58,
+       14.2,
+       {{14.2, 5.5}, {13.85, 4.6}, {13.85, 1.5}, {14.65, 1.4}, {14.6, 4.6}}},
+      {"study", 16.06, 20, 0, 6.58, 17.4, {{17.4, 5.5}, {17.0, 4.6}, {17.0, 1.2}, {18.2, 1.1}, {18.3, 5.0}}},
+      {"bedroom",
+       0,
+       4.94,
+       8.42,
+       15,
+       3.6,
+       {{3.7, 9.9}, {1.1, 9.9}, {2.8, 10.3}, {2.8, 13.1}, {1.1, 13.5}, {3.7, 13.6}, {3.8, 10.6}}},
+      {"bath", 5.06, 7.44, 8.42, 15, 6.3, {{6.3, 9.3}, {6.1, 10.0}, {6.15, 12.9}, {6.5, 13.3}, {6.5, 9.9}}},
+      {"kids", 7.56, 11.94, 8.42, 15, 9.4, {{9.4, 9.4}, {8.5, 10.2}, {9.1, 13.2}, {10.9, 13.3}, {11.0, 9.7}}},
+      {"guest",
+       12.06,
+       16.44,
+       8.42,
+       15,
+       14.2,
+       {{14.3, 9.95}, {12.9, 10.0}, {12.85, 12.2}, {15.3, 12.3}, {15.2, 9.7}}},
+      {"workshop",
+       16.56,
+       20,
+       8.42,
+       15,
+       18.1,
+       {{18.1, 9.4}, {17.5, 10.0}, {17.6, 13.2}, {18.9, 13.3}, {18.8, 9.8}}},
+  };
+  return rooms;
+}
+
+std::vector<Box3> house_doors() {
+  std::vector<Box3> doors;
+  for (const RoomPlan& room : house_rooms()) {
+    const bool south = room.y1 < kHallCenter_y;
+    const double low = south ? kHallLow_y - 2 * kHalfWall_m : kHallHigh_y;
+    doors.emplace_back(Vec3(room.door_x - kDoorWidth_m / 2, low, 0),
+                       Vec3(room.door_x + kDoorWidth_m / 2, low + 2 * kHalfWall_m, kDoorHeight_m));
+  }
+  return doors;
+}
+
+std::vector<Box3> house_arches() {
+  return {Box3(Vec3(7.94, 2.7, 0), Vec3(8.06, 4.7, 2.3)), Box3(Vec3(12.44, 4.3, 0), Vec3(12.56, 5.6, 2.3))};
+}
+
+Box3 front_door() { return {Vec3(-0.2, 7.0, 0), Vec3(0, 8.0, kDoorHeight_m)}; }
+
+std::vector<Box3> house_windows() {
+  std::vector<Box3> windows;
+  constexpr double kWall_m = kHalfWall_m + kOuterWall_m;
+  const auto south = [&](double x, double width, double sill) {
+    windows.emplace_back(Vec3(x - width / 2, -kWall_m, sill), Vec3(x + width / 2, 0, 2.2));
+  };
+  const auto north = [&](double x, double width, double sill) {
+    windows.emplace_back(Vec3(x - width / 2, kHouseWidth_m, sill),
+                         Vec3(x + width / 2, kHouseWidth_m + kWall_m, 2.2));
+  };
+  south(2.2, 1.8, 1.0), south(6.4, 1.6, 0.9), south(10.2, 2.4, 0.3), south(14.0, 1.4, 1.2),
+      south(17.6, 1.2, 2.0 - 0.9);
+  north(3.7, 1.4, 0.9), north(6.2, 0.8, 1.5), north(10.2, 1.6, 0.9), north(15.6, 1.0, 0.9),
+      north(18.1, 1.2, 1.2);
+  windows.emplace_back(Vec3(-kWall_m, 1.4, 0.9), Vec3(0, 3.2, 2.2));       // living, west
+  windows.emplace_back(Vec3(20, 4.2, 0.9), Vec3(20 + kWall_m, 5.6, 2.2));  // study, east
+  windows.emplace_back(Vec3(20, 7.0, 0.4), Vec3(20 + kWall_m, 8.0, 2.2));  // end of the hallway
+  windows.emplace_back(Vec3(-kWall_m, 13.2, 0.9), Vec3(0, 14.2, 2.2));     // bedroom, west
+  return windows;
+}
+
+}  // namespace hm
