@@ -47,7 +47,7 @@ Vec3 oklab_to_srgb(const Vec3& lab) {
 
 Vec3 sequential_color(double value) {
   static const Table table = make_table([](double t) {
-    return lightness_chroma_hue(0.34 + 0.58 * t, 0.115 + 0.04 * std::sin(M_PI * t), 290 - 190 * t);
+    return lightness_chroma_hue(0.34 + 0.58 * t, 0.095 + 0.05 * (2 * t - 1) * (2 * t - 1), 290 - 190 * t);
   });
   return look_up(table, value);
 }

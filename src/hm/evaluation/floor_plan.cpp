@@ -111,6 +111,7 @@ Image<Rgb8> page_with_grid(const RenderOptions& options, const RenderView& view,
   const Vec3 centre = axes.transpose() * view.T_world_camera.translation();
   for (int axis = 0; axis < 2; ++axis) {
     const double half = 0.5 * (axis == 0 ? options.width : options.height) / view.pixels_per_m;
+    if (!(half / step < 2000)) continue;  // too dense to be drawn
     for (double at = std::ceil((centre[axis] - half) / step) * step; at <= centre[axis] + half; at += step) {
       Vec3 p = centre;
       p[axis] = at;

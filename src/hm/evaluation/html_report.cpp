@@ -32,7 +32,7 @@ constexpr std::string_view kCss =
     "figure{margin:1rem 0;background:var(--card);border:1px solid "
     "var(--edge);border-radius:8px;padding:.6rem;"
     "overflow-x:auto}"
-    "figure img,figure svg{display:block;width:100%;height:auto;margin:0 auto;border-radius:4px}"
+    "figure img,figure>svg{display:block;width:100%;height:auto;margin:0 auto;border-radius:4px}"
     "figcaption{color:var(--soft);font-size:.9rem;padding:.45rem .2rem 0}"
     ".scroll{overflow-x:auto}table{border-collapse:collapse;width:100%;background:var(--card);font-size:."
     "93rem;"

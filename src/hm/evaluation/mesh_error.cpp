@@ -14,6 +14,10 @@ std::vector<double> doubled_areas(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < areas.size(); ++i) {
     const auto& t = mesh.triangles[i];
     if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) continue;
+    float largest = 0;
+    for (const std::uint32_t index : t)
+      largest = std::max(largest, mesh.vertices[index].cwiseAbs().maxCoeff());
+    if (!(largest < 1e9F)) continue;  // as EmbreeMesh
     const Vec3 a = mesh.vertices[t[0]].cast<double>();
     const double area =
         (mesh.vertices[t[1]].cast<double>() - a).cross(mesh.vertices[t[2]].cast<double>() - a).norm();

@@ -198,7 +198,6 @@ TEST(MeshRenderer, HeatMapColoursAndLegend) {
   EXPECT_GT(low.b, low.r + 80);
   EXPECT_GT(high.r, high.b + 80);
   EXPECT_LT(std::abs(middle.r - middle.b), 25);
-  options.vertex_values = std::vector<float>(4, std::nanf(""));
   const std::vector<float> unknown(4, std::nanf(""));
   options.vertex_values = unknown;
   const Rgb8 grey = render_mesh(mesh, view, options, ParallelLoop())(80, 90);

@@ -81,6 +81,18 @@ std::vector<double> level_areas(const std::vector<Facet>& facets, const Vec3& di
   return smooth;
 }
 
+/// The mean height of the surfaces that face this way close to a level.
+double refine_level(const std::vector<Facet>& facets, const Vec3& direction, const Vec3& up, double level_m) {
+  double sum = 0, area = 0;
+  for (const Facet& f : facets) {
+    const double height = f.centre.dot(up);
+    if (f.normal.dot(direction) <= 0.8 || std::abs(height - level_m) > 0.12) continue;
+    sum += f.area * height;
+    area += f.area;
+  }
+  return area > 0 ? sum / area : level_m;
+}
+
 void find_floor_and_ceiling(const std::vector<Facet>& facets, SceneExtent& extent) {
   const double low = extent.box.min().z(), high = extent.box.max().z();
   extent.floor_m = low;
@@ -93,9 +105,10 @@ void find_floor_and_ceiling(const std::vector<Facet>& facets, SceneExtent& exten
   std::size_t floor = 0;
   while (up_areas[floor] < 0.4 * largest) ++floor;
   while (floor + 1 < up_areas.size() && up_areas[floor + 1] > up_areas[floor]) ++floor;
-  extent.floor_m = height(floor);
+  extent.floor_m = refine_level(facets, extent.up, extent.up, height(floor));
   const auto ceiling = std::max_element(down_areas.begin(), down_areas.end());
-  const double ceiling_m = height(static_cast<std::size_t>(ceiling - down_areas.begin()));
+  const double ceiling_m = refine_level(facets, -extent.up, extent.up,
+                                        height(static_cast<std::size_t>(ceiling - down_areas.begin())));
   if (ceiling_m > extent.floor_m + 1.8 && *ceiling > 0.25 * up_areas[floor]) extent.ceiling_m = ceiling_m;
 }
 

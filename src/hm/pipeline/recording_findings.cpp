@@ -21,7 +21,7 @@ constexpr double kVote_ratio = 0.8;
 /// ... and its points meet measured depth as often as this.
 constexpr double kMinOverlap_ratio = 0.3;
 /// Depth and poses of any sensor in use agree better than this, relative to depth.
-constexpr double kPoorAgreement_ratio = 0.04;
+constexpr double kPoorAgreement_ratio = 0.02;
 
 /// How one reading of the recording fits, over all pairs.
 struct Fit {
@@ -44,6 +44,16 @@ bool clearly_better(const Fit& a, const Fit& than_b) {
   for (std::size_t i = 0; i < a.by_pair.size(); ++i)
     if (a.by_pair[i].systematic < kVote_ratio * than_b.by_pair[i].systematic) ++votes;
   return static_cast<double>(votes) >= kMinVotes_ratio * static_cast<double>(a.by_pair.size());
+}
+
+/// A large depth scale makes the camera's translation vanish beside the scene. Such a reading counts only
+/// when it fits better than one in which nothing but the rotation is left.
+bool beats_rotation_alone(const Fit& fit, const std::vector<FramePair>& pairs, const PinholeCamera& camera) {
+  constexpr double kEndless = 1e6, kBetter_ratio = 0.7;
+  if (fit.hypothesis.depth_factor <= 1) return true;
+  ReadingHypothesis rotation_alone = fit.hypothesis;
+  rotation_alone.depth_factor = kEndless;
+  return fit.median.systematic < kBetter_ratio * fit_of(pairs, camera, rotation_alone).median.systematic;
 }
 
 FindingKind kind_of(const ReadingHypothesis& hypothesis) {
@@ -86,6 +96,7 @@ void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& repor
   const Fit* best = &given;
   for (const Fit& fit : fits) {
     if (fit.hypothesis.changes() == 0 || !clearly_better(fit, given)) continue;
+    if (!beats_rotation_alone(fit, pairs, camera)) continue;
     // They come in order of changes: one with more must be clearly better than the simpler one too.
     const bool simpler_known = best != &given && fit.hypothesis.changes() > best->hypothesis.changes();
     if (simpler_known ? clearly_better(fit, *best) : fit.median.systematic < best->median.systematic)

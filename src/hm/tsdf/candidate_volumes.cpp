@@ -1,7 +1,6 @@
 #include "hm/tsdf/candidate_volumes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
@@ -20,18 +19,20 @@ void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& came
   const Vec3 at = T_world_camera.translation() / volume_size;
   base_ = {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
            static_cast<int>(std::floor(at.z()))};
-  origin_ = (at - Vec3(base_.x, base_.y, base_.z)).cast<float>();
+  origin_ << (at - Vec3(base_.x, base_.y, base_.z)).cast<float>().array(), 0.0f;
   corners_x_ = depth.tiles_x + 1;
   rays_.clear();
   for (int y = 0; y <= depth.tiles_y; ++y)
     for (int x = 0; x <= depth.tiles_x; ++x) {
       // Pixel cells reach half a pixel beyond centres, which is where rounding to pixels cuts.
       const Vec2 corner(std::min(x * kTileSide, camera.width) - 0.5, std::min(y * kTileSide, camera.height) - 0.5);
-      rays_.push_back((T_world_camera.rotation() * camera.unproject(corner, 1.0) / volume_size).cast<float>());
+      Eigen::Array4f ray;
+      ray << (T_world_camera.rotation() * camera.unproject(corner, 1.0) / volume_size).cast<float>().array(), 0.0f;
+      rays_.push_back(ray);
     }
   place_bitmap(depth, truncation.max_m);
-  for (int y = 0; y < depth.tiles_y; ++y)
-    for (int x = 0; x < depth.tiles_x; ++x) mark_tile(depth, x, y);
+  for (int y = 0; y < depth.tiles_y; y += 2)
+    for (int x = 0; x < depth.tiles_x; x += 2) mark_quad(depth, x, y);
   collect(keys);
 }
 
@@ -43,11 +44,12 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   const std::size_t last_row = rays_.size() - static_cast<std::size_t>(corners_x_);
   for (const std::size_t corner :
        {std::size_t{0}, static_cast<std::size_t>(corners_x_ - 1), last_row, rays_.size() - 1})
-    for (const float z : {std::max(near_m, 0.0f), far_m}) box.extend(origin_ + rays_[corner] * z);
+    for (const float z : {std::max(near_m, 0.0f), far_m})
+      box.extend((origin_ + rays_[corner] * z).head<3>().matrix());
   const Eigen::Vector3i low = box.min().array().floor().cast<int>() - 1;
   const Eigen::Vector3i size = box.max().array().floor().cast<int>() + 2 - low.array();
   base_ = {base_.x + low.x(), base_.y + low.y(), base_.z + low.z()};
-  origin_ -= low.cast<float>();
+  origin_.head<3>() -= low.cast<float>().array();
   size_x_ = size.x();
   size_y_ = size.y();
   size_z_ = size.z();
@@ -58,12 +60,33 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   if (bitmap_.size() < words) bitmap_.resize(words, 0);
 }
 
+/// Two by two tiles at once where they are small and level against a volume, else one by one.
+void CandidateFinder::mark_quad(const PreparedDepth& depth, int tile_x, int tile_y) {
+  const int width = std::min(2, depth.tiles_x - tile_x), height = std::min(2, depth.tiles_y - tile_y);
+  float low = PreparedDepth::kFarM, high = 0;
+  for (int y = tile_y; y < tile_y + height; ++y)
+    for (int x = tile_x; x < tile_x + width; ++x) {
+      const auto tile = static_cast<std::size_t>(y * depth.tiles_x + x);
+      low = std::min(low, depth.tile_min_m[tile]);
+      high = std::max(high, depth.tile_max_m[tile]);
+    }
+  if (high <= 0.0f) return;
+  const auto corner = static_cast<std::size_t>(tile_y * corners_x_ + tile_x);
+  const float side = ((rays_[corner + static_cast<std::size_t>(width)] - rays_[corner]) * high).matrix().norm();
+  if (high - low < volume_size_m_ && side < 0.5f) {
+    mark_segment({tile_x, tile_y, width, height}, {low, high});
+    return;
+  }
+  for (int y = tile_y; y < tile_y + height; ++y)
+    for (int x = tile_x; x < tile_x + width; ++x) mark_tile(depth, x, y);
+}
+
 void CandidateFinder::mark_tile(const PreparedDepth& depth, int tile_x, int tile_y) {
   const auto tile = static_cast<std::size_t>(tile_y * depth.tiles_x + tile_x);
   const float low = depth.tile_min_m[tile], high = depth.tile_max_m[tile];
   if (high <= 0.0f) return;
   if (high - low > 0.5f * volume_size_m_) mark_gapped_tile(depth, tile_x, tile_y);
-  else mark_segment(tile_x, tile_y, {low, high});
+  else mark_segment({tile_x, tile_y, 1, 1}, {low, high});
 }
 
 /// Sorts the tile's readings into 64 bins of depth and marks each run of filled bins.
@@ -76,7 +99,7 @@ void CandidateFinder::mark_gapped_tile(const PreparedDepth& depth, int tile_x, i
   const int end_x = std::min((tile_x + 1) * kTileSide, depth.depth_m.width());
   for (int y = tile_y * kTileSide; y < end_y; ++y)
     for (int x = tile_x * kTileSide; x < end_x; ++x) {
-      const float z = depth.depth_m(x, y);
+      const float z = std::abs(depth.depth_m(x, y));
       if (z > 0.0f && z < PreparedDepth::kFarM)
         filled |= std::uint64_t{1} << static_cast<unsigned>((z - low) * bins_per_m);
     }
@@ -85,7 +108,7 @@ void CandidateFinder::mark_gapped_tile(const PreparedDepth& depth, int tile_x, i
   while (filled != 0) {
     const int begin = std::countr_zero(filled);
     const int length = std::countr_one(filled >> begin);
-    mark_segment(tile_x, tile_y,
+    mark_segment({tile_x, tile_y, 1, 1},
                  {std::max(low, low + static_cast<float>(begin - 1) * bin_m),
                   std::min(high, low + static_cast<float>(begin + length + 1) * bin_m)});
     if (begin + length >= 64) break;
@@ -93,35 +116,34 @@ void CandidateFinder::mark_gapped_tile(const PreparedDepth& depth, int tile_x, i
   }
 }
 
-void CandidateFinder::mark_segment(int tile_x, int tile_y, Segment segment) {
+void CandidateFinder::mark_segment(const Tiles& tiles, Segment segment) {
   // A reading's band reaches as far as the widest truncation among the segment's readings.
   const float tau = std::max(truncation_.at(segment.near_m), truncation_.at(segment.far_m));
   const float near_m = std::max(segment.near_m - tau, 0.0f), far_m = segment.far_m + tau;
-  const auto corner = static_cast<std::size_t>(tile_y * corners_x_ + tile_x);
-  const std::array<const Eigen::Vector3f*, 4> rays{&rays_[corner], &rays_[corner + 1],
-                                                   &rays_[corner + static_cast<std::size_t>(corners_x_)],
-                                                   &rays_[corner + static_cast<std::size_t>(corners_x_) + 1]};
-  const Eigen::Vector3f ray_low = rays[0]->cwiseMin(*rays[1]).cwiseMin(rays[2]->cwiseMin(*rays[3]));
-  const Eigen::Vector3f ray_high = rays[0]->cwiseMax(*rays[1]).cwiseMax(rays[2]->cwiseMax(*rays[3]));
+  const Eigen::Array4f* upper = rays_.data() + tiles.y * corners_x_ + tiles.x;
+  const Eigen::Array4f* lower = upper + tiles.height * corners_x_;
+  const int right = tiles.width;
+  const Eigen::Array4f ray_low = upper[0].min(upper[right]).min(lower[0].min(lower[right]));
+  const Eigen::Array4f ray_high = upper[0].max(upper[right]).max(lower[0].max(lower[right]));
   // Short pieces keep the boxes around slanted rays tight.
-  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.5f * volume_size_m_));
+  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.6f * volume_size_m_));
   const float step = (far_m - near_m) / static_cast<float>(pieces);
   for (int piece = 0; piece < pieces; ++piece) {
     const float z0 = near_m + static_cast<float>(piece) * step, z1 = z0 + step;
-    mark_box(origin_ + (ray_low * z0).cwiseMin(ray_low * z1), origin_ + (ray_high * z0).cwiseMax(ray_high * z1));
+    mark_box(origin_ + (ray_low * z0).min(ray_low * z1), origin_ + (ray_high * z0).max(ray_high * z1));
   }
 }
 
-void CandidateFinder::mark_box(const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
-  // Coordinates are at least 1 here (the bitmap has a margin), so truncation is floor.
-  const auto clip = [](float v, int size) { return std::clamp(static_cast<int>(v), 0, size - 1); };
+void CandidateFinder::mark_box(const Eigen::Array4f& low, const Eigen::Array4f& high) {
+  // Coordinates are at least 1 here (the bitmap has a margin), so conversion is floor.
   constexpr float kSlack = 1e-4f;  // single precision
-  const int x0 = clip(low.x() - kSlack, size_x_), x1 = clip(high.x() + kSlack, size_x_);
-  const int y0 = clip(low.y() - kSlack, size_y_), y1 = clip(high.y() + kSlack, size_y_);
-  const int z0 = clip(low.z() - kSlack, size_z_), z1 = clip(high.z() + kSlack, size_z_);
+  const Eigen::Array4i from = (low - kSlack).cast<int>(), to = (high + kSlack).cast<int>();
+  const int x0 = std::max(from[0], 0), x1 = std::min(to[0], size_x_ - 1);
+  const int y0 = std::max(from[1], 0), y1 = std::min(to[1], size_y_ - 1);
+  const int z0 = std::max(from[2], 0), z1 = std::min(to[2], size_z_ - 1);
   for (int z = z0; z <= z1; ++z)
     for (int y = y0; y <= y1; ++y) {
-      std::uint64_t* row = &bitmap_[static_cast<std::size_t>((z * size_y_ + y) * words_x_)];
+      std::uint64_t* row = bitmap_.data() + static_cast<std::ptrdiff_t>(z * size_y_ + y) * words_x_;
       for (int x = x0; x <= x1; ++x) row[x >> 6] |= std::uint64_t{1} << (x & 63);
     }
 }

@@ -23,15 +23,21 @@ class CandidateFinder {
     float near_m, far_m;
   };
   void place_bitmap(const PreparedDepth& depth, float widest_m);
+  void mark_quad(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_gapped_tile(const PreparedDepth& depth, int tile_x, int tile_y);
-  void mark_segment(int tile_x, int tile_y, Segment segment);
-  void mark_box(const Eigen::Vector3f& low, const Eigen::Vector3f& high);
+  /// A block of tiles: first tile, tiles on a side.
+  struct Tiles {
+    int x, y, width, height;
+  };
+  void mark_segment(const Tiles& tiles, Segment segment);
+  void mark_box(const Eigen::Array4f& low, const Eigen::Array4f& high);
   void collect(std::vector<VolumeKey>& keys);
 
   TruncationModel truncation_;
-  Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();  ///< camera, in volumes, relative to base_
-  std::vector<Eigen::Vector3f> rays_;                 ///< at tile corners, volumes per metre of depth
+  // Four numbers each, the last unused: one vector register.
+  Eigen::Array4f origin_ = Eigen::Array4f::Zero();  ///< camera, in volumes, relative to base_
+  std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>> rays_;  ///< at tile corners, volumes per metre
   int corners_x_ = 0;
   float volume_size_m_ = 1;
   VolumeKey base_;                                    ///< of bit 0

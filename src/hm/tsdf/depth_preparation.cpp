@@ -21,6 +21,7 @@ struct DepthLimits {
 /// One picture row: columns' extremes are kept over the rows of a tile.
 struct DepthRow {
   const std::uint16_t* units = nullptr;
+  const std::uint16_t* edge = nullptr;  ///< 0xffff or 0
   float* depth_m = nullptr;
   float* column_min_m = nullptr;
   float* column_max_m = nullptr;
@@ -52,7 +53,8 @@ void PrepareRow(const DepthLimits& limits, const DepthRow& row, DepthCounts& cou
     const auto accepted = hn::RebindMask(df, hn::And(near_enough, beyond_near));
     const auto metres = hn::Mul(hn::ConvertTo(df, units), unit);
     const auto kept = hn::IfThenElseZero(hn::RebindMask(df, beyond_near), hn::IfThenElse(accepted, metres, far_m));
-    hn::StoreU(kept, df, row.depth_m + x);
+    const auto sign = hn::ShiftLeft<31>(hn::PromoteTo(di, hn::LoadU(d16, row.edge + x)));
+    hn::StoreU(hn::BitCast(df, hn::Or(hn::BitCast(di, kept), sign)), df, row.depth_m + x);
     const auto low = hn::IfThenElse(accepted, metres, far_m), high = hn::IfThenElseZero(accepted, metres);
     hn::StoreU(hn::Min(hn::LoadU(df, row.column_min_m + x), low), df, row.column_min_m + x);
     hn::StoreU(hn::Max(hn::LoadU(df, row.column_max_m + x), high), df, row.column_max_m + x);
@@ -63,7 +65,8 @@ void PrepareRow(const DepthLimits& limits, const DepthRow& row, DepthCounts& cou
     const std::uint16_t units = row.units[x];
     const bool beyond_near = units >= limits.near_units, accepted = beyond_near && units <= limits.far_units;
     const float metres = static_cast<float>(units) * limits.unit_m;
-    row.depth_m[x] = accepted ? metres : beyond_near ? PreparedDepth::kFarM : 0.0f;
+    const float kept = accepted ? metres : beyond_near ? PreparedDepth::kFarM : 0.0f;
+    row.depth_m[x] = row.edge[x] != 0 ? -kept : kept;
     if (accepted) {
       row.column_min_m[x] = std::min(row.column_min_m[x], metres);
       row.column_max_m[x] = std::max(row.column_max_m[x], metres);
@@ -95,19 +98,28 @@ DepthLimits limits_of(const DepthImage& depth, const TsdfParams& params) {
 }
 
 /// The rows of one row of tiles.
-DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, int tile_y,
+DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, const EdgeRule& edges, int tile_y,
                              PreparedDepth& prepared) {
   const auto width = static_cast<std::size_t>(depth.width());
   thread_local std::vector<float> column_min, column_max;
+  thread_local std::vector<std::uint16_t> units, edge;
+  units.resize(width);
+  edge.resize(width);
   column_min.assign(width, PreparedDepth::kFarM);
   column_max.assign(width, 0.0f);
   DepthCounts counts;
   const int end = std::min((tile_y + 1) * kTileSide, depth.height());
-  for (int y = tile_y * kTileSide; y < end; ++y)
+  for (int y = tile_y * kTileSide; y < end; ++y) {
+    const int last = depth.height() - 1;
+    sort_out_edges(edges,
+                   {depth.units.row(std::max(y - 1, 0)).data(), depth.units.row(y).data(),
+                    depth.units.row(std::min(y + 1, last)).data(), width},
+                   units.data(), edge.data());
     HWY_DYNAMIC_DISPATCH(PrepareRow)(limits,
-                                     {depth.units.row(y).data(), prepared.depth_m.row(y).data(), column_min.data(),
+                                     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(),
                                       column_max.data(), width},
                                      counts);
+  }
   for (int tile_x = 0; tile_x < prepared.tiles_x; ++tile_x) {
     const auto begin = static_cast<std::size_t>(tile_x * kTileSide);
     const std::size_t stop = std::min(begin + kTileSide, width);
@@ -125,7 +137,7 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
 
 }  // namespace
 
-void prepare_depth(const DepthImage& depth, const TsdfParams& params, const ParallelLoop& loop,
+void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges, const ParallelLoop& loop,
                    PreparedDepth& prepared) {
   if (prepared.depth_m.width() != depth.width() || prepared.depth_m.height() != depth.height())
     prepared.depth_m = Image<float>(depth.width(), depth.height());
@@ -139,7 +151,7 @@ void prepare_depth(const DepthImage& depth, const TsdfParams& params, const Para
   loop.for_ranges(static_cast<std::size_t>(prepared.tiles_y), 8, [&](std::size_t begin, std::size_t end) {
     DepthCounts sum;
     for (std::size_t tile_y = begin; tile_y < end; ++tile_y) {
-      const DepthCounts counts = prepare_tile_row(depth, limits, static_cast<int>(tile_y), prepared);
+      const DepthCounts counts = prepare_tile_row(depth, limits, edges, static_cast<int>(tile_y), prepared);
       sum.in_range += counts.in_range;
       sum.valid += counts.valid;
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/tsdf/volume_upkeep.hpp"
@@ -17,19 +16,21 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
                                      ScanStats& stats) {
   const Stopwatch total;
   const SE3& T_world_camera = *frame.T_world_camera;
-  prepare_depth(frame.depth, params_, loop, prepared_);
+  prepare_depth(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m), loop, prepared_);
   stats.pixels_seen = frame.depth.units.size();
   stats.pixels_in_range = prepared_.pixels_in_range;
-  ProjectionScan scan = make_projection_scan(camera_, T_world_camera.inverse(), params_, noise_);
+  const SE3 T_camera_world = T_world_camera.inverse();
+  ProjectionScan scan = make_projection_scan(camera_, T_camera_world, params_, noise_);
   scan.depth_m = prepared_.depth_m.data();
   scan.tile_min_m = prepared_.tile_min_m.data();
   const bool with_color = params_.color && !frame.color.empty();
   if (with_color) scan.rgb = reinterpret_cast<const std::uint8_t*>(frame.color.data());
 
   finder_.find(prepared_, camera_, T_world_camera, params_, scan.truncation, candidates_);
+  const DepthBounds bounds(prepared_, camera_, T_camera_world, params_, scan.truncation);
   stale_.clear();
-  if (params_.carving) find_stale_volumes(grid, T_world_camera);
-  allocate(grid, with_color, stats);
+  if (params_.carving) find_stale_volumes(grid, T_world_camera, bounds);
+  allocate(grid, bounds, with_color, stats);
   stats.allocate_ms = total.milliseconds();
 
   Stopwatch stage;
@@ -42,28 +43,10 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
   stats.total_ms = total.milliseconds();
 }
 
-/// The farthest in-range reading of the tiles that a sphere falls on; kFarM when it may see past far_m.
-float ProjectionIntegrator::farthest_reading_over(const Vec3& p_camera_centre, double radius_m) const {
-  const double near_z = std::max(p_camera_centre.z() - radius_m, 0.05);
-  const Vec2 centre = camera_.project(p_camera_centre);
-  const double reach_x = camera_.fx * radius_m / near_z * 1.2, reach_y = std::abs(camera_.fy) * radius_m / near_z * 1.2;
-  const auto tile = [](double pixel, int tiles) {
-    return std::clamp(static_cast<int>(std::floor(pixel / kTileSide)), -1, tiles);
-  };
-  const int x0 = tile(centre.x() - reach_x, prepared_.tiles_x), x1 = tile(centre.x() + reach_x, prepared_.tiles_x);
-  const int y0 = tile(centre.y() - reach_y, prepared_.tiles_y), y1 = tile(centre.y() + reach_y, prepared_.tiles_y);
-  float farthest = 0;
-  for (int y = std::max(y0, 0); y <= std::min(y1, prepared_.tiles_y - 1); ++y)
-    for (int x = std::max(x0, 0); x <= std::min(x1, prepared_.tiles_x - 1); ++x) {
-      const auto i = static_cast<std::size_t>(y * prepared_.tiles_x + x);
-      farthest = std::max(farthest, prepared_.tile_max_m[i] > 0 ? prepared_.tile_max_m[i] : PreparedDepth::kFarM);
-    }
-  return farthest;
-}
-
 /// Space carving's volumes (4.2.3): those in the frustum that may hold voxels on or behind a surface,
 /// lie in front of what is measured now, and are not looked at anyway. The cost follows the frustum.
-void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera) {
+void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera,
+                                              const DepthBounds& bounds) {
   Box3 frustum;
   frustum.extend(T_world_camera.translation());
   for (const Vec2& corner : {Vec2(-0.5, -0.5), Vec2(camera_.width - 0.5, -0.5), Vec2(-0.5, camera_.height - 0.5),
@@ -71,14 +54,8 @@ void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3&
     frustum.extend(T_world_camera * camera_.unproject(corner, params_.far_m));
   interior_.clear();
   grid.find_interior(frustum, interior_);
-  const SE3 T_camera_world = T_world_camera.inverse();
-  const double radius = 0.5 * std::sqrt(3.0) * grid.volume_size_m();
-  const double lead = params_.carving_margin_voxel * params_.voxel_size_m;
-  for (const VolumeKey key : interior_) {
-    const Vec3 centre = T_camera_world * Vec3((Vec3(key.x, key.y, key.z) + Vec3::Constant(0.5)) * grid.volume_size_m());
-    if (centre.z() + radius < params_.near_m || centre.z() - radius > params_.far_m) continue;
-    if (farthest_reading_over(centre, radius) > centre.z() - radius + lead) stale_.push_back(key);
-  }
+  for (const VolumeKey key : interior_)
+    if (bounds.may_be_seen_through(key)) stale_.push_back(key);
   const auto order = [](VolumeKey a, VolumeKey b) {
     return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
   };
@@ -89,12 +66,16 @@ void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3&
   stale_.swap(only_stale);
 }
 
-void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats& stats) {
+void ProjectionIntegrator::allocate(VolumeGrid& grid, const DepthBounds& bounds, bool with_color,
+                                    ScanStats& stats) {
   items_.clear();
   items_.reserve(candidates_.size() + stale_.size());
   for (const VolumeKey key : candidates_) {
+    const DepthBounds::Band band = bounds.band_of(key);
     Item item;
     item.volume = grid.find(key);
+    const bool may_carve = params_.carving && item.volume && grid.may_hold_interior(key);
+    if (band.empty() && !may_carve) continue;
     if (!item.volume) {
       item.volume = grid.allocate(key);
       item.created = item.volume != nullptr;
@@ -104,7 +85,11 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats
       continue;
     }
     if (with_color && !item.volume->colors) item.colors_created = grid.allocate_colors(*item.volume);
-    item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr};
+    item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr, band.near_m, band.far_m,
+                 may_carve};
+    // Where something is to be carved, voxels outside of the band count too: see ProjectionTask.
+    if (band.empty()) item.task.hit_near_m = PreparedDepth::kFarM;
+    if (band.empty() || (may_carve && band.open)) item.task.hit_far_m = PreparedDepth::kFarM;
     items_.push_back(item);
   }
   stats.volumes_touched = items_.size();

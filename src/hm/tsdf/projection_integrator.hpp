@@ -5,6 +5,7 @@
 #include "hm/core/parallel.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/tsdf/candidate_volumes.hpp"
+#include "hm/tsdf/depth_bounds.hpp"
 #include "hm/tsdf/depth_preparation.hpp"
 #include "hm/tsdf/scan_stats.hpp"
 #include "hm/tsdf/volume_grid.hpp"
@@ -20,8 +21,8 @@ class ProjectionIntegrator {
   void integrate(VolumeGrid& grid, const RgbdFrame& frame, const ParallelLoop& loop, ScanStats& stats);
 
  private:
-  void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);
-  void allocate(VolumeGrid& grid, bool with_color, ScanStats& stats);
+  void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera, const DepthBounds& bounds);
+  void allocate(VolumeGrid& grid, const DepthBounds& bounds, bool with_color, ScanStats& stats);
   void project(const ProjectionScan& scan, const ParallelLoop& loop);
   void settle(VolumeGrid& grid, ScanStats& stats);
 
@@ -34,7 +35,6 @@ class ProjectionIntegrator {
     bool stale = false;          ///< not near the measured surface; here for carving only
     VolumeUpdate update;
   };
-  [[nodiscard]] float farthest_reading_over(const Vec3& p_camera_centre, double radius_m) const;
 
   TsdfParams params_;
   DepthNoise noise_;

@@ -1,5 +1,7 @@
 #include "hm/tsdf/projection_scan.hpp"
 
+#include <algorithm>
+
 #include "hm/tsdf/update_filters.hpp"
 
 namespace hm {
@@ -35,10 +37,17 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
       scan.lane[row][i] = static_cast<float>(step(row, 0) * (i & 7) + step(row, 1) * (i >> 3));
     scan.step_z[row] = static_cast<float>(step(row, 2));
   }
+  for (int group = 0; group < 16; ++group) {
+    const float* z = scan.lane[2] + 4 * group;
+    scan.lane_z_min[group] = std::min(std::min(z[0], z[1]), std::min(z[2], z[3]));
+    scan.lane_z_max[group] = std::max(std::max(z[0], z[1]), std::max(z[2], z[3]));
+  }
   scan.truncation = TruncationModel(params, noise);
   scan.carving_margin_m = static_cast<float>(params.carving_margin_voxel * params.voxel_size_m);
   scan.carving_factor = params.carving ? static_cast<float>(params.carving_weight_ratio) : 0.0f;
   scan.sdf_units_per_m = static_cast<float>(1.0 / params.sdf_unit_m());
+  scan.weight_numerator = scan.truncation.min_m * static_cast<float>(kWeightOne);
+  scan.edge_weight_numerator = scan.weight_numerator * static_cast<float>(params.edge_weight_ratio);
   scan.weight_cap = static_cast<float>(params.weight_cap_observations * kWeightOne);
   scan.color_band_m = static_cast<float>(params.color_band_voxel * params.voxel_size_m);
   scan.color_cap = static_cast<std::uint32_t>(params.color_cap_observations);
@@ -60,6 +69,7 @@ struct Lookup {
   float z_m = 0;      ///< the voxel's own depth
   float u_m = 0;      ///< measured depth - own depth: positive in front of the surface
   float tau_m = 0;
+  float weight = 0;   ///< of an observation, in 1/kWeightOne
 };
 
 Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
@@ -72,10 +82,13 @@ Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
   const int column = static_cast<int>(round_to_even(u)), row = static_cast<int>(round_to_even(v));
   found.pixel = row * scan.width + column;
   found.tile = row / kTileSide * scan.tiles_x + column / kTileSide;
-  const float depth = scan.depth_m[found.pixel];
+  const float signed_depth = scan.depth_m[found.pixel];
+  const bool at_edge = signed_depth < 0.0f;
+  const float depth = at_edge ? -signed_depth : signed_depth;
   found.valid = depth > 0.0f;
   found.u_m = depth - h[2];
   found.tau_m = scan.truncation.at(depth);
+  found.weight = round_to_even((at_edge ? scan.edge_weight_numerator : scan.weight_numerator) / found.tau_m);
   return found;
 }
 
@@ -97,7 +110,7 @@ VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionT
       h[row] = (origin[row] + static_cast<float>(z) * scan.step_z[row]) + scan.lane[row][i & 63];
     const Lookup found = look_up(scan, h);
     if (!found.valid) continue;
-    const float weight = round_to_even(scan.truncation.min_m * static_cast<float>(kWeightOne) / found.tau_m);
+    const float weight = found.weight;
     TsdfVoxel& voxel = task.voxels[i];
     if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m) {  // hit region (Alg. 2)
       voxel = add_observation(voxel, round_to_even(found.u_m * scan.sdf_units_per_m), weight, scan.weight_cap);

@@ -29,6 +29,7 @@ struct TruncationModel {
 /// A depth image made ready for integration: metres, range limits applied, tile extremes.
 struct PreparedDepth {
   /// Metres; 0 for no reading or nearer than near; kFarM for readings beyond far, which only carve.
+  /// Negative at depth edges (see depth_edges.hpp), where an observation weighs less.
   static constexpr float kFarM = 1e4f;
   Image<float> depth_m;
   int tiles_x = 0, tiles_y = 0;
@@ -47,11 +48,14 @@ struct ProjectionScan {
   int width = 0, height = 0, tiles_x = 0;
   float max_u = 0, max_v = 0;  ///< width - 0.5, height - 0.5
   alignas(64) float lane[3][64] = {};  ///< for (x, y) at 8 y + x
+  float lane_z_min[16] = {}, lane_z_max[16] = {};  ///< extremes of lane[2] over groups of four
   float step_z[3] = {};
   TruncationModel truncation;
   float carving_margin_m = 0;
   float carving_factor = 0;  ///< 0: no carving
   float sdf_units_per_m = 0;
+  float weight_numerator = 0;       ///< observation weight times truncation, 1/kWeightOne times metres
+  float edge_weight_numerator = 0;  ///< the same at depth edges
   float weight_cap = 0;  ///< in 1/kWeightOne
   float color_band_m = 0;
   std::uint32_t color_cap = 0;
@@ -82,6 +86,10 @@ struct ProjectionTask {
   VolumeKey key;
   TsdfVoxel* voxels = nullptr;
   ColorVoxel* colors = nullptr;
+  /// Camera depths outside of which no voxel of this volume can be in the hit region; a bound that saves
+  /// work and never changes the result.
+  float hit_near_m = 0, hit_far_m = PreparedDepth::kFarM;
+  bool may_carve = true;  ///< false: it holds no voxel on or behind a surface
 };
 
 /// Voxel projection (4.3.2) of one volume: the plain reference.

@@ -1,4 +1,6 @@
 // Voxel projection with vectors: compiled once per instruction set, chosen at run time (Highway).
+#include <algorithm>
+
 #include "hm/tsdf/projection_scan.hpp"
 #include "hm/tsdf/update_filters.hpp"
 
@@ -49,31 +51,41 @@ HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
 #endif
 }
 
-/// add_color() of update_filters.hpp for the lanes of `mask`.
+/// add_color() of update_filters.hpp for the lanes of `mask`: two 16-bit channels at a time.
+#if HWY_TARGET == HWY_SCALAR  // one lane, which cannot be split
+HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
+  if (hn::AllTrue(DF(), mask)) *voxels = add_color({*voxels}, hn::GetLane(rgb), cap).bits;
+}
+#else
 HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
   const DF df;
   const DI di;
   const DU du;
+  const hn::Repartition<std::int16_t, DU> d16;
   const VU old = hn::Load(du, voxels);
-  const VU weight = hn::ShiftRight<24>(old);
-  const VU one = hn::Set(du, 1);
-  const VF gain = hn::Div(hn::Set(df, 1.0f), hn::ConvertTo(df, hn::BitCast(di, hn::Add(weight, one))));
-  const VU byte = hn::Set(du, 0xffu);
-  VU bits = hn::ShiftLeft<24>(hn::Min(hn::Add(weight, one), hn::Set(du, cap)));
-  const auto channel = [&](VU from_old, VU from_new) HWY_ATTR {
-    const VF mean = hn::ConvertTo(df, hn::BitCast(di, hn::And(from_old, byte)));
-    const VF sample = hn::ConvertTo(df, hn::BitCast(di, hn::And(from_new, byte)));
-    return hn::BitCast(du, hn::ConvertTo(di, hn::Add(mean, FilterStep(df, hn::Sub(sample, mean), gain))));
+  const VU one = hn::Set(du, 1), even = hn::Set(du, 0x00ff00ffu);
+  const VU next_weight = hn::Add(hn::ShiftRight<24>(old), one);
+  const VI gain = hn::NearestInt(hn::Div(hn::Set(df, 16384.0f), hn::ConvertTo(df, hn::BitCast(di, next_weight))));
+  const auto gains = hn::BitCast(d16, hn::Or(gain, hn::ShiftLeft<16>(gain)));
+  const auto unit = hn::Set(d16, 1);
+  const auto moved = [&](VU from_old, VU from_new) HWY_ATTR {
+    const auto mean = hn::BitCast(d16, hn::And(from_old, even));
+    const auto difference = hn::Sub(hn::BitCast(d16, hn::And(from_new, even)), mean);
+    const auto step = hn::MulFixedPoint15(hn::Add(difference, difference), gains);
+    const auto nudge = hn::Max(hn::Min(difference, unit), hn::Neg(unit));
+    return hn::BitCast(du, hn::Add(mean, hn::IfThenElse(hn::Eq(step, hn::Zero(d16)), nudge, step)));
   };
-  bits = hn::Or(bits, channel(old, rgb));
-  bits = hn::Or(bits, hn::ShiftLeft<8>(channel(hn::ShiftRight<8>(old), hn::ShiftRight<8>(rgb))));
-  bits = hn::Or(bits, hn::ShiftLeft<16>(channel(hn::ShiftRight<16>(old), hn::ShiftRight<16>(rgb))));
+  const VU red_blue = moved(old, rgb);
+  const VU green = hn::And(moved(hn::ShiftRight<8>(old), hn::ShiftRight<8>(rgb)), hn::Set(du, 0xffu));
+  const VU weight = hn::ShiftLeft<24>(hn::Min(next_weight, hn::Set(du, cap)));
+  const VU bits = hn::Or(hn::Or(red_blue, hn::ShiftLeft<8>(green)), weight);
   hn::Store(hn::IfThenElse(hn::RebindMask(du, mask), bits, old), du, voxels);
 }
+#endif
 
 /// The scan's constants as vectors.
 struct Constants {
-  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator, margin;
+  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator, edge_weight_numerator, margin;
   VF units_per_m, weight_cap, color_band, carving_factor;
   VI width, tiles_x;
   explicit HWY_INLINE Constants(const ProjectionScan& s) {
@@ -88,7 +100,8 @@ struct Constants {
     constant = hn::Set(d, s.truncation.constant);
     min_tau = hn::Set(d, s.truncation.min_m);
     max_tau = hn::Set(d, s.truncation.max_m);
-    weight_numerator = hn::Set(d, s.truncation.min_m * static_cast<float>(kWeightOne));
+    weight_numerator = hn::Set(d, s.weight_numerator);
+    edge_weight_numerator = hn::Set(d, s.edge_weight_numerator);
     margin = hn::Set(d, s.carving_margin_m);
     units_per_m = hn::Set(d, s.sdf_units_per_m);
     weight_cap = hn::Set(d, s.weight_cap);
@@ -112,6 +125,7 @@ struct Lookups {
   MF valid;
   VI column, row, pixel;
   VF z, u, tau;
+  VF weight;  ///< of an observation, in 1/kWeightOne
 };
 
 HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx, VF hy, VF hz) {
@@ -125,11 +139,15 @@ HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx,
   l.column = hn::NearestInt(hn::IfThenElseZero(inside, u));
   l.row = hn::NearestInt(hn::IfThenElseZero(inside, v));
   l.pixel = hn::Add(hn::Mul(l.row, c.width), l.column);
-  const VF depth = hn::IfThenElseZero(inside, hn::GatherIndex(d, scan.depth_m, l.pixel));
+  const VF signed_depth = hn::IfThenElseZero(inside, hn::GatherIndex(d, scan.depth_m, l.pixel));
+  const VF depth = hn::Abs(signed_depth);
   l.valid = hn::Gt(depth, c.zero);
   l.u = hn::Sub(depth, hz);
   const VF tau = hn::Add(hn::Mul(hn::Add(hn::Mul(c.quadratic, depth), c.linear), depth), c.constant);
   l.tau = hn::Min(hn::Max(tau, c.min_tau), c.max_tau);
+  const VF numerator =
+      hn::IfThenElse(hn::Lt(signed_depth, c.zero), c.edge_weight_numerator, c.weight_numerator);
+  l.weight = hn::ConvertTo(d, hn::NearestInt(hn::Div(numerator, l.tau)));
   return l;
 }
 
@@ -157,7 +175,7 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
   const VI weight = hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits)));
   VI result = bits;
   MF changed = hit;
-  const VF observation = hn::ConvertTo(d, hn::NearestInt(hn::Div(c.weight_numerator, l.tau)));
+  const VF observation = l.weight;
   if (any_hit) {
     const VF sample = hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(hit, hn::Mul(l.u, c.units_per_m))));
     const VF mean = hn::ConvertTo(d, sdf), old_weight = hn::ConvertTo(d, weight);
@@ -202,17 +220,36 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
   }
 }
 
+/// True when a vector of voxels holds something that could be carved: known, on or behind a surface.
+HWY_INLINE bool AnyStale(const TsdfVoxel* voxels) {
+  const DI di;
+  const DU du;
+  const VI bits = hn::Load(di, reinterpret_cast<const std::int32_t*>(voxels));
+  const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
+  return !hn::AllFalse(di, hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+}
+
 template <bool kCarving>
 HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& task, Tally& tally) {
   const DF d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const Constants c(scan);
+  float z_min[64], z_max[64];  // of each vector of a slice (by its first voxel), relative to the slice
+  for (int i = 0; i < 64; i += lanes) {
+    const int groups = std::max(1, lanes / 4);
+    z_min[i] = *std::min_element(scan.lane_z_min + i / 4, scan.lane_z_min + i / 4 + groups);
+    z_max[i] = *std::max_element(scan.lane_z_max + i / 4, scan.lane_z_max + i / 4 + groups);
+  }
   const Eigen::Vector3f origin = scan.origin_of(task.key);
   for (int z = 0; z < kVolumeSide; ++z) {
+    const float slice_z = origin[2] + static_cast<float>(z) * scan.step_z[2];
     const VF bx = hn::Set(d, origin[0] + static_cast<float>(z) * scan.step_z[0]);
     const VF by = hn::Set(d, origin[1] + static_cast<float>(z) * scan.step_z[1]);
-    const VF bz = hn::Set(d, origin[2] + static_cast<float>(z) * scan.step_z[2]);
+    const VF bz = hn::Set(d, slice_z);
     for (int i = 0; i < 64; i += lanes) {
+      // Adding is monotonic also after rounding, so these bound every lane exactly.
+      if (slice_z + z_min[i] > task.hit_far_m) continue;
+      if (slice_z + z_max[i] < task.hit_near_m && !(kCarving && AnyStale(task.voxels + 64 * z + i))) continue;
       const VF hx = hn::Add(bx, hn::Load(d, scan.lane[0] + i));
       const VF hy = hn::Add(by, hn::Load(d, scan.lane[1] + i));
       const VF hz = hn::Add(bz, hn::Load(d, scan.lane[2] + i));
@@ -223,7 +260,7 @@ HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& 
 
 VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {
   Tally tally;
-  if (scan.carving_factor > 0) ProjectVoxels<true>(scan, task, tally);
+  if (scan.carving_factor > 0 && task.may_carve) ProjectVoxels<true>(scan, task, tally);
   else ProjectVoxels<false>(scan, task, tally);
   const std::uint64_t xy = tally.changed_xy;
   const auto layer = [](bool touched, int bit) { return touched ? 1u << bit : 0u; };

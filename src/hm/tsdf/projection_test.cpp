@@ -101,7 +101,7 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth(frame.depth, params, ParallelLoop(1), prepared);
+    prepare_depth(frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), ParallelLoop(1), prepared);
     const TruncationModel truncation(params, {});
     std::vector<VolumeKey> keys;
     CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, keys);
@@ -119,7 +119,7 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
           // Stay clear of pixel borders, where single and double precision may round apart.
           const Vec2 rounded(std::round(pixel.x()), std::round(pixel.y()));
           if (!camera.contains(pixel) || (pixel - rounded).cwiseAbs().maxCoeff() > 0.4999) continue;
-          const double depth = prepared.depth_m(static_cast<int>(rounded.x()), static_cast<int>(rounded.y()));
+          const double depth = std::abs(prepared.depth_m(static_cast<int>(rounded.x()), static_cast<int>(rounded.y())));
           if (depth <= 0 || depth >= PreparedDepth::kFarM) continue;
           if (std::abs(depth - p.z()) > 0.9999 * truncation.at(static_cast<float>(depth))) continue;
           ++inside;
@@ -130,31 +130,67 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
   EXPECT_EQ(missed, 0u);
 }
 
+/// A picture of random steps and noise, with holes.
+DepthImage stepped_depth(Rng& rng, int width, int height) {
+  DepthImage depth{Image<std::uint16_t>(width, height), 1e-3};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const int step = ((x / 7) * 31 + (y / 5) * 17) % 4 * 500;
+      depth.units(x, y) =
+          rng.uniform() < 0.05 ? std::uint16_t{0} : static_cast<std::uint16_t>(800 + step + rng.normal(0, 25));
+    }
+  return depth;
+}
+
 TEST(PrepareDepth, AgreesWithTheDefinition) {
   Rng rng(8);
-  DepthImage depth{Image<std::uint16_t>(61, 37), 1e-3};
-  for (auto& units : depth.units.pixels()) units = static_cast<std::uint16_t>(rng.below(6000));
+  const DepthImage depth = stepped_depth(rng, 91, 37);
   TsdfParams params;
-  params.near_m = 0.5;
-  params.far_m = 3.0;
+  params.near_m = 0.9;
+  params.far_m = 2.2;
+  const EdgeRule rule(params, {}, {91, 37, 80, 80, 45, 18, {}}, depth.unit_m);
   PreparedDepth prepared;
-  prepare_depth(depth, params, ParallelLoop(2), prepared);
+  prepare_depth(depth, params, rule, ParallelLoop(2), prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
-  std::size_t in_range = 0;
+  std::size_t in_range = 0, mixed_pixels = 0, edges = 0;
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
-      const int units = depth.units(x, y);
-      const float expected = units < 500 ? 0.0f : units > 3000 ? PreparedDepth::kFarM : float(units) * 1e-3f;
-      EXPECT_EQ(prepared.depth_m(x, y), expected);
-      if (units < 500 || units > 3000) continue;
+      const int units = depth.units(x, y), threshold = rule.threshold(depth.units(x, y));
+      const auto step_to = [&](int nx, int ny) {
+        const int n = depth.units.contains(nx, ny) ? depth.units(nx, ny) : 0;
+        return n == 0 || std::abs(n - units) <= threshold ? 0 : n > units ? 1 : -1;
+      };
+      const int steps[4] = {step_to(x - 1, y), step_to(x + 1, y), step_to(x, y - 1), step_to(x, y + 1)};
+      const bool mixed = steps[0] * steps[1] < 0 || steps[2] * steps[3] < 0;
+      const bool at_edge = steps[0] || steps[1] || steps[2] || steps[3];
+      mixed_pixels += mixed ? 1 : 0;
+      edges += at_edge ? 1 : 0;
+      const float expected = mixed || units < 900 ? 0.0f : units > 2200 ? PreparedDepth::kFarM : float(units) * 1e-3f;
+      ASSERT_EQ(prepared.depth_m(x, y), at_edge ? -expected : expected) << x << " " << y;
+      if (expected == 0.0f || units > 2200) continue;
       ++in_range;
       const auto tile = static_cast<std::size_t>(y / kTileSide * prepared.tiles_x + x / kTileSide);
       low[tile] = std::min(low[tile], expected);
       high[tile] = std::max(high[tile], expected);
     }
+  EXPECT_GT(mixed_pixels, 10u);
+  EXPECT_GT(edges, 100u);
   EXPECT_EQ(prepared.pixels_in_range, in_range);
   EXPECT_EQ(prepared.tile_min_m, low);
   EXPECT_EQ(prepared.tile_max_m, high);
+}
+
+TEST(EdgeRule, IsTheNoisePlusTheSlopeInUnits) {
+  TsdfParams params;
+  const PinholeCamera camera{640, 480, 585, 585, 320, 240, {}};
+  const DepthNoise noise;
+  for (const double unit_m : {1e-3, 2e-4}) {
+    const EdgeRule rule(params, noise, camera, unit_m);
+    for (const double z : {0.5, 1.0, 2.0, 4.0, 8.0}) {
+      const double expected = params.edge_sigmas_ratio * noise.sigma_m(z) + params.edge_slope_ratio * z / camera.fx;
+      EXPECT_NEAR(rule.threshold(static_cast<std::uint16_t>(z / unit_m)) * unit_m, expected, 3e-3) << z;
+    }
+  }
 }
 
 }  // namespace

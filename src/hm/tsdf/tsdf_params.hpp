@@ -30,6 +30,11 @@ struct TsdfParams {
   double max_truncation_voxel = 12.0;
   double fixed_truncation_voxel = 4.0;
 
+  bool edge_filter = true;
+  double edge_sigmas_ratio = 4.0;
+  double edge_slope_ratio = 4.0;
+  double edge_weight_ratio = 0.125;
+
   bool carving = true;
   double carving_margin_voxel = 2.0;
   double carving_weight_ratio = 4.0;
@@ -63,6 +68,12 @@ struct TsdfParams {
     v(ParamDoc{"min_truncation_voxel", {1, 64}, "narrowest dynamic truncation"}, self.min_truncation_voxel);
     v(ParamDoc{"max_truncation_voxel", {1, 64}, "widest dynamic truncation"}, self.max_truncation_voxel);
     v(ParamDoc{"fixed_truncation_voxel", {1, 64}, "truncation when it is not dynamic"}, self.fixed_truncation_voxel);
+    v(ParamDoc{"edge_filter", {}, "drop mixed pixels between two surfaces, trust readings at depth edges less"},
+      self.edge_filter);
+    v(ParamDoc{"edge_sigmas_ratio", {0.5, 100}, "a step to a neighbouring pixel is an edge beyond this many sigmas"},
+      self.edge_sigmas_ratio);
+    v(ParamDoc{"edge_slope_ratio", {0, 1000}, "plus this many pixel widths"}, self.edge_slope_ratio);
+    v(ParamDoc{"edge_weight_ratio", {0.01, 1}, "weight of an observation at a depth edge"}, self.edge_weight_ratio);
     v(ParamDoc{"carving", {}, "erase surfaces that a later ray passes through"}, self.carving);
     v(ParamDoc{"carving_margin_voxel", {0, 64}, "carving starts this far in front of the truncation band"},
       self.carving_margin_voxel);

@@ -41,15 +41,23 @@ inline TsdfVoxel take_weight(TsdfVoxel voxel, float weight) {
   return TsdfVoxel::make(voxel.sdf(), static_cast<std::uint16_t>(left));
 }
 
-/// Adds a colour observation; `cap` in observations.
+/// The gain of a colour observation, 1 / (weight + 1), in 1/16384.
+inline std::int32_t color_gain(std::uint32_t old_weight) {
+  return static_cast<std::int32_t>(round_to_even(16384.0f / static_cast<float>(old_weight + 1)));
+}
+
+/// Adds a colour observation; `cap` in observations. In 16-bit whole numbers, so that vector code handles
+/// two channels in one lane: step = round(difference * gain), at least one level where there is a difference.
 inline ColorVoxel add_color(ColorVoxel voxel, std::uint32_t rgb, std::uint32_t cap) {
   const std::uint32_t old_weight = voxel.bits >> 24u;
-  const float gain = 1.0f / static_cast<float>(old_weight + 1);
+  const std::int32_t gain = color_gain(old_weight);
   std::uint32_t bits = (old_weight < cap ? old_weight + 1 : cap) << 24u;
   for (unsigned shift = 0; shift < 24; shift += 8) {
-    const auto mean = static_cast<float>(voxel.bits >> shift & 0xffu);
-    const auto sample = static_cast<float>(rgb >> shift & 0xffu);
-    bits |= static_cast<std::uint32_t>(mean + filter_step(sample - mean, gain)) << shift;
+    const auto mean = static_cast<std::int32_t>(voxel.bits >> shift & 0xffu);
+    const std::int32_t difference = static_cast<std::int32_t>(rgb >> shift & 0xffu) - mean;
+    std::int32_t step = (2 * difference * gain + 0x4000) >> 15;
+    if (step == 0) step = (difference > 0) - (difference < 0);
+    bits |= static_cast<std::uint32_t>(mean + step) << shift;
   }
   return {bits};
 }
