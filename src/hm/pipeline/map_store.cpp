@@ -63,16 +63,21 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) 
   if (!(header.voxel_size_m > 0) || !(header.sdf_unit_m > 0))
     return fail(ErrorCode::kCorrupted, path, "voxel size {} m and distance unit {} m are not positive",
                 header.voxel_size_m, header.sdf_unit_m);
-  VolumeGrid grid(header.voxel_size_m, header.sdf_unit_m, options.max_bytes);
+  VolumeGrid grid(header.voxel_size_m, header.sdf_unit_m);
   std::optional<MapKeyBox> box;
   if (options.region) box = key_box(*options.region, grid.volume_size_m());
+  // A grid that grew to its cap may be a little larger after loading (order of its index): 2 % is allowed.
+  const std::size_t limit = options.max_bytes + options.max_bytes / 50;
   bool fits = true;
-  const auto read =
-      map.for_each_block(box, [&](const MapBlockView& block) { return fits = insert(grid, block); });
+  const auto read = map.for_each_block(box, [&](const MapBlockView& block) {
+    fits = insert(grid, block) && (options.max_bytes == 0 || grid.map_bytes() <= limit);
+    return fits;
+  });
   if (!read) return forward_error(read);
   if (!fits)
     return fail(ErrorCode::kOutOfMemory, path, "its {} volumes do not fit into the memory cap of {:.0f} MB",
                 map.block_count(), static_cast<double>(options.max_bytes) * 1e-6);
+  grid.set_max_bytes(options.max_bytes);
   return grid;
 }
 
