@@ -90,7 +90,7 @@ TEST_F(Reconstruction, StoppedAtEveryFrameAndResumedGivesTheSameBits) {
     const auto result = reconstruct(piece);
     ASSERT_TRUE(result) << to_string(result.error());
     interrupted = result->interrupted;
-    if (interrupted) EXPECT_EQ(result->frames_integrated, 3 * (runs + 1));
+    EXPECT_EQ(result->frames_integrated, 3 * (runs + 1));
   }
   EXPECT_EQ(runs, 8u);
   expect_same_map(options("whole").output / "map.hmap", options("pieces").output / "map.hmap");
