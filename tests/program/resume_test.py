@@ -82,6 +82,13 @@ class Resume(support.ProgramTest):
         self.assertEqual(run["resumed_at_frame"], FRAMES)
         self.assertEqual(run["triangles"], self.whole["triangles"])
 
+    def test_resume_goes_on_with_the_parameters_of_the_map(self):
+        self.run_json("reconstruct", "recording", "-o", "coarse", "--voxel", "0.06", "--set",
+                      "reconstruction.frame_limit=5", *FAST)
+        run = self.run_json("reconstruct", "recording", "-o", "coarse", "--resume", "--set",
+                            "reconstruction.frame_limit=0")
+        self.assertEqual((run["voxel_size_m"], run["frames"]["integrated"]), (0.06, FRAMES))
+
     def test_resume_refuses_what_does_not_fit(self):
         text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", "--voxel", "0.05", expect=2).stderr
         for part in ("voxel_size_m = 0.02", "now 0.05", "--resume"):

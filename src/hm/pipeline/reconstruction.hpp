@@ -79,6 +79,9 @@ struct ReconstructionSummary {
 /// in `skipped`.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
+/// The parameters that a map was made with, to go on with it as it began.
+Result<Parameters> parameters_of_map(const std::filesystem::path& map);
+
 /// frames{read,integrated,skipped}, integrate_ms{median,p99}, volumes ... (the keys of `hm reconstruct
 /// --json`).
 JsonValue to_json(const ReconstructionSummary& summary);

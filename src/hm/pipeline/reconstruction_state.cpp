@@ -117,6 +117,17 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
   return state;
 }
 
+Result<Parameters> parameters_of_map(const std::filesystem::path& map) {
+  const auto file = MapFile::open(map, MapOpenMode::kRead);
+  if (!file) return forward_error(file);
+  Parameters parameters;
+  auto list = list_reconstruction(parameters);
+  if (const auto read = list.read_toml(file->header().parameters_toml, map.string() + " (its parameters)");
+      !read)
+    return forward_error(read);
+  return parameters;
+}
+
 Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
                              const RecordingInfo& info, const Parameters& parameters,
                              const std::string& map_path) {
