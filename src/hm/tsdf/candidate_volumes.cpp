@@ -54,6 +54,7 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   size_y_ = size.y();
   size_z_ = size.z();
   words_x_ = (size_x_ + 63) / 64;
+  last_from_ = last_to_ = Eigen::Array4i::Constant(-1);
   const std::size_t words =
       static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) * static_cast<std::size_t>(size_z_);
   HM_CHECK(words < (std::size_t{1} << 27u), "{} x {} x {} volumes in one frustum", size_x_, size_y_, size_z_);
@@ -138,6 +139,9 @@ void CandidateFinder::mark_box(const Eigen::Array4f& low, const Eigen::Array4f& 
   // Coordinates are at least 1 here (the bitmap has a margin), so conversion is floor.
   constexpr float kSlack = 1e-4f;  // single precision
   const Eigen::Array4i from = (low - kSlack).cast<int>(), to = (high + kSlack).cast<int>();
+  if ((from == last_from_).all() && (to == last_to_).all()) return;  // as neighbouring tiles often do
+  last_from_ = from;
+  last_to_ = to;
   const int x0 = std::max(from[0], 0), x1 = std::min(to[0], size_x_ - 1);
   const int y0 = std::max(from[1], 0), y1 = std::min(to[1], size_y_ - 1);
   const int z0 = std::max(from[2], 0), z1 = std::min(to[2], size_z_ - 1);

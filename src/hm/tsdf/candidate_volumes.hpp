@@ -42,6 +42,7 @@ class CandidateFinder {
   float volume_size_m_ = 1;
   VolumeKey base_;                                    ///< of bit 0
   int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
+  Eigen::Array4i last_from_ = Eigen::Array4i::Zero(), last_to_ = Eigen::Array4i::Zero();  ///< of mark_box
   std::vector<std::uint64_t> bitmap_;                 ///< all zero between calls
 };
 

@@ -64,7 +64,7 @@ DepthBounds::Band DepthBounds::band_of(VolumeKey key) const {
   }
   if (high <= 0) return {};
   const float tau = std::max(truncation_.at(low), truncation_.at(high)) + kSlackM;
-  const Band band{low - tau, high + tau, lowest_high <= 0};
+  const Band band{low - tau, high + tau, lowest_high < 0};
   return print.near_m > band.far_m || print.far_m < band.near_m ? Band{} : band;
 }
 
@@ -73,9 +73,8 @@ bool DepthBounds::may_be_seen_through(VolumeKey key) const {
   for (int y = print.y0; y <= print.y1; ++y)
     for (int x = print.x0; x <= print.x1; ++x) {
       const auto i = static_cast<std::size_t>(y * depth_.tiles_x + x);
-      // A tile without readings in range may still hold readings beyond far, which carve.
-      const float high = depth_.tile_max_m[i] > 0 ? depth_.tile_max_m[i] : PreparedDepth::kFarM;
-      if (high > print.near_m + margin_m_) return true;
+      const float tile_max = depth_.tile_max_m[i];
+      if ((tile_max == PreparedDepth::kOpen ? PreparedDepth::kFarM : tile_max) > print.near_m + margin_m_) return true;
     }
   return false;
 }

@@ -15,7 +15,7 @@ class DepthBounds {
   /// none can. Metres.
   struct Band {
     float near_m = 0, far_m = -1;
-    bool open = false;  ///< some of the tiles hold no reading in range: rays may pass by
+    bool open = false;  ///< some of the tiles see only beyond far: rays pass by
     [[nodiscard]] bool empty() const { return near_m > far_m; }
   };
   [[nodiscard]] Band band_of(VolumeKey key) const;

@@ -14,7 +14,7 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Handles whole vectors of inner columns; returns the first column not handled.
+/// Handles the inner columns in whole vectors, the last one overlapping; returns the first column not handled.
 std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std::uint16_t* units,
                                 std::uint16_t* edge) {
 #if HWY_TARGET == HWY_SCALAR
@@ -25,8 +25,11 @@ std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std
   using V = hn::Vec<decltype(d)>;
   const V zero = hn::Zero(d), quadratic = hn::Set(d, rule.quadratic), linear = hn::Set(d, rule.linear);
   const V constant = hn::Set(d, rule.constant);
-  std::size_t x = 1;
-  for (; x + hn::Lanes(d) < rows.width; x += hn::Lanes(d)) {
+  const std::size_t lanes = hn::Lanes(d);
+  if (rows.width < lanes + 2) return 1;
+  const std::size_t last = rows.width - 1 - lanes;
+  for (std::size_t next = 1; next < last + lanes; next += lanes) {
+    const std::size_t x = std::min(next, last);
     const V z = hn::LoadU(d, rows.row + x);
     const V threshold = hn::SaturatedAdd(
         hn::SaturatedAdd(hn::MulHigh(hn::MulHigh(z, z), quadratic), hn::MulHigh(z, linear)), constant);
@@ -46,7 +49,7 @@ std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std
     hn::StoreU(hn::IfThenElseZero(hn::Eq(mixed, zero), z), d, units + x);
     hn::StoreU(hn::IfThenZeroElse(hn::Eq(any, zero), hn::Set(d, 0xffff)), d, edge + x);
   }
-  return x;
+  return rows.width - 1;
 #endif
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/depth_preparation.cpp"
@@ -97,6 +98,16 @@ DepthLimits limits_of(const DepthImage& depth, const TsdfParams& params) {
   return limits;
 }
 
+/// True when a tile has a reading beyond far.
+bool sees_far(const Image<float>& depth_m, int tile_x, int tile_y) {
+  const int end_x = std::min((tile_x + 1) * kTileSide, depth_m.width());
+  const int end_y = std::min((tile_y + 1) * kTileSide, depth_m.height());
+  for (int y = tile_y * kTileSide; y < end_y; ++y)
+    for (int x = tile_x * kTileSide; x < end_x; ++x)
+      if (std::abs(depth_m(x, y)) == PreparedDepth::kFarM) return true;
+  return false;
+}
+
 /// The rows of one row of tiles.
 DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, const EdgeRule& edges, int tile_y,
                              PreparedDepth& prepared) {
@@ -129,6 +140,7 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
       low = std::min(low, column_min[x]);
       high = std::max(high, column_max[x]);
     }
+    if (high == 0.0f && sees_far(prepared.depth_m, tile_x, tile_y)) high = PreparedDepth::kOpen;
     prepared.tile_min_m[tile] = low;
     prepared.tile_max_m[tile] = high;
   }

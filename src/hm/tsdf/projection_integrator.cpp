@@ -96,7 +96,6 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, const DepthBounds& bounds,
   for (const VolumeKey key : stale_) {
     Item item;
     item.volume = grid.find(key);
-    item.stale = true;
     item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr};
     items_.push_back(item);
   }
@@ -129,7 +128,7 @@ void ProjectionIntegrator::settle(VolumeGrid& grid, ScanStats& stats) {
   // After all marks are set: a volume emptied by carving may go only if no neighbour needs it.
   std::vector<VolumeKey> released;
   for (const Item& item : items_)
-    if (item.update.carved > 0 || item.stale) settle_carved_volume(grid, item.task.key, released);
+    if (item.update.carved > 0) settle_carved_volume(grid, item.task.key, released);
   stats.volumes_released = released.size();
   add_released(released, stats.changed);
 }

@@ -32,7 +32,6 @@ class ProjectionIntegrator {
     Volume* volume = nullptr;
     bool created = false;        ///< by this scan
     bool colors_created = false;
-    bool stale = false;          ///< not near the measured surface; here for carving only
     VolumeUpdate update;
   };
 

@@ -33,7 +33,9 @@ struct PreparedDepth {
   static constexpr float kFarM = 1e4f;
   Image<float> depth_m;
   int tiles_x = 0, tiles_y = 0;
-  /// Extremes of each tile's readings within range; min = kFarM and max = 0 where it has none.
+  /// Extremes of each tile's readings within range; where it has none, min = kFarM and max = 0, or kOpen if it
+  /// has readings beyond far.
+  static constexpr float kOpen = -1.0f;
   std::vector<float> tile_min_m, tile_max_m;
   std::size_t pixels_in_range = 0;
   std::size_t pixels_valid = 0;  ///< any reading at all

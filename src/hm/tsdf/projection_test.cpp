@@ -152,6 +152,7 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
   PreparedDepth prepared;
   prepare_depth(depth, params, rule, ParallelLoop(2), prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
+  std::vector<bool> far(low.size(), false);
   std::size_t in_range = 0, mixed_pixels = 0, edges = 0;
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
@@ -167,12 +168,15 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
       edges += at_edge ? 1 : 0;
       const float expected = mixed || units < 900 ? 0.0f : units > 2200 ? PreparedDepth::kFarM : float(units) * 1e-3f;
       ASSERT_EQ(prepared.depth_m(x, y), at_edge ? -expected : expected) << x << " " << y;
+      const auto tile = static_cast<std::size_t>(y / kTileSide * prepared.tiles_x + x / kTileSide);
+      if (expected == PreparedDepth::kFarM) far[tile] = true;
       if (expected == 0.0f || units > 2200) continue;
       ++in_range;
-      const auto tile = static_cast<std::size_t>(y / kTileSide * prepared.tiles_x + x / kTileSide);
       low[tile] = std::min(low[tile], expected);
       high[tile] = std::max(high[tile], expected);
     }
+  for (std::size_t tile = 0; tile < far.size(); ++tile)
+    if (high[tile] == 0.0f && far[tile]) high[tile] = PreparedDepth::kOpen;
   EXPECT_GT(mixed_pixels, 10u);
   EXPECT_GT(edges, 100u);
   EXPECT_EQ(prepared.pixels_in_range, in_range);
