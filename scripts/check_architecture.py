@@ -16,7 +16,8 @@ SOURCE_FOLDERS = ["src", "apps", "tests", "bench", "examples", "scripts", "cmake
 
 
 def is_test(path):
-    return "_test" in path.stem or path.name.startswith("test_") or {"tests", "testing"} & set(path.parts)
+    return "_test" in path.stem or path.name.startswith(("test_", "testing_")) \
+        or bool({"tests", "testing"} & set(path.parts))
 
 
 def is_bench(path):
@@ -71,13 +72,13 @@ class Checker:
             self.check_test_has_subject(path)
 
     def check_test_has_subject(self, path):
-        """thing_test.cpp stands beside thing.hpp/.cpp, or shares its first or last words with such a file."""
+        """thing_test.cpp stands beside thing.hpp/.cpp, or at least shares a word with such a file."""
         stem = path.name[:-len("_test.cpp")]
         folder = self.root / path.parent
         names = {p.stem for p in folder.iterdir() if p.suffix in (".cpp", ".hpp")
                  and not is_test(p.relative_to(self.root))} | {path.parent.name, path.parts[2]}
-        if not any(long == short or long.startswith(short + "_") or long.endswith("_" + short)
-                   for name in names for long, short in ((stem, name), (name, stem))):
+        words = {word for name in names for word in name.split("_")}
+        if not words & set(stem.split("_")):
             self.report(path, 0, f"no file of this room belongs to '{stem}'")
 
     def check_text(self, path, lines):
