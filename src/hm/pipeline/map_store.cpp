@@ -43,6 +43,19 @@ MapBlockView view_of(const Volume& volume, std::uint32_t* buffer) {
   return view;
 }
 
+/// Volumes to write and to erase. The views point into the copies.
+struct Changes {
+  std::vector<std::uint32_t> copies;
+  std::vector<MapBlockView> blocks;
+  std::vector<MapBlockKey> gone;
+};
+
+Result<void> write(MapFile& file, const Changes& changes, const MapHeader& header) {
+  if (const auto erased = file.erase(changes.gone); !erased) return erased;
+  if (const auto put = file.put_blocks(changes.blocks); !put) return put;
+  return file.commit(header);
+}
+
 }  // namespace
 
 MapKeyBox key_box(const Box3& region, double volume_size_m) {
@@ -102,20 +115,35 @@ void MapSaver::restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored
       grid.set_may_hold_interior(key, !grid.may_hold_interior(key));
 }
 
+MapSaver::~MapSaver() {
+  if (writing_.valid()) writing_.wait();
+}
+
+Result<void> MapSaver::wait() {
+  if (writing_.valid() && outcome_) outcome_ = writing_.get();
+  return outcome_;
+}
+
 Result<void> MapSaver::save(const VolumeGrid& grid, const MapHeader& header) {
-  std::vector<MapBlockKey> gone;
-  std::vector<MapBlockView> blocks;
-  std::vector<std::uint32_t> buffer(pending_.size() * 2 * kMapBlockVoxels);
+  if (const auto begun = begin_save(grid, header); !begun) return begun;
+  return wait();
+}
+
+Result<void> MapSaver::begin_save(const VolumeGrid& grid, const MapHeader& header) {
+  if (const auto earlier = wait(); !earlier) return earlier;
+  Changes changes;
+  changes.copies.resize(pending_.size() * 2 * kMapBlockVoxels);
   for (const VolumeKey& key : pending_) {
     if (const Volume* volume = grid.find(key))
-      blocks.push_back(view_of(*volume, buffer.data() + blocks.size() * 2 * kMapBlockVoxels));
+      changes.blocks.push_back(
+          view_of(*volume, changes.copies.data() + changes.blocks.size() * 2 * kMapBlockVoxels));
     else
-      gone.push_back({key.x, key.y, key.z});
+      changes.gone.push_back({key.x, key.y, key.z});
   }
-  if (const auto erased = file_.erase(gone); !erased) return erased;
-  if (const auto put = file_.put_blocks(blocks); !put) return put;
-  if (const auto committed = file_.commit(header); !committed) return committed;
   pending_.clear();
+  writing_ = std::async(std::launch::async, [file = file_.get(), header, kept = std::move(changes)] {
+    return write(*file, kept, header);
+  });
   return {};
 }
 

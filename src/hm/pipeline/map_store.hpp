@@ -1,4 +1,6 @@
 #pragma once
+#include <future>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -27,7 +29,10 @@ MapKeyBox key_box(const Box3& region, double volume_size_m);
 /// Keeps a map file up to date with a growing grid: writes only what changed since the last save.
 class MapSaver {
  public:
-  explicit MapSaver(MapFile file) : file_(std::move(file)) {}
+  explicit MapSaver(MapFile file) : file_(std::make_unique<MapFile>(std::move(file))) {}
+  ~MapSaver();
+  MapSaver(MapSaver&&) noexcept = default;
+  MapSaver& operator=(MapSaver&&) = delete;
 
   /// Remembers what a scan changed.
   void note(std::span<const ChangedVolume> changed);
@@ -40,12 +45,21 @@ class MapSaver {
   /// Writes the remembered volumes and the header in one transaction: after a kill at any moment the file
   /// holds either all of it or nothing of it.
   Result<void> save(const VolumeGrid& grid, const MapHeader& header);
+  /// The same, but only copies the volumes now and writes them on another thread; the grid may change at
+  /// once. An error of the writing is given by every later call of save(), begin_save() and wait():
+  /// the file stays at the last good save.
+  Result<void> begin_save(const VolumeGrid& grid, const MapHeader& header);
+  /// Waits for what begin_save() began.
+  Result<void> wait();
 
   [[nodiscard]] std::size_t pending() const { return pending_.size(); }
-  [[nodiscard]] const MapFile& file() const { return file_; }
+  /// Not while a save is under way.
+  [[nodiscard]] const MapFile& file() const { return *file_; }
 
  private:
-  MapFile file_;
+  std::unique_ptr<MapFile> file_;
+  std::future<Result<void>> writing_;
+  Result<void> outcome_;  ///< the first failure stays: what it left out is missing from the file
   std::set<VolumeKey> pending_, marks_;
 };
 

@@ -222,7 +222,10 @@ Error Run::nothing_integrated() const {
 }
 
 Result<ReconstructionSummary> Run::finish() {
-  if (const auto saved = save(); !saved) return forward_error(saved);
+  auto saved = save();
+  if (saved) saved = saver_->wait();
+  if (!saved)
+    return tl::make_unexpected(Error{ErrorCode::kInternal, saved.error().message, saved.error().where});
   if (state_.frames_integrated == 0) return tl::make_unexpected(nothing_integrated());
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
