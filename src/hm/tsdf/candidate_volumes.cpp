@@ -89,7 +89,7 @@ void CandidateFinder::mark_tile(const PreparedDepth& depth, int tile_x, int tile
   const auto tile = static_cast<std::size_t>(tile_y * depth.tiles_x + tile_x);
   const float low = depth.tile_min_m[tile], high = depth.tile_max_m[tile];
   if (high <= 0.0f) return;
-  if (high - low > 0.5f * volume_size_m_)
+  if (high - low > volume_size_m_)
     mark_gapped_tile(depth, tile_x, tile_y);
   else
     mark_segment({tile_x, tile_y, 1, 1}, {low, high});
@@ -132,7 +132,7 @@ void CandidateFinder::mark_segment(const Tiles& tiles, Segment segment) {
   const Eigen::Array4f ray_low = upper[0].min(upper[right]).min(lower[0].min(lower[right]));
   const Eigen::Array4f ray_high = upper[0].max(upper[right]).max(lower[0].max(lower[right]));
   // Short pieces keep the boxes around slanted rays tight.
-  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.6f * volume_size_m_));
+  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.8f * volume_size_m_));
   const float step = (far_m - near_m) / static_cast<float>(pieces);
   for (int piece = 0; piece < pieces; ++piece) {
     const float z0 = near_m + static_cast<float>(piece) * step, z1 = z0 + step;
