@@ -25,9 +25,11 @@ void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& came
   for (int y = 0; y <= depth.tiles_y; ++y)
     for (int x = 0; x <= depth.tiles_x; ++x) {
       // Pixel cells reach half a pixel beyond centres, which is where rounding to pixels cuts.
-      const Vec2 corner(std::min(x * kTileSide, camera.width) - 0.5, std::min(y * kTileSide, camera.height) - 0.5);
+      const Vec2 corner(std::min(x * kTileSide, camera.width) - 0.5,
+                        std::min(y * kTileSide, camera.height) - 0.5);
       Eigen::Array4f ray;
-      ray << (T_world_camera.rotation() * camera.unproject(corner, 1.0) / volume_size).cast<float>().array(), 0.0f;
+      ray << (T_world_camera.rotation() * camera.unproject(corner, 1.0) / volume_size).cast<float>().array(),
+          0.0f;
       rays_.push_back(ray);
     }
   place_bitmap(depth, truncation.max_m);
@@ -55,8 +57,8 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   size_z_ = size.z();
   words_x_ = (size_x_ + 63) / 64;
   last_from_ = last_to_ = Eigen::Array4i::Constant(-1);
-  const std::size_t words =
-      static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) * static_cast<std::size_t>(size_z_);
+  const std::size_t words = static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) *
+                            static_cast<std::size_t>(size_z_);
   HM_CHECK(words < (std::size_t{1} << 27u), "{} x {} x {} volumes in one frustum", size_x_, size_y_, size_z_);
   if (bitmap_.size() < words) bitmap_.resize(words, 0);
 }
@@ -73,7 +75,8 @@ void CandidateFinder::mark_quad(const PreparedDepth& depth, int tile_x, int tile
     }
   if (high <= 0.0f) return;
   const auto corner = static_cast<std::size_t>(tile_y * corners_x_ + tile_x);
-  const float side = ((rays_[corner + static_cast<std::size_t>(width)] - rays_[corner]) * high).matrix().norm();
+  const float side =
+      ((rays_[corner + static_cast<std::size_t>(width)] - rays_[corner]) * high).matrix().norm();
   if (high - low < volume_size_m_ && side < 0.5f) {
     mark_segment({tile_x, tile_y, width, height}, {low, high});
     return;
@@ -86,8 +89,10 @@ void CandidateFinder::mark_tile(const PreparedDepth& depth, int tile_x, int tile
   const auto tile = static_cast<std::size_t>(tile_y * depth.tiles_x + tile_x);
   const float low = depth.tile_min_m[tile], high = depth.tile_max_m[tile];
   if (high <= 0.0f) return;
-  if (high - low > 0.5f * volume_size_m_) mark_gapped_tile(depth, tile_x, tile_y);
-  else mark_segment({tile_x, tile_y, 1, 1}, {low, high});
+  if (high - low > volume_size_m_)
+    mark_gapped_tile(depth, tile_x, tile_y);
+  else
+    mark_segment({tile_x, tile_y, 1, 1}, {low, high});
 }
 
 /// Sorts the tile's readings into 64 bins of depth and marks each run of filled bins.
@@ -127,7 +132,7 @@ void CandidateFinder::mark_segment(const Tiles& tiles, Segment segment) {
   const Eigen::Array4f ray_low = upper[0].min(upper[right]).min(lower[0].min(lower[right]));
   const Eigen::Array4f ray_high = upper[0].max(upper[right]).max(lower[0].max(lower[right]));
   // Short pieces keep the boxes around slanted rays tight.
-  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.6f * volume_size_m_));
+  const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.8f * volume_size_m_));
   const float step = (far_m - near_m) / static_cast<float>(pieces);
   for (int piece = 0; piece < pieces; ++piece) {
     const float z0 = near_m + static_cast<float>(piece) * step, z1 = z0 + step;

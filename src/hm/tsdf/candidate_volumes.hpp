@@ -37,13 +37,14 @@ class CandidateFinder {
   TruncationModel truncation_;
   // Four numbers each, the last unused: one vector register.
   Eigen::Array4f origin_ = Eigen::Array4f::Zero();  ///< camera, in volumes, relative to base_
-  std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>> rays_;  ///< at tile corners, volumes per metre
+  std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>>
+      rays_;  ///< at tile corners, volumes per metre
   int corners_x_ = 0;
   float volume_size_m_ = 1;
-  VolumeKey base_;                                    ///< of bit 0
+  VolumeKey base_;  ///< of bit 0
   int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
   Eigen::Array4i last_from_ = Eigen::Array4i::Zero(), last_to_ = Eigen::Array4i::Zero();  ///< of mark_box
-  std::vector<std::uint64_t> bitmap_;                 ///< all zero between calls
+  std::vector<std::uint64_t> bitmap_;  ///< all zero between calls
 };
 
 }  // namespace hm

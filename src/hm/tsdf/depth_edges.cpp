@@ -14,7 +14,8 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Handles the inner columns in whole vectors, the last one overlapping; returns the first column not handled.
+/// Handles the inner columns in whole vectors, the last one overlapping; returns the first column not
+/// handled.
 std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std::uint16_t* units,
                                 std::uint16_t* edge) {
 #if HWY_TARGET == HWY_SCALAR
@@ -44,7 +45,8 @@ std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std
     const V nl = nearer(left), nr = nearer(right), na = nearer(above), nb = nearer(below);
     const V fl = farther(left), fr = farther(right), fa = farther(above), fb = farther(below);
     // min(a, b) > 0: both; the or of such: any.
-    const V mixed = hn::Or(hn::Or(hn::Min(nl, fr), hn::Min(fl, nr)), hn::Or(hn::Min(na, fb), hn::Min(fa, nb)));
+    const V mixed =
+        hn::Or(hn::Or(hn::Min(nl, fr), hn::Min(fl, nr)), hn::Or(hn::Min(na, fb), hn::Min(fa, nb)));
     const V any = hn::Or(hn::Or(hn::Or(nl, nr), hn::Or(na, nb)), hn::Or(hn::Or(fl, fr), hn::Or(fa, fb)));
     hn::StoreU(hn::IfThenElseZero(hn::Eq(mixed, zero), z), d, units + x);
     hn::StoreU(hn::IfThenZeroElse(hn::Eq(any, zero), hn::Set(d, 0xffff)), d, edge + x);
@@ -61,7 +63,8 @@ HWY_AFTER_NAMESPACE();
 namespace hm {
 HWY_EXPORT(SortOutInnerColumns);
 
-EdgeRule::EdgeRule(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera, double unit_m)
+EdgeRule::EdgeRule(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera,
+                   double unit_m)
     : enabled(params.edge_filter) {
   const auto fixed = [](double value) {
     return static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0)));
@@ -83,7 +86,8 @@ void sort_out_pixel(const EdgeRule& rule, const DepthRows& rows, std::size_t x, 
     const int step = neighbour - z;
     return step > threshold ? 1 : step < -threshold ? -1 : 0;
   };
-  const int left = x > 0 ? step_to(rows.row[x - 1]) : 0, right = x + 1 < rows.width ? step_to(rows.row[x + 1]) : 0;
+  const int left = x > 0 ? step_to(rows.row[x - 1]) : 0,
+            right = x + 1 < rows.width ? step_to(rows.row[x + 1]) : 0;
   const int above = step_to(rows.above[x]), below = step_to(rows.below[x]);
   units[x] = left * right < 0 || above * below < 0 ? std::uint16_t{0} : rows.row[x];
   edge[x] = left != 0 || right != 0 || above != 0 || below != 0 ? std::uint16_t{0xffff} : std::uint16_t{0};
@@ -98,7 +102,8 @@ void sort_out_edges(const EdgeRule& rule, const DepthRows& rows, std::uint16_t* 
     return;
   }
   if (rows.width == 0) return;
-  const std::size_t done = std::max<std::size_t>(1, HWY_DYNAMIC_DISPATCH(SortOutInnerColumns)(rule, rows, units, edge));
+  const std::size_t done =
+      std::max<std::size_t>(1, HWY_DYNAMIC_DISPATCH(SortOutInnerColumns)(rule, rows, units, edge));
   sort_out_pixel(rule, rows, 0, units, edge);
   for (std::size_t x = done; x < rows.width; ++x) sort_out_pixel(rule, rows, x, units, edge);
 }

@@ -19,7 +19,8 @@ struct EdgeRule {
   /// The smallest step that is no edge yet, in units.
   [[nodiscard]] std::uint16_t threshold(std::uint16_t units) const {
     const auto high_half = [](std::uint32_t a, std::uint32_t b) { return a * b >> 16u; };
-    const std::uint32_t sum = high_half(high_half(units, units), quadratic) + high_half(units, linear) + constant;
+    const std::uint32_t sum =
+        high_half(high_half(units, units), quadratic) + high_half(units, linear) + constant;
     return static_cast<std::uint16_t>(sum < 65535 ? sum : 65535);
   }
 };
@@ -33,10 +34,10 @@ struct DepthRows {
 };
 
 /// Sorts out the readings of one row at depth edges. `units` becomes the row without mixed pixels: readings
-/// with a neighbour nearer and the opposite neighbour farther by more than the threshold, which hang in the air
-/// between two surfaces. `edge` becomes 0xffff at readings with any neighbour that far off, else 0: there a
-/// surface ends or is seen at a grazing angle. Pixels without reading are no neighbours. Both outputs have room
-/// for `width` numbers.
+/// with a neighbour nearer and the opposite neighbour farther by more than the threshold, which hang in the
+/// air between two surfaces. `edge` becomes 0xffff at readings with any neighbour that far off, else 0: there
+/// a surface ends or is seen at a grazing angle. Pixels without reading are no neighbours. Both outputs have
+/// room for `width` numbers.
 void sort_out_edges(const EdgeRule& rule, const DepthRows& rows, std::uint16_t* units, std::uint16_t* edge);
 
 }  // namespace hm

@@ -53,7 +53,8 @@ void PrepareRow(const DepthLimits& limits, const DepthRow& row, DepthCounts& cou
     const auto beyond_near = hn::Not(hn::Gt(near_units, units));
     const auto accepted = hn::RebindMask(df, hn::And(near_enough, beyond_near));
     const auto metres = hn::Mul(hn::ConvertTo(df, units), unit);
-    const auto kept = hn::IfThenElseZero(hn::RebindMask(df, beyond_near), hn::IfThenElse(accepted, metres, far_m));
+    const auto kept =
+        hn::IfThenElseZero(hn::RebindMask(df, beyond_near), hn::IfThenElse(accepted, metres, far_m));
     const auto sign = hn::ShiftLeft<31>(hn::PromoteTo(di, hn::LoadU(d16, row.edge + x)));
     hn::StoreU(hn::BitCast(df, hn::Or(hn::BitCast(di, kept), sign)), df, row.depth_m + x);
     const auto low = hn::IfThenElse(accepted, metres, far_m), high = hn::IfThenElseZero(accepted, metres);
@@ -109,8 +110,8 @@ bool sees_far(const Image<float>& depth_m, int tile_x, int tile_y) {
 }
 
 /// The rows of one row of tiles.
-DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, const EdgeRule& edges, int tile_y,
-                             PreparedDepth& prepared) {
+DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, const EdgeRule& edges,
+                             int tile_y, PreparedDepth& prepared) {
   const auto width = static_cast<std::size_t>(depth.width());
   thread_local std::vector<float> column_min, column_max;
   thread_local std::vector<std::uint16_t> units, edge;
@@ -126,10 +127,10 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
                    {depth.units.row(std::max(y - 1, 0)).data(), depth.units.row(y).data(),
                     depth.units.row(std::min(y + 1, last)).data(), width},
                    units.data(), edge.data());
-    HWY_DYNAMIC_DISPATCH(PrepareRow)(limits,
-                                     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(),
-                                      column_max.data(), width},
-                                     counts);
+    HWY_DYNAMIC_DISPATCH(PrepareRow)
+    (limits,
+     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width},
+     counts);
   }
   for (int tile_x = 0; tile_x < prepared.tiles_x; ++tile_x) {
     const auto begin = static_cast<std::size_t>(tile_x * kTileSide);
@@ -149,8 +150,8 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
 
 }  // namespace
 
-void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges, const ParallelLoop& loop,
-                   PreparedDepth& prepared) {
+void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges,
+                   const ParallelLoop& loop, PreparedDepth& prepared) {
   if (prepared.depth_m.width() != depth.width() || prepared.depth_m.height() != depth.height())
     prepared.depth_m = Image<float>(depth.width(), depth.height());
   prepared.tiles_x = (depth.width() + kTileSide - 1) / kTileSide;

@@ -8,7 +8,7 @@ namespace hm {
 
 /// Turns a depth image into metres with range limits, edges and tile extremes; `prepared` keeps its memory
 /// from scan to scan.
-void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges, const ParallelLoop& loop,
-                   PreparedDepth& prepared);
+void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges,
+                   const ParallelLoop& loop, PreparedDepth& prepared);
 
 }  // namespace hm

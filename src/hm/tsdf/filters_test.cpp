@@ -15,9 +15,9 @@ struct SdfCase {
   double unit_mm;
   int cap;
   double truth_mm;
-  double start_mm;      ///< the mean that the voxel already holds, at full weight; NaN: starts unknown
+  double start_mm;  ///< the mean that the voxel already holds, at full weight; NaN: starts unknown
   double noise_mm;
-  double allowed_mm;    ///< root mean square distance from the float filter
+  double allowed_mm;  ///< root mean square distance from the float filter
 };
 
 double rms_from_float_filter(const SdfCase& c, int observations) {
@@ -98,7 +98,8 @@ double color_error(std::uint32_t cap, int observations) {
 }
 
 TEST(ColorFilter, FollowsAStepInsteadOfStalling) {
-  EXPECT_LE(color_error(254, 300), 50);  // exact mean: 49; truncating never moves (160), rounding stalls at 113
+  EXPECT_LE(color_error(254, 300),
+            50);  // exact mean: 49; truncating never moves (160), rounding stalls at 113
   EXPECT_LE(color_error(16, 50), 7.7);
   EXPECT_LE(color_error(16, 300), 1);
   EXPECT_LE(color_error(64, 300), 2);

@@ -13,11 +13,11 @@ constexpr double kFarthestPose_m = 1e5;
 /// Why a frame cannot be integrated at all, or nothing.
 std::string refusal(const RgbdFrame& frame, const PinholeCamera& camera) {
   if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
-    return fmt::format("the depth image is {} x {}, the camera {} x {}", frame.depth.width(), frame.depth.height(),
-                       camera.width, camera.height);
+    return fmt::format("the depth image is {} x {}, the camera {} x {}", frame.depth.width(),
+                       frame.depth.height(), camera.width, camera.height);
   if (!frame.color.empty() && (frame.color.width() != camera.width || frame.color.height() != camera.height))
-    return fmt::format("the colour image is {} x {}, the camera {} x {}", frame.color.width(), frame.color.height(),
-                       camera.width, camera.height);
+    return fmt::format("the colour image is {} x {}, the camera {} x {}", frame.color.width(),
+                       frame.color.height(), camera.width, camera.height);
   if (!(frame.depth.unit_m > 0)) return fmt::format("the depth unit is {} m", frame.depth.unit_m);
   if (!frame.T_world_camera) return "it has no pose";
   if (!is_rigid(*frame.T_world_camera)) return "its pose is not a finite rigid motion";
@@ -75,8 +75,8 @@ ScanStats Integrator::integrate(VolumeGrid& grid, const RgbdFrame& frame) {
 }
 
 ScanStats Integrator::integrate(VolumeGrid& grid, const PointScan& scan) {
-  HM_CHECK(scan.colors.empty() || scan.colors.size() == scan.p_world_points.size(), "{} colours for {} points",
-           scan.colors.size(), scan.p_world_points.size());
+  HM_CHECK(scan.colors.empty() || scan.colors.size() == scan.p_world_points.size(),
+           "{} colours for {} points", scan.colors.size(), scan.p_world_points.size());
   ScanStats stats;
   if (!scan.p_world_origin.allFinite()) {
     stats.nothing_integrated_because = "its origin is not finite";

@@ -23,7 +23,8 @@ struct PointScan {
 class Integrator {
  public:
   /// `camera` must have no lens distortion (readers remove it). The loop must outlive the integrator.
-  Integrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera, const ParallelLoop& loop);
+  Integrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera,
+             const ParallelLoop& loop);
   ~Integrator();
   Integrator(Integrator&&) noexcept;
 

@@ -19,7 +19,9 @@ const PinholeCamera kCamera{320, 240, 262.5, 262.5, 159.5, 119.5, {}};
 struct Bench {
   explicit Bench(const TsdfParams& p, int threads = 1)
       : params(p), loop(threads), grid(Integrator::make_grid(p)), integrator(p, {}, kCamera, loop) {}
-  ScanStats add(const AnalyticScene& scene, const SE3& pose) { return integrator.integrate(grid, scene.render(kCamera, pose)); }
+  ScanStats add(const AnalyticScene& scene, const SE3& pose) {
+    return integrator.integrate(grid, scene.render(kCamera, pose));
+  }
   TsdfParams params;
   ParallelLoop loop;
   VolumeGrid grid;
@@ -32,12 +34,14 @@ const AnalyticScene kWallAndBox{{{Vec3(-1, 0, 0), -2.0}}, {{Vec3(1.2, 0, 0), 0.2
 /// How many voxels within `reach` of a point lie on or behind a surface.
 std::size_t solid_voxels(const VolumeGrid& grid, const Vec3& centre, double reach_m) {
   std::size_t count = 0;
-  for (const VolumeKey key : grid.keys_in(Box3(centre - Vec3::Constant(reach_m), centre + Vec3::Constant(reach_m)))) {
+  for (const VolumeKey key :
+       grid.keys_in(Box3(centre - Vec3::Constant(reach_m), centre + Vec3::Constant(reach_m)))) {
     const Volume& volume = *grid.find(key);
     for (int i = 0; i < kVolumeVoxels; ++i) {
       const Vec3 index(8 * key.x + (i & 7), 8 * key.y + (i >> 3 & 7), 8 * key.z + (i >> 6));
       const Vec3 p = (index + Vec3::Constant(0.5)) * grid.voxel_size_m();
-      if (volume.voxels[i].weight() > 0 && volume.voxels[i].sdf() <= 0 && (p - centre).norm() < reach_m) ++count;
+      if (volume.voxels[i].weight() > 0 && volume.voxels[i].sdf() <= 0 && (p - centre).norm() < reach_m)
+        ++count;
     }
   }
   return count;
@@ -67,8 +71,8 @@ TEST(Integrator, ABallFromAllSidesIsWithinAMillimetre) {
   Bench bench(params);
   for (int i = 0; i < 100; ++i) {
     const double turn = 2.399963 * i, height = -0.95 + 1.9 * i / 99;  // a spiral of directions
-    const Vec3 from(std::cos(turn) * std::sqrt(1 - height * height), std::sin(turn) * std::sqrt(1 - height * height),
-                    height);
+    const Vec3 from(std::cos(turn) * std::sqrt(1 - height * height),
+                    std::sin(turn) * std::sqrt(1 - height * height), height);
     const Vec3 z = -from, x = Vec3(0, 0, 1).cross(z).normalized(), y = z.cross(x);
     Mat3 rotation;
     rotation << x, y, z;
@@ -80,7 +84,8 @@ TEST(Integrator, ABallFromAllSidesIsWithinAMillimetre) {
     const Vec3 direction = Vec3(rng.normal(), rng.normal(), rng.normal()).normalized();
     // The zero crossing along the normal, by bisection of the trilinear field.
     double inner = 0.49, outer = 0.51;
-    const auto at_inner = bench.grid.sample(inner * direction), at_outer = bench.grid.sample(outer * direction);
+    const auto at_inner = bench.grid.sample(inner * direction),
+               at_outer = bench.grid.sample(outer * direction);
     ASSERT_TRUE(at_inner && at_outer) << direction.transpose();
     ASSERT_LT(at_inner->distance_m, 0);
     ASSERT_GT(at_outer->distance_m, 0);
@@ -99,7 +104,8 @@ TEST(Integrator, TheOrderOfScansDoesNotMatter) {
   Rng rng(12);
   const AnalyticScene scene = random_scene(rng);
   std::vector<RgbdFrame> frames;
-  for (int i = 0; i < 12; ++i) frames.push_back(scene.render(kCamera, looking_along_x(Vec3(0, 0.02 * i, 0.01 * i))));
+  for (int i = 0; i < 12; ++i)
+    frames.push_back(scene.render(kCamera, looking_along_x(Vec3(0, 0.02 * i, 0.01 * i))));
   TsdfParams params;
   params.carving = false;  // carving looks at what is there, so it depends on order by design
   Bench forward(params), backward(params);
@@ -234,7 +240,8 @@ TEST(Integrator, SaysWhyNothingWasIntegrated) {
   EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
               HasSubstr("none of 76800 readings lies between 0.3 m and 4 m"));
   frame.depth.units = Image<std::uint16_t>(320, 240);
-  EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because, HasSubstr("none of 76800"));
+  EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
+              HasSubstr("none of 76800"));
   frame.depth.units = Image<std::uint16_t>(10, 10);
   EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
               HasSubstr("the depth image is 10 x 10, the camera 320 x 240"));
@@ -260,7 +267,8 @@ TEST(Integrator, ARepeatedViewCostsNoMemory) {
   Bench bench({});
   for (int i = 0; i < 3; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
   const std::size_t bytes = bench.grid.map_bytes();
-  for (int i = 0; i < 30; ++i) EXPECT_EQ(bench.add(kWallAndBox, looking_along_x(Vec3::Zero())).volumes_created, 0u);
+  for (int i = 0; i < 30; ++i)
+    EXPECT_EQ(bench.add(kWallAndBox, looking_along_x(Vec3::Zero())).volumes_created, 0u);
   EXPECT_EQ(bench.grid.map_bytes(), bytes);
 }
 

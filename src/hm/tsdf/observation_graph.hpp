@@ -27,7 +27,8 @@ class ObservationGraph {
     Vec3 p_world_origin = Vec3::Zero();
     bool carving = false;
   };
-  void build(const VolumeGrid& grid, std::span<const ObservedRay> rays, const Span& span, const ParallelLoop& loop);
+  void build(const VolumeGrid& grid, std::span<const ObservedRay> rays, const Span& span,
+             const ParallelLoop& loop);
 
   /// Sorted by z, y, x.
   [[nodiscard]] const std::vector<VolumeKey>& volumes() const { return volumes_; }

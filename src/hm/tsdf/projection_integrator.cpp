@@ -16,7 +16,8 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
                                      ScanStats& stats) {
   const Stopwatch total;
   const SE3& T_world_camera = *frame.T_world_camera;
-  prepare_depth(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m), loop, prepared_);
+  prepare_depth(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m), loop,
+                prepared_);
   stats.pixels_seen = frame.depth.units.size();
   stats.pixels_in_range = prepared_.pixels_in_range;
   const SE3 T_camera_world = T_world_camera.inverse();
@@ -27,10 +28,11 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
   if (with_color) scan.rgb = reinterpret_cast<const std::uint8_t*>(frame.color.data());
 
   finder_.find(prepared_, camera_, T_world_camera, params_, scan.truncation, candidates_);
-  const DepthBounds bounds(prepared_, camera_, T_camera_world, params_, scan.truncation);
+  bounds_.build(prepared_, scan, camera_);
   stale_.clear();
-  if (params_.carving) find_stale_volumes(grid, T_world_camera, bounds);
-  allocate(grid, bounds, with_color, stats);
+  if (params_.carving) find_stale_volumes(grid, T_world_camera);
+  bound(loop);
+  allocate(grid, with_color, stats);
   stats.allocate_ms = total.milliseconds();
 
   Stopwatch stage;
@@ -43,39 +45,46 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
   stats.total_ms = total.milliseconds();
 }
 
-/// Space carving's volumes (4.2.3): those in the frustum that may hold voxels on or behind a surface,
-/// lie in front of what is measured now, and are not looked at anyway. The cost follows the frustum.
-void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera,
-                                              const DepthBounds& bounds) {
+/// Space carving's volumes (4.2.3): those in the frustum that may hold voxels on or behind a surface, and
+/// are not looked at anyway. The cost follows the frustum, never the map.
+void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera) {
   Box3 frustum;
   frustum.extend(T_world_camera.translation());
-  for (const Vec2& corner : {Vec2(-0.5, -0.5), Vec2(camera_.width - 0.5, -0.5), Vec2(-0.5, camera_.height - 0.5),
-                             Vec2(camera_.width - 0.5, camera_.height - 0.5)})
+  for (const Vec2& corner :
+       {Vec2(-0.5, -0.5), Vec2(camera_.width - 0.5, -0.5), Vec2(-0.5, camera_.height - 0.5),
+        Vec2(camera_.width - 0.5, camera_.height - 0.5)})
     frustum.extend(T_world_camera * camera_.unproject(corner, params_.far_m));
-  interior_.clear();
-  grid.find_interior(frustum, interior_);
-  for (const VolumeKey key : interior_)
-    if (bounds.may_be_seen_through(key)) stale_.push_back(key);
+  std::vector<VolumeKey> interior;
+  grid.find_interior(frustum, interior);
   const auto order = [](VolumeKey a, VolumeKey b) {
     return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
   };
-  std::sort(stale_.begin(), stale_.end(), order);
-  std::vector<VolumeKey> only_stale;
-  std::set_difference(stale_.begin(), stale_.end(), candidates_.begin(), candidates_.end(),
-                      std::back_inserter(only_stale), order);
-  stale_.swap(only_stale);
+  std::sort(interior.begin(), interior.end(), order);
+  std::set_difference(interior.begin(), interior.end(), candidates_.begin(), candidates_.end(),
+                      std::back_inserter(stale_), order);
 }
 
-void ProjectionIntegrator::allocate(VolumeGrid& grid, const DepthBounds& bounds, bool with_color,
-                                    ScanStats& stats) {
+/// Where the parts of each volume lie against the measured surface.
+void ProjectionIntegrator::bound(const ParallelLoop& loop) {
+  const auto fill = [&](const std::vector<VolumeKey>& keys, std::vector<PartMasks>& parts) {
+    parts.resize(keys.size());
+    loop.for_ranges(keys.size(), 256, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) parts[i] = bounds_.parts_of(keys[i]);
+    });
+  };
+  fill(candidates_, candidate_parts_);
+  fill(stale_, stale_parts_);
+}
+
+void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats& stats) {
   items_.clear();
   items_.reserve(candidates_.size() + stale_.size());
-  for (const VolumeKey key : candidates_) {
-    const DepthBounds::Band band = bounds.band_of(key);
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const VolumeKey key = candidates_[i];
     Item item;
     item.volume = grid.find(key);
     const bool may_carve = params_.carving && item.volume && grid.may_hold_interior(key);
-    if (band.empty() && !may_carve) continue;
+    if (candidate_parts_[i].in_band == 0 && !(may_carve && candidate_parts_[i].in_front != 0)) continue;
     if (!item.volume) {
       item.volume = grid.allocate(key);
       item.created = item.volume != nullptr;
@@ -85,18 +94,17 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, const DepthBounds& bounds,
       continue;
     }
     if (with_color && !item.volume->colors) item.colors_created = grid.allocate_colors(*item.volume);
-    item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr, band.near_m, band.far_m,
+    item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr, candidate_parts_[i],
                  may_carve};
-    // Where something is to be carved, voxels outside of the band count too: see ProjectionTask.
-    if (band.empty()) item.task.hit_near_m = PreparedDepth::kFarM;
-    if (band.empty() || (may_carve && band.open)) item.task.hit_far_m = PreparedDepth::kFarM;
     items_.push_back(item);
   }
   stats.volumes_touched = items_.size();
-  for (const VolumeKey key : stale_) {
+  for (std::size_t i = 0; i < stale_.size(); ++i) {
+    if ((stale_parts_[i].in_front | stale_parts_[i].in_band) == 0) continue;
     Item item;
-    item.volume = grid.find(key);
-    item.task = {key, item.volume->voxels, with_color ? item.volume->colors : nullptr};
+    item.volume = grid.find(stale_[i]);
+    item.task = {stale_[i], item.volume->voxels, with_color ? item.volume->colors : nullptr, stale_parts_[i],
+                 true};
     items_.push_back(item);
   }
 }
@@ -123,7 +131,8 @@ void ProjectionIntegrator::settle(VolumeGrid& grid, ScanStats& stats) {
       ++stats.volumes_created;
     }
     if (update.interior_hit) grid.set_may_hold_interior(item.task.key, true);
-    if (update.updated + update.carved > 0) stats.changed.push_back({item.task.key, update.border_layers, false});
+    if (update.updated + update.carved > 0)
+      stats.changed.push_back({item.task.key, update.border_layers, false});
   }
   // After all marks are set: a volume emptied by carving may go only if no neighbour needs it.
   std::vector<VolumeKey> released;

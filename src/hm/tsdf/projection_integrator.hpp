@@ -21,8 +21,9 @@ class ProjectionIntegrator {
   void integrate(VolumeGrid& grid, const RgbdFrame& frame, const ParallelLoop& loop, ScanStats& stats);
 
  private:
-  void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera, const DepthBounds& bounds);
-  void allocate(VolumeGrid& grid, const DepthBounds& bounds, bool with_color, ScanStats& stats);
+  void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);
+  void bound(const ParallelLoop& loop);
+  void allocate(VolumeGrid& grid, bool with_color, ScanStats& stats);
   void project(const ProjectionScan& scan, const ParallelLoop& loop);
   void settle(VolumeGrid& grid, ScanStats& stats);
 
@@ -30,7 +31,7 @@ class ProjectionIntegrator {
   struct Item {
     ProjectionTask task;
     Volume* volume = nullptr;
-    bool created = false;        ///< by this scan
+    bool created = false;  ///< by this scan
     bool colors_created = false;
     VolumeUpdate update;
   };
@@ -40,7 +41,9 @@ class ProjectionIntegrator {
   PinholeCamera camera_;
   PreparedDepth prepared_;
   CandidateFinder finder_;
-  std::vector<VolumeKey> candidates_, interior_, stale_;
+  DepthBounds bounds_;
+  std::vector<VolumeKey> candidates_, stale_;
+  std::vector<PartMasks> candidate_parts_, stale_parts_;
   std::vector<Item> items_;
 };
 

@@ -1,7 +1,5 @@
 #include "hm/tsdf/projection_scan.hpp"
 
-#include <algorithm>
-
 #include "hm/tsdf/update_filters.hpp"
 
 namespace hm {
@@ -18,8 +16,8 @@ TruncationModel::TruncationModel(const TsdfParams& params, const DepthNoise& noi
   max_m = static_cast<float>(params.max_truncation_voxel * params.voxel_size_m);
 }
 
-ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world, const TsdfParams& params,
-                                    const DepthNoise& noise) {
+ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world,
+                                    const TsdfParams& params, const DepthNoise& noise) {
   ProjectionScan scan;
   scan.width = camera.width;
   scan.height = camera.height;
@@ -36,11 +34,6 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
     for (int i = 0; i < 64; ++i)
       scan.lane[row][i] = static_cast<float>(step(row, 0) * (i & 7) + step(row, 1) * (i >> 3));
     scan.step_z[row] = static_cast<float>(step(row, 2));
-  }
-  for (int group = 0; group < 16; ++group) {
-    const float* z = scan.lane[2] + 4 * group;
-    scan.lane_z_min[group] = std::min(std::min(z[0], z[1]), std::min(z[2], z[3]));
-    scan.lane_z_max[group] = std::max(std::max(z[0], z[1]), std::max(z[2], z[3]));
   }
   scan.truncation = TruncationModel(params, noise);
   scan.carving_margin_m = static_cast<float>(params.carving_margin_voxel * params.voxel_size_m);
@@ -64,12 +57,12 @@ namespace {
 /// Where a voxel falls in the picture and how far in front of the measured surface it is.
 struct Lookup {
   bool valid = false;
-  int pixel = 0;      ///< index into the depth image
+  int pixel = 0;  ///< index into the depth image
   int tile = 0;
-  float z_m = 0;      ///< the voxel's own depth
-  float u_m = 0;      ///< measured depth - own depth: positive in front of the surface
+  float z_m = 0;  ///< the voxel's own depth
+  float u_m = 0;  ///< measured depth - own depth: positive in front of the surface
   float tau_m = 0;
-  float weight = 0;   ///< of an observation, in 1/kWeightOne
+  float weight = 0;  ///< of an observation, in 1/kWeightOne
 };
 
 Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
@@ -113,7 +106,8 @@ VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionT
     const float weight = found.weight;
     TsdfVoxel& voxel = task.voxels[i];
     if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m) {  // hit region (Alg. 2)
-      voxel = add_observation(voxel, round_to_even(found.u_m * scan.sdf_units_per_m), weight, scan.weight_cap);
+      voxel =
+          add_observation(voxel, round_to_even(found.u_m * scan.sdf_units_per_m), weight, scan.weight_cap);
       ++update.updated;
       update.border_layers |= border_layers_of(x, y, z);
       update.interior_hit |= voxel.sdf() <= 0;
@@ -123,7 +117,8 @@ VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionT
       }
     } else if (scan.carving_factor > 0 && voxel.weight() > 0 && voxel.sdf() <= 0 &&
                found.u_m > found.tau_m + scan.carving_margin_m &&
-               scan.tile_min_m[found.tile] - found.z_m > found.tau_m + scan.carving_margin_m) {  // carving region
+               scan.tile_min_m[found.tile] - found.z_m >
+                   found.tau_m + scan.carving_margin_m) {  // carving region
       voxel = take_weight(voxel, round_to_even(weight * scan.carving_factor));
       ++update.carved;
       update.border_layers |= border_layers_of(x, y, z);

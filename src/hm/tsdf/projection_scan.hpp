@@ -33,8 +33,8 @@ struct PreparedDepth {
   static constexpr float kFarM = 1e4f;
   Image<float> depth_m;
   int tiles_x = 0, tiles_y = 0;
-  /// Extremes of each tile's readings within range; where it has none, min = kFarM and max = 0, or kOpen if it
-  /// has readings beyond far.
+  /// Extremes of each tile's readings within range; where it has none, min = kFarM and max = 0, or kOpen if
+  /// it has readings beyond far.
   static constexpr float kOpen = -1.0f;
   std::vector<float> tile_min_m, tile_max_m;
   std::size_t pixels_in_range = 0;
@@ -48,9 +48,8 @@ struct ProjectionScan {
   const float* tile_min_m = nullptr;
   const std::uint8_t* rgb = nullptr;  ///< nullptr: no colour; at least 1 readable byte after the last pixel
   int width = 0, height = 0, tiles_x = 0;
-  float max_u = 0, max_v = 0;  ///< width - 0.5, height - 0.5
+  float max_u = 0, max_v = 0;          ///< width - 0.5, height - 0.5
   alignas(64) float lane[3][64] = {};  ///< for (x, y) at 8 y + x
-  float lane_z_min[16] = {}, lane_z_max[16] = {};  ///< extremes of lane[2] over groups of four
   float step_z[3] = {};
   TruncationModel truncation;
   float carving_margin_m = 0;
@@ -58,7 +57,7 @@ struct ProjectionScan {
   float sdf_units_per_m = 0;
   float weight_numerator = 0;       ///< observation weight times truncation, 1/kWeightOne times metres
   float edge_weight_numerator = 0;  ///< the same at depth edges
-  float weight_cap = 0;  ///< in 1/kWeightOne
+  float weight_cap = 0;             ///< in 1/kWeightOne
   float color_band_m = 0;
   std::uint32_t color_cap = 0;
   // For placing volumes, in double precision:
@@ -71,16 +70,23 @@ struct ProjectionScan {
 };
 
 /// Sets everything up but the picture pointers. T_camera_world is the inverse of the camera's pose.
-ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world, const TsdfParams& params,
-                                    const DepthNoise& noise);
+ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world,
+                                    const TsdfParams& params, const DepthNoise& noise);
 
 /// What the kernel did to one volume.
 struct VolumeUpdate {
-  std::uint32_t updated = 0;         ///< voxels that took an observation
-  std::uint32_t carved = 0;          ///< voxels that lost weight
+  std::uint32_t updated = 0;  ///< voxels that took an observation
+  std::uint32_t carved = 0;   ///< voxels that lost weight
   std::uint32_t colored = 0;
-  std::uint8_t border_layers = 0;    ///< see ChangedVolume
-  bool interior_hit = false;         ///< an observation left a voxel at distance <= 0
+  std::uint8_t border_layers = 0;  ///< see ChangedVolume
+  bool interior_hit = false;       ///< an observation left a voxel at distance <= 0
+};
+
+/// The 32 parts of a volume (16 voxels that are stored together: bit i for voxels 16 i ...) by where they may
+/// lie; by default anywhere. They save work and never change the result.
+struct PartMasks {
+  std::uint32_t in_band = ~std::uint32_t{0};   ///< may hold voxels of the hit region
+  std::uint32_t in_front = ~std::uint32_t{0};  ///< may hold voxels in front of it, which rays carve
 };
 
 /// One volume of a scan: `colors` is nullptr where colour is not wanted.
@@ -88,9 +94,7 @@ struct ProjectionTask {
   VolumeKey key;
   TsdfVoxel* voxels = nullptr;
   ColorVoxel* colors = nullptr;
-  /// Camera depths outside of which no voxel of this volume can be in the hit region; a bound that saves
-  /// work and never changes the result.
-  float hit_near_m = 0, hit_far_m = PreparedDepth::kFarM;
+  PartMasks parts;
   bool may_carve = true;  ///< false: it holds no voxel on or behind a surface
 };
 

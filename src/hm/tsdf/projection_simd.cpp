@@ -1,6 +1,4 @@
 // Voxel projection with vectors: compiled once per instruction set, chosen at run time (Highway).
-#include <algorithm>
-
 #include "hm/tsdf/projection_scan.hpp"
 #include "hm/tsdf/update_filters.hpp"
 
@@ -65,7 +63,8 @@ HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t 
   const VU old = hn::Load(du, voxels);
   const VU one = hn::Set(du, 1), even = hn::Set(du, 0x00ff00ffu);
   const VU next_weight = hn::Add(hn::ShiftRight<24>(old), one);
-  const VI gain = hn::NearestInt(hn::Div(hn::Set(df, 16384.0f), hn::ConvertTo(df, hn::BitCast(di, next_weight))));
+  const VI gain =
+      hn::NearestInt(hn::Div(hn::Set(df, 16384.0f), hn::ConvertTo(df, hn::BitCast(di, next_weight))));
   const auto gains = hn::BitCast(d16, hn::Or(gain, hn::ShiftLeft<16>(gain)));
   const auto unit = hn::Set(d16, 1);
   const auto moved = [&](VU from_old, VU from_new) HWY_ATTR {
@@ -85,7 +84,8 @@ HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t 
 
 /// The scan's constants as vectors.
 struct Constants {
-  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator, edge_weight_numerator, margin;
+  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator,
+      edge_weight_numerator, margin;
   VF units_per_m, weight_cap, color_band, carving_factor;
   VI width, tiles_x;
   explicit HWY_INLINE Constants(const ProjectionScan& s) {
@@ -159,8 +159,8 @@ struct Tally {
 };
 
 template <bool kCarving>
-HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task, int first,
-                             const Lookups& l, Tally& tally) {
+HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                             int first, const Lookups& l, Tally& tally) {
   const DF d;
   const DI di;
   const DU du;
@@ -211,8 +211,7 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
     tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
   }
   if (task.colors && any_hit) {
-    const MF colored =
-        hn::And(hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
+    const MF colored = hn::And(hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
     if (hn::AllFalse(d, colored)) return;
     const VU rgb = GatherRgb(du, scan.rgb, hn::IfThenElseZero(hn::RebindMask(di, colored), l.pixel));
     AddColors(reinterpret_cast<std::uint32_t*>(task.colors) + first, rgb, colored, scan.color_cap);
@@ -226,7 +225,8 @@ HWY_INLINE bool AnyStale(const TsdfVoxel* voxels) {
   const DU du;
   const VI bits = hn::Load(di, reinterpret_cast<const std::int32_t*>(voxels));
   const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
-  return !hn::AllFalse(di, hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+  return !hn::AllFalse(di,
+                       hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
 }
 
 template <bool kCarving>
@@ -234,22 +234,16 @@ HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& 
   const DF d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const Constants c(scan);
-  float z_min[64], z_max[64];  // of each vector of a slice (by its first voxel), relative to the slice
-  for (int i = 0; i < 64; i += lanes) {
-    const int groups = std::max(1, lanes / 4);
-    z_min[i] = *std::min_element(scan.lane_z_min + i / 4, scan.lane_z_min + i / 4 + groups);
-    z_max[i] = *std::max_element(scan.lane_z_max + i / 4, scan.lane_z_max + i / 4 + groups);
-  }
   const Eigen::Vector3f origin = scan.origin_of(task.key);
   for (int z = 0; z < kVolumeSide; ++z) {
-    const float slice_z = origin[2] + static_cast<float>(z) * scan.step_z[2];
     const VF bx = hn::Set(d, origin[0] + static_cast<float>(z) * scan.step_z[0]);
     const VF by = hn::Set(d, origin[1] + static_cast<float>(z) * scan.step_z[1]);
-    const VF bz = hn::Set(d, slice_z);
+    const VF bz = hn::Set(d, origin[2] + static_cast<float>(z) * scan.step_z[2]);
     for (int i = 0; i < 64; i += lanes) {
-      // Adding is monotonic also after rounding, so these bound every lane exactly.
-      if (slice_z + z_min[i] > task.hit_far_m) continue;
-      if (slice_z + z_max[i] < task.hit_near_m && !(kCarving && AnyStale(task.voxels + 64 * z + i))) continue;
+      const std::uint32_t part = 1u << ((64 * z + i) / 16);
+      if (!(task.parts.in_band & part) &&
+          !(kCarving && (task.parts.in_front & part) && AnyStale(task.voxels + 64 * z + i)))
+        continue;
       const VF hx = hn::Add(bx, hn::Load(d, scan.lane[0] + i));
       const VF hy = hn::Add(by, hn::Load(d, scan.lane[1] + i));
       const VF hz = hn::Add(bz, hn::Load(d, scan.lane[2] + i));
@@ -260,8 +254,10 @@ HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& 
 
 VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {
   Tally tally;
-  if (scan.carving_factor > 0 && task.may_carve) ProjectVoxels<true>(scan, task, tally);
-  else ProjectVoxels<false>(scan, task, tally);
+  if (scan.carving_factor > 0 && task.may_carve)
+    ProjectVoxels<true>(scan, task, tally);
+  else
+    ProjectVoxels<false>(scan, task, tally);
   const std::uint64_t xy = tally.changed_xy;
   const auto layer = [](bool touched, int bit) { return touched ? 1u << bit : 0u; };
   tally.update.border_layers = static_cast<std::uint8_t>(

@@ -30,9 +30,12 @@ TsdfParams random_params(Rng& rng) {
 void disturb(RgbdFrame& frame, Rng& rng) {
   for (auto& units : frame.depth.units.pixels()) {
     const double chance = rng.uniform();
-    if (chance < 0.05) units = 0;
-    else if (chance < 0.07) units = static_cast<std::uint16_t>(rng.below(65536));
-    else units = static_cast<std::uint16_t>(std::clamp(units + rng.normal(0, 100), 0.0, 65535.0));
+    if (chance < 0.05)
+      units = 0;
+    else if (chance < 0.07)
+      units = static_cast<std::uint16_t>(rng.below(65536));
+    else
+      units = static_cast<std::uint16_t>(std::clamp(units + rng.normal(0, 100), 0.0, 65535.0));
   }
 }
 
@@ -101,7 +104,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth(frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), ParallelLoop(1), prepared);
+    prepare_depth(frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), ParallelLoop(1),
+                  prepared);
     const TruncationModel truncation(params, {});
     std::vector<VolumeKey> keys;
     CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, keys);
@@ -119,7 +123,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
           // Stay clear of pixel borders, where single and double precision may round apart.
           const Vec2 rounded(std::round(pixel.x()), std::round(pixel.y()));
           if (!camera.contains(pixel) || (pixel - rounded).cwiseAbs().maxCoeff() > 0.4999) continue;
-          const double depth = std::abs(prepared.depth_m(static_cast<int>(rounded.x()), static_cast<int>(rounded.y())));
+          const double depth =
+              std::abs(prepared.depth_m(static_cast<int>(rounded.x()), static_cast<int>(rounded.y())));
           if (depth <= 0 || depth >= PreparedDepth::kFarM) continue;
           if (std::abs(depth - p.z()) > 0.9999 * truncation.at(static_cast<float>(depth))) continue;
           ++inside;
@@ -136,8 +141,8 @@ DepthImage stepped_depth(Rng& rng, int width, int height) {
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const int step = ((x / 7) * 31 + (y / 5) * 17) % 4 * 500;
-      depth.units(x, y) =
-          rng.uniform() < 0.05 ? std::uint16_t{0} : static_cast<std::uint16_t>(800 + step + rng.normal(0, 25));
+      depth.units(x, y) = rng.uniform() < 0.05 ? std::uint16_t{0}
+                                               : static_cast<std::uint16_t>(800 + step + rng.normal(0, 25));
     }
   return depth;
 }
@@ -166,7 +171,9 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
       const bool at_edge = steps[0] || steps[1] || steps[2] || steps[3];
       mixed_pixels += mixed ? 1 : 0;
       edges += at_edge ? 1 : 0;
-      const float expected = mixed || units < 900 ? 0.0f : units > 2200 ? PreparedDepth::kFarM : float(units) * 1e-3f;
+      const float expected = mixed || units < 900 ? 0.0f
+                             : units > 2200       ? PreparedDepth::kFarM
+                                                  : float(units) * 1e-3f;
       ASSERT_EQ(prepared.depth_m(x, y), at_edge ? -expected : expected) << x << " " << y;
       const auto tile = static_cast<std::size_t>(y / kTileSide * prepared.tiles_x + x / kTileSide);
       if (expected == PreparedDepth::kFarM) far[tile] = true;
@@ -191,7 +198,8 @@ TEST(EdgeRule, IsTheNoisePlusTheSlopeInUnits) {
   for (const double unit_m : {1e-3, 2e-4}) {
     const EdgeRule rule(params, noise, camera, unit_m);
     for (const double z : {0.5, 1.0, 2.0, 4.0, 8.0}) {
-      const double expected = params.edge_sigmas_ratio * noise.sigma_m(z) + params.edge_slope_ratio * z / camera.fx;
+      const double expected =
+          params.edge_sigmas_ratio * noise.sigma_m(z) + params.edge_slope_ratio * z / camera.fx;
       EXPECT_NEAR(rule.threshold(static_cast<std::uint16_t>(z / unit_m)) * unit_m, expected, 3e-3) << z;
     }
   }

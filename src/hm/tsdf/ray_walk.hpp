@@ -33,7 +33,8 @@ void walk_cells(const CellRay& ray, double t_begin, double t_end, Visitor&& visi
   };
   Vec3 t_next(crossing(0), crossing(1), crossing(2));
   while (true) {
-    const int axis = t_next.x() < t_next.y() ? (t_next.x() < t_next.z() ? 0 : 2) : (t_next.y() < t_next.z() ? 1 : 2);
+    const int axis =
+        t_next.x() < t_next.y() ? (t_next.x() < t_next.z() ? 0 : 2) : (t_next.y() < t_next.z() ? 1 : 2);
     visit(std::as_const(cell), std::min(t_next[axis], t_end));
     if (!(t_next[axis] < t_end)) return;
     cell[axis] += step[axis];
@@ -42,7 +43,8 @@ void walk_cells(const CellRay& ray, double t_begin, double t_end, Visitor&& visi
 }
 
 /// The part of [t_begin, t_end] that a ray spends in the box [low, high]; empty when t_begin >= t_end.
-inline void clip_to_box(const CellRay& ray, const Vec3& low, const Vec3& high, double& t_begin, double& t_end) {
+inline void clip_to_box(const CellRay& ray, const Vec3& low, const Vec3& high, double& t_begin,
+                        double& t_end) {
   for (int axis = 0; axis < 3; ++axis) {
     if (ray.direction[axis] == 0) {
       if (ray.origin[axis] < low[axis] || ray.origin[axis] >= high[axis]) t_end = t_begin;

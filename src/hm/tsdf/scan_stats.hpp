@@ -17,12 +17,12 @@ struct ChangedVolume {
 
 /// What one scan did to the grid. Times in milliseconds.
 struct ScanStats {
-  std::size_t pixels_seen = 0;       ///< pixels or points handed in
-  std::size_t pixels_in_range = 0;   ///< with a reading between near and far
-  std::size_t volumes_touched = 0;   ///< examined near the surface
+  std::size_t pixels_seen = 0;      ///< pixels or points handed in
+  std::size_t pixels_in_range = 0;  ///< with a reading between near and far
+  std::size_t volumes_touched = 0;  ///< examined near the surface
   std::size_t volumes_created = 0;
   std::size_t volumes_released = 0;
-  std::size_t volumes_refused = 0;   ///< not made because of the memory cap
+  std::size_t volumes_refused = 0;  ///< not made because of the memory cap
   std::size_t voxels_updated = 0;
   std::size_t voxels_carved = 0;
   double allocate_ms = 0, integrate_ms = 0, carve_ms = 0, total_ms = 0;

@@ -60,8 +60,8 @@ void TraversalIntegrator::take_rays(const PointScan& scan, ScanStats& stats) {
     // Readings were range-checked along the optical axis; along the ray they are longer.
     if (!std::isfinite(length) || length < params_.near_m || length > 2.0 * params_.far_m) continue;
     const float tau = truncation_.at(static_cast<float>(length));
-    rays_.push_back({ray / length, length, tau,
-                     round_to_even(truncation_.min_m * static_cast<float>(kWeightOne) / tau)});
+    rays_.push_back(
+        {ray / length, length, tau, round_to_even(truncation_.min_m * static_cast<float>(kWeightOne) / tau)});
     if (with_color_) {
       const Rgb8 c = scan.colors[i];
       ray_rgb_.push_back(static_cast<std::uint32_t>(c.r | c.g << 8 | c.b << 16));
@@ -104,14 +104,15 @@ void TraversalIntegrator::replay(const VolumeGrid& grid, std::size_t index) {
     double t_begin = params_.carving ? 0.0 : std::max(ray.length_m - ray.tau_m, 0.0);
     double t_end = ray.length_m + ray.tau_m;
     clip_to_box(cells, low, high, t_begin, t_end);
-    walk_cells(cells, t_begin, t_end, [&](const Eigen::Vector3i& voxel, double) { observe(ray, voxel, item); });
+    walk_cells(cells, t_begin, t_end,
+               [&](const Eigen::Vector3i& voxel, double) { observe(ray, voxel, item); });
   }
 }
 
 /// One voxel on one ray: hit region, carving region or neither (Algorithm 1).
 void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i& voxel, Item& item) const {
-  const Eigen::Vector3i in = voxel - Eigen::Vector3i(item.volume->key.x, item.volume->key.y, item.volume->key.z) *
-                                         kVolumeSide;
+  const Eigen::Vector3i in =
+      voxel - Eigen::Vector3i(item.volume->key.x, item.volume->key.y, item.volume->key.z) * kVolumeSide;
   if (((in.array() < 0) || (in.array() >= kVolumeSide)).any()) return;  // a corner cut short by rounding
   const Vec3 centre = (voxel.cast<double>() + Vec3::Constant(0.5)) * params_.voxel_size_m;
   const auto u = static_cast<float>(ray.length_m - (centre - origin_).dot(ray.direction));
@@ -120,7 +121,8 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
   const float margin = static_cast<float>(params_.carving_margin_voxel * params_.voxel_size_m);
   if (u >= -ray.tau_m && u <= ray.tau_m) {
     const float cap = static_cast<float>(params_.weight_cap_observations * kWeightOne);
-    stored = add_observation(stored, round_to_even(u / static_cast<float>(params_.sdf_unit_m())), ray.weight, cap);
+    stored =
+        add_observation(stored, round_to_even(u / static_cast<float>(params_.sdf_unit_m())), ray.weight, cap);
     ++item.update.updated;
     item.update.interior_hit |= stored.sdf() <= 0;
     const auto band = static_cast<float>(params_.color_band_voxel * params_.voxel_size_m);
@@ -131,7 +133,8 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
       ++item.update.colored;
     }
   } else if (params_.carving && u > ray.tau_m + margin && stored.weight() > 0 && stored.sdf() <= 0) {
-    stored = take_weight(stored, round_to_even(ray.weight * static_cast<float>(params_.carving_weight_ratio)));
+    stored =
+        take_weight(stored, round_to_even(ray.weight * static_cast<float>(params_.carving_weight_ratio)));
     ++item.update.carved;
   } else {
     return;

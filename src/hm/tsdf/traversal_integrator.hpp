@@ -21,8 +21,8 @@ class TraversalIntegrator {
 
   void integrate(VolumeGrid& grid, const PointScan& scan, const ParallelLoop& loop, ScanStats& stats);
   /// Every valid pixel as a point.
-  void integrate(VolumeGrid& grid, const RgbdFrame& frame, const PinholeCamera& camera, const ParallelLoop& loop,
-                 ScanStats& stats);
+  void integrate(VolumeGrid& grid, const RgbdFrame& frame, const PinholeCamera& camera,
+                 const ParallelLoop& loop, ScanStats& stats);
 
  private:
   struct Item {

@@ -41,7 +41,8 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
         for (int x = -reach; x < reach; ++x) {
           const Vec3 low = Vec3(x, y, z) * s, centre = low + Vec3::Constant(s / 2);
           const double along = (centre - scan.p_world_origin).dot(direction);
-          if (along < -s || along > length + tau + s || crossing_length(scan.p_world_origin, direction, low, s) <= 0)
+          if (along < -s || along > length + tau + s ||
+              crossing_length(scan.p_world_origin, direction, low, s) <= 0)
             continue;
           // Only the part of the ray that is walked counts.
           const double begin = params.carving ? 0.0 : std::max(length - tau, 0.0);
@@ -59,8 +60,8 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
             TsdfVoxel& voxel = voxels[{x, y, z}];
             voxel = add_observation(voxel, round_to_even(u / static_cast<float>(params.sdf_unit_m())), weight,
                                     static_cast<float>(params.weight_cap_observations * kWeightOne));
-          } else if (params.carving && u > tau + margin && found != voxels.end() && found->second.weight() > 0 &&
-                     found->second.sdf() <= 0) {
+          } else if (params.carving && u > tau + margin && found != voxels.end() &&
+                     found->second.weight() > 0 && found->second.sdf() <= 0) {
             found->second = take_weight(
                 found->second, round_to_even(weight * static_cast<float>(params.carving_weight_ratio)));
           }
@@ -98,7 +99,8 @@ TEST(Traversal, AgreesWithBruteForceCellByCell) {
       known += voxel.weight() > 0 ? 1 : 0;
       // A volume without any surface left around it is given back, with what was free in it.
       const TsdfVoxel found = grid.voxel(cell[0], cell[1], cell[2]);
-      if (found == TsdfVoxel{} && voxel.sdf() > 0 && !grid.find(VolumeKey{cell[0] >> 3, cell[1] >> 3, cell[2] >> 3}))
+      if (found == TsdfVoxel{} && voxel.sdf() > 0 &&
+          !grid.find(VolumeKey{cell[0] >> 3, cell[1] >> 3, cell[2] >> 3}))
         continue;
       ASSERT_EQ(found, voxel) << cell[0] << " " << cell[1] << " " << cell[2];
     }
@@ -145,7 +147,8 @@ TEST(Traversal, GivesTheSameSurfaceAsProjection) {
   int samples = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 p(1.5, rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5));
-    if (scene.balls[0].centre.y() > p.y() - 0.6 && (p - scene.balls[0].centre).tail<2>().norm() < 0.6) continue;
+    if (scene.balls[0].centre.y() > p.y() - 0.6 && (p - scene.balls[0].centre).tail<2>().norm() < 0.6)
+      continue;
     const auto a = grids[0].sample(p), b = grids[1].sample(p);
     if (!a || !b) continue;
     sum += std::abs(a->distance_m) + std::abs(b->distance_m);

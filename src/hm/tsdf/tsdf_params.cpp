@@ -16,12 +16,12 @@ double TsdfParams::max_truncation_m() const {
 
 Result<void> check_params(const TsdfParams& params) {
   if (params.near_m >= params.far_m)
-    return fail(ErrorCode::kInvalidValue, "parameters", "tsdf.near_m = {} is not below tsdf.far_m = {}", params.near_m,
-                params.far_m);
+    return fail(ErrorCode::kInvalidValue, "parameters", "tsdf.near_m = {} is not below tsdf.far_m = {}",
+                params.near_m, params.far_m);
   if (params.min_truncation_voxel > params.max_truncation_voxel)
     return fail(ErrorCode::kInvalidValue, "parameters",
-                "tsdf.min_truncation_voxel = {} is above tsdf.max_truncation_voxel = {}", params.min_truncation_voxel,
-                params.max_truncation_voxel);
+                "tsdf.min_truncation_voxel = {} is above tsdf.max_truncation_voxel = {}",
+                params.min_truncation_voxel, params.max_truncation_voxel);
   return {};
 }
 

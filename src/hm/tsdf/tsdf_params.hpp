@@ -58,22 +58,31 @@ struct TsdfParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"voxel_size_m", {0.002, 0.5}, "edge of a voxel"}, self.voxel_size_m);
     v(ParamDoc{"method", {}, "how scans are integrated"}, self.method, kIntegrationMethodNames);
-    v(ParamDoc{"kernel", {}, "code for voxel projection; both give the same bits"}, self.kernel, kKernelChoiceNames);
+    v(ParamDoc{"kernel", {}, "code for voxel projection; both give the same bits"}, self.kernel,
+      kKernelChoiceNames);
     v(ParamDoc{"near_m", {0.01, 100}, "readings nearer than this are ignored"}, self.near_m);
     v(ParamDoc{"far_m", {0.1, 200}, "readings farther than this only carve"}, self.far_m);
     v(ParamDoc{"dynamic_truncation", {}, "truncation follows the sensor's noise at the measured depth"},
       self.dynamic_truncation);
-    v(ParamDoc{"truncation_sigmas_ratio", {0.5, 20}, "dynamic truncation in standard deviations of the noise"},
-      self.truncation_sigmas_ratio);
+    v(
+        ParamDoc{
+            "truncation_sigmas_ratio", {0.5, 20}, "dynamic truncation in standard deviations of the noise"},
+        self.truncation_sigmas_ratio);
     v(ParamDoc{"min_truncation_voxel", {1, 64}, "narrowest dynamic truncation"}, self.min_truncation_voxel);
     v(ParamDoc{"max_truncation_voxel", {1, 64}, "widest dynamic truncation"}, self.max_truncation_voxel);
-    v(ParamDoc{"fixed_truncation_voxel", {1, 64}, "truncation when it is not dynamic"}, self.fixed_truncation_voxel);
-    v(ParamDoc{"edge_filter", {}, "drop mixed pixels between two surfaces, trust readings at depth edges less"},
-      self.edge_filter);
-    v(ParamDoc{"edge_sigmas_ratio", {0.5, 100}, "a step to a neighbouring pixel is an edge beyond this many sigmas"},
+    v(ParamDoc{"fixed_truncation_voxel", {1, 64}, "truncation when it is not dynamic"},
+      self.fixed_truncation_voxel);
+    v(
+        ParamDoc{
+            "edge_filter", {}, "drop mixed pixels between two surfaces, trust readings at depth edges less"},
+        self.edge_filter);
+    v(ParamDoc{"edge_sigmas_ratio",
+               {0.5, 100},
+               "a step to a neighbouring pixel is an edge beyond this many sigmas"},
       self.edge_sigmas_ratio);
     v(ParamDoc{"edge_slope_ratio", {0, 1000}, "plus this many pixel widths"}, self.edge_slope_ratio);
-    v(ParamDoc{"edge_weight_ratio", {0.01, 1}, "weight of an observation at a depth edge"}, self.edge_weight_ratio);
+    v(ParamDoc{"edge_weight_ratio", {0.01, 1}, "weight of an observation at a depth edge"},
+      self.edge_weight_ratio);
     v(ParamDoc{"carving", {}, "erase surfaces that a later ray passes through"}, self.carving);
     v(ParamDoc{"carving_margin_voxel", {0, 64}, "carving starts this far in front of the truncation band"},
       self.carving_margin_voxel);
@@ -82,7 +91,9 @@ struct TsdfParams {
     v(ParamDoc{"color", {}, "store colour where the recording has it"}, self.color);
     v(ParamDoc{"color_band_voxel", {0.5, 64}, "colour is stored within this distance of the surface"},
       self.color_band_voxel);
-    v(ParamDoc{"weight_cap_observations", {1, 255}, "a voxel's weight stops growing here, so that it follows change"},
+    v(ParamDoc{"weight_cap_observations",
+               {1, 255},
+               "a voxel's weight stops growing here, so that it follows change"},
       self.weight_cap_observations);
     v(ParamDoc{"color_cap_observations", {1, 255}, "the same for its colour"}, self.color_cap_observations);
     v(ParamDoc{"max_map_mb", {0, 1e6}, "memory cap for the map; 0 for none"}, self.max_map_mb);

@@ -25,7 +25,8 @@ struct TsdfVoxel {
   [[nodiscard]] std::int16_t sdf() const { return static_cast<std::int16_t>(bits & 0xffffu); }
   [[nodiscard]] std::uint16_t weight() const { return static_cast<std::uint16_t>(bits >> 16u); }
   static TsdfVoxel make(std::int16_t sdf, std::uint16_t weight) {
-    return {static_cast<std::uint32_t>(static_cast<std::uint16_t>(sdf)) | static_cast<std::uint32_t>(weight) << 16u};
+    return {static_cast<std::uint32_t>(static_cast<std::uint16_t>(sdf)) | static_cast<std::uint32_t>(weight)
+                                                                              << 16u};
   }
   bool operator==(const TsdfVoxel&) const = default;
 };
@@ -59,7 +60,9 @@ constexpr int voxel_offset(int x, int y, int z) { return (z * kVolumeSide + y) *
 
 /// The outermost layers that a voxel belongs to: bit 0..5 = low x, high x, low y, high y, low z, high z.
 constexpr std::uint8_t border_layers_of(int x, int y, int z) {
-  const auto layers = [](int at, int bit) { return at == 0 ? 1 << bit : at == kVolumeSide - 1 ? 2 << bit : 0; };
+  const auto layers = [](int at, int bit) {
+    return at == 0 ? 1 << bit : at == kVolumeSide - 1 ? 2 << bit : 0;
+  };
   return static_cast<std::uint8_t>(layers(x, 0) | layers(y, 2) | layers(z, 4));
 }
 

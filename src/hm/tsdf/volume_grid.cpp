@@ -11,9 +11,7 @@
 namespace hm {
 namespace {
 
-bool key_order(VolumeKey a, VolumeKey b) {
-  return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
-}
+bool key_order(VolumeKey a, VolumeKey b) { return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x}; }
 
 int floor_to_int(double v) { return static_cast<int>(std::floor(v)); }
 
@@ -25,7 +23,9 @@ struct VolumeGrid::Impl {
   std::size_t volume_count = 0;
   std::size_t max_bytes = 0;
 
-  [[nodiscard]] std::size_t bytes() const { return pool.blocks_in_use() * BlockPool::kBlockBytes + pages.bytes(); }
+  [[nodiscard]] std::size_t bytes() const {
+    return pool.blocks_in_use() * BlockPool::kBlockBytes + pages.bytes();
+  }
   [[nodiscard]] bool may_take_block(std::size_t bytes_besides = 0) const {
     return max_bytes == 0 || bytes() + BlockPool::kBlockBytes + bytes_besides <= max_bytes;
   }

@@ -96,7 +96,8 @@ TEST(VolumeGrid, TrilinearSampleReproducesALinearField) {
         for (int i = 0; i < kVolumeVoxels; ++i) {
           const Vec3 index(8 * x + (i & 7), 8 * y + (i >> 3 & 7), 8 * z + (i >> 6));
           const Vec3 centre = (index + Vec3::Constant(0.5)) * 0.05;
-          volume->voxels[i] = TsdfVoxel::make(static_cast<std::int16_t>(std::lround(centre.dot(slope) / 2e-5)), 256);
+          volume->voxels[i] =
+              TsdfVoxel::make(static_cast<std::int16_t>(std::lround(centre.dot(slope) / 2e-5)), 256);
         }
       }
   Rng rng(5);

@@ -54,8 +54,11 @@ void settle_carved_volume(VolumeGrid& grid, VolumeKey key, std::vector<VolumeKey
 
 void add_released(const std::vector<VolumeKey>& released, std::vector<ChangedVolume>& changed) {
   for (const VolumeKey key : released) changed.push_back({key, 0x3f, true});
-  const auto order = [](const ChangedVolume& v) { return std::tuple(v.key.z, v.key.y, v.key.x, !v.released); };
-  std::sort(changed.begin(), changed.end(), [&](const auto& a, const auto& b) { return order(a) < order(b); });
+  const auto order = [](const ChangedVolume& v) {
+    return std::tuple(v.key.z, v.key.y, v.key.x, !v.released);
+  };
+  std::sort(changed.begin(), changed.end(),
+            [&](const auto& a, const auto& b) { return order(a) < order(b); });
   const auto same = [](const ChangedVolume& a, const ChangedVolume& b) { return a.key == b.key; };
   changed.erase(std::unique(changed.begin(), changed.end(), same), changed.end());
 }

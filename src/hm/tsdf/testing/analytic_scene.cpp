@@ -41,7 +41,9 @@ RgbdFrame AnalyticScene::render(const PinholeCamera& camera, const SE3& T_world_
       if (!(z < 60000 * unit_m)) continue;
       frame.depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z / unit_m));
       const Vec3 at = T_world_camera.translation() + z * ray;
-      const auto channel = [](double v) { return static_cast<std::uint8_t>(127.5 + 127.0 * std::sin(3 * v)); };
+      const auto channel = [](double v) {
+        return static_cast<std::uint8_t>(127.5 + 127.0 * std::sin(3 * v));
+      };
       frame.color(x, y) = {channel(at.x()), channel(at.y()), channel(at.z())};
     }
   return frame;
@@ -52,8 +54,7 @@ AnalyticScene random_scene(Rng& rng) {
   AnalyticScene scene;
   scene.planes.push_back({(Vec3(-1, 0, 0) + 0.5 * vector()).normalized(), -rng.uniform(1.5, 3.0)});
   scene.planes.push_back({Vec3(0, 0, 1), -rng.uniform(0.6, 1.2)});
-  for (int i = 0; i < 4; ++i)
-    scene.balls.push_back({Vec3(1.8, 0, 0) + vector(), rng.uniform(0.05, 0.4)});
+  for (int i = 0; i < 4; ++i) scene.balls.push_back({Vec3(1.8, 0, 0) + vector(), rng.uniform(0.05, 0.4)});
   return scene;
 }
 

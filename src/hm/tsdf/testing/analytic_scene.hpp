@@ -25,7 +25,8 @@ struct AnalyticScene {
   /// The distance along a ray to the first surface; infinity without one.
   [[nodiscard]] double cast(const Vec3& origin, const Vec3& direction) const;
   /// The depth image, without noise, in units of `unit_m`; colours tell the world position.
-  [[nodiscard]] RgbdFrame render(const PinholeCamera& camera, const SE3& T_world_camera, double unit_m = 1e-4) const;
+  [[nodiscard]] RgbdFrame render(const PinholeCamera& camera, const SE3& T_world_camera,
+                                 double unit_m = 1e-4) const;
 };
 
 /// A random scene around the origin, and a random pose that looks roughly along +x from around the origin.
