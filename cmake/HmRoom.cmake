@@ -1,6 +1,7 @@
 # hm_room(NAME [USES rooms...] [LINK public libs...] [PRIVATE libs...] [TEST_LIBS libs of the test only...])
-# Declares a room: every src/hm/NAME/**.cpp but tests goes into the object library hm_NAME, every
-# *_test.cpp and everything in a folder testing/ into the test program hm_NAME_test. The targets are made in src/CMakeLists.txt.
+# Declares a room: every src/hm/NAME/**.cpp but tests goes into the static library hm_NAME, every
+# *_test.cpp and everything in a folder testing/ into the test program hm_NAME_test. The targets are made
+# in src/CMakeLists.txt.
 function(hm_room NAME)
   cmake_parse_arguments(ROOM "" "" "USES;LINK;PRIVATE;TEST_LIBS" ${ARGN})
   set_property(GLOBAL APPEND PROPERTY HM_ROOMS ${NAME})
@@ -26,8 +27,11 @@ function(hm_make_room NAME)
   endif()
   list(TRANSFORM uses PREPEND hm_)
   add_library(hm_${NAME} STATIC ${sources})
-  target_include_directories(hm_${NAME} PUBLIC ${PROJECT_SOURCE_DIR}/src)
-  target_link_libraries(hm_${NAME} PUBLIC ${uses} ${link} PRIVATE ${private} hm_settings Threads::Threads)
+  target_include_directories(hm_${NAME} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(hm_${NAME} PUBLIC cxx_std_20)
+  target_link_libraries(hm_${NAME} PUBLIC ${uses} ${link}
+                        PRIVATE ${private} $<BUILD_INTERFACE:hm_settings> Threads::Threads)
   set_property(GLOBAL APPEND PROPERTY HM_ROOM_TARGETS hm_${NAME})
   if(HM_BUILD_TESTS AND tests)
     add_executable(hm_${NAME}_test ${tests})
@@ -36,4 +40,19 @@ function(hm_make_room NAME)
     target_compile_definitions(hm_${NAME}_test PRIVATE HM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     gtest_discover_tests(hm_${NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${NAME} TIMEOUT 300)
   endif()
+endfunction()
+
+# Maps a short name to its target; pkg-config packages become PkgConfig:: targets.
+function(hm_resolve OUT)
+  set(resolved)
+  foreach(name ${ARGN})
+    if(name STREQUAL "embree")
+      list(APPEND resolved embree)
+    elseif(TARGET PkgConfig::${name})
+      list(APPEND resolved PkgConfig::${name})
+    else()
+      list(APPEND resolved ${name})
+    endif()
+  endforeach()
+  set(${OUT} ${resolved} PARENT_SCOPE)
 endfunction()

@@ -18,8 +18,7 @@ void add_quad(TriangleMesh& mesh, const Vec3& corner, const Vec3& u, const Vec3&
   const auto k = static_cast<std::uint32_t>(mesh.vertices.size());
   for (const Vec3& p : {corner, Vec3(corner + u), Vec3(corner + u + v), Vec3(corner + v)})
     mesh.vertices.push_back(p.cast<float>());
-  mesh.triangles.push_back({k, k + 1, k + 2});
-  mesh.triangles.push_back({k, k + 2, k + 3});
+  mesh.triangles.insert(mesh.triangles.end(), {{k, k + 1, k + 2}, {k, k + 2, k + 3}});
 }
 
 /// A box seen from inside (a scanned room) or from outside (a piece of furniture).

@@ -26,8 +26,8 @@ struct VolumeGrid::Impl {
   [[nodiscard]] std::size_t bytes() const {
     return pool.blocks_in_use() * BlockPool::kBlockBytes + pages.bytes();
   }
-  [[nodiscard]] bool may_take_block() const {
-    return max_bytes == 0 || bytes() + BlockPool::kBlockBytes <= max_bytes;
+  [[nodiscard]] bool may_take_block(std::size_t bytes_besides = 0) const {
+    return max_bytes == 0 || bytes() + BlockPool::kBlockBytes + bytes_besides <= max_bytes;
   }
 };
 
@@ -51,7 +51,8 @@ Volume* VolumeGrid::find(VolumeKey key) { return const_cast<Volume*>(std::as_con
 
 Volume* VolumeGrid::allocate(VolumeKey key) {
   if (Volume* existing = find(key)) return existing;
-  if (!PageTable::is_representable(page_of(key)) || !impl_->may_take_block()) return nullptr;
+  if (!PageTable::is_representable(page_of(key))) return nullptr;
+  if (!impl_->may_take_block(impl_->pages.find(page_of(key)) ? 0 : sizeof(Page))) return nullptr;
   void* block = impl_->pool.take();
   if (!block) return nullptr;
   Page& page = impl_->pages.find_or_add(page_of(key));
@@ -174,6 +175,7 @@ Box3 VolumeGrid::bounds() const {
 
 std::size_t VolumeGrid::map_bytes() const { return impl_->bytes(); }
 std::size_t VolumeGrid::max_bytes() const { return impl_->max_bytes; }
+void VolumeGrid::set_max_bytes(std::size_t max_bytes) { impl_->max_bytes = max_bytes; }
 
 VolumeKey VolumeGrid::key_of(const Vec3& p_world) const {
   const Vec3 at = p_world / volume_size_m();

@@ -52,6 +52,8 @@ class VolumeGrid {
   /// Bytes held for volumes in use, colour planes in use, and the index.
   [[nodiscard]] std::size_t map_bytes() const;
   [[nodiscard]] std::size_t max_bytes() const;
+  /// Changes the cap (0: none). What is there stays, even when it is more.
+  void set_max_bytes(std::size_t max_bytes);
 
   /// The volume that holds a world position, and the voxel nearest to it.
   [[nodiscard]] VolumeKey key_of(const Vec3& p_world) const;

@@ -1,0 +1,59 @@
+#include <memory>
+
+#include "hm/pipeline/conversion.hpp"
+#include "hm/pipeline/parameters.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+#include "version.hpp"
+
+namespace {
+
+struct Flags {
+  std::string from, to;
+  RecordingFlags of_recording;
+};
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  hm::Parameters parameters;
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  hm::ConversionOptions options;
+  options.from = flags.from;
+  options.to = flags.to;
+  options.mesh = parameters.mesh;
+  options.recording_options = *recording_options;
+  options.threads = session.threads();
+  options.program_version = kVersion;
+  options.progress = session.progress();
+  const auto summary = hm::convert(options);
+  if (!summary) return hm::forward_error(summary);
+  Outcome outcome;
+  outcome.text = fmt::format("{}: {}\n", flags.to, summary->text);
+  outcome.json = hm::JsonValue::object({{"items", summary->items}, {"skipped", summary->skipped}});
+  outcome.outputs.emplace_back(flags.to);
+  if (summary->skipped > 0)
+    outcome.warnings.push_back(
+        fmt::format("{} frames could not be read and were left out", summary->skipped));
+  return outcome;
+}
+
+}  // namespace
+
+void add_convert(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command =
+      program.add({"convert", "From one format into another, told by the names.",
+                   "  hm convert result/mesh.ply mesh.obj\n"
+                   "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
+                   "  hm convert result/trajectory.tum poses.kitti\n"
+                   "  hm convert recording as_tum",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command
+      .add_option("from", flags->from,
+                  "mesh (.ply .obj .glb), map (.hmap), trajectory, or recording (folder)")
+      ->required();
+  command.add_option("to", flags->to, "file or folder to write")->required();
+  flags->of_recording.add_to(command);
+}

@@ -1,0 +1,89 @@
+#include <memory>
+
+#include "hm/io/mesh_file.hpp"
+#include "hm/io/output_file.hpp"
+#include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/trajectory_evaluation.hpp"
+#include "program.hpp"
+
+namespace {
+
+struct Flags {
+  std::string result, truth, report;
+};
+
+/// Writes the page of --report, if one was asked for.
+hm::Result<void> write_report(const Flags& flags, const std::string& html, Outcome& outcome) {
+  hm::OutputFile file(flags.report);
+  file.write(html);
+  if (auto written = file.finish(); !written) {
+    written.error().code = hm::ErrorCode::kInternal;
+    return written;
+  }
+  outcome.outputs.emplace_back(flags.report);
+  return {};
+}
+
+hm::Result<Outcome> run_trajectory(const Flags& flags, Session& session) {
+  hm::Parameters parameters;
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto error = hm::evaluate_trajectory_files(flags.result, flags.truth, parameters.trajectory_error);
+  if (!error) return hm::forward_error(error);
+  Outcome outcome{hm::to_text(*error), hm::to_json(*error), {}, {}};
+  if (!flags.report.empty()) {
+    const auto written =
+        write_report(flags, hm::trajectory_report_html(*error, "Trajectory against truth"), outcome);
+    if (!written) return hm::forward_error(written);
+  }
+  return outcome;
+}
+
+hm::Result<Outcome> run_mesh(const Flags& flags, Session& session) {
+  hm::Parameters parameters;
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto mesh = hm::read_mesh(flags.result);
+  if (!mesh) return hm::forward_error(mesh);
+  const auto truth = hm::read_mesh_truth(flags.truth);
+  if (!truth) return hm::forward_error(truth);
+  const hm::ParallelLoop loop(session.threads());
+  const auto& params = parameters.mesh_error;
+  const auto error = hm::evaluate_mesh(*mesh, truth->mesh, params, loop, truth->visible_points);
+  if (!error) return hm::forward_error(error);
+  Outcome outcome{hm::to_text(*error, params), hm::to_json(*error, params), {}, {}};
+  if (!flags.report.empty()) {
+    const auto written = write_report(flags, hm::mesh_report_html(*mesh, *truth, *error, loop), outcome);
+    if (!written) return hm::forward_error(written);
+  }
+  return outcome;
+}
+
+}  // namespace
+
+void add_evaluate(Program& program) {
+  program.add({"evaluate",
+               "Compare trajectories and meshes with the truth.",
+               "  hm evaluate trajectory result/trajectory.tum recording\n"
+               "  hm evaluate mesh result/mesh.ply recording",
+               {}});
+  auto flags = std::make_shared<Flags>();
+  const auto add_paths = [flags](CLI::App& command, const char* result, const char* truth) {
+    command.add_option("result", flags->result, result)->required();
+    command.add_option("truth", flags->truth, truth)->required();
+    command.add_option("--report", flags->report, "write a page with plots to this .html file");
+  };
+  add_paths(program.add({"evaluate trajectory", "Absolute and relative error of a trajectory (ATE, RPE).",
+                         "  hm evaluate trajectory result/trajectory.tum recording\n"
+                         "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
+                         "--set trajectory_error.alignment=none --report ate.html",
+                         [flags](Session& session) { return run_trajectory(*flags, session); }}),
+            "trajectory: TUM, EuRoC or KITTI", "true trajectory, or the folder of a recording");
+  add_paths(
+      program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
+                   "  hm evaluate mesh result/mesh.ply recording\n"
+                   "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
+                   [flags](Session& session) { return run_mesh(*flags, session); }}),
+      "mesh: .ply .obj .glb", "true mesh, or the folder of a simulated recording");
+}

@@ -1,0 +1,85 @@
+#include <memory>
+
+#include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/file_check.hpp"
+#include "hm/pipeline/recording_check.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+
+namespace {
+
+struct Flags {
+  std::string path;
+  RecordingFlags of_recording;
+};
+
+hm::Result<Outcome> show_recording(const Flags& flags, Session& session) {
+  const auto options = flags.of_recording.options();
+  if (!options) return hm::forward_error(options);
+  const auto recording = hm::open_recording(flags.path, *options);
+  if (!recording) return hm::forward_error(recording);
+  const auto report = hm::inspect_recording(**recording, {}, session.progress());
+  Outcome outcome{hm::to_text(report), hm::to_json(report), {}, {}};
+  for (const hm::Finding& finding : report.findings) outcome.warnings.push_back(finding.message);
+  return outcome;
+}
+
+template <class Report>
+hm::Result<Outcome> show(const hm::Result<Report>& report) {
+  if (!report) return hm::forward_error(report);
+  return Outcome{hm::to_text(*report), hm::to_json(*report), {}, {}};
+}
+
+hm::Result<Outcome> show_trajectory(const std::string& path) {
+  const auto trajectory = hm::read_trajectory(path);
+  if (!trajectory) return hm::forward_error(trajectory);
+  const double duration_s = (trajectory->back().stamp - trajectory->front().stamp).seconds();
+  Outcome outcome;
+  outcome.text = fmt::format("trajectory of {} poses, {:.2f} s, {:.2f} m\n", trajectory->size(), duration_s,
+                             hm::path_length(*trajectory));
+  outcome.json = hm::JsonValue::object({{"poses", trajectory->size()},
+                                        {"duration_s", duration_s},
+                                        {"path_length_m", hm::path_length(*trajectory)}});
+  return outcome;
+}
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  const auto kind = hm::kind_of(flags.path);
+  if (!kind) return hm::forward_error(kind);
+  hm::Result<Outcome> outcome;
+  const char* name = "recording";
+  switch (*kind) {
+    case hm::PathKind::kRecording:
+      outcome = show_recording(flags, session);
+      break;
+    case hm::PathKind::kMap:
+      name = "map", outcome = show(hm::inspect_map(flags.path));
+      break;
+    case hm::PathKind::kMesh:
+      name = "mesh", outcome = show(hm::inspect_mesh(flags.path));
+      break;
+    case hm::PathKind::kTrajectory:
+      name = "trajectory", outcome = show_trajectory(flags.path);
+      break;
+  }
+  if (!outcome) return outcome;
+  auto json = hm::JsonValue::object({{"path", flags.path}, {"path_kind", name}});
+  if (const auto* members = outcome->json.as_object())
+    for (const auto& [key, value] : *members) json[key] = value;
+  outcome->json = std::move(json);
+  return outcome;
+}
+
+}  // namespace
+
+void add_info(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command =
+      program.add({"info", "What is in a recording, map, mesh or trajectory, and what looks wrong.",
+                   "  hm info recording\n"
+                   "  hm info result/map.hmap\n"
+                   "  hm info result/mesh.ply --json",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command.add_option("path", flags->path, "folder of a recording, .hmap, .ply, .obj, .glb, .tum")->required();
+  flags->of_recording.add_to(command);
+}

@@ -1,0 +1,13 @@
+#include "program.hpp"
+
+int main(int argc, char** argv) {
+  Program program;
+  add_demo(program);
+  add_info(program);
+  add_simulate(program);
+  add_reconstruct(program);
+  add_evaluate(program);
+  add_convert(program);
+  add_params(program);
+  return program.run(argc, argv);
+}

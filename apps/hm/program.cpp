@@ -1,0 +1,87 @@
+#include "program.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "hm/core/stopwatch.hpp"
+#include "output.hpp"
+#include "version.hpp"
+
+namespace {
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  const auto group = "Common options";
+  command.add_flag("--json", options.json, "print one JSON object on standard output, nothing else")
+      ->group(group);
+  command.add_flag("--quiet", options.quiet, "no progress, no messages")->group(group);
+  command.add_option("--threads", options.threads, "threads to compute with (default: all)")
+      ->check(CLI::Range(1, 256))
+      ->group(group);
+  command.add_option("--params", options.params_file, "parameters from this TOML file")->group(group);
+  command
+      .add_option("--set", options.assignments,
+                  "one parameter: section.key=value (repeatable; `hm params show`)")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->group(group);
+}
+
+}  // namespace
+
+Program::Program() : app_("housemartin: live 3D reconstruction of buildings on an ordinary CPU", "hm") {
+  app_.set_version_flag("--version", std::string("housemartin ") + kVersion);
+  app_.require_subcommand(1);
+  app_.footer(
+      "Start with `hm demo`. `hm VERB --help` shows a verb's options and examples.\n"
+      "Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 input data.");
+}
+
+CLI::App& Program::parent_of(const std::string& name) {
+  const std::size_t space = name.find(' ');
+  if (space == std::string::npos) return app_;
+  return *app_.get_subcommand(name.substr(0, space));
+}
+
+CLI::App& Program::add(Verb verb) {
+  const std::string word = verb.name.substr(verb.name.find(' ') + 1);
+  CLI::App& command = *parent_of(verb.name).add_subcommand(word, verb.description);
+  if (!verb.examples.empty()) command.footer("Examples:\n" + verb.examples);
+  if (!verb.body) {  // a word that needs a second one
+    command.require_subcommand(1);
+    return command;
+  }
+  add_common_options(command, options_);
+  command.callback([this, verb = std::move(verb)] { chosen_ = verb; });
+  return command;
+}
+
+int Program::run(int argc, char** argv) {
+  if (argc < 2) {
+    fmt::print("{}", app_.help());
+    return 0;
+  }
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool json =
+        std::any_of(argv + 1, argv + argc, [](std::string_view word) { return word == "--json"; });
+    return usage_error(error, json);
+  }
+  const hm::Stopwatch watch;
+  Session session(options_);
+  const auto result = chosen_.body(session);
+  return print_result({chosen_.name, watch.seconds(), options_.json}, result);
+}
+
+int Program::usage_error(const CLI::ParseError& error, bool json) {
+  if (error.get_exit_code() == 0) return app_.exit(error);  // --help, --version
+  std::string verb;
+  for (const CLI::App* command = &app_; !command->get_subcommands().empty();) {
+    command = command->get_subcommands().front();
+    verb += (verb.empty() ? "" : " ") + command->get_name();
+  }
+  const hm::Error as_error{hm::ErrorCode::kUsage, error.what(), {}};
+  const int code = print_result({verb, 0, json}, tl::make_unexpected(as_error));
+  fmt::print(stderr, "Try `hm {}{}--help`.\n", verb, verb.empty() ? "" : " ");
+  return code;
+}

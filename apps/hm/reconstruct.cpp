@@ -1,0 +1,70 @@
+#include <memory>
+
+#include "hm/pipeline/reconstruction.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+#include "version.hpp"
+
+namespace {
+
+struct Flags {
+  std::string recording, output;
+  double voxel_m = 0;
+  bool resume = false;
+  RecordingFlags of_recording;
+};
+
+/// NAME_reconstruction in the current folder.
+std::filesystem::path default_output(const std::filesystem::path& recording) {
+  auto name = std::filesystem::absolute(recording).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();
+  return name.filename().string() + "_reconstruction";
+}
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  hm::ReconstructionOptions options;
+  options.recording = flags.recording;
+  options.output =
+      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  std::error_code code;
+  if (flags.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
+    const auto of_map = hm::parameters_of_map(options.output / "map.hmap");
+    if (!of_map) return hm::forward_error(of_map);
+    options.parameters = *of_map;
+  }
+  auto list = hm::list_all(options.parameters);
+  if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  options.recording_options = *recording_options;
+  options.resume = flags.resume;
+  options.threads = session.threads();
+  options.program_version = kVersion;
+  options.progress = session.progress();
+  options.log = session.log();
+  options.stop = session.stop_on_interrupt();
+  const auto summary = hm::reconstruct(options);
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+}
+
+}  // namespace
+
+void add_reconstruct(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command = program.add({"reconstruct", "Depth and poses become volumes and a coloured mesh.",
+                                   "  hm reconstruct recording -o result\n"
+                                   "  hm reconstruct recording -o fine --voxel 0.01\n"
+                                   "  hm reconstruct recording -o result --resume\n"
+                                   "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
+                                   [flags](Session& session) { return run(*flags, session); }});
+  command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
+      ->required();
+  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_reconstruction)");
+  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
+      ->check(CLI::PositiveNumber);
+  command.add_flag("--resume", flags->resume,
+                   "go on where an interrupted run into the same folder ended, with its parameters");
+  flags->of_recording.add_to(command);
+}

@@ -1,0 +1,39 @@
+#include "recording_flags.hpp"
+
+void RecordingFlags::add_to(CLI::App& command) {
+  const auto group = "Recording";
+  command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
+      ->check(CLI::IsMember({"tum", "7scenes", "icl"}))
+      ->group(group);
+  command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
+      ->expected(4)
+      ->group(group);
+  command
+      .add_option("--size", size_px, "width and height of the pictures, with --intrinsics (default: 640 480)")
+      ->expected(2)
+      ->group(group);
+  command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth pictures for one metre")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+}
+
+hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
+  hm::RecordingOptions options;
+  if (kind == "tum") options.kind = hm::RecordingKind::kTumRgbd;
+  if (kind == "7scenes") options.kind = hm::RecordingKind::kSevenScenes;
+  if (kind == "icl") options.kind = hm::RecordingKind::kIclNuim;
+  if (depth_units_per_m > 0) options.depth_units_per_m = depth_units_per_m;
+  if (intrinsics.size() == 4) {
+    hm::PinholeCamera camera;
+    camera.width = size_px.size() == 2 ? size_px[0] : 640;
+    camera.height = size_px.size() == 2 ? size_px[1] : 480;
+    camera.fx = intrinsics[0], camera.fy = intrinsics[1], camera.cx = intrinsics[2],
+    camera.cy = intrinsics[3];
+    if (const auto checked = hm::check_camera(camera); !checked)
+      return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
+    options.camera = camera;
+  } else if (!size_px.empty()) {
+    return hm::fail(hm::ErrorCode::kUsage, "--size", "goes with --intrinsics");
+  }
+  return options;
+}

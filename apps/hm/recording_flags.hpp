@@ -1,0 +1,17 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "hm/io/recording.hpp"
+
+/// Options of verbs that read a recording: what the user may know better than the folder.
+struct RecordingFlags {
+  std::string kind;
+  std::vector<double> intrinsics;  ///< fx fy cx cy
+  std::vector<int> size_px;
+  double depth_units_per_m = 0;
+
+  void add_to(CLI::App& command);
+  [[nodiscard]] hm::Result<hm::RecordingOptions> options() const;
+};

@@ -1,0 +1,54 @@
+#include <pthread.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "hm/core/parallel.hpp"
+#include "program.hpp"
+#include "terminal.hpp"
+
+using hm::fail;
+
+Session::Session(CommonOptions options) : options_(std::move(options)) {
+  if (options_.quiet) return;
+  auto terminal = std::make_shared<Terminal>();
+  progress_ = [terminal](const hm::Progress& progress) { terminal->show(progress); };
+  log_ = [terminal](hm::LogLevel level, const std::string& message) {
+    terminal->line(level == hm::LogLevel::kWarning ? "warning: " + message : message);
+  };
+}
+
+int Session::threads() const { return options_.threads > 0 ? options_.threads : hm::available_threads(); }
+
+hm::Result<void> Session::apply(hm::ParamList& params) const {
+  const auto as_usage = [](const hm::Result<void>& result) {
+    return tl::make_unexpected(
+        hm::Error{hm::ErrorCode::kUsage, result.error().message, result.error().where});
+  };
+  if (!options_.params_file.empty())
+    if (const auto read = params.read_toml_file(options_.params_file); !read) return as_usage(read);
+  for (const std::string& assignment : options_.assignments)
+    if (const auto set = params.set(assignment); !set) return as_usage(set);
+  if (const auto checked = params.check(); !checked) return as_usage(checked);
+  return {};
+}
+
+std::stop_token Session::stop_on_interrupt() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // threads made later inherit it
+  std::thread([signals, stop = stop_, log = log_]() mutable {
+    int number = 0;
+    sigwait(&signals, &number);
+    if (log) log(hm::LogLevel::kInfo, "stopping: finishing with what there is (once more: stop at once)");
+    stop.request_stop();
+    sigwait(&signals, &number);
+    _exit(1);
+  }).detach();
+  return stop_.get_token();
+}

@@ -1,0 +1,20 @@
+# Writes the version, with the commit where git knows one, into a source file, only when it changed.
+# Run at every build: cmake -DVERSION=... -DSOURCE=... -DOUTPUT=... -P HmVersion.cmake
+set(commit "")
+find_program(GIT git)
+if(GIT)
+  execute_process(COMMAND ${GIT} -C ${SOURCE} describe --always --dirty --abbrev=12 --exclude=*
+                  OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+set(version "${VERSION}")
+if(commit)
+  set(version "${VERSION}+${commit}")
+endif()
+set(text "#include \"version.hpp\"\n\nconst char* const kVersion = \"${version}\";\n")
+set(old "")
+if(EXISTS ${OUTPUT})
+  file(READ ${OUTPUT} old)
+endif()
+if(NOT old STREQUAL text)
+  file(WRITE ${OUTPUT} "${text}")
+endif()

@@ -1,0 +1,63 @@
+"""What the architecture allows: which room may include which, and where third-party headers may stand."""
+
+# Direct arrows; a room may also include whatever the rooms it points to may include.
+ARROWS = {
+    "core": [],
+    "geometry": ["core"],
+    "sensors": ["geometry"],
+    "io": ["sensors"],
+    "laser": ["sensors"],
+    "estimation": ["sensors"],
+    "calibration": ["sensors"],
+    "mvog": ["sensors"],
+    "tsdf": ["sensors"],
+    "odometry": ["sensors"],
+    "sim": ["sensors"],
+    "flight": ["estimation"],
+    "mesh": ["tsdf"],
+    "slam": ["laser", "odometry"],
+    "planning": ["geometry"],
+    "evaluation": ["geometry"],
+    "station": ["sensors"],
+}
+# pipeline wires all rooms together.
+ARROWS["pipeline"] = list(ARROWS)
+
+# First part of an include path -> (rooms whose .cpp may include it, why). "*" is every room.
+FENCES = {
+    "Eigen": "*", "fmt": "*", "tl": "*",
+    "tbb": ["core"],
+    "toml++": ["core", "io"],
+    "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "png.h": ["io"], "turbojpeg.h": ["io"],
+    "yaml-cpp": ["io"], "octomap": ["io"], "zlib.h": ["io"],
+    "opencv2": ["odometry", "calibration", "slam", "io"],
+    "ceres": ["calibration", "slam"],
+    "embree3": ["sim", "evaluation"],
+    "boost": ["station"],
+    "hwy": ["tsdf", "mesh"],
+    "meshoptimizer.h": ["mesh"],
+    "CLI": ["apps"],
+    "google": [],
+}
+# Only in test files (*_test.cpp and what stands under tests/); the last one in *_bench.cpp and bench/.
+TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "assimp"}
+BENCH_ONLY = {"benchmark"}
+# What a public header may include besides the standard library and hm/.
+PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}
+# Headers of the operating system (POSIX, x86), in .cpp files only.
+SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux"}
+
+MAX_LINES = 300
+MAX_VERB_LINES = 150
+MAX_README_LINES = 40
+
+
+def reachable(room):
+    """Every room that `room` may include, itself among them."""
+    seen, todo = set(), [room]
+    while todo:
+        name = todo.pop()
+        if name not in seen:
+            seen.add(name)
+            todo.extend(ARROWS.get(name, []))
+    return seen

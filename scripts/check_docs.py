@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""Runs every command of the documents, and of the program's own --help, in a folder of its own.
+
+    scripts/check_docs.py --program build/release/bin/hm
+    scripts/check_docs.py --self-test
+
+A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
+is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
+`recording` (a simulated room), and after `prepare` also `result`, as the texts assume.
+"""
+import argparse
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
+MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run"}
+# The same command with fewer frames: what is checked is the command, not the machine's patience.
+SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
+HELP_VERBS = ["simulate", "info", "reconstruct", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
+              "params", "params show", "params check", "params explain", "params diff", "demo"]
+LIMIT_S = 240
+
+
+def blocks_of(text):
+    """(marker, lines) of every ```sh block; a backslash at the end joins lines."""
+    for match in FENCE.finditer(text):
+        lines = match[2].replace("\\\n", " ").splitlines()
+        yield match[1].strip(), [line.split(" #")[0].strip() for line in lines
+                                 if line.strip() and not line.strip().startswith("#")]
+
+
+def shortened(line):
+    words = shlex.split(line)
+    if len(words) > 1 and words[0] in ("hm", "./hm") and words[1] in SHORT:
+        if "simulation.frame_limit" not in line:
+            return line + " " + " ".join(SHORT[words[1]])
+    if words[1:3] == ["simulate", "house"] and "--frames" not in words:
+        return line + " --frames 20"
+    return line
+
+
+def run_line(line, folder):
+    """None when the line worked, or what went wrong."""
+    environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    try:
+        result = subprocess.run(["bash", "-ec", shortened(line)], cwd=folder, env=environment, capture_output=True,
+                                text=True, timeout=LIMIT_S)
+    except subprocess.TimeoutExpired:
+        return f"took more than {LIMIT_S} s"
+    if result.returncode == 0:
+        return None
+    return f"exit code {result.returncode}: {(result.stderr or result.stdout).strip()[-500:]}"
+
+
+def prepare(folder, program):
+    """The folder that the texts assume. Returns what went wrong, or None."""
+    (Path(folder) / "hm").symlink_to(Path(program).resolve())
+    lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
+             "hm reconstruct recording -o result --quiet --set reconstruction.pictures=false",
+             "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
+    for line in lines:
+        if wrong := run_line(line, folder):
+            return f"{line}: {wrong}"
+    return None
+
+
+def check_text(name, text, folder):
+    """(number of commands run, problems)."""
+    count, problems = 0, []
+    for marker, lines in blocks_of(text):
+        for line in lines:
+            if marker == "manual":
+                if line.split()[0] not in MANUAL_WORDS:
+                    problems.append(f"{name}: `{line}` is marked manual; that is for {sorted(MANUAL_WORDS)}")
+                continue
+            count += 1
+            if wrong := run_line(line, folder):
+                problems.append(f"{name}: `{line}`: {wrong}")
+    return count, problems
+
+
+def help_examples(program, verb):
+    text = subprocess.run([program, *verb.split(), "--help"], capture_output=True, text=True, check=True).stdout
+    return [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
+
+
+def check_all(program):
+    texts = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    total, problems = 0, []
+    for path in texts:
+        with tempfile.TemporaryDirectory(prefix="hm_docs_") as folder:
+            text = path.read_text(encoding="utf-8")
+            if not any(True for _ in blocks_of(text)):
+                continue
+            if wrong := prepare(folder, program):
+                return total, [wrong]
+            count, found = check_text(str(path.relative_to(ROOT)), text, folder)
+            total, problems = total + count, problems + found
+    with tempfile.TemporaryDirectory(prefix="hm_help_") as folder:
+        if wrong := prepare(folder, program):
+            return total, [wrong]
+        for verb in HELP_VERBS:
+            examples = help_examples(program, verb)
+            if not examples:
+                problems.append(f"hm {verb} --help has no examples")
+            for line in examples:
+                if re.match(r"hm simulate room -o recording ", line):
+                    line = line.replace("-o recording", "-o fresh_recording")
+                total += 1
+                if wrong := run_line(line, folder):
+                    problems.append(f"hm {verb} --help: `{line}`: {wrong}")
+    return total, problems
+
+
+def self_test():
+    text = "```sh\ntrue   # fine\nfalse\n```\n```sh manual\ngit clone x\nrm -r x\n```\n```cpp\nnothing\n```\n"
+    with tempfile.TemporaryDirectory() as folder:
+        count, problems = check_text("text", text, folder)
+    good = count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
+    print("docs self-test:", "good" if good else f"wrong: {count} {problems}")
+    return 0 if good else 1
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program")
+    parser.add_argument("--self-test", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.self_test:
+        return self_test()
+    total, problems = check_all(arguments.program)
+    for problem in problems:
+        print(problem)
+    print(f"docs: {total} commands run, {len(problems)} problems")
+    return 1 if problems or total == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,27 @@
+#pragma once
+#include "hm/pipeline/reconstruction.hpp"
+#include "hm/pipeline/simulation_recording.hpp"
+
+namespace hm {
+
+/// The main job on a generated house.
+struct DemoOptions {
+  std::filesystem::path output;  ///< gets recording/ and result/
+  Parameters parameters;
+  int threads = 1;
+  std::string program_version;
+  ProgressSink progress;
+  LogSink log;
+  std::stop_token stop;
+};
+
+struct DemoSummary {
+  SimulationSummary simulation;
+  ReconstructionSummary reconstruction;
+};
+
+/// Simulates a recording into output/recording (replacing that of an earlier demo),
+/// reconstructs it into output/result, and compares it with the truth.
+Result<DemoSummary> run_demo(const DemoOptions& options);
+
+}  // namespace hm

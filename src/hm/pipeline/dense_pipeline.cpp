@@ -1,0 +1,79 @@
+#include "hm/pipeline/dense_pipeline.hpp"
+
+#include "hm/core/check.hpp"
+#include "hm/mesh/simplify.hpp"
+#include "hm/tsdf/integrator.hpp"
+
+namespace hm {
+namespace {
+
+/// Why a frame cannot be integrated whatever it shows, or nothing.
+std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
+  if (!frame.T_world_camera) return "no pose";
+  if (!frame.T_world_camera->matrix().allFinite()) return "its pose is not finite";
+  if (!is_rigid(*frame.T_world_camera)) return "its pose is not a rigid motion";
+  if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
+    return fmt::format("its depth picture is {} x {}, the camera's {} x {}", frame.depth.width(),
+                       frame.depth.height(), camera.width, camera.height);
+  return {};
+}
+
+}  // namespace
+
+struct DensePipeline::Impl {
+  Impl(const Parameters& all, const PinholeCamera& its_camera, int threads)
+      : parameters(all),
+        camera(its_camera),
+        loop(threads),
+        grid(Integrator::make_grid(all.tsdf)),
+        integrator(all.tsdf, all.depth_noise, its_camera, loop),
+        mesher(all.mesh, loop) {}
+
+  Parameters parameters;
+  PinholeCamera camera;
+  ParallelLoop loop;
+  VolumeGrid grid;
+  Integrator integrator;
+  IncrementalMesher mesher;
+};
+
+DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
+    : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
+  HM_CHECK(camera.distortion.is_zero(), "the camera has lens distortion");
+}
+DensePipeline::~DensePipeline() = default;
+
+const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
+const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
+const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
+
+void DensePipeline::adopt(VolumeGrid grid) {
+  HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
+           "voxels of {} m, units of {} m", grid.voxel_size_m(), grid.sdf_unit_m());
+  impl_->grid = std::move(grid);
+  impl_->mesher.mark_all(impl_->grid);
+}
+
+FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
+  FrameOutcome outcome;
+  outcome.skipped_because = unusable_because(frame, impl_->camera);
+  if (!outcome.skipped_because.empty()) return outcome;
+  outcome.scan = impl_->integrator.integrate(impl_->grid, frame);
+  outcome.skipped_because = outcome.scan.nothing_integrated_because;
+  outcome.integrated = outcome.skipped_because.empty();
+  impl_->mesher.mark_changed(outcome.scan.changed);
+  const ReconstructionParams& params = impl_->parameters.reconstruction;
+  if (params.live_mesh) {
+    const MeshUpdateStats mesh = impl_->mesher.update(impl_->grid, params.mesh_budget_ms);
+    outcome.mesh_ms = mesh.update_ms;
+    outcome.volumes_waiting = mesh.volumes_waiting;
+  }
+  return outcome;
+}
+
+TriangleMesh DensePipeline::finished_mesh() {
+  impl_->mesher.update(impl_->grid);
+  return clean_mesh(impl_->mesher.whole_mesh(), impl_->parameters.mesh);
+}
+
+}  // namespace hm

@@ -1,0 +1,56 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+#include "hm/mesh/incremental_mesher.hpp"
+#include "hm/pipeline/parameters.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/scan_stats.hpp"
+#include "hm/tsdf/volume_grid.hpp"
+
+namespace hm {
+
+/// What became of one frame.
+struct FrameOutcome {
+  bool integrated = false;
+  std::string skipped_because;  ///< in words, when it was not integrated
+  ScanStats scan;
+  double mesh_ms = 0;
+  std::size_t volumes_waiting = 0;  ///< for meshing
+};
+
+/// The dense system in memory (dissertation ch. 4): frames with poses in, a volume grid and its mesh out.
+/// One thread calls it; it computes on `threads` threads, with the same bits for any number of them.
+class DensePipeline {
+ public:
+  /// The camera must be free of lens distortion; the parameters must pass check_parameters().
+  DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads);
+  ~DensePipeline();
+  DensePipeline(const DensePipeline&) = delete;
+  DensePipeline& operator=(const DensePipeline&) = delete;
+
+  /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
+  void adopt(VolumeGrid grid);
+
+  /// Integrates a frame and, with live_mesh, meshes what changed within the budget. A frame without a
+  /// pose, with a pose that is not rigid or finite, with pictures of the wrong size, or without a reading
+  /// in range is skipped, with the reason.
+  FrameOutcome process(const RgbdFrame& frame);
+
+  /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
+  /// say.
+  TriangleMesh finished_mesh();
+
+  [[nodiscard]] const VolumeGrid& grid() const;
+  [[nodiscard]] const IncrementalMesher& mesher() const;
+  [[nodiscard]] const ParallelLoop& loop() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

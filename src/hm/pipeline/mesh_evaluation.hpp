@@ -1,0 +1,34 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/core/parallel.hpp"
+#include "hm/evaluation/mesh_error.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+
+namespace hm {
+
+/// The true surface of a scene, and, where it is known, the points of it that the recording could see.
+struct MeshTruth {
+  TriangleMesh mesh;
+  std::vector<Vec3> visible_points;  ///< empty: the whole mesh counts
+};
+
+/// Reads a true mesh: a mesh file, or a folder with truth_mesh.ply and (if there is one) truth_visible.ply,
+/// as `hm simulate` writes.
+Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path);
+
+/// True when the folder of a recording holds a true mesh.
+bool has_mesh_truth(const std::filesystem::path& folder);
+
+/// accuracy_mm{mean,p95 ...}, bias_mm, completeness_ratio, f_score_ratio ...
+JsonValue to_json(const MeshError& error, const MeshErrorParams& params);
+std::string to_text(const MeshError& error, const MeshErrorParams& params);
+
+/// A self-contained page: heat-map of the error, histogram, numbers.
+std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, const MeshError& error,
+                             const ParallelLoop& loop);
+
+}  // namespace hm

@@ -1,0 +1,72 @@
+#include "hm/pipeline/mesh_pictures.hpp"
+
+#include "hm/evaluation/mesh_renderer.hpp"
+#include "hm/evaluation/plot.hpp"
+#include "hm/io/image_file.hpp"
+
+namespace hm {
+namespace {
+
+RenderOptions render_options(const MeshPictureOptions& options, RenderStyle style) {
+  RenderOptions render;
+  render.width = options.width_px;
+  render.height = options.height_px;
+  render.style = style;
+  return render;
+}
+
+SceneExtent extent_of(const TriangleMesh& mesh, const MeshPictureOptions& options) {
+  return scene_extent(mesh, options.trajectory ? up_of_cameras(*options.trajectory) : Vec3::UnitZ());
+}
+
+}  // namespace
+
+std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const MeshPictureOptions& options,
+                                            const ParallelLoop& loop) {
+  std::vector<MeshPicture> pictures;
+  if (mesh.triangles.empty()) return pictures;
+  const SceneExtent extent = extent_of(mesh, options);
+  const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
+    const RenderOptions render = render_options(options, style);
+    pictures.push_back({std::move(name), std::move(caption),
+                        render_mesh(mesh, dollhouse_view(extent, render), render, loop)});
+  };
+  draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
+  if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
+  draw("height", "By height.", RenderStyle::kHeight);
+  RenderOptions plan = render_options(options, RenderStyle::kShaded);
+  plan.trajectory = options.trajectory;
+  pictures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",
+                      render_floor_plan(mesh, extent, plan, loop)});
+  return pictures;
+}
+
+std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const TriangleMesh& truth,
+                                              const MeshPictureOptions& options, const ParallelLoop& loop) {
+  if (mesh.triangles.empty()) return std::nullopt;
+  const auto surface = SurfaceDistance::build(truth);
+  if (!surface) return std::nullopt;
+  const std::vector<float> errors_m = vertex_errors_m(mesh, *surface, loop);
+  RenderOptions render = render_options(options, RenderStyle::kScalar);
+  render.vertex_values = errors_m;
+  render.value_label = "error (mm)";
+  return MeshPicture{"error", "Signed distance to the true surface: red in front of it, blue behind.",
+                     render_mesh(mesh, dollhouse_view(extent_of(mesh, options), render), render, loop)};
+}
+
+void add_picture(HtmlReport& report, const MeshPicture& picture) {
+  report.add_picture(encode_jpeg(picture.image, 88), picture.caption, picture.caption);
+}
+
+void add_error_histogram(HtmlReport& report, const MeshError& error) {
+  report.begin_section("Error");
+  std::vector<float> millimetres(error.accuracy.signed_distances_m);
+  for (float& value : millimetres) value *= 1e3f;
+  PlotOptions plot;
+  plot.x.label = "signed error (mm), positive in front of the true surface";
+  plot.y.label = "samples";
+  report.add_svg(histogram_svg(millimetres, 80, plot),
+                 fmt::format("{} points spread evenly over the reconstructed surface.", millimetres.size()));
+}
+
+}  // namespace hm

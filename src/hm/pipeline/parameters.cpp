@@ -1,0 +1,106 @@
+#include "hm/pipeline/parameters.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace hm {
+namespace {
+
+/// Parameters that change how a map is computed but not what is in it.
+constexpr std::array<std::string_view, 2> kFreeOfMap{"tsdf.max_map_mb", "tsdf.kernel"};
+
+std::string number_text(double value) {
+  return std::abs(value) >= 1e6 ? fmt::format("{:.0e}", value) : fmt::format("{}", value);
+}
+
+/// The allowed values in words: "0.002 to 0.5", "projection, traversal", "true or false".
+std::string allowed_text(const ParamRef& param) {
+  if (const auto* choice = std::get_if<ChoiceRef>(&param.value))
+    return fmt::format("{}", fmt::join(choice->names, ", "));
+  if (std::holds_alternative<bool*>(param.value)) return "true or false";
+  if (std::holds_alternative<std::string*>(param.value)) return "a text";
+  const auto [low, high] = param.range;
+  if (std::isfinite(low) && std::isfinite(high))
+    return fmt::format("{} to {}", number_text(low), number_text(high));
+  if (std::isfinite(low)) return fmt::format("at least {}", number_text(low));
+  if (std::isfinite(high)) return fmt::format("at most {}", number_text(high));
+  return "any number";
+}
+
+}  // namespace
+
+ParamList list_reconstruction(Parameters& parameters) {
+  ParamList list;
+  list.add("tsdf", parameters.tsdf);
+  list.add("depth_noise", parameters.depth_noise);
+  list.add("mesh", parameters.mesh);
+  list.add("reconstruction", parameters.reconstruction);
+  return list;
+}
+
+ParamList list_all(Parameters& parameters) {
+  ParamList list = list_reconstruction(parameters);
+  list.add("simulation", parameters.simulation);
+  list.add("mesh_error", parameters.mesh_error);
+  list.add("trajectory_error", parameters.trajectory_error);
+  return list;
+}
+
+std::vector<std::string> map_parameters(const Parameters& parameters) {
+  Parameters copy = parameters;
+  const ParamList list = list_reconstruction(copy);
+  std::vector<std::string> lines;
+  for (const ParamRef& param : list.all()) {
+    const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.");
+    if (of_map && std::find(kFreeOfMap.begin(), kFreeOfMap.end(), param.name) == kFreeOfMap.end())
+      lines.push_back(fmt::format("{} = {}", param.name, value_text(param)));
+  }
+  return lines;
+}
+
+Result<void> check_parameters(const Parameters& parameters) {
+  if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
+    return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));
+  if (const auto formats = mesh_formats(parameters.reconstruction); !formats) return forward_error(formats);
+  return {};
+}
+
+Result<std::vector<std::string>> mesh_formats(const ReconstructionParams& params) {
+  std::vector<std::string> formats;
+  std::string word;
+  for (const char c : params.mesh_formats + ",") {
+    if (c != ',' && c != ' ') {
+      word += c;
+    } else if (!word.empty()) {
+      if (word != "ply" && word != "glb" && word != "obj")
+        return fail(ErrorCode::kUsage, "parameters",
+                    "reconstruction.mesh_formats names '{}'; known are ply, glb, obj", word);
+      formats.push_back(std::move(word));
+      word.clear();
+    }
+  }
+  return formats;
+}
+
+std::string to_markdown(const ParamList& list) {
+  std::string out, section;
+  for (const ParamRef& param : list.all()) {
+    const std::size_t dot = param.name.find('.');
+    if (const std::string own = param.name.substr(0, dot); own != section) {
+      out +=
+          fmt::format("\n## {}\n| parameter | default | allowed | what it does |\n|---|---|---|---|\n", own);
+      section = own;
+    }
+    out += fmt::format("| `{}` | `{}` | {} | {} |\n", param.name, value_text(param), allowed_text(param),
+                       param.help);
+  }
+  return out;
+}
+
+std::string explain(const ParamRef& param) {
+  return fmt::format("{} = {}\n  {}\n  allowed: {}\n", param.name, value_text(param), param.help,
+                     allowed_text(param));
+}
+
+}  // namespace hm

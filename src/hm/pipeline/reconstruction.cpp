@@ -1,0 +1,264 @@
+#include "hm/pipeline/reconstruction.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "hm/core/check.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/pipeline/map_store.hpp"
+#include "hm/pipeline/process_memory.hpp"
+#include "hm/pipeline/reconstruction_output.hpp"
+#include "hm/pipeline/reconstruction_state.hpp"
+
+namespace hm {
+namespace {
+
+/// The frames of a recording that a run uses: begin, begin + stride ... below end.
+struct FrameRange {
+  std::size_t begin = 0, end = 0, stride = 1;
+  [[nodiscard]] std::size_t count() const { return end > begin ? (end - begin + stride - 1) / stride : 0; }
+};
+
+FrameRange frame_range(const ReconstructionParams& params, std::size_t frame_count) {
+  FrameRange range{static_cast<std::size_t>(params.begin_frame), frame_count,
+                   static_cast<std::size_t>(params.frame_stride)};
+  if (params.frame_limit > 0)
+    range.end =
+        std::min(range.end, range.begin + static_cast<std::size_t>(params.frame_limit) * range.stride);
+  return range;
+}
+
+/// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
+class Run {
+ public:
+  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording)
+      : options_(options),
+        recording_(std::move(recording)),
+        range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
+        pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.threads) {}
+
+  Result<void> open_map();
+  Result<void> integrate_all();
+  Result<ReconstructionSummary> finish();
+
+ private:
+  [[nodiscard]] MapHeader header() const;
+  Result<void> continue_map(const std::filesystem::path& path);
+  void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
+  void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
+  Result<void> save();
+  [[nodiscard]] bool save_is_due() const;
+  void show_progress() const;
+  [[nodiscard]] Error nothing_integrated() const;
+
+  const ReconstructionOptions& options_;
+  std::unique_ptr<Recording> recording_;
+  FrameRange range_;
+  DensePipeline pipeline_;
+  ReconstructionState state_;
+  std::optional<MapSaver> saver_;
+  ReconstructionSummary summary_;
+  Stopwatch run_watch_, save_watch_;
+  std::size_t frames_since_save_ = 0;
+};
+
+MapHeader Run::header() const {
+  Parameters parameters = options_.parameters;
+  MapHeader header;
+  header.voxel_size_m = pipeline_.grid().voxel_size_m();
+  header.sdf_unit_m = pipeline_.grid().sdf_unit_m();
+  header.program_version = options_.program_version;
+  header.parameters_toml = list_reconstruction(parameters).to_toml();
+  header.state_json = state_to_json(state_);
+  return header;
+}
+
+Result<void> Run::open_map() {
+  const auto path = options_.output / "map.hmap";
+  state_ = initial_state(recording_->info(), range_.begin);
+  std::error_code code;
+  if (options_.resume && std::filesystem::exists(path, code)) return continue_map(path);
+  if (options_.resume && options_.log)
+    options_.log(LogLevel::kInfo,
+                 fmt::format("{} is not there yet: starting from the first frame", path.string()));
+  auto file = MapFile::create(path, header());
+  if (!file)
+    return tl::make_unexpected(Error{ErrorCode::kInternal, file.error().message, file.error().where});
+  saver_.emplace(std::move(*file));
+  return {};
+}
+
+Result<void> Run::continue_map(const std::filesystem::path& path) {
+  auto file = MapFile::open(path, MapOpenMode::kReadWrite);
+  if (!file) return forward_error(file);
+  auto state = state_from_json(file->header().state_json, path.string());
+  if (!state) return forward_error(state);
+  const auto resumable =
+      check_resumable(file->header(), *state, recording_->info(), options_.parameters, path.string());
+  if (!resumable) return resumable;
+  MapLoadOptions load;
+  load.max_bytes = pipeline_.grid().max_bytes();
+  auto grid = load_grid(*file, load);
+  if (!grid) return forward_error(grid);
+  saver_.emplace(std::move(*file));
+  saver_->restore_marks(*grid, state->interior_marks);
+  pipeline_.adopt(std::move(*grid));
+  state_ = std::move(*state);
+  summary_.resumed = true;
+  summary_.resumed_at_frame = state_.next_frame;
+  if (options_.log)
+    options_.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
+                                              pipeline_.grid().volume_count()));
+  return {};
+}
+
+Result<void> Run::integrate_all() {
+  FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
+                             range_.stride,
+                             static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
+  while (!options_.stop.stop_requested()) {
+    const Stopwatch wait;
+    const auto frame = prefetcher.next();
+    if (!frame) return {};
+    FrameRecord record;
+    record.wait_ms = wait.milliseconds();
+    take(state_.next_frame, *frame, record);
+    state_.next_frame += range_.stride;
+    ++frames_since_save_;
+    if (save_is_due()) {
+      const Stopwatch saving;
+      if (const auto saved = save(); !saved) return saved;
+      record.save_ms = saving.milliseconds();
+    }
+    record.time_s = run_watch_.seconds();
+    summary_.records.push_back(record);
+    show_progress();
+  }
+  summary_.interrupted = state_.next_frame < range_.end;
+  return {};
+}
+
+void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record) {
+  record.index = index;
+  if (!frame) {
+    state_.skipped.push_back({index, "unreadable: " + to_string(frame.error())});
+  } else {
+    ++state_.frames_read;
+    const FrameOutcome outcome = pipeline_.process(*frame);
+    saver_->note(outcome.scan.changed);
+    warn_of_memory_cap(outcome.scan, index);
+    if (outcome.integrated) {
+      ++state_.frames_integrated;
+      state_.trajectory.push_back({frame->stamp, *frame->T_world_camera});
+    } else {
+      state_.skipped.push_back({index, outcome.skipped_because});
+    }
+    record.scan_ms = outcome.scan.total_ms;
+    record.allocate_ms = outcome.scan.allocate_ms;
+    record.integrate_ms = outcome.scan.integrate_ms;
+    record.carve_ms = outcome.scan.carve_ms;
+    record.mesh_ms = outcome.mesh_ms;
+  }
+  record.volumes = pipeline_.grid().volume_count();
+  record.map_bytes = pipeline_.grid().map_bytes();
+  record.mesh_bytes = pipeline_.mesher().bytes();
+  record.resident_bytes = resident_bytes();
+}
+
+void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
+  if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.log)
+    options_.log(
+        LogLevel::kWarning,
+        fmt::format("the map's memory cap of {} MB is reached at frame {}: what is there is kept and "
+                    "refined, nothing new is added",
+                    options_.parameters.tsdf.max_map_mb, index));
+  state_.volumes_refused += scan.volumes_refused;
+}
+
+bool Run::save_is_due() const {
+  const ReconstructionParams& params = options_.parameters.reconstruction;
+  if (params.save_interval_frames > 0 &&
+      frames_since_save_ >= static_cast<std::size_t>(params.save_interval_frames))
+    return true;
+  return params.save_interval_s > 0 && save_watch_.seconds() >= params.save_interval_s;
+}
+
+Result<void> Run::save() {
+  const auto& marks = saver_->marks_to_store(pipeline_.grid());
+  state_.interior_marks.assign(marks.begin(), marks.end());
+  const auto saved = saver_->save(pipeline_.grid(), header());
+  if (!saved)
+    return tl::make_unexpected(Error{ErrorCode::kInternal, saved.error().message, saved.error().where});
+  save_watch_.restart();
+  frames_since_save_ = 0;
+  return {};
+}
+
+void Run::show_progress() const {
+  if (!options_.progress) return;
+  const std::size_t left = state_.next_frame < range_.end
+                               ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
+                               : 0;
+  const FrameRecord& last = summary_.records.back();
+  options_.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
+                     fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
+                                 last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
+}
+
+Error Run::nothing_integrated() const {
+  if (summary_.interrupted)
+    return {ErrorCode::kCancelled, "stopped before the first frame was integrated", {}};
+  std::map<std::string, std::size_t> reasons;
+  for (const SkippedFrame& frame : state_.skipped) ++reasons[frame.reason];
+  std::string most = "the range of frames is empty";
+  std::size_t count = 0;
+  for (const auto& [reason, frames] : reasons)
+    if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
+  return {ErrorCode::kInvalidValue,
+          fmt::format("not one of {} frames could be integrated ({}); `hm info` may say why", range_.count(),
+                      most),
+          options_.recording.string()};
+}
+
+Result<ReconstructionSummary> Run::finish() {
+  auto saved = save();
+  if (saved) saved = saver_->wait();
+  if (!saved)
+    return tl::make_unexpected(Error{ErrorCode::kInternal, saved.error().message, saved.error().where});
+  if (state_.frames_integrated == 0) return tl::make_unexpected(nothing_integrated());
+  summary_.run_s = run_watch_.seconds();
+  summary_.recording = recording_->info();
+  summary_.parameters = options_.parameters;
+  summary_.threads = options_.threads;
+  summary_.frames_total = range_.count();
+  summary_.frames_read = state_.frames_read;
+  summary_.frames_integrated = state_.frames_integrated;
+  summary_.skipped = state_.skipped;
+  summary_.trajectory = state_.trajectory;
+  summary_.volumes = pipeline_.grid().volume_count();
+  summary_.map_bytes = pipeline_.grid().map_bytes();
+  summary_.map_file_bytes = saver_->file().file_bytes();
+  summary_.volumes_refused = state_.volumes_refused;
+  const auto written = write_results(pipeline_, options_, summary_);
+  if (!written) return forward_error(written);
+  return std::move(summary_);
+}
+
+}  // namespace
+
+Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
+  if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto recording = open_recording(options.recording, options.recording_options);
+  if (!recording) return forward_error(recording);
+  std::error_code code;
+  std::filesystem::create_directories(options.output, code);
+  if (code)
+    return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
+  Run run(options, std::move(*recording));
+  if (const auto opened = run.open_map(); !opened) return forward_error(opened);
+  if (const auto done = run.integrate_all(); !done) return forward_error(done);
+  return run.finish();
+}
+
+}  // namespace hm

@@ -1,0 +1,146 @@
+#include "hm/pipeline/reconstruction_output.hpp"
+
+#include "hm/io/image_file.hpp"
+#include "hm/io/json.hpp"
+#include "hm/io/mesh_file.hpp"
+#include "hm/io/output_file.hpp"
+#include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/pipeline/reconstruction_report.hpp"
+
+namespace hm {
+namespace {
+
+/// Errors of writing are failures of the run, not of the input.
+Result<void> as_run_failure(Result<void> result) {
+  if (!result) result.error().code = ErrorCode::kInternal;
+  return result;
+}
+
+Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  return file.finish();
+}
+
+void say(const ReconstructionOptions& options, const char* stage) {
+  if (options.progress) options.progress({stage, 0, 0, {}});
+}
+
+void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, const ParallelLoop& loop,
+             ReportMaterial& material, ReconstructionSummary& summary) {
+  if (!has_mesh_truth(options.recording) || mesh.triangles.empty()) return;
+  say(options, "comparing with the truth");
+  auto truth = read_mesh_truth(options.recording);
+  if (!truth) {
+    summary.warnings.push_back("the truth cannot be used: " + to_string(truth.error()));
+    return;
+  }
+  auto error = evaluate_mesh(mesh, truth->mesh, options.parameters.mesh_error, loop, truth->visible_points);
+  if (!error) {
+    summary.warnings.push_back("the mesh cannot be compared with the truth: " + to_string(error.error()));
+    return;
+  }
+  summary.error = std::move(*error);
+  material.truth = std::move(*truth);
+}
+
+void add_warnings(ReconstructionSummary& summary) {
+  const std::size_t skipped = summary.skipped.size();
+  if (skipped > 0)
+    summary.warnings.push_back(fmt::format("{} of {} frames were skipped; frame {}: {}", skipped,
+                                           summary.frames_total, summary.skipped.front().index,
+                                           summary.skipped.front().reason));
+  if (summary.volumes_refused > 0)
+    summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
+                                           summary.parameters.tsdf.max_map_mb, summary.volumes_refused));
+  if (summary.interrupted)
+    summary.warnings.push_back(fmt::format("stopped after {} of {} frames; --resume goes on",
+                                           summary.frames_integrated + skipped, summary.frames_total));
+}
+
+void summarise_times(ReconstructionSummary& summary) {
+  std::vector<double> scan, mesh;
+  for (const FrameRecord& record : summary.records) {
+    scan.push_back(record.scan_ms);
+    mesh.push_back(record.mesh_ms);
+  }
+  summary.integrate_ms = summarise(scan);
+  summary.mesh_ms = summarise(mesh);
+  if (summary.run_s > 0) summary.frames_per_s = static_cast<double>(summary.records.size()) / summary.run_s;
+}
+
+Result<void> write_meshes(const TriangleMesh& mesh, const ReconstructionOptions& options,
+                          ReconstructionSummary& summary) {
+  const auto formats = mesh_formats(options.parameters.reconstruction);
+  if (!formats) return forward_error(formats);
+  MeshWriteOptions write;
+  write.program = "housemartin " + options.program_version;
+  for (const std::string& format : *formats) {
+    const auto path = options.output / ("mesh." + format);
+    if (const auto written = write_mesh(path, mesh, write); !written) return written;
+    summary.outputs.push_back(path);
+  }
+  return {};
+}
+
+Result<void> write_pictures(const ReconstructionOptions& options, const std::vector<MeshPicture>& pictures,
+                            ReconstructionSummary& summary) {
+  if (pictures.empty()) return {};
+  const auto folder = options.output / "pictures";
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  for (const MeshPicture& picture : pictures)
+    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
+      return written;
+  summary.outputs.push_back(folder);
+  return {};
+}
+
+Result<void> write_texts(const ReconstructionOptions& options, const ReportMaterial& material,
+                         ReconstructionSummary& summary) {
+  const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
+             json = options.output / "report.json", html = options.output / "report.html";
+  if (const auto written = write_tum_trajectory(trajectory, summary.trajectory); !written) return written;
+  if (const auto written = write_text(parameters, material.parameters_toml); !written) return written;
+  for (const auto& path : {trajectory, parameters, json, html}) summary.outputs.push_back(path);
+  const std::string report = to_json_text(report_json(summary, options.program_version));
+  if (const auto written = write_text(json, report + "\n"); !written) return written;
+  return write_text(html, report_html(summary, material));
+}
+
+}  // namespace
+
+Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions& options,
+                           ReconstructionSummary& summary) {
+  say(options, "finishing the mesh");
+  const TriangleMesh mesh = pipeline.finished_mesh();
+  summary.vertices = mesh.vertices.size();
+  summary.triangles = mesh.triangles.size();
+  summary.bounds_m = bounds(mesh);
+  summary.outputs.push_back(options.output / "map.hmap");
+  if (mesh.triangles.empty())
+    summary.warnings.push_back("the mesh is empty: no surface was seen clearly enough");
+  summarise_times(summary);
+  if (const auto written = write_meshes(mesh, options, summary); !written) return as_run_failure(written);
+  ReportMaterial material;
+  material.program_version = options.program_version;
+  Parameters parameters = options.parameters;
+  material.parameters_toml = list_reconstruction(parameters).to_toml();
+  measure(options, mesh, pipeline.loop(), material, summary);
+  add_warnings(summary);
+  if (options.parameters.reconstruction.pictures) {
+    say(options, "drawing pictures");
+    MeshPictureOptions draw;
+    draw.trajectory = &summary.trajectory;
+    material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
+    if (material.truth)
+      if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
+        material.pictures.push_back(std::move(*picture));
+    if (const auto written = write_pictures(options, material.pictures, summary); !written)
+      return as_run_failure(written);
+  }
+  return as_run_failure(write_texts(options, material, summary));
+}
+
+}  // namespace hm

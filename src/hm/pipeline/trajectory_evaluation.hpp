@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+
+#include "hm/core/json_value.hpp"
+#include "hm/evaluation/trajectory_error.hpp"
+
+namespace hm {
+
+/// Reads two trajectory files (TUM, EuRoC, KITTI; for the truth also the folder of a recording) and
+/// compares them.
+Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
+                                                  const std::filesystem::path& truth,
+                                                  const TrajectoryErrorParams& params);
+
+/// ate_rmse_m, rpe_translation_rmse_m, rpe_rotation_rmse_rad, pairs ...
+JsonValue to_json(const TrajectoryError& error);
+/// The same as lines for a terminal.
+std::string to_text(const TrajectoryError& error);
+
+/// A self-contained page with both paths and the errors over time.
+std::string trajectory_report_html(const TrajectoryError& error, const std::string& title);
+
+}  // namespace hm

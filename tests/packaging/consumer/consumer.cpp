@@ -1,0 +1,20 @@
+#include <cstdio>
+
+#include "hm/evaluation/plot.hpp"
+#include "hm/io/json.hpp"
+#include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/pipeline/simulation_recording.hpp"
+
+// One simulated frame through the whole library: sim, tsdf, mesh, io, evaluation, pipeline.
+int main() {
+  hm::Parameters parameters;
+  parameters.simulation.world = hm::WorldKind::kRoom;
+  const hm::Simulation simulation(parameters.simulation);
+  hm::DensePipeline pipeline(parameters, simulation.camera(), 1);
+  const auto outcome = pipeline.process(simulation.frame(0));
+  const auto mesh = pipeline.finished_mesh();
+  std::printf("%zu triangles\n", mesh.triangles.size());
+  const bool has_svg = hm::histogram_svg({}, 10, {}).find("<svg") != std::string::npos;
+  const bool has_json = hm::parse_json("{\"a\": 1}", "text").has_value();
+  return outcome.integrated && !mesh.triangles.empty() && has_svg && has_json ? 0 : 1;
+}

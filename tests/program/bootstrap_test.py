@@ -1,0 +1,135 @@
+"""The script ./hm with pretended dpkg, apt, cmake and ninja: what it installs, when, and what it says."""
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import support
+
+TOOLS = ["bash", "awk", "sed", "sort", "comm", "tr", "wc", "mktemp", "tail", "head", "grep", "dirname", "readlink",
+         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true"]
+FAKES = {
+    "dpkg-query": 'for word in "$@"; do grep -qx "$word" "$STATE/installed" && echo "installed $word"; done; true',
+    "apt-get": 'echo "apt-get $*" >> "$STATE/log"; [ ! -e "$STATE/apt_fails" ] || { echo "no network"; exit 100; }\n'
+               'case "$*" in *" install "*) for word in "$@"; do echo "$word" >> "$STATE/installed"; done;; esac',
+    "sudo": 'echo "sudo $*" >> "$STATE/log"; [ ! -e "$STATE/sudo_refuses" ] || exit 1\n'
+            '[ "$1" != -n ] || shift; exec "$@"',
+    "id": 'cat "$STATE/uid"',
+    "cmake": 'echo "cmake $*" >> "$STATE/log"; [ ! -e "$STATE/cmake_fails" ] || { echo "no compiler"; exit 1; }\n'
+             'mkdir -p build/release; touch build/release/build.ninja\n'
+             'echo "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" > build/release/CMakeCache.txt',
+    "ninja": 'echo "ninja $*" >> "$STATE/log"; echo "[1/2] Building a"\n'
+             'if [ -e "$STATE/build_fails" ]; then echo "FAILED: a.o"; echo "a.cpp:1: error: oh"; exit 1; fi\n'
+             'echo "[2/2] Linking"; mkdir -p "$2/bin"\n'
+             'printf \'#!/bin/bash\\necho "program: $*"\\n\' > "$2/bin/hm"; chmod +x "$2/bin/hm"',
+}
+
+
+class Bootstrap(unittest.TestCase):
+    def setUp(self):
+        self.root = Path(tempfile.mkdtemp(prefix="hm_bootstrap_")).resolve()
+        self.addCleanup(shutil.rmtree, self.root)
+        self.state, self.path, self.clone = (self.root / name for name in ("state", "path", "clone"))
+        for folder in (self.state, self.path, self.clone):
+            folder.mkdir()
+        for tool in TOOLS:
+            (self.path / tool).symlink_to(shutil.which(tool))
+        for name, body in FAKES.items():
+            (self.path / name).write_text(f"#!/bin/bash\n{body}\n")
+            (self.path / name).chmod(0o755)
+        shutil.copy(support.SOURCE / "hm", self.clone / "hm")
+        (self.clone / "packages.txt").write_text("# needs\ng++  # compiler\nlibone-dev # why\n\nlibtwo-dev\n")
+        (self.state / "installed").write_text("g++\nlibtwo-dev\n")
+        (self.state / "uid").write_text("0\n")
+
+    def hm(self, *words, expect=0, **environment):
+        result = subprocess.run([str(self.clone / "hm"), *words], capture_output=True, text=True, cwd=self.root,
+                                stdin=subprocess.DEVNULL, timeout=60,
+                                env={"PATH": str(self.path), "STATE": str(self.state), "HOME": str(self.root),
+                                     **environment})
+        self.assertEqual(result.returncode, expect, result.stdout + result.stderr)
+        return result
+
+    def log(self):
+        path = self.state / "log"
+        return path.read_text() if path.exists() else ""
+
+    def test_first_call_installs_what_is_missing_builds_and_hands_over(self):
+        result = self.hm("info", "a b", "--json")
+        self.assertEqual(result.stdout, "program: info a b --json\n")
+        self.assertIn("installing 1 missing packages: libone-dev", result.stderr)
+        self.assertRegex(self.log(), r"apt-get .*update\n.*install -y --no-install-recommends libone-dev\n")
+        self.assertNotIn("libtwo-dev", self.log())
+        self.assertIn("cmake --preset release", self.log())
+
+    def test_second_call_neither_installs_nor_configures(self):
+        self.hm("info")
+        (self.state / "log").unlink()
+        result = self.hm("info")
+        self.assertNotIn("apt-get", self.log())
+        self.assertNotIn("cmake", self.log())
+        self.assertEqual(result.stdout, "program: info\n")
+
+    def test_without_words_it_helps_and_does_nothing(self):
+        self.assertIn("./hm demo", self.hm().stdout)
+        self.assertEqual(self.log(), "")
+
+    def test_not_root_uses_sudo_without_asking(self):
+        (self.state / "uid").write_text("1000\n")
+        self.hm("info")
+        self.assertIn("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get", self.log())
+
+    def test_not_root_without_sudo_says_what_to_run(self):
+        (self.state / "uid").write_text("1000\n")
+        (self.path / "sudo").unlink()
+        result = self.hm("info", expect=1)
+        self.assertIn("apt-get install --no-install-recommends libone-dev", result.stderr)
+        self.assertEqual(self.log(), "")
+
+    def test_refused_sudo_says_what_to_run(self):
+        (self.state / "uid").write_text("1000\n")
+        (self.state / "sudo_refuses").touch()
+        self.assertIn("please run as root", self.hm("info", expect=1).stderr)
+
+    def test_failing_apt_is_shown(self):
+        (self.state / "apt_fails").touch()
+        result = self.hm("info", expect=1)
+        self.assertIn("no network", result.stderr)
+        self.assertIn("libone-dev", result.stderr)
+
+    def test_no_install_on_request_and_no_dpkg_elsewhere(self):
+        self.assertIn("missing: libone-dev", self.hm("info", expect=1, HM_NO_INSTALL="1").stderr)
+        (self.path / "dpkg-query").unlink()
+        self.assertIn("packages.txt", self.hm("info").stderr)
+
+    def test_failing_configuration_and_build_are_shown(self):
+        (self.state / "cmake_fails").touch()
+        self.assertIn("no compiler", self.hm("info", expect=1).stderr)
+        (self.state / "cmake_fails").unlink()
+        (self.state / "build_fails").touch()
+        result = self.hm("info", expect=1)
+        self.assertIn("a.cpp:1: error: oh", result.stderr)
+        self.assertEqual(result.stdout, "")
+        (self.state / "build_fails").unlink()
+        self.hm("info")
+
+    def test_moved_sources_are_configured_anew(self):
+        self.hm("info")
+        moved = self.root / "moved"
+        self.clone.rename(moved)
+        self.clone = moved
+        (self.state / "log").unlink()
+        self.assertIn("moved", self.hm("info").stderr)
+        self.assertIn("cmake --preset release", self.log())
+
+    def test_called_through_a_link_and_from_elsewhere(self):
+        (self.root / "link").symlink_to(self.clone / "hm")
+        result = subprocess.run([str(self.root / "link"), "info"], capture_output=True, text=True, cwd="/",
+                                env={"PATH": str(self.path), "STATE": str(self.state), "HOME": str(self.root)})
+        self.assertEqual(result.stdout, "program: info\n", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], "-v"])

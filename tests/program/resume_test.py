@@ -1,0 +1,118 @@
+"""Killed, stopped, resumed: the result is that of a run that nobody disturbed, bit for bit."""
+import json
+import signal
+import sqlite3
+import time
+
+import support
+
+FRAMES = 60
+FAST = ["--set", "reconstruction.pictures=false", "--set", "reconstruction.save_interval_frames=3", "--set",
+        "mesh_error.samples=20000"]
+
+
+def wait_for_saves(process, path, count):
+    """Returns when the map has changed `count` times on disk, or the process has ended."""
+    seen, last = 0, None
+    while seen <= count and process.poll() is None:
+        try:
+            state = path.stat()
+            now = (state.st_mtime_ns, state.st_size)
+        except FileNotFoundError:
+            now = None
+        seen += now != last
+        last = now
+        time.sleep(0.0005)
+
+
+class Resume(support.ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.simulate(frames=FRAMES)
+        self.whole = self.run_json("reconstruct", "recording", "-o", "whole", *FAST)
+
+    def assert_equal_to_whole(self, name):
+        for file in ("mesh.ply", "mesh.glb", "trajectory.tum"):
+            self.assertEqual((self.folder / name / file).read_bytes(), (self.folder / "whole" / file).read_bytes(), file)
+        ours, theirs = (self.run_json("info", f"{folder}/map.hmap") for folder in (name, "whole"))
+        for key in ("volumes", "volumes_with_color", "voxels_known", "voxels_inside", "bounds_m", "next_frame"):
+            self.assertEqual(ours[key], theirs[key], key)
+        self.assertEqual(map_pages(self.folder / name / "map.hmap"), map_pages(self.folder / "whole/map.hmap"))
+
+    def test_kill_9_at_any_moment_then_resume(self):
+        killed_midway = 0
+        for saves in (1, 2, 4, 3, 5, 2, 6, 4):
+            process = self.start("reconstruct", "recording", "-o", "killed", "--resume", "--quiet", *FAST)
+            wait_for_saves(process, self.folder / "killed/map.hmap", saves)
+            process.kill()
+            process.communicate()
+            state = self.run_json("info", "killed/map.hmap")
+            self.assertEqual((state["volumes_damaged"], state["problems"]), (0, []))
+            killed_midway += 0 < state["next_frame"] < FRAMES
+        run = self.run_json("reconstruct", "recording", "-o", "killed", "--resume", *FAST)
+        self.assertEqual(run["frames"], self.whole["frames"])
+        self.assert_equal_to_whole("killed")
+        self.assertGreater(killed_midway, 0, "every kill came before the first save or after the last")
+
+    def test_interrupt_finishes_with_what_there_is(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(number):
+                run = self.interrupted_run(f"stopped_{number.name}", number)
+                self.assertTrue(any("--resume" in warning for warning in run["warnings"]))
+                self.assertLess(run["frames"]["integrated"], FRAMES)
+                self.assertGreater(run["triangles"], 0)
+                again = self.run_json("reconstruct", "recording", "-o", f"stopped_{number.name}", "--resume", *FAST)
+                self.assertEqual(again["resumed_at_frame"], run["frames"]["integrated"])
+                self.assert_equal_to_whole(f"stopped_{number.name}")
+
+    def interrupted_run(self, name, number):
+        """Interrupts after ever fewer saves until the run is caught in the middle."""
+        for saves in (8, 6, 4, 3, 2, 1):
+            process = self.start("reconstruct", "recording", "-o", name, "--json", "--quiet", *FAST)
+            wait_for_saves(process, self.folder / name / "map.hmap", saves)
+            process.send_signal(number)
+            output, errors = process.communicate(timeout=120)
+            self.assertIn(process.returncode, (0, 1), errors)
+            if process.returncode == 0 and json.loads(output)["interrupted"]:
+                return json.loads(output)
+        self.fail("the run could not be interrupted in the middle")
+
+    def test_resume_of_a_finished_run_changes_nothing(self):
+        run = self.run_json("reconstruct", "recording", "-o", "whole", "--resume", *FAST)
+        self.assertEqual(run["resumed_at_frame"], FRAMES)
+        self.assertEqual(run["triangles"], self.whole["triangles"])
+
+    def test_resume_goes_on_with_the_parameters_of_the_map(self):
+        self.run_json("reconstruct", "recording", "-o", "coarse", "--voxel", "0.06", "--set",
+                      "reconstruction.frame_limit=5", *FAST)
+        run = self.run_json("reconstruct", "recording", "-o", "coarse", "--resume", "--set",
+                            "reconstruction.frame_limit=0")
+        self.assertEqual((run["voxel_size_m"], run["frames"]["integrated"]), (0.06, FRAMES))
+
+    def test_resume_refuses_what_does_not_fit(self):
+        text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", "--voxel", "0.05", expect=2).stderr
+        for part in ("voxel_size_m = 0.02", "now 0.05", "--resume"):
+            self.assertIn(part, text)
+        self.simulate("other", 5, "corridor")
+        text = self.run_hm("reconstruct", "other", "-o", "whole", "--resume", expect=2).stderr
+        self.assertIn("another recording", text)
+
+    def test_resume_from_a_damaged_map_is_an_input_error(self):
+        path = self.folder / "whole/map.hmap"
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+        text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", expect=3).stderr
+        self.assertIn("map.hmap", text)
+
+
+def map_pages(path):
+    """The pages of a map, without the order in which they were written."""
+    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    columns = [row[1] for row in database.execute("pragma table_info(pages)") if row[1] != "id"]
+    pages = sorted(map(repr, database.execute(f"select {', '.join(columns)} from pages")))
+    database.close()
+    assert pages and columns
+    return pages
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,62 @@
+"""Runs the built program in a folder of its own; what the program tests share."""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = os.environ.get("HM_PROGRAM", "build/release/bin/hm")
+SOURCE = Path(os.environ.get("HM_SOURCE_DIR", Path(__file__).resolve().parents[2]))
+COMMON_KEYS = {"verb", "ok", "version", "wall_s", "peak_rss_bytes", "warnings", "outputs"}
+
+
+def real_data():
+    """The folder with real recordings, or None."""
+    folder = Path(os.environ.get("HM_DATA", SOURCE.parent / "shared" / "data"))
+    return folder if (folder / "rgbd").is_dir() else None
+
+
+class ProgramTest(unittest.TestCase):
+    """A test in a temporary folder, self.folder, which is removed afterwards."""
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="hm_test_"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def start(self, *words, **options):
+        return subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True, **options)
+
+    def run_hm(self, *words, expect=0):
+        result = subprocess.run([PROGRAM, *map(str, words)], cwd=self.folder, capture_output=True, text=True,
+                                timeout=500)
+        self.assertEqual(result.returncode, expect,
+                         f"hm {' '.join(map(str, words))}\n{result.stdout[-3000:]}\n{result.stderr[-3000:]}")
+        return result
+
+    def run_json(self, *words, expect=0):
+        """Runs with --json; the one object on standard output, its common keys checked."""
+        result = self.run_hm(*words, "--json", expect=expect)
+        document = json.loads(result.stdout)  # fails on anything before or after the object
+        self.assertIsInstance(document, dict)
+        self.assertLessEqual(COMMON_KEYS, set(document), words)
+        self.assertEqual(document["ok"], expect == 0)
+        self.assertEqual(document["verb"], str(words[0]))
+        self.assertGreater(document["peak_rss_bytes"], 1_000_000)
+        if expect != 0:
+            self.assertTrue(document["error"]["message"])
+            self.assertIn(document["error"]["message"].splitlines()[0][:40], result.stderr)
+        for path in document["outputs"]:
+            self.assertTrue((self.folder / path).exists(), f"{path} was named but is not there")
+        return document
+
+    def simulate(self, name="recording", frames=24, world="room", *more):
+        self.run_hm("simulate", world, "-o", name, "--frames", frames, "--quiet", *more)
+        return self.folder / name
+
+
+def main():
+    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[1:]])

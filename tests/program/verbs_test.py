@@ -1,0 +1,106 @@
+"""Keys and effects of the other verbs: info, simulate, demo, evaluate, params, presets."""
+import json
+
+import support
+
+ROOM = ["-o", "demo", "--set", "simulation.frame_limit=30", "--set", "mesh_error.samples=50000"]
+
+
+class Verbs(support.ProgramTest):
+    def test_info_of_a_recording(self):
+        self.simulate(frames=40)
+        info = self.run_json("info", "recording")
+        self.assertEqual(info["path_kind"], "recording")
+        text = self.run_hm("info", "recording").stdout
+        for word in ("320", "180", "40"):
+            self.assertIn(word, text)
+
+    def test_info_finds_a_wrong_depth_scale(self):
+        self.simulate(frames=60)
+        good = self.run_json("info", "recording")
+        wrong = self.run_json("info", "recording", "--depth-units-per-m", "50000")
+        self.assertGreater(len(wrong["warnings"]), len(good["warnings"]))
+        self.assertRegex(" ".join(wrong["warnings"]).lower(), "scale|10|unit")
+
+    def test_simulate_is_reproducible_and_the_seed_matters(self):
+        for name, seed in (("a", 3), ("b", 3), ("c", 4)):
+            self.run_hm("simulate", "room", "-o", name, "--frames", 3, "--seed", seed, "--quiet")
+        pictures = [[path.read_bytes() for path in sorted((self.folder / name / "depth").iterdir())]
+                    for name in ("a", "b", "c")]
+        self.assertEqual(len(pictures[0]), 3)
+        self.assertEqual(pictures[0], pictures[1])
+        self.assertNotEqual(pictures[0], pictures[2])
+        # A folder that holds a recording is not overwritten.
+        self.run_json("simulate", "room", "-o", "a", "--frames", 3, expect=2)
+
+    def test_simulate_corridor_with_drift(self):
+        document = self.run_json("simulate", "corridor", "-o", "corridor", "--frames", 20, "--drift")
+        self.assertGreater(document["end_drift_m"], 0)
+        self.assertTrue((self.folder / "corridor/poses.txt").exists())
+
+    def test_demo(self):
+        demo = self.run_json("demo", *ROOM)
+        self.assertEqual(demo["frames"]["integrated"], 30)
+        self.assertLess(demo["surface_error_mm"]["mean"], 20)
+        self.assertIn("completeness_ratio", demo)
+        text = self.run_hm("demo", *ROOM, "--quiet").stdout  # again, over the old one
+        for word in ("report.html", "mesh.ply", "map.hmap", "mm on average"):
+            self.assertIn(word, text)
+
+    def test_demo_deletes_nothing_that_is_not_its_own(self):
+        mine = self.folder / "demo/recording"
+        mine.mkdir(parents=True)
+        (mine / "depth.txt").write_text("# mine\n")
+        self.run_hm("demo", *ROOM, expect=2)
+        self.assertEqual((mine / "depth.txt").read_text(), "# mine\n")
+
+    def test_params(self):
+        shown = self.run_json("params", "show", "--set", "tsdf.voxel_size_m=0.01")["parameters"]
+        self.assertEqual(shown["tsdf.voxel_size_m"], "0.01")
+        text = self.run_hm("params", "show", "--set", "tsdf.far_m=3.5").stdout
+        (self.folder / "a.toml").write_text(text)
+        (self.folder / "b.toml").write_text(self.run_hm("params", "show").stdout)
+        self.run_hm("params", "check", "a.toml")
+        difference = self.run_json("params", "diff", "a.toml", "b.toml")["differences"]
+        self.assertEqual(difference, {"tsdf.far_m": {"a": "3.5", "b": "4.0"}})
+        self.assertIn("no difference", self.run_hm("params", "diff", "a.toml", "a.toml").stdout)
+        explained = self.run_hm("params", "explain", "tsdf.far_m").stdout
+        self.assertIn("0.1 to 200", explained)
+        self.assertIn("tsdf.voxel_size_m", self.run_hm("params", "explain", "tsdf.voxel_sise_m", expect=2).stderr)
+
+    def test_presets_and_generated_reference(self):
+        presets = sorted((support.SOURCE / "configs").glob("*.toml"))
+        self.assertGreaterEqual(len(presets), 3)
+        for preset in presets:
+            self.run_hm("params", "check", preset)
+            self.assertNotEqual(self.run_json("params", "show", "--params", preset)["parameters"],
+                                self.run_json("params", "show")["parameters"])
+        reference = (support.SOURCE / "docs/parameters.md").read_text()
+        self.assertTrue(reference.endswith(self.run_hm("params", "show", "--markdown").stdout),
+                        "docs/parameters.md is old: see its first lines")
+
+    def test_evaluate_trajectory_closed_form(self):
+        truth = [f"{i / 10} {i / 10} {(i % 7) / 10} 0 0 0 0 1" for i in range(100)]
+        shifted = [f"{i / 10} {i / 10 + 5} {(i % 7) / 10 - 2} 1 0 0 0 1" for i in range(100)]
+        (self.folder / "truth.tum").write_text("\n".join(truth))
+        (self.folder / "shifted.tum").write_text("\n".join(shifted))
+        aligned = self.run_json("evaluate", "trajectory", "shifted.tum", "truth.tum", "--report", "page.html")
+        self.assertLess(aligned["ate_rmse_m"], 1e-9)
+        self.assertEqual(aligned["pairs"], 100)
+        self.assertIn("<svg", (self.folder / "page.html").read_text())
+        raw = self.run_json("evaluate", "trajectory", "shifted.tum", "truth.tum", "--set",
+                            "trajectory_error.alignment=none")
+        self.assertAlmostEqual(raw["ate_rmse_m"], 30 ** 0.5, places=9)
+        self.assertLess(raw["rpe_translation_rmse_m"], 1e-9)
+
+    def test_json_stays_one_object_when_things_go_wrong(self):
+        self.simulate(frames=2)
+        (self.folder / "recording/rgb.txt").write_text("garbage\n")
+        process = self.start("info", "recording", "--json")
+        output, _ = process.communicate(timeout=60)
+        self.assertIn(process.returncode, (0, 3))
+        self.assertIn("ok", json.loads(output))
+
+
+if __name__ == "__main__":
+    support.main()
