@@ -15,17 +15,13 @@ RenderOptions render_options(const MeshPictureOptions& options, RenderStyle styl
   return render;
 }
 
-SceneExtent extent_of(const TriangleMesh& mesh, const MeshPictureOptions& options) {
-  return scene_extent(mesh, options.trajectory ? up_of_cameras(*options.trajectory) : Vec3::UnitZ());
-}
-
 }  // namespace
 
 std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const MeshPictureOptions& options,
                                             const ParallelLoop& loop) {
   std::vector<MeshPicture> pictures;
   if (mesh.triangles.empty()) return pictures;
-  const SceneExtent extent = extent_of(mesh, options);
+  const SceneExtent extent = scene_extent(mesh, options.up);
   const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
     const RenderOptions render = render_options(options, style);
     pictures.push_back({std::move(name), std::move(caption),
@@ -51,7 +47,7 @@ std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const Tr
   render.vertex_values = errors_m;
   render.value_label = "error (mm)";
   return MeshPicture{"error", "Signed distance to the true surface: red in front of it, blue behind.",
-                     render_mesh(mesh, dollhouse_view(extent_of(mesh, options), render), render, loop)};
+                     render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
 }
 
 void add_picture(HtmlReport& report, const MeshPicture& picture) {

@@ -22,7 +22,8 @@ struct MeshPicture {
 struct MeshPictureOptions {
   int width_px = 1400;
   int height_px = 900;
-  const Trajectory* trajectory = nullptr;  ///< drawn, and tells which way is up
+  const Trajectory* trajectory = nullptr;  ///< drawn into the floor plan
+  Vec3 up = Vec3::UnitZ();                 ///< roughly
 };
 
 /// The mesh from above into its rooms: shaded, by colour (when it has one), by height, and as a floor

@@ -1,5 +1,6 @@
 #include "hm/pipeline/reconstruction_output.hpp"
 
+#include "hm/evaluation/mesh_renderer.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
@@ -133,6 +134,8 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
     say(options, "drawing pictures");
     MeshPictureOptions draw;
     draw.trajectory = &summary.trajectory;
+    // A negative fy turns the picture over: the camera's y axis then points up (ICL-NUIM).
+    draw.up = up_of_cameras(summary.trajectory) * (summary.recording.camera.fy < 0 ? -1.0 : 1.0);
     material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
     if (material.truth)
       if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
