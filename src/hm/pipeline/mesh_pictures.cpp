@@ -30,6 +30,12 @@ std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const Mesh
   draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
   if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
   draw("height", "By height.", RenderStyle::kHeight);
+  if (options.T_world_camera) {
+    const RenderOptions render =
+        render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);
+    pictures.push_back({"camera", "As the camera saw it in the middle of the recording.",
+                        render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop)});
+  }
   RenderOptions plan = render_options(options, RenderStyle::kShaded);
   plan.trajectory = options.trajectory;
   pictures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",

@@ -24,6 +24,7 @@ struct MeshPictureOptions {
   int height_px = 900;
   const Trajectory* trajectory = nullptr;  ///< drawn into the floor plan
   Vec3 up = Vec3::UnitZ();                 ///< roughly
+  std::optional<SE3> T_world_camera;       ///< a place of the camera to draw the mesh from, too
 };
 
 /// The mesh from above into its rooms: shaded, by colour (when it has one), by height, and as a floor

@@ -85,6 +85,20 @@ Result<void> write_meshes(const TriangleMesh& mesh, const ReconstructionOptions&
   return {};
 }
 
+MeshPictureOptions picture_options(const ReconstructionSummary& summary) {
+  MeshPictureOptions draw;
+  draw.trajectory = &summary.trajectory;
+  draw.up = up_of_cameras(summary.trajectory);
+  if (summary.trajectory.empty()) return draw;
+  draw.T_world_camera = summary.trajectory[summary.trajectory.size() / 2].T_world_base;
+  if (summary.recording.camera.fy < 0) {
+    // The picture is turned over: the camera's y axis points up (ICL-NUIM).
+    draw.up = -draw.up;
+    draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, 3.14159265358979)), Vec3::Zero());
+  }
+  return draw;
+}
+
 Result<void> write_pictures(const ReconstructionOptions& options, const std::vector<MeshPicture>& pictures,
                             ReconstructionSummary& summary) {
   if (pictures.empty()) return {};
@@ -132,10 +146,7 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   add_warnings(summary);
   if (options.parameters.reconstruction.pictures) {
     say(options, "drawing pictures");
-    MeshPictureOptions draw;
-    draw.trajectory = &summary.trajectory;
-    // A negative fy turns the picture over: the camera's y axis then points up (ICL-NUIM).
-    draw.up = up_of_cameras(summary.trajectory) * (summary.recording.camera.fy < 0 ? -1.0 : 1.0);
+    const MeshPictureOptions draw = picture_options(summary);
     material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
     if (material.truth)
       if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
