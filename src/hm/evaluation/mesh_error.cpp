@@ -133,9 +133,9 @@ Result<MeshCompleteness> mesh_completeness(const TriangleMesh& reconstruction,
                                            std::span<const Vec3> truth_points, const MeshErrorParams& params,
                                            const ParallelLoop& loop) {
   if (truth_points.empty()) return fail(ErrorCode::kInvalidValue, {}, "there is no true point to look for");
-  const auto surface = SurfaceDistance::build(reconstruction);
-  if (!surface) return forward_error(surface);
-  const std::vector<float> distances = surface->distances_m(truth_points, loop);
+  const auto found = distances_to_mesh_m(reconstruction, truth_points, loop);
+  if (!found) return forward_error(found);
+  const std::vector<float>& distances = *found;
   MeshCompleteness completeness;
   completeness.reached.reserve(distances.size());
   std::size_t reached = 0;

@@ -105,6 +105,23 @@ TEST(SurfaceDistance, MatchesBruteForceOnRandomTriangles) {
   }
 }
 
+TEST(SurfaceDistance, SearchingInPiecesFindsTheSameDistances) {
+  Rng rng(44);
+  TriangleMesh mesh = random_triangles(rng, 211);
+  mesh.triangles[40] = {0, 1, 99999};  // broken
+  std::vector<Vec3> points;
+  for (int i = 0; i < 500; ++i)
+    points.emplace_back(rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(-3, 3));
+  const ParallelLoop loop(2);
+  const std::vector<float> whole = SurfaceDistance::build(mesh)->distances_m(points, loop);
+  for (const std::size_t piece : {1u, 17u, 210u, 100000u}) {
+    const auto found = distances_to_mesh_m(mesh, points, loop, piece);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(*found, whole) << piece;
+  }
+  EXPECT_FALSE(distances_to_mesh_m(TriangleMesh{}, points, loop));
+}
+
 TEST(SurfaceDistance, SignsOfACubeIncludingEdgesAndCorners) {
   TriangleMesh cube;
   for (int i = 0; i < 8; ++i)

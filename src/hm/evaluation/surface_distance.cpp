@@ -101,9 +101,11 @@ void query(const EmbreeMesh& mesh, Search& search, double radius_m, RTCPointQuer
   rtcPointQuery(mesh.scene(), &point_query, &context, visit, &search);
 }
 
-/// The nearest triangle, starting from a guess that only makes it faster.
-NearestSearch nearest(const EmbreeMesh& mesh, const Vec3& p, std::uint32_t guess) {
-  NearestSearch search{mesh, p};
+/// The nearest triangle, starting from a guess that only makes it faster; those beyond the limit do not
+/// count.
+NearestSearch nearest(const EmbreeMesh& mesh, const Vec3& p, std::uint32_t guess,
+                      double limit_squared = std::numeric_limits<double>::infinity()) {
+  NearestSearch search{mesh, p, limit_squared};
   if (!p.allFinite()) return search;
   search.visit(guess);
   query(mesh, search, std::sqrt(search.best_squared), visit_nearest);
@@ -179,16 +181,22 @@ double SurfaceDistance::distance_m(const Vec3& p) const {
 
 std::vector<float> SurfaceDistance::distances_m(std::span<const Vec3> points,
                                                 const ParallelLoop& loop) const {
-  std::vector<float> distances(points.size());
+  std::vector<float> distances(points.size(), std::numeric_limits<float>::infinity());
+  lower_distances_m(points, distances, loop);
+  return distances;
+}
+
+void SurfaceDistance::lower_distances_m(std::span<const Vec3> points, std::span<float> distances_m,
+                                        const ParallelLoop& loop) const {
   loop.for_ranges(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::uint32_t guess = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const NearestSearch found = nearest(*impl_->mesh, points[i], guess);
+      const double limit = static_cast<double>(distances_m[i]);
+      const NearestSearch found = nearest(*impl_->mesh, points[i], guess, limit * limit);
       guess = found.best;
-      distances[i] = static_cast<float>(std::sqrt(found.best_squared));
+      distances_m[i] = std::min(distances_m[i], static_cast<float>(std::sqrt(found.best_squared)));
     }
   });
-  return distances;
 }
 
 std::vector<float> SurfaceDistance::signed_distances_m(std::span<const Vec3> points,
@@ -202,6 +210,54 @@ std::vector<float> SurfaceDistance::signed_distances_m(std::span<const Vec3> poi
       distances[i] = static_cast<float>(signed_closest(*impl_->mesh, points[i], found).signed_distance_m);
     }
   });
+  return distances;
+}
+
+namespace {
+
+/// Some of the triangles, with the vertices that they use.
+TriangleMesh piece_of(const TriangleMesh& mesh, std::size_t begin, std::size_t end,
+                      std::vector<std::uint32_t>& place) {
+  constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  place.assign(mesh.vertices.size(), kNone);
+  TriangleMesh piece;
+  for (std::size_t i = begin; i < end; ++i) {
+    std::array<std::uint32_t, 3> triangle{};
+    bool sound = true;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = mesh.triangles[i][corner];
+      sound = sound && vertex < place.size();
+      if (!sound) break;
+      if (place[vertex] == kNone) {
+        place[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
+        piece.vertices.push_back(mesh.vertices[vertex]);
+      }
+      triangle[corner] = place[vertex];
+    }
+    if (sound) piece.triangles.push_back(triangle);
+  }
+  return piece;
+}
+
+}  // namespace
+
+Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
+                                               const ParallelLoop& loop, std::size_t triangles_per_piece) {
+  std::vector<float> distances(points.size(), std::numeric_limits<float>::infinity());
+  std::vector<std::uint32_t> place;
+  bool any = false;
+  Error error{ErrorCode::kInvalidValue, "the mesh has no triangle", {}};
+  for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += triangles_per_piece) {
+    const std::size_t end = std::min(begin + triangles_per_piece, mesh.triangles.size());
+    const auto piece = SurfaceDistance::build(piece_of(mesh, begin, end, place));
+    if (!piece) {  // no usable triangle here, perhaps in another piece
+      error = piece.error();
+      continue;
+    }
+    any = true;
+    piece->lower_distances_m(points, distances, loop);
+  }
+  if (!any) return tl::make_unexpected(error);
   return distances;
 }
 

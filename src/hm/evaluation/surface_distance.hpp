@@ -39,6 +39,9 @@ class SurfaceDistance {
   [[nodiscard]] double distance_m(const Vec3& p) const;
   /// distance_m of many points; fast when neighbours in the list are neighbours in space.
   [[nodiscard]] std::vector<float> distances_m(std::span<const Vec3> points, const ParallelLoop& loop) const;
+  /// Lowers each of the distances to the point's distance to this mesh, where that is less.
+  void lower_distances_m(std::span<const Vec3> points, std::span<float> distances_m,
+                         const ParallelLoop& loop) const;
   [[nodiscard]] std::vector<float> signed_distances_m(std::span<const Vec3> points,
                                                       const ParallelLoop& loop) const;
 
@@ -47,5 +50,12 @@ class SurfaceDistance {
   explicit SurfaceDistance(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// The distance of each point to a mesh, as SurfaceDistance::distances_m, but with the search structure built
+/// for `triangles_per_piece` triangles at a time: a house at 2 cm has millions, and the whole structure would
+/// take more memory than the map. An error when no triangle is usable.
+Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
+                                               const ParallelLoop& loop,
+                                               std::size_t triangles_per_piece = 500'000);
 
 }  // namespace hm
