@@ -76,4 +76,12 @@ TriangleMesh DensePipeline::finished_mesh() {
   return clean_mesh(impl_->mesher.whole_mesh(), impl_->parameters.mesh);
 }
 
+TriangleMesh DensePipeline::take_finished_mesh() {
+  impl_->mesher.update(impl_->grid);
+  impl_->grid = Integrator::make_grid(impl_->parameters.tsdf);
+  TriangleMesh whole = impl_->mesher.whole_mesh();
+  impl_->mesher = IncrementalMesher(impl_->parameters.mesh, impl_->loop);
+  return clean_mesh(std::move(whole), impl_->parameters.mesh);
+}
+
 }  // namespace hm

@@ -43,6 +43,9 @@ class DensePipeline {
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.
   TriangleMesh finished_mesh();
+  /// The same, for the end of a run: gives the map's memory back before the whole mesh is made, so that a house
+  /// needs no more memory at its end than while it was scanned. The grid is empty afterwards.
+  TriangleMesh take_finished_mesh();
 
   [[nodiscard]] const VolumeGrid& grid() const;
   [[nodiscard]] const IncrementalMesher& mesher() const;

@@ -68,6 +68,8 @@ TEST(DensePipeline, RepeatedPosesOnlyRefine) {
   const TriangleMesh once = pipeline.finished_mesh();
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(pipeline.process(wall()).integrated);
   EXPECT_EQ(pipeline.finished_mesh().triangles, once.triangles);
+  EXPECT_EQ(pipeline.take_finished_mesh().triangles, once.triangles);
+  EXPECT_EQ(pipeline.grid().volume_count(), 0u);
 }
 
 TEST(DensePipeline, FarFromTheOriginIsRefusedNotMisplaced) {

@@ -129,7 +129,7 @@ Result<void> write_texts(const ReconstructionOptions& options, const ReportMater
 Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions& options,
                            ReconstructionSummary& summary) {
   say(options, "finishing the mesh");
-  const TriangleMesh mesh = pipeline.finished_mesh();
+  const TriangleMesh mesh = pipeline.take_finished_mesh();
   summary.vertices = mesh.vertices.size();
   summary.triangles = mesh.triangles.size();
   summary.bounds_m = bounds(mesh);
