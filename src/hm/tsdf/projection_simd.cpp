@@ -1,4 +1,6 @@
 // Voxel projection with vectors: compiled once per instruction set, chosen at run time (Highway).
+#include <hwy/cache_control.h>
+
 #include "hm/tsdf/projection_scan.hpp"
 #include "hm/tsdf/update_filters.hpp"
 
@@ -163,6 +165,10 @@ HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
   return found;
 }
 
+HWY_INLINE MF ColorLanes(const Constants& c, const Comparison& l) {
+  return hn::And(l.hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
+}
+
 /// The weight of observations, in 1/kWeightOne.
 HWY_INLINE VF WeightOf(const Constants& c, VF signed_depth, VF tau) {
   const MF at_edge = hn::Lt(signed_depth, c.zero);
@@ -186,12 +192,14 @@ struct Selection {
   HWY_ALIGN std::int32_t tile[kVolumeVoxels];  ///< for carving
   int first_voxel[kVolumeVoxels];
   int count = 0;
+  int colored_at[kVolumeVoxels];  ///< places of those that take colour
+  int colored_count = 0;
 };
 
 /// Second pass: observations and carving for the vector at place `at` of the selection.
 template <bool kCarving>
 HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
-                             const Selection& selection, int at, Tally& tally) {
+                             Selection& selection, int at, Tally& tally) {
   const DF d;
   const DI di;
   const DU du;
@@ -241,12 +249,27 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
     tally.changed_xy |= changed_bits << (first & 63);
     tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
   }
-  if (task.colors && any_hit) {
-    const MF colored = hn::And(l.hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
-    if (hn::AllFalse(d, colored)) return;
-    const VI pixel = hn::Load(di, selection.pixel + offset);
-    const VU rgb = GatherRgb(du, scan.rgb, hn::IfThenElseZero(hn::RebindMask(di, colored), pixel));
-    AddColors(reinterpret_cast<std::uint32_t*>(task.colors) + first, rgb, colored, scan.color_cap);
+  if (task.colors) {
+    hwy::Prefetch(task.colors + first);
+    selection.colored_at[selection.colored_count] = at;
+    selection.colored_count += hn::AllFalse(d, ColorLanes(c, l)) ? 0 : 1;
+  }
+}
+
+/// Third pass: colour, near the surface only.
+HWY_INLINE void UpdateColors(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                             const Selection& selection, Tally& tally) {
+  const DF d;
+  const DI di;
+  const DU du;
+  for (int i = 0; i < selection.colored_count; ++i) {
+    const int at = selection.colored_at[i];
+    const auto offset = at * static_cast<int>(hn::Lanes(d));
+    const MF colored = ColorLanes(
+        c, Compare(c, hn::Load(d, selection.signed_depth + offset), hn::Load(d, selection.z + offset)));
+    const VI pixel = hn::IfThenElseZero(hn::RebindMask(di, colored), hn::Load(di, selection.pixel + offset));
+    auto* words = reinterpret_cast<std::uint32_t*>(task.colors) + selection.first_voxel[at];
+    AddColors(words, GatherRgb(du, scan.rgb, pixel), colored, scan.color_cap);
     tally.update.colored += static_cast<std::uint32_t>(hn::CountTrue(d, colored));
   }
 }
@@ -316,6 +339,7 @@ HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& 
   Selection selection;
   Select<kCarving>(scan, c, task, selection);
   for (int at = 0; at < selection.count; ++at) UpdateVector<kCarving>(scan, c, task, selection, at, tally);
+  UpdateColors(scan, c, task, selection, tally);
 }
 
 VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {
