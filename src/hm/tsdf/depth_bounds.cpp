@@ -35,10 +35,10 @@ struct Boxes {
   VF x, y, z;  ///< centres
 };
 
-/// Where boxes fall along one axis of the picture: the tiles first ... last, in two windows of 2^level.
+/// Where boxes fall along one axis of the picture.
 struct Spans {
   MF visible;
-  VI level, first, second;
+  VI first, count;  ///< tiles
 };
 
 /// Every point of the box projects between lowest and highest X / Z for X and Z from their intervals.
@@ -61,13 +61,37 @@ HWY_INLINE Spans SpansOf(VF centre, float extent, VF per_nearest, VF per_farthes
   Spans spans;
   spans.visible = hn::And(hn::Ge(high_px, zero), hn::Lt(low_px, end_px));
   spans.first = tile(low_px);
-  const VI count = hn::Add(hn::Sub(tile(high_px), spans.first), hn::Set(di, 1));
-  const VI exponent = hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, count)));
-  spans.level = hn::Sub(exponent, hn::Set(di, 127));  // of the widest window that fits
-  spans.second =
-      hn::Sub(hn::Add(spans.first, count),
-              hn::Shl(hn::Set(di, 1), hn::Min(spans.level, hn::Set(di, DepthBounds::kLevels - 1))));
+  spans.count = hn::Add(hn::Sub(tile(high_px), spans.first), hn::Set(di, 1));
   return spans;
+}
+
+/// Entries of the two windows that cover rectangles of tiles, and which rectangles are too large for them.
+struct WindowPairs {
+  VI left, right;
+  MF too_large;
+};
+
+HWY_INLINE WindowPairs WindowsFor(const DepthBounds& bounds, const Spans& x, const Spans& y) {
+  const DF d;
+  const DI di;
+  const VI one = hn::Set(di, 1);
+  // The widest power of two that fits (from the exponent of a float), the lowest height that suffices.
+  const VI exponent = hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, x.count)));
+  const VI wanted = hn::Sub(exponent, hn::Set(di, 127));
+  const VI last = hn::Set(di, DepthBounds::kWidths - 1), width = hn::Min(wanted, last);
+  VI height = hn::Zero(di);
+  for (std::size_t i = 0; i + 1 < DepthBounds::kHeights.size(); ++i) {
+    const auto lower = hn::Gt(y.count, hn::Set(di, DepthBounds::kHeights[i]));
+    height = hn::Add(height, hn::IfThenElseZero(lower, one));
+  }
+  const VI level = hn::Add(hn::Mul(height, hn::Set(di, DepthBounds::kWidths)), width);
+  const VI row = hn::Add(hn::Mul(level, hn::Set(di, bounds.tiles_y)), y.first);
+  WindowPairs pairs;
+  pairs.left = hn::Add(hn::Mul(row, hn::Set(di, bounds.tiles_x)), x.first);
+  pairs.right = hn::Add(pairs.left, hn::Sub(x.count, hn::Shl(one, width)));
+  pairs.too_large = hn::RebindMask(
+      d, hn::Or(hn::Gt(wanted, last), hn::Gt(y.count, hn::Set(di, DepthBounds::kHeights.back()))));
+  return pairs;
 }
 
 struct Verdicts {
@@ -88,18 +112,9 @@ HWY_INLINE Verdicts Judge(const DepthBounds& bounds, const Boxes& boxes, const E
                           bounds.size_px[0], bounds.tiles_x);
   const Spans y = SpansOf(boxes.y, extent[1], per_nearest, per_farthest, bounds.principal_px[1],
                           bounds.size_px[1], bounds.tiles_y);
-  const VI last_level = hn::Set(di, DepthBounds::kLevels - 1);
-  const VI level = hn::Add(hn::Mul(hn::Min(y.level, last_level), hn::Set(di, DepthBounds::kLevels)),
-                           hn::Min(x.level, last_level));
-  const VI base = hn::Mul(level, hn::Set(di, bounds.tiles_x * bounds.tiles_y));
-  const VI width = hn::Set(di, bounds.tiles_x);
-  const VI row0 = hn::Add(base, hn::Mul(y.first, width)), row1 = hn::Add(base, hn::Mul(y.second, width));
-  const std::uint32_t* w = bounds.windows.data();
-  const VU upper = MinOfHalves(hn::GatherIndex(du, w, hn::Add(row0, x.first)),
-                               hn::GatherIndex(du, w, hn::Add(row0, x.second)));
-  const VU lower = MinOfHalves(hn::GatherIndex(du, w, hn::Add(row1, x.first)),
-                               hn::GatherIndex(du, w, hn::Add(row1, x.second)));
-  const VU band = MinOfHalves(upper, lower);
+  const WindowPairs pairs = WindowsFor(bounds, x, y);
+  const VU band = MinOfHalves(hn::GatherIndex(du, bounds.windows.data(), pairs.left),
+                              hn::GatherIndex(du, bounds.windows.data(), pairs.right));
   const VF scale = hn::Set(d, bounds.units_per_m);
   const VF near_m = hn::ConvertTo(d, hn::BitCast(di, hn::And(band, hn::Set(du, 0xffffu))));
   const VF far_m = hn::Sub(hn::Set(d, 65535.0f), hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<16>(band))));
@@ -107,7 +122,7 @@ HWY_INLINE Verdicts Judge(const DepthBounds& bounds, const Boxes& boxes, const E
   const VF first = hn::Min(hn::Mul(nearest, scale), hn::Set(d, 65535.0f));  // where the open has no end
   // Too near or too large to tell: anything that may be in sight.
   const MF too_near = hn::Lt(nearest, limit);
-  const MF unknown = hn::Or(too_near, hn::RebindMask(d, hn::Gt(hn::Max(x.level, y.level), last_level)));
+  const MF unknown = hn::Or(too_near, pairs.too_large);
   const MF in_sight = hn::And(hn::Gt(farthest, hn::Zero(d)), hn::Or(too_near, hn::And(x.visible, y.visible)));
   const MF before_end = hn::Le(first, far_m);
   return {hn::And(in_sight, hn::Or(unknown, hn::And(before_end, hn::Ge(last, near_m)))),
@@ -135,14 +150,14 @@ PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
   return masks;
 }
 
-/// Out of windows at `from`, those that reach `step` entries further.
+/// Out of windows at `from`, those that reach `step` entries further, cut off at the last entry.
 void Widen(const std::uint32_t* from, std::size_t step, std::size_t count, std::uint32_t* to) {
   const DU du;
   std::size_t i = 0;
   for (; i + step + hn::Lanes(du) <= count; i += hn::Lanes(du))
     hn::StoreU(MinOfHalves(hn::LoadU(du, from + i), hn::LoadU(du, from + i + step)), du, to + i);
   for (; i < count; ++i) {
-    const std::uint32_t a = from[i], b = from[std::min(i + step, count - 1)];
+    const std::uint32_t a = from[i], b = i + step < count ? from[i + step] : a;
     to[i] = std::min(a & 0xffffu, b & 0xffffu) | std::min(a & 0xffff0000u, b & 0xffff0000u);
   }
 }
@@ -193,18 +208,25 @@ void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, 
   }
   half_extent = (step.cwiseAbs() * Vec3(1.5, 0.5, 0.0)).cast<float>();
 
-  const std::size_t width = static_cast<std::size_t>(tiles_x),
-                    size = width * static_cast<std::size_t>(tiles_y);
-  windows.resize(size * kLevels * kLevels);
   const float farthest = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end());
   units_per_m = 65000.0f / (std::max(farthest, 0.0f) + scan.truncation.max_m);
-  fill_bands(depth, scan.truncation, units_per_m, windows.data());
-  const auto level = [&](std::size_t i, std::size_t j) { return windows.data() + (j * kLevels + i) * size; };
+  fill_windows(depth);
+}
+
+void DepthBounds::fill_windows(const PreparedDepth& depth) {
+  const auto width = static_cast<std::size_t>(tiles_x), size = depth.tile_min_m.size();
+  windows.resize(size * kWidths * kHeights.size());
+  fill_bands(depth, scan_.truncation, units_per_m, windows.data());
+  const auto level = [&](std::size_t i, std::size_t j) { return windows.data() + (j * kWidths + i) * size; };
   const auto widen = HWY_DYNAMIC_DISPATCH(Widen);
-  for (std::size_t i = 1; i < kLevels; ++i)
+  for (std::size_t i = 1; i < kWidths; ++i)
     widen(level(i - 1, 0), std::size_t{1} << (i - 1), size, level(i, 0));
-  for (std::size_t j = 1; j < kLevels; ++j)
-    for (std::size_t i = 0; i < kLevels; ++i) widen(level(i, j - 1), width << (j - 1), size, level(i, j));
+  for (std::size_t j = 1; j < kHeights.size(); ++j) {
+    std::size_t from = j - 1;  // the lowest from which two make this height
+    while (from > 0 && 2 * kHeights[from - 1] >= kHeights[j]) --from;
+    const auto step = width * static_cast<std::size_t>(kHeights[j] - kHeights[from]);
+    for (std::size_t i = 0; i < kWidths; ++i) widen(level(i, from), step, size, level(i, j));
+  }
 }
 
 PartMasks DepthBounds::parts_of(VolumeKey key) const {

@@ -14,8 +14,8 @@ namespace hm {
 /// A part is a group of 16 voxels that are stored together (8 along x, 2 along y): 32 of them in a volume.
 /// Its two halves (4 x 2 voxels) are bounded one by one: the box around a half's voxel centres falls into a
 /// rectangle of the picture, and the rectangle's tiles show truncation bands [near, far]. The extremes over
-/// any rectangle of tiles come from four overlapping windows whose sides are powers of two, all of which are
-/// set up beforehand (a sparse table of range minima in two dimensions).
+/// any rectangle of tiles come from two windows beside each other, widths being powers of two and heights
+/// from kHeights, all of which are set up beforehand (after the sparse table of range minima).
 class DepthBounds {
  public:
   /// Refers to nothing of its arguments afterwards.
@@ -26,9 +26,11 @@ class DepthBounds {
   [[nodiscard]] PartMasks parts_of(VolumeKey key) const;
 
   // For the vector code:
-  static constexpr int kLevels = 5;  ///< window sides of 1, 2, ... 16 tiles
+  static constexpr int kWidths = 5;  ///< of windows: 1, 2, ... 16 tiles
+  static constexpr std::array kHeights{1, 2, 3, 4, 6, 8, 12, 16};
   /// Band extremes: near in the low half, 65535 - far in the high half, so that both are minima; window
-  /// (2^i x 2^j tiles) at (x, y) is entry ((j * kLevels + i) * tiles_y + y) * tiles_x + x.
+  /// (2^i x kHeights[j] tiles, cut off at the last row) at (x, y) is entry ((j * kWidths + i) * tiles_y + y)
+  /// * tiles_x + x.
   std::vector<std::uint32_t> windows;
   int tiles_x = 0, tiles_y = 0;
   float units_per_m = 0;  ///< of the bands in `windows`
@@ -40,6 +42,8 @@ class DepthBounds {
   Eigen::Vector2f size_px = Eigen::Vector2f::Zero();
 
  private:
+  void fill_windows(const PreparedDepth& depth);
+
   ProjectionScan scan_;
 };
 
