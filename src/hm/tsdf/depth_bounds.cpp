@@ -138,14 +138,14 @@ HWY_INLINE std::uint32_t MaskBits(MF mask) {
 PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
   const DF d;
   PartMasks masks{0, 0};
-  for (std::size_t i = 0; i < 64; i += hn::Lanes(d)) {
+  for (std::size_t i = 0; i < 32; i += hn::Lanes(d)) {
     const auto along = [&](std::size_t axis) HWY_ATTR {
       return hn::Add(hn::Set(d, origin[static_cast<Eigen::Index>(axis)]),
-                     hn::Load(d, bounds.half_centre[axis].data() + i));
+                     hn::Load(d, bounds.part_centre[axis].data() + i));
     };
-    const Verdicts verdicts = Judge(bounds, {along(0), along(1), along(2)}, bounds.half_extent);
-    masks.in_band |= MaskBits(verdicts.in_band) << (i & 31);
-    masks.in_front |= MaskBits(verdicts.in_front) << (i & 31);
+    const Verdicts verdicts = Judge(bounds, {along(0), along(1), along(2)}, bounds.part_extent);
+    masks.in_band |= MaskBits(verdicts.in_band) << i;
+    masks.in_front |= MaskBits(verdicts.in_front) << i;
   }
   return masks;
 }
@@ -199,14 +199,13 @@ void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, 
   Mat3 step = scan.H * scan.voxel_size_m;  // without the principal point
   step.row(0) -= camera.cx * step.row(2);
   step.row(1) -= camera.cy * step.row(2);
-  for (std::size_t i = 0; i < 64; ++i) {
-    const std::size_t part = i % 32;
-    const Vec3 centre = step * Vec3(i < 32 ? 1.5 : 5.5, 2.0 * static_cast<double>(part % 4) + 0.5,
-                                    static_cast<double>(part / 4));
+  for (std::size_t part = 0; part < 32; ++part) {
+    const Vec3 centre =
+        step * Vec3(3.5, 2.0 * static_cast<double>(part % 4) + 0.5, static_cast<double>(part / 4));
     for (std::size_t axis = 0; axis < 3; ++axis)
-      half_centre[axis][i] = static_cast<float>(centre[static_cast<Eigen::Index>(axis)]);
+      part_centre[axis][part] = static_cast<float>(centre[static_cast<Eigen::Index>(axis)]);
   }
-  half_extent = (step.cwiseAbs() * Vec3(1.5, 0.5, 0.0)).cast<float>();
+  part_extent = (step.cwiseAbs() * Vec3(3.5, 0.5, 0.0)).cast<float>();
 
   const float farthest = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end());
   units_per_m = 65000.0f / (std::max(farthest, 0.0f) + scan.truncation.max_m);

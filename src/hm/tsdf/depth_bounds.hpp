@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "hm/core/check.hpp"
 #include "hm/tsdf/projection_scan.hpp"
 
 namespace hm {
@@ -12,10 +11,10 @@ namespace hm {
 /// without looking at a pixel; always on the safe side.
 ///
 /// A part is a group of 16 voxels that are stored together (8 along x, 2 along y): 32 of them in a volume.
-/// Its two halves (4 x 2 voxels) are bounded one by one: the box around a half's voxel centres falls into a
-/// rectangle of the picture, and the rectangle's tiles show truncation bands [near, far]. The extremes over
-/// any rectangle of tiles come from two windows beside each other, widths being powers of two and heights
-/// from kHeights, all of which are set up beforehand (after the sparse table of range minima).
+/// The box around a part's voxel centres falls into a rectangle of the picture, and the rectangle's tiles
+/// show truncation bands [near, far]. The extremes over any rectangle of tiles come from two windows beside
+/// each other, widths being powers of two and heights from kHeights, all of which are set up beforehand
+/// (after the sparse table of range minima).
 class DepthBounds {
  public:
   /// Refers to nothing of its arguments afterwards.
@@ -34,10 +33,10 @@ class DepthBounds {
   std::vector<std::uint32_t> windows;
   int tiles_x = 0, tiles_y = 0;
   float units_per_m = 0;  ///< of the bands in `windows`
-  /// Centres of the parts' halves (all left ones, then all right ones), relative to the volume's first voxel:
-  /// pixels from the principal point times metres, metres.
-  alignas(64) std::array<std::array<float, 64>, 3> half_centre{};
-  Eigen::Vector3f half_extent = Eigen::Vector3f::Zero();  ///< of a part's half, likewise
+  /// Centres of the parts relative to the volume's first voxel: pixels from the principal point times metres,
+  /// the same, metres.
+  alignas(64) std::array<std::array<float, 32>, 3> part_centre{};
+  Eigen::Vector3f part_extent = Eigen::Vector3f::Zero();  ///< half of a part's size, likewise
   Eigen::Vector2f principal_px = Eigen::Vector2f::Zero();
   Eigen::Vector2f size_px = Eigen::Vector2f::Zero();
 

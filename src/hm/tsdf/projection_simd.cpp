@@ -2,87 +2,18 @@
 #include <hwy/cache_control.h>
 
 #include "hm/tsdf/projection_scan.hpp"
-#include "hm/tsdf/update_filters.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/projection_simd.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "hm/tsdf/update_filters-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using VU = hn::Vec<DU>;
-using MF = hn::Mask<DF>;
-
-/// filter_step() of update_filters.hpp.
-HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
-  const VF step = hn::ConvertTo(df, hn::NearestInt(hn::Mul(difference, gain)));
-  const VF one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df);
-  VF nudge = hn::IfThenElseZero(hn::Ge(difference, half), one);
-  nudge = hn::IfThenElse(hn::Le(difference, hn::Neg(half)), hn::Neg(one), nudge);
-  return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
-}
-
-/// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
-HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
-  const DI di;
-  const VI offset = hn::Add(hn::Add(pixel, pixel), pixel);
-#if HWY_TARGET <= HWY_AVX2 && HWY_TARGET >= HWY_AVX3_DL
-  const VI packed = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(rgb), offset);
-  return hn::And(hn::BitCast(du, packed), hn::Set(du, 0xffffffu));
-#else
-  HWY_ALIGN std::int32_t offsets[16];
-  HWY_ALIGN std::uint32_t colors[16];
-  hn::Store(offset, di, offsets);
-  for (std::size_t i = 0; i < hn::Lanes(du); ++i) {
-    const std::uint8_t* p = rgb + offsets[i];
-    colors[i] = static_cast<std::uint32_t>(p[0]) | static_cast<std::uint32_t>(p[1]) << 8u |
-                static_cast<std::uint32_t>(p[2]) << 16u;
-  }
-  return hn::Load(du, colors);
-#endif
-}
-
-/// add_color() of update_filters.hpp for the lanes of `mask`: two 16-bit channels at a time.
-#if HWY_TARGET == HWY_SCALAR  // one lane, which cannot be split
-HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
-  if (hn::AllTrue(DF(), mask)) *voxels = add_color({*voxels}, hn::GetLane(rgb), cap).bits;
-}
-#else
-HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
-  const DF df;
-  const DI di;
-  const DU du;
-  const hn::Repartition<std::int16_t, DU> d16;
-  const VU old = hn::Load(du, voxels);
-  const VU one = hn::Set(du, 1), even = hn::Set(du, 0x00ff00ffu);
-  const VU next_weight = hn::Add(hn::ShiftRight<24>(old), one);
-  const VI gain =
-      hn::NearestInt(hn::Div(hn::Set(df, 16384.0f), hn::ConvertTo(df, hn::BitCast(di, next_weight))));
-  const auto gains = hn::BitCast(d16, hn::Or(gain, hn::ShiftLeft<16>(gain)));
-  const auto unit = hn::Set(d16, 1);
-  const auto moved = [&](VU from_old, VU from_new) HWY_ATTR {
-    const auto mean = hn::BitCast(d16, hn::And(from_old, even));
-    const auto difference = hn::Sub(hn::BitCast(d16, hn::And(from_new, even)), mean);
-    const auto step = hn::MulFixedPoint15(hn::Add(difference, difference), gains);
-    const auto nudge = hn::Max(hn::Min(difference, unit), hn::Neg(unit));
-    return hn::BitCast(du, hn::Add(mean, hn::IfThenElse(hn::Eq(step, hn::Zero(d16)), nudge, step)));
-  };
-  const VU red_blue = moved(old, rgb);
-  const VU green = hn::And(moved(hn::ShiftRight<8>(old), hn::ShiftRight<8>(rgb)), hn::Set(du, 0xffu));
-  const VU weight = hn::ShiftLeft<24>(hn::Min(next_weight, hn::Set(du, cap)));
-  const VU bits = hn::Or(hn::Or(red_blue, hn::ShiftLeft<8>(green)), weight);
-  hn::Store(hn::IfThenElse(hn::RebindMask(du, mask), bits, old), du, voxels);
-}
-#endif
 
 /// The scan's constants as vectors.
 struct Constants {
