@@ -8,6 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "hm/tsdf/projection_lookup-inl.hpp"
 #include "hm/tsdf/update_filters-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -15,97 +16,12 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The scan's constants as vectors.
-struct Constants {
-  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator,
-      edge_weight_numerator, margin;
-  VF units_per_m, weight_cap, color_band, carving_factor;
-  VI width, tiles_x;
-  bool fixed_truncation;  ///< and so are the weights
-  VF fixed_weight, fixed_edge_weight;
-  explicit HWY_INLINE Constants(const ProjectionScan& s) {
-    const DF d;
-    const DI di;
-    half_below = hn::Set(d, -0.5f);
-    max_u = hn::Set(d, s.max_u);
-    max_v = hn::Set(d, s.max_v);
-    zero = hn::Zero(d);
-    quadratic = hn::Set(d, s.truncation.quadratic);
-    linear = hn::Set(d, s.truncation.linear);
-    constant = hn::Set(d, s.truncation.constant);
-    min_tau = hn::Set(d, s.truncation.min_m);
-    max_tau = hn::Set(d, s.truncation.max_m);
-    weight_numerator = hn::Set(d, s.weight_numerator);
-    edge_weight_numerator = hn::Set(d, s.edge_weight_numerator);
-    margin = hn::Set(d, s.carving_margin_m);
-    units_per_m = hn::Set(d, s.sdf_units_per_m);
-    weight_cap = hn::Set(d, s.weight_cap);
-    color_band = hn::Set(d, s.color_band_m);
-    carving_factor = hn::Set(d, s.carving_factor);
-    width = hn::Set(di, s.width);
-    tiles_x = hn::Set(di, s.tiles_x);
-    fixed_truncation = s.truncation.min_m == s.truncation.max_m;
-    fixed_weight = hn::ConvertTo(d, hn::NearestInt(hn::Div(weight_numerator, min_tau)));
-    fixed_edge_weight = hn::ConvertTo(d, hn::NearestInt(hn::Div(edge_weight_numerator, min_tau)));
-  }
-};
-
 HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
   std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(d, mask, bytes);
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < (hn::Lanes(d) + 7) / 8; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
   return bits;
-}
-
-/// Where the voxels of a vector fall, and the readings there: 0 for none, negative at edges.
-struct Lookups {
-  VI column, row, pixel;
-  VF signed_depth;
-};
-
-HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx, VF hy, VF hz) {
-  const DF d;
-  Lookups l;
-  const VF inverse = hn::Div(hn::Set(d, 1.0f), hz);
-  const VF u = hn::Mul(hx, inverse), v = hn::Mul(hy, inverse);
-  const MF inside = hn::And(hn::And(hn::Gt(hz, c.zero), hn::And(hn::Ge(u, c.half_below), hn::Lt(u, c.max_u))),
-                            hn::And(hn::Ge(v, c.half_below), hn::Lt(v, c.max_v)));
-  l.column = hn::NearestInt(hn::IfThenElseZero(inside, u));
-  l.row = hn::NearestInt(hn::IfThenElseZero(inside, v));
-  l.pixel = hn::Add(hn::Mul(l.row, c.width), l.column);
-  l.signed_depth = hn::IfThenElseZero(inside, hn::GatherIndex(d, scan.depth_m, l.pixel));
-  return l;
-}
-
-/// How voxels at depth z lie to their readings.
-struct Comparison {
-  VF u, tau;       ///< in front by u; truncation
-  MF hit, beyond;  ///< in the truncation band; in front of it by more than the margin
-};
-
-HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
-  const VF depth = hn::Abs(signed_depth);
-  const VF polynomial = hn::Add(hn::Mul(hn::Add(hn::Mul(c.quadratic, depth), c.linear), depth), c.constant);
-  Comparison found;
-  found.u = hn::Sub(depth, z);
-  found.tau = hn::Min(hn::Max(polynomial, c.min_tau), c.max_tau);
-  const MF valid = hn::Gt(depth, c.zero);
-  found.hit = hn::And(valid, hn::And(hn::Ge(found.u, hn::Neg(found.tau)), hn::Le(found.u, found.tau)));
-  found.beyond = hn::And(valid, hn::Gt(found.u, hn::Add(found.tau, c.margin)));
-  return found;
-}
-
-HWY_INLINE MF ColorLanes(const Constants& c, const Comparison& l) {
-  return hn::And(l.hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
-}
-
-/// The weight of observations, in 1/kWeightOne.
-HWY_INLINE VF WeightOf(const Constants& c, VF signed_depth, VF tau) {
-  const MF at_edge = hn::Lt(signed_depth, c.zero);
-  if (c.fixed_truncation) return hn::IfThenElse(at_edge, c.fixed_edge_weight, c.fixed_weight);
-  const VF numerator = hn::IfThenElse(at_edge, c.edge_weight_numerator, c.weight_numerator);
-  return hn::ConvertTo(DF(), hn::NearestInt(hn::Div(numerator, tau)));
 }
 
 /// What has been found out about one volume so far.
@@ -133,46 +49,33 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
                              Selection& selection, int at, Tally& tally) {
   const DF d;
   const DI di;
-  const DU du;
   const int first = selection.first_voxel[at];
   const auto offset = at * static_cast<int>(hn::Lanes(d));
   const VF z = hn::Load(d, selection.z + offset), signed_depth = hn::Load(d, selection.signed_depth + offset);
   const Comparison l = Compare(c, signed_depth, z);
   auto* words = reinterpret_cast<std::int32_t*>(task.voxels) + first;
   const VI bits = hn::Load(di, words);
-  const VI sdf = hn::ShiftRight<16>(hn::ShiftLeft<16>(bits));
-  const VI weight = hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits)));
+  const VF observation = WeightOf(c, signed_depth, l.tau);
   VI result = bits;
   MF changed = l.hit;
-  const VF observation = WeightOf(c, signed_depth, l.tau);
-  const bool any_hit = !hn::AllFalse(d, l.hit);
-  if (any_hit) {
-    const VF sample =
-        hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(l.hit, hn::Mul(l.u, c.units_per_m))));
-    const VF mean = hn::ConvertTo(d, sdf), old_weight = hn::ConvertTo(d, weight);
-    const VF new_weight = hn::Add(old_weight, observation);
-    const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), hn::Div(observation, new_weight)));
-    const VI moved_sdf = hn::ConvertTo(di, moved);
-    const VI new_bits = hn::Or(hn::And(moved_sdf, hn::Set(di, 0xffff)),
-                               hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, c.weight_cap))));
-    result = hn::IfThenElse(hn::RebindMask(di, l.hit), new_bits, result);
-    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, hn::Le(moved, c.zero)));
+  if (!hn::AllFalse(d, l.hit)) {
+    const VF in_units = hn::IfThenElseZero(l.hit, hn::Mul(l.u, c.units_per_m));
+    const VI observed =
+        AddObservation(bits, hn::ConvertTo(d, hn::NearestInt(in_units)), observation, c.weight_cap);
+    result = hn::IfThenElse(hn::RebindMask(di, l.hit), observed, result);
+    const MF interior = hn::RebindMask(d, hn::Lt(hn::ShiftLeft<16>(observed), hn::Set(di, 1)));
+    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, interior));
     tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
   }
   if constexpr (kCarving) {
-    const VI zero_i = hn::Zero(di);
-    const MF stale = hn::RebindMask(d, hn::And(hn::Gt(weight, zero_i), hn::Lt(sdf, hn::Set(di, 1))));
-    MF beyond = hn::And(l.beyond, stale);
-    if (!hn::AllFalse(d, beyond)) {
+    MF carved = hn::And(l.beyond, StaleLanes(bits));
+    if (!hn::AllFalse(d, carved)) {
       const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
-      beyond = hn::And(beyond, hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
+      carved = hn::And(carved, hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
       const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
-      const VF left = hn::Sub(hn::ConvertTo(d, weight), taken);
-      const VI kept = hn::Or(hn::And(sdf, hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::ConvertTo(di, left)));
-      const VI carved = hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, c.zero)), kept);
-      result = hn::IfThenElse(hn::RebindMask(di, beyond), carved, result);
-      changed = hn::Or(changed, beyond);
-      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, beyond));
+      result = hn::IfThenElse(hn::RebindMask(di, carved), TakeWeight(bits, taken), result);
+      changed = hn::Or(changed, carved);
+      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, carved));
     }
   }
   hn::Store(result, di, words);
@@ -205,14 +108,8 @@ HWY_INLINE void UpdateColors(const ProjectionScan& scan, const Constants& c, con
   }
 }
 
-/// The voxels of a vector that could be carved: known, on or behind a surface.
-HWY_INLINE MF StaleLanes(const TsdfVoxel* voxels) {
-  const DI di;
-  const DU du;
-  const VI bits = hn::Load(di, reinterpret_cast<const std::int32_t*>(voxels));
-  const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
-  return hn::RebindMask(DF(),
-                        hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+HWY_INLINE VI LoadWords(const TsdfVoxel* voxels) {
+  return hn::Load(DI(), reinterpret_cast<const std::int32_t*>(voxels));
 }
 
 /// Of `parts`, those that hold something that could be carved.
@@ -222,7 +119,8 @@ HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts
   for (; parts != 0; parts &= parts - 1) {
     const auto part = hwy::Num0BitsBelowLS1Bit_Nonzero32(parts);
     for (std::size_t i = 0; i < 16; i += hn::Lanes(d))
-      stale |= static_cast<std::uint32_t>(!hn::AllFalse(d, StaleLanes(voxels + 16 * part + i))) << part;
+      stale |= static_cast<std::uint32_t>(!hn::AllFalse(d, StaleLanes(LoadWords(voxels + 16 * part + i))))
+               << part;
   }
   return stale;
 }
@@ -256,7 +154,7 @@ HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const Pro
       if constexpr (kCarving) {
         const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
         hn::Store(tile, di, selection.tile + offset);
-        kept |= !hn::AllFalse(d, hn::And(found.beyond, StaleLanes(task.voxels + first)));
+        kept |= !hn::AllFalse(d, hn::And(found.beyond, StaleLanes(LoadWords(task.voxels + first))));
       }
       selection.first_voxel[selection.count] = first;
       selection.count += kept ? 1 : 0;

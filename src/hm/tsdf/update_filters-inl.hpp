@@ -33,6 +33,39 @@ HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
   return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
 }
 
+/// add_observation() of update_filters.hpp on voxels' bits.
+HWY_INLINE VI AddObservation(VI bits, VF sample, VF observation, VF cap) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const VF mean = hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(bits)));
+  const VF old_weight = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits))));
+  const VF new_weight = hn::Add(old_weight, observation);
+  const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), hn::Div(observation, new_weight)));
+  return hn::Or(hn::And(hn::ConvertTo(di, moved), hn::Set(di, 0xffff)),
+                hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, cap))));
+}
+
+/// take_weight() of update_filters.hpp on voxels' bits.
+HWY_INLINE VI TakeWeight(VI bits, VF taken) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const VI weight = hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits)));
+  const VF left = hn::Sub(hn::ConvertTo(d, weight), taken);
+  const VI kept = hn::Or(hn::And(bits, hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::ConvertTo(di, left)));
+  return hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, hn::Zero(d))), kept);
+}
+
+/// The voxels that could be carved: known, on or behind a surface.
+HWY_INLINE MF StaleLanes(VI bits) {
+  const DI di;
+  const DU du;
+  const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
+  return hn::RebindMask(DF(),
+                        hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+}
+
 /// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
 HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
   const DI di;
