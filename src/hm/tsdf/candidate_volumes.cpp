@@ -21,21 +21,31 @@ void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& came
            static_cast<int>(std::floor(at.z()))};
   origin_ << (at - Vec3(base_.x, base_.y, base_.z)).cast<float>().array(), 0.0f;
   corners_x_ = depth.tiles_x + 1;
-  rays_.clear();
-  for (int y = 0; y <= depth.tiles_y; ++y)
-    for (int x = 0; x <= depth.tiles_x; ++x) {
-      // Pixel cells reach half a pixel beyond centres, which is where rounding to pixels cuts.
-      const Vec2 corner(std::min(x * kTileSide, camera.width) - 0.5,
-                        std::min(y * kTileSide, camera.height) - 0.5);
-      Eigen::Array4f ray;
-      ray << (T_world_camera.rotation() * camera.unproject(corner, 1.0) / volume_size).cast<float>().array(),
-          0.0f;
-      rays_.push_back(ray);
-    }
+  place_rays(depth, camera, T_world_camera.rotation() / volume_size);
   place_bitmap(depth, truncation.max_m);
   for (int y = 0; y < depth.tiles_y; y += 2)
     for (int x = 0; x < depth.tiles_x; x += 2) mark_quad(depth, x, y);
   collect(keys);
+}
+
+/// Rays through the corners of tiles: without distortion they are a sum of a column's and a row's share.
+void CandidateFinder::place_rays(const PreparedDepth& depth, const PinholeCamera& camera,
+                                 const Mat3& R_world_camera_per_m) {
+  const auto share = [&](int axis, double per_px) {
+    Eigen::Array4f ray;
+    ray << (R_world_camera_per_m.col(axis) * per_px).cast<float>().array(), 0.0f;
+    return ray;
+  };
+  // Pixel cells reach half a pixel beyond centres, which is where rounding to pixels cuts.
+  columns_.clear();
+  for (int x = 0; x <= depth.tiles_x; ++x)
+    columns_.push_back(share(0, (std::min(x * kTileSide, camera.width) - 0.5 - camera.cx) / camera.fx));
+  rays_.clear();
+  for (int y = 0; y <= depth.tiles_y; ++y) {
+    const Eigen::Array4f row =
+        share(1, (std::min(y * kTileSide, camera.height) - 0.5 - camera.cy) / camera.fy) + share(2, 1.0);
+    for (const Eigen::Array4f& column : columns_) rays_.push_back(row + column);
+  }
 }
 
 /// Lays the bitmap over the box of the part of the frustum that has readings.
@@ -150,11 +160,13 @@ void CandidateFinder::mark_box(const Eigen::Array4f& low, const Eigen::Array4f& 
   const int x0 = std::max(from[0], 0), x1 = std::min(to[0], size_x_ - 1);
   const int y0 = std::max(from[1], 0), y1 = std::min(to[1], size_y_ - 1);
   const int z0 = std::max(from[2], 0), z1 = std::min(to[2], size_z_ - 1);
-  for (int z = z0; z <= z1; ++z)
-    for (int y = y0; y <= y1; ++y) {
-      std::uint64_t* row = bitmap_.data() + static_cast<std::ptrdiff_t>(z * size_y_ + y) * words_x_;
-      for (int x = x0; x <= x1; ++x) row[x >> 6] |= std::uint64_t{1} << (x & 63);
-    }
+  for (int word = x0 >> 6; word <= x1 >> 6; ++word) {
+    const int first = std::max(x0 - 64 * word, 0), last = std::min(x1 - 64 * word, 63);
+    const std::uint64_t bits = (~std::uint64_t{0} >> (63 - last)) & (~std::uint64_t{0} << first);
+    for (int z = z0; z <= z1; ++z)
+      for (int y = y0; y <= y1; ++y)
+        bitmap_[static_cast<std::size_t>((z * size_y_ + y) * words_x_ + word)] |= bits;
+  }
 }
 
 void CandidateFinder::collect(std::vector<VolumeKey>& keys) {

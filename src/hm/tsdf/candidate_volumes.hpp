@@ -22,6 +22,7 @@ class CandidateFinder {
   struct Segment {
     float near_m, far_m;
   };
+  void place_rays(const PreparedDepth& depth, const PinholeCamera& camera, const Mat3& R_world_camera_per_m);
   void place_bitmap(const PreparedDepth& depth, float widest_m);
   void mark_quad(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
@@ -37,8 +38,9 @@ class CandidateFinder {
   TruncationModel truncation_;
   // Four numbers each, the last unused: one vector register.
   Eigen::Array4f origin_ = Eigen::Array4f::Zero();  ///< camera, in volumes, relative to base_
-  std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>>
-      rays_;  ///< at tile corners, volumes per metre
+  using Rays = std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>>;
+  Rays rays_;  ///< at tile corners, volumes per metre
+  Rays columns_;
   int corners_x_ = 0;
   float volume_size_m_ = 1;
   VolumeKey base_;  ///< of bit 0

@@ -1,4 +1,4 @@
-// Bounds for the parts of a volume: the 32 parts at once, with vectors (Highway).
+// Bounds for the parts of a volume, with vectors (Highway): compiled once per instruction set.
 #include "hm/tsdf/depth_bounds.hpp"
 
 #include <algorithm>
@@ -14,42 +14,152 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-PartMasks PartsOf(const DepthBounds& bounds, const DepthBounds::Level& level, const Eigen::Vector3f& origin) {
-  const hn::CappedTag<float, 16> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  constexpr float kSlackM = 1e-4f;
-  const auto half_z = hn::Set(d, bounds.part_half[2] + kSlackM);
-  const auto lowest = hn::Set(di, 0);
-  const auto last_column = hn::Set(di, bounds.stride - 1), last_row = hn::Set(di, bounds.rows - 1);
-  const auto pad = hn::Set(di, DepthBounds::kPad), stride = hn::Set(di, bounds.stride);
-  const auto far_out = hn::Set(d, 1e5f);
+using DF = hn::CappedTag<float, 16>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using VF = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using VU = hn::Vec<DU>;
+using MF = hn::Mask<DF>;
+
+/// Windows: each half of a word takes the smaller one.
+HWY_INLINE VU MinOfHalves(VU a, VU b) {
+  const DU du;
+  const VU low = hn::Set(du, 0xffffu);
+  const VU lows = hn::Min(hn::And(a, low), hn::And(b, low));
+  return hn::Or(lows, hn::Min(hn::AndNot(low, a), hn::AndNot(low, b)));
+}
+
+/// Boxes around points in the camera's frame: x and y in pixels from the principal point times metres.
+struct Boxes {
+  VF x, y, z;  ///< centres
+};
+
+/// Where boxes fall along one axis of the picture.
+struct Spans {
+  MF visible;
+  VI first, count;  ///< tiles
+};
+
+/// Every point of the box projects between lowest and highest X / Z for X and Z from their intervals.
+HWY_INLINE Spans SpansOf(VF centre, float extent, VF per_nearest, VF per_farthest, float principal_px,
+                         float size_px, int tiles) {
+  const DF d;
+  const DI di;
+  constexpr float kSlackPx = 0.02f;  // single precision
+  const VF zero = hn::Zero(d), half = hn::Set(d, extent);
+  const VF low = hn::Sub(centre, half), high = hn::Add(centre, half);
+  const VF low_px = hn::Add(hn::Mul(low, hn::IfThenElse(hn::Lt(low, zero), per_nearest, per_farthest)),
+                            hn::Set(d, principal_px + 0.5f - kSlackPx));
+  const VF high_px = hn::Add(hn::Mul(high, hn::IfThenElse(hn::Gt(high, zero), per_nearest, per_farthest)),
+                             hn::Set(d, principal_px + 0.5f + kSlackPx));
+  const VF end_px = hn::Set(d, size_px);
+  const auto tile = [&](VF px) HWY_ATTR {
+    const VI whole = hn::ConvertTo(di, hn::Max(zero, hn::Min(px, end_px)));
+    return hn::Min(hn::ShiftRight<3>(whole), hn::Set(di, tiles - 1));
+  };
+  Spans spans;
+  spans.visible = hn::And(hn::Ge(high_px, zero), hn::Lt(low_px, end_px));
+  spans.first = tile(low_px);
+  spans.count = hn::Add(hn::Sub(tile(high_px), spans.first), hn::Set(di, 1));
+  return spans;
+}
+
+/// Entries of the two windows that cover rectangles of tiles, and which rectangles are too large for them.
+struct WindowPairs {
+  VI left, right;
+  MF too_large;
+};
+
+HWY_INLINE WindowPairs WindowsFor(const DepthBounds& bounds, const Spans& x, const Spans& y) {
+  const DF d;
+  const DI di;
+  const VI one = hn::Set(di, 1);
+  // The widest power of two that fits (from the exponent of a float), the lowest height that suffices.
+  const VI exponent = hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, x.count)));
+  const VI wanted = hn::Sub(exponent, hn::Set(di, 127));
+  const VI last = hn::Set(di, DepthBounds::kWidths - 1), width = hn::Min(wanted, last);
+  VI height = hn::Zero(di);
+  for (std::size_t i = 0; i + 1 < DepthBounds::kHeights.size(); ++i) {
+    const auto lower = hn::Gt(y.count, hn::Set(di, DepthBounds::kHeights[i]));
+    height = hn::Add(height, hn::IfThenElseZero(lower, one));
+  }
+  const VI level = hn::Add(hn::Mul(height, hn::Set(di, DepthBounds::kWidths)), width);
+  const VI row = hn::Add(hn::Mul(level, hn::Set(di, bounds.tiles_y)), y.first);
+  WindowPairs pairs;
+  pairs.left = hn::Add(hn::Mul(row, hn::Set(di, bounds.tiles_x)), x.first);
+  pairs.right = hn::Add(pairs.left, hn::Sub(x.count, hn::Shl(one, width)));
+  pairs.too_large = hn::RebindMask(
+      d, hn::Or(hn::Gt(wanted, last), hn::Gt(y.count, hn::Set(di, DepthBounds::kHeights.back()))));
+  return pairs;
+}
+
+struct Verdicts {
+  MF in_band, in_front;
+};
+
+HWY_INLINE Verdicts Judge(const DepthBounds& bounds, const Boxes& boxes, const Eigen::Vector3f& extent) {
+  const DF d;
+  const DI di;
+  const DU du;
+  constexpr float kSlackM = 1e-4f, kNearestM = 0.05f;
+  const VF half_z = hn::Set(d, extent[2] + kSlackM);
+  const VF nearest = hn::Sub(boxes.z, half_z), farthest = hn::Add(boxes.z, half_z);
+  const VF one = hn::Set(d, 1.0f), limit = hn::Set(d, kNearestM);
+  const VF per_nearest = hn::Div(one, hn::Max(nearest, limit));
+  const VF per_farthest = hn::Div(one, hn::Max(farthest, limit));
+  const Spans x = SpansOf(boxes.x, extent[0], per_nearest, per_farthest, bounds.principal_px[0],
+                          bounds.size_px[0], bounds.tiles_x);
+  const Spans y = SpansOf(boxes.y, extent[1], per_nearest, per_farthest, bounds.principal_px[1],
+                          bounds.size_px[1], bounds.tiles_y);
+  const WindowPairs pairs = WindowsFor(bounds, x, y);
+  const VU band = MinOfHalves(hn::GatherIndex(du, bounds.windows.data(), pairs.left),
+                              hn::GatherIndex(du, bounds.windows.data(), pairs.right));
+  const VF scale = hn::Set(d, bounds.units_per_m);
+  const VF near_m = hn::ConvertTo(d, hn::BitCast(di, hn::And(band, hn::Set(du, 0xffffu))));
+  const VF far_m = hn::Sub(hn::Set(d, 65535.0f), hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<16>(band))));
+  const VF last = hn::Mul(farthest, scale);
+  const VF first = hn::Min(hn::Mul(nearest, scale), hn::Set(d, 65535.0f));  // where the open has no end
+  // Too near or too large to tell: anything that may be in sight.
+  const MF too_near = hn::Lt(nearest, limit);
+  const MF unknown = hn::Or(too_near, pairs.too_large);
+  const MF in_sight = hn::And(hn::Gt(farthest, hn::Zero(d)), hn::Or(too_near, hn::And(x.visible, y.visible)));
+  const MF before_end = hn::Le(first, far_m);
+  return {hn::And(in_sight, hn::Or(unknown, hn::And(before_end, hn::Ge(last, near_m)))),
+          hn::And(in_sight, hn::Or(unknown, before_end))};
+}
+
+HWY_INLINE std::uint32_t MaskBits(MF mask) {
+  std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(DF(), mask, bytes);
+  return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8u;
+}
+
+PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
+  const DF d;
   PartMasks masks{0, 0};
   for (std::size_t i = 0; i < 32; i += hn::Lanes(d)) {
-    const auto z = hn::Add(hn::Set(d, origin[2]), hn::LoadU(d, bounds.part_centre[2].data() + i));
-    const auto inverse = hn::Div(hn::Set(d, 1.0f), z);
-    const auto clamped = [&](int axis) HWY_ATTR {
-      const auto h = hn::Add(hn::Set(d, origin[axis]),
-                             hn::LoadU(d, bounds.part_centre[static_cast<std::size_t>(axis)].data() + i));
-      return hn::Max(hn::Neg(far_out), hn::Min(hn::Mul(h, inverse), far_out));
+    const auto along = [&](std::size_t axis) HWY_ATTR {
+      return hn::Add(hn::Set(d, origin[static_cast<Eigen::Index>(axis)]),
+                     hn::Load(d, bounds.part_centre[axis].data() + i));
     };
-    const auto tile = [&](int axis, auto last) HWY_ATTR {
-      const auto pixel = hn::NearestInt(clamped(axis));
-      return hn::Min(hn::Max(hn::Add(hn::ShiftRight<3>(pixel), pad), lowest), last);
-    };
-    const auto at = hn::Add(hn::Mul(tile(1, last_row), stride), tile(0, last_column));
-    const auto near_m = hn::GatherIndex(d, level.near_m.data(), at);
-    const auto far_m = hn::GatherIndex(d, level.far_m.data(), at);
-    const auto nearest = hn::Sub(z, half_z), farthest = hn::Add(z, half_z);
-    const auto reaches = hn::Ge(farthest, near_m);
-    const auto in_band = hn::And(reaches, hn::Le(nearest, far_m));
-    const auto in_front = hn::Lt(nearest, near_m);
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, in_band, bits);
-    masks.in_band |= (static_cast<std::uint32_t>(bits[0]) | static_cast<std::uint32_t>(bits[1]) << 8u) << i;
-    hn::StoreMaskBits(d, in_front, bits);
-    masks.in_front |= (static_cast<std::uint32_t>(bits[0]) | static_cast<std::uint32_t>(bits[1]) << 8u) << i;
+    const Verdicts verdicts = Judge(bounds, {along(0), along(1), along(2)}, bounds.part_extent);
+    masks.in_band |= MaskBits(verdicts.in_band) << i;
+    masks.in_front |= MaskBits(verdicts.in_front) << i;
   }
   return masks;
+}
+
+/// Out of windows at `from`, those that reach `step` entries further, cut off at the last entry.
+void Widen(const std::uint32_t* from, std::size_t step, std::size_t count, std::uint32_t* to) {
+  const DU du;
+  std::size_t i = 0;
+  for (; i + step + hn::Lanes(du) <= count; i += hn::Lanes(du))
+    hn::StoreU(MinOfHalves(hn::LoadU(du, from + i), hn::LoadU(du, from + i + step)), du, to + i);
+  for (; i < count; ++i) {
+    const std::uint32_t a = from[i], b = i + step < count ? from[i + step] : a;
+    to[i] = std::min(a & 0xffffu, b & 0xffffu) | std::min(a & 0xffff0000u, b & 0xffff0000u);
+  }
 }
 
 }  // namespace HWY_NAMESPACE
@@ -59,121 +169,69 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hm {
 HWY_EXPORT(PartsOf);
+HWY_EXPORT(Widen);
 
 namespace {
 
-constexpr float kSeesNothingNear = 1e9f, kSeesNothingFar = -1e9f;
-constexpr std::array kRadiiTiles{1, 2, 3, 4, 6, 8};
-
-/// How far from its centre a part may fall in the picture, in pixels, when its nearest point is at `z` and its
-/// centre falls `off_axis_px` from the principal point.
-float reach_px(const Eigen::Vector3f& half, const Eigen::Vector2f& off_axis_px, float z) {
-  const Eigen::Array2f across = (half.head<2>().array() + off_axis_px.array() * half.z()) / z;
-  return across.maxCoeff() + 1.01f;  // rounding to pixels, twice
+/// Truncation bands of the tiles themselves; all ones where nothing is seen.
+void fill_bands(const PreparedDepth& depth, const TruncationModel& truncation, float units_per_m,
+                std::uint32_t* bands) {
+  const std::size_t tiles = depth.tile_min_m.size();
+  for (std::size_t i = 0; i < tiles; ++i) {
+    const float low = depth.tile_min_m[i], high = depth.tile_max_m[i];
+    const float tau = std::max(truncation.at(low), truncation.at(high));
+    const auto near_units = static_cast<std::int32_t>(std::max(low - tau, 0.0f) * units_per_m);
+    const auto far_units = static_cast<std::int32_t>((high + tau) * units_per_m) + 1;
+    const auto band = static_cast<std::uint32_t>(near_units) | static_cast<std::uint32_t>(65535 - far_units)
+                                                                   << 16u;
+    bands[i] = high > 0.0f ? band : high == PreparedDepth::kOpen ? 0x0000ffffu : 0xffffffffu;
+  }
 }
 
 }  // namespace
 
 void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera) {
   scan_ = scan;
-  const Mat3 step = scan.H * scan.voxel_size_m;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto row = step.row(static_cast<Eigen::Index>(axis));
-    for (std::size_t part = 0; part < 32; ++part)
-      part_centre[axis][part] = static_cast<float>(row.dot(
-          Vec3(3.5, 2.0 * static_cast<double>(part % 4) + 0.5, static_cast<double>(part / 4)).transpose()));
+  tiles_x = depth.tiles_x;
+  tiles_y = depth.tiles_y;
+  principal_px = Eigen::Vector2f(static_cast<float>(camera.cx), static_cast<float>(camera.cy));
+  size_px = Eigen::Vector2f(static_cast<float>(scan.width), static_cast<float>(scan.height));
+  Mat3 step = scan.H * scan.voxel_size_m;  // without the principal point
+  step.row(0) -= camera.cx * step.row(2);
+  step.row(1) -= camera.cy * step.row(2);
+  for (std::size_t part = 0; part < 32; ++part) {
+    const Vec3 centre =
+        step * Vec3(3.5, 2.0 * static_cast<double>(part % 4) + 0.5, static_cast<double>(part / 4));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      part_centre[axis][part] = static_cast<float>(centre[static_cast<Eigen::Index>(axis)]);
   }
-  principal_px_ = Eigen::Vector2f(static_cast<float>(camera.cx), static_cast<float>(camera.cy));
-  Mat3 reach = step;  // without the principal point: how far apart points fall
-  reach.row(0) -= camera.cx * step.row(2);
-  reach.row(1) -= camera.cy * step.row(2);
-  part_half = (reach.cwiseAbs() * Vec3(3.5, 0.5, 0.0)).cast<float>();
-  volume_half_ = (reach.cwiseAbs() * Vec3::Constant(3.5)).cast<float>();
-  volume_centre_ = (step * Vec3::Constant(3.5)).cast<float>();
-  stride = depth.tiles_x + 2 * kPad;
-  rows = depth.tiles_y + 2 * kPad;
-  levels_.resize(kRadiiTiles.size());
-  fill_first_level(depth, scan.truncation);
-  // Levels grow out of each other, as far as the nearest reading's footprint may need.
-  const float near_m = *std::min_element(depth.tile_min_m.begin(), depth.tile_min_m.end());
-  const float nearest = std::max(0.05f, std::min(near_m, PreparedDepth::kFarM) - scan.truncation.max_m);
-  const Eigen::Vector2f corner(static_cast<float>(scan.width), static_cast<float>(scan.height));  // generous
-  const float widest = reach_px(part_half, corner, nearest) / kTileSide;
-  levels_built_ = 1;
-  while (levels_built_ < levels_.size() &&
-         static_cast<float>(levels_[levels_built_ - 1].radius_tiles) < widest) {
-    const int radius = kRadiiTiles[levels_built_], before = kRadiiTiles[levels_built_ - 1];
-    spread(levels_[levels_built_ - 1], levels_[levels_built_], radius - before);
-    ++levels_built_;
-  }
+  part_extent = (step.cwiseAbs() * Vec3(3.5, 0.5, 0.0)).cast<float>();
+
+  const float farthest = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end());
+  units_per_m = 65000.0f / (std::max(farthest, 0.0f) + scan.truncation.max_m);
+  fill_windows(depth);
 }
 
-/// Truncation bands of the tiles themselves, then spread by one tile.
-void DepthBounds::fill_first_level(const PreparedDepth& depth, const TruncationModel& truncation) {
-  Level bands;
-  const auto size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
-  bands.near_m.assign(size, kSeesNothingNear);
-  bands.far_m.assign(size, kSeesNothingFar);
-  for (int y = 0; y < depth.tiles_y; ++y)
-    for (int x = 0; x < depth.tiles_x; ++x) {
-      const auto tile = static_cast<std::size_t>(y * depth.tiles_x + x);
-      const auto at = static_cast<std::size_t>((y + kPad) * stride + x + kPad);
-      const float low = depth.tile_min_m[tile], high = depth.tile_max_m[tile];
-      if (high == PreparedDepth::kOpen) bands.near_m[at] = bands.far_m[at] = PreparedDepth::kFarM;
-      if (high <= 0) continue;
-      const float tau = std::max(truncation.at(low), truncation.at(high));
-      bands.near_m[at] = low - tau;
-      bands.far_m[at] = high + tau;
-    }
-  spread(bands, levels_[0], kRadiiTiles[0]);
-}
-
-/// Each tile takes the extremes of the square of tiles around it: along rows, then along columns.
-void DepthBounds::spread(const Level& from, Level& to, int by_tiles) {
-  const std::size_t size = from.near_m.size(), width = static_cast<std::size_t>(stride);
-  to.radius_tiles = from.radius_tiles + by_tiles;
-  to.near_m = from.near_m;
-  to.far_m = from.far_m;
-  const auto take_in = [](std::vector<float>& into, const std::vector<float>& source, std::size_t offset,
-                          auto pick) {
-    const std::size_t n = into.size();
-    float* out = into.data();
-    const float* in = source.data();
-    for (std::size_t i = offset; i < n; ++i) out[i] = pick(out[i], in[i - offset]);
-    for (std::size_t i = 0; i + offset < n; ++i) out[i] = pick(out[i], in[i + offset]);
-  };
-  const auto lower = [](float a, float b) { return a < b ? a : b; };
-  const auto higher = [](float a, float b) { return a > b ? a : b; };
-  for (const std::size_t step : {std::size_t{1}, width}) {
-    scratch_near_ = to.near_m;
-    scratch_far_ = to.far_m;
-    for (int i = 1; i <= by_tiles; ++i) {
-      take_in(to.near_m, scratch_near_, static_cast<std::size_t>(i) * step, lower);
-      take_in(to.far_m, scratch_far_, static_cast<std::size_t>(i) * step, higher);
-    }
+void DepthBounds::fill_windows(const PreparedDepth& depth) {
+  const auto width = static_cast<std::size_t>(tiles_x), size = depth.tile_min_m.size();
+  windows.resize(size * kWidths * kHeights.size());
+  fill_bands(depth, scan_.truncation, units_per_m, windows.data());
+  const auto level = [&](std::size_t i, std::size_t j) { return windows.data() + (j * kWidths + i) * size; };
+  const auto widen = HWY_DYNAMIC_DISPATCH(Widen);
+  for (std::size_t i = 1; i < kWidths; ++i)
+    widen(level(i - 1, 0), std::size_t{1} << (i - 1), size, level(i, 0));
+  for (std::size_t j = 1; j < kHeights.size(); ++j) {
+    std::size_t from = j - 1;  // the lowest from which two make this height
+    while (from > 0 && 2 * kHeights[from - 1] >= kHeights[j]) --from;
+    const auto step = width * static_cast<std::size_t>(kHeights[j] - kHeights[from]);
+    for (std::size_t i = 0; i < kWidths; ++i) widen(level(i, from), step, size, level(i, j));
   }
-  HM_CHECK(to.near_m.size() == size);
-}
-
-const DepthBounds::Level* DepthBounds::level_for(const Eigen::Vector3f& origin) const {
-  const Eigen::Vector3f centre = origin + volume_centre_;
-  const float nearest = centre.z() - volume_half_.z();
-  if (nearest < 0.05f) return nullptr;
-  // The part farthest out in the picture bounds them all.
-  const Eigen::Vector2f off_axis = centre.head<2>() - principal_px_ * centre.z();
-  const Eigen::Vector2f outermost = (off_axis.cwiseAbs() + volume_half_.head<2>()) / nearest;
-  const float reach_tiles = reach_px(part_half, outermost, nearest) / kTileSide;
-  for (std::size_t i = 0; i < levels_built_; ++i)
-    if (static_cast<float>(levels_[i].radius_tiles) >= reach_tiles) return &levels_[i];
-  return nullptr;
 }
 
 PartMasks DepthBounds::parts_of(VolumeKey key) const {
-  const Eigen::Vector3f origin = scan_.origin_of(key);
-  if (origin.z() + volume_centre_.z() + volume_half_.z() <= 0) return {0, 0};  // behind the camera
-  const Level* level = level_for(origin);
-  if (!level) return {};
-  return HWY_DYNAMIC_DISPATCH(PartsOf)(*this, *level, origin);
+  Eigen::Vector3f origin = scan_.origin_of(key);
+  origin.head<2>() -= principal_px * origin.z();
+  return HWY_DYNAMIC_DISPATCH(PartsOf)(*this, origin);
 }
 
 }  // namespace hm

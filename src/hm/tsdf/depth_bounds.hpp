@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "hm/core/check.hpp"
 #include "hm/tsdf/projection_scan.hpp"
 
 namespace hm {
@@ -12,41 +11,39 @@ namespace hm {
 /// without looking at a pixel; always on the safe side.
 ///
 /// A part is a group of 16 voxels that are stored together (8 along x, 2 along y): 32 of them in a volume.
-/// Its footprint in the picture is bounded by a square around its centre, and the readings there by tile
-/// extremes, which are spread over squares of growing size beforehand.
+/// The box around a part's voxel centres falls into a rectangle of the picture, and the rectangle's tiles
+/// show truncation bands [near, far]. The extremes over any rectangle of tiles come from two windows beside
+/// each other, widths being powers of two and heights from kHeights, all of which are set up beforehand
+/// (after the sparse table of range minima).
 class DepthBounds {
  public:
   /// Refers to nothing of its arguments afterwards.
   void build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera);
 
-  /// The parts of the volume that may hold voxels of the hit region, and those that may lie in front of the
-  /// truncation band, where rays carve.
+  /// The parts of the volume that may hold voxels of the hit region, and those that may lie in front of what
+  /// is seen, where rays carve.
   [[nodiscard]] PartMasks parts_of(VolumeKey key) const;
 
   // For the vector code:
-  /// Camera depths of the truncation bands within a square of tiles: [near, far], over a padded tile grid.
-  struct Level {
-    int radius_tiles = 0;
-    std::vector<float> near_m, far_m;
-  };
-  static constexpr int kPad = 9;  ///< tiles around the picture; the outermost ring never sees anything
-  std::array<std::array<float, 32>, 3> part_centre{};   ///< homogeneous, relative to the volume's first voxel
-  Eigen::Vector3f part_half = Eigen::Vector3f::Zero();  ///< half extents of a part: pixels times metres, metres
-  int stride = 0, rows = 0;                             ///< of the padded grid
+  static constexpr int kWidths = 5;  ///< of windows: 1, 2, ... 16 tiles
+  static constexpr std::array kHeights{1, 2, 3, 4, 6, 8, 12, 16};
+  /// Band extremes: near in the low half, 65535 - far in the high half, so that both are minima; window
+  /// (2^i x kHeights[j] tiles, cut off at the last row) at (x, y) is entry ((j * kWidths + i) * tiles_y + y)
+  /// * tiles_x + x.
+  std::vector<std::uint32_t> windows;
+  int tiles_x = 0, tiles_y = 0;
+  float units_per_m = 0;  ///< of the bands in `windows`
+  /// Centres of the parts relative to the volume's first voxel: pixels from the principal point times metres,
+  /// the same, metres.
+  alignas(64) std::array<std::array<float, 32>, 3> part_centre{};
+  Eigen::Vector3f part_extent = Eigen::Vector3f::Zero();  ///< half of a part's size, likewise
+  Eigen::Vector2f principal_px = Eigen::Vector2f::Zero();
+  Eigen::Vector2f size_px = Eigen::Vector2f::Zero();
 
  private:
-  void fill_first_level(const PreparedDepth& depth, const TruncationModel& truncation);
-  void spread(const Level& from, Level& to, int by_tiles);
-  /// The level whose squares cover every part of this volume; nullptr when none does.
-  [[nodiscard]] const Level* level_for(const Eigen::Vector3f& origin) const;
+  void fill_windows(const PreparedDepth& depth);
 
-  std::vector<Level> levels_;
-  std::size_t levels_built_ = 0;
   ProjectionScan scan_;
-  Eigen::Vector2f principal_px_ = Eigen::Vector2f::Zero();
-  Eigen::Vector3f volume_half_ = Eigen::Vector3f::Zero();    ///< the same of a volume's voxel centres
-  Eigen::Vector3f volume_centre_ = Eigen::Vector3f::Zero();  ///< relative to its first voxel
-  std::vector<float> scratch_near_, scratch_far_;
 };
 
 }  // namespace hm

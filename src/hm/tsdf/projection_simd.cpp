@@ -1,116 +1,20 @@
 // Voxel projection with vectors: compiled once per instruction set, chosen at run time (Highway).
+#include <hwy/cache_control.h>
+
 #include "hm/tsdf/projection_scan.hpp"
-#include "hm/tsdf/update_filters.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/projection_simd.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "hm/tsdf/projection_lookup-inl.hpp"
+#include "hm/tsdf/update_filters-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using VU = hn::Vec<DU>;
-using MF = hn::Mask<DF>;
-
-/// filter_step() of update_filters.hpp.
-HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
-  const VF step = hn::ConvertTo(df, hn::NearestInt(hn::Mul(difference, gain)));
-  const VF one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df);
-  VF nudge = hn::IfThenElseZero(hn::Ge(difference, half), one);
-  nudge = hn::IfThenElse(hn::Le(difference, hn::Neg(half)), hn::Neg(one), nudge);
-  return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
-}
-
-/// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
-HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
-  const DI di;
-  const VI offset = hn::Add(hn::Add(pixel, pixel), pixel);
-#if HWY_TARGET <= HWY_AVX2 && HWY_TARGET >= HWY_AVX3_DL
-  const VI packed = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(rgb), offset);
-  return hn::And(hn::BitCast(du, packed), hn::Set(du, 0xffffffu));
-#else
-  HWY_ALIGN std::int32_t offsets[16];
-  HWY_ALIGN std::uint32_t colors[16];
-  hn::Store(offset, di, offsets);
-  for (std::size_t i = 0; i < hn::Lanes(du); ++i) {
-    const std::uint8_t* p = rgb + offsets[i];
-    colors[i] = static_cast<std::uint32_t>(p[0]) | static_cast<std::uint32_t>(p[1]) << 8u |
-                static_cast<std::uint32_t>(p[2]) << 16u;
-  }
-  return hn::Load(du, colors);
-#endif
-}
-
-/// add_color() of update_filters.hpp for the lanes of `mask`: two 16-bit channels at a time.
-#if HWY_TARGET == HWY_SCALAR  // one lane, which cannot be split
-HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
-  if (hn::AllTrue(DF(), mask)) *voxels = add_color({*voxels}, hn::GetLane(rgb), cap).bits;
-}
-#else
-HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
-  const DF df;
-  const DI di;
-  const DU du;
-  const hn::Repartition<std::int16_t, DU> d16;
-  const VU old = hn::Load(du, voxels);
-  const VU one = hn::Set(du, 1), even = hn::Set(du, 0x00ff00ffu);
-  const VU next_weight = hn::Add(hn::ShiftRight<24>(old), one);
-  const VI gain =
-      hn::NearestInt(hn::Div(hn::Set(df, 16384.0f), hn::ConvertTo(df, hn::BitCast(di, next_weight))));
-  const auto gains = hn::BitCast(d16, hn::Or(gain, hn::ShiftLeft<16>(gain)));
-  const auto unit = hn::Set(d16, 1);
-  const auto moved = [&](VU from_old, VU from_new) HWY_ATTR {
-    const auto mean = hn::BitCast(d16, hn::And(from_old, even));
-    const auto difference = hn::Sub(hn::BitCast(d16, hn::And(from_new, even)), mean);
-    const auto step = hn::MulFixedPoint15(hn::Add(difference, difference), gains);
-    const auto nudge = hn::Max(hn::Min(difference, unit), hn::Neg(unit));
-    return hn::BitCast(du, hn::Add(mean, hn::IfThenElse(hn::Eq(step, hn::Zero(d16)), nudge, step)));
-  };
-  const VU red_blue = moved(old, rgb);
-  const VU green = hn::And(moved(hn::ShiftRight<8>(old), hn::ShiftRight<8>(rgb)), hn::Set(du, 0xffu));
-  const VU weight = hn::ShiftLeft<24>(hn::Min(next_weight, hn::Set(du, cap)));
-  const VU bits = hn::Or(hn::Or(red_blue, hn::ShiftLeft<8>(green)), weight);
-  hn::Store(hn::IfThenElse(hn::RebindMask(du, mask), bits, old), du, voxels);
-}
-#endif
-
-/// The scan's constants as vectors.
-struct Constants {
-  VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator,
-      edge_weight_numerator, margin;
-  VF units_per_m, weight_cap, color_band, carving_factor;
-  VI width, tiles_x;
-  explicit HWY_INLINE Constants(const ProjectionScan& s) {
-    const DF d;
-    const DI di;
-    half_below = hn::Set(d, -0.5f);
-    max_u = hn::Set(d, s.max_u);
-    max_v = hn::Set(d, s.max_v);
-    zero = hn::Zero(d);
-    quadratic = hn::Set(d, s.truncation.quadratic);
-    linear = hn::Set(d, s.truncation.linear);
-    constant = hn::Set(d, s.truncation.constant);
-    min_tau = hn::Set(d, s.truncation.min_m);
-    max_tau = hn::Set(d, s.truncation.max_m);
-    weight_numerator = hn::Set(d, s.weight_numerator);
-    edge_weight_numerator = hn::Set(d, s.edge_weight_numerator);
-    margin = hn::Set(d, s.carving_margin_m);
-    units_per_m = hn::Set(d, s.sdf_units_per_m);
-    weight_cap = hn::Set(d, s.weight_cap);
-    color_band = hn::Set(d, s.color_band_m);
-    carving_factor = hn::Set(d, s.carving_factor);
-    width = hn::Set(di, s.width);
-    tiles_x = hn::Set(di, s.tiles_x);
-  }
-};
 
 HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
   std::uint8_t bytes[8] = {};
@@ -120,37 +24,6 @@ HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
   return bits;
 }
 
-/// The voxels of a vector that fall into the picture: pixel, depth difference, truncation.
-struct Lookups {
-  MF valid;
-  VI column, row, pixel;
-  VF z, u, tau;
-  VF weight;  ///< of an observation, in 1/kWeightOne
-};
-
-HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx, VF hy, VF hz) {
-  const DF d;
-  Lookups l;
-  l.z = hz;
-  const VF inverse = hn::Div(hn::Set(d, 1.0f), hz);
-  const VF u = hn::Mul(hx, inverse), v = hn::Mul(hy, inverse);
-  const MF inside = hn::And(hn::And(hn::Gt(hz, c.zero), hn::And(hn::Ge(u, c.half_below), hn::Lt(u, c.max_u))),
-                            hn::And(hn::Ge(v, c.half_below), hn::Lt(v, c.max_v)));
-  l.column = hn::NearestInt(hn::IfThenElseZero(inside, u));
-  l.row = hn::NearestInt(hn::IfThenElseZero(inside, v));
-  l.pixel = hn::Add(hn::Mul(l.row, c.width), l.column);
-  const VF signed_depth = hn::IfThenElseZero(inside, hn::GatherIndex(d, scan.depth_m, l.pixel));
-  const VF depth = hn::Abs(signed_depth);
-  l.valid = hn::Gt(depth, c.zero);
-  l.u = hn::Sub(depth, hz);
-  const VF tau = hn::Add(hn::Mul(hn::Add(hn::Mul(c.quadratic, depth), c.linear), depth), c.constant);
-  l.tau = hn::Min(hn::Max(tau, c.min_tau), c.max_tau);
-  const VF numerator =
-      hn::IfThenElse(hn::Lt(signed_depth, c.zero), c.edge_weight_numerator, c.weight_numerator);
-  l.weight = hn::ConvertTo(d, hn::NearestInt(hn::Div(numerator, l.tau)));
-  return l;
-}
-
 /// What has been found out about one volume so far.
 struct Tally {
   std::uint64_t changed_xy = 0;  ///< any z: bit 8 y + x
@@ -158,51 +31,51 @@ struct Tally {
   VolumeUpdate update;
 };
 
+/// Vectors of a volume that have something to do, with what was looked up for them.
+struct Selection {
+  HWY_ALIGN float z[kVolumeVoxels];
+  HWY_ALIGN float signed_depth[kVolumeVoxels];
+  HWY_ALIGN std::int32_t pixel[kVolumeVoxels];
+  HWY_ALIGN std::int32_t tile[kVolumeVoxels];  ///< for carving
+  int first_voxel[kVolumeVoxels];
+  int count = 0;
+  int colored_at[kVolumeVoxels];  ///< places of those that take colour
+  int colored_count = 0;
+};
+
+/// Second pass: observations and carving for the vector at place `at` of the selection.
 template <bool kCarving>
 HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
-                             int first, const Lookups& l, Tally& tally) {
+                             Selection& selection, int at, Tally& tally) {
   const DF d;
   const DI di;
-  const DU du;
-  const MF hit = hn::And(l.valid, hn::And(hn::Ge(l.u, hn::Neg(l.tau)), hn::Le(l.u, l.tau)));
-  MF beyond = hn::And(l.valid, hn::Gt(l.u, hn::Add(l.tau, c.margin)));
+  const int first = selection.first_voxel[at];
+  const auto offset = at * static_cast<int>(hn::Lanes(d));
+  const VF z = hn::Load(d, selection.z + offset), signed_depth = hn::Load(d, selection.signed_depth + offset);
+  const Comparison l = Compare(c, signed_depth, z);
   auto* words = reinterpret_cast<std::int32_t*>(task.voxels) + first;
-  const bool any_hit = !hn::AllFalse(d, hit);
-  if (!any_hit && (!kCarving || hn::AllFalse(d, beyond))) return;
-
   const VI bits = hn::Load(di, words);
-  const VI sdf = hn::ShiftRight<16>(hn::ShiftLeft<16>(bits));
-  const VI weight = hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits)));
+  const VF observation = WeightOf(c, signed_depth, l.tau);
   VI result = bits;
-  MF changed = hit;
-  const VF observation = l.weight;
-  if (any_hit) {
-    const VF sample = hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(hit, hn::Mul(l.u, c.units_per_m))));
-    const VF mean = hn::ConvertTo(d, sdf), old_weight = hn::ConvertTo(d, weight);
-    const VF new_weight = hn::Add(old_weight, observation);
-    const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), hn::Div(observation, new_weight)));
-    const VI moved_sdf = hn::ConvertTo(di, moved);
-    const VI new_bits = hn::Or(hn::And(moved_sdf, hn::Set(di, 0xffff)),
-                               hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, c.weight_cap))));
-    result = hn::IfThenElse(hn::RebindMask(di, hit), new_bits, result);
-    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(hit, hn::Le(moved, c.zero)));
-    tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, hit));
+  MF changed = l.hit;
+  if (!hn::AllFalse(d, l.hit)) {
+    const VF in_units = hn::IfThenElseZero(l.hit, hn::Mul(l.u, c.units_per_m));
+    const VI observed =
+        AddObservation(bits, hn::ConvertTo(d, hn::NearestInt(in_units)), observation, c.weight_cap);
+    result = hn::IfThenElse(hn::RebindMask(di, l.hit), observed, result);
+    const MF interior = hn::RebindMask(d, hn::Lt(hn::ShiftLeft<16>(observed), hn::Set(di, 1)));
+    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, interior));
+    tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
   }
   if constexpr (kCarving) {
-    const VI zero_i = hn::Zero(di);
-    const MF stale = hn::RebindMask(d, hn::And(hn::Gt(weight, zero_i), hn::Lt(sdf, hn::Set(di, 1))));
-    beyond = hn::And(beyond, stale);
-    if (!hn::AllFalse(d, beyond)) {
-      const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
-      const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, tile);
-      beyond = hn::And(beyond, hn::Gt(hn::Sub(tile_min, l.z), hn::Add(l.tau, c.margin)));
+    MF carved = hn::And(l.beyond, StaleLanes(bits));
+    if (!hn::AllFalse(d, carved)) {
+      const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
+      carved = hn::And(carved, hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
       const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
-      const VF left = hn::Sub(hn::ConvertTo(d, weight), taken);
-      const VI kept = hn::Or(hn::And(sdf, hn::Set(di, 0xffff)), hn::ShiftLeft<16>(hn::ConvertTo(di, left)));
-      const VI carved = hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, c.zero)), kept);
-      result = hn::IfThenElse(hn::RebindMask(di, beyond), carved, result);
-      changed = hn::Or(changed, beyond);
-      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, beyond));
+      result = hn::IfThenElse(hn::RebindMask(di, carved), TakeWeight(bits, taken), result);
+      changed = hn::Or(changed, carved);
+      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, carved));
     }
   }
   hn::Store(result, di, words);
@@ -210,46 +83,92 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
     tally.changed_xy |= changed_bits << (first & 63);
     tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
   }
-  if (task.colors && any_hit) {
-    const MF colored = hn::And(hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
-    if (hn::AllFalse(d, colored)) return;
-    const VU rgb = GatherRgb(du, scan.rgb, hn::IfThenElseZero(hn::RebindMask(di, colored), l.pixel));
-    AddColors(reinterpret_cast<std::uint32_t*>(task.colors) + first, rgb, colored, scan.color_cap);
+  if (task.colors) {
+    hwy::Prefetch(task.colors + first);
+    selection.colored_at[selection.colored_count] = at;
+    selection.colored_count += hn::AllFalse(d, ColorLanes(c, l)) ? 0 : 1;
+  }
+}
+
+/// Third pass: colour, near the surface only.
+HWY_INLINE void UpdateColors(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                             const Selection& selection, Tally& tally) {
+  const DF d;
+  const DI di;
+  const DU du;
+  for (int i = 0; i < selection.colored_count; ++i) {
+    const int at = selection.colored_at[i];
+    const auto offset = at * static_cast<int>(hn::Lanes(d));
+    const MF colored = ColorLanes(
+        c, Compare(c, hn::Load(d, selection.signed_depth + offset), hn::Load(d, selection.z + offset)));
+    const VI pixel = hn::IfThenElseZero(hn::RebindMask(di, colored), hn::Load(di, selection.pixel + offset));
+    auto* words = reinterpret_cast<std::uint32_t*>(task.colors) + selection.first_voxel[at];
+    AddColors(words, GatherRgb(du, scan.rgb, pixel), colored, scan.color_cap);
     tally.update.colored += static_cast<std::uint32_t>(hn::CountTrue(d, colored));
   }
 }
 
-/// True when a vector of voxels holds something that could be carved: known, on or behind a surface.
-HWY_INLINE bool AnyStale(const TsdfVoxel* voxels) {
+HWY_INLINE VI LoadWords(const TsdfVoxel* voxels) {
+  return hn::Load(DI(), reinterpret_cast<const std::int32_t*>(voxels));
+}
+
+/// Of `parts`, those that hold something that could be carved.
+HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts) {
+  const DF d;
+  std::uint32_t stale = 0;
+  for (; parts != 0; parts &= parts - 1) {
+    const auto part = hwy::Num0BitsBelowLS1Bit_Nonzero32(parts);
+    for (std::size_t i = 0; i < 16; i += hn::Lanes(d))
+      stale |= static_cast<std::uint32_t>(!hn::AllFalse(d, StaleLanes(LoadWords(voxels + 16 * part + i))))
+               << part;
+  }
+  return stale;
+}
+
+/// First pass: looks everything up, so that the waits for memory overlap, and keeps what has work to do.
+template <bool kCarving>
+HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                       Selection& selection) {
+  const DF d;
   const DI di;
-  const DU du;
-  const VI bits = hn::Load(di, reinterpret_cast<const std::int32_t*>(voxels));
-  const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
-  return !hn::AllFalse(di,
-                       hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  const Eigen::Vector3f origin = scan.origin_of(task.key);
+  std::uint32_t parts = task.parts.in_band;
+  if constexpr (kCarving) parts |= StaleParts(task.voxels, task.parts.in_front & ~parts);
+  for (; parts != 0; parts &= parts - 1) {
+    const auto part = static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(parts));
+    const auto z = static_cast<float>(part >> 2);
+    for (int first = 16 * part; first < 16 * (part + 1); first += lanes) {
+      const auto along = [&](int row) HWY_ATTR {
+        return hn::Add(hn::Set(d, origin[row] + z * scan.step_z[row]),
+                       hn::Load(d, scan.lane[row] + (first & 63)));
+      };
+      const VF hz = along(2);
+      const Lookups l = LookUp(scan, c, along(0), along(1), hz);
+      const Comparison found = Compare(c, l.signed_depth, hz);
+      const int offset = selection.count * lanes;
+      hn::Store(hz, d, selection.z + offset);
+      hn::Store(l.signed_depth, d, selection.signed_depth + offset);
+      hn::Store(l.pixel, di, selection.pixel + offset);
+      bool kept = !hn::AllFalse(d, found.hit);
+      if constexpr (kCarving) {
+        const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
+        hn::Store(tile, di, selection.tile + offset);
+        kept |= !hn::AllFalse(d, hn::And(found.beyond, StaleLanes(LoadWords(task.voxels + first))));
+      }
+      selection.first_voxel[selection.count] = first;
+      selection.count += kept ? 1 : 0;
+    }
+  }
 }
 
 template <bool kCarving>
 HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& task, Tally& tally) {
-  const DF d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
   const Constants c(scan);
-  const Eigen::Vector3f origin = scan.origin_of(task.key);
-  for (int z = 0; z < kVolumeSide; ++z) {
-    const VF bx = hn::Set(d, origin[0] + static_cast<float>(z) * scan.step_z[0]);
-    const VF by = hn::Set(d, origin[1] + static_cast<float>(z) * scan.step_z[1]);
-    const VF bz = hn::Set(d, origin[2] + static_cast<float>(z) * scan.step_z[2]);
-    for (int i = 0; i < 64; i += lanes) {
-      const std::uint32_t part = 1u << ((64 * z + i) / 16);
-      if (!(task.parts.in_band & part) &&
-          !(kCarving && (task.parts.in_front & part) && AnyStale(task.voxels + 64 * z + i)))
-        continue;
-      const VF hx = hn::Add(bx, hn::Load(d, scan.lane[0] + i));
-      const VF hy = hn::Add(by, hn::Load(d, scan.lane[1] + i));
-      const VF hz = hn::Add(bz, hn::Load(d, scan.lane[2] + i));
-      UpdateVector<kCarving>(scan, c, task, 64 * z + i, LookUp(scan, c, hx, hy, hz), tally);
-    }
-  }
+  Selection selection;
+  Select<kCarving>(scan, c, task, selection);
+  for (int at = 0; at < selection.count; ++at) UpdateVector<kCarving>(scan, c, task, selection, at, tally);
+  UpdateColors(scan, c, task, selection, tally);
 }
 
 VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "hm/tsdf/candidate_volumes.hpp"
+#include "hm/tsdf/depth_bounds.hpp"
 #include "hm/tsdf/depth_preparation.hpp"
 #include "hm/tsdf/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
@@ -93,9 +94,10 @@ TEST(Projection, TheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-/// Every voxel in the hit region of its own pixel must lie in a candidate volume: brute force over a box.
+/// Every voxel in the hit region of its own pixel must lie in a candidate volume, and in a part of it that is
+/// not passed over: brute force over a box.
 TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
-  std::size_t inside = 0, missed = 0;
+  std::size_t inside = 0, missed = 0, passed_over = 0;
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     Rng rng(100 + seed);
     TsdfParams params = random_params(rng);
@@ -113,6 +115,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
     EXPECT_EQ(candidates.size(), keys.size());
     const SE3 T_camera_world = frame.T_world_camera->inverse();
+    DepthBounds bounds;
+    bounds.build(prepared, make_projection_scan(camera, T_camera_world, params, {}), camera);
     const int reach = static_cast<int>(5.5 / params.voxel_size_m);
     for (int z = -reach; z < reach; ++z)
       for (int y = -reach; y < reach; ++y)
@@ -129,10 +133,13 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
           if (std::abs(depth - p.z()) > 0.9999 * truncation.at(static_cast<float>(depth))) continue;
           ++inside;
           missed += candidates.contains({x >> 3, y >> 3, z >> 3}) ? 0u : 1u;
+          const int part = voxel_offset(x & 7, y & 7, z & 7) / 16;
+          passed_over += bounds.parts_of({x >> 3, y >> 3, z >> 3}).in_band >> part & 1u ? 0u : 1u;
         }
   }
   EXPECT_GT(inside, 5000u);
   EXPECT_EQ(missed, 0u);
+  EXPECT_EQ(passed_over, 0u);
 }
 
 /// A picture of random steps and noise, with holes.
