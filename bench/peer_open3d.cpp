@@ -65,16 +65,24 @@ class ScalablePeer : public Peer {
   std::vector<Eigen::Matrix4d> poses_;
 };
 
+/// Its kernels exist for 16-bit weights with 16-bit colours, and for float throughout; the first is the
+/// faster one with colour, the second takes less without.
 o3d::t::geometry::VoxelBlockGrid make_block_grid(const PeerOptions& options) {
   std::vector<std::string> names{"tsdf", "weight"};
-  std::vector<o3d::core::Dtype> types{o3d::core::Float32, o3d::core::UInt16};
+  std::vector<o3d::core::Dtype> types{o3d::core::Float32, o3d::core::Float32};
   std::vector<o3d::core::SizeVector> shapes{{1}, {1}};
   if (options.color) {
     names.push_back("color");
-    types.push_back(o3d::core::UInt16);
+    types = {o3d::core::Float32, o3d::core::UInt16, o3d::core::UInt16};
     shapes.push_back({3});
   }
   return {names, types, shapes, static_cast<float>(options.voxel_size_m), 8, 20000};
+}
+
+/// A block far away in buffer 0: its mesh extraction takes the very first voxel for a missing one and aborts.
+void occupy_first_block(o3d::t::geometry::VoxelBlockGrid& grid) {
+  o3d::core::Tensor buffers, masks;
+  grid.GetHashMap().Activate(o3d::core::Tensor::Init<int>({{100000, 100000, 100000}}), buffers, masks);
 }
 
 class VoxelBlockPeer : public Peer {
@@ -83,6 +91,7 @@ class VoxelBlockPeer : public Peer {
       : options_(options), grid_(make_block_grid(options)) {
     const Eigen::Matrix3d k =
         (Eigen::Matrix3d() << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1).finished();
+    occupy_first_block(grid_);
     intrinsic_ = o3d::core::eigen_converter::EigenMatrixToTensor(k);
   }
 
@@ -115,9 +124,11 @@ class VoxelBlockPeer : public Peer {
       grid_.Integrate(blocks, depths_[place], intrinsic_, poses_[place], depth_scale_, far, band);
   }
 
-  std::size_t map_bytes() const override { return block_count() * 512 * (options_.color ? 12 : 6); }
+  std::size_t map_bytes() const override { return block_count() * 512 * (options_.color ? 12 : 8); }
   std::size_t block_count() const override {
-    return static_cast<std::size_t>(const_cast<o3d::t::geometry::VoxelBlockGrid&>(grid_).GetHashMap().Size());
+    return static_cast<std::size_t>(
+               const_cast<o3d::t::geometry::VoxelBlockGrid&>(grid_).GetHashMap().Size()) -
+           1;
   }
   TriangleMesh extract(double& milliseconds) override {
     const Stopwatch watch;
