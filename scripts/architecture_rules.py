@@ -41,7 +41,7 @@ FENCES = {
 }
 # Only in test files (*_test.cpp and what stands under tests/); the last one in *_bench.cpp and bench/.
 TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "assimp"}
-BENCH_ONLY = {"benchmark"}
+BENCH_ONLY = {"benchmark", "open3d"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}
 # Headers of the operating system (POSIX, x86), in .cpp files only.

@@ -1,0 +1,83 @@
+// hm_bench NAME [--threads N] [--rounds N] [--frames N]: measures one benchmark and prints one JSON object.
+// bench/run calls it, one process a benchmark, so that memory and thread settings of one do not touch the
+// next.
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+
+#include "hm/io/json.hpp"
+#include "measurement.hpp"
+#include "peer.hpp"
+
+namespace {
+
+using hm::bench::BenchOptions;
+using hm::bench::BenchResult;
+
+struct Known {
+  const char* name;
+  hm::Result<BenchResult> (*run)(const BenchOptions&);
+};
+constexpr std::array<Known, 14> kKnown{{{"scalable", hm::bench::bench_scalable},
+                                        {"voxelblock", hm::bench::bench_voxelblock},
+                                        {"simd", hm::bench::bench_simd},
+                                        {"threads", hm::bench::bench_threads},
+                                        {"carving", hm::bench::bench_carving},
+                                        {"tango", hm::bench::bench_tango},
+                                        {"steady", hm::bench::bench_steady},
+                                        {"kernel_limit", hm::bench::bench_kernel_limit},
+                                        {"mesh_incremental", hm::bench::bench_mesh_incremental},
+                                        {"mesh_whole", hm::bench::bench_mesh_whole},
+                                        {"seams", hm::bench::bench_seams},
+                                        {"accuracy", hm::bench::bench_accuracy},
+                                        {"completeness", hm::bench::bench_completeness},
+                                        {"fidelity", hm::bench::bench_fidelity}}};
+
+/// Reads "--name value" pairs; false for anything else.
+bool read_flags(int count, char** words, BenchOptions& options) {
+  for (int i = 0; i < count; i += 2) {
+    int* target = nullptr;
+    if (std::strcmp(words[i], "--threads") == 0) target = &options.threads;
+    if (std::strcmp(words[i], "--rounds") == 0) target = &options.rounds;
+    if (std::strcmp(words[i], "--frames") == 0) target = &options.frame_limit;
+    if (!target || i + 1 >= count) return false;
+    const char* end = words[i + 1] + std::strlen(words[i + 1]);
+    if (std::from_chars(words[i + 1], end, *target).ptr != end || *target < 0) return false;
+  }
+  return options.threads > 0 && options.rounds > 0;
+}
+
+hm::JsonValue to_json(const BenchResult& result) {
+  auto rows = hm::JsonValue::array();
+  for (const auto& row : result.rows) {
+    auto object = hm::JsonValue::object({{"name", row.name}, {"ours", row.ours}});
+    hm::JsonValue& peer = object["peer"];
+    if (row.peer) peer = *row.peer;
+    rows.push_back(std::move(object));
+  }
+  return hm::JsonValue::object({{"rows", rows}, {"details", result.details}});
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  BenchOptions options;
+  const Known* known = nullptr;
+  for (const Known& candidate : kKnown)
+    if (count > 1 && std::strcmp(words[1], candidate.name) == 0) known = &candidate;
+  if (!known || !read_flags(count - 2, words + 2, options)) {
+    std::fputs("usage: hm_bench NAME [--threads N] [--rounds N] [--frames N]; names:", stderr);
+    for (const Known& candidate : kKnown) std::fprintf(stderr, " %s", candidate.name);
+    std::fputs("\n", stderr);
+    return 2;
+  }
+  hm::bench::limit_peer_threads(options.threads);
+  const auto result = known->run(options);
+  if (!result) {
+    std::fprintf(stderr, "%s\n", hm::to_string(result.error()).c_str());
+    return result.error().code == hm::ErrorCode::kNotFound ? 3 : 1;
+  }
+  std::printf("%s\n", hm::to_json_text(to_json(*result)).c_str());
+  return 0;
+}

@@ -1,0 +1,46 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/core/result.hpp"
+
+namespace hm::bench {
+
+/// One number of a benchmark, as bench/run judges it.
+struct Measurement {
+  std::string name;  ///< a row of bench/rows.py
+  double ours = 0;
+  std::optional<double> peer;  ///< nothing without a peer, or when it is not installed
+};
+
+/// What one benchmark gives: its numbers, and what the document tells besides.
+struct BenchResult {
+  std::vector<Measurement> rows;
+  JsonValue details = JsonValue::object();
+};
+
+/// How a benchmark is run.
+struct BenchOptions {
+  int threads = 1;      ///< ours; the peer's come from OMP_NUM_THREADS and limit_peer_threads()
+  int rounds = 3;       ///< every frame counts with its fastest round
+  int frame_limit = 0;  ///< 0: all; less for a quick look
+};
+
+Result<BenchResult> bench_scalable(const BenchOptions& options);
+Result<BenchResult> bench_voxelblock(const BenchOptions& options);
+Result<BenchResult> bench_simd(const BenchOptions& options);
+Result<BenchResult> bench_threads(const BenchOptions& options);
+Result<BenchResult> bench_carving(const BenchOptions& options);
+Result<BenchResult> bench_tango(const BenchOptions& options);
+Result<BenchResult> bench_steady(const BenchOptions& options);
+Result<BenchResult> bench_kernel_limit(const BenchOptions& options);
+Result<BenchResult> bench_mesh_incremental(const BenchOptions& options);
+Result<BenchResult> bench_mesh_whole(const BenchOptions& options);
+Result<BenchResult> bench_seams(const BenchOptions& options);
+Result<BenchResult> bench_accuracy(const BenchOptions& options);
+Result<BenchResult> bench_completeness(const BenchOptions& options);
+Result<BenchResult> bench_fidelity(const BenchOptions& options);
+
+}  // namespace hm::bench

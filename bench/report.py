@@ -1,0 +1,85 @@
+"""The table on a terminal and docs/benchmarks.md."""
+import datetime
+import json
+import os
+import re
+import rows
+
+
+def number(value):
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+
+
+def verdict(entry):
+    return {True: "holds", False: "DOES NOT HOLD", None: "no peer"}[entry["holds"]]
+
+
+def table(entries):
+    lines = [f"{'row':34} {'ours':>8} {'peer':>8} {'ratio':>7} {'bar':>6} {'aim':>6}  unit"]
+    for e in entries:
+        lines.append(f"{e['name']:34} {number(e['ours']):>8} {number(e['peer']):>8} {number(e['ratio']):>7} "
+                     f"{number(e['bar']):>6} {number(e['aim']):>6}  {e['unit']:22} {verdict(e)}")
+    return "\n".join(lines)
+
+
+def machine():
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            model = re.search(r"model name\s*:\s*(.*)", file.read())
+    except OSError:
+        model = None
+    name = model[1].strip() if model else "unknown processor"
+    return f"{name}, {len(os.sched_getaffinity(0))} cores for this process, load {os.getloadavg()[0]:.1f} at the end"
+
+
+def kernel_section(details):
+    """How far the integration kernel is from what the memory allows."""
+    if not details:
+        return ""
+    lines = ["## The integration kernel and its limit", "",
+             "A volume near the surface is 8^3 voxels; each voxel's distance and weight (4 bytes), and with colour that too",
+             "(4 bytes, kept in volumes near a surface only), is read and written once a frame: 8 or 16 bytes moved. The limits",
+             "are what a loop that reads, changes and writes 256 KiB (L2) or 256 MiB (memory) reached in the same run:",
+             f"{details['l2_gb_s']:.1f} and {details['memory_gb_s']:.1f} GB/s. sevenscenes_a, 2 cm, 8 cm band, one thread.", "",
+             "| | depth only | with colour |", "|---|---|---|"]
+    labels = {"volumes_per_frame": "volumes examined a frame", "voxels_per_frame": "voxels in them",
+              "voxels_updated_per_frame": "voxels changed", "voxel_bytes_per_frame": "voxel bytes moved, at most",
+              "image_bytes_per_frame": "image bytes read", "frame_ms": "whole frame, ms", "kernel_ms": "kernel alone, ms",
+              "kernel_ns_per_voxel": "kernel, ns a voxel examined", "frame_ns_per_voxel": "frame, ns a voxel examined",
+              "kernel_gb_s": "kernel, GB/s of voxel bytes", "limit_l2_ms": "limit by L2, ms",
+              "limit_memory_ms": "limit by memory, ms"}
+    for key, label in labels.items():
+        lines.append(f"| {label} | {number(details['depth'][key])} | {number(details['color'][key])} |")
+    for kind in ("depth", "color"):
+        lines.append("")
+        part = details[kind]
+        lines.append(f"With {'colour' if kind == 'color' else 'depth only'} the kernel takes "
+                     f"{part['kernel_ms'] / part['limit_memory_ms']:.0f} times what moving its bytes through memory takes: it is "
+                     "bound by computing (projection, look-up of a pixel, division), not by memory.")
+    return "\n".join(lines) + "\n"
+
+
+def document(entries, details, skipped):
+    today = datetime.date.today().isoformat()
+    lines = ["# Benchmarks", "", "Written by `bench/run`; do not edit.", "", f"{today}, {machine()}.", "",
+             "```sh manual", "bench/run                     # every row, this file", "bench/run simd threads --json",
+             "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```", "",
+             "| row | ours | peer | ratio | bar | aim | unit | |", "|---|---|---|---|---|---|---|---|"]
+    for e in entries:
+        lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} |")
+    lines += [f"\nLeft out: {reason}." for reason in skipped]
+    lines += ["", "`ratio` is peer over ours, more is better; without a peer `ours` is judged. A row that has companions below it",
+              "(`open3d_scalable` and `open3d_scalable_depth`) holds only if they do.", "", "## How it is measured", "",
+              "Recordings lie in `$HM_DATA`, else in `../shared/data`; 600 frames of `sevenscenes_a`, 640x480, voxels of 2 cm, a",
+              "band of 8 cm and depth to 4 m for both sides. Frames are loaded a chunk of 40 at a time; then everybody integrates",
+              "the chunk in turn, and again for every round, each round into a map of its own; a frame counts with its fastest round,",
+              "a row with the mean over frames. Open3D's images and tensors are made beforehand; ours takes 16-bit depth and RGB as",
+              "they come, and has carving, colour (unless depth only) and the edge filter on. Each bench is a process of its own;",
+              "`OMP_NUM_THREADS` and TBB's limit hold the peer to as many threads as ours.", "", "| row | what |", "|---|---|"]
+    lines += [f"| `{row.name}` | {row.what} |" for row in rows.ROWS]
+    lines += ["", kernel_section(details.get("kernel_limit")), "## Everything else that was measured", "", "```json",
+              json.dumps({key: value for key, value in details.items() if key != "kernel_limit"}, indent=1), "```", ""]
+    return "\n".join(lines)

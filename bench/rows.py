@@ -1,0 +1,93 @@
+"""The rows of the benchmark table: what is measured, its bar and its aim."""
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Row:
+    name: str
+    unit: str               # of ours and peer
+    bar: float
+    aim: float | None
+    judge: str              # "ratio": peer / ours is at least the bar; "at_most", "at_least": ours is judged
+    bench: str              # what hm_bench measures it with
+    threads: int
+    what: str
+    with_rows: tuple = field(default=())  # holds only if these hold too
+
+
+ROWS = [
+    Row("open3d_scalable", "ms a frame", 5, 10, "ratio", "scalable", 1,
+        "Open3D ScalableTSDFVolume, colour, one thread, ours with carving", ("open3d_scalable_depth",)),
+    Row("open3d_scalable_depth", "ms a frame", 6, 10, "ratio", "scalable", 1, "the same, depth only"),
+    Row("open3d_voxelblock", "ms a frame", 5, 10, "ratio", "voxelblock", 1,
+        "Open3D VoxelBlockGrid, blocks of 8, colour, one thread each",
+        ("open3d_voxelblock_depth", "open3d_voxelblock_2_threads", "open3d_voxelblock_depth_2_threads")),
+    Row("open3d_voxelblock_depth", "ms a frame", 5, 10, "ratio", "voxelblock", 1, "the same, depth only"),
+    Row("open3d_voxelblock_2_threads", "ms a frame", 5, 10, "ratio", "voxelblock", 2, "colour, two threads each"),
+    Row("open3d_voxelblock_depth_2_threads", "ms a frame", 5, 10, "ratio", "voxelblock", 2,
+        "depth only, two threads each"),
+    Row("simd", "ms a frame", 3, 6, "ratio", "simd", 1, "our scalar reference (peer) against our SIMD path"),
+    Row("threads", "ms a frame", 1.7, 1.9, "ratio", "threads", 2, "one thread (peer) against two, voxels of 1 cm"),
+    Row("carving", "times the time without", 1.1, 1.05, "at_most", "carving", 1, "carving on against off"),
+    Row("mesh_incremental", "times the integration", 2, 1, "at_most", "mesh_incremental", 1,
+        "meshing what changed, per frame, 2 cm"),
+    Row("mesh_whole", "ms", 4, 8, "ratio", "mesh_whole", 2, "whole mesh from scratch against Open3D's fastest, 2 threads"),
+    Row("map_memory", "MB", 8, 12, "ratio", "mesh_whole", 2, "map with colour against ScalableTSDFVolume",
+        ("map_memory_voxelblock",)),
+    Row("map_memory_voxelblock", "MB", 1, None, "ratio", "mesh_whole", 2, "the same against VoxelBlockGrid"),
+    Row("tango", "ms a frame", 2, 0.7, "at_most", "tango", 1,
+        "Tango scan of the simulated house, 320x180, 3 cm, colour and carving, one thread"),
+    Row("house_memory", "MB", 700, 350, "at_most", "house_memory", 2,
+        "peak of `hm reconstruct`, whole simulated house at 2 cm, colour, whole mesh"),
+    Row("steady", "percent", 5, None, "at_most", "steady", 1,
+        "the same views at the beginning and at the end of a long run: change of the time per frame"),
+    Row("accuracy", "mm", 3, 2, "at_most", "accuracy", 2, "analytic room at 1 cm, Kinect noise: mean error",
+        ("accuracy_p95", "accuracy_bias")),
+    Row("accuracy_p95", "mm", 8, None, "at_most", "accuracy", 2, "95 % of it"),
+    Row("accuracy_bias", "mm", 0.5, None, "at_most", "accuracy", 2, "its mean signed error, without the sign"),
+    Row("fidelity", "mm", 1, None, "ratio", "fidelity", 2,
+        "mesh at 2 cm against every 15th depth image: mean difference (aim: 20 mm)",
+        ("fidelity_median", "fidelity_covered")),
+    Row("fidelity_median", "mm", 1, None, "ratio", "fidelity", 2, "median difference"),
+    Row("fidelity_covered", "percent", 1, None, "ratio_of_shares", "fidelity", 2,
+        "share of valid pixels covered; ratio: ours over peer"),
+    Row("completeness", "percent", 97, 99, "at_least", "completeness", 2,
+        "house at 2 cm: share of visible true surface within 2 cm"),
+    Row("seams", "edges", 0, None, "at_most", "seams", 2, "open edges inside observed space"),
+]
+NAMES = [row.name for row in ROWS]
+# Benchmarks that need a recording which is not in the repository.
+NEED_RECORDING = {"scalable", "voxelblock", "simd", "threads", "carving", "steady", "kernel_limit",
+                  "mesh_incremental", "mesh_whole", "fidelity"}
+
+
+def judged(row, ours, peer):
+    """The entry of one row; `holds` is None where the peer that it needs is not there."""
+    ratio = None
+    if peer is not None and ours > 0:
+        ratio = ours / peer if row.judge == "ratio_of_shares" else peer / ours
+    if row.judge.startswith("ratio"):
+        # A share counts as no worse within a twentieth of a percent, half the last digit that the bar is given in.
+        holds = None if ratio is None else ratio >= row.bar - (0.0005 if row.judge == "ratio_of_shares" else 0)
+    else:
+        holds = ours <= row.bar if row.judge == "at_most" else ours >= row.bar
+    return {"name": row.name, "unit": row.unit, "ours": ours, "peer": peer, "ratio": ratio, "bar": row.bar,
+            "aim": row.aim, "holds": holds}
+
+
+def combine(entries):
+    """A row with companions holds when they all do."""
+    by_name = {entry["name"]: entry for entry in entries}
+    for row in ROWS:
+        others = [by_name[name]["holds"] for name in row.with_rows if name in by_name]
+        if row.name in by_name and others and by_name[row.name]["holds"] is not None:
+            by_name[row.name]["holds"] = by_name[row.name]["holds"] and all(other is not False for other in others)
+
+
+def benches_of(names):
+    """(bench, threads) of the rows asked for, each once, in order; a companion's bench with its row's."""
+    wanted = list(dict.fromkeys(names or NAMES))
+    for row in ROWS:
+        if row.name in wanted:
+            wanted += [name for name in row.with_rows if name not in wanted]
+    return list(dict.fromkeys((row.bench, row.threads) for row in ROWS if row.name in wanted)), wanted
