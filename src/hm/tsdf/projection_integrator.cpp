@@ -125,13 +125,16 @@ void ProjectionIntegrator::settle(VolumeGrid& grid, ScanStats& stats) {
     if (item.colors_created && update.colored == 0) grid.release_unused_colors(*item.volume);
     if (item.created) {
       if (update.updated == 0) {
-        grid.release_unused(item.task.key);
+        if (update.freed > 0)
+          grid.release(item.task.key);  // free space alone is not worth a volume
+        else
+          grid.release_unused(item.task.key);
         continue;
       }
       ++stats.volumes_created;
     }
     if (update.interior_hit) grid.set_may_hold_interior(item.task.key, true);
-    if (update.updated + update.carved > 0)
+    if (update.updated + update.freed + update.carved > 0)
       stats.changed.push_back({item.task.key, update.border_layers, false});
   }
   // After all marks are set: a volume emptied by carving may go only if no neighbour needs it.

@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 /// The scan's constants as vectors.
 struct Constants {
   VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator,
-      edge_weight_numerator, margin;
+      edge_weight_numerator, margin, free_reach;
   VF units_per_m, weight_cap, color_band, carving_factor;
   VI width, tiles_x;
   bool fixed_truncation;  ///< and so are the weights
@@ -39,6 +39,7 @@ struct Constants {
     weight_numerator = hn::Set(d, s.weight_numerator);
     edge_weight_numerator = hn::Set(d, s.edge_weight_numerator);
     margin = hn::Set(d, s.carving_margin_m);
+    free_reach = hn::Set(d, s.free_reach_m);
     units_per_m = hn::Set(d, s.sdf_units_per_m);
     weight_cap = hn::Set(d, s.weight_cap);
     color_band = hn::Set(d, s.color_band_m);
@@ -75,6 +76,7 @@ HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx,
 struct Comparison {
   VF u, tau;       ///< in front by u; truncation
   MF hit, beyond;  ///< in the truncation band; in front of it by more than the margin
+  MF observed;     ///< in the band or just in front of it
 };
 
 HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
@@ -85,6 +87,8 @@ HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
   found.tau = hn::Min(hn::Max(polynomial, c.min_tau), c.max_tau);
   const MF valid = hn::Gt(depth, c.zero);
   found.hit = hn::And(valid, hn::And(hn::Ge(found.u, hn::Neg(found.tau)), hn::Le(found.u, found.tau)));
+  found.observed = hn::And(
+      valid, hn::And(hn::Ge(found.u, hn::Neg(found.tau)), hn::Le(found.u, hn::Add(found.tau, c.free_reach))));
   found.beyond = hn::And(valid, hn::Gt(found.u, hn::Add(found.tau, c.margin)));
   return found;
 }

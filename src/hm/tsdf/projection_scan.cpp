@@ -37,8 +37,10 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
   }
   scan.truncation = TruncationModel(params, noise);
   scan.carving_margin_m = static_cast<float>(params.carving_margin_voxel * params.voxel_size_m);
+  scan.free_reach_m = params.carving ? scan.carving_margin_m : 0.0f;
   scan.carving_factor = params.carving ? static_cast<float>(params.carving_weight_ratio) : 0.0f;
   scan.sdf_units_per_m = static_cast<float>(1.0 / params.sdf_unit_m());
+  scan.stale_below = static_cast<std::int32_t>(0.5f * scan.truncation.min_m * scan.sdf_units_per_m);
   scan.weight_numerator = scan.truncation.min_m * static_cast<float>(kWeightOne);
   scan.edge_weight_numerator = scan.weight_numerator * static_cast<float>(params.edge_weight_ratio);
   scan.weight_cap = static_cast<float>(params.weight_cap_observations * kWeightOne);
@@ -57,7 +59,8 @@ namespace {
 /// Where a voxel falls in the picture and how far in front of the measured surface it is.
 struct Lookup {
   bool valid = false;
-  int pixel = 0;  ///< index into the depth image
+  bool in_range = false;  ///< the reading is not beyond far
+  int pixel = 0;          ///< index into the depth image
   int tile = 0;
   float z_m = 0;  ///< the voxel's own depth
   float u_m = 0;  ///< measured depth - own depth: positive in front of the surface
@@ -79,6 +82,7 @@ Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
   const bool at_edge = signed_depth < 0.0f;
   const float depth = at_edge ? -signed_depth : signed_depth;
   found.valid = depth > 0.0f;
+  found.in_range = depth < PreparedDepth::kFarM;
   found.u_m = depth - h[2];
   found.tau_m = scan.truncation.at(depth);
   found.weight = round_to_even((at_edge ? scan.edge_weight_numerator : scan.weight_numerator) / found.tau_m);
@@ -103,26 +107,38 @@ VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionT
       h[row] = (origin[row] + static_cast<float>(z) * scan.step_z[row]) + scan.lane[row][i & 63];
     const Lookup found = look_up(scan, h);
     if (!found.valid) continue;
-    const float weight = found.weight;
     TsdfVoxel& voxel = task.voxels[i];
-    if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m) {  // hit region (Alg. 2)
-      voxel =
-          add_observation(voxel, round_to_even(found.u_m * scan.sdf_units_per_m), weight, scan.weight_cap);
-      ++update.updated;
-      update.border_layers |= border_layers_of(x, y, z);
-      update.interior_hit |= voxel.sdf() <= 0;
-      if (task.colors && found.u_m >= -scan.color_band_m && found.u_m <= scan.color_band_m) {
-        task.colors[i] = add_color(task.colors[i], pixel_rgb(scan.rgb, found.pixel), scan.color_cap);
-        ++update.colored;
+    // Nearer than the truncation a voxel's distance is measured; in front of that it is at least the
+    // truncation.
+    const float distance = found.u_m < found.tau_m ? found.u_m : found.tau_m;
+    const float sample = round_to_even(distance * scan.sdf_units_per_m);
+    if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m + scan.free_reach_m) {
+      voxel = add_observation(voxel, sample, found.weight, scan.weight_cap);
+      if (found.u_m <= found.tau_m) {  // hit region (Alg. 2)
+        ++update.updated;
+        update.interior_hit |= voxel.sdf() <= 0;
+        if (task.colors && found.u_m >= -scan.color_band_m && found.u_m <= scan.color_band_m) {
+          task.colors[i] = add_color(task.colors[i], pixel_rgb(scan.rgb, found.pixel), scan.color_cap);
+          ++update.colored;
+        }
+      } else {
+        ++update.freed;
       }
-    } else if (scan.carving_factor > 0 && voxel.weight() > 0 && voxel.sdf() <= 0 &&
-               found.u_m > found.tau_m + scan.carving_margin_m &&
-               scan.tile_min_m[found.tile] - found.z_m >
-                   found.tau_m + scan.carving_margin_m) {  // carving region
-      voxel = take_weight(voxel, round_to_even(weight * scan.carving_factor));
+    } else if (scan.carving_factor > 0 && task.may_carve && voxel.weight() > 0 &&
+               voxel.sdf() < scan.stale_below &&
+               found.u_m > found.tau_m + scan.carving_margin_m) {  // carving region
+      // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
+      if (voxel.sdf() <= 0 && scan.tile_min_m[found.tile] - found.z_m > found.tau_m + scan.carving_margin_m)
+        voxel = take_weight(voxel, round_to_even(found.weight * scan.carving_factor));
+      else if (found.in_range)
+        voxel = add_observation(voxel, sample, found.weight, scan.weight_cap);
+      else
+        continue;
       ++update.carved;
-      update.border_layers |= border_layers_of(x, y, z);
+    } else {
+      continue;
     }
+    update.border_layers |= border_layers_of(x, y, z);
   }
   return update;
 }

@@ -53,7 +53,9 @@ struct ProjectionScan {
   float step_z[3] = {};
   TruncationModel truncation;
   float carving_margin_m = 0;
-  float carving_factor = 0;  ///< 0: no carving
+  std::int32_t stale_below = 1;  ///< known voxels nearer to a surface than this (sdf units) are to be carved
+  float free_reach_m = 0;        ///< voxels this far in front of the truncation band are seen to be free
+  float carving_factor = 0;      ///< 0: no carving
   float sdf_units_per_m = 0;
   float weight_numerator = 0;       ///< observation weight times truncation, 1/kWeightOne times metres
   float edge_weight_numerator = 0;  ///< the same at depth edges
@@ -75,7 +77,8 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
 
 /// What the kernel did to one volume.
 struct VolumeUpdate {
-  std::uint32_t updated = 0;  ///< voxels that took an observation
+  std::uint32_t updated = 0;  ///< voxels of the hit region, which took an observation
+  std::uint32_t freed = 0;    ///< voxels in front of it, which took "free: at least a truncation away"
   std::uint32_t carved = 0;   ///< voxels that lost weight
   std::uint32_t colored = 0;
   std::uint8_t border_layers = 0;  ///< see ChangedVolume

@@ -57,23 +57,32 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
   const VI bits = hn::Load(di, words);
   const VF observation = WeightOf(c, signed_depth, l.tau);
   VI result = bits;
-  MF changed = l.hit;
-  if (!hn::AllFalse(d, l.hit)) {
-    const VF in_units = hn::IfThenElseZero(l.hit, hn::Mul(l.u, c.units_per_m));
-    const VI observed =
-        AddObservation(bits, hn::ConvertTo(d, hn::NearestInt(in_units)), observation, c.weight_cap);
-    result = hn::IfThenElse(hn::RebindMask(di, l.hit), observed, result);
+  MF changed = l.observed;
+  // Nearer than the truncation a voxel's distance is measured; in front of that it is at least the
+  // truncation.
+  const VF sample =
+      hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(hn::Or(l.observed, l.beyond),
+                                                         hn::Mul(hn::Min(l.u, l.tau), c.units_per_m))));
+  const VI observed = AddObservation(bits, sample, observation, c.weight_cap);
+  if (!hn::AllFalse(d, l.observed)) {
+    result = hn::IfThenElse(hn::RebindMask(di, l.observed), observed, result);
     const MF interior = hn::RebindMask(d, hn::Lt(hn::ShiftLeft<16>(observed), hn::Set(di, 1)));
     tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, interior));
-    tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
+    const auto hits = static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
+    tally.update.updated += hits;
+    tally.update.freed += static_cast<std::uint32_t>(hn::CountTrue(d, l.observed)) - hits;
   }
   if constexpr (kCarving) {
-    MF carved = hn::And(l.beyond, StaleLanes(bits));
-    if (!hn::AllFalse(d, carved)) {
+    const MF stale = hn::And(l.beyond, StaleLanes(bits, scan.stale_below));
+    if (!hn::AllFalse(d, stale)) {
+      // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
       const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
-      carved = hn::And(carved, hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
+      const MF inside = hn::And(StaleLanes(bits, 1), hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
+      const MF in_range = hn::Lt(hn::Abs(signed_depth), hn::Set(d, PreparedDepth::kFarM));
+      const MF carved = hn::And(stale, hn::Or(inside, in_range));
       const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
-      result = hn::IfThenElse(hn::RebindMask(di, carved), TakeWeight(bits, taken), result);
+      const VI less = hn::IfThenElse(hn::RebindMask(di, inside), TakeWeight(bits, taken), observed);
+      result = hn::IfThenElse(hn::RebindMask(di, carved), less, result);
       changed = hn::Or(changed, carved);
       tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, carved));
     }
@@ -113,14 +122,15 @@ HWY_INLINE VI LoadWords(const TsdfVoxel* voxels) {
 }
 
 /// Of `parts`, those that hold something that could be carved.
-HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts) {
+HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts, std::int32_t below) {
   const DF d;
   std::uint32_t stale = 0;
   for (; parts != 0; parts &= parts - 1) {
     const auto part = hwy::Num0BitsBelowLS1Bit_Nonzero32(parts);
     for (std::size_t i = 0; i < 16; i += hn::Lanes(d))
-      stale |= static_cast<std::uint32_t>(!hn::AllFalse(d, StaleLanes(LoadWords(voxels + 16 * part + i))))
-               << part;
+      stale |=
+          static_cast<std::uint32_t>(!hn::AllFalse(d, StaleLanes(LoadWords(voxels + 16 * part + i), below)))
+          << part;
   }
   return stale;
 }
@@ -134,7 +144,7 @@ HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const Pro
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const Eigen::Vector3f origin = scan.origin_of(task.key);
   std::uint32_t parts = task.parts.in_band;
-  if constexpr (kCarving) parts |= StaleParts(task.voxels, task.parts.in_front & ~parts);
+  if constexpr (kCarving) parts |= StaleParts(task.voxels, task.parts.in_front & ~parts, scan.stale_below);
   for (; parts != 0; parts &= parts - 1) {
     const auto part = static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(parts));
     const auto z = static_cast<float>(part >> 2);
@@ -150,11 +160,12 @@ HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const Pro
       hn::Store(hz, d, selection.z + offset);
       hn::Store(l.signed_depth, d, selection.signed_depth + offset);
       hn::Store(l.pixel, di, selection.pixel + offset);
-      bool kept = !hn::AllFalse(d, found.hit);
+      bool kept = !hn::AllFalse(d, found.observed);
       if constexpr (kCarving) {
         const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
         hn::Store(tile, di, selection.tile + offset);
-        kept |= !hn::AllFalse(d, hn::And(found.beyond, StaleLanes(LoadWords(task.voxels + first))));
+        kept |= !hn::AllFalse(
+            d, hn::And(found.beyond, StaleLanes(LoadWords(task.voxels + first), scan.stale_below)));
       }
       selection.first_voxel[selection.count] = first;
       selection.count += kept ? 1 : 0;

@@ -36,8 +36,8 @@ struct TsdfParams {
   double edge_weight_ratio = 0.125;
 
   bool carving = true;
-  double carving_margin_voxel = 2.0;
-  double carving_weight_ratio = 4.0;
+  double carving_margin_voxel = 3.0;
+  double carving_weight_ratio = 1.0;
 
   bool color = true;
   double color_band_voxel = 1.5;

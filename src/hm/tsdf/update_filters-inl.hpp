@@ -57,13 +57,14 @@ HWY_INLINE VI TakeWeight(VI bits, VF taken) {
   return hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, hn::Zero(d))), kept);
 }
 
-/// The voxels that could be carved: known, on or behind a surface.
-HWY_INLINE MF StaleLanes(VI bits) {
+/// The voxels that could be carved: known, and nearer to a surface than `below` (or behind it).
+HWY_INLINE MF StaleLanes(VI bits, std::int32_t below) {
   const DI di;
   const DU du;
   const auto known = hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du));
   return hn::RebindMask(DF(),
-                        hn::And(hn::RebindMask(di, known), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(di, 1))));
+                        hn::And(hn::RebindMask(di, known),
+                                hn::Lt(hn::ShiftRight<16>(hn::ShiftLeft<16>(bits)), hn::Set(di, below))));
 }
 
 /// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
