@@ -1,4 +1,4 @@
-// What stands where in the house. Room by room; the loops of house_plan.cpp stay clear.
+// What stands where in the house. Room by room; the ways of house_tours.cpp stay clear.
 #include <cmath>
 #include <numbers>
 
@@ -243,7 +243,7 @@ void furnish_workshop(const RoomPlacer& in) {
 }
 
 void furnish_hall(HouseBuilder& builder) {
-  const RoomPlan hall{"hall", 0, kHouseLength_m, kHallLow_y, kHallHigh_y, 0, {}};
+  const RoomPlan hall{"hall", 0, kHouseLength_m, kHallLow_y, kHallHigh_y, 0};
   const RoomPlacer in{builder, hall};
   in.free(1.3, 7.5).box(Stuff::kRug, {-0.7, -0.45, 0}, {0.7, 0.45, 0.012});
   add_cabinet(in.south(11.7), {1.2, 0.3, 0.8}, Stuff::kOak, Stuff::kOak);

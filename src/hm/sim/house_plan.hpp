@@ -8,13 +8,11 @@
 
 namespace hm {
 
-/// A room of the house: its inner rectangle, its door to the hallway (centre), and the loop that the
-/// walk takes through it (starting near the door), kept clear of furniture.
+/// A room of the house: its inner rectangle and the centre of its door to the hallway.
 struct RoomPlan {
   std::string name;
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
   double door_x = 0;
-  std::vector<Vec2> loop;
 };
 
 // The house: inner faces of the outer walls at x = 0, 20 and y = 0, 15; hallway from west to east.

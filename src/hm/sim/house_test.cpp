@@ -4,6 +4,7 @@
 #include <set>
 
 #include "hm/sim/house_plan.hpp"
+#include "hm/sim/house_tours.hpp"
 #include "hm/sim/renderer.hpp"
 #include "hm/sim/simulation.hpp"
 #include "hm/sim/world.hpp"
@@ -41,8 +42,11 @@ TEST(House, NobodySeesOutOfIt) {
   const Renderer renderer(house);
   const PinholeCamera wide{200, 200, 100, 100, 99.5, 99.5, {}};
   std::vector<Vec3> places = {{10, 7.5, 1.5}};
-  for (const RoomPlan& room : house_rooms())
-    places.emplace_back(room.loop[1].x() + 0.0137, room.loop[1].y() + 0.0071, 1.5213);
+  for (std::size_t room = 0; room < house_rooms().size(); ++room) {
+    const std::span<const TourStop> tour = room_tour(room);
+    const TourStop& stop = tour[tour.size() / 2];
+    places.emplace_back(stop.x_m + 0.0137, stop.y_m + 0.0071, 1.5213);
+  }
   std::size_t from_inside = 0, all = 0;
   for (const Vec3& place : places) {
     for (int side = 0; side < 6; ++side) {

@@ -3,13 +3,15 @@
 #include <numbers>
 
 #include "hm/sim/house_plan.hpp"
+#include "hm/sim/house_tours.hpp"
 #include "hm/sim/walk.hpp"
 
 namespace hm {
 namespace {
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
-constexpr double kSwing_m = 4.2;  ///< walked while the pitch goes down and up once
+constexpr double kAhead_rad = -0.2;  ///< pitch of who looks where he goes
+constexpr double kSwing_m = 4.2;     ///< walked while the pitch goes down and up once
 
 /// Collects way points; yaw is unwrapped so that every turn is the short way round.
 class Tour {
@@ -66,44 +68,26 @@ class Tour {
   std::vector<WalkPoint> points_;
 };
 
-bool is_wide(const std::vector<Vec2>& loop) {
-  Eigen::AlignedBox2d box;
-  for (const Vec2& p : loop) box.extend(p);
-  return box.sizes().minCoeff() > 1.8;
-}
-
-void visit_room(Tour& tour, const RoomPlan& room) {
+/// From the hallway around a room and back to the hallway.
+void visit_room(Tour& tour, std::size_t index) {
+  const RoomPlan& room = house_rooms()[index];
   const Vec2 in_hall(room.door_x, kHallCenter_y);
-  tour.walk_to(in_hall, -0.15);
-  tour.walk_to(room.loop.front(), -0.2);
-  tour.around(room.loop, Tour::Look::kOutward, {-0.65, 0.0});
-  tour.spin(0.6);
-  if (is_wide(room.loop)) {
-    tour.around(room.loop, Tour::Look::kInward, {-0.8, 0.4});
-  } else {
-    // Across narrow rooms the first round has seen the walls: floor and ceiling from the far end are left.
-    tour.walk_to(room.loop[2], -0.75);
-    tour.spin(-0.75);
-    tour.walk_to(room.loop.front(), 0.5);
-  }
-  tour.walk_to(in_hall, -0.2);
+  const double inwards_rad = room.y1 < kHallCenter_y ? -kTurn_rad / 4 : kTurn_rad / 4;
+  tour.go(in_hall, inwards_rad, kAhead_rad);
+  for (const TourStop& stop : room_tour(index)) tour.go({stop.x_m, stop.y_m}, stop.yaw_rad, stop.pitch_rad);
+  tour.go(in_hall, -inwards_rad, kAhead_rad);
 }
 
 }  // namespace
 
 Walk house_walk() {
-  const Vec2 start(1.0, kHallCenter_y);
-  Tour tour({{start.x(), start.y(), 1.5}, 0, -0.1});
-  tour.spin(-0.35);
-  // South rooms on the way out, north rooms on the way back.
-  std::vector<RoomPlan> south, north;
-  for (const RoomPlan& room : house_rooms()) (room.y1 < kHallCenter_y ? south : north).push_back(room);
-  for (const RoomPlan& room : south) visit_room(tour, room);
-  tour.walk_to({18.8, kHallCenter_y}, -0.2);
-  tour.spin(0.1);
-  for (auto room = north.rbegin(); room != north.rend(); ++room) visit_room(tour, *room);
-  tour.walk_to(start, 0.2);
-  tour.go(start, 0, -0.1);
+  const TourStop& start = hall_tour().front();
+  Tour tour({{start.x_m, start.y_m, 1.5}, start.yaw_rad, start.pitch_rad});
+  for (const TourStop& stop : hall_tour()) {
+    if (stop.room >= 0) visit_room(tour, static_cast<std::size_t>(stop.room));
+    tour.go({stop.x_m, stop.y_m}, stop.yaw_rad, stop.pitch_rad);
+  }
+  tour.go({start.x_m, start.y_m}, start.yaw_rad, start.pitch_rad);
   return Walk(tour.points(), {});
 }
 

@@ -35,8 +35,8 @@ class Walk {
   std::vector<WalkPoint> samples_;
 };
 
-/// From the hallway through the door of every room, around it looking outwards and inwards with a turn
-/// on the spot, and back to the start.
+/// Along the hallway and through every room, by ways (house_tours.hpp) that see nearly all that a person in
+/// the rooms could see within 4 m, and back to the start.
 Walk house_walk();
 /// Around the room, looking at all of its walls, floor, ceiling and solids.
 Walk room_walk();
