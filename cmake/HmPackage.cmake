@@ -11,7 +11,7 @@ install(TARGETS housemartin ${room_targets} EXPORT housemartinTargets
 install(EXPORT housemartinTargets NAMESPACE housemartin:: DESTINATION ${package_dir})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/hm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.hpp" PATTERN "testing" EXCLUDE
-        PATTERN "*test*" EXCLUDE)
+        PATTERN "*test*" EXCLUDE PATTERN "*_inl.hpp" EXCLUDE)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/housemartinConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/housemartinConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/housemartinConfigVersion.cmake

@@ -8,8 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "hm/tsdf/projection_lookup-inl.hpp"
-#include "hm/tsdf/update_filters-inl.hpp"
+#include "hm/tsdf/projection_lookup_inl.hpp"
+#include "hm/tsdf/update_filters_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
