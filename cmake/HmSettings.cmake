@@ -16,8 +16,10 @@ add_library(hm_settings INTERFACE)
 target_compile_options(hm_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -ffp-contract=off -fno-math-errno)
 if(HM_SANITIZE)
+  # Instrumented code makes g++ 12 warn of uninitialised members inside the standard library: shown here, and
+  # errors in every other build.
   target_compile_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE} -fno-sanitize-recover=all
-                         -fno-omit-frame-pointer)
+                         -fno-omit-frame-pointer -Wno-error)
   target_link_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE})
 endif()
 if(HM_COVERAGE)
