@@ -1,16 +1,28 @@
 #include "hm/tsdf/candidate_volumes.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 
 #include "hm/core/check.hpp"
 
 namespace hm {
+namespace {
+
+/// Sets bits that other threads may be setting too; most of the time they are set already. The order of
+/// threads leaves no trace.
+void set_bits(std::uint64_t& word, std::uint64_t bits) {
+  const std::atomic_ref<std::uint64_t> shared(word);
+  if ((shared.load(std::memory_order_relaxed) & bits) != bits)
+    shared.fetch_or(bits, std::memory_order_relaxed);
+}
+
+}  // namespace
 
 void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& camera, const SE3& T_world_camera,
                            const TsdfParams& params, const TruncationModel& truncation,
-                           std::vector<VolumeKey>& keys) {
+                           const ParallelLoop& loop, std::vector<VolumeKey>& keys) {
   keys.clear();
   if (depth.pixels_in_range == 0) return;
   truncation_ = truncation;
@@ -23,8 +35,12 @@ void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& came
   corners_x_ = depth.tiles_x + 1;
   place_rays(depth, camera, T_world_camera.rotation() / volume_size);
   place_bitmap(depth, truncation.max_m);
-  for (int y = 0; y < depth.tiles_y; y += 2)
-    for (int x = 0; x < depth.tiles_x; x += 2) mark_quad(depth, x, y);
+  loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 8,
+                  [&](std::size_t begin, std::size_t end) {
+                    for (auto y = 2 * static_cast<int>(begin);
+                         y < std::min(2 * static_cast<int>(end), depth.tiles_y); y += 2)
+                      for (int x = 0; x < depth.tiles_x; x += 2) mark_quad(depth, x, y);
+                  });
   collect(keys);
 }
 
@@ -66,7 +82,6 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   size_y_ = size.y();
   size_z_ = size.z();
   words_x_ = (size_x_ + 63) / 64;
-  last_from_ = last_to_ = Eigen::Array4i::Constant(-1);
   const std::size_t words = static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) *
                             static_cast<std::size_t>(size_z_);
   HM_CHECK(words < (std::size_t{1} << 27u), "{} x {} x {} volumes in one frustum", size_x_, size_y_, size_z_);
@@ -154,9 +169,6 @@ void CandidateFinder::mark_box(const Eigen::Array4f& low, const Eigen::Array4f& 
   // Coordinates are at least 1 here (the bitmap has a margin), so conversion is floor.
   constexpr float kSlack = 1e-4f;  // single precision
   const Eigen::Array4i from = (low - kSlack).cast<int>(), to = (high + kSlack).cast<int>();
-  if ((from == last_from_).all() && (to == last_to_).all()) return;  // as neighbouring tiles often do
-  last_from_ = from;
-  last_to_ = to;
   const int x0 = std::max(from[0], 0), x1 = std::min(to[0], size_x_ - 1);
   const int y0 = std::max(from[1], 0), y1 = std::min(to[1], size_y_ - 1);
   const int z0 = std::max(from[2], 0), z1 = std::min(to[2], size_z_ - 1);
@@ -165,7 +177,7 @@ void CandidateFinder::mark_box(const Eigen::Array4f& low, const Eigen::Array4f& 
     const std::uint64_t bits = (~std::uint64_t{0} >> (63 - last)) & (~std::uint64_t{0} << first);
     for (int z = z0; z <= z1; ++z)
       for (int y = y0; y <= y1; ++y)
-        bitmap_[static_cast<std::size_t>((z * size_y_ + y) * words_x_ + word)] |= bits;
+        set_bits(bitmap_[static_cast<std::size_t>((z * size_y_ + y) * words_x_ + word)], bits);
   }
 }
 

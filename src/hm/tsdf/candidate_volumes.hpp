@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hm/core/parallel.hpp"
 #include "hm/geometry/box.hpp"
 #include "hm/tsdf/projection_scan.hpp"
 
@@ -16,7 +17,8 @@ class CandidateFinder {
   /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
   /// within the truncation of its own pixel's reading lies in one of them.
   void find(const PreparedDepth& depth, const PinholeCamera& camera, const SE3& T_world_camera,
-            const TsdfParams& params, const TruncationModel& truncation, std::vector<VolumeKey>& keys);
+            const TsdfParams& params, const TruncationModel& truncation, const ParallelLoop& loop,
+            std::vector<VolumeKey>& keys);
 
  private:
   struct Segment {
@@ -45,7 +47,6 @@ class CandidateFinder {
   float volume_size_m_ = 1;
   VolumeKey base_;  ///< of bit 0
   int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
-  Eigen::Array4i last_from_ = Eigen::Array4i::Zero(), last_to_ = Eigen::Array4i::Zero();  ///< of mark_box
   std::vector<std::uint64_t> bitmap_;  ///< all zero between calls
 };
 

@@ -27,7 +27,7 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
   const bool with_color = params_.color && !frame.color.empty();
   if (with_color) scan.rgb = reinterpret_cast<const std::uint8_t*>(frame.color.data());
 
-  finder_.find(prepared_, camera_, T_world_camera, params_, scan.truncation, candidates_);
+  finder_.find(prepared_, camera_, T_world_camera, params_, scan.truncation, loop, candidates_);
   bounds_.build(prepared_, scan, camera_);
   stale_.clear();
   if (params_.carving) find_stale_volumes(grid, T_world_camera);

@@ -110,7 +110,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
                   prepared);
     const TruncationModel truncation(params, {});
     std::vector<VolumeKey> keys;
-    CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, keys);
+    CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, ParallelLoop(2),
+                           keys);
     std::set<std::array<int, 3>> candidates;
     for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
     EXPECT_EQ(candidates.size(), keys.size());
