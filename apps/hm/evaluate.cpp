@@ -1,7 +1,7 @@
 #include <memory>
 
+#include "hm/io/file_bytes.hpp"
 #include "hm/io/mesh_file.hpp"
-#include "hm/io/output_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/trajectory_evaluation.hpp"
@@ -15,9 +15,7 @@ struct Flags {
 
 /// Writes the page of --report, if one was asked for.
 hm::Result<void> write_report(const Flags& flags, const std::string& html, Outcome& outcome) {
-  hm::OutputFile file(flags.report);
-  file.write(html);
-  if (auto written = file.finish(); !written) {
+  if (auto written = hm::write_file_text(flags.report, html); !written) {
     written.error().code = hm::ErrorCode::kInternal;
     return written;
   }

@@ -1,10 +1,10 @@
 #include "hm/pipeline/reconstruction_output.hpp"
 
 #include "hm/evaluation/mesh_renderer.hpp"
+#include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
-#include "hm/io/output_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/reconstruction_report.hpp"
@@ -16,12 +16,6 @@ namespace {
 Result<void> as_run_failure(Result<void> result) {
   if (!result) result.error().code = ErrorCode::kInternal;
   return result;
-}
-
-Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
-  OutputFile file(path);
-  file.write(text);
-  return file.finish();
 }
 
 void say(const ReconstructionOptions& options, const char* stage) {
@@ -117,11 +111,11 @@ Result<void> write_texts(const ReconstructionOptions& options, const ReportMater
   const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
              json = options.output / "report.json", html = options.output / "report.html";
   if (const auto written = write_tum_trajectory(trajectory, summary.trajectory); !written) return written;
-  if (const auto written = write_text(parameters, material.parameters_toml); !written) return written;
+  if (const auto written = write_file_text(parameters, material.parameters_toml); !written) return written;
   for (const auto& path : {trajectory, parameters, json, html}) summary.outputs.push_back(path);
   const std::string report = to_json_text(report_json(summary, options.program_version));
-  if (const auto written = write_text(json, report + "\n"); !written) return written;
-  return write_text(html, report_html(summary, material));
+  if (const auto written = write_file_text(json, report + "\n"); !written) return written;
+  return write_file_text(html, report_html(summary, material));
 }
 
 }  // namespace
