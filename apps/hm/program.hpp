@@ -40,9 +40,10 @@ class Session {
   [[nodiscard]] hm::LogSink log() const { return log_; }
   /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error.
   [[nodiscard]] hm::Result<void> apply(hm::ParamList& params) const;
-  /// From here on the first Ctrl-C (or SIGTERM) asks this token to stop, the second ends the program.
-  /// Call it before any other thread is started.
-  std::stop_token stop_on_interrupt();
+  /// From here on the first Ctrl-C (or SIGTERM) asks this token to stop, the second ends the program. What
+  /// the first leads to is said in words ("finishing with what there is"). Call it before any other thread is
+  /// started.
+  std::stop_token stop_on_interrupt(const std::string& consequence);
 
  private:
   CommonOptions options_;

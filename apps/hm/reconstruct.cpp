@@ -43,7 +43,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   options.program_version = kVersion;
   options.progress = session.progress();
   options.log = session.log();
-  options.stop = session.stop_on_interrupt();
+  options.stop = session.stop_on_interrupt("finishing with what there is");
   const auto summary = hm::reconstruct(options);
   if (!summary) return hm::forward_error(summary);
   return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};

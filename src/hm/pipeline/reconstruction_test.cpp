@@ -21,10 +21,12 @@ class Reconstruction : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = new fs::path(fs::path(testing::TempDir()) / fmt::format("hm_reconstruction_{}", getpid()));
     fs::remove_all(*folder_);
-    SimulationParams params;
-    params.world = WorldKind::kRoom;
-    params.frame_limit = 24;
-    const auto made = simulate_recording(params, *folder_ / "recording", {}, 2);
+    SimulationOptions simulation;
+    simulation.params.world = WorldKind::kRoom;
+    simulation.params.frame_limit = 24;
+    simulation.output = *folder_ / "recording";
+    simulation.threads = 2;
+    const auto made = simulate_recording(simulation);
     ASSERT_TRUE(made) << to_string(made.error());
   }
   static void TearDownTestSuite() {
