@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "program.hpp"
-#include "version.hpp"
 
 namespace {
 
@@ -36,12 +35,8 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   options.parameters.tsdf.voxel_size_m = 0.03;
   auto list = hm::list_all(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  options.threads = session.threads();
-  options.program_version = kVersion;
-  options.progress = session.progress();
-  options.log = session.log();
-  options.stop =
-      session.stop_on_interrupt("a simulation is dropped, a reconstruction is finished with what there is");
+  options.run = session.interruptible_context(
+      "a simulation is dropped, a reconstruction is finished with what there is");
   const auto demo = hm::run_demo(options);
   if (!demo) return hm::forward_error(demo);
   Outcome outcome{closing_words(*demo, output), hm::to_json(demo->reconstruction),

@@ -9,6 +9,7 @@
 #include "hm/core/parallel.hpp"
 #include "program.hpp"
 #include "terminal.hpp"
+#include "version.hpp"
 
 using hm::fail;
 
@@ -36,7 +37,9 @@ hm::Result<void> Session::apply(hm::ParamList& params) const {
   return {};
 }
 
-std::stop_token Session::stop_on_interrupt(const std::string& consequence) {
+hm::RunContext Session::context() const { return {threads(), kVersion, progress_, log_, {}}; }
+
+hm::RunContext Session::interruptible_context(const std::string& consequence) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
@@ -50,5 +53,7 @@ std::stop_token Session::stop_on_interrupt(const std::string& consequence) {
     sigwait(&signals, &number);
     _exit(1);
   }).detach();
-  return stop_.get_token();
+  hm::RunContext run = context();
+  run.stop = stop_.get_token();
+  return run;
 }

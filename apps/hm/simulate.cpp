@@ -32,9 +32,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::SimulationOptions options;
   options.params = simulation;
   options.output = flags.output.empty() ? flags.world + "_recording" : flags.output;
-  options.threads = session.threads();
-  options.progress = session.progress();
-  options.stop = session.stop_on_interrupt("what was written is removed");
+  options.run = session.interruptible_context("what was written is removed");
   const auto summary = hm::simulate_recording(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;

@@ -41,7 +41,7 @@ Image<std::uint16_t> in_units(const DepthImage& depth, double units_per_m) {
 Result<void> make_folder(const fs::path& folder) {
   std::error_code status;
   fs::create_directories(folder, status);
-  if (status) return fail(ErrorCode::kUnreadable, folder, "cannot be made: {}", status.message());
+  if (status) return fail(ErrorCode::kUsage, folder, "cannot make this folder: {}", status.message());
   return {};
 }
 

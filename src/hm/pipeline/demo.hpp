@@ -8,11 +8,7 @@ namespace hm {
 struct DemoOptions {
   std::filesystem::path output;  ///< gets recording/ and result/
   Parameters parameters;
-  int threads = 1;
-  std::string program_version;
-  ProgressSink progress;
-  LogSink log;
-  std::stop_token stop;
+  RunContext run;
 };
 
 struct DemoSummary {

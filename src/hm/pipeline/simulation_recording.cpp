@@ -53,7 +53,8 @@ Result<double> write_frames(const Simulation& simulation, TumWriter& writer, con
   double valid = 0;
   for (std::size_t begin = 0; begin < count || !ready.empty(); begin += kBatch) {
     const std::size_t done = std::min(begin, count);
-    if (auto go_on = check_not_stopped(options.stop, fmt::format("at frame {} of {}", done, count)); !go_on)
+    if (auto go_on = check_not_stopped(options.run.stop, fmt::format("at frame {} of {}", done, count));
+        !go_on)
       return forward_error(go_on);
     next.clear();
     next.resize(std::min(kBatch, count - done));
@@ -69,7 +70,7 @@ Result<double> write_frames(const Simulation& simulation, TumWriter& writer, con
     if (!written) return forward_error(written);
     for (const RgbdFrame& frame : next) valid += valid_share(frame.depth);
     ready.swap(next);
-    if (options.progress) options.progress({"simulating", done, count, {}});
+    if (options.run.progress) options.run.progress({"simulating", done, count, {}});
   }
   return count > 0 ? valid / static_cast<double>(count) : 0.0;
 }
@@ -134,7 +135,7 @@ Result<void> write_parameters(SimulationParams params, const fs::path& path) {
 /// Everything but the mark that it is finished.
 Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& writer,
                                     const SimulationOptions& options) {
-  const ParallelLoop loop(options.threads);
+  const ParallelLoop loop(options.run.threads);
   const fs::path& folder = options.output;
   const bool drifts = simulation.params().pose_drift;
   const auto valid = write_frames(simulation, writer, options, loop);
@@ -154,9 +155,9 @@ Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& wri
   summary.valid_ratio = *valid;
   summary.outputs = {folder, folder / "groundtruth.txt"};
   if (drifts) summary.outputs.push_back(folder / "poses.txt");
-  if (options.progress) options.progress({"finding what can be seen of the truth", 0, 0, {}});
+  if (options.run.progress) options.run.progress({"finding what can be seen of the truth", 0, 0, {}});
   if (auto written = write_truth(simulation, folder, loop, summary); !written) return forward_error(written);
-  if (auto go_on = check_not_stopped(options.stop, "after its last frame"); !go_on)
+  if (auto go_on = check_not_stopped(options.run.stop, "after its last frame"); !go_on)
     return forward_error(go_on);
   return summary;
 }
@@ -177,14 +178,15 @@ Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
   std::error_code code;
   if (fs::exists(unfinished, code)) remove_simulation(folder);
   const Simulation simulation(options.params);
-  auto writer = TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m);
+  auto writer = as_run_failure(TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
   if (!writer) return forward_error(writer);
-  if (auto marked = write_parameters(options.params, unfinished); !marked) return forward_error(marked);
-  auto summary = write_all(simulation, *writer, options);
+  if (const auto marked = as_run_failure(write_parameters(options.params, unfinished)); !marked)
+    return forward_error(marked);
+  auto summary = as_run_failure(write_all(simulation, *writer, options));
   if (summary) {
     fs::rename(unfinished, folder / kFinishedMark, code);
     if (code)
-      summary = fail(ErrorCode::kUnreadable, unfinished.string(), "cannot be renamed: {}", code.message());
+      summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
   }
   if (!summary) {
     remove_simulation(folder);

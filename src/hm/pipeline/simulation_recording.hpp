@@ -1,10 +1,9 @@
 #pragma once
 #include <filesystem>
-#include <stop_token>
 #include <vector>
 
-#include "hm/core/progress.hpp"
 #include "hm/core/result.hpp"
+#include "hm/pipeline/run_context.hpp"
 #include "hm/sim/simulation.hpp"
 
 namespace hm {
@@ -13,9 +12,7 @@ namespace hm {
 struct SimulationOptions {
   SimulationParams params;
   std::filesystem::path output;  ///< a folder, made if needed; it must not hold a recording
-  int threads = 1;
-  ProgressSink progress;
-  std::stop_token stop;  ///< when asked to stop, nothing is left
+  RunContext run;                ///< asked to stop, it leaves nothing
 };
 
 /// What simulate_recording() made.

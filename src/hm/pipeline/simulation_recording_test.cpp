@@ -30,7 +30,9 @@ class SimulationRecording : public ::testing::Test {
   }
 
   [[nodiscard]] SimulationOptions options(const std::string& name, int threads = 1) const {
-    return {.params = params_, .output = folder_ / name, .threads = threads, .progress = {}, .stop = {}};
+    SimulationOptions options{params_, folder_ / name, {}};
+    options.run.threads = threads;
+    return options;
   }
 
   static std::map<std::string, std::string> contents(const fs::path& folder) {
@@ -51,7 +53,7 @@ class SimulationRecording : public ::testing::Test {
 TEST_F(SimulationRecording, IsReadBackAsItWasSimulated) {
   std::size_t reports = 0;
   SimulationOptions watched = options("a", 2);
-  watched.progress = [&](const Progress& progress) { reports += progress.stage == "simulating"; };
+  watched.run.progress = [&](const Progress& progress) { reports += progress.stage == "simulating"; };
   const auto summary = simulate_recording(watched);
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(summary->frames, 19u);
@@ -140,8 +142,8 @@ TEST_F(SimulationRecording, LeavesNothingWhenItIsStopped) {
     for (const std::string_view stage : {"simulating", "finding what can be seen of the truth"}) {
       std::stop_source source;
       SimulationOptions stopped = options(name, 2);
-      stopped.stop = source.get_token();
-      stopped.progress = [&](const Progress& progress) {
+      stopped.run.stop = source.get_token();
+      stopped.run.progress = [&](const Progress& progress) {
         EXPECT_TRUE(fs::exists(folder_ / name / "simulation.unfinished.toml"));
         if (progress.stage == stage) source.request_stop();
       };
