@@ -88,4 +88,9 @@ std::optional<Time> parse_stamp(std::string_view word) {
   return Time{std::llround(*seconds * 1e9L)};
 }
 
+std::optional<Time> parse_stamp_ns(std::string_view word) {
+  const auto ns = parse_as<std::int64_t>(word);
+  return ns ? std::optional(Time{*ns}) : std::nullopt;
+}
+
 }  // namespace hm

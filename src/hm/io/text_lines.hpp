@@ -42,5 +42,7 @@ std::vector<std::string_view> words(std::string_view line);
 std::optional<double> parse_number(std::string_view word);
 /// Decimal seconds as a time, exact to the nanosecond; nothing when it is none or beyond 290 years.
 std::optional<Time> parse_stamp(std::string_view word);
+/// Whole nanoseconds as a time; nothing when it is none.
+std::optional<Time> parse_stamp_ns(std::string_view word);
 
 }  // namespace hm
