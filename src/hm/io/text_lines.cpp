@@ -105,4 +105,9 @@ std::string stamp_text(Time stamp) {
   return fmt::format("{}{}.{:09}", stamp.ns < 0 ? "-" : "", magnitude / kSecond, magnitude % kSecond);
 }
 
+std::optional<Time> parse_stamp_ns(std::string_view word) {
+  const auto ns = parse_as<std::int64_t>(word);
+  return ns ? std::optional(Time{*ns}) : std::nullopt;
+}
+
 }  // namespace hm

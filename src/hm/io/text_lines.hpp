@@ -46,5 +46,7 @@ std::optional<double> parse_number(std::string_view word);
 std::optional<Time> parse_stamp(std::string_view word);
 /// The same back: seconds with nine decimals.
 std::string stamp_text(Time stamp);
+/// Whole nanoseconds as a time; nothing when it is none.
+std::optional<Time> parse_stamp_ns(std::string_view word);
 
 }  // namespace hm
