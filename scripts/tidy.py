@@ -21,7 +21,8 @@ FINDING = re.compile(r"^(.+?):(\d+):\d+: (?:warning|error): (.+)$", re.M)
 
 
 def git_lines(*words):
-    return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=True).stdout.splitlines()
+    result = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=True)
+    return result.stdout.splitlines()
 
 
 def changed_sources(since):
@@ -42,7 +43,9 @@ def findings_of(source):
     result = subprocess.run(["clang-tidy-16", "--quiet", "-p", str(ROOT / "build/release"), str(source)],
                             capture_output=True, text=True)
     found = [f"{os.path.relpath(match[1], ROOT)}:{match[2]}: {match[3]}" for match in FINDING.finditer(result.stdout)]
-    return found if found or result.returncode == 0 else [f"{source}: {result.stderr.strip()[-500:]}"]
+    if found or result.returncode == 0:
+        return found
+    return [f"{os.path.relpath(source, ROOT)}: exit code {result.returncode}: {result.stderr.strip()[-500:]}"]
 
 
 def main():
@@ -51,10 +54,13 @@ def main():
     parser.add_argument("--since", default="HEAD", help="a revision to compare with (default: HEAD)")
     arguments = parser.parse_args()
     sources = sources_below(arguments.paths) if arguments.paths else changed_sources(arguments.since)
+    found = set()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = sorted({line for lines in pool.map(findings_of, sources) for line in lines})
-    for line in found:
-        print(line)
+        for lines in pool.map(findings_of, sources):
+            for line in lines:  # a header's finding comes with every file that includes it
+                if line not in found:
+                    print(line, flush=True)
+            found.update(lines)
     print(f"tidy: {len(sources)} files, {len(found)} findings")
     return 1 if found else 0
 
