@@ -29,7 +29,8 @@ struct FreeDirections {
   int count = 0;
   /// Unit vectors in (x_m, y_m, angle_rad * arm_m), x and y along the axes of the reference frame.
   std::array<Vec3, 3> directions = {};
-  double arm_m = 1;  ///< turns angles into metres: root mean square range of the pairs
+  Vec2 at_m = Vec2::Zero();  ///< the sensed scan's origin in the reference frame: angles are turned about it
+  double arm_m = 1;          ///< turns angles into metres: root mean square range of the pairs
 
   /// "none", "along 90 deg", "around (1.20, 0.40) m" ...
   [[nodiscard]] std::string to_string() const;

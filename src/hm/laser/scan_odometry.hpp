@@ -112,7 +112,8 @@ class ScanOdometry {
  private:
   OdometryStep begin(const PlanarScan& scan);
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
-  void track(const PlanarScan& scan, OdometryStep& step);
+  void track(OdometryStep& step);
+  void begin_keyframe(OdometryStep& step);
   void lose(const PlanarScan& scan, OdometryStep& step);
   [[nodiscard]] bool wants_keyframe(const ScanMatch& match) const;
 
@@ -123,6 +124,7 @@ class ScanOdometry {
   SE2 T_odom_base_, T_odom_keyframe_;
   SE2 T_base_predicted_;  // motion predicted since T_odom_base_ was matched, over failed scans
   Mat3 keyframe_covariance_ = Mat3::Zero();
+  double unmatched_s_ = 0;  // since T_odom_base_ was matched
   std::size_t keyframes_ = 0;
   int failures_ = 0;
 };
