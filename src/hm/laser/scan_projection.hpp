@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "hm/core/params.hpp"
 #include "hm/laser/attitude_history.hpp"
@@ -73,16 +74,26 @@ struct ProjectedScan {
 /// tilt) without its height, roll and pitch, at one moment of the sweep (dissertation 2.2.2, eqs 2.1-2.3).
 /// Every beam is turned by the attitude at its own time, and shifted by the motion since the scan's moment.
 ///
-/// Bearings and ranges of the result are seen from the laser's place in `ortho` at the scan's moment.
+/// Not thread safe (keeps the beams' sines and cosines). Bearings and ranges of the result are seen from the
+/// laser's place in `ortho` at the scan's moment.
 class ScanProjector {
  public:
   explicit ScanProjector(const LaserRig& rig, const ScanProjectionParams& params = {});
   /// Projects one scan. Any scan is allowed; what could not be used is counted, never an error.
-  [[nodiscard]] ProjectedScan project(const LaserScan& scan, const SweepMotion& motion = {}) const;
+  ProjectedScan project(const LaserScan& scan, const SweepMotion& motion = {});
 
  private:
+  struct BeamMotion;
+  class SweepInterpolation;
+  void prepare_directions(const LaserScan& scan);
+  void project_beam(const Vec2& end_laser_m, const BeamMotion& beam, const SweepMotion& motion,
+                    ProjectedScan& result) const;
+  static void conclude(std::size_t beams, ProjectedScan& result);
+
   LaserRig rig_;
   ScanProjectionParams params_;
+  double angle_min_rad_ = 0, angle_increment_rad_ = 0;  // of directions_
+  std::vector<Vec2> directions_;
 };
 
 }  // namespace hm
