@@ -84,7 +84,7 @@ std::size_t IcpPairs::find(const ReferenceLines& reference, const ScanPoints& se
   return pairs_.size();
 }
 
-std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m) {
+std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m, double floor_m) {
   if (params.remove_duplicates) {
     std::fill(nearest2_.begin(), nearest2_.end(), std::numeric_limits<float>::max());
     for (const Pair& pair : pairs_) nearest2_[pair.line] = std::min(nearest2_[pair.line], pair.distance2);
@@ -108,6 +108,7 @@ std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m) {
     std::nth_element(middle, high, scratch_.end());
     limit = std::min(limit, *high);
   }
+  limit = std::max(limit, static_cast<float>(floor_m));
   std::erase_if(pairs_, [&](const Pair& pair) { return std::abs(pair.error) > limit; });
   return pairs_.size();
 }

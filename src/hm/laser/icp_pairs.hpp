@@ -20,9 +20,9 @@ class IcpPairs {
   /// where the point's last partner was. Returns the number of pairs.
   std::size_t find(const ReferenceLines& reference, const ScanPoints& sensed, const SE2& X,
                    std::size_t stride, const PlIcpParams& params);
-  /// Takes out duplicates and trims (Chetverikov 2005, adaptive as in Censi's implementation). Returns the
-  /// number of pairs that stay.
-  std::size_t trim(const PlIcpParams& params, double range_sigma_m);
+  /// Takes out duplicates and trims (Chetverikov 2005, adaptive as in Censi's implementation), but no pair
+  /// with an error below floor_m. Returns the number of pairs that stay.
+  std::size_t trim(const PlIcpParams& params, double range_sigma_m, double floor_m);
   [[nodiscard]] PointToLineSums sums(const ReferenceLines& reference, const ScanPoints& sensed,
                                      bool weigh) const;
   /// What noisy normals alone would add to the information, expected.

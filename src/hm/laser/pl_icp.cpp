@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kMinCoarsePoints = 120;  // fewer are not worth an iteration of their own
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
+constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
 
 }  // namespace
@@ -71,7 +72,7 @@ struct PlIcp::State {
   Vec2 sensed_origin_m = Vec2::Zero();
   IcpPairs pairs;
   IcpCovariance covariance;
-  SE2 X;  // sensed points into reference points, both seen from their own origins
+  SE2 X, X_guess;  // sensed points into reference points, both seen from their own origins
   FreeDirections free;
   PointToLineSums sums;
   bool matched = false;
@@ -100,7 +101,11 @@ void PlIcp::State::fit_reference() {
 /// Pairs, trims, solves. False when there are too few pairs or they fix nothing; the match says which.
 bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
   pairs.find(reference, sensed, X, stride, params);
-  match.pairs = pairs.trim(params, range_sigma_m);
+  // While the guess may be far off, the pairs that say so must not be trimmed for being few.
+  const bool published = !(params.line_half_length_m > 0);
+  const double floor_m =
+      published ? 0 : params.max_correspondence_distance_m * std::pow(kTrimShrink, match.iterations);
+  match.pairs = pairs.trim(params, range_sigma_m, floor_m);
   ++match.iterations;
   const double smaller =
       static_cast<double>(std::min(sensed.size(), reference.size())) / static_cast<double>(stride);
@@ -117,7 +122,12 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
     match.status = MatchStatus::kNoInformation;
     return false;
   }
-  step = free.count == 0 ? exact_step(sums) : step_without(free, sums);
+  if (free.count == 0) {
+    step = exact_step(sums);
+  } else {
+    const Vec2 shift = X.translation() - X_guess.translation();
+    step = step_without(free, sums, {shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle())});
+  }
   X = SE2(X.translation() + step.head<2>(), X.angle() + step.z());
   return true;
 }
@@ -222,7 +232,7 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   }
   match.range_sigma_m = s.range_sigma_m = s.sigma_of(s.sensed);
   s.pairs.begin(s.sensed.size(), s.reference.size());
-  s.X = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
+  s.X = s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
   s.run(match);
   if (match.status == MatchStatus::kMatched) s.judge(T_reference_sensed_guess, match);
   s.matched = match.ok();

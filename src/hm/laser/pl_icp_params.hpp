@@ -17,8 +17,8 @@ struct PlIcpParams {
   double range_sigma_m = 0;
   bool weight_by_incidence = true;
   int coarse_stride = 4;
-  double min_information_ratio = 0.003;
-  double information_over_noise = 4;
+  double min_information_ratio = 0.02;
+  double information_over_noise = 5;
   bool compute_covariance = true;
 
   /// The matcher as published: lines through the two nearest points, every beam in every iteration, no
@@ -31,6 +31,7 @@ struct PlIcpParams {
     params.line_half_length_m = 0;
     params.weight_by_incidence = false;
     params.coarse_stride = 1;
+    params.min_information_ratio = params.information_over_noise = 0;
     return params;
   }
 

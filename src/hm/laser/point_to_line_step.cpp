@@ -107,8 +107,14 @@ Mat3 inverse_information(const FreeDirections& free, const Mat3& information) {
   return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 
-Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums) {
-  return inverse_information(free, sums.information()) * sums.gradient();
+Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums, const Vec3& moved) {
+  Vec3 step = inverse_information(free, sums.information()) * sums.gradient();
+  const Vec3 scale(1, 1, free.arm_m);
+  for (int k = 0; k < free.count; ++k) {
+    const Vec3& direction = free.directions[static_cast<std::size_t>(k)];
+    step -= direction.dot(scale.cwiseProduct(moved)) * direction.cwiseQuotient(scale);
+  }
+  return step;
 }
 
 }  // namespace hm

@@ -55,8 +55,9 @@ struct InformationLimits {
 FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& feigned,
                                     const InformationLimits& limits);
 
-/// The Gauss-Newton step that leaves the free directions alone.
-Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums);
+/// The Gauss-Newton step that leaves the free directions alone, and takes back what `moved`, the motion made
+/// so far (dx, dy, angle), has gone along them.
+Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums, const Vec3& moved);
 
 /// Inverse of the information on what is not free, zero along what is: the pseudo-inverse that the covariance
 /// is made with.

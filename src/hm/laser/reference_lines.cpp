@@ -14,7 +14,7 @@ constexpr double kMaxAngleSigma2 = 0.25;  // beyond it a normal is a guess
 constexpr double kMinIncidenceCosine2 = 0.05;
 constexpr double kMaxExcess = 2.5;       // standard deviations that a straight piece may have
 constexpr double kSuspiciousExcess = 2;  // standard deviations: worth asking whether there is a corner
-constexpr double kCornerEvidence = 15;   // chi-square with two degrees of freedom
+constexpr double kCornerEvidence = 25;   // chi-square with two degrees of freedom
 constexpr std::uint32_t kMinSide = 4;    // points that a line on one side needs
 
 /// A measure of direction that grows with the angle, in [0, 4), without trigonometry.
