@@ -67,21 +67,22 @@ class HeightEstimator {
 
  private:
   struct Sighting {
-    int floor = -1, readings = 0;
+    int floor_id = -1, readings = 0;
   };
   using Sightings = std::array<Sighting, HeightModes::kMax>;
   HeightEstimate finish(HeightStatus status, const HeightModes& modes);
   [[nodiscard]] double variance_m2(const HeightMode& mode) const;
   [[nodiscard]] int best_floor(const HeightMode& mode, const Sightings& taken) const;
   Sightings associate(Time time, const HeightModes& modes);
-  void forget_unconfirmed(const Sightings& seen);
-  void follow_floor(Sightings seen, HeightEstimate& estimate);
+  void forget_unconfirmed();
+  void follow_floor(const Sightings& seen, HeightEstimate& estimate);
 
   HeightParams params_;
   SurfaceSide side_;
   FloorFilter filter_;
   HeightEstimate last_;
   bool any_scan_ = false;
+  double explained_ratio_ = 1;  // of the readings of the newest scan
   int current_id_ = 0;
   std::vector<double> sorted_m_;  // kept between scans for its memory
 };

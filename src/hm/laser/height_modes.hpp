@@ -18,7 +18,8 @@ struct HeightModes {
   static constexpr int kMax = 4;
   std::array<HeightMode, kMax> modes{};
   int size = 0;
-  int rejected = 0;  ///< accumulations of readings that spread too far to be a surface
+  double explained_ratio = 0;  ///< share of all readings that belong to one of them
+  int rejected = 0;            ///< accumulations of readings that spread too far to be a surface
   [[nodiscard]] std::span<const HeightMode> all() const {
     return {modes.data(), static_cast<std::size_t>(size)};
   }

@@ -8,16 +8,18 @@ struct HeightParams {
   double bin_size_m = 0.02;
   int min_readings = 5;
   double reading_std_m = 0.01;
-  double mode_half_width_sigmas_ratio = 5.0;
-  double max_spread_sigmas_ratio = 2.5;
+  double mode_half_width_sigmas_ratio = 4.0;
+  double max_spread_sigmas_ratio = 1.9;
+  double min_explained_ratio = 0.65;
+  double doubtful_height_std_m = 0.03;
   double level_std_m = 0.002;
   double max_tilt_rad = 0.6;
 
   double min_step_m = 0.03;
-  double step_sigmas_ratio = 5.0;
+  double step_sigmas_ratio = 3.0;
   int confirm_sightings = 3;
   int forget_unseen_scans = 10;
-  double acceleration_density_m_s2_sqrt_hz = 0.8;
+  double acceleration_density_m_s2_sqrt_hz = 0.4;
   double initial_climb_std_m_s = 1.0;
 
   /// Readings this near to a mode belong to it, metres.
@@ -38,6 +40,12 @@ struct HeightParams {
                {0.5, 20},
                "a mode that spreads more is no surface; above 0.57 of the half width it never fires"},
       self.max_spread_sigmas_ratio);
+    v(ParamDoc{"min_explained_ratio",
+               {0, 1},
+               "scans with a smaller share of readings on surfaces are edges: no answer"},
+      self.min_explained_ratio);
+    v(ParamDoc{"doubtful_height_std_m", {0.001, 10}, "unless the height has become less certain than this"},
+      self.doubtful_height_std_m);
     v(ParamDoc{"level_std_m", {0, 0.1}, "error that all readings of a scan have in common"},
       self.level_std_m);
     v(ParamDoc{"max_tilt_rad", {0.05, 1.5}, "no answer when the vehicle is tilted more"}, self.max_tilt_rad);
