@@ -82,8 +82,9 @@ class DecoupledKalman {
   explicit DecoupledKalman(const DecoupledKalmanParams& params = {}) : params_(params) {}
   /// New noise, valid from the next step on.
   void set_params(const DecoupledKalmanParams& params) { params_ = params; }
-  /// Everything anew: states too, not only covariances.
-  void reset(const Vec3& position_m = Vec3::Zero(), double yaw_rad = 0);
+  /// Everything anew: states too, not only covariances; velocities zero.
+  void reset_planar(const Vec2& position_m = Vec2::Zero(), double yaw_rad = 0);
+  void reset_height(double height_m = 0);
 
   /// One step of `dt_s` (published: always 1 ms) with the acceleration in the world, gravity removed, and the
   /// yaw rate of the gyroscope.

@@ -72,8 +72,10 @@ class DelayedFusion {
   }
   FusionStatus add(const Measurement& measurement, FusionCounts& ignored);
   std::size_t insert(const Measurement& measurement);
+  void drop_oldest_measurement();
+  void drop_oldest_moment();
   void forget_before(Time time);
-  std::size_t filter_forward(std::size_t index, std::size_t measurement);
+  void filter_forward(std::size_t index, std::size_t measurement);
   void predict(FusionState& state, const FusionInput& input, double dt_s) const;
   FusionStatus apply(FusionState& state, const Measurement& measurement) const;
   FusionStatus apply_pose(FusionState& state, const Measurement& measurement) const;
