@@ -17,8 +17,10 @@
 namespace hm {
 
 /// The counters of a place: how often beams ended there and how often they passed, as far as remembered.
+/// Where neither ever happened, but a beam brushed it or ended just beside it, `assumed` is free or occupied.
 struct Evidence {
   int hits = 0, misses = 0;
+  Occupancy assumed = Occupancy::kUnknown;
   bool operator==(const Evidence&) const = default;
 };
 
@@ -40,9 +42,10 @@ struct ChangedTile {
 
 /// The size of a map.
 struct MvogSize {
-  std::size_t bytes = 0;    ///< everything that the map holds, reserves included
-  std::size_t tiles = 0;    ///< squares of columns
-  std::size_t columns = 0;  ///< columns with at least one known volume
+  std::size_t bytes = 0;          ///< everything that the map holds, reserves included
+  std::size_t working_bytes = 0;  ///< besides: what insert() keeps from call to call
+  std::size_t tiles = 0;          ///< squares of columns
+  std::size_t columns = 0;        ///< columns with at least one known volume
   std::size_t volumes_positive = 0, volumes_negative = 0;  ///< greatest occupied and free stretches
   std::size_t runs = 0;  ///< stretches of equal evidence, unknown ones included
   double area_m2 = 0;    ///< of the columns
@@ -84,8 +87,8 @@ class MultiVolumeGrid {
   /// The known volumes of the column at (x, y), bottom to top, neighbours with the same state as one.
   [[nodiscard]] std::vector<VerticalVolume> volumes_at(const Eigen::Vector2d& p_world) const;
   /// The highest probability of each column within [bottom_m, top_m] (Fig. 2.19), around all columns known;
-  /// unknown where the band holds nothing known.
-  [[nodiscard]] OccupancyGrid2D slice(double bottom_m, double top_m) const;
+  /// unknown where the band holds nothing known. kOutOfMemory when the map spreads over more than 2^28 cells.
+  [[nodiscard]] Result<OccupancyGrid2D> slice(double bottom_m, double top_m) const;
   /// Known cubes of one cell; a cube takes the highest probability of its two halves. Ordered by column and
   /// height, so that equal maps give equal lists.
   [[nodiscard]] std::vector<OccupancyVoxel> voxels() const;

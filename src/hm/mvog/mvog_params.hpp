@@ -6,8 +6,8 @@ namespace hm {
 /// Everything about the multi-volume occupancy grid (dissertation 2.5).
 struct MvogParams {
   double resolution_m = 0.10;
-  double occupied_ratio = 0.5;
-  int evidence_cap = 15;
+  double occupied_ratio = 0.33;
+  int evidence_cap = 8;
   int same_view_cap = 4;
   double same_view_distance_cell = 0.5;
   double merge_sigmas = 1.0;
