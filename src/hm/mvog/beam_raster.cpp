@@ -4,160 +4,245 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <utility>
 
 namespace hm::mvog {
 namespace {
 
-/// Added before rounding towards zero, so that it rounds down; a multiple of 64.
-constexpr int kOffset = 1 << 17;
 constexpr double kNearColumn = 0.25;
-constexpr double kNever = 4;  ///< shares of a beam end at 1
+constexpr double kNever = std::numeric_limits<double>::infinity();
+/// Heights are whole numbers of 2^-32 levels above kLowest, so that they are positive.
+constexpr int kFractionBits = 32;
+constexpr int kLowest = -(1 << 17);
+constexpr double kUnitsPerLevel = 4294967296.0;
+constexpr std::int64_t kHalfLevel = std::int64_t{1} << (kFractionBits - 1);
 
-/// floor() for numbers whose distance from 0 is below kOffset.
-int floor_level(double level) { return static_cast<int>(level + kOffset) - kOffset; }
+double to_units(double level) { return (level - kLowest) * kUnitsPerLevel; }
 int word_of(int level) { return level >> 6; }
+std::uint64_t bit_of(std::uint32_t level) { return std::uint64_t{1} << (level & 63); }
 
-/// Bits first to last of a word.
-std::uint64_t bits(int first, int last) {
-  return (std::uint64_t{2} << (last & 63)) - (std::uint64_t{1} << (first & 63));
+/// A height, as levels above kLowest: the one that it is in, and the first one whose middle is not below it;
+/// and their bits.
+struct Height {
+  std::uint32_t in, next;
+  std::uint64_t in_bit, next_bit;
+  explicit Height(double units) {
+    const auto z = static_cast<std::int64_t>(units);
+    in = static_cast<std::uint32_t>(z >> kFractionBits);
+    next = static_cast<std::uint32_t>((z + kHalfLevel) >> kFractionBits);
+    in_bit = bit_of(in);
+    next_bit = bit_of(next);
+  }
+  [[nodiscard]] std::uint32_t word() const { return in >> 6; }
+};
+bool in_one_word(const Height& a, const Height& b) {
+  return ((a.in ^ b.in) | (a.next ^ b.next) | (a.in ^ a.next)) < 64;
 }
 
 }  // namespace
 
 void BeamRaster::clear() {
   index_.clear();
-  tile_count_ = 0;
-  chunks_.clear();
+  tiles_.clear();
+  layer_count_ = 0;
 }
 
 std::size_t BeamRaster::bytes() const {
-  return index_.bytes() + tiles_.capacity() * sizeof(ScanTile) +
-         (chunks_.capacity() + column_.capacity()) * sizeof(Chunk);
+  return index_.bytes() + tiles_.capacity() * sizeof(ScanTile) + layers_.capacity() * sizeof(Layer);
 }
 
-BeamRaster::ScanTile& BeamRaster::tile(TileKey key) {
-  const std::uint32_t number = index_.find_or_add(key, static_cast<std::uint32_t>(tile_count_));
-  if (number == tile_count_) {
-    if (tile_count_ == tiles_.size()) tiles_.emplace_back();
-    tiles_[tile_count_].key = key;
-    tiles_[tile_count_].first.fill(kNoChunk);
-    ++tile_count_;
+BeamRaster::Layer& BeamRaster::layer(TileKey key, int word) {
+  std::uint32_t& lately =
+      lately_[static_cast<std::size_t>((key.y & 31) << 6 | (key.x & 31) << 1 | (word & 1))];
+  if (lately < layer_count_) {
+    Layer& found = layers_[lately];
+    if (found.key == key && found.word == word) [[likely]]
+      return found;
   }
-  return tiles_[number];
+  lately = find_or_add_layer(key, word);
+  return layers_[lately];
 }
 
-BeamRaster::Chunk& BeamRaster::chunk(ScanTile& tile, std::size_t place, int word) {
-  const std::uint32_t first = tile.first[place];
-  for (std::uint32_t i = first; i != kNoChunk; i = chunks_[i].next)
-    if (chunks_[i].word == word) return chunks_[i];
-  tile.first[place] = static_cast<std::uint32_t>(chunks_.size());
-  Chunk& added = chunks_.emplace_back();
-  added.word = word;
-  added.next = first;
+std::uint32_t BeamRaster::find_or_add_layer(TileKey key, int word) {
+  const std::uint32_t number = index_.find_or_add(key, static_cast<std::uint32_t>(tiles_.size()));
+  if (number == tiles_.size()) tiles_.push_back({key, kNone});
+  ScanTile& of = tiles_[number];
+  std::uint32_t below = kNone, at = of.lowest;
+  for (; at != kNone && layers_[at].word < word; at = layers_[at].above) below = at;
+  if (at != kNone && layers_[at].word == word) return at;
+  const auto added = static_cast<std::uint32_t>(layer_count_++);
+  if (added == layers_.size()) layers_.emplace_back();
+  layers_[added].key = key;
+  layers_[added].word = word;
+  layers_[added].above = at;
+  (below == kNone ? of.lowest : layers_[below].above) = added;
   return added;
 }
 
-void BeamRaster::mark_near(int x, int y, int low_level) {
-  for (int level = low_level; level < low_level + 2; ++level)
-    chunk(tile(tile_of(x, y)), place_in_tile(x, y), word_of(level)).near_hit |= bits(level, level);
+/// Two levels of a column, in the plane of what the scan says there.
+void BeamRaster::mark_end(int x, int y, int low_level, std::uint64_t Word::*plane) {
+  const std::size_t place = place_in_tile(x, y);
+  Layer& low = layer(tile_of(x, y), word_of(low_level));
+  low.columns[place].*plane |= std::uint64_t{3} << (low_level & 63);
+  low.seen |= std::uint64_t{1} << place;
+  if ((low_level & 63) != 63) return;
+  Layer& high = layer(tile_of(x, y), word_of(low_level + 1));
+  high.columns[place].*plane |= 1;
+  high.seen |= std::uint64_t{1} << place;
 }
 
 void BeamRaster::add_return(const CellPoint& origin, const CellPoint& end) {
-  const double rise = std::abs(end.z() - origin.z()) / 2;  // in cells
-  const bool steep = rise > std::hypot(end.x() - origin.x(), end.y() - origin.y());
+  const CellPoint d = end - origin;
+  const bool steep = d.z() * d.z() > 4 * (d.x() * d.x() + d.y() * d.y());  // a level is half a cell
   walk(origin, end, !steep);
   const int x = static_cast<int>(std::floor(end.x())), y = static_cast<int>(std::floor(end.y()));
-  const int low = floor_level(end.z() + 0.5) - 1;
-  for (int level = low; level < low + 2; ++level)
-    chunk(tile(tile_of(x, y)), place_in_tile(x, y), word_of(level)).hit |= bits(level, level);
+  const int low = static_cast<int>(std::floor(end.z() + 0.5)) - 1;
+  mark_end(x, y, low, &Word::hit);
   const double u = end.x() - x, v = end.y() - y;
   const int dx = u < kNearColumn ? -1 : u > 1 - kNearColumn ? 1 : 0;
   const int dy = v < kNearColumn ? -1 : v > 1 - kNearColumn ? 1 : 0;
-  if (dx) mark_near(x + dx, y, low);
-  if (dy) mark_near(x, y + dy, low);
-  if (dx && dy) mark_near(x + dx, y + dy, low);
+  if (dx) mark_end(x + dx, y, low, &Word::near_hit);
+  if (dy) mark_end(x, y + dy, low, &Word::near_hit);
+  if (dx && dy) mark_end(x + dx, y + dy, low, &Word::near_hit);
 }
 
 void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) { walk(origin, end, false); }
 
-void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end) {
-  int x = static_cast<int>(std::floor(origin.x())), y = static_cast<int>(std::floor(origin.y()));
-  const int end_x = static_cast<int>(std::floor(end.x())), end_y = static_cast<int>(std::floor(end.y()));
-  const CellPoint d = end - origin;
-  const int step_x = d.x() < 0 ? -1 : 1, step_y = d.y() < 0 ? -1 : 1;
-  // Walls are crossed at the share t of the beam; when no more are to be crossed in x or y, the next is
-  // never.
-  int walls_x = std::abs(end_x - x), walls_y = std::abs(end_y - y);
-  const double per_x = std::abs(1 / d.x()), per_y = std::abs(1 / d.y());
-  double t_x = walls_x ? (x + (step_x > 0) - origin.x()) / d.x() : kNever;
-  double t_y = walls_y ? (y + (step_y > 0) - origin.y()) / d.y() : kNever;
-  int columns = walls_x + walls_y + (stop_before_end ? 0 : 1);
-  TileKey key = tile_of(x, y);
-  ScanTile* here = columns > 0 ? &tile(key) : nullptr;
-  double z = origin.z();
-  int touch = floor_level(z), cross = floor_level(z + 0.5);
-  for (; columns > 0; --columns) {
-    const double t = std::min({t_x, t_y, 1.0});
-    z = origin.z() + d.z() * t;
-    const int next_touch = floor_level(z), next_cross = floor_level(z + 0.5);
-    const int low = std::min(touch, next_touch), high = std::max(touch, next_touch);
-    const int miss_low = std::min(cross, next_cross), miss_high = std::max(cross, next_cross) - 1;
-    if (TileKey k = tile_of(x, y); k != key) {
-      key = k;
-      here = &tile(key);
-    }
-    for (int word = word_of(low); word <= word_of(high); ++word) {
-      Chunk& to = chunk(*here, place_in_tile(x, y), word);
-      const int first = word * 64, last = first + 63;
-      to.touch |= bits(std::max(low, first), std::min(high, last));
-      if (miss_low <= miss_high && miss_low <= last && miss_high >= first)
-        to.miss |= bits(std::max(miss_low, first), std::min(miss_high, last));
-    }
-    touch = next_touch;
-    cross = next_cross;
+/// A beam's way over the columns; walls are crossed at the share t of the beam.
+struct BeamRaster::Walk {
+  int x, y, step_x, step_y, entry_x, entry_y, walls;
+  double t_x, t_y, per_x, per_y, z0, dz;
+
+  Walk(const CellPoint& origin, const CellPoint& end) {
+    x = static_cast<int>(std::floor(origin.x()));
+    y = static_cast<int>(std::floor(origin.y()));
+    const CellPoint d = end - origin;
+    step_x = d.x() < 0 ? -1 : 1;
+    step_y = d.y() < 0 ? -1 : 1;
+    entry_x = d.x() < 0 ? 7 : 0;
+    entry_y = d.y() < 0 ? 7 : 0;
+    const int walls_x = std::abs(static_cast<int>(std::floor(end.x())) - x);
+    const int walls_y = std::abs(static_cast<int>(std::floor(end.y())) - y);
+    walls = walls_x + walls_y;
+    const double inverse_x = 1 / d.x(), inverse_y = 1 / d.y();
+    per_x = std::abs(inverse_x);
+    per_y = std::abs(inverse_y);
+    t_x = walls_x ? (x + (step_x > 0) - origin.x()) * inverse_x : kNever;
+    t_y = walls_y ? (y + (step_y > 0) - origin.y()) * inverse_y : kNever;
+    z0 = to_units(origin.z());
+    dz = d.z() * kUnitsPerLevel;
+  }
+  /// The height at which the beam leaves this column.
+  [[nodiscard]] Height leaves() const { return Height(z0 + dz * std::min(t_x, t_y)); }
+  /// Steps into the next column. Returns whether it is of another tile.
+  bool step() {
     if (t_x < t_y) {
       x += step_x;
-      t_x = --walls_x ? t_x + per_x : kNever;
-    } else {
-      y += step_y;
-      t_y = --walls_y ? t_y + per_y : kNever;
+      t_x += per_x;
+      return (x & 7) == entry_x;
     }
+    y += step_y;
+    t_y += per_y;
+    return (y & 7) == entry_y;
+  }
+};
+
+/// The part of a beam in one column, level by level.
+void BeamRaster::mark_column(int x, int y, std::uint32_t low, std::uint32_t high, std::uint32_t miss_low,
+                             std::uint32_t miss_end) {
+  const std::size_t place = place_in_tile(x, y);
+  for (std::uint32_t level = low; level <= high; ++level) {
+    Layer& to = layer(tile_of(x, y), word_of(static_cast<int>(level) + kLowest));
+    to.columns[place].touch |= bit_of(level);
+    if (level >= miss_low && level < miss_end) to.columns[place].miss |= bit_of(level);
+    to.seen |= std::uint64_t{1} << place;
   }
 }
 
-void BeamRaster::sayings(std::uint32_t first_chunk, std::vector<SayingStart>& out) {
-  column_.clear();
-  for (std::uint32_t i = first_chunk; i != kNoChunk; i = chunks_[i].next) column_.push_back(chunks_[i]);
-  std::ranges::sort(column_, {}, &Chunk::word);
+template <bool kRises>
+void BeamRaster::walk(Walk walk, bool stop_before_end) {
+  Height from(walk.z0);
+  Layer* here = nullptr;
+  std::uint32_t word = 0;
+  std::uint64_t seen = 0;
+  const auto leave = [&] {
+    if (here) here->seen |= seen;
+    here = nullptr;
+    seen = 0;
+  };
+  const auto mark = [&](const Height& to) {
+    const Height& low = kRises ? from : to;
+    const Height& high = kRises ? to : from;
+    if (in_one_word(low, high)) [[likely]] {
+      if (!here || word != low.word()) {
+        leave();
+        word = low.word();
+        here = &layer(tile_of(walk.x, walk.y), static_cast<int>(word) + kLowest / 64);
+      }
+      const std::size_t place = place_in_tile(walk.x, walk.y);
+      Word& column = here->columns[place];
+      column.touch |= 2 * high.in_bit - low.in_bit;
+      column.miss |= high.next_bit - low.next_bit;
+      seen |= std::uint64_t{1} << place;
+    } else {
+      leave();
+      mark_column(walk.x, walk.y, low.in, high.in, low.next, high.next);
+    }
+    from = to;
+  };
+  for (; walk.walls > 0; --walk.walls) {
+    mark(walk.leaves());
+    if (walk.step()) leave();
+  }
+  if (!stop_before_end) mark(Height(walk.z0 + walk.dz));
+  leave();
+}
+
+void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end) {
+  const Walk way(origin, end);
+  if (way.dz >= 0)
+    walk<true>(way, stop_before_end);
+  else
+    walk<false>(way, stop_before_end);
+}
+
+std::uint64_t BeamRaster::columns_seen(const ScanTile& tile) const {
+  std::uint64_t seen = 0;
+  for (std::uint32_t at = tile.lowest; at != kNone; at = layers_[at].above) seen |= layers_[at].seen;
+  return seen;
+}
+
+void BeamRaster::take_sayings(const ScanTile& tile, std::size_t place, std::vector<SayingStart>& out) {
   out.clear();
   Saying before = Saying::kNothing;
-  for (std::size_t i = 0; i < column_.size(); ++i) {
-    Chunk& c = column_[i];
-    const int base = c.word * 64;
-    if (before != Saying::kNothing && column_[i - 1].word + 1 != c.word) {
-      out.push_back({(column_[i - 1].word + 1) * 64, Saying::kNothing});
+  int base = 0;
+  for (std::uint32_t at = tile.lowest; at != kNone; at = layers_[at].above) {
+    Layer& layer = layers_[at];
+    if ((layer.seen >> place & 1u) == 0) continue;
+    layer.seen &= ~(std::uint64_t{1} << place);
+    Word w = std::exchange(layer.columns[place], Word{});
+    if (before != Saying::kNothing && base + 64 != layer.word * 64) {
+      out.push_back({base + 64, Saying::kNothing});
       before = Saying::kNothing;
     }
-    c.miss &= ~c.hit;
-    c.near_hit &= ~(c.hit | c.miss);
-    c.touch &= ~(c.hit | c.miss | c.near_hit);
+    base = layer.word * 64;
+    w.miss &= ~w.hit;
+    w.near_hit &= ~(w.hit | w.miss);
+    w.touch &= ~(w.hit | w.miss | w.near_hit);
     const auto edges = [&](std::uint64_t plane, Saying saying) {
       return plane ^ (plane << 1 | (before == saying ? 1u : 0u));
     };
-    std::uint64_t starts = edges(c.hit, Saying::kHit) | edges(c.miss, Saying::kMiss) |
-                           edges(c.near_hit, Saying::kNearOccupied) | edges(c.touch, Saying::kNearFree);
+    std::uint64_t starts = edges(w.hit, Saying::kHit) | edges(w.miss, Saying::kMiss) |
+                           edges(w.near_hit, Saying::kNearOccupied) | edges(w.touch, Saying::kNearFree);
     for (; starts != 0; starts &= starts - 1) {
       const int bit = std::countr_zero(starts);
-      const auto in = [&](std::uint64_t plane) { return plane >> bit & 1u; };
-      before = in(c.hit)        ? Saying::kHit
-               : in(c.miss)     ? Saying::kMiss
-               : in(c.near_hit) ? Saying::kNearOccupied
-               : in(c.touch)    ? Saying::kNearFree
-                                : Saying::kNothing;
+      const auto in = [&](std::uint64_t plane) { return static_cast<unsigned>(plane >> bit & 1u); };
+      before = static_cast<Saying>(in(w.hit) * 4 + in(w.miss) * 3 + in(w.near_hit) * 2 + in(w.touch));
       out.push_back({base + bit, before});
     }
   }
-  if (before != Saying::kNothing) out.push_back({(column_.back().word + 1) * 64, Saying::kNothing});
+  if (before != Saying::kNothing) out.push_back({base + 64, Saying::kNothing});
 }
 
 }  // namespace hm::mvog

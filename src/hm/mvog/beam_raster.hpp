@@ -21,41 +21,55 @@ using CellPoint = Eigen::Vector3d;
 /// nothing. The scan's strongest saying counts for each place.
 class BeamRaster {
  public:
-  /// Forgets the scan before.
+  /// Forgets the tiles of the scan before. All its sayings must have been taken.
   void clear();
   void add_return(const CellPoint& origin, const CellPoint& end);
   void add_no_return(const CellPoint& origin, const CellPoint& end);
 
-  /// 64 levels of one column; bit i is level 64 * word + i.
-  struct Chunk {
-    std::uint64_t hit = 0, miss = 0, near_hit = 0, touch = 0;
-    std::int32_t word = 0;
-    std::uint32_t next = kNoChunk;  ///< of the same column, in no particular order
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  /// What the scan says of 64 levels of one column; bit i is level 64 * word + i.
+  struct Word {
+    std::uint64_t touch = 0, hit = 0, miss = 0, near_hit = 0;
   };
-  /// A tile with what the scan says of its columns.
+  /// 64 levels of a tile. Its words are zero but for the columns seen.
+  struct Layer {
+    std::array<Word, kTileColumns> columns{};
+    std::uint64_t seen = 0;  ///< bit by place in the tile
+    TileKey key;
+    std::int32_t word = 0;
+    std::uint32_t above = kNone;  ///< the tile's next layer, words increase
+  };
+  /// A tile that the scan has seen.
   struct ScanTile {
     TileKey key;
-    std::array<std::uint32_t, kTileColumns> first;  ///< chunk of each column, kNoChunk: not seen
+    std::uint32_t lowest = kNone;  ///< layer
   };
-  static constexpr std::uint32_t kNoChunk = 0xffffffffu;
 
-  [[nodiscard]] std::span<const ScanTile> tiles() const { return {tiles_.data(), tile_count_}; }
-  /// What the scan says of a column, from its first chunk.
-  void sayings(std::uint32_t first_chunk, std::vector<SayingStart>& out);
+  [[nodiscard]] std::span<const ScanTile> tiles() const { return tiles_; }
+  /// The columns of a tile that the scan has seen, a bit each by place.
+  [[nodiscard]] std::uint64_t columns_seen(const ScanTile& tile) const;
+  /// What the scan says of one of them. Takes it out of the raster.
+  void take_sayings(const ScanTile& tile, std::size_t place, std::vector<SayingStart>& out);
   [[nodiscard]] std::size_t bytes() const;
 
  private:
   struct Walk;
   void walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end);
-  ScanTile& tile(TileKey key);
-  Chunk& chunk(ScanTile& tile, std::size_t place, int word);
-  void mark_near(int x, int y, int low_level);
+  template <bool kRises>
+  void walk(Walk walk, bool stop_before_end);
+  void mark_column(int x, int y, std::uint32_t low, std::uint32_t high, std::uint32_t miss_low,
+                   std::uint32_t miss_end);
+  void mark_end(int x, int y, int low_level, std::uint64_t Word::*plane);
+  std::uint32_t find_or_add_layer(TileKey key, int word);
+  /// The layer of a tile at a word, made when it is not there.
+  Layer& layer(TileKey key, int word);
 
-  TileIndex index_;
+  TileIndex index_;  ///< of tiles_
   std::vector<ScanTile> tiles_;
-  std::size_t tile_count_ = 0;
-  std::vector<Chunk> chunks_;
-  std::vector<Chunk> column_;  ///< scratch of sayings()
+  std::vector<Layer> layers_;
+  std::size_t layer_count_ = 0;  ///< in use; all others are zero
+  std::array<std::uint32_t, 2048>
+      lately_{};  ///< layers by the low bits of key and word, to be looked at first
 };
 
 }  // namespace hm::mvog

@@ -8,8 +8,8 @@ namespace {
 constexpr int kEnd = std::numeric_limits<int>::max();
 }
 
-/// Both lists side by side, cut at the walls of either.
-void ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view) {
+/// Both lists side by side, cut at the walls of either. Returns whether any place has changed.
+bool ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view) {
   const auto& steps = tables_.steps(same_view);
   std::size_t next_unit = 0, next_saying = 0;
   RunCode code = kUnknownCode;
@@ -18,6 +18,7 @@ void ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> saying
   int saying_end = sayings.front().level;
   int level = start_ = std::min(code_end, saying_end);
   runs_.clear();
+  bool changes = false;
   while (true) {
     if (code_end == level) {
       ++next_unit;
@@ -31,8 +32,9 @@ void ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> saying
       saying_end = next_saying < sayings.size() ? sayings[next_saying].level : kEnd;
     }
     const int end = std::min(code_end, saying_end);
-    if (end == kEnd) return;
+    if (end == kEnd) return changes;
     const RunCode now = (*step)[code];
+    changes |= now != code;
     if (!runs_.empty() && runs_.back().code == now)
       runs_.back().end = end;
     else
@@ -86,12 +88,11 @@ void ColumnUpdater::pack(std::vector<std::uint16_t>& out) const {
 
 bool ColumnUpdater::update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
                            std::vector<std::uint16_t>& out) {
-  overlay(old, sayings, same_view);
+  if (!overlay(old, sayings, same_view)) return false;
   if (fill_slivers_) fill_slivers();
   merge_similar();
-  const std::size_t before = out.size();
   pack(out);
-  return !std::equal(out.begin() + static_cast<std::ptrdiff_t>(before), out.end(), old.begin(), old.end());
+  return true;
 }
 
 }  // namespace hm::mvog

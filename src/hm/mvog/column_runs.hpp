@@ -55,7 +55,7 @@ class ColumnUpdater {
   explicit ColumnUpdater(const MvogParams& params) : tables_(params), fill_slivers_(params.fill_slivers) {}
 
   [[nodiscard]] const CodeTables& tables() const { return tables_; }
-  /// Appends the column after the scan to `out`. Returns whether it differs from the old one.
+  /// Appends the column after the scan to `out` and returns true; or false when the scan changes nothing.
   bool update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
               std::vector<std::uint16_t>& out);
 
@@ -64,7 +64,7 @@ class ColumnUpdater {
     int end;  ///< level after the last
     RunCode code;
   };
-  void overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view);
+  bool overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view);
   void fill_slivers();
   void merge_similar();
   void pack(std::vector<std::uint16_t>& out) const;

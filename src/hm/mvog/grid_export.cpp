@@ -49,7 +49,7 @@ MvogSize MultiVolumeGrid::size() const {
   MvogSize size;
   size.bytes = bytes();
   size.working_bytes = impl_->raster.bytes() + impl_->sayings.capacity() * sizeof(SayingStart) +
-                       impl_->block.capacity() * sizeof(std::uint16_t);
+                       (impl_->block.capacity() + impl_->updated.capacity()) * sizeof(std::uint16_t);
   size.tiles = impl_->store.tiles().size();
   for_each_column(impl_->store, [&](int, int, ColumnUnits column) {
     ++size.columns;

@@ -1,5 +1,7 @@
 #include "hm/mvog/multi_volume_grid.hpp"
 
+#include <bit>
+
 #include "hm/core/check.hpp"
 #include "hm/mvog/multi_volume_grid_impl.hpp"
 
@@ -74,32 +76,56 @@ void MultiVolumeGrid::Impl::rasterise(const BeamScan& scan, BeamScanStats& stats
   }
 }
 
-/// Makes the tile's block anew: columns that were seen updated, the others as they are.
+/// Updates the columns that were seen, and makes the tile's block anew when any of them changed.
 void MultiVolumeGrid::Impl::update_tile(const BeamRaster::ScanTile& seen, bool& changed_map,
                                         BeamScanStats& stats) {
   const Tile* old = store.find(seen.key);
-  block.resize(kOffsets);
-  bool changed = false;
+  std::uint64_t changed = 0;
   std::size_t columns = 0;
-  for (std::size_t place = 0; place < kTileColumns; ++place) {
-    block[place] = static_cast<std::uint16_t>(block.size());
-    const ColumnUnits before = old ? old->column(place) : ColumnUnits{};
-    if (seen.first[place] == BeamRaster::kNoChunk) {
-      block.insert(block.end(), before.begin(), before.end());
-      continue;
-    }
-    ++columns;
-    raster.sayings(seen.first[place], sayings);
-    if (updater.update(before, sayings, stats.same_view, block)) changed = true;
+  updated.clear();
+  for (std::uint64_t left = raster.columns_seen(seen); left != 0; left &= left - 1, ++columns) {
+    const auto place = static_cast<std::size_t>(std::countr_zero(left));
+    raster.take_sayings(seen, place, sayings);
+    updated_from[place] = updated.size();
+    if (updater.update(old ? old->column(place) : ColumnUnits{}, sayings, stats.same_view, updated))
+      changed |= left & -left;
+    updated_end[place] = updated.size();
   }
   stats.columns += columns;
-  if (!changed) return;
-  const bool fits = block.size() <= std::numeric_limits<std::uint16_t>::max();
-  if (fits) block[kTileColumns] = static_cast<std::uint16_t>(block.size());
-  if (fits && store.write(seen.key, block, revision + 1, max_bytes()))
+  if (changed == 0) return;
+  if (make_block(old, changed) && store.write(seen.key, block, revision + 1, max_bytes()))
     changed_map = true;
   else
     stats.columns_refused += columns;
+}
+
+/// A tile's block with the changed columns replaced. False when it would be too large.
+bool MultiVolumeGrid::Impl::make_block(const Tile* old, std::uint64_t changed) {
+  block.resize(kOffsets);
+  std::size_t place = 0;
+  while (place < kTileColumns) {
+    // Columns that stay, up to the next one that changed, are copied as one.
+    const std::size_t next = std::min<std::size_t>(
+        kTileColumns, place + static_cast<std::size_t>(std::countr_zero(changed >> place)));
+    if (old) {
+      const std::size_t first = old->block.units[place], end = old->block.units[next];
+      const std::size_t at = block.size();
+      block.insert(block.end(), old->block.units + first, old->block.units + end);
+      for (std::size_t i = place; i < next; ++i)
+        block[i] = static_cast<std::uint16_t>(old->block.units[i] - first + at);
+    } else {
+      std::fill(block.begin() + static_cast<std::ptrdiff_t>(place),
+                block.begin() + static_cast<std::ptrdiff_t>(next), static_cast<std::uint16_t>(block.size()));
+    }
+    if (next == kTileColumns) break;
+    block[next] = static_cast<std::uint16_t>(block.size());
+    block.insert(block.end(), updated.begin() + static_cast<std::ptrdiff_t>(updated_from[next]),
+                 updated.begin() + static_cast<std::ptrdiff_t>(updated_end[next]));
+    place = next + 1;
+  }
+  if (block.size() > std::numeric_limits<std::uint16_t>::max()) return false;
+  block[kTileColumns] = static_cast<std::uint16_t>(block.size());
+  return true;
 }
 
 BeamScanStats MultiVolumeGrid::insert(const BeamScan& scan) {

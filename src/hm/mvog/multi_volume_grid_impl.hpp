@@ -30,6 +30,8 @@ struct MultiVolumeGrid::Impl {
 
   mvog::BeamRaster raster;  ///< this and what follows is working memory of insert()
   std::vector<mvog::SayingStart> sayings;
+  std::vector<std::uint16_t> updated;  ///< the columns of a tile that changed, one after the other
+  std::array<std::size_t, mvog::kTileColumns> updated_from{}, updated_end{};
   std::vector<std::uint16_t> block;
 
   [[nodiscard]] const mvog::CodeTables& tables() const { return updater.tables(); }
@@ -51,6 +53,7 @@ struct MultiVolumeGrid::Impl {
 
   bool note_view(const Eigen::Vector3d& p_world_origin);
   void rasterise(const BeamScan& scan, BeamScanStats& stats);
+  bool make_block(const mvog::Tile* old, std::uint64_t changed);
   void update_tile(const mvog::BeamRaster::ScanTile& seen, bool& changed_map, BeamScanStats& stats);
 };
 
