@@ -22,9 +22,11 @@ double to_units(double level) { return (level - kLowest) * kUnitsPerLevel; }
 int word_of(int level) { return level >> 6; }
 std::uint64_t bit_of(std::uint32_t level) { return std::uint64_t{1} << (level & 63); }
 
+}  // namespace
+
 /// A height, as levels above kLowest: the one that it is in, and the first one whose middle is not below it;
 /// and their bits.
-struct Height {
+struct BeamRaster::Height {
   std::uint32_t in, next;
   std::uint64_t in_bit, next_bit;
   explicit Height(double units) {
@@ -34,14 +36,9 @@ struct Height {
     in_bit = bit_of(in);
     next_bit = bit_of(next);
   }
-  [[nodiscard]] std::uint32_t word() const { return in >> 6; }
+  /// True when both are among the 64 levels from `base` on, a multiple of 64.
+  [[nodiscard]] bool within(std::uint32_t base) const { return ((in ^ base) | (next ^ base)) < 64; }
 };
-bool in_one_word(const Height& a, const Height& b) {
-  return ((a.in ^ b.in) | (a.next ^ b.next) | (a.in ^ a.next)) < 64;
-}
-
-}  // namespace
-
 void BeamRaster::clear() {
   index_.clear();
   tiles_.clear();
@@ -109,19 +106,22 @@ void BeamRaster::add_return(const CellPoint& origin, const CellPoint& end) {
 
 void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) { walk(origin, end, false); }
 
-/// A beam's way over the columns; walls are crossed at the share t of the beam.
+/// A beam on its way over the columns; walls are crossed at the share t of the beam.
 struct BeamRaster::Walk {
-  int x, y, step_x, step_y, entry_x, entry_y, walls;
+  TileKey key;
+  int place, step_x, step_y, exit_x, exit_y, walls;
   double t_x, t_y, per_x, per_y, z0, dz;
+  Height at;  ///< where it came into this column
 
-  Walk(const CellPoint& origin, const CellPoint& end) {
-    x = static_cast<int>(std::floor(origin.x()));
-    y = static_cast<int>(std::floor(origin.y()));
+  Walk(const CellPoint& origin, const CellPoint& end) : at(to_units(origin.z())) {
+    const int x = static_cast<int>(std::floor(origin.x())), y = static_cast<int>(std::floor(origin.y()));
     const CellPoint d = end - origin;
+    key = tile_of(x, y);
+    place = static_cast<int>(place_in_tile(x, y));
     step_x = d.x() < 0 ? -1 : 1;
-    step_y = d.y() < 0 ? -1 : 1;
-    entry_x = d.x() < 0 ? 7 : 0;
-    entry_y = d.y() < 0 ? 7 : 0;
+    step_y = d.y() < 0 ? -8 : 8;
+    exit_x = d.x() < 0 ? 0 : 7;
+    exit_y = d.y() < 0 ? 0 : 56;
     const int walls_x = std::abs(static_cast<int>(std::floor(end.x())) - x);
     const int walls_y = std::abs(static_cast<int>(std::floor(end.y())) - y);
     walls = walls_x + walls_y;
@@ -137,74 +137,79 @@ struct BeamRaster::Walk {
   [[nodiscard]] Height leaves() const { return Height(z0 + dz * std::min(t_x, t_y)); }
   /// Steps into the next column. Returns whether it is of another tile.
   bool step() {
+    --walls;
     if (t_x < t_y) {
-      x += step_x;
       t_x += per_x;
-      return (x & 7) == entry_x;
+      if ((place & 7) != exit_x) {
+        place += step_x;
+        return false;
+      }
+      place ^= 7;
+      key.x += step_x;
+      return true;
     }
-    y += step_y;
     t_y += per_y;
-    return (y & 7) == entry_y;
+    if ((place & 56) != exit_y) {
+      place += step_y;
+      return false;
+    }
+    place ^= 56;
+    key.y += step_y / 8;
+    return true;
   }
 };
 
-/// The part of a beam in one column, level by level.
-void BeamRaster::mark_column(int x, int y, std::uint32_t low, std::uint32_t high, std::uint32_t miss_low,
-                             std::uint32_t miss_end) {
-  const std::size_t place = place_in_tile(x, y);
-  for (std::uint32_t level = low; level <= high; ++level) {
-    Layer& to = layer(tile_of(x, y), word_of(static_cast<int>(level) + kLowest));
-    to.columns[place].touch |= bit_of(level);
-    if (level >= miss_low && level < miss_end) to.columns[place].miss |= bit_of(level);
-    to.seen |= std::uint64_t{1} << place;
+/// The part of a beam in this column up to a height, level by level.
+void BeamRaster::mark_levels(const Walk& walk, const Height& to) {
+  const bool rises = to.in >= walk.at.in && to.next >= walk.at.next;
+  const Height &low = rises ? walk.at : to, &high = rises ? to : walk.at;
+  const auto place = static_cast<std::size_t>(walk.place);
+  for (std::uint32_t level = low.in; level <= high.in; ++level) {
+    Layer& here = layer(walk.key, word_of(static_cast<int>(level) + kLowest));
+    here.columns[place].touch |= bit_of(level);
+    if (level >= low.next && level < high.next) here.columns[place].miss |= bit_of(level);
+    here.seen |= std::uint64_t{1} << place;
   }
 }
 
+/// Walks as long as the beam stays in a tile and a layer of it. This is where the time goes: everything that
+/// changes stays in registers.
 template <bool kRises>
-void BeamRaster::walk(Walk walk, bool stop_before_end) {
-  Height from(walk.z0);
-  Layer* here = nullptr;
-  std::uint32_t word = 0;
+void BeamRaster::walk_in_layer(Walk& walk, Layer& here, std::uint32_t base) {
+  Walk w = walk;
   std::uint64_t seen = 0;
-  const auto leave = [&] {
-    if (here) here->seen |= seen;
-    here = nullptr;
-    seen = 0;
-  };
-  const auto mark = [&](const Height& to) {
-    const Height& low = kRises ? from : to;
-    const Height& high = kRises ? to : from;
-    if (in_one_word(low, high)) [[likely]] {
-      if (!here || word != low.word()) {
-        leave();
-        word = low.word();
-        here = &layer(tile_of(walk.x, walk.y), static_cast<int>(word) + kLowest / 64);
-      }
-      const std::size_t place = place_in_tile(walk.x, walk.y);
-      Word& column = here->columns[place];
-      column.touch |= 2 * high.in_bit - low.in_bit;
-      column.miss |= high.next_bit - low.next_bit;
-      seen |= std::uint64_t{1} << place;
-    } else {
-      leave();
-      mark_column(walk.x, walk.y, low.in, high.in, low.next, high.next);
-    }
-    from = to;
-  };
-  for (; walk.walls > 0; --walk.walls) {
-    mark(walk.leaves());
-    if (walk.step()) leave();
+  for (bool same_tile = true; same_tile && w.walls > 0;) {
+    const Height to = w.leaves();
+    if (!to.within(base)) break;
+    Word& column = here.columns[static_cast<std::size_t>(w.place)];
+    column.touch |= kRises ? 2 * to.in_bit - w.at.in_bit : 2 * w.at.in_bit - to.in_bit;
+    column.miss |= kRises ? to.next_bit - w.at.next_bit : w.at.next_bit - to.next_bit;
+    seen |= std::uint64_t{1} << w.place;
+    w.at = to;
+    same_tile = !w.step();
   }
-  if (!stop_before_end) mark(Height(walk.z0 + walk.dz));
-  leave();
+  here.seen |= seen;
+  walk = w;
 }
 
 void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end) {
-  const Walk way(origin, end);
-  if (way.dz >= 0)
-    walk<true>(way, stop_before_end);
-  else
-    walk<false>(way, stop_before_end);
+  Walk walk(origin, end);
+  while (walk.walls > 0) {
+    const std::uint32_t base = walk.at.in & ~63u;
+    const Height to = walk.leaves();
+    if (!walk.at.within(base) || !to.within(base)) {
+      mark_levels(walk, to);
+      walk.at = to;
+      walk.step();
+      continue;
+    }
+    Layer& here = layer(walk.key, word_of(static_cast<int>(base) + kLowest));
+    if (walk.dz >= 0)
+      walk_in_layer<true>(walk, here, base);
+    else
+      walk_in_layer<false>(walk, here, base);
+  }
+  if (!stop_before_end) mark_levels(walk, Height(walk.z0 + walk.dz));
 }
 
 std::uint64_t BeamRaster::columns_seen(const ScanTile& tile) const {

@@ -54,11 +54,11 @@ class BeamRaster {
 
  private:
   struct Walk;
+  struct Height;
   void walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end);
   template <bool kRises>
-  void walk(Walk walk, bool stop_before_end);
-  void mark_column(int x, int y, std::uint32_t low, std::uint32_t high, std::uint32_t miss_low,
-                   std::uint32_t miss_end);
+  void walk_in_layer(Walk& walk, Layer& here, std::uint32_t base);
+  void mark_levels(const Walk& walk, const Height& to);
   void mark_end(int x, int y, int low_level, std::uint64_t Word::*plane);
   std::uint32_t find_or_add_layer(TileKey key, int word);
   /// The layer of a tile at a word, made when it is not there.

@@ -20,7 +20,7 @@ Result<void> check_params(const MvogParams& params) {
   return {};
 }
 
-MultiVolumeGrid::Impl::Impl(const MvogParams& p) : params(p), updater(p) {
+MultiVolumeGrid::Impl::Impl(const MvogParams& p) : params(p), columns_per_m(1 / p.resolution_m), updater(p) {
   const auto good = check_params(p);
   HM_CHECK(good.has_value(), "{}", good ? "" : to_string(good.error()));
 }

@@ -21,6 +21,7 @@ struct MultiVolumeGrid::Impl {
   explicit Impl(const MvogParams& p);
 
   MvogParams params;
+  double columns_per_m;
   mvog::ColumnUpdater updater;
   mvog::TileStore store;
   std::uint64_t revision = 0;
@@ -37,8 +38,7 @@ struct MultiVolumeGrid::Impl {
   [[nodiscard]] const mvog::CodeTables& tables() const { return updater.tables(); }
   [[nodiscard]] double level_m() const { return params.resolution_m / 2; }
   [[nodiscard]] Eigen::Vector3d to_cells(const Eigen::Vector3d& p_world) const {
-    return {p_world.x() / params.resolution_m, p_world.y() / params.resolution_m,
-            p_world.z() / params.resolution_m * 2};
+    return {p_world.x() * columns_per_m, p_world.y() * columns_per_m, p_world.z() * (2 * columns_per_m)};
   }
   /// True for places that can be in the map.
   [[nodiscard]] static bool can_hold(const Eigen::Vector3d& p) {
