@@ -10,19 +10,11 @@
 
 #include "hm/tsdf/projection_lookup_inl.hpp"
 #include "hm/tsdf/update_filters_inl.hpp"
+#include "hm/tsdf/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < (hn::Lanes(d) + 7) / 8; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
-  return bits;
-}
 
 /// What has been found out about one volume so far.
 struct Tally {
@@ -88,7 +80,7 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
     }
   }
   hn::Store(result, di, words);
-  if (const std::uint64_t changed_bits = MaskBits(d, changed)) {
+  if (const std::uint64_t changed_bits = MaskBits(changed)) {
     tally.changed_xy |= changed_bits << (first & 63);
     tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
   }
