@@ -7,6 +7,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/depth_preparation.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -27,6 +28,7 @@ struct DepthRow {
   float* column_min_m = nullptr;
   float* column_max_m = nullptr;
   std::size_t width = 0;
+  const Rgb8* color = nullptr;
 };
 struct DepthCounts {
   std::size_t in_range = 0, valid = 0;
@@ -49,6 +51,7 @@ void PrepareRow(const DepthLimits& limits, const DepthRow& row, DepthCounts& cou
   std::size_t in_range = 0, valid = 0, x = 0;
   for (; x + lanes <= row.width; x += lanes) {
     const auto units = hn::PromoteTo(di, hn::LoadU(d16, row.units + x));
+    if (row.color) hwy::Prefetch(row.color + x);  // 48 bytes a round: every cache line
     const auto near_enough = hn::Not(hn::Gt(units, far_units));
     const auto beyond_near = hn::Not(hn::Gt(near_units, units));
     const auto accepted = hn::RebindMask(df, hn::And(near_enough, beyond_near));
@@ -130,7 +133,8 @@ DepthCounts prepare_tile_row(const RawDepth& raw, const DepthLimits& limits, int
                    units.data(), edge.data());
     HWY_DYNAMIC_DISPATCH(PrepareRow)
     (limits,
-     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width},
+     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width,
+      raw.color ? raw.color->row(y).data() : nullptr},
      counts);
   }
   for (int tile_x = 0; tile_x < prepared.tiles_x; ++tile_x) {

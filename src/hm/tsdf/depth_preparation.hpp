@@ -11,6 +11,7 @@ struct RawDepth {
   const DepthImage& depth;
   double near_m = 0, far_m = 0;  ///< readings between them are in range
   EdgeRule edges;
+  const Image<Rgb8>* color = nullptr;  ///< called into the cache meanwhile: projection will look all over it
 
   RawDepth(const DepthImage& image, const TsdfParams& params, const EdgeRule& rule)
       : depth(image), near_m(params.near_m), far_m(params.far_m), edges(rule) {}

@@ -21,15 +21,16 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, c
                                      ScanStats& stats) {
   const Stopwatch total;
   const SE3& T_world_camera = *frame.T_world_camera;
-  prepare_depth({frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m)}, loop,
-                prepared_);
+  const bool with_color = params_.color && !frame.color.empty();
+  RawDepth raw(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m));
+  if (with_color) raw.color = &frame.color;
+  prepare_depth(raw, loop, prepared_);
   stats.pixels_seen = frame.depth.units.size();
   stats.pixels_in_range = prepared_.pixels_in_range;
   const SE3 T_camera_world = T_world_camera.inverse();
   ProjectionScan scan = make_projection_scan(camera_, T_camera_world, params_, noise_);
   scan.depth_m = prepared_.depth_m.data();
   scan.tile_min_m = prepared_.tile_min_m.data();
-  const bool with_color = params_.color && !frame.color.empty();
   if (with_color) scan.rgb = reinterpret_cast<const std::uint8_t*>(frame.color.data());
 
   finder_.find({prepared_, camera_, T_world_camera, params_.voxel_size_m, scan.truncation}, loop,
