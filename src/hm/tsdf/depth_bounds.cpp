@@ -182,16 +182,14 @@ HWY_EXPORT(Widen);
 
 namespace {
 
-/// Truncation bands of the tiles themselves, with what is seen to be free in front of them; all ones where
-/// nothing is seen.
+/// Truncation bands of the tiles themselves; all ones where nothing is seen.
 void fill_bands(const PreparedDepth& depth, const ProjectionScan& scan, float units_per_m,
                 std::uint32_t* bands) {
   const std::size_t tiles = depth.tile_min_m.size();
   for (std::size_t i = 0; i < tiles; ++i) {
     const float low = depth.tile_min_m[i], high = depth.tile_max_m[i];
     const float tau = std::max(scan.truncation.at(low), scan.truncation.at(high));
-    const auto near_units =
-        static_cast<std::int32_t>(std::max(low - tau - scan.free_reach_m, 0.0f) * units_per_m);
+    const auto near_units = static_cast<std::int32_t>(std::max(low - tau, 0.0f) * units_per_m);
     const auto far_units = static_cast<std::int32_t>((high + tau) * units_per_m) + 1;
     const auto band = static_cast<std::uint32_t>(near_units) | static_cast<std::uint32_t>(65535 - far_units)
                                                                    << 16u;

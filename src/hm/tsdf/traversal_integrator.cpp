@@ -125,8 +125,10 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
   const float margin = static_cast<float>(params_.carving_margin_voxel * params_.voxel_size_m);
   if (u >= -ray.tau_m && u <= ray.tau_m) {
     const float cap = static_cast<float>(params_.weight_cap_observations * kWeightOne);
-    stored =
-        add_observation(stored, round_to_even(u / static_cast<float>(params_.sdf_unit_m())), ray.weight, cap);
+    const auto limit_m = static_cast<float>(params_.distance_limit_m());
+    const float told_m = std::clamp(u, -limit_m, limit_m);
+    stored = add_observation(stored, round_to_even(told_m / static_cast<float>(params_.sdf_unit_m())),
+                             ray.weight, cap);
     ++item.update.updated;
     item.update.interior_hit |= stored.sdf() <= 0;
     const auto band = static_cast<float>(params_.color_band_voxel * params_.voxel_size_m);
