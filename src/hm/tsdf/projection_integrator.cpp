@@ -82,9 +82,9 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const VolumeKey key = candidates_[i];
     Item item;
-    item.volume = grid.find(key);
-    const bool may_carve = params_.carving && item.volume && grid.may_hold_interior(key);
+    const bool may_carve = params_.carving && grid.may_hold_interior(key);
     if (candidate_parts_[i].in_band == 0 && !(may_carve && candidate_parts_[i].in_front != 0)) continue;
+    item.volume = grid.find(key);
     if (!item.volume) {
       item.volume = grid.allocate(key);
       item.created = item.volume != nullptr;

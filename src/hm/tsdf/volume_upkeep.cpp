@@ -48,7 +48,7 @@ void settle_carved_volume(VolumeGrid& grid, VolumeKey key, std::vector<VolumeKey
   };
   if (!contents.known) release(key);
   visit_neighbourhood(key, [&](VolumeKey around) {
-    if (grid.find(around) && !surface_is_near(grid, around)) release(around);
+    if (grid.contains(around) && !surface_is_near(grid, around)) release(around);
   });
 }
 
