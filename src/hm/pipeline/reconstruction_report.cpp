@@ -13,11 +13,12 @@ struct Stage {
   const char* name;
   double FrameRecord::*ms;
 };
-constexpr std::array<Stage, 6> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
+constexpr std::array<Stage, 7> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
                                         {"allocating volumes", &FrameRecord::allocate_ms},
                                         {"integrating", &FrameRecord::integrate_ms},
                                         {"carving", &FrameRecord::carve_ms},
                                         {"meshing", &FrameRecord::mesh_ms},
+                                        {"packing", &FrameRecord::pack_ms},
                                         {"saving", &FrameRecord::save_ms}}};
 
 std::vector<double> values_of(const ReconstructionSummary& summary, double FrameRecord::*member) {
