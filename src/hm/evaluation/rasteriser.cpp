@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kBandRows = 32;  // samples
 /// Triangles that are projected and sorted into bands at a time: a house has millions.
-constexpr std::size_t kTrianglesAtOnce = 500'000;
+constexpr std::size_t kTrianglesAtOnce = 125'000;
 
 /// A vertex on its way to the screen. `side` tells whether it may be used as it is.
 enum class VertexSide : std::uint8_t { kInside, kBehindNear, kAboveCut, kBroken };

@@ -184,6 +184,7 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   add("integrate_ms", values_of(summary, &FrameRecord::integrate_ms));
   add("carve_ms", values_of(summary, &FrameRecord::carve_ms));
   add("mesh_ms", values_of(summary, &FrameRecord::mesh_ms));
+  add("pack_ms", values_of(summary, &FrameRecord::pack_ms));
   add("save_ms", values_of(summary, &FrameRecord::save_ms));
   add("resident_mb", megabytes_of(summary, &FrameRecord::resident_bytes));
   add("map_mb", megabytes_of(summary, &FrameRecord::map_bytes));
