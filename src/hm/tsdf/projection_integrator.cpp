@@ -77,7 +77,7 @@ void ProjectionIntegrator::examine(VolumeGrid& grid, const ParallelLoop& loop) {
   loop.for_ranges(prospects_.size(), 128, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       prospects_[i].parts = bounds_.parts_of(prospects_[i].key);
-      prospects_[i].found = grid.find_marked(prospects_[i].key);
+      prospects_[i].found = grid.look_up(prospects_[i].key);
     }
   });
 }
@@ -91,7 +91,7 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats
     if (!near_surface && !(may_carve && (prospect.parts.in_front | prospect.parts.in_band) != 0)) continue;
     ScannedVolume scanned;
     scanned.key = prospect.key;
-    scanned.volume = prospect.found.volume;
+    scanned.volume = grid.open(prospect.found);
     scanned.had_interior = prospect.found.may_hold_interior;
     if (!scanned.volume) {
       scanned.volume = grid.allocate(prospect.key);

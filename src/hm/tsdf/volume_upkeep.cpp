@@ -21,7 +21,7 @@ bool surface_is_near(const VolumeGrid& grid, VolumeKey key) {
 
 /// A volume that carving took weight from. What goes is appended to `released`.
 void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<VolumeKey>& released) {
-  if (!grid.find(scanned.key)) return;
+  if (!grid.contains(scanned.key)) return;
   grid.set_may_hold_interior(scanned.key, scanned.holds_interior);
   if (scanned.holds_interior) return;
   const auto release = [&](VolumeKey gone) {
@@ -30,7 +30,7 @@ void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<V
   };
   if (!scanned.holds_known) release(scanned.key);
   visit_neighbourhood(scanned.key, [&](VolumeKey around) {
-    if (grid.find(around) && !surface_is_near(grid, around)) release(around);
+    if (grid.contains(around) && !surface_is_near(grid, around)) release(around);
   });
 }
 
