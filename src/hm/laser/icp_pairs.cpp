@@ -8,7 +8,8 @@ namespace hm {
 namespace {
 
 constexpr float kDuplicateFactor2 = 9;  // within three times the nearest one's distance
-constexpr float kMinIncidenceCosine2 = 0.1F;
+constexpr float kMinIncidenceCosine2 = 0.2F;
+constexpr float kRoughWeight = 0.1F;  // of a line that its points contradict
 
 struct Nearest {
   std::uint32_t index = 0;
@@ -113,8 +114,10 @@ std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m, doub
   return pairs_.size();
 }
 
-float IcpPairs::weight(float incidence_cosine, bool weigh) {
-  return weigh ? 1 / std::max(incidence_cosine * incidence_cosine, kMinIncidenceCosine2) : 1.0F;
+float IcpPairs::weight(const ReferenceLines& reference, std::uint32_t line, float incidence_cosine,
+                       bool weigh) {
+  const float reliance = reference.smooth[line] ? 1.0F : kRoughWeight;
+  return weigh ? reliance / std::max(incidence_cosine * incidence_cosine, kMinIncidenceCosine2) : reliance;
 }
 
 PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints& sensed, bool weigh) const {
@@ -122,7 +125,7 @@ PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];
     const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
-    result.add({nx, ny, pair.qx, pair.qy, pair.error, weight(cosine, weigh)});
+    result.add({nx, ny, pair.qx, pair.qy, pair.error, weight(reference, pair.line, cosine, weigh)});
   }
   return result;
 }
@@ -133,7 +136,8 @@ Mat3 IcpPairs::feigned_information(const ReferenceLines& reference, const ScanPo
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];
     const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
-    result.add({-ny, nx, pair.qx, pair.qy, 0, weight(cosine, weigh) * reference.angle_sigma2[pair.line]});
+    result.add({-ny, nx, pair.qx, pair.qy, 0,
+                weight(reference, pair.line, cosine, weigh) * reference.angle_sigma2[pair.line]});
   }
   return result.information();
 }

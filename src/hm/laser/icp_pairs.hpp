@@ -33,7 +33,8 @@ class IcpPairs {
   [[nodiscard]] double mean_error_m() const;
 
   /// Weight of a pair: the inverse of its error's variance in units of the range variance.
-  [[nodiscard]] static float weight(float incidence_cosine, bool weigh);
+  [[nodiscard]] static float weight(const ReferenceLines& reference, std::uint32_t line,
+                                    float incidence_cosine, bool weigh);
 
   struct Pair {
     std::uint32_t point;

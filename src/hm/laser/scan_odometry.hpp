@@ -11,7 +11,7 @@ namespace hm {
 struct ScanOdometryParams {
   PlIcpParams matcher;
   bool use_keyframes = true;
-  double keyframe_distance_m = 0.5, keyframe_angle_rad = 0.52;
+  double keyframe_distance_m = 2.0, keyframe_angle_rad = 1.0;
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
   double velocity_alpha = 0.9, velocity_beta = 0.5;
