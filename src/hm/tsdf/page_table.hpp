@@ -28,6 +28,12 @@ constexpr unsigned place_in_page(VolumeKey key) {
   return static_cast<unsigned>(((key.z & 3) << 4) | ((key.y & 3) << 2) | (key.x & 3));
 }
 
+/// The volume at a place of a page.
+constexpr VolumeKey key_in_page(VolumeKey page_key, int place) {
+  return {page_key.x * kPageSide + (place & 3), page_key.y * kPageSide + (place >> 2 & 3),
+          page_key.z * kPageSide + (place >> 4)};
+}
+
 /// Hash map from page key to page: open addressing with linear probing over 64-bit packed keys
 /// (21 bits an axis). Pages do not move while the table grows.
 class PageTable {

@@ -49,6 +49,13 @@ const Volume* VolumeGrid::find(VolumeKey key) const {
 
 Volume* VolumeGrid::find(VolumeKey key) { return const_cast<Volume*>(std::as_const(*this).find(key)); }
 
+VolumeGrid::Found VolumeGrid::find_marked(VolumeKey key) {
+  Page* page = impl_->pages.find(page_of(key));
+  const unsigned place = place_in_page(key);
+  if (!page || !page->volumes[place].voxels) return {};
+  return {&page->volumes[place], (page->interior >> place & 1u) != 0};
+}
+
 Volume* VolumeGrid::allocate(VolumeKey key) {
   if (Volume* existing = find(key)) return existing;
   if (!PageTable::is_representable(page_of(key))) return nullptr;
@@ -159,7 +166,7 @@ std::vector<VolumeKey> VolumeGrid::keys_in(const Box3& box) const {
 void VolumeGrid::find_interior(const Box3& box, std::vector<VolumeKey>& keys) const {
   visit_pages(box, [&](const Page& page) {
     for (std::uint64_t bits = page.interior; bits != 0; bits &= bits - 1)
-      keys.push_back(page.volumes[static_cast<std::size_t>(std::countr_zero(bits))].key);
+      keys.push_back(key_in_page(page.key, std::countr_zero(bits)));
   });
 }
 

@@ -30,6 +30,12 @@ class VolumeGrid {
   /// may grow meanwhile.
   [[nodiscard]] const Volume* find(VolumeKey key) const;
   Volume* find(VolumeKey key);
+  /// The volume and its interior mark (see below) with one look at the index.
+  struct Found {
+    Volume* volume = nullptr;
+    bool may_hold_interior = false;
+  };
+  Found find_marked(VolumeKey key);
   /// Makes the volume (all unknown) unless it is there; nullptr when the memory cap forbids it.
   Volume* allocate(VolumeKey key);
   /// Gives the volume a colour plane (all zero) unless it has one; false when the memory cap forbids it.

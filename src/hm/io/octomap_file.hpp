@@ -1,0 +1,29 @@
+#pragma once
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/occupancy.hpp"
+
+namespace hm {
+
+/// Known voxels as OctoMap holds them.
+struct OctomapContent {
+  double resolution_m = 0;             ///< edge of the smallest voxel
+  std::vector<OccupancyVoxel> voxels;  ///< leaves; pruned ones are larger than the resolution
+};
+
+/// Writes voxels in OctoMap's format of the path's extension: `.bt` (free and occupied only) or `.ot`
+/// (with log-odds, clamped to OctoMap's 0.1192 to 0.971). A voxel wider than the resolution fills all cells
+/// whose centres it holds; unknown ones are left out; where several fall into one cell, the likeliest
+/// obstacle wins. Errors: another extension, a resolution that is not positive, a voxel outside of the
+/// octree (32768 cells from the origin), a refusing disk.
+Result<void> write_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
+                           double resolution_m);
+
+/// Reads `.bt` and `.ot` files (OcTree; other trees are an error).
+Result<OctomapContent> read_octomap(const std::filesystem::path& path);
+
+}  // namespace hm

@@ -1,0 +1,78 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hm/mvog/run_code.hpp"
+
+namespace hm::mvog {
+
+/// A column as it is stored: 16-bit units, empty when nothing is known, else first the level of the lowest
+/// known place (two's complement) and then its runs upwards: length in levels (1 to 255) in the low byte,
+/// RunCode in the high byte. A level is half a cell high; level k is [k, k + 1) * resolution / 2. The first
+/// and the last run are known; runs longer than 255 are continued by one of the same code.
+using ColumnUnits = std::span<const std::uint16_t>;
+inline constexpr int kMinLevel = -32768, kMaxLevel = 32767;
+
+constexpr int base_level(std::uint16_t unit) { return static_cast<std::int16_t>(unit); }
+constexpr int run_length(std::uint16_t unit) { return unit & 255; }
+constexpr RunCode run_code(std::uint16_t unit) { return static_cast<RunCode>(unit >> 8); }
+
+/// The code at a level.
+inline RunCode code_at(ColumnUnits column, int level) {
+  if (column.empty()) return kUnknownCode;
+  int below = level - base_level(column[0]);
+  if (below < 0) return kUnknownCode;
+  for (std::size_t i = 1; i < column.size(); ++i) {
+    below -= run_length(column[i]);
+    if (below < 0) return run_code(column[i]);
+  }
+  return kUnknownCode;
+}
+
+/// Calls visit(first level, level after the last, code) for every run of a column, bottom to top, unknown
+/// gaps included, parts of long runs one by one.
+template <class Visit>
+void for_each_run(ColumnUnits column, Visit&& visit) {
+  if (column.empty()) return;
+  int level = base_level(column[0]);
+  for (const std::uint16_t unit : column.subspan(1)) {
+    visit(level, level + run_length(unit), run_code(unit));
+    level += run_length(unit);
+  }
+}
+
+/// What a scan says of a column: from `level` upwards `saying`, until the next one's level. Begins with
+/// something and ends with kNothing.
+struct SayingStart {
+  int level;
+  Saying saying;
+};
+
+/// Writes scans into columns. Keeps its working memory from call to call.
+class ColumnUpdater {
+ public:
+  explicit ColumnUpdater(const MvogParams& params) : tables_(params), fill_slivers_(params.fill_slivers) {}
+
+  [[nodiscard]] const CodeTables& tables() const { return tables_; }
+  /// Appends the column after the scan to `out` and returns true; or false when the scan changes nothing.
+  bool update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
+              std::vector<std::uint16_t>& out);
+
+ private:
+  struct Run {
+    int end;  ///< level after the last
+    RunCode code;
+  };
+  bool overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view);
+  void fill_slivers();
+  void merge_similar();
+  void pack(std::vector<std::uint16_t>& out) const;
+
+  CodeTables tables_;
+  bool fill_slivers_;
+  int start_ = 0;          ///< level of the first run
+  std::vector<Run> runs_;  ///< neighbours differ
+};
+
+}  // namespace hm::mvog

@@ -1,0 +1,210 @@
+// A MultiVolumeGrid to bytes and back (docs/file_formats.md).
+#include <cstring>
+
+#include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/mvog/multi_volume_grid_impl.hpp"
+
+namespace hm {
+
+using namespace mvog;
+
+namespace {
+
+constexpr std::array<char, 8> kMagic{'H', 'M', 'M', 'V', 'O', 'G', '\r', '\n'};
+constexpr std::uint32_t kVersion = 1;
+
+/// FNV-1a, 64 bits.
+std::uint64_t checksum(std::span<const std::byte> bytes) {
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (const std::byte b : bytes) sum = (sum ^ static_cast<std::uint8_t>(b)) * 0x100000001b3u;
+  return sum;
+}
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t version = kVersion;
+  std::uint32_t tiles = 0;
+  double resolution_m = 0, occupied_ratio = 0, same_view_distance_cell = 0, merge_sigmas = 0;
+  std::int32_t evidence_cap = 0, same_view_cap = 0, fill_slivers = 0, max_map_mb = 0;
+  std::uint64_t revision = 0, view_count = 0;
+  std::array<double, 12> views{};
+};
+static_assert(sizeof(Header) == 176);
+
+struct TileHeader {
+  std::int32_t x = 0, y = 0;
+  std::uint64_t revision = 0;
+  std::uint64_t units = 0;  ///< of the block that follows
+};
+static_assert(sizeof(TileHeader) == 24);
+
+template <class T>
+void append(std::vector<std::byte>& out, const T* values, std::size_t count) {
+  const auto* bytes = reinterpret_cast<const std::byte*>(values);
+  out.insert(out.end(), bytes, bytes + count * sizeof(T));
+}
+
+/// Appends the checksum of everything from `begin` on.
+void seal(std::vector<std::byte>& out, std::size_t begin) {
+  const std::uint64_t sum = checksum(std::span(out).subspan(begin));
+  append(out, &sum, 1);
+}
+
+/// Takes values from the front of bytes.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  [[nodiscard]] std::size_t offset() const { return at_; }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+  template <class T>
+  bool read(T* values, std::size_t count) {
+    if (left() / sizeof(T) < count) return false;
+    std::memcpy(values, bytes_.data() + at_, count * sizeof(T));
+    at_ += count * sizeof(T);
+    return true;
+  }
+  /// Reads the checksum of what was read since `begin` and compares.
+  bool check_seal(std::size_t begin) {
+    const std::uint64_t want = checksum(bytes_.subspan(begin, at_ - begin));
+    std::uint64_t sum = 0;
+    return read(&sum, 1) && sum == want;
+  }
+  template <class... Args>
+  auto fail_at(ErrorCode code, std::size_t offset, fmt::format_string<Args...> format, Args&&... args) const {
+    return fail(code, fmt::format("multi-volume grid, byte {}", offset), format, std::forward<Args>(args)...);
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t at_ = 0;
+};
+
+/// True for a column as ColumnUpdater writes it.
+bool is_column(ColumnUnits column) {
+  if (column.empty()) return true;
+  if (column.size() < 2 || run_code(column[1]) == kUnknownCode || run_code(column.back()) == kUnknownCode)
+    return false;
+  int top = base_level(column[0]);
+  for (const std::uint16_t unit : column.subspan(1)) {
+    if (run_length(unit) == 0 || !is_valid_code(run_code(unit))) return false;
+    top += run_length(unit);
+  }
+  return top <= kMaxLevel + 1;
+}
+
+/// True for a tile's block whose columns are all good.
+bool is_block(std::span<const std::uint16_t> block) {
+  if (block.size() < kOffsets || block[0] != kOffsets || block[kTileColumns] != block.size()) return false;
+  for (std::size_t place = 0; place < kTileColumns; ++place)
+    if (block[place] > block[place + 1]) return false;
+  for (std::size_t place = 0; place < kTileColumns; ++place)
+    if (!is_column(block.subspan(block[place], static_cast<std::size_t>(block[place + 1] - block[place]))))
+      return false;
+  return true;
+}
+
+Result<Header> read_header(Reader& in) {
+  Header header;
+  if (!in.read(&header, 1))
+    return in.fail_at(ErrorCode::kTruncated, in.offset(), "ends inside of the header");
+  if (header.magic != kMagic) return in.fail_at(ErrorCode::kCorrupted, 0, "is not a multi-volume grid");
+  if (header.version != kVersion)
+    return in.fail_at(ErrorCode::kUnsupported, sizeof kMagic, "version {}, this program knows {}",
+                      header.version, kVersion);
+  if (in.left() < sizeof(std::uint64_t))
+    return in.fail_at(ErrorCode::kTruncated, in.offset(), "ends inside of the header");
+  if (!in.check_seal(0)) return in.fail_at(ErrorCode::kCorrupted, 0, "the header's checksum is wrong");
+  return header;
+}
+
+Result<MvogParams> params_of(const Header& header, const Reader& in) {
+  MvogParams params;
+  params.resolution_m = header.resolution_m;
+  params.occupied_ratio = header.occupied_ratio;
+  params.evidence_cap = header.evidence_cap;
+  params.same_view_cap = header.same_view_cap;
+  params.same_view_distance_cell = header.same_view_distance_cell;
+  params.merge_sigmas = header.merge_sigmas;
+  params.fill_slivers = header.fill_slivers != 0;
+  params.max_map_mb = header.max_map_mb;
+  if (const auto good = check_params(params); !good)
+    return in.fail_at(ErrorCode::kCorrupted, 0, "parameters: {}", to_string(good.error()));
+  return params;
+}
+
+}  // namespace
+
+std::vector<std::byte> MultiVolumeGrid::serialise() const {
+  Header header;
+  header.tiles = static_cast<std::uint32_t>(impl_->store.tiles().size());
+  const MvogParams& params = impl_->params;
+  header.resolution_m = params.resolution_m;
+  header.occupied_ratio = params.occupied_ratio;
+  header.evidence_cap = params.evidence_cap;
+  header.same_view_cap = params.same_view_cap;
+  header.same_view_distance_cell = params.same_view_distance_cell;
+  header.merge_sigmas = params.merge_sigmas;
+  header.fill_slivers = params.fill_slivers;
+  header.max_map_mb = params.max_map_mb;
+  header.revision = impl_->revision;
+  header.view_count = impl_->view_count;
+  for (std::size_t i = 0; i < impl_->view_count; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      header.views[3 * i + axis] = impl_->views[i][static_cast<Eigen::Index>(axis)];
+  std::vector<std::byte> out;
+  append(out, &header, 1);
+  seal(out, 0);
+  // Oldest change first, so that reading them in restores that order too.
+  std::vector<const Tile*> tiles;
+  for (const Tile* tile = impl_->store.latest(); tile; tile = impl_->store.older(*tile))
+    tiles.push_back(tile);
+  for (auto tile = tiles.rbegin(); tile != tiles.rend(); ++tile) {
+    const std::size_t begin = out.size();
+    const TileHeader tile_header{(*tile)->key.x, (*tile)->key.y, (*tile)->revision, (*tile)->units().size()};
+    append(out, &tile_header, 1);
+    append(out, (*tile)->units().data(), (*tile)->units().size());
+    seal(out, begin);
+  }
+  return out;
+}
+
+Result<MultiVolumeGrid> MultiVolumeGrid::parse(std::span<const std::byte> bytes) {
+  Reader in(bytes);
+  const auto header = read_header(in);
+  if (!header) return forward_error(header);
+  const auto params = params_of(*header, in);
+  if (!params) return forward_error(params);
+  MultiVolumeGrid grid(*params);
+  grid.impl_->revision = header->revision;
+  if (header->view_count > Impl::kViews)
+    return in.fail_at(ErrorCode::kCorrupted, 0, "{} views", header->view_count);
+  grid.impl_->view_count = static_cast<std::size_t>(header->view_count);
+  for (std::size_t i = 0; i < grid.impl_->view_count; ++i)
+    grid.impl_->views[i] = Eigen::Vector3d(&header->views[3 * i]);
+  std::vector<std::uint16_t> block;
+  std::uint64_t last_revision = 0;
+  for (std::uint32_t i = 0; i < header->tiles; ++i) {
+    const std::size_t begin = in.offset();
+    TileHeader tile;
+    if (!in.read(&tile, 1))
+      return in.fail_at(ErrorCode::kTruncated, begin, "ends before tile {} of {}", i, header->tiles);
+    if (tile.units > std::numeric_limits<std::uint16_t>::max())
+      return in.fail_at(ErrorCode::kCorrupted, begin, "tile {} claims {} units", i, tile.units);
+    block.resize(static_cast<std::size_t>(tile.units));
+    if (!in.read(block.data(), block.size()) || in.left() < sizeof(std::uint64_t))
+      return in.fail_at(ErrorCode::kTruncated, in.offset(), "ends inside of tile {} of {}", i, header->tiles);
+    if (!in.check_seal(begin))
+      return in.fail_at(ErrorCode::kCorrupted, begin, "the checksum of tile {} is wrong", i);
+    const TileKey key{tile.x, tile.y};
+    const bool good = is_block(block) && std::abs(tile.x) <= Impl::kMaxColumn / kTileSide &&
+                      std::abs(tile.y) <= Impl::kMaxColumn / kTileSide && !grid.impl_->store.find(key) &&
+                      tile.revision >= last_revision && tile.revision <= header->revision;
+    if (!good) return in.fail_at(ErrorCode::kCorrupted, begin, "tile {} contradicts the format", i);
+    last_revision = tile.revision;
+    grid.impl_->store.write(key, block, tile.revision, std::numeric_limits<std::size_t>::max());
+  }
+  if (in.left() > 0) return in.fail_at(ErrorCode::kCorrupted, in.offset(), "{} bytes too many", in.left());
+  return grid;
+}
+
+}  // namespace hm

@@ -1,0 +1,102 @@
+#include "hm/mvog/run_code.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hm::mvog {
+namespace {
+
+/// Mean and variance of the share of hits, after a uniform prior.
+struct Belief {
+  double mean, variance;
+};
+Belief belief_of(RunCode code) {
+  const double a = hits_of(code) + 1, b = misses_of(code) + 1, n = a + b;
+  return {a / n, a * b / (n * n * (n + 1))};
+}
+
+/// One more observation, at most `limit` together: beyond it, what is seen takes the place of what it
+/// contradicts.
+RunCode observed(RunCode code, bool hit, int limit) {
+  int hits = hits_of(code), misses = misses_of(code);
+  int& own = hit ? hits : misses;
+  int& other = hit ? misses : hits;
+  if (hits + misses < limit) {
+    ++own;
+  } else if (other > 0) {
+    --other;
+    ++own;
+  }
+  return make_code(hits, misses);
+}
+
+}  // namespace
+
+CodeTables::CodeTables(const MvogParams& params) {
+  make_states(params.occupied_ratio);
+  make_steps(params);
+  make_similar(params.merge_sigmas);
+}
+
+void CodeTables::make_states(double occupied_ratio) {
+  for (int code = 1; code < 256; ++code) {
+    const auto c = static_cast<RunCode>(code);
+    if (is_counter(c))
+      state_[c] = hits_of(c) >= occupied_ratio * (hits_of(c) + misses_of(c)) - 1e-9 ? Occupancy::kOccupied
+                                                                                    : Occupancy::kFree;
+  }
+  state_[kNearFreeCode] = Occupancy::kFree;
+  state_[kNearOccupiedCode] = Occupancy::kOccupied;
+}
+
+void CodeTables::make_steps(const MvogParams& params) {
+  for (const bool same_view : {false, true}) {
+    for (int code = 0; code < 256; ++code) {
+      const auto c = static_cast<RunCode>(code);
+      const RunCode counters = is_counter(c) ? c : kUnknownCode;
+      const int total = hits_of(counters) + misses_of(counters);
+      const int limit = same_view ? std::min(params.evidence_cap, std::max(params.same_view_cap, total))
+                                  : params.evidence_cap;
+      auto& steps = step_[same_view];
+      steps[static_cast<int>(Saying::kNothing)][c] = c;
+      steps[static_cast<int>(Saying::kNearFree)][c] = c == kUnknownCode ? kNearFreeCode : c;
+      steps[static_cast<int>(Saying::kNearOccupied)][c] = counters == kUnknownCode ? kNearOccupiedCode : c;
+      steps[static_cast<int>(Saying::kMiss)][c] = observed(counters, false, limit);
+      steps[static_cast<int>(Saying::kHit)][c] = observed(counters, true, limit);
+    }
+  }
+}
+
+void CodeTables::make_similar(double sigmas) {
+  for (int a = 0; a < 256; ++a) {
+    for (int b = 0; b < 256; ++b) {
+      const auto ca = static_cast<RunCode>(a), cb = static_cast<RunCode>(b);
+      bool similar = a == b;
+      if (a != b && a != 0 && b != 0 && is_counter(ca) && is_counter(cb) && state_[ca] == state_[cb]) {
+        const Belief p = belief_of(ca), q = belief_of(cb);
+        similar = std::abs(p.mean - q.mean) < sigmas * std::sqrt(p.variance + q.variance);
+      }
+      if (similar) similar_[ca][cb >> 6] |= std::uint64_t{1} << (cb & 63);
+    }
+  }
+}
+
+RunCode CodeTables::merged(RunCode a, int length_a, RunCode b, int length_b) const {
+  if (a == b) return a;
+  const int length = length_a + length_b;
+  const auto mean = [&](int x, int y) { return (2 * (x * length_a + y * length_b) + length) / (2 * length); };
+  const int hits = mean(hits_of(a), hits_of(b)), misses = mean(misses_of(a), misses_of(b));
+  const RunCode code = make_code(hits, misses);
+  // Rounding may push the sum over the cap or the state over its threshold: the longer run speaks then.
+  const bool good = hits + misses <= std::max(hits_of(a) + misses_of(a), hits_of(b) + misses_of(b)) &&
+                    code != kUnknownCode && state_[code] == state_[a];
+  return good ? code : length_a >= length_b ? a : b;
+}
+
+double CodeTables::probability(RunCode code) {
+  if (code == kNearOccupiedCode) return 1;
+  if (code == kNearFreeCode || code == kUnknownCode) return 0;
+  return static_cast<double>(hits_of(code)) / (hits_of(code) + misses_of(code));
+}
+
+}  // namespace hm::mvog

@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "hm/geometry/occupancy.hpp"
+#include "hm/mvog/mvog_params.hpp"
+
+namespace hm::mvog {
+
+/// What a run of a column knows, in a byte: hits in the high half, misses in the low half, together at most
+/// 15; nothing known is 0. Two values that no counters can have mark places that no beam crossed or ended in
+/// properly, only nearby.
+using RunCode = std::uint8_t;
+inline constexpr int kMaxEvidence = 15;
+inline constexpr RunCode kUnknownCode = 0;
+inline constexpr RunCode kNearFreeCode = 0xf1;      ///< a beam brushed it
+inline constexpr RunCode kNearOccupiedCode = 0xf2;  ///< a beam ended just beside it
+
+constexpr RunCode make_code(int hits, int misses) { return static_cast<RunCode>(hits << 4 | misses); }
+constexpr int hits_of(RunCode code) { return code >> 4; }
+constexpr int misses_of(RunCode code) { return code & 15; }
+/// True for counters (also unknown).
+constexpr bool is_counter(RunCode code) { return hits_of(code) + misses_of(code) <= kMaxEvidence; }
+constexpr bool is_valid_code(RunCode code) {
+  return is_counter(code) || code == kNearFreeCode || code == kNearOccupiedCode;
+}
+
+/// What a scan says of a place, weakest first. A stronger saying wins within the scan.
+enum class Saying : std::uint8_t { kNothing, kNearFree, kNearOccupied, kMiss, kHit };
+inline constexpr int kSayings = 5;
+
+/// Everything that depends on codes and parameters only, as tables.
+class CodeTables {
+ public:
+  explicit CodeTables(const MvogParams& params);
+
+  [[nodiscard]] Occupancy state(RunCode code) const { return state_[code]; }
+  /// The code after a scan; `same_view`: of a pose that has been counted before.
+  using Step = std::array<RunCode, 256>;
+  [[nodiscard]] const std::array<Step, kSayings>& steps(bool same_view) const { return step_[same_view]; }
+  /// True when two codes are of one state and their counters do not differ significantly.
+  [[nodiscard]] bool similar(RunCode a, RunCode b) const { return similar_[a][b >> 6] >> (b & 63) & 1u; }
+  /// The common code of two similar runs, weighted by their lengths.
+  [[nodiscard]] RunCode merged(RunCode a, int length_a, RunCode b, int length_b) const;
+  /// hits / (hits + misses); 0 and 1 for places brushed or ended beside.
+  [[nodiscard]] static double probability(RunCode code);
+
+ private:
+  void make_states(double occupied_ratio);
+  void make_steps(const MvogParams& params);
+  void make_similar(double sigmas);
+
+  std::array<Occupancy, 256> state_{};
+  std::array<std::array<Step, kSayings>, 2> step_{};
+  std::array<std::array<std::uint64_t, 4>, 256> similar_{};
+};
+
+}  // namespace hm::mvog
