@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kMinCoarsePoints = 120;  // fewer are not worth an iteration of their own
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
+constexpr double kCertainInformation = 0.15;   // share of the pairs beyond which noise is out of the question
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
 
@@ -116,8 +117,11 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
     return false;
   }
   sums = pairs.sums(reference, sensed, params.weight_by_incidence);
-  const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
-  free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+  free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  if (free.count > 0) {
+    const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
+    free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+  }
   if (free.count == 3) {
     match.status = MatchStatus::kNoInformation;
     return false;

@@ -89,10 +89,12 @@ void ReferenceLines::fit(const LineFitParams& params) {
 }
 
 void ReferenceLines::find_directions() {
+  rays.resize(size());
   for (std::size_t i = 0; i < size(); ++i) {
     const float inverse = 1.0F / points.range[i];
     ux[i] = points.x[i] * inverse;
     uy[i] = points.y[i] * inverse;
+    rays[i] = {points.x[i], points.y[i], ux[i], uy[i]};
   }
 }
 
