@@ -15,7 +15,7 @@ struct ScanOdometryParams {
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
   double velocity_alpha = 0.9, velocity_beta = 0.5;
-  int reference_scans = 30;
+  int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
 
