@@ -11,8 +11,8 @@
 
 namespace hm {
 
-/// What a path is, judged by the file system and its extension.
-enum class PathKind { kRecording, kMap, kMesh, kTrajectory };
+/// What a path is, judged by the file system, its extension and, of laser recordings, its first bytes.
+enum class PathKind { kRecording, kLaserRecording, kMap, kMesh, kTrajectory };
 /// An error when there is nothing, or nothing that this program knows.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
