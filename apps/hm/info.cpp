@@ -92,7 +92,6 @@ void add_info(Program& program) {
   CLI::App& command =
       program.add({"info", "What is in a recording, map, mesh or trajectory, and what looks wrong.",
                    "  hm info recording\n"
-                   "  hm info flight.bag\n"
                    "  hm info result/map.hmap\n"
                    "  hm info result/mesh.ply --json",
                    [flags](Session& session) { return run(*flags, session); }});
