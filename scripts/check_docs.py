@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Runs every command of the documents, and of the program's own --help, in a folder of its own.
+"""Runs every command of the documents, and of the program's own --help, in a folder of its own; checks that links to
+files lead somewhere and pictures are small.
 
     scripts/check_docs.py --program build/release/bin/hm
     scripts/check_docs.py --self-test
@@ -19,12 +20,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
-MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run"}
+MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
 HELP_VERBS = ["simulate", "info", "reconstruct", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
+LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
+PICTURE_LIMIT_BYTES = 300_000
 
 
 def blocks_of(text):
@@ -85,6 +88,18 @@ def check_text(name, text, folder):
     return count, problems
 
 
+def check_links(name, text, folder):
+    """Links to files that are not there, and pictures that are too large."""
+    problems = []
+    for is_picture, target in LINK.findall(text):
+        path = Path(folder) / target
+        if not path.exists():
+            problems.append(f"{name}: the link to {target} leads nowhere")
+        elif is_picture and path.stat().st_size > PICTURE_LIMIT_BYTES:
+            problems.append(f"{name}: {target} has {path.stat().st_size} bytes; {PICTURE_LIMIT_BYTES} at most")
+    return problems
+
+
 def help_examples(program, verb):
     text = subprocess.run([program, *verb.split(), "--help"], capture_output=True, text=True, check=True).stdout
     return [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
@@ -96,6 +111,7 @@ def check_all(program):
     for path in texts:
         with tempfile.TemporaryDirectory(prefix="hm_docs_") as folder:
             text = path.read_text(encoding="utf-8")
+            problems += check_links(str(path.relative_to(ROOT)), text, path.parent)
             if not any(True for _ in blocks_of(text)):
                 continue
             if wrong := prepare(folder, program):
@@ -122,8 +138,11 @@ def self_test():
     text = "```sh\ntrue   # fine\nfalse\n```\n```sh manual\ngit clone x\nrm -r x\n```\n```cpp\nnothing\n```\n"
     with tempfile.TemporaryDirectory() as folder:
         count, problems = check_text("text", text, folder)
+        (Path(folder) / "there.png").write_bytes(bytes(PICTURE_LIMIT_BYTES + 1))
+        links = check_links("text", "![a](there.png) [b](there.png) [c](gone.md) [d](https://x.org) [e](#f)", folder)
     good = count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
-    print("docs self-test:", "good" if good else f"wrong: {count} {problems}")
+    good = good and len(links) == 2 and "bytes" in links[0] and "gone.md" in links[1]
+    print("docs self-test:", "good" if good else f"wrong: {count} {problems} {links}")
     return 0 if good else 1
 
 

@@ -4,7 +4,6 @@
 #include "hm/pipeline/parameters.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
-#include "version.hpp"
 
 namespace {
 
@@ -24,9 +23,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   options.to = flags.to;
   options.mesh = parameters.mesh;
   options.recording_options = *recording_options;
-  options.threads = session.threads();
-  options.program_version = kVersion;
-  options.progress = session.progress();
+  options.run = session.context();
   const auto summary = hm::convert(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;

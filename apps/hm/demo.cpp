@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "program.hpp"
-#include "version.hpp"
 
 namespace {
 
@@ -18,11 +17,11 @@ std::string closing_words(const hm::DemoSummary& demo, const std::filesystem::pa
       static_cast<double>(result.map_bytes) * 1e-6);
   if (result.error)
     text += fmt::format(
-        "Against the truth the surface is off by {:.1f} mm on average (95 % under {:.1f} mm), and {:.1f} % "
-        "of what\n"
-        "could be seen is there.\n",
+        "Against the truth the surface is off by {:.1f} mm on average (95 % under {:.1f} mm); {:.1f} % of "
+        "what\n"
+        "could be seen is there, within {:g} mm.\n",
         result.error->accuracy.distance_m.mean * 1e3, result.error->accuracy.distance_m.p95 * 1e3,
-        result.error->completeness.ratio * 100);
+        result.error->completeness.ratio * 100, result.parameters.mesh_error.threshold_m * 1e3);
   text += fmt::format("\n  look at   {}\n  the mesh  {}\n  the map   {}\n",
                       (output / "result/report.html").string(), (output / "result/mesh.ply").string(),
                       (output / "result/map.hmap").string());
@@ -36,11 +35,8 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   options.parameters.tsdf.voxel_size_m = 0.03;
   auto list = hm::list_all(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  options.threads = session.threads();
-  options.program_version = kVersion;
-  options.progress = session.progress();
-  options.log = session.log();
-  options.stop = session.stop_on_interrupt();
+  options.run = session.interruptible_context(
+      "a simulation is dropped, a reconstruction is finished with what there is");
   const auto demo = hm::run_demo(options);
   if (!demo) return hm::forward_error(demo);
   Outcome outcome{closing_words(*demo, output), hm::to_json(demo->reconstruction),

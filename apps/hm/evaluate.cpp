@@ -1,7 +1,7 @@
 #include <memory>
 
+#include "hm/io/file_bytes.hpp"
 #include "hm/io/mesh_file.hpp"
-#include "hm/io/output_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/trajectory_evaluation.hpp"
@@ -15,12 +15,8 @@ struct Flags {
 
 /// Writes the page of --report, if one was asked for.
 hm::Result<void> write_report(const Flags& flags, const std::string& html, Outcome& outcome) {
-  hm::OutputFile file(flags.report);
-  file.write(html);
-  if (auto written = file.finish(); !written) {
-    written.error().code = hm::ErrorCode::kInternal;
+  if (const auto written = hm::as_run_failure(hm::write_file_text(flags.report, html)); !written)
     return written;
-  }
   outcome.outputs.emplace_back(flags.report);
   return {};
 }
@@ -79,7 +75,8 @@ void add_evaluate(Program& program) {
                          "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
                          "--set trajectory_error.alignment=none --report ate.html",
                          [flags](Session& session) { return run_trajectory(*flags, session); }}),
-            "trajectory: TUM, EuRoC or KITTI", "true trajectory, or the folder of a recording");
+            "trajectory (TUM, EuRoC, KITTI), or a recording: the poses it reports",
+            "true trajectory, or a recording: its true poses");
   add_paths(
       program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
                    "  hm evaluate mesh result/mesh.ply recording\n"

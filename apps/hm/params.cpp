@@ -58,6 +58,7 @@ hm::Result<Outcome> explain(const Flags& flags) {
         hm::JsonValue::object({{"value", hm::value_text(param)}, {"help", param.help}});
   }
   if (!outcome.text.empty()) return outcome;
+  // Setting it fails with the words that name the nearest one.
   auto unknown = hm::list_all(parameters).set(flags.name + "=0");
   return hm::fail(hm::ErrorCode::kUsage, {}, "{}", unknown ? "unknown parameter" : unknown.error().message);
 }

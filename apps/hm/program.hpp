@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "hm/core/json_value.hpp"
-#include "hm/core/log.hpp"
 #include "hm/core/params.hpp"
-#include "hm/core/progress.hpp"
 #include "hm/core/result.hpp"
+#include "hm/pipeline/run_context.hpp"
 
 /// The options that every verb has.
 struct CommonOptions {
@@ -36,13 +35,15 @@ class Session {
 
   [[nodiscard]] int threads() const;
   [[nodiscard]] hm::ProgressSink progress() const { return progress_; }
-  /// Messages for people, on standard error.
-  [[nodiscard]] hm::LogSink log() const { return log_; }
+  /// For a run that Ctrl-C does not interrupt, but ends.
+  [[nodiscard]] hm::RunContext context() const;
+  /// For a run that can be asked to stop. From here on the first Ctrl-C (or SIGTERM) asks it, and
+  /// `consequence`
+  /// ("finishing with what there is") is said; the second ends the program. Call it before any other thread
+  /// is started, and once.
+  hm::RunContext interruptible_context(const std::string& consequence);
   /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error.
   [[nodiscard]] hm::Result<void> apply(hm::ParamList& params) const;
-  /// From here on the first Ctrl-C (or SIGTERM) asks this token to stop, the second ends the program.
-  /// Call it before any other thread is started.
-  std::stop_token stop_on_interrupt();
 
  private:
   CommonOptions options_;

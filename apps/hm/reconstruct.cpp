@@ -3,7 +3,6 @@
 #include "hm/pipeline/reconstruction.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
-#include "version.hpp"
 
 namespace {
 
@@ -39,11 +38,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
   options.resume = flags.resume;
-  options.threads = session.threads();
-  options.program_version = kVersion;
-  options.progress = session.progress();
-  options.log = session.log();
-  options.stop = session.stop_on_interrupt();
+  options.run = session.interruptible_context("finishing with what there is");
   const auto summary = hm::reconstruct(options);
   if (!summary) return hm::forward_error(summary);
   return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};

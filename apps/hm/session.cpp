@@ -9,6 +9,7 @@
 #include "hm/core/parallel.hpp"
 #include "program.hpp"
 #include "terminal.hpp"
+#include "version.hpp"
 
 using hm::fail;
 
@@ -36,19 +37,23 @@ hm::Result<void> Session::apply(hm::ParamList& params) const {
   return {};
 }
 
-std::stop_token Session::stop_on_interrupt() {
+hm::RunContext Session::context() const { return {threads(), kVersion, progress_, log_, {}}; }
+
+hm::RunContext Session::interruptible_context(const std::string& consequence) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // threads made later inherit it
-  std::thread([signals, stop = stop_, log = log_]() mutable {
+  std::thread([signals, consequence, stop = stop_, log = log_]() mutable {
     int number = 0;
     sigwait(&signals, &number);
-    if (log) log(hm::LogLevel::kInfo, "stopping: finishing with what there is (once more: stop at once)");
+    if (log) log(hm::LogLevel::kInfo, fmt::format("stopping: {} (once more: at once)", consequence));
     stop.request_stop();
     sigwait(&signals, &number);
     _exit(1);
   }).detach();
-  return stop_.get_token();
+  hm::RunContext run = context();
+  run.stop = stop_.get_token();
+  return run;
 }

@@ -29,13 +29,16 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   if (flags.perfect) simulation.effects = hm::SensorEffects::none();
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  const std::string output = flags.output.empty() ? flags.world + "_recording" : flags.output;
-  const auto summary = hm::simulate_recording(simulation, output, session.progress(), session.threads());
+  hm::SimulationOptions options;
+  options.params = simulation;
+  options.output = flags.output.empty() ? flags.world + "_recording" : flags.output;
+  options.run = session.interruptible_context("what was written is removed");
+  const auto summary = hm::simulate_recording(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
-  outcome.text =
-      fmt::format("{}: {} frames, {:.1f} s, {:.1f} m of path, {:.0f} m2 of surface to be seen\n", output,
-                  summary->frames, summary->duration_s, summary->path_length_m, summary->truth_area_m2);
+  outcome.text = fmt::format("{}: {} frames, {:.1f} s, {:.1f} m of path, {:.0f} m2 of surface to be seen\n",
+                             options.output.string(), summary->frames, summary->duration_s,
+                             summary->path_length_m, summary->truth_area_m2);
   if (summary->end_drift_m > 0)
     outcome.text += fmt::format("the poses drift: {:.3f} m at the end\n", summary->end_drift_m);
   outcome.json = hm::JsonValue::object({{"frames", summary->frames},

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -16,11 +17,19 @@ constexpr std::chrono::seconds kPlainInterval{5};
 
 /// 75 -> "1:15".
 std::string clock_text(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
+  const long whole = std::lround(seconds);
   return whole >= 3600 ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
                        : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
+/// 0.25 -> " [#####...............]".
+std::string bar_text(double ratio) {
+  constexpr std::size_t kWidth = 20;
+  const auto filled = std::min(kWidth, static_cast<std::size_t>(ratio * kWidth));
+  return " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
+}
+
+/// Width of the terminal; 80 where it does not say.
 std::size_t columns() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
@@ -41,48 +50,56 @@ void Terminal::clear() {
 }
 
 void Terminal::line(const std::string& text) {
+  const std::lock_guard lock(mutex_);
   clear();
   fmt::print(stderr, "{}\n", text);
 }
 
 void Terminal::show(const hm::Progress& progress) {
+  const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
-  if (progress.stage != stage_) {
-    stage_ = progress.stage;
-    stage_begin_ = now;
-    stage_begin_done_ = progress.done;
-    last_shown_ = interactive_ ? Clock::time_point{} : now;
-    if (!interactive_) fmt::print(stderr, "{}\n", stage_);
-  }
+  if (progress.stage != stage_) begin_stage(progress, now);
+  const auto interval = interactive_ ? Clock::duration(kRedraw) : Clock::duration(kPlainInterval);
   const bool finished = progress.total > 0 && progress.done >= progress.total;
-  if (now - last_shown_ < (interactive_ ? Clock::duration(kRedraw) : Clock::duration(kPlainInterval)) &&
-      !(finished && interactive_))
-    return;
+  if (now - last_shown_ < interval && !(finished && interactive_)) return;
   last_shown_ = now;
-  std::string text = stage_;
-  const double elapsed_s = std::chrono::duration<double>(now - stage_begin_).count();
-  const double done_here = static_cast<double>(progress.done - std::min(progress.done, stage_begin_done_));
-  const double per_s = elapsed_s > 0 ? done_here / elapsed_s : 0;
+  std::string text = progress_text(progress, now);
+  if (!interactive_) {
+    fmt::print(stderr, "{}\n", text);
+    return;
+  }
+  if (text.size() >= columns()) text.resize(columns() - 1);
+  fmt::print(stderr, "\r\033[K{}", text);
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void Terminal::begin_stage(const hm::Progress& progress, Clock::time_point now) {
+  stage_ = progress.stage;
+  stage_begin_ = now;
+  stage_begin_done_ = progress.done;
+  last_shown_ = interactive_ ? Clock::time_point{} : now;
+  if (!interactive_) fmt::print(stderr, "{}\n", stage_);
+}
+
+std::string Terminal::progress_text(const hm::Progress& progress, Clock::time_point now) const {
+  std::string text = progress.stage;
   if (progress.total > 0) {
     const double ratio = static_cast<double>(progress.done) / static_cast<double>(progress.total);
-    if (interactive_) {
-      constexpr std::size_t kWidth = 20;
-      const auto filled = std::min(kWidth, static_cast<std::size_t>(ratio * kWidth));
-      text += " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
-    }
+    if (interactive_) text += bar_text(ratio);
     text += fmt::format(" {} of {} ({:.0f} %)", progress.done, progress.total, 100 * ratio);
-    if (per_s > 0 && elapsed_s > 0.5)
-      text += fmt::format(
-          ", {:.1f}/s, {} left", per_s,
-          clock_text(static_cast<double>(progress.total - std::min(progress.total, progress.done)) / per_s));
+    text += rate_text(progress, now);
   }
   if (!progress.details.empty()) text += ", " + progress.details;
-  if (interactive_) {
-    if (text.size() >= columns()) text.resize(columns() - 1);
-    fmt::print(stderr, "\r\033[K{}", text);
-    drawn_ = true;
-    std::fflush(stderr);
-  } else {
-    fmt::print(stderr, "{}\n", text);
-  }
+  return text;
+}
+
+std::string Terminal::rate_text(const hm::Progress& progress, Clock::time_point now) const {
+  constexpr double kFirstGuess_s = 0.5;
+  const double elapsed_s = std::chrono::duration<double>(now - stage_begin_).count();
+  const auto done_here = static_cast<double>(progress.done - std::min(progress.done, stage_begin_done_));
+  if (elapsed_s <= kFirstGuess_s || done_here <= 0) return {};
+  const double per_s = done_here / elapsed_s;
+  const auto left = static_cast<double>(progress.total - std::min(progress.total, progress.done));
+  return fmt::format(", {:.1f}/s, {} left", per_s, clock_text(left / per_s));
 }

@@ -1,11 +1,12 @@
 #pragma once
 #include <chrono>
+#include <mutex>
 #include <string>
 
 #include "hm/core/progress.hpp"
 
 /// Progress and messages on standard error: one line that redraws itself on a terminal, a plain line
-/// every few seconds elsewhere.
+/// every few seconds elsewhere. May be used from several threads.
 class Terminal {
  public:
   Terminal();
@@ -20,7 +21,12 @@ class Terminal {
  private:
   using Clock = std::chrono::steady_clock;
   void clear();
+  void begin_stage(const hm::Progress& progress, Clock::time_point now);
+  [[nodiscard]] std::string progress_text(const hm::Progress& progress, Clock::time_point now) const;
+  /// ", 12.3/s, 1:15 left"; nothing while too little is known.
+  [[nodiscard]] std::string rate_text(const hm::Progress& progress, Clock::time_point now) const;
 
+  std::mutex mutex_;
   bool interactive_ = false;
   bool drawn_ = false;
   std::string stage_;

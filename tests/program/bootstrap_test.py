@@ -56,6 +56,10 @@ class Bootstrap(unittest.TestCase):
         path = self.state / "log"
         return path.read_text() if path.exists() else ""
 
+    def test_help_of_the_tests_runs_nothing(self):
+        self.assertIn("--sanitize", self.hm("test", "--help").stdout)
+        self.assertEqual(self.log(), "")
+
     def test_first_call_installs_what_is_missing_builds_and_hands_over(self):
         result = self.hm("info", "a b", "--json")
         self.assertEqual(result.stdout, "program: info a b --json\n")

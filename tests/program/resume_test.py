@@ -82,6 +82,12 @@ class Resume(support.ProgramTest):
         self.assertEqual(run["resumed_at_frame"], FRAMES)
         self.assertEqual(run["triangles"], self.whole["triangles"])
 
+    def test_resume_of_a_finished_run_that_left_frames_out(self):
+        words = ["reconstruct", "recording", "-o", "strided", "--set", "reconstruction.frame_stride=7", *FAST]
+        self.assertEqual(self.run_json(*words)["frames"]["integrated"], 9)  # 0, 7 ... 56 of 60
+        again = self.run_json(*words, "--resume")
+        self.assertEqual((again["resumed_at_frame"], again["frames"]["integrated"]), (FRAMES, 9))
+
     def test_resume_goes_on_with_the_parameters_of_the_map(self):
         self.run_json("reconstruct", "recording", "-o", "coarse", "--voxel", "0.06", "--set",
                       "reconstruction.frame_limit=5", *FAST)

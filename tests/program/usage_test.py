@@ -87,9 +87,19 @@ class Usage(support.ProgramTest):
         (self.folder / "file").write_text("")
         result = self.run_hm("reconstruct", "recording", "-o", "file/result", expect=2)
         self.assertIn("file/result", result.stderr)
+        result = self.run_hm("simulate", "room", "-o", "file/recording", "--frames", 2, expect=2)
+        self.assertIn("file/recording", result.stderr)
+
+    def test_output_file_that_cannot_be_written_fails_the_run(self):
+        self.simulate(frames=4)
+        for words in (["convert", "recording/truth_mesh.ply", "no/mesh.obj"],
+                      ["convert", "recording/groundtruth.txt", "no/poses.kitti"],
+                      ["evaluate", "trajectory", "recording", "recording", "--report", "no/page.html"]):
+            self.assertIn(words[-1], self.run_hm(*words, expect=1).stderr)
 
     def test_conversions_that_make_no_sense(self):
         self.simulate(frames=2)
+        self.run_hm("convert", "recording/truth_mesh.ply", "A.OBJ")  # upper case makes sense
         for to in ("a.ply", "b.tum"):
             self.run_hm("convert", "recording", to, expect=2)
         self.run_hm("convert", "recording/truth_mesh.ply", "a.stl", expect=2)

@@ -37,6 +37,11 @@ class Verbs(support.ProgramTest):
         document = self.run_json("simulate", "corridor", "-o", "corridor", "--frames", 20, "--drift")
         self.assertGreater(document["end_drift_m"], 0)
         self.assertTrue((self.folder / "corridor/poses.txt").exists())
+        # As an estimate a recording stands for the poses it reports, as truth for the true ones.
+        drift = self.run_json("evaluate", "trajectory", "corridor", "corridor", "--set",
+                              "trajectory_error.alignment=none")
+        self.assertEqual(drift["pairs"], 20)
+        self.assertGreater(drift["ate_max_m"], 0.9 * document["end_drift_m"])
 
     def test_demo(self):
         demo = self.run_json("demo", *ROOM)
@@ -46,6 +51,14 @@ class Verbs(support.ProgramTest):
         text = self.run_hm("demo", *ROOM, "--quiet").stdout  # again, over the old one
         for word in ("report.html", "mesh.ply", "map.hmap", "mm on average"):
             self.assertIn(word, text)
+
+    def test_the_truth_of_the_demo_reaches_as_far_as_its_reconstruction(self):
+        def truth_points(*more):
+            self.run_hm("demo", *ROOM, "--set", "reconstruction.pictures=false", "--quiet", *more)
+            return self.run_json("info", "demo/recording/truth_visible.ply")["vertices"]
+        near, whole = truth_points("--set", "tsdf.far_m=2"), truth_points()
+        self.assertLess(near, 0.9 * whole)
+        self.assertEqual(truth_points("--set", "tsdf.far_m=2", "--set", "simulation.truth_far_m=100"), whole)
 
     def test_demo_deletes_nothing_that_is_not_its_own(self):
         mine = self.folder / "demo/recording"

@@ -83,6 +83,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 void HtmlReport::set_verdict(Verdict verdict, std::string sentence) {
   const std::string_view kind = verdict == Verdict::kGood       ? "good"
                                 : verdict == Verdict::kDoubtful ? "doubtful"
+                                : verdict == Verdict::kNone     ? "none"
                                                                 : "bad";
   verdict_html_ = fmt::format("<p class=\"verdict {}\">{}</p>\n", kind, escape_markup(sentence));
 }

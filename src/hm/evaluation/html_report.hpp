@@ -11,7 +11,7 @@ namespace hm {
 /// and dark. All text given is escaped; SVG is inserted as it is.
 class HtmlReport {
  public:
-  enum class Verdict { kGood, kDoubtful, kBad };
+  enum class Verdict { kGood, kDoubtful, kBad, kNone };  ///< kNone: a statement, not a judgement
 
   explicit HtmlReport(std::string title) : title_(std::move(title)) {}
 

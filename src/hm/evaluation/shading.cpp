@@ -44,6 +44,48 @@ float outline(const VisibilityBuffer& buffer, int x, int y) {
   return 1 - 0.38F * std::clamp((strongest - 0.004F) / 0.008F, 0.F, 1.F);
 }
 
+/// A pixel of the picture; it is made of 2 x 2 samples of the buffer.
+struct Pixel {
+  int x = 0, y = 0;
+};
+
+/// Share of the sky that is not hidden by what is near this pixel, 0 to 1.
+double open_share(const TriangleMesh& mesh, const VisibilityBuffer& buffer, const ViewProjection& projection,
+                  const Pixel& pixel) {
+  const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * pixel.x, 2 * pixel.y));
+  const auto own_nearness = static_cast<double>(buffer.nearness(2 * pixel.x, 2 * pixel.y));
+  const double reach_samples = std::min(400.0, kReach_m * projection.samples_per_m(own_nearness));
+  double light = 0;
+  for (int tap = 0; tap < kTaps; ++tap) {
+    const Vec2 offset = reach_samples * tap_offset(tap, pixel.x, pixel.y);
+    const int tx = 2 * pixel.x + static_cast<int>(std::lround(offset.x()));
+    const int ty = 2 * pixel.y + static_cast<int>(std::lround(offset.y()));
+    if (!buffer.triangle.contains(tx, ty) || !buffer.hit(tx, ty)) {
+      light += 1;
+      continue;
+    }
+    const auto nearness = static_cast<double>(buffer.nearness(tx, ty));
+    light += free_share(here.p_world, here.normal, projection.unproject(tx, ty, nearness));
+  }
+  return std::max(0.0, light / kTaps);
+}
+
+/// The mean over the 4 x 4 tile around a pixel, of what lies about as near: it removes the pattern of the
+/// taps.
+float tile_mean(const Image<float>& raw, const VisibilityBuffer& buffer, const Pixel& pixel) {
+  const float here = buffer.nearness(2 * pixel.x, 2 * pixel.y);
+  const float tolerance = 0.02F * std::abs(here);
+  float sum = 0, weight = 0;
+  for (int ty = std::max(0, pixel.y - 2); ty < std::min(raw.height(), pixel.y + 2); ++ty)
+    for (int tx = std::max(0, pixel.x - 2); tx < std::min(raw.width(), pixel.x + 2); ++tx) {
+      if (!buffer.hit(2 * tx, 2 * ty) || std::abs(buffer.nearness(2 * tx, 2 * ty) - here) > tolerance)
+        continue;
+      sum += raw(tx, ty);
+      weight += 1;
+    }
+  return weight > 0 ? sum / weight : raw(pixel.x, pixel.y);
+}
+
 }  // namespace
 
 SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
@@ -74,48 +116,18 @@ SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& b
 Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                            const ViewProjection& projection, const ParallelLoop& loop) {
   const int width = buffer.triangle.width() / 2, height = buffer.triangle.height() / 2;
-  Image<float> raw(width, height, 1.F);
-  loop.for_ranges(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-      for (int x = 0; x < width; ++x) {
-        if (!buffer.hit(2 * x, 2 * y)) continue;
-        const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * x, 2 * y));
-        const double reach_samples = std::min(
-            400.0, kReach_m * projection.samples_per_m(static_cast<double>(buffer.nearness(2 * x, 2 * y))));
-        double light = 0;
-        for (int tap = 0; tap < kTaps; ++tap) {
-          const Vec2 offset = reach_samples * tap_offset(tap, x, y);
-          const int tx = 2 * x + static_cast<int>(std::lround(offset.x()));
-          const int ty = 2 * y + static_cast<int>(std::lround(offset.y()));
-          if (!buffer.triangle.contains(tx, ty) || !buffer.hit(tx, ty)) {
-            light += 1;
-            continue;
-          }
-          const auto nearness = static_cast<double>(buffer.nearness(tx, ty));
-          light += free_share(here.p_world, here.normal, projection.unproject(tx, ty, nearness));
-        }
-        raw(x, y) = static_cast<float>(std::max(0.0, light / kTaps));
-      }
-  });
-  // The mean over the 4 x 4 tile removes the pattern of the taps.
-  Image<float> smooth(width, height, 1.F);
-  loop.for_ranges(static_cast<std::size_t>(height), 16, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-      for (int x = 0; x < width; ++x) {
-        if (!buffer.hit(2 * x, 2 * y)) continue;
-        const float here = buffer.nearness(2 * x, 2 * y);
-        const float tolerance = 0.02F * std::abs(here);
-        float sum = 0, weight = 0;
-        for (int ty = std::max(0, y - 2); ty < std::min(height, y + 2); ++ty)
-          for (int tx = std::max(0, x - 2); tx < std::min(width, x + 2); ++tx) {
-            if (!buffer.hit(2 * tx, 2 * ty) || std::abs(buffer.nearness(2 * tx, 2 * ty) - here) > tolerance)
-              continue;
-            sum += raw(tx, ty);
-            weight += 1;
-          }
-        smooth(x, y) = (weight > 0 ? sum / weight : raw(x, y)) * outline(buffer, x, y);
-      }
-  });
+  Image<float> raw(width, height, 1.F), smooth(width, height, 1.F);
+  const auto for_seen_pixels = [&](const auto& body) {
+    loop.for_ranges(static_cast<std::size_t>(height), 8, [&](std::size_t begin, std::size_t end) {
+      for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+        for (int x = 0; x < width; ++x)
+          if (buffer.hit(2 * x, 2 * y)) body(Pixel{x, y});
+    });
+  };
+  for_seen_pixels(
+      [&](const Pixel& p) { raw(p.x, p.y) = static_cast<float>(open_share(mesh, buffer, projection, p)); });
+  for_seen_pixels(
+      [&](const Pixel& p) { smooth(p.x, p.y) = tile_mean(raw, buffer, p) * outline(buffer, p.x, p.y); });
   return smooth;
 }
 

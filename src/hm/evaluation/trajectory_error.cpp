@@ -140,6 +140,43 @@ std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
   return errors;
 }
 
+/// An error when the positions lie too close together to tell a scale.
+Result<void> check_scale(const std::vector<Vec3>& positions) {
+  constexpr double kLeastSpread_m = 1e-6;
+  const Vec3 centre = mean(positions);
+  double spread_m = 0;
+  for (const Vec3& p : positions) spread_m = std::max(spread_m, (p - centre).norm());
+  if (spread_m >= kLeastSpread_m) return {};
+  return fail(ErrorCode::kInvalidValue, {},
+              "the estimate's {} matched poses stay within {:g} m, so its scale cannot be found; align with "
+              "se3 instead",
+              positions.size(), spread_m);
+}
+
+/// Moves the estimate onto the truth by the alignment, and takes the differences.
+void add_absolute_errors(TrajectoryError& result) {
+  std::vector<double> rotation_errors;
+  for (PosePair& pair : result.matched) {
+    pair.T_world_estimate = {result.alignment.rotation * pair.T_world_estimate.rotation(),
+                             result.alignment * pair.T_world_estimate.translation()};
+    result.position_errors_m.push_back(
+        (pair.T_world_estimate.translation() - pair.T_world_truth.translation()).norm());
+    rotation_errors.push_back((pair.T_world_truth.inverse() * pair.T_world_estimate).angle());
+  }
+  result.position_m = summarise(result.position_errors_m);
+  result.rotation_rad = summarise(rotation_errors);
+}
+
+void summarise_relative_errors(TrajectoryError& result) {
+  std::vector<double> translations, rotations;
+  for (const RelativeError& error : result.relative) {
+    translations.push_back(error.translation_m);
+    rotations.push_back(error.rotation_rad);
+  }
+  result.rpe_translation_m = summarise(translations);
+  result.rpe_rotation_rad = summarise(rotations);
+}
+
 }  // namespace
 
 std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate,
@@ -193,39 +230,14 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
   }
   result.alignment_degenerate =
       is_degenerate(positions, params.alignment) || is_degenerate(true_positions, params.alignment);
-  if (params.alignment == TrajectoryAlignment::kSim3) {
-    const Vec3 centre = mean(positions);
-    double spread = 0;
-    for (const Vec3& p : positions) spread = std::max(spread, (p - centre).norm());
-    if (spread < 1e-6)
-      return fail(
-          ErrorCode::kInvalidValue, {},
-          "the estimate's {} matched poses stay within {:g} m, so its scale cannot be found; align with "
-          "se3 instead",
-          result.pairs, spread);
-  }
+  if (params.alignment == TrajectoryAlignment::kSim3)
+    if (const auto scaled = check_scale(positions); !scaled) return forward_error(scaled);
 
   result.alignment = align_points(positions, true_positions, params.alignment);
-  std::vector<double> rotation_errors;
-  for (PosePair& pair : result.matched) {
-    pair.T_world_estimate = {result.alignment.rotation * pair.T_world_estimate.rotation(),
-                             result.alignment * pair.T_world_estimate.translation()};
-    result.position_errors_m.push_back(
-        (pair.T_world_estimate.translation() - pair.T_world_truth.translation()).norm());
-    rotation_errors.push_back((pair.T_world_truth.inverse() * pair.T_world_estimate).angle());
-  }
-  result.position_m = summarise(result.position_errors_m);
-  result.rotation_rad = summarise(rotation_errors);
+  add_absolute_errors(result);
   result.truth_path_m = distance_travelled(result.matched).back();
-
   result.relative = relative_errors(result.matched, params);
-  std::vector<double> translations, rotations;
-  for (const RelativeError& error : result.relative) {
-    translations.push_back(error.translation_m);
-    rotations.push_back(error.rotation_rad);
-  }
-  result.rpe_translation_m = summarise(translations);
-  result.rpe_rotation_rad = summarise(rotations);
+  summarise_relative_errors(result);
   return result;
 }
 

@@ -7,7 +7,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/io/file_bytes.hpp"
-#include "hm/io/temporary_folder.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 
 namespace hm {
 namespace {

@@ -42,6 +42,7 @@ bool InputFile::refill() {
 bool InputFile::read(void* bytes, std::size_t count) {
   char* out = static_cast<char*>(bytes);
   while (count > 0) {
+    if (next_ == filled_ && count >= buffer_.size()) return read_past_buffer(out, count);
     if (next_ == filled_ && !refill()) return false;
     const std::size_t part = std::min(count, filled_ - next_);
     std::memcpy(out, buffer_.data() + next_, part);
@@ -50,6 +51,13 @@ bool InputFile::read(void* bytes, std::size_t count) {
     count -= part;
   }
   return true;
+}
+
+bool InputFile::read_past_buffer(char* out, std::size_t count) {
+  const std::size_t got = std::fread(out, 1, count, file_.get());
+  buffer_offset_ += next_ + got;
+  next_ = filled_ = 0;
+  return got == count;
 }
 
 bool InputFile::read_line(std::string_view& line) {

@@ -50,6 +50,8 @@ class InputFile {
   };
   InputFile() = default;
   bool refill();
+  /// read() of at least a buffer's worth, when the buffer is used up.
+  bool read_past_buffer(char* out, std::size_t count);
 
   std::string name_;
   std::unique_ptr<std::FILE, Closer> file_;

@@ -16,7 +16,6 @@ using test::make_blocks;
 using test::open_map;
 using test::read_all;
 using test::save;
-using test::TemporaryFolder;
 using test::views_of;
 using testing::HasSubstr;
 

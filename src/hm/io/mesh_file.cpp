@@ -1,21 +1,14 @@
 #include "hm/io/mesh_file.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
 
 #include "hm/core/check.hpp"
+#include "hm/io/file_name.hpp"
 #include "hm/io/mesh_formats.hpp"
 
 namespace hm {
 namespace {
-
-std::string extension_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 tl::unexpected<Error> unknown_extension(const std::filesystem::path& path) {
   return fail(ErrorCode::kUnsupported, path.string(), "a mesh file ends in .ply, .obj or .glb");
@@ -48,8 +41,8 @@ std::string one_line(std::string text) {
 
 Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                         const MeshWriteOptions& options) {
-  const std::string extension = extension_of(path);
-  if (extension != ".ply" && extension != ".obj" && extension != ".glb") return unknown_extension(path);
+  if (!is_mesh_name(path)) return unknown_extension(path);
+  const std::string extension = lower_extension(path);
   if (const auto sound = check_mesh(mesh, path.string()); !sound) return sound;
   OutputFile file(path);
   if (extension == ".ply") write_ply(file, mesh, options);
@@ -61,8 +54,8 @@ Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& m
 }
 
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
-  const std::string extension = extension_of(path);
-  if (extension != ".ply" && extension != ".obj" && extension != ".glb") return unknown_extension(path);
+  if (!is_mesh_name(path)) return unknown_extension(path);
+  const std::string extension = lower_extension(path);
   auto file = InputFile::open(path);
   if (!file) return forward_error(file);
   if (extension == ".ply") return read_ply(*file);

@@ -26,7 +26,6 @@ using test::expect_same;
 using test::kAllParts;
 using test::make_sheet;
 using test::Parts;
-using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
 

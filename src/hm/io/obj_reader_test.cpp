@@ -3,15 +3,14 @@
 #include <gmock/gmock.h>
 
 #include <assimp/Importer.hpp>
-#include <cstdlib>
 
 #include "hm/io/io_test_support.hpp"
 #include "hm/io/mesh_file.hpp"
+#include "hm/io/real_data_test_support.hpp"
 
 namespace hm {
 namespace {
 
-using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
 
@@ -65,8 +64,7 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere) {
 }
 
 TEST(ObjReader, ReadsRealMeshesLikeAssimp) {
-  const char* given = std::getenv("HM_DATA");
-  const std::filesystem::path data = given ? given : HM_SOURCE_DIR "/../shared/data";
+  const std::filesystem::path data = real_data_folder();
   if (!std::filesystem::exists(data / "meshes"))
     GTEST_SKIP() << data / "meshes"
                  << " is not there";

@@ -12,7 +12,6 @@ namespace {
 using test::expect_same;
 using test::make_sheet;
 using test::Parts;
-using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
 

@@ -151,7 +151,7 @@ std::string to_string(const SkippedLines& skipped) {
   if (skipped.first_line == 0)
     return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
                        skipped.count == 1 ? " is" : "s are", reason, skipped.file);
-  return fmt::format("{} line{} of {} left out: {} (first: {}:{})", skipped.count,
+  return fmt::format("{} {}{} of {} left out: {} (first: {}:{})", skipped.count, skipped.unit,
                      skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.file, skipped.first_line);
 }
 

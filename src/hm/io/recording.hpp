@@ -31,7 +31,8 @@ struct SkippedLines {
   Reason reason = Reason::kStampNotIncreasing;
   std::string file;  ///< name inside the recording
   std::size_t count = 0;
-  std::size_t first_line = 0;  ///< counted from 1
+  std::size_t first_line = 0;      ///< counted from 1
+  std::string_view unit = "line";  ///< what is counted: "line", "message"
 };
 std::string to_string(const SkippedLines& skipped);
 

@@ -5,51 +5,11 @@
 #include <cmath>
 #include <tuple>
 
+#include "hm/io/skip_counter.hpp"
 #include "hm/io/text_lines.hpp"
 
 namespace hm::detail {
 namespace {
-
-/// Counts lines that are left out, by reason.
-class SkipCounter {
- public:
-  explicit SkipCounter(const std::filesystem::path& path) : file_(path.filename().string()) {}
-  void add(SkippedLines::Reason reason, std::size_t line) {
-    for (SkippedLines& known : skipped_) {
-      if (known.reason != reason) continue;
-      ++known.count;
-      known.first_line = std::min(known.first_line, line);
-      return;
-    }
-    skipped_.push_back({reason, file_, 1, line});
-  }
-  [[nodiscard]] std::vector<SkippedLines> take() { return std::move(skipped_); }
-
- private:
-  std::string file_;
-  std::vector<SkippedLines> skipped_;
-};
-
-/// Keeps the items whose stamps increase; the others are counted at their line.
-template <class Item, class StampOf>
-std::vector<Item> keep_increasing(const std::vector<Item>& items,
-                                  const std::vector<std::size_t>& line_numbers, const StampOf& stamp_of,
-                                  SkipCounter& skips) {
-  std::vector<Time> stamps;
-  for (const Item& item : items) stamps.push_back(stamp_of(item));
-  const std::vector<std::size_t> kept = longest_increasing(stamps);
-  std::vector<Item> result;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (next < kept.size() && kept[next] == i) {
-      result.push_back(items[i]);
-      ++next;
-    } else {
-      skips.add(SkippedLines::Reason::kStampNotIncreasing, line_numbers[i]);
-    }
-  }
-  return result;
-}
 
 /// Splits each line of a list into words and hands it to `parse`, which says what is wrong with it, if
 /// anything is.

@@ -8,7 +8,7 @@
 #include "hm/core/rng.hpp"
 #include "hm/io/camera_file.hpp"
 #include "hm/io/file_bytes.hpp"
-#include "hm/io/temporary_folder.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 #include "hm/io/text_lines.hpp"
 
 namespace hm::detail {
@@ -26,6 +26,7 @@ TEST(TextLines, BlankLinesCommentsCrlfAndByteOrderMark) {
   EXPECT_EQ(words(lines[1].text), (std::vector<std::string_view>{"two", "2"}));
   EXPECT_EQ(file.comments(), (std::vector<std::string_view>{"# a comment"}));
   EXPECT_TRUE(words("  \t ").empty());
+  EXPECT_EQ(cells("a, b c ,,d", ','), (std::vector<std::string_view>{"a", "b c", "", "d"}));
 }
 
 TEST(TextLines, StampsAreExact) {
@@ -37,6 +38,9 @@ TEST(TextLines, StampsAreExact) {
   EXPECT_EQ(parse_stamp("7")->ns, 7000000000);
   for (const char* bad : {"", "x", "1.2.3", "nan", "inf", "1e300", "12s", "9999999999999"})
     EXPECT_FALSE(parse_stamp(bad)) << bad;
+  for (const std::int64_t ns : {0L, 1L, -1L, -500000000L, 1305031102160407123L})
+    EXPECT_EQ(parse_stamp(stamp_text({ns}))->ns, ns);
+  EXPECT_EQ(stamp_text({-1500000000}), "-1.500000000");
   EXPECT_TRUE(std::isnan(*parse_number("nan")));
   EXPECT_EQ(*parse_number("+1e-3"), 1e-3);
   EXPECT_FALSE(parse_number("1,5"));

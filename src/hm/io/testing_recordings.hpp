@@ -1,14 +1,14 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <string>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
+#include "hm/io/real_data_test_support.hpp"
 #include "hm/io/recording.hpp"
-#include "hm/io/temporary_folder.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 #include "hm/io/tum_writer.hpp"
 
 /// Small recordings for the tests of readers.
@@ -103,13 +103,8 @@ inline double pose_difference(const SE3& a, const SE3& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
 }
 
-/// Where real recordings are, if anywhere: $HM_DATA, else ../shared/data beside the sources.
 inline std::filesystem::path real_recording(const std::string& name) {
-  const char* given = std::getenv("HM_DATA");
-  const std::filesystem::path data = given != nullptr
-                                         ? std::filesystem::path(given)
-                                         : std::filesystem::path(HM_SOURCE_DIR) / ".." / "shared" / "data";
-  return data / "rgbd" / name;
+  return real_data_folder() / "rgbd" / name;
 }
 
 }  // namespace hm::testing_recordings

@@ -78,6 +78,16 @@ std::vector<std::string_view> words(std::string_view line) {
   return result;
 }
 
+std::vector<std::string_view> cells(std::string_view line, char separator) {
+  std::vector<std::string_view> result;
+  while (true) {
+    const std::size_t end = line.find(separator);
+    result.push_back(trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return result;
+    line.remove_prefix(end + 1);
+  }
+}
+
 std::optional<double> parse_number(std::string_view word) { return parse_as<double>(word); }
 
 std::optional<Time> parse_stamp(std::string_view word) {
@@ -86,6 +96,18 @@ std::optional<Time> parse_stamp(std::string_view word) {
   const auto seconds = parse_as<long double>(word);
   if (!seconds || !std::isfinite(*seconds) || std::fabs(*seconds) > kMaxSeconds) return std::nullopt;
   return Time{std::llround(*seconds * 1e9L)};
+}
+
+std::string stamp_text(Time stamp) {
+  constexpr std::uint64_t kSecond = 1'000'000'000;
+  const auto bits = static_cast<std::uint64_t>(stamp.ns);
+  const std::uint64_t magnitude = stamp.ns < 0 ? 0 - bits : bits;  // the most negative has no positive twin
+  return fmt::format("{}{}.{:09}", stamp.ns < 0 ? "-" : "", magnitude / kSecond, magnitude % kSecond);
+}
+
+std::optional<Time> parse_stamp_ns(std::string_view word) {
+  const auto ns = parse_as<std::int64_t>(word);
+  return ns ? std::optional(Time{*ns}) : std::nullopt;
 }
 
 }  // namespace hm

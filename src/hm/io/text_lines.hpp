@@ -38,9 +38,15 @@ class TextFile {
 
 /// The words of a line, separated by blanks or tabs.
 std::vector<std::string_view> words(std::string_view line);
+/// What stands between the separators of a line, without blanks around it.
+std::vector<std::string_view> cells(std::string_view line, char separator);
 /// A whole word as a number, NaN and infinities too; nothing when it is none.
 std::optional<double> parse_number(std::string_view word);
 /// Decimal seconds as a time, exact to the nanosecond; nothing when it is none or beyond 290 years.
 std::optional<Time> parse_stamp(std::string_view word);
+/// The same back: seconds with nine decimals.
+std::string stamp_text(Time stamp);
+/// Whole nanoseconds as a time; nothing when it is none.
+std::optional<Time> parse_stamp_ns(std::string_view word);
 
 }  // namespace hm

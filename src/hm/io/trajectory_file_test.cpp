@@ -2,17 +2,16 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <regex>
 #include <sstream>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/io_test_support.hpp"
+#include "hm/io/real_data_test_support.hpp"
 
 namespace hm {
 namespace {
 
-using test::TemporaryFolder;
 using test::write_bytes;
 using testing::HasSubstr;
 
@@ -140,9 +139,7 @@ TEST(TrajectoryFile, SurvivesDamage) {
 }
 
 TEST(TrajectoryFile, ReadsARealGroundTruth) {
-  const char* given = std::getenv("HM_DATA");
-  const std::filesystem::path data = given ? given : HM_SOURCE_DIR "/../shared/data";
-  const auto path = data / "rgbd/tum_fr1_xyz/groundtruth.txt";
+  const auto path = real_data_folder() / "rgbd/tum_fr1_xyz/groundtruth.txt";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   const auto read = read_trajectory(path);
   ASSERT_TRUE(read) << to_string(read.error());

@@ -7,18 +7,12 @@
 #include "hm/io/camera_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
+#include "hm/io/text_lines.hpp"
 
 namespace hm {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Seconds with 9 decimals.
-std::string stamp_text(Time stamp) {
-  const std::int64_t second = 1'000'000'000;
-  const std::int64_t magnitude = std::abs(stamp.ns);
-  return fmt::format("{}{}.{:09}", stamp.ns < 0 ? "-" : "", magnitude / second, magnitude % second);
-}
 
 std::string pose_lines(const Trajectory& poses) {
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
@@ -47,7 +41,7 @@ Image<std::uint16_t> in_units(const DepthImage& depth, double units_per_m) {
 Result<void> make_folder(const fs::path& folder) {
   std::error_code status;
   fs::create_directories(folder, status);
-  if (status) return fail(ErrorCode::kUnreadable, folder, "cannot be made: {}", status.message());
+  if (status) return fail(ErrorCode::kUsage, folder, "cannot make this folder: {}", status.message());
   return {};
 }
 

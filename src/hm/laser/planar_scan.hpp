@@ -21,4 +21,9 @@ struct PlanarScan {
   [[nodiscard]] std::size_t size() const { return points_m.size(); }
 };
 
+/// Fills bearings and ranges from the points and the origin, and puts all three in order of bearing,
+/// beginning after the widest gap between two of them. Points that are not finite or lie on the origin are
+/// taken out. O(n) when the points are in order already.
+void sort_by_bearing(PlanarScan& scan);
+
 }  // namespace hm

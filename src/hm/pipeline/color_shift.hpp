@@ -7,7 +7,7 @@
 namespace hm {
 
 /// Finds the shift between colour and depth: sums the colour gradient found at depth edges for every shift of
-/// up to kReach pixels. Where colour is registered the sum is largest at no shift.
+/// up to kReach_px pixels. Where colour is registered the sum is largest at no shift.
 class ColorShiftEstimator {
  public:
   static constexpr int kReach_px = 12;

@@ -1,8 +1,7 @@
 #include "hm/pipeline/conversion.hpp"
 
-#include <cmath>
-
 #include "hm/core/parallel.hpp"
+#include "hm/io/file_name.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/io/tum_writer.hpp"
@@ -17,8 +16,9 @@ namespace {
 Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh) {
   mesh = clean_mesh(std::move(mesh), options.mesh);
   MeshWriteOptions write;
-  write.program = "housemartin " + options.program_version;
-  if (const auto written = write_mesh(options.to, mesh, write); !written) return forward_error(written);
+  write.program = "housemartin " + options.run.program_version;
+  if (const auto written = as_run_failure(write_mesh(options.to, mesh, write)); !written)
+    return forward_error(written);
   return ConversionSummary{
       fmt::format("{} vertices, {} triangles", mesh.vertices.size(), mesh.triangles.size()),
       mesh.triangles.size(), 0};
@@ -29,7 +29,7 @@ Result<ConversionSummary> convert_map(const ConversionOptions& options) {
   if (!map) return forward_error(map);
   const auto grid = load_grid(*map);
   if (!grid) return forward_error(grid);
-  const ParallelLoop loop(options.threads);
+  const ParallelLoop loop(options.run.threads);
   return write_cleaned(options, extract_mesh(*grid, options.mesh, loop));
 }
 
@@ -42,8 +42,9 @@ Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
 Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {
   const auto trajectory = read_trajectory(options.from);
   if (!trajectory) return forward_error(trajectory);
-  const auto written = options.to.extension() == ".kitti" ? write_kitti_trajectory(options.to, *trajectory)
-                                                          : write_tum_trajectory(options.to, *trajectory);
+  const auto written =
+      as_run_failure(lower_extension(options.to) == ".kitti" ? write_kitti_trajectory(options.to, *trajectory)
+                                                             : write_tum_trajectory(options.to, *trajectory));
   if (!written) return forward_error(written);
   return ConversionSummary{fmt::format("{} poses", trajectory->size()), trajectory->size(), 0};
 }
@@ -52,40 +53,37 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
   const auto recording = open_recording(options.from, options.recording_options);
   if (!recording) return forward_error(recording);
   const RecordingInfo& info = (*recording)->info();
-  auto writer = TumWriter::create(options.to, info.camera.without_distortion(), 1.0 / info.depth_unit_m);
+  auto writer = as_run_failure(
+      TumWriter::create(options.to, info.camera.without_distortion(), 1.0 / info.depth_unit_m));
   if (!writer) return forward_error(writer);
   ConversionSummary summary;
   FramePrefetcher frames(**recording, 0, info.frame_count);
   for (std::size_t done = 0; const auto frame = frames.next(); ++done) {
     if (!*frame) {
       ++summary.skipped;
-      continue;
+    } else {
+      if (const auto added = as_run_failure(writer->add(**frame)); !added) return forward_error(added);
+      ++summary.items;
     }
-    if (const auto added = writer->add(**frame); !added) return forward_error(added);
-    ++summary.items;
-    if (options.progress) options.progress({"converting", done + 1, info.frame_count, {}});
+    if (options.run.progress) options.run.progress({"converting", done + 1, info.frame_count, {}});
   }
-  if (const auto finished = writer->finish(); !finished) return forward_error(finished);
+  if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
   summary.text = fmt::format("{} frames, {} could not be read", summary.items, summary.skipped);
   return summary;
 }
 
-bool is_mesh_extension(const std::filesystem::path& extension) {
-  return extension == ".ply" || extension == ".obj" || extension == ".glb";
-}
-
 /// Whether something of this kind can become what the output's name says.
 Result<void> check_target(PathKind kind, const ConversionOptions& options) {
-  const auto extension = options.to.extension();
+  const std::string extension = lower_extension(options.to);
   const auto refuse = [&](const char* what, const char* into) -> Result<void> {
     return fail(ErrorCode::kUsage, options.to.string(), "{} can become {}", what, into);
   };
   switch (kind) {
     case PathKind::kMap:
-      if (!is_mesh_extension(extension)) return refuse("a map", "a mesh: .ply .obj .glb");
+      if (!is_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
       break;
     case PathKind::kMesh:
-      if (!is_mesh_extension(extension)) return refuse("a mesh", "another mesh: .ply .obj .glb");
+      if (!is_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");
       break;
     case PathKind::kTrajectory:
       if (extension != ".tum" && extension != ".txt" && extension != ".kitti")

@@ -2,10 +2,10 @@
 #include <filesystem>
 #include <string>
 
-#include "hm/core/progress.hpp"
 #include "hm/core/result.hpp"
 #include "hm/io/recording.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/pipeline/run_context.hpp"
 
 namespace hm {
 
@@ -14,20 +14,20 @@ struct ConversionOptions {
   std::filesystem::path from, to;
   MeshParams mesh;  ///< for maps and meshes: pieces to remove, simplification
   RecordingOptions recording_options;
-  int threads = 1;
-  std::string program_version;
-  ProgressSink progress;
+  RunContext run;  ///< its stop is not looked at
 };
 
-/// What a conversion did, in one line ("map -> mesh: 1,234 triangles").
+/// What a conversion did.
 struct ConversionSummary {
-  std::string text;
+  std::string text;         ///< in words: "1234 vertices, 2345 triangles"
   std::size_t items = 0;    ///< triangles, poses or frames
   std::size_t skipped = 0;  ///< frames of a recording that could not be read
 };
 
 /// mesh -> mesh (.ply .obj .glb), map (.hmap) -> mesh, trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti,
 /// recording (a folder) -> TUM recording (a folder). Distortion is removed from a recording's pictures.
+/// Errors: input that cannot be read, a name that what was read cannot become (kUsage), a failure to write
+/// (kInternal).
 Result<ConversionSummary> convert(const ConversionOptions& options);
 
 }  // namespace hm

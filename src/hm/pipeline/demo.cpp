@@ -3,27 +3,25 @@
 namespace hm {
 
 Result<DemoSummary> run_demo(const DemoOptions& options) {
-  const auto recording = options.output / "recording";
-  std::error_code code;
-  if (std::filesystem::exists(recording / "simulation.toml", code))
-    std::filesystem::remove_all(recording, code);  // what an earlier demo left
-  auto simulation =
-      simulate_recording(options.parameters.simulation, recording, options.progress, options.threads);
-  if (!simulation) return forward_error(simulation);
-  if (options.stop.stop_requested()) return fail(ErrorCode::kCancelled, {}, "stopped after the simulation");
+  SimulationOptions simulation{options.parameters.simulation, options.output / "recording", options.run};
+  if (simulation.params.truth_far_m == 0) simulation.params.truth_far_m = options.parameters.tsdf.far_m;
+  remove_simulation(simulation.output);  // what an earlier demo left
+  auto simulated = simulate_recording(simulation);
+  std::error_code ignored;
+  if (!simulated) std::filesystem::remove(options.output, ignored);  // if nothing is in it
+  if (!simulated) return forward_error(simulated);
+  if (options.run.stop.stop_requested())
+    return fail(ErrorCode::kCancelled, {}, "stopped after the simulation; its recording is in {}",
+                simulation.output.string());
 
   ReconstructionOptions reconstruction;
-  reconstruction.recording = recording;
+  reconstruction.recording = simulation.output;
   reconstruction.output = options.output / "result";
   reconstruction.parameters = options.parameters;
-  reconstruction.threads = options.threads;
-  reconstruction.program_version = options.program_version;
-  reconstruction.progress = options.progress;
-  reconstruction.log = options.log;
-  reconstruction.stop = options.stop;
+  reconstruction.run = options.run;
   auto summary = reconstruct(reconstruction);
   if (!summary) return forward_error(summary);
-  return DemoSummary{std::move(*simulation), std::move(*summary)};
+  return DemoSummary{std::move(*simulated), std::move(*summary)};
 }
 
 }  // namespace hm

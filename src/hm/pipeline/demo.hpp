@@ -8,11 +8,7 @@ namespace hm {
 struct DemoOptions {
   std::filesystem::path output;  ///< gets recording/ and result/
   Parameters parameters;
-  int threads = 1;
-  std::string program_version;
-  ProgressSink progress;
-  LogSink log;
-  std::stop_token stop;
+  RunContext run;
 };
 
 struct DemoSummary {
@@ -20,8 +16,10 @@ struct DemoSummary {
   ReconstructionSummary reconstruction;
 };
 
-/// Simulates a recording into output/recording (replacing that of an earlier demo),
-/// reconstructs it into output/result, and compares it with the truth.
+/// Simulates a recording into output/recording (replacing that of an earlier demo), reconstructs it into
+/// output/result, and compares it with the truth: with what the sensor could see within tsdf.far_m, unless
+/// simulation.truth_far_m says otherwise. Stopped while it simulates, it leaves no recording (kCancelled);
+/// stopped later, it finishes with what there is.
 Result<DemoSummary> run_demo(const DemoOptions& options);
 
 }  // namespace hm

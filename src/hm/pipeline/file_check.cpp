@@ -1,20 +1,12 @@
 #include "hm/pipeline/file_check.hpp"
 
-#include <algorithm>
-
+#include "hm/io/file_name.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/pipeline/reconstruction_state.hpp"
 #include "hm/tsdf/volume.hpp"
 
 namespace hm {
 namespace {
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 std::uint64_t file_size_of(const std::filesystem::path& path) {
   std::error_code code;
@@ -41,11 +33,11 @@ void count_block(const MapBlockView& block, MapReport& report) {
 Result<PathKind> kind_of(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code))
-    return fail(ErrorCode::kNotFound, path.string(), "there is nothing here");
+    return fail(ErrorCode::kNotFound, path.string(), "there is no such file or folder");
   if (std::filesystem::is_directory(path, code)) return PathKind::kRecording;
   const std::string extension = lower_extension(path);
   if (extension == ".hmap") return PathKind::kMap;
-  if (extension == ".ply" || extension == ".obj" || extension == ".glb") return PathKind::kMesh;
+  if (is_mesh_name(path)) return PathKind::kMesh;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
   return fail(
@@ -136,7 +128,7 @@ JsonValue to_json(const MeshReport& report) {
                             {"has_normals", report.has_normals},
                             {"has_colors", report.has_colors},
                             {"area_m2", report.area_m2},
-                            {"enclosed_volume_m3", report.volume_m3},
+                            {"enclosed_volume_m3", report.enclosed_volume_m3},
                             {"bounds_m", to_json(report.bounds_m)},
                             {"file_bytes", report.file_bytes}});
 }

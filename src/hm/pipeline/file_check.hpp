@@ -13,7 +13,7 @@ namespace hm {
 
 /// What a path is, judged by the file system and its extension.
 enum class PathKind { kRecording, kMap, kMesh, kTrajectory };
-/// An error when there is nothing, or nothing that this program knows.
+/// An error when there is no such file or folder, or the name is none that this program knows.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
 /// What `hm info` shows of a map.
@@ -35,10 +35,12 @@ std::string to_text(const MapReport& report);
 struct MeshReport {
   std::size_t vertices = 0, triangles = 0, open_edges = 0;
   bool has_normals = false, has_colors = false;
-  double area_m2 = 0, volume_m3 = 0;
+  double area_m2 = 0;
+  double enclosed_volume_m3 = 0;  ///< says something only where there are no open edges
   Box3 bounds_m;
   std::uint64_t file_bytes = 0;
 };
+/// Reads all of a mesh (.ply .obj .glb).
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 JsonValue to_json(const MeshReport& report);
 std::string to_text(const MeshReport& report);

@@ -64,7 +64,7 @@ std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, c
   const Summary& distance = error.accuracy.distance_m;
   HtmlReport report("Mesh against truth");
   report.set_verdict(
-      HtmlReport::Verdict::kGood,
+      HtmlReport::Verdict::kNone,
       fmt::format("The surface is {:.1f} mm from the truth on average; {:.1f} % of the truth is there.",
                   distance.mean * 1e3, error.completeness.ratio * 100));
   report.add_card({"surface error", fmt::format("{:.2f}", distance.mean * 1e3), "mm",

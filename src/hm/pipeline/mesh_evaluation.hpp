@@ -23,8 +23,9 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path);
 /// True when the folder of a recording holds a true mesh.
 bool has_mesh_truth(const std::filesystem::path& folder);
 
-/// accuracy_mm{mean,p95 ...}, bias_mm, completeness_ratio, f_score_ratio ...
+/// accuracy_mm{mean,median,rmse,p95,bias}, accuracy_ratio, completeness_ratio, f_score_ratio ...
 JsonValue to_json(const MeshError& error, const MeshErrorParams& params);
+/// The same as lines for a terminal.
 std::string to_text(const MeshError& error, const MeshErrorParams& params);
 
 /// A self-contained page: heat-map of the error, histogram, numbers.

@@ -36,7 +36,7 @@ class Run {
       : options_(options),
         recording_(std::move(recording)),
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
-        pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.threads) {}
+        pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
   Result<void> open_map();
   Result<void> integrate_all();
@@ -68,7 +68,7 @@ MapHeader Run::header() const {
   MapHeader header;
   header.voxel_size_m = pipeline_.grid().voxel_size_m();
   header.sdf_unit_m = pipeline_.grid().sdf_unit_m();
-  header.program_version = options_.program_version;
+  header.program_version = options_.run.program_version;
   header.parameters_toml = list_reconstruction(parameters).to_toml();
   header.state_json = state_to_json(state_);
   return header;
@@ -79,12 +79,11 @@ Result<void> Run::open_map() {
   state_ = initial_state(recording_->info(), range_.begin);
   std::error_code code;
   if (options_.resume && std::filesystem::exists(path, code)) return continue_map(path);
-  if (options_.resume && options_.log)
-    options_.log(LogLevel::kInfo,
-                 fmt::format("{} is not there yet: starting from the first frame", path.string()));
-  auto file = MapFile::create(path, header());
-  if (!file)
-    return tl::make_unexpected(Error{ErrorCode::kInternal, file.error().message, file.error().where});
+  if (options_.resume && options_.run.log)
+    options_.run.log(LogLevel::kInfo,
+                     fmt::format("{} is not there yet: starting from the first frame", path.string()));
+  auto file = as_run_failure(MapFile::create(path, header()));
+  if (!file) return forward_error(file);
   saver_.emplace(std::move(*file));
   return {};
 }
@@ -107,9 +106,9 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   state_ = std::move(*state);
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
-  if (options_.log)
-    options_.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
-                                              pipeline_.grid().volume_count()));
+  if (options_.run.log)
+    options_.run.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
+                                                  pipeline_.grid().volume_count()));
   return {};
 }
 
@@ -117,14 +116,14 @@ Result<void> Run::integrate_all() {
   FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
                              range_.stride,
                              static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
-  while (!options_.stop.stop_requested()) {
+  while (!options_.run.stop.stop_requested()) {
     const Stopwatch wait;
     const auto frame = prefetcher.next();
     if (!frame) return {};
     FrameRecord record;
     record.wait_ms = wait.milliseconds();
     take(state_.next_frame, *frame, record);
-    state_.next_frame += range_.stride;
+    state_.next_frame = std::min(state_.next_frame + range_.stride, range_.end);
     ++frames_since_save_;
     if (save_is_due()) {
       const Stopwatch saving;
@@ -167,8 +166,8 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
 }
 
 void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
-  if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.log)
-    options_.log(
+  if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.run.log)
+    options_.run.log(
         LogLevel::kWarning,
         fmt::format("the map's memory cap of {} MB is reached at frame {}: what is there is kept and "
                     "refined, nothing new is added",
@@ -187,23 +186,22 @@ bool Run::save_is_due() const {
 Result<void> Run::save() {
   const auto& marks = saver_->marks_to_store(pipeline_.grid());
   state_.interior_marks.assign(marks.begin(), marks.end());
-  const auto saved = saver_->save(pipeline_.grid(), header());
-  if (!saved)
-    return tl::make_unexpected(Error{ErrorCode::kInternal, saved.error().message, saved.error().where});
+  const auto saved = as_run_failure(saver_->save(pipeline_.grid(), header()));
+  if (!saved) return saved;
   save_watch_.restart();
   frames_since_save_ = 0;
   return {};
 }
 
 void Run::show_progress() const {
-  if (!options_.progress) return;
+  if (!options_.run.progress) return;
   const std::size_t left = state_.next_frame < range_.end
                                ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
                                : 0;
   const FrameRecord& last = summary_.records.back();
-  options_.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
-                     fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
-                                 last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
+  options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
+                         fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
+                                     last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
 }
 
 Error Run::nothing_integrated() const {
@@ -223,14 +221,13 @@ Error Run::nothing_integrated() const {
 
 Result<ReconstructionSummary> Run::finish() {
   auto saved = save();
-  if (saved) saved = saver_->wait();
-  if (!saved)
-    return tl::make_unexpected(Error{ErrorCode::kInternal, saved.error().message, saved.error().where});
+  if (saved) saved = as_run_failure(saver_->wait());
+  if (!saved) return forward_error(saved);
   if (state_.frames_integrated == 0) return tl::make_unexpected(nothing_integrated());
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
   summary_.parameters = options_.parameters;
-  summary_.threads = options_.threads;
+  summary_.threads = options_.run.threads;
   summary_.frames_total = range_.count();
   summary_.frames_read = state_.frames_read;
   summary_.frames_integrated = state_.frames_integrated;

@@ -1,17 +1,15 @@
 #pragma once
 #include <filesystem>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "hm/core/json_value.hpp"
-#include "hm/core/log.hpp"
-#include "hm/core/progress.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/io/recording.hpp"
 #include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/run_context.hpp"
 
 namespace hm {
 
@@ -22,11 +20,7 @@ struct ReconstructionOptions {
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
   bool resume = false;  ///< go on with output/map.hmap
-  int threads = 1;
-  std::string program_version;
-  ProgressSink progress;
-  LogSink log;
-  std::stop_token stop;  ///< when asked to stop, the run finishes with what there is
+  RunContext run;       ///< asked to stop, it finishes with what there is
 };
 
 /// A frame that is not in the map, and why.

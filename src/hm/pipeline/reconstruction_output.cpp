@@ -1,10 +1,12 @@
 #include "hm/pipeline/reconstruction_output.hpp"
 
+#include <numbers>
+
 #include "hm/evaluation/mesh_renderer.hpp"
+#include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
-#include "hm/io/output_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/reconstruction_report.hpp"
@@ -12,20 +14,8 @@
 namespace hm {
 namespace {
 
-/// Errors of writing are failures of the run, not of the input.
-Result<void> as_run_failure(Result<void> result) {
-  if (!result) result.error().code = ErrorCode::kInternal;
-  return result;
-}
-
-Result<void> write_text(const std::filesystem::path& path, std::string_view text) {
-  OutputFile file(path);
-  file.write(text);
-  return file.finish();
-}
-
 void say(const ReconstructionOptions& options, const char* stage) {
-  if (options.progress) options.progress({stage, 0, 0, {}});
+  if (options.run.progress) options.run.progress({stage, 0, 0, {}});
 }
 
 void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, const ParallelLoop& loop,
@@ -46,18 +36,20 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
   material.truth = std::move(*truth);
 }
 
-void add_warnings(ReconstructionSummary& summary) {
+void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
   const std::size_t skipped = summary.skipped.size();
   if (skipped > 0)
-    summary.warnings.push_back(fmt::format("{} of {} frames were skipped; frame {}: {}", skipped,
+    summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
                                            summary.frames_total, summary.skipped.front().index,
                                            summary.skipped.front().reason));
   if (summary.volumes_refused > 0)
     summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
                                            summary.parameters.tsdf.max_map_mb, summary.volumes_refused));
   if (summary.interrupted)
-    summary.warnings.push_back(fmt::format("stopped after {} of {} frames; --resume goes on",
-                                           summary.frames_integrated + skipped, summary.frames_total));
+    summary.warnings.push_back(
+        fmt::format("stopped after {} of {} frames; `hm reconstruct {} -o {} --resume` goes on",
+                    summary.frames_integrated + skipped, summary.frames_total, options.recording.string(),
+                    options.output.string()));
 }
 
 void summarise_times(ReconstructionSummary& summary) {
@@ -76,7 +68,7 @@ Result<void> write_meshes(const TriangleMesh& mesh, const ReconstructionOptions&
   const auto formats = mesh_formats(options.parameters.reconstruction);
   if (!formats) return forward_error(formats);
   MeshWriteOptions write;
-  write.program = "housemartin " + options.program_version;
+  write.program = "housemartin " + options.run.program_version;
   for (const std::string& format : *formats) {
     const auto path = options.output / ("mesh." + format);
     if (const auto written = write_mesh(path, mesh, write); !written) return written;
@@ -94,7 +86,7 @@ MeshPictureOptions picture_options(const ReconstructionSummary& summary) {
   if (summary.recording.camera.fy < 0) {
     // The picture is turned over: the camera's y axis points up (ICL-NUIM).
     draw.up = -draw.up;
-    draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, 3.14159265358979)), Vec3::Zero());
+    draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, std::numbers::pi)), Vec3::Zero());
   }
   return draw;
 }
@@ -117,11 +109,11 @@ Result<void> write_texts(const ReconstructionOptions& options, const ReportMater
   const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
              json = options.output / "report.json", html = options.output / "report.html";
   if (const auto written = write_tum_trajectory(trajectory, summary.trajectory); !written) return written;
-  if (const auto written = write_text(parameters, material.parameters_toml); !written) return written;
+  if (const auto written = write_file_text(parameters, material.parameters_toml); !written) return written;
   for (const auto& path : {trajectory, parameters, json, html}) summary.outputs.push_back(path);
-  const std::string report = to_json_text(report_json(summary, options.program_version));
-  if (const auto written = write_text(json, report + "\n"); !written) return written;
-  return write_text(html, report_html(summary, material));
+  const std::string report = to_json_text(report_json(summary, options.run.program_version));
+  if (const auto written = write_file_text(json, report + "\n"); !written) return written;
+  return write_file_text(html, report_html(summary, material));
 }
 
 }  // namespace
@@ -139,11 +131,11 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   summarise_times(summary);
   if (const auto written = write_meshes(mesh, options, summary); !written) return as_run_failure(written);
   ReportMaterial material;
-  material.program_version = options.program_version;
+  material.program_version = options.run.program_version;
   Parameters parameters = options.parameters;
   material.parameters_toml = list_reconstruction(parameters).to_toml();
   measure(options, mesh, pipeline.loop(), material, summary);
-  add_warnings(summary);
+  add_warnings(options, summary);
   if (options.parameters.reconstruction.pictures) {
     say(options, "drawing pictures");
     const MeshPictureOptions draw = picture_options(summary);

@@ -147,7 +147,7 @@ Result<void> check_resumable(const MapHeader& header, const ReconstructionState&
         "or start anew without --resume",
         fmt::join(differences, ", "));
   const bool same_start = !info.stamps.empty() && info.stamps.front() == state.first_stamp;
-  if (state.kind != info.kind || !same_start || state.next_frame > info.frame_count + 1)
+  if (state.kind != info.kind || !same_start || state.next_frame > info.frame_count)
     return fail(ErrorCode::kUsage, map_path,
                 "the map was made from another recording ({}, from {:.3f} s, {} frames done)",
                 state.recording, state.first_stamp.seconds(), state.next_frame);

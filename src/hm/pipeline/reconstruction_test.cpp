@@ -21,10 +21,12 @@ class Reconstruction : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = new fs::path(fs::path(testing::TempDir()) / fmt::format("hm_reconstruction_{}", getpid()));
     fs::remove_all(*folder_);
-    SimulationParams params;
-    params.world = WorldKind::kRoom;
-    params.frame_limit = 24;
-    const auto made = simulate_recording(params, *folder_ / "recording", {}, 2);
+    SimulationOptions simulation;
+    simulation.params.world = WorldKind::kRoom;
+    simulation.params.frame_limit = 24;
+    simulation.output = *folder_ / "recording";
+    simulation.run.threads = 2;
+    const auto made = simulate_recording(simulation);
     ASSERT_TRUE(made) << to_string(made.error());
   }
   static void TearDownTestSuite() {
@@ -40,7 +42,7 @@ class Reconstruction : public testing::Test {
     options.parameters.reconstruction.pictures = false;
     options.parameters.reconstruction.save_interval_frames = 4;
     options.parameters.mesh_error.samples = 20'000;
-    options.threads = 2;
+    options.run.threads = 2;
     return options;
   }
 
@@ -82,9 +84,9 @@ TEST_F(Reconstruction, StoppedAtEveryFrameAndResumedGivesTheSameBits) {
     std::stop_source stop;
     ReconstructionOptions piece = options("pieces");
     piece.resume = true;
-    piece.stop = stop.get_token();
+    piece.run.stop = stop.get_token();
     std::size_t frames_here = 0;  // each run is stopped after its third frame
-    piece.progress = [&](const Progress& progress) {
+    piece.run.progress = [&](const Progress& progress) {
       if (progress.stage == "reconstructing" && ++frames_here == 3) stop.request_stop();
     };
     const auto result = reconstruct(piece);
@@ -103,7 +105,7 @@ TEST_F(Reconstruction, ThreadsBudgetsAndSavesDoNotChangeTheResult) {
   ASSERT_TRUE(reference);
   for (int variant = 0; variant < 3; ++variant) {
     ReconstructionOptions other = options(fmt::format("variant{}", variant));
-    other.threads = variant == 0 ? 1 : 3;
+    other.run.threads = variant == 0 ? 1 : 3;
     if (variant == 1) other.parameters.reconstruction.save_interval_frames = 1;
     if (variant == 1) other.parameters.reconstruction.mesh_budget_ms = 0.01;
     if (variant == 2) other.parameters.reconstruction.save_interval_frames = 0;
@@ -143,7 +145,7 @@ TEST_F(Reconstruction, ErrorsSayWhatIsWrong) {
   std::stop_source stop;
   stop.request_stop();
   ReconstructionOptions stopped = options("errors");
-  stopped.stop = stop.get_token();
+  stopped.run.stop = stop.get_token();
   const auto cancelled = reconstruct(stopped);
   ASSERT_FALSE(cancelled);
   EXPECT_EQ(cancelled.error().code, ErrorCode::kCancelled);

@@ -1,9 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
-#include "hm/io/temporary_folder.hpp"
+#include "hm/io/real_data_test_support.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 #include "hm/io/tum_writer.hpp"
 #include "hm/pipeline/pose_agreement.hpp"
 #include "hm/pipeline/recording_check_test_support.hpp"
@@ -17,12 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// Where real recordings are, if anywhere: $HM_DATA, else ../shared/data beside the sources.
-fs::path real_recording(const std::string& name) {
-  const char* given = std::getenv("HM_DATA");
-  return (given != nullptr ? fs::path(given) : fs::path(HM_SOURCE_DIR) / ".." / "shared" / "data") / "rgbd" /
-         name;
-}
+fs::path real_recording(const std::string& name) { return real_data_folder() / "rgbd" / name; }
 
 class RealCheck : public ::testing::TestWithParam<const char*> {};
 

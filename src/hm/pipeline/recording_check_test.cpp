@@ -8,7 +8,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/io/file_bytes.hpp"
-#include "hm/io/temporary_folder.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 #include "hm/io/tum_writer.hpp"
 #include "hm/pipeline/pose_agreement.hpp"
 #include "hm/pipeline/recording_check_test_support.hpp"

@@ -1,6 +1,7 @@
 #include "hm/pipeline/simulation_recording.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/file_bytes.hpp"
@@ -15,10 +16,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBatch = 16;
+constexpr const char* kFinishedMark = "simulation.toml";
+constexpr const char* kUnfinishedMark = "simulation.unfinished.toml";
+
+/// All that simulate_recording() may write; the marks last, so that a removal that is cut short can be
+/// repeated.
+constexpr std::array kOwnFiles{
+    "depth",           "rgb",       "depth.txt",      "rgb.txt",           "associations.txt", "camera.txt",
+    "groundtruth.txt", "poses.txt", "truth_mesh.ply", "truth_visible.ply", "truth_scene.json", kFinishedMark,
+    kUnfinishedMark};
 
 Result<void> check_params(SimulationParams params) {
   ParamList list;
-  list.add("sim", params);
+  list.add("simulation", params);
   return list.check();
 }
 
@@ -29,16 +39,25 @@ double valid_share(const DepthImage& depth) {
   return static_cast<double>(valid) / static_cast<double>(pixels.size());
 }
 
+Result<void> check_not_stopped(const std::stop_token& stop, const std::string& where) {
+  if (!stop.stop_requested()) return {};
+  return fail(ErrorCode::kCancelled, {}, "the simulation was stopped {}; nothing of it was kept", where);
+}
+
 /// Renders frames in batches on all threads while the batch before is written by one of them. Returns
 /// the mean share of valid depth pixels.
-Result<double> write_frames(const Simulation& simulation, TumWriter& writer, const ProgressSink& progress,
+Result<double> write_frames(const Simulation& simulation, TumWriter& writer, const SimulationOptions& options,
                             const ParallelLoop& loop) {
   const std::size_t count = simulation.frame_count();
   std::vector<RgbdFrame> ready, next;
   double valid = 0;
   for (std::size_t begin = 0; begin < count || !ready.empty(); begin += kBatch) {
+    const std::size_t done = std::min(begin, count);
+    if (auto go_on = check_not_stopped(options.run.stop, fmt::format("at frame {} of {}", done, count));
+        !go_on)
+      return forward_error(go_on);
     next.clear();
-    next.resize(begin < count ? std::min(kBatch, count - begin) : 0);
+    next.resize(std::min(kBatch, count - done));
     Result<void> written;
     loop.for_ranges(next.size() + 1, 1, [&](std::size_t item, std::size_t) {
       if (item > 0) {
@@ -51,7 +70,7 @@ Result<double> write_frames(const Simulation& simulation, TumWriter& writer, con
     if (!written) return forward_error(written);
     for (const RgbdFrame& frame : next) valid += valid_share(frame.depth);
     ready.swap(next);
-    if (progress) progress({"simulate", std::min(begin, count), count, {}});
+    if (options.run.progress) options.run.progress({"simulating", done, count, {}});
   }
   return count > 0 ? valid / static_cast<double>(count) : 0.0;
 }
@@ -109,28 +128,23 @@ Result<void> write_truth(const Simulation& simulation, const fs::path& folder, c
 
 Result<void> write_parameters(SimulationParams params, const fs::path& path) {
   ParamList list;
-  list.add("sim", params);
+  list.add("simulation", params);
   return write_file_text(path, list.to_toml());
 }
 
-}  // namespace
-
-Result<SimulationSummary> simulate_recording(const SimulationParams& params, const fs::path& folder,
-                                             const ProgressSink& progress, int threads) {
-  if (auto checked = check_params(params); !checked) return forward_error(checked);
-  const Stopwatch watch;
-  const ParallelLoop loop(threads);
-  const Simulation simulation(params);
-  auto writer = TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m);
-  if (!writer) return forward_error(writer);
-  const auto valid = write_frames(simulation, *writer, progress, loop);
+/// Everything but the mark that it is finished.
+Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& writer,
+                                    const SimulationOptions& options) {
+  const ParallelLoop loop(options.run.threads);
+  const fs::path& folder = options.output;
+  const bool drifts = simulation.params().pose_drift;
+  const auto valid = write_frames(simulation, writer, options, loop);
   if (!valid) return forward_error(valid);
-
   const Trajectory truth = trajectory_of(simulation, &Simulation::true_pose);
   const Trajectory reported = trajectory_of(simulation, &Simulation::reported_pose);
-  writer->set_ground_truth(truth);
-  if (params.pose_drift) writer->set_device_poses(reported);
-  if (auto finished = writer->finish(); !finished) return forward_error(finished);
+  writer.set_ground_truth(truth);
+  if (drifts) writer.set_device_poses(reported);
+  if (auto finished = writer.finish(); !finished) return forward_error(finished);
 
   SimulationSummary summary;
   summary.frames = simulation.frame_count();
@@ -140,13 +154,46 @@ Result<SimulationSummary> simulate_recording(const SimulationParams& params, con
       (truth.back().T_world_base.translation() - reported.back().T_world_base.translation()).norm();
   summary.valid_ratio = *valid;
   summary.outputs = {folder, folder / "groundtruth.txt"};
-  if (params.pose_drift) summary.outputs.push_back(folder / "poses.txt");
-  if (progress) progress({"truth", 0, 0, {}});
+  if (drifts) summary.outputs.push_back(folder / "poses.txt");
+  if (options.run.progress) options.run.progress({"finding what can be seen of the truth", 0, 0, {}});
   if (auto written = write_truth(simulation, folder, loop, summary); !written) return forward_error(written);
-  if (auto written = write_parameters(params, folder / "simulation.toml"); !written)
-    return forward_error(written);
-  summary.outputs.push_back(folder / "simulation.toml");
-  summary.wall_s = watch.seconds();
+  if (auto go_on = check_not_stopped(options.run.stop, "after its last frame"); !go_on)
+    return forward_error(go_on);
+  return summary;
+}
+
+}  // namespace
+
+void remove_simulation(const fs::path& folder) {
+  std::error_code code;
+  if (!fs::exists(folder / kFinishedMark, code) && !fs::exists(folder / kUnfinishedMark, code)) return;
+  for (const char* name : kOwnFiles) fs::remove_all(folder / name, code);
+  fs::remove(folder, code);  // fails when something else is in it, as it should
+}
+
+Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
+  if (auto checked = check_params(options.params); !checked) return forward_error(checked);
+  const Stopwatch watch;
+  const fs::path &folder = options.output, unfinished = folder / kUnfinishedMark;
+  std::error_code code;
+  if (fs::exists(unfinished, code)) remove_simulation(folder);
+  const Simulation simulation(options.params);
+  auto writer = as_run_failure(TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
+  if (!writer) return forward_error(writer);
+  if (const auto marked = as_run_failure(write_parameters(options.params, unfinished)); !marked)
+    return forward_error(marked);
+  auto summary = as_run_failure(write_all(simulation, *writer, options));
+  if (summary) {
+    fs::rename(unfinished, folder / kFinishedMark, code);
+    if (code)
+      summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
+  }
+  if (!summary) {
+    remove_simulation(folder);
+    return summary;
+  }
+  summary->outputs.push_back(folder / kFinishedMark);
+  summary->wall_s = watch.seconds();
   return summary;
 }
 

@@ -1,11 +1,19 @@
 #pragma once
 #include <filesystem>
+#include <vector>
 
-#include "hm/core/progress.hpp"
 #include "hm/core/result.hpp"
+#include "hm/pipeline/run_context.hpp"
 #include "hm/sim/simulation.hpp"
 
 namespace hm {
+
+/// What to simulate, and where the recording goes.
+struct SimulationOptions {
+  SimulationParams params;
+  std::filesystem::path output;  ///< a folder, made if needed; it must not hold a recording
+  RunContext run;                ///< asked to stop, it leaves nothing
+};
 
 /// What simulate_recording() made.
 struct SimulationSummary {
@@ -27,9 +35,16 @@ struct SimulationSummary {
 ///   truth_visible.ply      points (with normals) of the part of it that the frames can see
 ///   truth_scene.json       the room's analytic solids (room only)
 ///   simulation.toml        the parameters in effect
-/// The folder is made if needed. The same bytes for any number of threads.
-Result<SimulationSummary> simulate_recording(const SimulationParams& params,
-                                             const std::filesystem::path& folder,
-                                             const ProgressSink& progress, int threads);
+/// The same bytes for any number of threads.
+///
+/// The folder appears whole: until everything is written the parameters lie in simulation.unfinished.toml. A
+/// run that fails or is asked to stop (kCancelled) removes what it wrote; what a killed one left is replaced
+/// by the next.
+/// Errors: parameters out of range, a folder that holds a recording (kUsage) or cannot be written.
+Result<SimulationSummary> simulate_recording(const SimulationOptions& options);
+
+/// Removes a recording that simulate_recording() wrote, finished or not, and its folder when nothing else is
+/// in it. Leaves any other folder alone.
+void remove_simulation(const std::filesystem::path& folder);
 
 }  // namespace hm

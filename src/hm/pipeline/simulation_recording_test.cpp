@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/recording.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/sim/room_scene.hpp"
 
@@ -21,9 +21,6 @@ namespace fs = std::filesystem;
 class SimulationRecording : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "hm_simulation_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     params_.world = WorldKind::kRoom;
     params_.frame_limit = 19;
     params_.frame_stride = 12;
@@ -31,7 +28,12 @@ class SimulationRecording : public ::testing::Test {
     params_.drift_ratio = 0.05;
     params_.truth_spacing_m = 0.1;
   }
-  void TearDown() override { fs::remove_all(folder_); }
+
+  [[nodiscard]] SimulationOptions options(const std::string& name, int threads = 1) const {
+    SimulationOptions options{params_, folder_ / name, {}};
+    options.run.threads = threads;
+    return options;
+  }
 
   static std::map<std::string, std::string> contents(const fs::path& folder) {
     std::map<std::string, std::string> files;
@@ -43,14 +45,16 @@ class SimulationRecording : public ::testing::Test {
     return files;
   }
 
-  fs::path folder_;
+  TemporaryFolder temporary_;
+  fs::path folder_ = temporary_.path();
   SimulationParams params_;
 };
 
 TEST_F(SimulationRecording, IsReadBackAsItWasSimulated) {
   std::size_t reports = 0;
-  const auto count = [&](const Progress& progress) { reports += progress.stage == "simulate"; };
-  const auto summary = simulate_recording(params_, folder_ / "a", count, 2);
+  SimulationOptions watched = options("a", 2);
+  watched.run.progress = [&](const Progress& progress) { reports += progress.stage == "simulating"; };
+  const auto summary = simulate_recording(watched);
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(summary->frames, 19u);
   EXPECT_GE(reports, 2u);
@@ -84,7 +88,7 @@ TEST_F(SimulationRecording, IsReadBackAsItWasSimulated) {
 }
 
 TEST_F(SimulationRecording, WritesTheTruth) {
-  const auto summary = simulate_recording(params_, folder_ / "a", {}, 1);
+  const auto summary = simulate_recording(options("a"));
   ASSERT_TRUE(summary) << to_string(summary.error());
   const auto mesh = read_mesh(folder_ / "a" / "truth_mesh.ply");
   ASSERT_TRUE(mesh) << to_string(mesh.error());
@@ -100,7 +104,7 @@ TEST_F(SimulationRecording, WritesTheTruth) {
 
   SimulationParams again;
   ParamList list;
-  list.add("sim", again);
+  list.add("simulation", again);
   const auto read = list.read_toml_file((folder_ / "a" / "simulation.toml").string());
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(again.frame_limit, 19);
@@ -109,25 +113,73 @@ TEST_F(SimulationRecording, WritesTheTruth) {
 }
 
 TEST_F(SimulationRecording, HasTheSameBytesForAnyNumberOfThreads) {
-  ASSERT_TRUE(simulate_recording(params_, folder_ / "one", {}, 1));
-  ASSERT_TRUE(simulate_recording(params_, folder_ / "two", {}, 2));
+  ASSERT_TRUE(simulate_recording(options("one")));
+  ASSERT_TRUE(simulate_recording(options("two", 2)));
   const auto one = contents(folder_ / "one"), two = contents(folder_ / "two");
   EXPECT_GE(one.size(), 2 * 19u + 8);
   EXPECT_TRUE(one == two);
 }
 
 TEST_F(SimulationRecording, RefusesBadParametersAndOccupiedFolders) {
-  SimulationParams bad = params_;
-  bad.frame_stride = 0;
-  const auto refused = simulate_recording(bad, folder_ / "a", {}, 1);
+  SimulationOptions bad = options("a");
+  bad.params.frame_stride = 0;
+  const auto refused = simulate_recording(bad);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("frame_stride"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "a"));
   params_.frame_limit = 2;
-  ASSERT_TRUE(simulate_recording(params_, folder_ / "a", {}, 1));
-  const auto occupied = simulate_recording(params_, folder_ / "a", {}, 1);
+  ASSERT_TRUE(simulate_recording(options("a")));
+  const auto occupied = simulate_recording(options("a"));
   ASSERT_FALSE(occupied);
   EXPECT_EQ(occupied.error().code, ErrorCode::kUsage);
+  EXPECT_TRUE(open_recording(folder_ / "a")) << "the recording that was there is gone";
+}
+
+TEST_F(SimulationRecording, LeavesNothingWhenItIsStopped) {
+  fs::create_directories(folder_ / "mine");
+  std::ofstream(folder_ / "mine/notes.txt") << "not yours\n";
+  for (const char* name : {"new", "mine"}) {
+    for (const std::string_view stage : {"simulating", "finding what can be seen of the truth"}) {
+      std::stop_source source;
+      SimulationOptions stopped = options(name, 2);
+      stopped.run.stop = source.get_token();
+      stopped.run.progress = [&](const Progress& progress) {
+        EXPECT_TRUE(fs::exists(folder_ / name / "simulation.unfinished.toml"));
+        if (progress.stage == stage) source.request_stop();
+      };
+      const auto summary = simulate_recording(stopped);
+      ASSERT_FALSE(summary);
+      EXPECT_EQ(summary.error().code, ErrorCode::kCancelled);
+      EXPECT_NE(summary.error().message.find("nothing of it was kept"), std::string::npos);
+    }
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "new"));
+  const auto left = contents(folder_ / "mine");
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left.at("notes.txt"), "not yours\n");
+}
+
+TEST_F(SimulationRecording, ReplacesWhatAKilledOneLeft) {
+  ASSERT_TRUE(simulate_recording(options("whole")));
+  // As after a kill in the middle: the mark of an unfinished run, pictures, no lists.
+  const fs::path killed = folder_ / "killed";
+  fs::create_directories(killed / "depth");
+  fs::create_directories(killed / "rgb");
+  std::ofstream(killed / "depth/0.500000000.png") << "of another run";
+  std::ofstream(killed / "simulation.unfinished.toml") << "[simulation]\n";
+  const auto summary = simulate_recording(options("killed"));
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_TRUE(contents(killed) == contents(folder_ / "whole"));
+}
+
+TEST_F(SimulationRecording, RemovesOnlyItsOwn) {
+  ASSERT_TRUE(simulate_recording(options("a")));
+  remove_simulation(folder_ / "a");
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+  fs::create_directories(folder_ / "other/depth");  // a recording that nobody simulated
+  std::ofstream(folder_ / "other/depth.txt") << "# depth maps\n";
+  remove_simulation(folder_ / "other");
+  EXPECT_TRUE(fs::exists(folder_ / "other/depth.txt"));
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "hm/pipeline/trajectory_evaluation.hpp"
 
+#include <array>
+#include <numbers>
+
 #include "hm/evaluation/html_report.hpp"
 #include "hm/evaluation/plot.hpp"
 #include "hm/io/recording.hpp"
@@ -8,26 +11,29 @@
 namespace hm {
 namespace {
 
-Result<Trajectory> read_poses(const std::filesystem::path& path) {
+enum class PosesOfRecording { kReported, kTrue };
+
+/// A trajectory file, or the poses of a recording: those that its device reports, or the true ones.
+Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecording which) {
   std::error_code code;
   if (!std::filesystem::is_directory(path, code)) return read_trajectory(path);
-  if (const auto truth = path / "groundtruth.txt"; std::filesystem::exists(truth, code))
-    return read_trajectory(truth);
   auto recording = open_recording(path);
   if (!recording) return forward_error(recording);
-  return (*recording)->info().trajectory;
+  const RecordingInfo& info = (*recording)->info();
+  // Where they are the same, a recording has one trajectory.
+  return which == PosesOfRecording::kTrue && !info.truth.empty() ? info.truth : info.trajectory;
 }
 
-constexpr double kDegrees = 57.29577951308232;
+constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 
 }  // namespace
 
 Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
                                                   const std::filesystem::path& truth,
                                                   const TrajectoryErrorParams& params) {
-  const auto estimated = read_poses(estimate);
+  const auto estimated = read_poses(estimate, PosesOfRecording::kReported);
   if (!estimated) return forward_error(estimated);
-  const auto true_poses = read_poses(truth);
+  const auto true_poses = read_poses(truth, PosesOfRecording::kTrue);
   if (!true_poses) return forward_error(true_poses);
   return evaluate_trajectory(*true_poses, *estimated, params);
 }
@@ -63,7 +69,7 @@ std::string to_text(const TrajectoryError& error) {
 
 std::string trajectory_report_html(const TrajectoryError& error, const std::string& title) {
   HtmlReport report(title);
-  report.set_verdict(HtmlReport::Verdict::kGood,
+  report.set_verdict(HtmlReport::Verdict::kNone,
                      fmt::format("The path of {:.1f} m is off by {:.1f} mm (rmse of {} positions).",
                                  error.truth_path_m, error.position_m.rmse * 1e3, error.pairs));
   report.add_card({"ATE", fmt::format("{:.4f}", error.position_m.rmse), "m", "rmse after alignment"});

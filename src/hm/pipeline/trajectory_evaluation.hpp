@@ -6,8 +6,9 @@
 
 namespace hm {
 
-/// Reads two trajectory files (TUM, EuRoC, KITTI; for the truth also the folder of a recording) and
-/// compares them.
+/// Reads two trajectories and compares them. Each is a file (TUM, EuRoC, KITTI) or the folder of a recording:
+/// as an estimate it stands for the poses that its device reports, as truth for the true ones (for the only
+/// ones where it has no others).
 Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
                                                   const std::filesystem::path& truth,
                                                   const TrajectoryErrorParams& params);

@@ -155,6 +155,8 @@ SurfacePoints Simulation::visible_truth(const ParallelLoop& loop) const {
   visibility.camera = self.sensor.camera;
   visibility.min_depth_m = self.sensor.min_depth_m;
   visibility.max_depth_m = self.sensor.max_depth_m;
+  if (self.params.truth_far_m > 0)
+    visibility.max_depth_m = std::min(visibility.max_depth_m, self.params.truth_far_m);
   visibility.grazing_limit_rad = self.params.effects.grazing_limit_rad;
   visibility.spacing_m = self.params.truth_spacing_m;
   visibility.seed = static_cast<std::uint64_t>(self.params.seed);

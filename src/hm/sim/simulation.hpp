@@ -31,6 +31,7 @@ struct SimulationParams {
   double drift_ratio = 0.005;    ///< standard deviation of the velocity error, as a share of the speed
   double drift_yaw_rad_m = 0.0005;  ///< standard deviation of the yaw error gained per metre
   double truth_spacing_m = 0.04;    ///< of the samples of the visible truth
+  double truth_far_m = 0;           ///< they were seen from nearer than this (0: the sensor's range)
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -48,6 +49,8 @@ struct SimulationParams {
     v(ParamDoc{"drift_yaw_rad_m", {0, 1}, "yaw error gained per metre"}, self.drift_yaw_rad_m);
     v(ParamDoc{"truth_spacing_m", {0.002, 1}, "spacing of the samples of the visible truth"},
       self.truth_spacing_m);
+    v(ParamDoc{"truth_far_m", {0, 200}, "depth up to which they count as seen; 0 for the sensor's range"},
+      self.truth_far_m);
   }
 };
 
@@ -72,7 +75,8 @@ class Simulation {
   [[nodiscard]] const SensorModel& sensor() const;
   [[nodiscard]] const World& world() const;
   [[nodiscard]] const SimulationParams& params() const;
-  /// The part of the true surface that the frames can see (every frame, up to 2000 evenly chosen ones).
+  /// The part of the true surface that the frames (all, or 2000 evenly chosen ones) can see within the
+  /// sensor's range and within params().truth_far_m.
   [[nodiscard]] SurfacePoints visible_truth(const ParallelLoop& loop) const;
 
  private:

@@ -139,6 +139,33 @@ TEST(Simulation, DriftIsSmoothLevelAndOfTheSizeAskedFor) {
   EXPECT_EQ(exact.frame(100).T_world_camera->matrix(), exact.true_pose(100).matrix());
 }
 
+TEST(Simulation, VisibleTruthReachesAsFarAsTheSensorOrAsAskedFor) {
+  SimulationParams params;
+  params.world = WorldKind::kRoom;
+  params.frame_limit = 40;
+  const auto farthest_m = [&](double truth_far_m) {
+    params.truth_far_m = truth_far_m;
+    const Simulation simulation(params);
+    double farthest = 0;
+    for (const Eigen::Vector3f& p : simulation.visible_truth(ParallelLoop(2)).positions) {
+      double nearest_view = 1e9;
+      for (std::size_t i = 0; i < simulation.frame_count(); ++i) {
+        const Vec3 p_camera = simulation.true_pose(i).inverse() * p.cast<double>();
+        if (simulation.camera().contains(simulation.camera().project(p_camera)) && p_camera.z() > 0.4)
+          nearest_view = std::min(nearest_view, p_camera.z());
+      }
+      farthest = std::max(farthest, nearest_view);
+    }
+    return farthest;
+  };
+  const double of_sensor = farthest_m(0);
+  EXPECT_GT(of_sensor, 2.0);
+  EXPECT_LE(of_sensor, sensor_model(params.sensor).max_depth_m);
+  EXPECT_EQ(farthest_m(100), of_sensor);
+  EXPECT_GT(farthest_m(1.5), 1.4);
+  EXPECT_LE(farthest_m(1.5), 1.5);
+}
+
 TEST(Simulation, ParametersAreNamedAndChecked) {
   SimulationParams params;
   ParamList list;

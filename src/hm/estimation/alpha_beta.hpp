@@ -1,0 +1,122 @@
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "hm/core/params.hpp"
+#include "hm/core/time.hpp"
+#include "hm/geometry/se3.hpp"
+
+namespace hm {
+
+/// Gains of an alpha-beta filter, dissertation 2.2.4; the defaults are those of poses (heights: 0.9, 0.9).
+struct AlphaBetaParams {
+  double alpha_ratio = 0.9;
+  double beta_ratio = 0.5;
+  double max_gap_s = 0.5;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"alpha_ratio", {0, 1}, "share of the residual that moves the estimate"}, self.alpha_ratio);
+    v(ParamDoc{"beta_ratio", {0, 1}, "share of the residual that changes the velocity"}, self.beta_ratio);
+    v(ParamDoc{"max_gap_s", {0.01, 60}, "after a longer silence the filter starts anew"}, self.max_gap_s);
+  }
+};
+
+enum class AlphaBetaStatus {
+  kFirst,          ///< the first sample: taken as it is, velocity zero
+  kUpdated,        ///< predicted and corrected
+  kRestarted,      ///< the sample before is too long ago: as if it were the first
+  kTimeBackwards,  ///< not later than the sample before (dt = 0 too): ignored
+  kInvalid,        ///< not a number: ignored
+};
+
+namespace detail {
+/// What to do with a sample, by its time.
+AlphaBetaStatus alpha_beta_step(bool started, Duration since_last, double max_gap_s);
+}  // namespace detail
+
+/// Alpha-beta filter of N numbers with common gains (dissertation 2.2.4, eqs 2.4-2.8): position and its
+/// velocity from position alone. Starts with velocity zero.
+template <int N>
+class AlphaBetaFilter {
+ public:
+  using Vector = Eigen::Matrix<double, N, 1>;
+  explicit AlphaBetaFilter(const AlphaBetaParams& params = {}) : params_(params) {}
+
+  AlphaBetaStatus update(Time time, const Vector& measured) {
+    if (!measured.allFinite()) return AlphaBetaStatus::kInvalid;
+    const Duration since_last = time - time_;
+    const auto status = detail::alpha_beta_step(started_, since_last, params_.max_gap_s);
+    if (status == AlphaBetaStatus::kTimeBackwards) return status;
+    time_ = time;
+    started_ = true;
+    if (status != AlphaBetaStatus::kUpdated) {
+      position_ = measured;
+      velocity_.setZero();
+      return status;
+    }
+    const double dt_s = since_last.seconds();
+    position_ += dt_s * velocity_;                        // (2.4); the velocity stays (2.5)
+    const Vector residual = measured - position_;         // (2.6)
+    position_ += params_.alpha_ratio * residual;          // (2.7)
+    velocity_ += (params_.beta_ratio / dt_s) * residual;  // (2.8)
+    return status;
+  }
+
+  [[nodiscard]] Time time() const { return time_; }
+  [[nodiscard]] const Vector& position() const { return position_; }
+  [[nodiscard]] const Vector& velocity() const { return velocity_; }  ///< units of position per second
+  /// eq. 2.4, without changing the filter.
+  [[nodiscard]] Vector predicted(Time time) const { return position_ + (time - time_).seconds() * velocity_; }
+
+ private:
+  AlphaBetaParams params_;
+  Time time_;
+  bool started_ = false;
+  Vector position_ = Vector::Zero(), velocity_ = Vector::Zero();
+};
+
+using AlphaBetaHeight = AlphaBetaFilter<1>;
+using AlphaBetaPosition = AlphaBetaFilter<3>;
+
+/// Alpha-beta filter of an angle that wraps (yaw); the estimate stays in (-pi, pi].
+class AlphaBetaAngle {
+ public:
+  explicit AlphaBetaAngle(const AlphaBetaParams& params = {}) : params_(params) {}
+  AlphaBetaStatus update(Time time, double measured_rad);
+  [[nodiscard]] double angle_rad() const { return angle_rad_; }
+  [[nodiscard]] double rate_rad_s() const { return rate_rad_s_; }
+
+ private:
+  AlphaBetaParams params_;
+  Time time_;
+  bool started_ = false;
+  double angle_rad_ = 0, rate_rad_s_ = 0;
+};
+
+/// Alpha-beta filter of an orientation: the steps of eqs 2.4-2.8 with the rotation vector of
+/// predicted^-1 * measured as residual, so that the correction is slerp(predicted, measured, alpha). For
+/// turns about one axis the rate is the blend (1 - beta) rate + beta (measured change / dt).
+class AlphaBetaOrientation {
+ public:
+  explicit AlphaBetaOrientation(const AlphaBetaParams& params = {}) : params_(params) {}
+  /// A quaternion of any sign and length but zero.
+  AlphaBetaStatus update(Time time, const Eigen::Quaterniond& measured_R_world_body);
+  [[nodiscard]] const Eigen::Quaterniond& R_world_body() const { return R_world_body_; }
+  [[nodiscard]] const Vec3& rate_body_rad_s() const { return rate_body_rad_s_; }
+
+ private:
+  AlphaBetaParams params_;
+  Time time_;
+  bool started_ = false;
+  Eigen::Quaterniond R_world_body_ = Eigen::Quaterniond::Identity();
+  Vec3 rate_body_rad_s_ = Vec3::Zero();
+};
+
+/// A unit quaternion turned by a rotation vector given in its own body frame.
+Eigen::Quaterniond turned(const Eigen::Quaterniond& rotation, const Vec3& rotation_vector);
+/// The shortest rotation vector of a unit quaternion, radians, up to pi long.
+Vec3 rotation_vector(const Eigen::Quaterniond& rotation);
+
+}  // namespace hm

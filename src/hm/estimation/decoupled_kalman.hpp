@@ -1,0 +1,108 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "hm/core/params.hpp"
+#include "hm/geometry/se2.hpp"
+
+namespace hm {
+
+/// Noise of one position axis of the decoupled filters: `q` is added to the variances of position and
+/// velocity at every prediction, whatever its length; it has no physical unit.
+struct AxisNoise {
+  double q = 0.083;
+  double r_position = 2.0;
+  double r_velocity = 10.0;
+};
+
+/// Parameters of the decoupled filters as published, with the numbers of their first implementation.
+struct DecoupledKalmanParams {
+  AxisNoise x, y;
+  AxisNoise z{0.7, 5.0, 10.0};
+  double q_yaw = 0.083;
+  double r_yaw = 2.0;
+
+  /// The numbers that the dissertation's vehicle was flown with.
+  static DecoupledKalmanParams city_flyer();
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    const Range any{1e-9, 1e9};
+    v(ParamDoc{"q_x", any, "added to both variances of x at every step"}, self.x.q);
+    v(ParamDoc{"q_y", any, "the same of y"}, self.y.q);
+    v(ParamDoc{"q_z", any, "the same of z"}, self.z.q);
+    v(ParamDoc{"q_yaw", any, "the same of yaw"}, self.q_yaw);
+    v(ParamDoc{"r_x", any, "measurement noise of x"}, self.x.r_position);
+    v(ParamDoc{"r_y", any, "measurement noise of y"}, self.y.r_position);
+    v(ParamDoc{"r_z", any, "measurement noise of z"}, self.z.r_position);
+    v(ParamDoc{"r_vx", any, "measurement noise of the velocity along x"}, self.x.r_velocity);
+    v(ParamDoc{"r_vy", any, "measurement noise of the velocity along y"}, self.y.r_velocity);
+    v(ParamDoc{"r_vz", any, "measurement noise of the climb rate"}, self.z.r_velocity);
+    v(ParamDoc{"r_yaw", any, "measurement noise of yaw"}, self.r_yaw);
+  }
+};
+
+/// Kalman filter of one axis: state [position, velocity], input acceleration, measurement [position,
+/// velocity] (dissertation eqs 2.9-2.11, 2.13-2.15). Noise is read at every step, so that it can be changed
+/// in flight.
+class AxisKalman {
+ public:
+  /// State zero, covariance the identity.
+  void reset(const Vec2& state = Vec2::Zero());
+  void predict(double acceleration_m_s2, double dt_s, const AxisNoise& noise);
+  void correct(const Vec2& measured, const AxisNoise& noise);
+  [[nodiscard]] const Vec2& state() const { return state_; }
+  [[nodiscard]] const Mat2& covariance() const { return covariance_; }
+  /// Of the last correction.
+  [[nodiscard]] const Mat2& gain() const { return gain_; }
+
+ private:
+  Vec2 state_ = Vec2::Zero();
+  Mat2 covariance_ = Mat2::Identity(), gain_ = Mat2::Zero();
+};
+
+/// Kalman filter of yaw: one state, input the yaw rate (eqs 2.12, 2.16). The residual is wrapped into
+/// (-pi, pi], the state kept in [0, 2 pi).
+class YawKalman {
+ public:
+  void reset(double yaw_rad = 0);
+  void predict(double yaw_rate_rad_s, double dt_s, double q);
+  void correct(double measured_yaw_rad, double r);
+  [[nodiscard]] double yaw_rad() const { return yaw_rad_; }
+  [[nodiscard]] double variance() const { return variance_; }
+  [[nodiscard]] double gain() const { return gain_; }
+
+ private:
+  double yaw_rad_ = 0, variance_ = 1, gain_ = 0;
+};
+
+/// The four filters together. Pure arithmetic: no clock, no heap; the caller looks after its inputs
+/// (finite, dt > 0: checked).
+class DecoupledKalman {
+ public:
+  explicit DecoupledKalman(const DecoupledKalmanParams& params = {}) : params_(params) {}
+  /// New noise, valid from the next step on.
+  void set_params(const DecoupledKalmanParams& params) { params_ = params; }
+  /// Everything anew: states too, not only covariances; velocities zero.
+  void reset_planar(const Vec2& position_m = Vec2::Zero(), double yaw_rad = 0);
+  void reset_height(double height_m = 0);
+
+  /// One step of `dt_s` (published: always 1 ms) with the acceleration in the world, gravity removed, and the
+  /// yaw rate of the gyroscope.
+  void predict(const Vec3& acceleration_world_m_s2, double yaw_rate_rad_s, double dt_s);
+  void correct_planar(const Vec2& position_m, const Vec2& velocity_m_s, double yaw_rad);
+  void correct_height(double height_m, double climb_m_s);
+
+  [[nodiscard]] Vec3 position_m() const { return {x_.state()(0), y_.state()(0), z_.state()(0)}; }
+  [[nodiscard]] Vec3 velocity_m_s() const { return {x_.state()(1), y_.state()(1), z_.state()(1)}; }
+  [[nodiscard]] const AxisKalman& x() const { return x_; }
+  [[nodiscard]] const AxisKalman& y() const { return y_; }
+  [[nodiscard]] const AxisKalman& z() const { return z_; }
+  [[nodiscard]] const YawKalman& yaw() const { return yaw_; }
+
+ private:
+  DecoupledKalmanParams params_;
+  AxisKalman x_, y_, z_;
+  YawKalman yaw_;
+};
+
+}  // namespace hm

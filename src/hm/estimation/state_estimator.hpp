@@ -1,0 +1,77 @@
+#pragma once
+#include <array>
+#include <optional>
+
+#include "hm/estimation/alpha_beta.hpp"
+#include "hm/estimation/decoupled_kalman.hpp"
+#include "hm/estimation/delayed_fusion.hpp"
+#include "hm/estimation/tilt_filter.hpp"
+#include "hm/sensors/imu.hpp"
+
+namespace hm {
+
+/// Which filters fuse: those of the dissertation to the letter (alpha-beta, then Kalman on arrival), or the
+/// ones with physical noise, biases, gates and delays.
+enum class FusionMode { kThesis, kDelayAware };
+inline constexpr std::array<std::string_view, 2> kFusionModeNames{"thesis", "delay_aware"};
+
+/// Everything about the fusion of IMU, laser pose and height (dissertation 2.2.4).
+struct StateEstimatorParams {
+  FusionMode mode = FusionMode::kDelayAware;
+  FusionParams fusion;
+  TiltFilterParams tilt;
+  DecoupledKalmanParams thesis;
+  AlphaBetaParams pose_alpha_beta;
+  AlphaBetaParams height_alpha_beta{0.9, 0.9, 0.5};
+};
+
+/// State of the vehicle (position, angles, velocity) at the rate of the IMU, from IMU, laser poses and
+/// heights.
+///
+/// Roll and pitch come from the IMU's orientation where a sample has one, else from gyroscope and gravity;
+/// yaw comes from the laser, continued with the gyroscope. Inputs of one kind come in order of their stamps;
+/// poses and heights may be late (kDelayAware), and are held back until the IMU has reached them. Without an
+/// IMU call `advance`. No heap, no exceptions; the object is large (about 150 kB). Not thread safe.
+class StateEstimator {
+ public:
+  explicit StateEstimator(const StateEstimatorParams& params = {}, const SE3& T_base_imu = {});
+
+  /// One IMU sample: its readings hold for the interval since the sample before.
+  FusionStatus add_imu(const ImuSample& sample);
+  FusionStatus add_pose(const PlanarPose& pose);
+  FusionStatus add_height(const HeightReading& height);
+  /// Time goes on without an IMU: constant velocity.
+  FusionStatus advance(Time stamp);
+
+  /// At the newest IMU sample (or moment of `advance`).
+  [[nodiscard]] VehicleState state() const;
+  [[nodiscard]] FusionCounts pose_counts() const;
+  [[nodiscard]] FusionCounts height_counts() const;
+  [[nodiscard]] const FusionCounts& imu_counts() const { return imu_counts_; }
+
+ private:
+  struct Reading {
+    Vec3 angular_velocity_base_rad_s, specific_force_base_m_s2;
+  };
+  void update_tilt(const ImuSample& sample, const Reading& reading, double dt_s);
+  FusionStatus step(const FusionInput& input, double dt_s);
+  [[nodiscard]] VehicleState thesis_state() const;
+
+  StateEstimatorParams params_;
+  SE3 T_base_imu_;
+  DelayedFusion fusion_;
+  TiltFilter tilt_;
+  DecoupledKalman thesis_;
+  AlphaBetaFilter<2> thesis_position_;
+  AlphaBetaAngle thesis_yaw_;
+  AlphaBetaHeight thesis_height_;
+  bool thesis_planar_ready_ = false, thesis_height_ready_ = false;
+  FusionCounts thesis_poses_, thesis_heights_, imu_counts_;
+
+  bool any_time_ = false;
+  Time stamp_;
+  Vec3 roll_pitch_yaw_rad_ = Vec3::Zero();  // yaw: of the IMU alone, unused
+  Vec3 angular_velocity_rad_s_ = Vec3::Zero();
+};
+
+}  // namespace hm

@@ -1,0 +1,50 @@
+#pragma once
+#include <Eigen/Dense>
+
+namespace hm {
+
+/// The textbook Kalman filter on dense matrices, slow and plain: what the filters of this room are compared
+/// with.
+struct DenseKalman {
+  Eigen::VectorXd x;
+  Eigen::MatrixXd p;
+
+  void predict(const Eigen::MatrixXd& a, const Eigen::VectorXd& input, const Eigen::MatrixXd& q) {
+    x = a * x + input;
+    p = a * p * a.transpose() + q;
+  }
+  void correct(const Eigen::MatrixXd& h, const Eigen::VectorXd& residual, const Eigen::MatrixXd& r) {
+    const Eigen::MatrixXd gain = p * h.transpose() * (h * p * h.transpose() + r).inverse();
+    x += gain * residual;
+    const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(x.size(), x.size()) - gain * h;
+    p = rest * p * rest.transpose() + gain * r * gain.transpose();
+  }
+};
+
+/// exp(m) by its series, scaled and squared.
+inline Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& m) {
+  const Eigen::MatrixXd small = m / 1024;
+  Eigen::MatrixXd term = Eigen::MatrixXd::Identity(m.rows(), m.cols()), sum = term;
+  for (int i = 1; i < 20; ++i) {
+    term = term * small / i;
+    sum += term;
+  }
+  for (int i = 0; i < 10; ++i) sum = (sum * sum).eval();
+  return sum;
+}
+
+struct DiscreteModel {
+  Eigen::MatrixXd a, q;
+};
+
+/// x' = F x + noise of spectral density `density`, over dt: Van Loan 1978.
+inline DiscreteModel van_loan(const Eigen::MatrixXd& f, const Eigen::MatrixXd& density, double dt_s) {
+  const Eigen::Index n = f.rows();
+  Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  block << -f, density, Eigen::MatrixXd::Zero(n, n), f.transpose();
+  const Eigen::MatrixXd e = matrix_exponential(block * dt_s);
+  const Eigen::MatrixXd a = e.bottomRightCorner(n, n).transpose();
+  return {a, a * e.topRightCorner(n, n)};
+}
+
+}  // namespace hm

@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Geometry>
+
+#include "hm/core/params.hpp"
+#include "hm/geometry/se3.hpp"
+
+namespace hm {
+
+/// Attitude from gyroscope and gravity, for IMUs that give no orientation of their own.
+struct TiltFilterParams {
+  double time_constant_s = 4.0;
+  double start_time_constant_s = 0.2;
+  double start_s = 1.0;
+  double gravity_tolerance_ratio = 0.15;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"time_constant_s", {0.05, 1000}, "how fast gravity corrects the gyroscope"},
+      self.time_constant_s);
+    v(ParamDoc{"start_time_constant_s", {0.01, 1000}, "the same at the beginning"},
+      self.start_time_constant_s);
+    v(ParamDoc{"start_s", {0, 60}, "how long the beginning is"}, self.start_s);
+    v(ParamDoc{"gravity_tolerance_ratio",
+               {0.01, 1},
+               "specific force that differs more from gravity does not correct"},
+      self.gravity_tolerance_ratio);
+  }
+};
+
+/// Complementary filter: the gyroscope turns the attitude, and gravity pulls its tilt back with a time
+/// constant whenever the specific force is about as long as gravity. Yaw is the gyroscope's alone. The first
+/// sample sets the tilt. No heap; inputs must be finite.
+class TiltFilter {
+ public:
+  explicit TiltFilter(const TiltFilterParams& params = {}) : params_(params) {}
+  /// The attitude at the end of an interval of `dt_s` (0 for the first sample).
+  void update(const Vec3& angular_velocity_rad_s, const Vec3& specific_force_m_s2, double dt_s);
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] const Eigen::Quaterniond& R_world_body() const { return R_world_body_; }
+
+ private:
+  TiltFilterParams params_;
+  bool ready_ = false;
+  double running_s_ = 0;
+  Eigen::Quaterniond R_world_body_ = Eigen::Quaterniond::Identity();
+};
+
+}  // namespace hm

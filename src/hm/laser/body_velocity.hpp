@@ -1,0 +1,24 @@
+#pragma once
+#include "hm/geometry/se2.hpp"
+
+namespace hm {
+
+/// Velocity in the plane from poses: an alpha-beta filter (dissertation eqs 2.4-2.8) on rigid motions, with
+/// the velocity in the body frame, so that a vehicle on a circle is predicted to stay on it.
+class BodyVelocity {
+ public:
+  BodyVelocity(double alpha, double beta) : alpha_(alpha), beta_(beta) {}
+  /// Forgets everything: at rest at this pose.
+  void reset(const SE2& T_odom_base);
+  /// A pose measured dt_s (> 0) after the last one.
+  void update(const SE2& T_odom_base, double dt_s);
+  /// vx, vy (m/s), yaw rate (rad/s), in the body frame.
+  [[nodiscard]] const Vec3& velocity() const { return velocity_; }
+
+ private:
+  double alpha_, beta_;
+  SE2 T_odom_filtered_;
+  Vec3 velocity_ = Vec3::Zero();
+};
+
+}  // namespace hm

@@ -1,0 +1,47 @@
+#pragma once
+#include <optional>
+#include <span>
+
+#include "hm/core/params.hpp"
+#include "hm/core/time.hpp"
+
+namespace hm {
+
+/// Parameters of the published method, with the numbers of its first implementation.
+struct HistogramHeightParams {
+  double bin_size_m = 0.02;
+  int min_values = 5;
+  double max_stdev_m = 0.10;
+  double max_height_jump_m = 0.25;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"bin_size_m", {0.002, 0.5}, "width of a bin of the histogram"}, self.bin_size_m);
+    v(ParamDoc{"min_values", {1, 1000}, "readings that the fullest bin must hold"}, self.min_values);
+    v(ParamDoc{"max_stdev_m", {0.001, 1}, "bins that spread more are refused"}, self.max_stdev_m);
+    v(ParamDoc{"max_height_jump_m", {0.01, 5}, "a larger jump is a step of the floor"},
+      self.max_height_jump_m);
+  }
+};
+
+/// Height by the published method to the letter (dissertation 2.2.3): the mean of the fullest bin of a
+/// histogram, and a jump between two scans charged to the floor. Kept as the reference that `HeightEstimator`
+/// is compared with: it drifts, because every step takes the vehicle's motion during one scan into the
+/// floor; bin edges split modes; and it forgets floors.
+class HistogramHeight {
+ public:
+  struct Answer {
+    double height_m = 0, climb_m_s = 0, stdev_m = 0, floor_level_m = 0;
+  };
+  explicit HistogramHeight(const HistogramHeightParams& params = {}) : params_(params) {}
+  /// One scan of vertical distances, base to floor; nothing when there are too few or they spread too far.
+  std::optional<Answer> update(Time time, std::span<const double> distances_m);
+
+ private:
+  HistogramHeightParams params_;
+  std::optional<Answer> last_;
+  Time last_time_;
+  double floor_m_ = 0;
+};
+
+}  // namespace hm

@@ -1,0 +1,70 @@
+#pragma once
+#include <vector>
+
+#include "hm/core/rng.hpp"
+#include "hm/laser/height_estimator.hpp"
+#include "hm/sensors/laser_rig.hpp"
+
+namespace hm {
+
+/// A box on the floor, endless across the direction of flight.
+struct FloorBox {
+  double begin_m, end_m, top_m;
+};
+
+/// A flight along x over boxes, forth and back, bobbing and tilting, with the down mirror of the
+/// dissertation's vehicle (20 beams of a 40 Hz laser). Ranges are the closed form of rays against boxes; a
+/// beam has a spot, and where that lies on an edge the range is a mixture (Fig. 2.4).
+struct FloorFlightParams {
+  std::vector<FloorBox> boxes;
+  double length_m = 10, speed_m_s = 1, duration_s = 20;
+  double altitude_m = 1.5, bob_m = 0.15;
+  double tilt_rad = 0.08;
+  double reading_std_m = 0.01, spot_rad = 0.02;
+  double outlier_ratio = 0;  ///< beams that return anything between the vehicle and the floor
+  std::uint64_t seed = 1;
+};
+
+class FloorFlight {
+ public:
+  struct Frame {
+    LaserScan scan;
+    SweepAttitude attitude;
+    double height_m = 0, acceleration_m_s2 = 0, floor_level_m = 0;  ///< truth, at the mirror's time
+  };
+  explicit FloorFlight(const FloorFlightParams& params);
+  /// The next scan.
+  Frame next();
+  [[nodiscard]] std::size_t frame_count() const;
+  [[nodiscard]] const LaserRig::Mirror& mirror() const { return mirror_; }
+  [[nodiscard]] const FloorFlightParams& params() const { return params_; }
+  /// Boxes of 0.10 to 0.80 m with gaps, and a small stair.
+  static std::vector<FloorBox> steps_from_10_to_80_cm();
+
+ private:
+  [[nodiscard]] SE3 T_world_base(double time_s) const;
+  [[nodiscard]] double height_m(double time_s) const;
+  [[nodiscard]] double distance_to_surface_m(const Vec3& origin, const Vec3& direction) const;
+  double range_m(const SE3& T_world_virtual, double angle_rad);
+
+  FloorFlightParams params_;
+  LaserRig::Mirror mirror_;
+  Rng rng_;
+  double phases_[4];
+  std::size_t next_ = 0;
+};
+
+/// How a flight went.
+struct HeightScore {
+  double rmse_m = 0, max_error_m = 0, end_error_m = 0;
+  double worst_floor_m = 0;  ///< farthest of the true levels from the nearest one found
+  int false_floors = 0;      ///< levels found that are none, within 2 cm
+  int events = 0, answers = 0;
+};
+HeightScore score_height(const FloorFlightParams& flight, const HeightParams& params,
+                         bool with_acceleration = false);
+/// The published method on the same flight; a floor is false when it is not within 2 cm of a true one at the
+/// time.
+HeightScore score_histogram_height(const FloorFlightParams& flight);
+
+}  // namespace hm
