@@ -11,6 +11,8 @@ namespace hm::mvog {
 namespace {
 
 constexpr double kNearColumn = 0.25;
+constexpr std::uint32_t kGlancing = 2;  ///< levels above and below the end
+constexpr double kLevelBeam = 2;        ///< a level beam climbs less than this, in levels
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Heights are whole numbers of 2^-32 levels above kLowest, so that they are positive.
 constexpr int kFractionBits = 32;
@@ -92,19 +94,21 @@ void BeamRaster::mark_end(int x, int y, int low_level, std::uint64_t Word::*plan
 void BeamRaster::add_return(const CellPoint& origin, const CellPoint& end) {
   const CellPoint d = end - origin;
   const bool steep = d.z() * d.z() > 4 * (d.x() * d.x() + d.y() * d.y());  // a level is half a cell
-  walk(origin, end, !steep);
+  walk(origin, end, steep ? BeamEnd::kSteepReturn : BeamEnd::kFlatReturn);
   const int x = static_cast<int>(std::floor(end.x())), y = static_cast<int>(std::floor(end.y()));
   const int low = static_cast<int>(std::floor(end.z() + 0.5)) - 1;
   mark_end(x, y, low, &Word::hit);
   const double u = end.x() - x, v = end.y() - y;
-  const int dx = u < kNearColumn ? -1 : u > 1 - kNearColumn ? 1 : 0;
-  const int dy = v < kNearColumn ? -1 : v > 1 - kNearColumn ? 1 : 0;
+  const int dx = u < kNearColumn ? -1 : u >= 1 - kNearColumn ? 1 : 0;
+  const int dy = v < kNearColumn ? -1 : v >= 1 - kNearColumn ? 1 : 0;
   if (dx) mark_end(x + dx, y, low, &Word::near_hit);
   if (dy) mark_end(x, y + dy, low, &Word::near_hit);
   if (dx && dy) mark_end(x + dx, y + dy, low, &Word::near_hit);
 }
 
-void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) { walk(origin, end, false); }
+void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) {
+  walk(origin, end, BeamEnd::kNothing);
+}
 
 /// A beam on its way over the columns; walls are crossed at the share t of the beam.
 struct BeamRaster::Walk {
@@ -112,6 +116,8 @@ struct BeamRaster::Walk {
   int place, step_x, step_y, exit_x, exit_y, walls;
   double t_x, t_y, per_x, per_y, z0, dz;
   Height at;  ///< where it came into this column
+  std::uint32_t glancing_from = 0,
+                glancing_count = 0;  ///< levels in which it misses nothing but by their middle
 
   Walk(const CellPoint& origin, const CellPoint& end) : at(to_units(origin.z())) {
     const int x = static_cast<int>(std::floor(origin.x())), y = static_cast<int>(std::floor(origin.y()));
@@ -135,6 +141,7 @@ struct BeamRaster::Walk {
   }
   /// The height at which the beam leaves this column.
   [[nodiscard]] Height leaves() const { return Height(z0 + dz * std::min(t_x, t_y)); }
+  [[nodiscard]] bool glances(const Height& h) const { return h.in - glancing_from < glancing_count; }
   /// Steps into the next column. Returns whether it is of another tile.
   bool step() {
     --walls;
@@ -167,7 +174,9 @@ void BeamRaster::mark_levels(const Walk& walk, const Height& to) {
   for (std::uint32_t level = low.in; level <= high.in; ++level) {
     Layer& here = layer(walk.key, word_of(static_cast<int>(level) + kLowest));
     here.columns[place].touch |= bit_of(level);
-    if (level >= low.next && level < high.next) here.columns[place].miss |= bit_of(level);
+    const bool crossed = level >= low.next && level < high.next;
+    const bool counts = low.next == high.next && level == to.in && !walk.glances(to);
+    if (crossed || counts) here.columns[place].miss |= bit_of(level);
     here.seen |= std::uint64_t{1} << place;
   }
 }
@@ -183,7 +192,8 @@ void BeamRaster::walk_in_layer(Walk& walk, Layer& here, std::uint32_t base) {
     if (!to.within(base)) break;
     Word& column = here.columns[static_cast<std::size_t>(w.place)];
     column.touch |= kRises ? 2 * to.in_bit - w.at.in_bit : 2 * w.at.in_bit - to.in_bit;
-    column.miss |= kRises ? to.next_bit - w.at.next_bit : w.at.next_bit - to.next_bit;
+    const std::uint64_t crossed = kRises ? to.next_bit - w.at.next_bit : w.at.next_bit - to.next_bit;
+    column.miss |= crossed != 0 || w.glances(to) ? crossed : to.in_bit;
     seen |= std::uint64_t{1} << w.place;
     w.at = to;
     same_tile = !w.step();
@@ -192,8 +202,13 @@ void BeamRaster::walk_in_layer(Walk& walk, Layer& here, std::uint32_t base) {
   walk = w;
 }
 
-void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end) {
+void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind) {
   Walk walk(origin, end);
+  const bool level = std::abs(end.z() - origin.z()) < kLevelBeam;
+  if (kind != BeamEnd::kNothing && !level && !count_glancing_) {
+    walk.glancing_from = Height(to_units(end.z())).in - kGlancing;
+    walk.glancing_count = 2 * kGlancing + 1;
+  }
   while (walk.walls > 0) {
     const std::uint32_t base = walk.at.in & ~63u;
     const Height to = walk.leaves();
@@ -209,7 +224,7 @@ void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_b
     else
       walk_in_layer<false>(walk, here, base);
   }
-  if (!stop_before_end) mark_levels(walk, Height(walk.z0 + walk.dz));
+  if (kind != BeamEnd::kFlatReturn) mark_levels(walk, Height(walk.z0 + walk.dz));
 }
 
 std::uint64_t BeamRaster::columns_seen(const ScanTile& tile) const {
