@@ -31,8 +31,9 @@ std::uint64_t bit_of(std::uint32_t level) { return std::uint64_t{1} << (level & 
 struct BeamRaster::Height {
   std::uint32_t in, next;
   std::uint64_t in_bit, next_bit;
-  explicit Height(double units) {
-    const auto z = static_cast<std::int64_t>(units);
+  std::int64_t units;
+  explicit Height(double z) : Height(static_cast<std::int64_t>(z)) {}
+  explicit Height(std::int64_t z) : units(z) {
     in = static_cast<std::uint32_t>(z >> kFractionBits);
     next = static_cast<std::uint32_t>((z + kHalfLevel) >> kFractionBits);
     in_bit = bit_of(in);
@@ -142,6 +143,13 @@ struct BeamRaster::Walk {
   /// The height at which the beam leaves this column.
   [[nodiscard]] Height leaves() const { return Height(z0 + dz * std::min(t_x, t_y)); }
   [[nodiscard]] bool glances(const Height& h) const { return h.in - glancing_from < glancing_count; }
+  /// The levels of the layer from `base` on that count as missed where the beam leaves a column in them.
+  [[nodiscard]] std::uint64_t not_glancing(std::uint32_t base) const {
+    const int first = static_cast<int>(glancing_from - base), end = first + static_cast<int>(glancing_count);
+    if (end <= 0 || first >= 64) return ~std::uint64_t{0};
+    const std::uint64_t below_end = end >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << end) - 1;
+    return ~(below_end & (first <= 0 ? ~std::uint64_t{0} : ~((std::uint64_t{1} << first) - 1)));
+  }
   /// Steps into the next column. Returns whether it is of another tile.
   bool step() {
     --walls;
@@ -181,25 +189,55 @@ void BeamRaster::mark_levels(const Walk& walk, const Height& to) {
   }
 }
 
-/// Walks as long as the beam stays in a tile and a layer of it. This is where the time goes: everything that
-/// changes stays in registers.
+/// Walks as long as the beam stays in a tile and a layer of it. This is where the time of a scan goes: a
+/// function of its own, so that everything stays in registers.
 template <bool kRises>
-void BeamRaster::walk_in_layer(Walk& walk, Layer& here, std::uint32_t base) {
-  Walk w = walk;
-  std::uint64_t seen = 0;
-  for (bool same_tile = true; same_tile && w.walls > 0;) {
-    const Height to = w.leaves();
-    if (!to.within(base)) break;
-    Word& column = here.columns[static_cast<std::size_t>(w.place)];
-    column.touch |= kRises ? 2 * to.in_bit - w.at.in_bit : 2 * w.at.in_bit - to.in_bit;
-    const std::uint64_t crossed = kRises ? to.next_bit - w.at.next_bit : w.at.next_bit - to.next_bit;
-    column.miss |= crossed != 0 || w.glances(to) ? crossed : to.in_bit;
-    seen |= std::uint64_t{1} << w.place;
-    w.at = to;
-    same_tile = !w.step();
+[[gnu::noinline]] void BeamRaster::walk_in_layer(Walk& w, Layer& here, std::uint32_t base) {
+  const double z0 = w.z0 - base * kUnitsPerLevel, dz = w.dz, per_x = w.per_x, per_y = w.per_y;
+  const std::uint64_t counts = w.glancing_count == 0 ? ~std::uint64_t{0} : w.not_glancing(base);
+  double t_x = w.t_x, t_y = w.t_y;
+  std::uint64_t in_bit = w.at.in_bit, next_bit = w.at.next_bit, seen = 0;
+  std::int64_t last = w.at.units - (std::int64_t{base} << kFractionBits);
+  int place = w.place, walls = w.walls;
+  while (walls > 0) {
+    const auto z = static_cast<std::int64_t>(z0 + dz * std::min(t_x, t_y));
+    const auto in = static_cast<std::uint64_t>(z >> kFractionBits);
+    const auto next = static_cast<std::uint64_t>((z + kHalfLevel) >> kFractionBits);
+    if ((in | next) >= 64) break;
+    const std::uint64_t to_in = std::uint64_t{1} << in, to_next = std::uint64_t{1} << next;
+    const std::uint64_t crossed = kRises ? to_next - next_bit : next_bit - to_next;
+    Word& column = here.columns[static_cast<std::size_t>(place)];
+    column.touch |= kRises ? 2 * to_in - in_bit : 2 * in_bit - to_in;
+    column.miss |= crossed != 0 ? crossed : to_in & counts;
+    seen |= std::uint64_t{1} << place;
+    in_bit = to_in;
+    next_bit = to_next;
+    last = z;
+    --walls;
+    if (t_x < t_y) {
+      t_x += per_x;
+      if ((place & 7) == w.exit_x) {
+        place ^= 7;
+        w.key.x += w.step_x;
+        break;
+      }
+      place += w.step_x;
+    } else {
+      t_y += per_y;
+      if ((place & 56) == w.exit_y) {
+        place ^= 56;
+        w.key.y += w.step_y / 8;
+        break;
+      }
+      place += w.step_y;
+    }
   }
   here.seen |= seen;
-  walk = w;
+  w.t_x = t_x;
+  w.t_y = t_y;
+  w.place = place;
+  w.walls = walls;
+  w.at = Height(last + (std::int64_t{base} << kFractionBits));
 }
 
 void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind) {
@@ -211,18 +249,20 @@ void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, BeamEnd kin
   }
   while (walk.walls > 0) {
     const std::uint32_t base = walk.at.in & ~63u;
-    const Height to = walk.leaves();
-    if (!walk.at.within(base) || !to.within(base)) {
+    const int walls = walk.walls;
+    if (walk.at.within(base)) {
+      Layer& here = layer(walk.key, word_of(static_cast<int>(base) + kLowest));
+      if (walk.dz >= 0)
+        walk_in_layer<true>(walk, here, base);
+      else
+        walk_in_layer<false>(walk, here, base);
+    }
+    if (walk.walls == walls) {  // it leaves the layer within this column
+      const Height to = walk.leaves();
       mark_levels(walk, to);
       walk.at = to;
       walk.step();
-      continue;
     }
-    Layer& here = layer(walk.key, word_of(static_cast<int>(base) + kLowest));
-    if (walk.dz >= 0)
-      walk_in_layer<true>(walk, here, base);
-    else
-      walk_in_layer<false>(walk, here, base);
   }
   if (kind != BeamEnd::kFlatReturn) mark_levels(walk, Height(walk.z0 + walk.dz));
 }
