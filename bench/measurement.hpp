@@ -49,5 +49,6 @@ Result<BenchResult> bench_plicp_still(const BenchOptions& options);
 Result<BenchResult> bench_height(const BenchOptions& options);
 Result<BenchResult> bench_late_laser(const BenchOptions& options);
 Result<BenchResult> bench_fusion_step(const BenchOptions& options);
+Result<BenchResult> bench_mvog(const BenchOptions& options);
 
 }  // namespace hm::bench
