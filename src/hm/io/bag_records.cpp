@@ -85,6 +85,8 @@ class BagReader {
  private:
   std::optional<Record> next_record();
   Result<void> read_record(const Record& record);
+  /// The index repeats the connections: then those of a damaged chunk are known all the same.
+  void read_connections(std::uint64_t index_position);
   void read_chunk(const Record& record);
   /// Reads the records of a chunk; where they stop making sense, if they do.
   std::optional<std::size_t> read_records(Bytes bytes);
@@ -148,6 +150,7 @@ Result<void> BagReader::read_record(const Record& record) {
         return fail(ErrorCode::kUnsupported, file_.name(), "the bag is encrypted ({})",
                     record.fields.text("encryptor"));
       summary_.indexed = record.fields.number<std::uint64_t>("index_pos").value_or(0) != 0;
+      if (summary_.indexed) read_connections(*record.fields.number<std::uint64_t>("index_pos"));
       break;
     case BagOp::kChunk:
       read_chunk(record);
@@ -170,6 +173,19 @@ Result<void> BagReader::read_record(const Record& record) {
     problem(fmt::format("read up to byte {} of {}: the file is cut off", record.begin, file_.size()));
   file_.seek(file_.offset() + size);
   return {};
+}
+
+void BagReader::read_connections(std::uint64_t index_position) {
+  const std::uint64_t back = file_.offset();
+  const std::size_t problems = summary_.problems.size();
+  file_.seek(index_position);
+  while (file_.remaining() > 0) {
+    const auto record = next_record();
+    if (!record || record->op != static_cast<std::uint8_t>(BagOp::kConnection)) break;
+    add_connection(record->fields, read_data(record->size));
+  }
+  summary_.problems.resize(problems);  // what is wrong there is told when we come there
+  file_.seek(back);
 }
 
 void BagReader::read_chunk(const Record& record) {

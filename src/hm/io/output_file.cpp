@@ -51,6 +51,16 @@ void OutputFile::flush() {
   buffer_.clear();
 }
 
+void OutputFile::rewrite(std::uint64_t offset, std::string_view bytes) {
+  if (failure_ != 0) return;
+  flush();
+  errno = 0;
+  const bool done = std::fseek(file_.get(), static_cast<long>(offset), SEEK_SET) == 0 &&
+                    std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size() &&
+                    std::fseek(file_.get(), 0, SEEK_END) == 0;
+  if (!done) note_failure();
+}
+
 Result<void> OutputFile::finish() {
   if (file_) flush();
   errno = 0;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -29,6 +30,8 @@ class OutputFile {
     static_assert(std::is_trivially_copyable_v<T>);
     write(&value, sizeof value);
   }
+  /// Overwrites bytes that were written before, at `offset` from the beginning; then goes on at the end.
+  void rewrite(std::uint64_t offset, std::string_view bytes);
   /// Flushes and gives the file its name.
   Result<void> finish();
 

@@ -1,0 +1,82 @@
+#include "hm/io/bag_writer.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "hm/io/io_test_support.hpp"
+#include "hm/io/laser_recording.hpp"
+#include "hm/io/testing_bags.hpp"
+
+/// What the writer wrote, read back.
+namespace hm {
+namespace {
+
+using namespace testing_bags;
+using test::read_bytes;
+using test::write_bytes;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST(BagWriter, EverythingComesBack) {
+  const test::TemporaryFolder folder;
+  write_small_bag(folder / "a.bag", 20);
+  const LaserRecording recording = opened(folder / "a.bag");
+  EXPECT_EQ(recording.kind, LaserRecordingKind::kRosBag);
+  expect_small_bag(recording, 20);
+  EXPECT_TRUE(recording.notes.empty()) << recording.notes[0];
+  EXPECT_THAT(recording.truth_source, HasSubstr("/mocap"));
+  EXPECT_EQ(folder.file_count(), 1U);  // nothing partial is left
+}
+
+TEST(BagWriter, ManyChunks) {
+  const test::TemporaryFolder folder;
+  constexpr std::size_t kBeams = 24, kScans = 9000;  // the beams of a scan span less than a turn
+  write_small_bag(folder / "a.bag", kScans, kBeams);
+  EXPECT_GT(read_bytes(folder / "a.bag").size(), 5U << 20U);
+  expect_small_bag(opened(folder / "a.bag"), kScans, kBeams);
+}
+
+TEST(BagWriter, ABagWithoutMessagesIsABag) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(BagWriter(folder / "a.bag").finish());
+  const auto recording = open_laser_recording(folder / "a.bag");
+  ASSERT_FALSE(recording);
+  EXPECT_EQ(recording.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(recording.error().message, HasSubstr("sensor_msgs/LaserScan"));
+}
+
+TEST(BagWriter, UnfinishedLeavesNothing) {
+  const test::TemporaryFolder folder;
+  { BagWriter(folder / "a.bag").write_scan({"/scan", "laser"}, Time{kStart_ns}, small_scan(0)); }
+  EXPECT_EQ(folder.file_count(), 0U);
+  BagWriter nowhere(folder / "no_such_folder/a.bag");
+  nowhere.write_scan({"/scan", "laser"}, Time{kStart_ns}, small_scan(0));
+  EXPECT_FALSE(nowhere.finish());
+}
+
+TEST(BagWriter, MarkersForNoReturnAreToldApart) {
+  const test::TemporaryFolder folder;
+  LaserScan scan = small_scan(0);
+  scan.ranges_m = {1, LaserScan::kNoReturn, LaserScan::kInvalid, 0, -1, 81.83F, 30, 31, 0.05F, 29.99F, 0, 0};
+  BagWriter writer(folder / "a.bag");
+  writer.write_scan({"/scan", "laser"}, scan.stamp, scan);
+  ASSERT_TRUE(writer.finish());
+  const LaserRecording recording = opened(folder / "a.bag");
+  const LaserStream& laser = recording.lasers.at(0);
+  std::string kinds;
+  for (std::size_t b = 0; b < scan.size(); ++b) {
+    const float range = laser.scans[0].ranges_m[b];
+    kinds += laser.scans[0].is_return(b) ? 'r' : std::isnan(range) ? 'i' : std::isinf(range) ? 'n' : '?';
+  }
+  EXPECT_EQ(kinds, "rnininnnirnn");
+  EXPECT_EQ(laser.no_returns, 7U);
+  EXPECT_EQ(laser.invalid, 3U);
+  ASSERT_FALSE(laser.sentinels_m.empty());
+  EXPECT_EQ(laser.sentinels_m[0], (std::pair<float, std::size_t>{0.F, 3}));
+  EXPECT_THAT(laser.sentinels_m, Contains(std::pair<float, std::size_t>{81.83F, 1}));
+}
+
+}  // namespace
+}  // namespace hm
