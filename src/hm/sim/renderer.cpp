@@ -123,15 +123,11 @@ struct Packet {
   Vec3 origin[kPacket], direction[kPacket];
 
   void set(std::size_t lane, const Vec3& from, const Vec3& along, double near_m) {
-    origin[lane] = from;
-    direction[lane] = along;
+    origin[lane] = from, direction[lane] = along;
+    const Eigen::Vector3f o = from.cast<float>(), d = along.cast<float>();
     RTCRay16& ray = hits.ray;
-    ray.org_x[lane] = static_cast<float>(from.x());
-    ray.org_y[lane] = static_cast<float>(from.y());
-    ray.org_z[lane] = static_cast<float>(from.z());
-    ray.dir_x[lane] = static_cast<float>(along.x());
-    ray.dir_y[lane] = static_cast<float>(along.y());
-    ray.dir_z[lane] = static_cast<float>(along.z());
+    ray.org_x[lane] = o.x(), ray.org_y[lane] = o.y(), ray.org_z[lane] = o.z();
+    ray.dir_x[lane] = d.x(), ray.dir_y[lane] = d.y(), ray.dir_z[lane] = d.z();
     ray.tnear[lane] = static_cast<float>(near_m);
     ray.tfar[lane] = std::numeric_limits<float>::infinity();
     ray.time[lane] = 0, ray.mask[lane] = ~0u, ray.id[lane] = 0, ray.flags[lane] = 0;
