@@ -51,10 +51,16 @@ enum Room : std::size_t { kLiving, kDining, kKitchen, kStudy, kBedroom, kBath, k
 
 /// Living room, dining room and kitchen: in by the first door, out by the last.
 void fly_south(Way& way) {
-  way.enter(kLiving).go(6.4, 4.9).go(4.6, 4.6, 1.3).go(1.3, 3.6).go(2.3, 2.6).go(2.3, 1.0).hover();  // over table and sofa
-  way.go(3.6, 0.9).go(4.7, 1.3, 1.6).go(6.3, 1.1).go(6.6, 3.7).go(8.0, 3.7, 1.5);       // over platform and
-                                                                                        // railing
-  way.go(8.9, 3.7).go(10.2, 4.6).go(10.2, 2.0).hover().go(10.2, 1.0);  // over the dining table
+  way.enter(kLiving)
+      .go(6.4, 4.9)
+      .go(4.6, 4.6, 1.3)
+      .go(1.3, 3.6)
+      .go(2.3, 2.6)
+      .go(2.3, 1.0)
+      .hover();                                                                    // over table and sofa
+  way.go(3.6, 0.9).go(4.7, 1.3, 1.6).go(6.3, 1.1).go(6.6, 3.7).go(8.0, 3.7, 1.5);  // over platform and
+                                                                                   // railing
+  way.go(8.9, 3.7).go(10.2, 4.6).go(10.2, 2.0).hover().go(10.2, 1.0);              // over the dining table
   way.go(11.5, 1.0, 1.2).go(11.5, 4.95).go(12.5, 4.95).go(14.2, 4.4, 1.35).go(13.9, 1.6).hover();
   way.go(14.4, 3.6, 1.2).leave(kKitchen);
 }
@@ -76,12 +82,12 @@ void fly_north(Way& way) {
 }  // namespace
 
 Flight house_flight(const FlightParams& params, std::uint64_t seed) {
-  Way way({1.3, kHallCenter_y});
+  Way way({2.4, kHallCenter_y});
   way.climb(1.2).hover();
   fly_south(way);
   fly_east(way);
   fly_north(way);
-  way.go(2.2, kHallCenter_y).go(1.3, kHallCenter_y).hover();
+  way.go(2.4, kHallCenter_y).hover();
   return {way.land(), params, seed};
 }
 

@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-using namespace testing_support;
+using namespace test;
 
 TEST(LaserSensor, CorridorInClosedForm) {
   const LaserSimulation simulation(perfect(WorldKind::kCorridor));

@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-using namespace testing_support;
+using namespace test;
 
 TEST(LaserSimulation, TruthAboutHeights) {
   LaserSimulationParams params = perfect(WorldKind::kRoom);
@@ -22,9 +22,10 @@ TEST(LaserSimulation, TruthAboutHeights) {
     const Vec3 p = simulation.state_at(h.stamp).T_world_base.translation();
     EXPECT_EQ(h.base_m, p.z());
     const auto down = traced_range({p, -Vec3::UnitZ(), 0}), up = traced_range({p, Vec3::UnitZ(), 0});
-    if (down) EXPECT_NEAR(h.floor_m, p.z() - *down, 0.01);
-    if (up) EXPECT_NEAR(h.ceiling_m, p.z() + *up, 0.01);
-    traced += down && up;
+    if (!down || !up) continue;
+    EXPECT_NEAR(h.floor_m, p.z() - *down, 0.01);
+    EXPECT_NEAR(h.ceiling_m, p.z() + *up, 0.01);
+    ++traced;
     over_chest |= std::abs(h.floor_m - 0.6) < 1e-6;
     over_ball |= h.floor_m > 0.85 && h.floor_m < 0.91;
   }

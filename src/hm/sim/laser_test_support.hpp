@@ -6,7 +6,7 @@
 #include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/room_scene.hpp"
 
-namespace hm::testing_support {
+namespace hm::test {
 
 /// Without any error.
 inline LaserSimulationParams perfect(WorldKind world) {
@@ -62,4 +62,4 @@ inline bool same(const LaserScan& a, const LaserScan& b) {
                     [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
-}  // namespace hm::testing_support
+}  // namespace hm::test
