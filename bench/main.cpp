@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 14> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 17> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -32,7 +32,10 @@ constexpr std::array<Known, 14> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"seams", hm::bench::bench_seams},
                                         {"accuracy", hm::bench::bench_accuracy},
                                         {"completeness", hm::bench::bench_completeness},
-                                        {"fidelity", hm::bench::bench_fidelity}}};
+                                        {"fidelity", hm::bench::bench_fidelity},
+                                        {"height", hm::bench::bench_height},
+                                        {"late_laser", hm::bench::bench_late_laser},
+                                        {"fusion_step", hm::bench::bench_fusion_step}}};
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

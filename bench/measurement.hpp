@@ -42,5 +42,8 @@ Result<BenchResult> bench_seams(const BenchOptions& options);
 Result<BenchResult> bench_accuracy(const BenchOptions& options);
 Result<BenchResult> bench_completeness(const BenchOptions& options);
 Result<BenchResult> bench_fidelity(const BenchOptions& options);
+Result<BenchResult> bench_height(const BenchOptions& options);
+Result<BenchResult> bench_late_laser(const BenchOptions& options);
+Result<BenchResult> bench_fusion_step(const BenchOptions& options);
 
 }  // namespace hm::bench

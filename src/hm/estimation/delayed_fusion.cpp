@@ -188,20 +188,21 @@ void DelayedFusion::predict(FusionState& state, const FusionInput& input, double
   const NoiseDensity yaw_rate{
       square(input.from_imu ? p.yaw_rate_density_rad_s_sqrt_hz : p.gap_yaw_rate_density_rad_s_sqrt_hz),
       square(p.yaw_rate_bias_walk_rad_s2_sqrt_hz)};
-  // Without an IMU the "acceleration" is the bias itself, so that the velocity stays and no bias is learnt.
-  const Vec3 felt = input.acceleration_level_m_s2;
-  if (state.planar.ready) {
-    const double rate = input.from_imu ? input.yaw_rate_rad_s - state.yaw.bias_rad_s : 0;
-    const Mat2 middle = turn(state.yaw.yaw_rad + 0.5 * dt_s * rate);
-    state.planar.predict(input.from_imu ? Vec2(felt.head<2>()) : state.planar.bias, middle, dt_s,
-                         acceleration);
-    state.yaw.predict(input.from_imu ? input.yaw_rate_rad_s : state.yaw.bias_rad_s, dt_s, yaw_rate);
+  using Scalar = BiasKalman<1>::Vector;
+  const Vec3& felt = input.acceleration_level_m_s2;
+  if (state.planar.ready && input.from_imu) {
+    const double rate = input.yaw_rate_rad_s - state.yaw.bias_rad_s;
+    const Mat2 R_world_level = turn(state.yaw.yaw_rad + 0.5 * dt_s * rate);
+    state.planar.predict(felt.head<2>(), R_world_level, dt_s, acceleration);
+    state.yaw.predict(input.yaw_rate_rad_s, dt_s, yaw_rate);
+  } else if (state.planar.ready) {
+    // Without an IMU the velocity stays, and has nothing to do with a bias: no acceleration comes through.
+    state.planar.predict(Vec2::Zero(), Mat2::Zero(), dt_s, acceleration);
+    state.yaw.yy += yaw_rate.input * dt_s;
+    state.yaw.bb += yaw_rate.bias * dt_s;
   }
-  if (state.vertical.ready) {
-    using Scalar = BiasKalman<1>::Vector;
-    state.vertical.predict(input.from_imu ? Scalar(felt.z()) : state.vertical.bias, Scalar(1.0), dt_s,
-                           acceleration);
-  }
+  if (state.vertical.ready)
+    state.vertical.predict(Scalar(felt.z()), Scalar(input.from_imu ? 1.0 : 0.0), dt_s, acceleration);
 }
 
 FusionStatus DelayedFusion::apply(FusionState& state, const Measurement& measurement) const {

@@ -23,6 +23,14 @@ struct StateEstimatorParams {
   DecoupledKalmanParams thesis;
   AlphaBetaParams pose_alpha_beta;
   AlphaBetaParams height_alpha_beta{0.9, 0.9, 0.5};
+
+  /// Its own members; those of `fusion`, `tilt`, `thesis` and the alpha-beta filters are sections of their
+  /// own.
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"mode", {}, "filters as published, or with biases, gates and delays"}, self.mode,
+      kFusionModeNames);
+  }
 };
 
 /// State of the vehicle (position, angles, velocity) at the rate of the IMU, from IMU, laser poses and

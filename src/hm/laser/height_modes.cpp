@@ -49,12 +49,27 @@ HeightMode measure(Distances members, double center) {
   return {center, std::sqrt(squares / std::max(count - 1, 1.0)), static_cast<int>(members.size())};
 }
 
-/// Two surfaces so near to each other that they share readings cannot be told apart: the stronger stays.
-bool overlaps_stronger(const HeightModes& found, double center, double half_width_m) {
-  return std::any_of(found.modes.begin(), found.modes.begin() + found.size, [&](const HeightMode& mode) {
-    return std::abs(mode.distance_m - center) < 1.6 * half_width_m;
-  });
-}
+/// Where modes were found or refused. Two surfaces so near to each other that they share readings cannot be
+/// told apart, the stronger stays; and what is left beside a smear is part of it.
+class Occupied {
+ public:
+  explicit Occupied(double half_width_m) : half_width_m_(half_width_m) {}
+  void add(double center, bool is_smear) {
+    if (size_ < places_.size()) places_[size_++] = {center, (is_smear ? 2.0 : 1.6) * half_width_m_};
+  }
+  [[nodiscard]] bool covers(double center) const {
+    return std::any_of(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(size_),
+                       [&](const Place& place) { return std::abs(place.center - center) < place.reach; });
+  }
+
+ private:
+  struct Place {
+    double center, reach;
+  };
+  double half_width_m_;
+  std::array<Place, 64> places_{};
+  std::size_t size_ = 0;
+};
 
 }  // namespace
 
@@ -64,6 +79,7 @@ HeightModes find_height_modes(std::span<double> distances_m, const HeightParams&
   std::span<double> left = distances_m;
   const double half_width_m = params.mode_half_width_m();
   int explained = 0;
+  Occupied occupied(half_width_m);
   const auto enough = static_cast<std::size_t>(params.min_readings);
   while (left.size() >= enough && result.size < HeightModes::kMax) {
     const double center = climb_to_mode(left, fullest_window(left, params.bin_size_m), half_width_m);
@@ -72,10 +88,15 @@ HeightModes find_height_modes(std::span<double> distances_m, const HeightParams&
     const HeightMode mode = measure({begin, end}, center);
     if (begin == end) break;
     if (mode.readings >= params.min_readings) {
-      if (mode.spread_m > params.max_spread_m())
+      const bool smear =
+          mode.spread_m > params.max_spread_m() || (result.rejected > 0 && occupied.covers(center));
+      if (smear) {
         ++result.rejected;
-      else if (!overlaps_stronger(result, center, half_width_m))
-        result.modes[static_cast<std::size_t>(result.size++)] = mode, explained += mode.readings;
+      } else if (!occupied.covers(center)) {
+        result.modes[static_cast<std::size_t>(result.size++)] = mode;
+        explained += mode.readings;
+      }
+      occupied.add(center, smear);
     }
     const auto tail = std::move(end, left.end(), begin);
     left = left.first(static_cast<std::size_t>(tail - left.begin()));

@@ -20,22 +20,23 @@ void set_bits(std::uint64_t& word, std::uint64_t bits) {
 
 }  // namespace
 
-void CandidateFinder::find(const PreparedDepth& depth, const PinholeCamera& camera, const SE3& T_world_camera,
-                           const TsdfParams& params, const TruncationModel& truncation,
-                           const ParallelLoop& loop, std::vector<VolumeKey>& keys) {
+void CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys) {
+  const PreparedDepth& depth = query.depth;
   keys.clear();
+  bitmap_.clear();
+  size_x_ = size_y_ = size_z_ = 0;
   if (depth.pixels_in_range == 0) return;
-  truncation_ = truncation;
-  const double volume_size = params.voxel_size_m * kVolumeSide;
+  truncation_ = query.truncation;
+  const double volume_size = query.voxel_size_m * kVolumeSide;
   volume_size_m_ = static_cast<float>(volume_size);
-  const Vec3 at = T_world_camera.translation() / volume_size;
+  const Vec3 at = query.T_world_camera.translation() / volume_size;
   base_ = {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())),
            static_cast<int>(std::floor(at.z()))};
   origin_ << (at - Vec3(base_.x, base_.y, base_.z)).cast<float>().array(), 0.0f;
   corners_x_ = depth.tiles_x + 1;
-  place_rays(depth, camera, T_world_camera.rotation() / volume_size);
-  place_bitmap(depth, truncation.max_m);
-  loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 8,
+  place_rays(depth, query.camera, query.T_world_camera.rotation() / volume_size);
+  place_bitmap(depth, truncation_.max_m);
+  loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 2,
                   [&](std::size_t begin, std::size_t end) {
                     for (auto y = 2 * static_cast<int>(begin);
                          y < std::min(2 * static_cast<int>(end), depth.tiles_y); y += 2)
@@ -85,7 +86,7 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   const std::size_t words = static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) *
                             static_cast<std::size_t>(size_z_);
   HM_CHECK(words < (std::size_t{1} << 27u), "{} x {} x {} volumes in one frustum", size_x_, size_y_, size_z_);
-  if (bitmap_.size() < words) bitmap_.resize(words, 0);
+  bitmap_.assign(words, 0);
 }
 
 /// Two by two tiles at once where they are small and level against a volume, else one by one.
@@ -188,8 +189,13 @@ void CandidateFinder::collect(std::vector<VolumeKey>& keys) {
       for (int x = 0; x < words_x_; ++x, ++word) {
         for (std::uint64_t bits = bitmap_[word]; bits != 0; bits &= bits - 1)
           keys.push_back({base_.x + 64 * x + std::countr_zero(bits), base_.y + y, base_.z + z});
-        bitmap_[word] = 0;
       }
+}
+
+bool CandidateFinder::found(VolumeKey key) const {
+  const int x = key.x - base_.x, y = key.y - base_.y, z = key.z - base_.z;
+  if (x < 0 || x >= size_x_ || y < 0 || y >= size_y_ || z < 0 || z >= size_z_) return false;
+  return bitmap_[static_cast<std::size_t>((z * size_y_ + y) * words_x_ + x / 64)] >> (x % 64) & 1u;
 }
 
 }  // namespace hm

@@ -8,6 +8,15 @@
 
 namespace hm {
 
+/// What the volumes near the surface are found from.
+struct BandQuery {
+  const PreparedDepth& depth;
+  const PinholeCamera& camera;
+  const SE3& T_world_camera;
+  double voxel_size_m = 0;
+  TruncationModel truncation;
+};
+
 /// Finds the volumes that the truncation bands of a depth image pass through: from the depth, never from
 /// the frustum (4.2.7; the replacement of create-then-delete). Per tile of pixels, the piece of its
 /// pyramid between (nearest reading - truncation) and (farthest + truncation) is boxed; tiles across a
@@ -16,9 +25,9 @@ class CandidateFinder {
  public:
   /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
   /// within the truncation of its own pixel's reading lies in one of them.
-  void find(const PreparedDepth& depth, const PinholeCamera& camera, const SE3& T_world_camera,
-            const TsdfParams& params, const TruncationModel& truncation, const ParallelLoop& loop,
-            std::vector<VolumeKey>& keys);
+  void find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys);
+  /// True for the volumes that find() found last.
+  [[nodiscard]] bool found(VolumeKey key) const;
 
  private:
   struct Segment {
@@ -47,7 +56,7 @@ class CandidateFinder {
   float volume_size_m_ = 1;
   VolumeKey base_;  ///< of bit 0
   int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
-  std::vector<std::uint64_t> bitmap_;  ///< all zero between calls
+  std::vector<std::uint64_t> bitmap_;
 };
 
 }  // namespace hm

@@ -9,18 +9,19 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "hm/tsdf/vectors_inl.hpp"
+
+#ifndef HM_TSDF_CENTRES
+#define HM_TSDF_CENTRES
+namespace hm {
+/// x, y, z of 32 boxes in the form of DepthBounds::part_centre.
+using Centres = std::array<std::array<float, 32>, 3>;
+}  // namespace hm
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using VU = hn::Vec<DU>;
-using MF = hn::Mask<DF>;
 
 /// Windows: each half of a word takes the smaller one.
 HWY_INLINE VU MinOfHalves(VU a, VU b) {
@@ -129,12 +130,6 @@ HWY_INLINE Verdicts Judge(const DepthBounds& bounds, const Boxes& boxes, const E
           hn::And(in_sight, hn::Or(unknown, before_end))};
 }
 
-HWY_INLINE std::uint32_t MaskBits(MF mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(DF(), mask, bytes);
-  return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8u;
-}
-
 PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
   const DF d;
   PartMasks masks{0, 0};
@@ -148,6 +143,19 @@ PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
     masks.in_front |= MaskBits(verdicts.in_front) << i;
   }
   return masks;
+}
+
+/// Which of 32 volumes with these centres show anything.
+std::uint32_t SeenVolumes(const DepthBounds& bounds, const Centres& centres) {
+  const DF d;
+  std::uint32_t seen = 0;
+  for (std::size_t i = 0; i < 32; i += hn::Lanes(d)) {
+    const Boxes boxes{hn::Load(d, centres[0].data() + i), hn::Load(d, centres[1].data() + i),
+                      hn::Load(d, centres[2].data() + i)};
+    const Verdicts verdicts = Judge(bounds, boxes, bounds.volume_extent);
+    seen |= MaskBits(hn::Or(verdicts.in_band, verdicts.in_front)) << i;
+  }
+  return seen;
 }
 
 /// Out of windows at `from`, those that reach `step` entries further, cut off at the last entry.
@@ -169,20 +177,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hm {
 HWY_EXPORT(PartsOf);
+HWY_EXPORT(SeenVolumes);
 HWY_EXPORT(Widen);
 
 namespace {
 
-/// Truncation bands of the tiles themselves, with what is seen to be free in front of them; all ones where
-/// nothing is seen.
+/// Truncation bands of the tiles themselves; all ones where nothing is seen.
 void fill_bands(const PreparedDepth& depth, const ProjectionScan& scan, float units_per_m,
                 std::uint32_t* bands) {
   const std::size_t tiles = depth.tile_min_m.size();
   for (std::size_t i = 0; i < tiles; ++i) {
     const float low = depth.tile_min_m[i], high = depth.tile_max_m[i];
     const float tau = std::max(scan.truncation.at(low), scan.truncation.at(high));
-    const auto near_units =
-        static_cast<std::int32_t>(std::max(low - tau - scan.free_reach_m, 0.0f) * units_per_m);
+    const auto near_units = static_cast<std::int32_t>(std::max(low - tau, 0.0f) * units_per_m);
     const auto far_units = static_cast<std::int32_t>((high + tau) * units_per_m) + 1;
     const auto band = static_cast<std::uint32_t>(near_units) | static_cast<std::uint32_t>(65535 - far_units)
                                                                    << 16u;
@@ -192,7 +199,8 @@ void fill_bands(const PreparedDepth& depth, const ProjectionScan& scan, float un
 
 }  // namespace
 
-void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera) {
+void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera,
+                        const ParallelLoop& loop) {
   scan_ = scan;
   tiles_x = depth.tiles_x;
   tiles_y = depth.tiles_y;
@@ -208,13 +216,15 @@ void DepthBounds::build(const PreparedDepth& depth, const ProjectionScan& scan, 
       part_centre[axis][part] = static_cast<float>(centre[static_cast<Eigen::Index>(axis)]);
   }
   part_extent = (step.cwiseAbs() * Vec3(3.5, 0.5, 0.0)).cast<float>();
+  volume_centre = (step * Vec3::Constant(3.5)).cast<float>();
+  volume_extent = (step.cwiseAbs() * Vec3::Constant(3.5)).cast<float>();
 
   const float farthest = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end());
   units_per_m = 65000.0f / (std::max(farthest, 0.0f) + scan.truncation.max_m);
-  fill_windows(depth);
+  fill_windows(depth, loop);
 }
 
-void DepthBounds::fill_windows(const PreparedDepth& depth) {
+void DepthBounds::fill_windows(const PreparedDepth& depth, const ParallelLoop& loop) {
   const auto width = static_cast<std::size_t>(tiles_x), size = depth.tile_min_m.size();
   windows.resize(size * kWidths * kHeights.size());
   fill_bands(depth, scan_, units_per_m, windows.data());
@@ -222,18 +232,41 @@ void DepthBounds::fill_windows(const PreparedDepth& depth) {
   const auto widen = HWY_DYNAMIC_DISPATCH(Widen);
   for (std::size_t i = 1; i < kWidths; ++i)
     widen(level(i - 1, 0), std::size_t{1} << (i - 1), size, level(i, 0));
-  for (std::size_t j = 1; j < kHeights.size(); ++j) {
-    std::size_t from = j - 1;  // the lowest from which two make this height
-    while (from > 0 && 2 * kHeights[from - 1] >= kHeights[j]) --from;
-    const auto step = width * static_cast<std::size_t>(kHeights[j] - kHeights[from]);
-    for (std::size_t i = 0; i < kWidths; ++i) widen(level(i, from), step, size, level(i, j));
-  }
+  loop.for_ranges(kWidths, 1, [&](std::size_t i, std::size_t) {
+    for (std::size_t j = 1; j < kHeights.size(); ++j) {
+      std::size_t from = j - 1;  // the lowest from which two make this height
+      while (from > 0 && 2 * kHeights[from - 1] >= kHeights[j]) --from;
+      widen(level(i, from), width * static_cast<std::size_t>(kHeights[j] - kHeights[from]), size,
+            level(i, j));
+    }
+  });
 }
 
 PartMasks DepthBounds::parts_of(VolumeKey key) const {
+  return HWY_DYNAMIC_DISPATCH(PartsOf)(*this, origin_of(key));
+}
+
+Eigen::Vector3f DepthBounds::origin_of(VolumeKey key) const {
   Eigen::Vector3f origin = scan_.origin_of(key);
   origin.head<2>() -= principal_px * origin.z();
-  return HWY_DYNAMIC_DISPATCH(PartsOf)(*this, origin);
+  return origin;
+}
+
+void DepthBounds::drop_unseen(std::vector<VolumeKey>& keys) const {
+  const auto seen_volumes = HWY_DYNAMIC_DISPATCH(SeenVolumes);
+  alignas(64) Centres centres{};
+  std::size_t kept = 0;
+  for (std::size_t begin = 0; begin < keys.size(); begin += 32) {
+    const std::size_t count = std::min<std::size_t>(keys.size() - begin, 32);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3f centre = origin_of(keys[begin + i]) + volume_centre;
+      for (std::size_t axis = 0; axis < 3; ++axis) centres[axis][i] = centre[static_cast<Eigen::Index>(axis)];
+    }
+    const std::uint32_t seen = seen_volumes(*this, centres);
+    for (std::size_t i = 0; i < count; ++i)
+      if (seen >> i & 1u) keys[kept++] = keys[begin + i];
+  }
+  keys.resize(kept);
 }
 
 }  // namespace hm

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hm/core/parallel.hpp"
 #include "hm/tsdf/projection_scan.hpp"
 
 namespace hm {
@@ -18,11 +19,14 @@ namespace hm {
 class DepthBounds {
  public:
   /// Refers to nothing of its arguments afterwards.
-  void build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera);
+  void build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera,
+             const ParallelLoop& loop);
 
   /// The parts of the volume that may hold voxels of the hit region, and those that may lie in front of what
   /// is seen, where rays carve.
   [[nodiscard]] PartMasks parts_of(VolumeKey key) const;
+  /// Drops volumes of which parts_of() would find nothing, looking at whole volumes: much faster, keeps more.
+  void drop_unseen(std::vector<VolumeKey>& keys) const;
 
   // For the vector code:
   static constexpr int kWidths = 5;  ///< of windows: 1, 2, ... 16 tiles
@@ -37,11 +41,13 @@ class DepthBounds {
   /// the same, metres.
   alignas(64) std::array<std::array<float, 32>, 3> part_centre{};
   Eigen::Vector3f part_extent = Eigen::Vector3f::Zero();  ///< half of a part's size, likewise
+  Eigen::Vector3f volume_centre = Eigen::Vector3f::Zero(), volume_extent = Eigen::Vector3f::Zero();
   Eigen::Vector2f principal_px = Eigen::Vector2f::Zero();
   Eigen::Vector2f size_px = Eigen::Vector2f::Zero();
 
  private:
-  void fill_windows(const PreparedDepth& depth);
+  void fill_windows(const PreparedDepth& depth, const ParallelLoop& loop);
+  [[nodiscard]] Eigen::Vector3f origin_of(VolumeKey key) const;  ///< in the form of part_centre
 
   ProjectionScan scan_;
 };

@@ -7,6 +7,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/depth_preparation.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -27,6 +28,7 @@ struct DepthRow {
   float* column_min_m = nullptr;
   float* column_max_m = nullptr;
   std::size_t width = 0;
+  const Rgb8* color = nullptr;
 };
 struct DepthCounts {
   std::size_t in_range = 0, valid = 0;
@@ -49,6 +51,7 @@ void PrepareRow(const DepthLimits& limits, const DepthRow& row, DepthCounts& cou
   std::size_t in_range = 0, valid = 0, x = 0;
   for (; x + lanes <= row.width; x += lanes) {
     const auto units = hn::PromoteTo(di, hn::LoadU(d16, row.units + x));
+    if (row.color) hwy::Prefetch(row.color + x);  // 48 bytes a round: every cache line
     const auto near_enough = hn::Not(hn::Gt(units, far_units));
     const auto beyond_near = hn::Not(hn::Gt(near_units, units));
     const auto accepted = hn::RebindMask(df, hn::And(near_enough, beyond_near));
@@ -90,12 +93,12 @@ HWY_EXPORT(PrepareRow);
 
 namespace {
 
-DepthLimits limits_of(const DepthImage& depth, const TsdfParams& params) {
-  const auto units = [&](double metres) { return std::clamp(metres / depth.unit_m, 0.0, 65535.0); };
+DepthLimits limits_of(const RawDepth& raw) {
+  const auto units = [&](double metres) { return std::clamp(metres / raw.depth.unit_m, 0.0, 65535.0); };
   DepthLimits limits;
-  limits.near_units = static_cast<std::uint16_t>(std::max(1.0, std::ceil(units(params.near_m))));
-  limits.far_units = static_cast<std::uint16_t>(std::floor(units(params.far_m)));
-  limits.unit_m = static_cast<float>(depth.unit_m);
+  limits.near_units = static_cast<std::uint16_t>(std::max(1.0, std::ceil(units(raw.near_m))));
+  limits.far_units = static_cast<std::uint16_t>(std::floor(units(raw.far_m)));
+  limits.unit_m = static_cast<float>(raw.depth.unit_m);
   return limits;
 }
 
@@ -110,8 +113,9 @@ bool sees_far(const Image<float>& depth_m, int tile_x, int tile_y) {
 }
 
 /// The rows of one row of tiles.
-DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits, const EdgeRule& edges,
-                             int tile_y, PreparedDepth& prepared) {
+DepthCounts prepare_tile_row(const RawDepth& raw, const DepthLimits& limits, int tile_y,
+                             PreparedDepth& prepared) {
+  const DepthImage& depth = raw.depth;
   const auto width = static_cast<std::size_t>(depth.width());
   thread_local std::vector<float> column_min, column_max;
   thread_local std::vector<std::uint16_t> units, edge;
@@ -123,13 +127,14 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
   const int end = std::min((tile_y + 1) * kTileSide, depth.height());
   for (int y = tile_y * kTileSide; y < end; ++y) {
     const int last = depth.height() - 1;
-    sort_out_edges(edges,
+    sort_out_edges(raw.edges,
                    {depth.units.row(std::max(y - 1, 0)).data(), depth.units.row(y).data(),
                     depth.units.row(std::min(y + 1, last)).data(), width},
                    units.data(), edge.data());
     HWY_DYNAMIC_DISPATCH(PrepareRow)
     (limits,
-     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width},
+     {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width,
+      raw.color ? raw.color->row(y).data() : nullptr},
      counts);
   }
   for (int tile_x = 0; tile_x < prepared.tiles_x; ++tile_x) {
@@ -150,8 +155,8 @@ DepthCounts prepare_tile_row(const DepthImage& depth, const DepthLimits& limits,
 
 }  // namespace
 
-void prepare_depth(const DepthImage& depth, const TsdfParams& params, const EdgeRule& edges,
-                   const ParallelLoop& loop, PreparedDepth& prepared) {
+void prepare_depth(const RawDepth& raw, const ParallelLoop& loop, PreparedDepth& prepared) {
+  const DepthImage& depth = raw.depth;
   if (prepared.depth_m.width() != depth.width() || prepared.depth_m.height() != depth.height())
     prepared.depth_m = Image<float>(depth.width(), depth.height());
   prepared.tiles_x = (depth.width() + kTileSide - 1) / kTileSide;
@@ -159,12 +164,12 @@ void prepare_depth(const DepthImage& depth, const TsdfParams& params, const Edge
   const auto tiles = static_cast<std::size_t>(prepared.tiles_x) * static_cast<std::size_t>(prepared.tiles_y);
   prepared.tile_min_m.resize(tiles);
   prepared.tile_max_m.resize(tiles);
-  const DepthLimits limits = limits_of(depth, params);
+  const DepthLimits limits = limits_of(raw);
   std::atomic<std::size_t> in_range{0}, valid{0};  // sums of whole numbers: the same in any order
-  loop.for_ranges(static_cast<std::size_t>(prepared.tiles_y), 8, [&](std::size_t begin, std::size_t end) {
+  loop.for_ranges(static_cast<std::size_t>(prepared.tiles_y), 4, [&](std::size_t begin, std::size_t end) {
     DepthCounts sum;
     for (std::size_t tile_y = begin; tile_y < end; ++tile_y) {
-      const DepthCounts counts = prepare_tile_row(depth, limits, edges, static_cast<int>(tile_y), prepared);
+      const DepthCounts counts = prepare_tile_row(raw, limits, static_cast<int>(tile_y), prepared);
       sum.in_range += counts.in_range;
       sum.valid += counts.valid;
     }

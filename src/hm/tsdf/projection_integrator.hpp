@@ -9,6 +9,7 @@
 #include "hm/tsdf/depth_preparation.hpp"
 #include "hm/tsdf/scan_stats.hpp"
 #include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/volume_upkeep.hpp"
 
 namespace hm {
 
@@ -22,18 +23,16 @@ class ProjectionIntegrator {
 
  private:
   void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);
-  void bound(const ParallelLoop& loop);
+  void examine(VolumeGrid& grid, const ParallelLoop& loop);
   void allocate(VolumeGrid& grid, bool with_color, ScanStats& stats);
   void project(const ProjectionScan& scan, const ParallelLoop& loop);
-  void settle(VolumeGrid& grid, ScanStats& stats);
 
-  /// A volume of this scan, and what it is.
-  struct Item {
-    ProjectionTask task;
-    Volume* volume = nullptr;
-    bool created = false;  ///< by this scan
-    bool colors_created = false;
-    VolumeUpdate update;
+  /// A volume that may have something to do in this scan.
+  struct Prospect {
+    VolumeKey key;
+    bool near_surface = false;  ///< else only to be carved
+    PartMasks parts;
+    VolumeGrid::Found found;
   };
 
   TsdfParams params_;
@@ -43,8 +42,9 @@ class ProjectionIntegrator {
   CandidateFinder finder_;
   DepthBounds bounds_;
   std::vector<VolumeKey> candidates_, stale_;
-  std::vector<PartMasks> candidate_parts_, stale_parts_;
-  std::vector<Item> items_;
+  std::vector<Prospect> prospects_;
+  std::vector<ScannedVolume> scanned_;  ///< and for each of them:
+  std::vector<ProjectionTask> tasks_;
 };
 
 }  // namespace hm

@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "hm/tsdf/projection_scan.hpp"
-#include "hm/tsdf/update_filters_inl.hpp"
+#include "hm/tsdf/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE {
 /// The scan's constants as vectors.
 struct Constants {
   VF half_below, max_u, max_v, zero, quadratic, linear, constant, min_tau, max_tau, weight_numerator,
-      edge_weight_numerator, margin, free_reach;
+      edge_weight_numerator, margin, far_m, limit;
   VF units_per_m, weight_cap, color_band, carving_factor;
   VI width, tiles_x;
   bool fixed_truncation;  ///< and so are the weights
@@ -39,7 +39,8 @@ struct Constants {
     weight_numerator = hn::Set(d, s.weight_numerator);
     edge_weight_numerator = hn::Set(d, s.edge_weight_numerator);
     margin = hn::Set(d, s.carving_margin_m);
-    free_reach = hn::Set(d, s.free_reach_m);
+    limit = hn::Set(d, s.distance_limit_m);
+    far_m = hn::Set(d, PreparedDepth::kFarM);
     units_per_m = hn::Set(d, s.sdf_units_per_m);
     weight_cap = hn::Set(d, s.weight_cap);
     color_band = hn::Set(d, s.color_band_m);
@@ -74,9 +75,11 @@ HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx,
 
 /// How voxels at depth z lie to their readings.
 struct Comparison {
-  VF u, tau;       ///< in front by u; truncation
-  MF hit, beyond;  ///< in the truncation band; in front of it by more than the margin
-  MF observed;     ///< in the band or just in front of it
+  VF u, tau;    ///< in front by u; truncation
+  MF hit;       ///< in the truncation band
+  MF observed;  ///< in the band or in front of it
+  MF beyond;    ///< in front of the band by more than the margin, or of a reading beyond far
+  MF in_range;  ///< the reading is not beyond far
 };
 
 HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
@@ -86,9 +89,9 @@ HWY_INLINE Comparison Compare(const Constants& c, VF signed_depth, VF z) {
   found.u = hn::Sub(depth, z);
   found.tau = hn::Min(hn::Max(polynomial, c.min_tau), c.max_tau);
   const MF valid = hn::Gt(depth, c.zero);
-  found.hit = hn::And(valid, hn::And(hn::Ge(found.u, hn::Neg(found.tau)), hn::Le(found.u, found.tau)));
-  found.observed = hn::And(
-      valid, hn::And(hn::Ge(found.u, hn::Neg(found.tau)), hn::Le(found.u, hn::Add(found.tau, c.free_reach))));
+  found.in_range = hn::Lt(depth, c.far_m);
+  found.observed = hn::And(hn::And(valid, found.in_range), hn::Ge(found.u, hn::Neg(found.tau)));
+  found.hit = hn::And(found.observed, hn::Le(found.u, found.tau));
   found.beyond = hn::And(valid, hn::Gt(found.u, hn::Add(found.tau, c.margin)));
   return found;
 }

@@ -1,5 +1,8 @@
 #include "hm/tsdf/projection_scan.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "hm/tsdf/update_filters.hpp"
 
 namespace hm {
@@ -37,8 +40,8 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
   }
   scan.truncation = TruncationModel(params, noise);
   scan.carving_margin_m = static_cast<float>(params.carving_margin_voxel * params.voxel_size_m);
-  scan.free_reach_m = params.carving ? scan.carving_margin_m : 0.0f;
   scan.carving_factor = params.carving ? static_cast<float>(params.carving_weight_ratio) : 0.0f;
+  scan.distance_limit_m = static_cast<float>(params.distance_limit_m());
   scan.sdf_units_per_m = static_cast<float>(1.0 / params.sdf_unit_m());
   scan.stale_below = static_cast<std::int32_t>(0.5f * scan.truncation.min_m * scan.sdf_units_per_m);
   scan.weight_numerator = scan.truncation.min_m * static_cast<float>(kWeightOne);
@@ -66,7 +69,15 @@ struct Lookup {
   float u_m = 0;  ///< measured depth - own depth: positive in front of the surface
   float tau_m = 0;
   float weight = 0;  ///< of an observation, in 1/kWeightOne
+
+  [[nodiscard]] bool is_hit() const { return valid && in_range && u_m >= -tau_m && u_m <= tau_m; }
+  /// The distance observed, in sdf units: as far as it is told.
+  [[nodiscard]] float sample(const ProjectionScan& scan) const {
+    return round_to_even(std::clamp(u_m, -scan.distance_limit_m, scan.distance_limit_m) *
+                         scan.sdf_units_per_m);
+  }
 };
+using VoxelLookups = std::array<Lookup, kVolumeVoxels>;
 
 Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
   Lookup found;
@@ -95,51 +106,67 @@ std::uint32_t pixel_rgb(const std::uint8_t* rgb, int pixel) {
          static_cast<std::uint32_t>(p[2]) << 16u;
 }
 
+/// Observations of a volume that reaches into the hit region (Alg. 2).
+void observe_volume(const ProjectionScan& scan, const ProjectionTask& task, const VoxelLookups& lookups,
+                    VolumeUpdate& update) {
+  for (int i = 0; i < kVolumeVoxels; ++i) {
+    const Lookup& found = lookups[static_cast<std::size_t>(i)];
+    if (!found.valid || !found.in_range || found.u_m < -found.tau_m) continue;
+    TsdfVoxel& voxel = task.voxels[i];
+    const bool was_solid = voxel.weight() > 0 && voxel.sdf() <= 0;
+    voxel = add_observation(voxel, found.sample(scan), found.weight, scan.weight_cap);
+    update.border_layers |= border_layers_of(i & 7, i >> 3 & 7, i >> 6);
+    if (!found.is_hit()) {
+      ++update.freed;
+      update.carved += scan.carving_factor > 0 && was_solid && voxel.sdf() > 0 ? 1u : 0u;
+      continue;
+    }
+    ++update.updated;
+    update.interior_hit |= voxel.sdf() <= 0;
+    if (task.colors && found.u_m >= -scan.color_band_m && found.u_m <= scan.color_band_m) {
+      task.colors[i] = add_color(task.colors[i], pixel_rgb(scan.rgb, found.pixel), scan.color_cap);
+      ++update.colored;
+    }
+  }
+}
+
+/// Space carving (4.2.3) in one volume.
+void carve_volume(const ProjectionScan& scan, const ProjectionTask& task, const VoxelLookups& lookups,
+                  VolumeUpdate& update) {
+  for (int i = 0; i < kVolumeVoxels; ++i) {
+    const Lookup& found = lookups[static_cast<std::size_t>(i)];
+    TsdfVoxel& voxel = task.voxels[i];
+    const float end_m = found.tau_m + scan.carving_margin_m;
+    if (!found.valid || !(found.u_m > end_m) || voxel.weight() == 0 || voxel.sdf() >= scan.stale_below)
+      continue;
+    // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
+    if (voxel.sdf() <= 0 && scan.tile_min_m[found.tile] - found.z_m > end_m)
+      voxel = take_weight(voxel, round_to_even(found.weight * scan.carving_factor));
+    else if (found.in_range)
+      voxel = add_observation(voxel, found.sample(scan), found.weight, scan.weight_cap);
+    else
+      continue;
+    ++update.carved;
+    update.border_layers |= border_layers_of(i & 7, i >> 3 & 7, i >> 6);
+  }
+}
+
 }  // namespace
 
 VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionTask& task) {
-  VolumeUpdate update;
   const Eigen::Vector3f origin = scan.origin_of(task.key);
+  VoxelLookups lookups;
   for (int i = 0; i < kVolumeVoxels; ++i) {
-    const int x = i & 7, y = i >> 3 & 7, z = i >> 6;
     float h[3];
     for (int row = 0; row < 3; ++row)
-      h[row] = (origin[row] + static_cast<float>(z) * scan.step_z[row]) + scan.lane[row][i & 63];
-    const Lookup found = look_up(scan, h);
-    if (!found.valid) continue;
-    TsdfVoxel& voxel = task.voxels[i];
-    // Nearer than the truncation a voxel's distance is measured; in front of that it is at least the
-    // truncation.
-    const float distance = found.u_m < found.tau_m ? found.u_m : found.tau_m;
-    const float sample = round_to_even(distance * scan.sdf_units_per_m);
-    if (found.u_m >= -found.tau_m && found.u_m <= found.tau_m + scan.free_reach_m) {
-      voxel = add_observation(voxel, sample, found.weight, scan.weight_cap);
-      if (found.u_m <= found.tau_m) {  // hit region (Alg. 2)
-        ++update.updated;
-        update.interior_hit |= voxel.sdf() <= 0;
-        if (task.colors && found.u_m >= -scan.color_band_m && found.u_m <= scan.color_band_m) {
-          task.colors[i] = add_color(task.colors[i], pixel_rgb(scan.rgb, found.pixel), scan.color_cap);
-          ++update.colored;
-        }
-      } else {
-        ++update.freed;
-      }
-    } else if (scan.carving_factor > 0 && task.may_carve && voxel.weight() > 0 &&
-               voxel.sdf() < scan.stale_below &&
-               found.u_m > found.tau_m + scan.carving_margin_m) {  // carving region
-      // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
-      if (voxel.sdf() <= 0 && scan.tile_min_m[found.tile] - found.z_m > found.tau_m + scan.carving_margin_m)
-        voxel = take_weight(voxel, round_to_even(found.weight * scan.carving_factor));
-      else if (found.in_range)
-        voxel = add_observation(voxel, sample, found.weight, scan.weight_cap);
-      else
-        continue;
-      ++update.carved;
-    } else {
-      continue;
-    }
-    update.border_layers |= border_layers_of(x, y, z);
+      h[row] = (origin[row] + static_cast<float>(i >> 6) * scan.step_z[row]) + scan.lane[row][i & 63];
+    lookups[static_cast<std::size_t>(i)] = look_up(scan, h);
   }
+  VolumeUpdate update;
+  if (std::any_of(lookups.begin(), lookups.end(), [](const Lookup& found) { return found.is_hit(); }))
+    observe_volume(scan, task, lookups, update);
+  else if (scan.carving_factor > 0 && task.may_carve)
+    carve_volume(scan, task, lookups, update);
   return update;
 }
 

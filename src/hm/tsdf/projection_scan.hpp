@@ -54,8 +54,8 @@ struct ProjectionScan {
   TruncationModel truncation;
   float carving_margin_m = 0;
   std::int32_t stale_below = 1;  ///< known voxels nearer to a surface than this (sdf units) are to be carved
-  float free_reach_m = 0;        ///< voxels this far in front of the truncation band are seen to be free
   float carving_factor = 0;      ///< 0: no carving
+  float distance_limit_m = 0;    ///< see TsdfParams
   float sdf_units_per_m = 0;
   float weight_numerator = 0;       ///< observation weight times truncation, 1/kWeightOne times metres
   float edge_weight_numerator = 0;  ///< the same at depth edges
@@ -78,8 +78,8 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
 /// What the kernel did to one volume.
 struct VolumeUpdate {
   std::uint32_t updated = 0;  ///< voxels of the hit region, which took an observation
-  std::uint32_t freed = 0;    ///< voxels in front of it, which took "free: at least a truncation away"
-  std::uint32_t carved = 0;   ///< voxels that lost weight
+  std::uint32_t freed = 0;    ///< voxels in front of it, which took "free: at least the distance limit away"
+  std::uint32_t carved = 0;   ///< voxels that carving changed, or that "free" turned from solid to free
   std::uint32_t colored = 0;
   std::uint8_t border_layers = 0;  ///< see ChangedVolume
   bool interior_hit = false;       ///< an observation left a voxel at distance <= 0
@@ -93,6 +93,10 @@ struct PartMasks {
 };
 
 /// One volume of a scan: `colors` is nullptr where colour is not wanted.
+///
+/// If one of its voxels lies in the hit region, all voxels down to the region's end are observed, those in
+/// front of it as free: at least the distance limit away from the surface. So fringes of mixed pixels,
+/// which hang in the air beside a surface, are outvoted by the rays that pass there. Else it can be carved.
 struct ProjectionTask {
   VolumeKey key;
   TsdfVoxel* voxels = nullptr;

@@ -10,19 +10,11 @@
 
 #include "hm/tsdf/projection_lookup_inl.hpp"
 #include "hm/tsdf/update_filters_inl.hpp"
+#include "hm/tsdf/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-HWY_INLINE std::uint64_t MaskBits(DF d, MF mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < (hn::Lanes(d) + 7) / 8; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
-  return bits;
-}
 
 /// What has been found out about one volume so far.
 struct Tally {
@@ -43,10 +35,62 @@ struct Selection {
   int colored_count = 0;
 };
 
-/// Second pass: observations and carving for the vector at place `at` of the selection.
-template <bool kCarving>
-HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
-                             Selection& selection, int at, Tally& tally) {
+/// Marks the changed lanes of a vector.
+HWY_INLINE void Note(MF changed, int first, Tally& tally) {
+  const std::uint64_t bits = MaskBits(changed);
+  if (bits == 0) return;
+  tally.changed_xy |= bits << (first & 63);
+  tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
+}
+
+/// The distances observed, in sdf units: as far as they are told.
+HWY_INLINE VF SampleOf(const Constants& c, const Comparison& l, MF wanted) {
+  const VF units =
+      hn::IfThenElseZero(wanted, hn::Mul(hn::Min(hn::Max(l.u, hn::Neg(c.limit)), c.limit), c.units_per_m));
+  return hn::ConvertTo(DF(), hn::NearestInt(units));
+}
+
+/// Lanes on or behind a surface (an unknown voxel's distance is 0).
+HWY_INLINE MF SolidLanes(VI bits) {
+  return hn::RebindMask(DF(), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(DI(), 1)));
+}
+
+/// Second pass: observations for the vector at place `at` of the selection.
+HWY_INLINE void ObserveVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                              Selection& selection, int at, Tally& tally) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const int first = selection.first_voxel[at];
+  const auto offset = at * static_cast<int>(hn::Lanes(d));
+  const VF signed_depth = hn::Load(d, selection.signed_depth + offset);
+  const Comparison l = Compare(c, signed_depth, hn::Load(d, selection.z + offset));
+  auto* words = reinterpret_cast<std::int32_t*>(task.voxels) + first;
+  const VI bits = hn::Load(di, words);
+  const VI observed =
+      AddObservation(bits, SampleOf(c, l, l.observed), WeightOf(c, signed_depth, l.tau), c.weight_cap);
+  hn::Store(hn::IfThenElse(hn::RebindMask(di, l.observed), observed, bits), di, words);
+  const MF solid = SolidLanes(observed), free = hn::AndNot(l.hit, l.observed);
+  tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, solid));
+  tally.update.updated += static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
+  tally.update.freed += static_cast<std::uint32_t>(hn::CountTrue(d, free));
+  if (scan.carving_factor > 0) {
+    const MF known = hn::RebindMask(d, hn::Ne(hn::ShiftRight<16>(hn::BitCast(du, bits)), hn::Zero(du)));
+    const MF was_solid = hn::And(known, SolidLanes(bits));
+    tally.update.carved +=
+        static_cast<std::uint32_t>(hn::CountTrue(d, hn::And(free, hn::AndNot(solid, was_solid))));
+  }
+  Note(l.observed, first, tally);
+  if (task.colors) {
+    hwy::Prefetch(task.colors + first);
+    selection.colored_at[selection.colored_count] = at;
+    selection.colored_count += hn::AllFalse(d, ColorLanes(c, l)) ? 0 : 1;
+  }
+}
+
+/// Second pass: carving.
+HWY_INLINE void CarveVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                            const Selection& selection, int at, Tally& tally) {
   const DF d;
   const DI di;
   const int first = selection.first_voxel[at];
@@ -56,47 +100,17 @@ HWY_INLINE void UpdateVector(const ProjectionScan& scan, const Constants& c, con
   auto* words = reinterpret_cast<std::int32_t*>(task.voxels) + first;
   const VI bits = hn::Load(di, words);
   const VF observation = WeightOf(c, signed_depth, l.tau);
-  VI result = bits;
-  MF changed = l.observed;
-  // Nearer than the truncation a voxel's distance is measured; in front of that it is at least the
-  // truncation.
-  const VF sample =
-      hn::ConvertTo(d, hn::NearestInt(hn::IfThenElseZero(hn::Or(l.observed, l.beyond),
-                                                         hn::Mul(hn::Min(l.u, l.tau), c.units_per_m))));
-  const VI observed = AddObservation(bits, sample, observation, c.weight_cap);
-  if (!hn::AllFalse(d, l.observed)) {
-    result = hn::IfThenElse(hn::RebindMask(di, l.observed), observed, result);
-    const MF interior = hn::RebindMask(d, hn::Lt(hn::ShiftLeft<16>(observed), hn::Set(di, 1)));
-    tally.update.interior_hit |= !hn::AllFalse(d, hn::And(l.hit, interior));
-    const auto hits = static_cast<std::uint32_t>(hn::CountTrue(d, l.hit));
-    tally.update.updated += hits;
-    tally.update.freed += static_cast<std::uint32_t>(hn::CountTrue(d, l.observed)) - hits;
-  }
-  if constexpr (kCarving) {
-    const MF stale = hn::And(l.beyond, StaleLanes(bits, scan.stale_below));
-    if (!hn::AllFalse(d, stale)) {
-      // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
-      const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
-      const MF inside = hn::And(StaleLanes(bits, 1), hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
-      const MF in_range = hn::Lt(hn::Abs(signed_depth), hn::Set(d, PreparedDepth::kFarM));
-      const MF carved = hn::And(stale, hn::Or(inside, in_range));
-      const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
-      const VI less = hn::IfThenElse(hn::RebindMask(di, inside), TakeWeight(bits, taken), observed);
-      result = hn::IfThenElse(hn::RebindMask(di, carved), less, result);
-      changed = hn::Or(changed, carved);
-      tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, carved));
-    }
-  }
-  hn::Store(result, di, words);
-  if (const std::uint64_t changed_bits = MaskBits(d, changed)) {
-    tally.changed_xy |= changed_bits << (first & 63);
-    tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
-  }
-  if (task.colors) {
-    hwy::Prefetch(task.colors + first);
-    selection.colored_at[selection.colored_count] = at;
-    selection.colored_count += hn::AllFalse(d, ColorLanes(c, l)) ? 0 : 1;
-  }
+  const MF stale = hn::And(l.beyond, StaleLanes(bits, scan.stale_below));
+  // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
+  const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
+  const MF inside = hn::And(StaleLanes(bits, 1), hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
+  const MF carved = hn::And(stale, hn::Or(inside, l.in_range));
+  const VF taken = hn::ConvertTo(d, hn::NearestInt(hn::Mul(observation, c.carving_factor)));
+  const VI pushed = AddObservation(bits, SampleOf(c, l, l.beyond), observation, c.weight_cap);
+  const VI less = hn::IfThenElse(hn::RebindMask(di, inside), TakeWeight(bits, taken), pushed);
+  hn::Store(hn::IfThenElse(hn::RebindMask(di, carved), less, bits), di, words);
+  tally.update.carved += static_cast<std::uint32_t>(hn::CountTrue(d, carved));
+  Note(carved, first, tally);
 }
 
 /// Third pass: colour, near the surface only.
@@ -135,16 +149,16 @@ HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts
   return stale;
 }
 
-/// First pass: looks everything up, so that the waits for memory overlap, and keeps what has work to do.
+/// First pass: looks parts up, so that the waits for memory overlap, and appends what has work to do. True if
+/// a voxel lies in the hit region.
 template <bool kCarving>
-HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
-                       Selection& selection) {
+HWY_INLINE bool Select(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
+                       std::uint32_t parts, Selection& selection) {
   const DF d;
   const DI di;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const Eigen::Vector3f origin = scan.origin_of(task.key);
-  std::uint32_t parts = task.parts.in_band;
-  if constexpr (kCarving) parts |= StaleParts(task.voxels, task.parts.in_front & ~parts, scan.stale_below);
+  bool any_hit = false;
   for (; parts != 0; parts &= parts - 1) {
     const auto part = static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero32(parts));
     const auto z = static_cast<float>(part >> 2);
@@ -161,33 +175,38 @@ HWY_INLINE void Select(const ProjectionScan& scan, const Constants& c, const Pro
       hn::Store(l.signed_depth, d, selection.signed_depth + offset);
       hn::Store(l.pixel, di, selection.pixel + offset);
       bool kept = !hn::AllFalse(d, found.observed);
+      any_hit |= !hn::AllFalse(d, found.hit);
       if constexpr (kCarving) {
         const VI tile = hn::Add(hn::Mul(hn::ShiftRight<3>(l.row), c.tiles_x), hn::ShiftRight<3>(l.column));
         hn::Store(tile, di, selection.tile + offset);
-        kept |= !hn::AllFalse(
+        kept = !hn::AllFalse(
             d, hn::And(found.beyond, StaleLanes(LoadWords(task.voxels + first), scan.stale_below)));
       }
       selection.first_voxel[selection.count] = first;
       selection.count += kept ? 1 : 0;
     }
   }
+  return any_hit;
 }
 
-template <bool kCarving>
 HWY_INLINE void ProjectVoxels(const ProjectionScan& scan, const ProjectionTask& task, Tally& tally) {
   const Constants c(scan);
   Selection selection;
-  Select<kCarving>(scan, c, task, selection);
-  for (int at = 0; at < selection.count; ++at) UpdateVector<kCarving>(scan, c, task, selection, at, tally);
-  UpdateColors(scan, c, task, selection, tally);
+  const std::uint32_t in_band = task.parts.in_band, in_front = task.parts.in_front & ~in_band;
+  if (in_band != 0 && Select<false>(scan, c, task, in_band, selection)) {
+    Select<false>(scan, c, task, in_front, selection);
+    for (int at = 0; at < selection.count; ++at) ObserveVector(scan, c, task, selection, at, tally);
+    UpdateColors(scan, c, task, selection, tally);
+  } else if (scan.carving_factor > 0 && task.may_carve) {
+    selection.count = 0;
+    Select<true>(scan, c, task, StaleParts(task.voxels, in_band | in_front, scan.stale_below), selection);
+    for (int at = 0; at < selection.count; ++at) CarveVector(scan, c, task, selection, at, tally);
+  }
 }
 
 VolumeUpdate ProjectVolume(const ProjectionScan& scan, const ProjectionTask& task) {
   Tally tally;
-  if (scan.carving_factor > 0 && task.may_carve)
-    ProjectVoxels<true>(scan, task, tally);
-  else
-    ProjectVoxels<false>(scan, task, tally);
+  ProjectVoxels(scan, task, tally);
   const std::uint64_t xy = tally.changed_xy;
   const auto layer = [](bool touched, int bit) { return touched ? 1u << bit : 0u; };
   tally.update.border_layers = static_cast<std::uint8_t>(

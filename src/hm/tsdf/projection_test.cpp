@@ -106,18 +106,24 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth(frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), ParallelLoop(1),
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
                   prepared);
     const TruncationModel truncation(params, {});
     std::vector<VolumeKey> keys;
-    CandidateFinder().find(prepared, camera, *frame.T_world_camera, params, truncation, ParallelLoop(2),
-                           keys);
+    CandidateFinder finder;
+    finder.find({prepared, camera, *frame.T_world_camera, params.voxel_size_m, truncation}, ParallelLoop(2),
+                keys);
     std::set<std::array<int, 3>> candidates;
     for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
     EXPECT_EQ(candidates.size(), keys.size());
+    for (int i = 0; i < 20'000; ++i) {
+      const VolumeKey key{static_cast<int>(rng.below(40)) - 20, static_cast<int>(rng.below(40)) - 20,
+                          static_cast<int>(rng.below(40)) - 20};
+      ASSERT_EQ(finder.found(key), candidates.contains({key.x, key.y, key.z}));
+    }
     const SE3 T_camera_world = frame.T_world_camera->inverse();
     DepthBounds bounds;
-    bounds.build(prepared, make_projection_scan(camera, T_camera_world, params, {}), camera);
+    bounds.build(prepared, make_projection_scan(camera, T_camera_world, params, {}), camera, ParallelLoop(2));
     const int reach = static_cast<int>(5.5 / params.voxel_size_m);
     for (int z = -reach; z < reach; ++z)
       for (int y = -reach; y < reach; ++y)
@@ -143,6 +149,40 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
   EXPECT_EQ(passed_over, 0u);
 }
 
+TEST(DepthBounds, DropOnlyVolumesWithoutAnyPart) {
+  std::size_t dropped = 0, kept_for_nothing = 0, kept_right = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    Rng rng(300 + seed);
+    const TsdfParams params = random_params(rng);
+    const PinholeCamera camera = small_camera();
+    RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
+    disturb(frame, rng);
+    PreparedDepth prepared;
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
+                  prepared);
+    DepthBounds bounds;
+    bounds.build(prepared, make_projection_scan(camera, frame.T_world_camera->inverse(), params, {}), camera,
+                 ParallelLoop(1));
+    std::vector<VolumeKey> keys;
+    for (int z = -12; z < 12; ++z)
+      for (int y = -12; y < 12; ++y)
+        for (int x = -12; x < 12; ++x) keys.push_back({x, y, z});
+    std::vector<VolumeKey> kept = keys;
+    bounds.drop_unseen(kept);
+    for (std::size_t i = 0, next = 0; i < keys.size(); ++i) {
+      const PartMasks parts = bounds.parts_of(keys[i]);
+      const bool seen = (parts.in_band | parts.in_front) != 0,
+                 is_kept = next < kept.size() && kept[next] == keys[i];
+      ASSERT_TRUE(is_kept || !seen) << keys[i].x << " " << keys[i].y << " " << keys[i].z;
+      next += is_kept ? 1 : 0;
+      dropped += is_kept ? 0 : 1;
+      (seen ? kept_right : kept_for_nothing) += is_kept ? 1 : 0;
+    }
+  }
+  EXPECT_GT(dropped, 1000u);
+  EXPECT_GT(kept_right, kept_for_nothing);
+}
+
 /// A picture of random steps and noise, with holes.
 DepthImage stepped_depth(Rng& rng, int width, int height) {
   DepthImage depth{Image<std::uint16_t>(width, height), 1e-3};
@@ -163,7 +203,7 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
   params.far_m = 2.2;
   const EdgeRule rule(params, {}, {91, 37, 80, 80, 45, 18, {}}, depth.unit_m);
   PreparedDepth prepared;
-  prepare_depth(depth, params, rule, ParallelLoop(2), prepared);
+  prepare_depth({depth, params, rule}, ParallelLoop(2), prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
   std::vector<bool> far(low.size(), false);
   std::size_t in_range = 0, mixed_pixels = 0, edges = 0;

@@ -6,7 +6,6 @@
 #include "hm/tsdf/integrator.hpp"
 #include "hm/tsdf/ray_walk.hpp"
 #include "hm/tsdf/update_filters.hpp"
-#include "hm/tsdf/volume_upkeep.hpp"
 
 namespace hm {
 
@@ -45,7 +44,7 @@ void TraversalIntegrator::integrate(VolumeGrid& grid, const PointScan& scan, con
   stats.integrate_ms = stage.milliseconds();
 
   stage.restart();
-  settle(grid, stats);
+  settle_scan(grid, items_, stats);
   stats.carve_ms = stage.milliseconds();
   stats.total_ms = total.milliseconds();
 }
@@ -75,8 +74,11 @@ void TraversalIntegrator::allocate(VolumeGrid& grid, ScanStats& stats) {
   items_.assign(graph_.volumes().size(), {});
   for (std::size_t i = 0; i < items_.size(); ++i) {
     const VolumeKey key = graph_.volumes()[i];
-    Item& item = items_[i];
-    item.volume = grid.find(key);
+    ScannedVolume& item = items_[i];
+    const VolumeGrid::Found found = grid.look_up(key);
+    item.key = key;
+    item.volume = grid.open(found);
+    item.had_interior = found.may_hold_interior;
     if (!item.volume && graph_.is_hit(i)) {
       item.volume = grid.allocate(key);
       item.created = item.volume != nullptr;
@@ -93,10 +95,10 @@ void TraversalIntegrator::allocate(VolumeGrid& grid, ScanStats& stats) {
 
 /// Walks one volume's rays, in order, through its voxels.
 void TraversalIntegrator::replay(const VolumeGrid& grid, std::size_t index) {
-  Item& item = items_[index];
+  ScannedVolume& item = items_[index];
   if (!item.volume) return;
-  const VolumeKey key = graph_.volumes()[index];
-  const Vec3 low = Vec3(key.x, key.y, key.z) * kVolumeSide, high = low + Vec3::Constant(kVolumeSide);
+  const Vec3 low = Vec3(item.key.x, item.key.y, item.key.z) * kVolumeSide,
+             high = low + Vec3::Constant(kVolumeSide);
   const Vec3 origin_voxel = origin_ / grid.voxel_size_m();
   for (const std::uint32_t i : graph_.observations(index)) {
     const ObservedRay& ray = rays_[i];
@@ -107,10 +109,12 @@ void TraversalIntegrator::replay(const VolumeGrid& grid, std::size_t index) {
     walk_cells(cells, t_begin, t_end,
                [&](const Eigen::Vector3i& voxel, double) { observe(ray, voxel, item); });
   }
+  if (item.update.carved > 0) note_contents(item);
 }
 
 /// One voxel on one ray: hit region, carving region or neither (Algorithm 1).
-void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i& voxel, Item& item) const {
+void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i& voxel,
+                                  ScannedVolume& item) const {
   const Eigen::Vector3i in =
       voxel - Eigen::Vector3i(item.volume->key.x, item.volume->key.y, item.volume->key.z) * kVolumeSide;
   if (((in.array() < 0) || (in.array() >= kVolumeSide)).any()) return;  // a corner cut short by rounding
@@ -121,8 +125,10 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
   const float margin = static_cast<float>(params_.carving_margin_voxel * params_.voxel_size_m);
   if (u >= -ray.tau_m && u <= ray.tau_m) {
     const float cap = static_cast<float>(params_.weight_cap_observations * kWeightOne);
-    stored =
-        add_observation(stored, round_to_even(u / static_cast<float>(params_.sdf_unit_m())), ray.weight, cap);
+    const auto limit_m = static_cast<float>(params_.distance_limit_m());
+    const float told_m = std::clamp(u, -limit_m, limit_m);
+    stored = add_observation(stored, round_to_even(told_m / static_cast<float>(params_.sdf_unit_m())),
+                             ray.weight, cap);
     ++item.update.updated;
     item.update.interior_hit |= stored.sdf() <= 0;
     const auto band = static_cast<float>(params_.color_band_voxel * params_.voxel_size_m);
@@ -140,31 +146,6 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
     return;
   }
   item.update.border_layers |= border_layers_of(in.x(), in.y(), in.z());
-}
-
-void TraversalIntegrator::settle(VolumeGrid& grid, ScanStats& stats) {
-  std::vector<VolumeKey> released;
-  for (std::size_t i = 0; i < items_.size(); ++i) {
-    const Item& item = items_[i];
-    if (!item.volume) continue;
-    const VolumeKey key = graph_.volumes()[i];
-    stats.voxels_updated += item.update.updated;
-    stats.voxels_carved += item.update.carved;
-    if (item.colors_created && item.update.colored == 0) grid.release_unused_colors(*item.volume);
-    if (item.created && item.update.updated == 0) {
-      grid.release_unused(key);
-      continue;
-    }
-    stats.volumes_created += item.created ? 1 : 0;
-    if (item.update.interior_hit) grid.set_may_hold_interior(key, true);
-    if (item.update.updated + item.update.carved > 0)
-      stats.changed.push_back({key, item.update.border_layers, false});
-  }
-  for (std::size_t i = 0; i < items_.size(); ++i)
-    if (items_[i].volume && items_[i].update.carved > 0)
-      settle_carved_volume(grid, graph_.volumes()[i], released);
-  stats.volumes_released = released.size();
-  add_released(released, stats.changed);
 }
 
 }  // namespace hm

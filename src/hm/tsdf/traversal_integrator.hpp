@@ -7,6 +7,7 @@
 #include "hm/tsdf/projection_scan.hpp"
 #include "hm/tsdf/scan_stats.hpp"
 #include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/volume_upkeep.hpp"
 
 namespace hm {
 
@@ -25,16 +26,10 @@ class TraversalIntegrator {
                  const ParallelLoop& loop, ScanStats& stats);
 
  private:
-  struct Item {
-    Volume* volume = nullptr;
-    bool created = false, colors_created = false;
-    VolumeUpdate update;
-  };
   void take_rays(const PointScan& scan, ScanStats& stats);
   void allocate(VolumeGrid& grid, ScanStats& stats);
   void replay(const VolumeGrid& grid, std::size_t index);
-  void observe(const ObservedRay& ray, const Eigen::Vector3i& voxel, Item& item) const;
-  void settle(VolumeGrid& grid, ScanStats& stats);
+  void observe(const ObservedRay& ray, const Eigen::Vector3i& voxel, ScannedVolume& item) const;
 
   TsdfParams params_;
   TruncationModel truncation_;
@@ -43,7 +38,7 @@ class TraversalIntegrator {
   std::vector<ObservedRay> rays_;
   std::vector<std::uint32_t> ray_rgb_;
   ObservationGraph graph_;
-  std::vector<Item> items_;
+  std::vector<ScannedVolume> items_;
   std::vector<Eigen::Vector3f> points_;
   std::vector<Rgb8> colors_;
 };

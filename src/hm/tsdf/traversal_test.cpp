@@ -30,6 +30,8 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
   const TruncationModel truncation(params, {});
   const double s = params.voxel_size_m;
   const float margin = static_cast<float>(params.carving_margin_voxel * s);
+  const float limit =
+      static_cast<float>(std::min(params.distance_limit_voxel, params.min_truncation_voxel) * s);
   for (const Eigen::Vector3f& point : scan.p_world_points) {
     const Vec3 ray = point.cast<double>() - scan.p_world_origin;
     const double length = ray.norm();
@@ -58,8 +60,9 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
           auto found = voxels.find({x, y, z});
           if (u >= -tau && u <= tau) {
             TsdfVoxel& voxel = voxels[{x, y, z}];
-            voxel = add_observation(voxel, round_to_even(u / static_cast<float>(params.sdf_unit_m())), weight,
-                                    static_cast<float>(params.weight_cap_observations * kWeightOne));
+            voxel = add_observation(
+                voxel, round_to_even(std::clamp(u, -limit, limit) / static_cast<float>(params.sdf_unit_m())),
+                weight, static_cast<float>(params.weight_cap_observations * kWeightOne));
           } else if (params.carving && u > tau + margin && found != voxels.end() &&
                      found->second.weight() > 0 && found->second.sdf() <= 0) {
             found->second = take_weight(

@@ -14,6 +14,11 @@ double TsdfParams::max_truncation_m() const {
   return (dynamic_truncation ? max_truncation_voxel : fixed_truncation_voxel) * voxel_size_m;
 }
 
+double TsdfParams::distance_limit_m() const {
+  const double narrowest_voxel = dynamic_truncation ? min_truncation_voxel : fixed_truncation_voxel;
+  return std::min(distance_limit_voxel, narrowest_voxel) * voxel_size_m;
+}
+
 Result<void> check_params(const TsdfParams& params) {
   if (params.near_m >= params.far_m)
     return fail(ErrorCode::kInvalidValue, "parameters", "tsdf.near_m = {} is not below tsdf.far_m = {}",

@@ -29,6 +29,7 @@ struct TsdfParams {
   double min_truncation_voxel = 3.0;
   double max_truncation_voxel = 12.0;
   double fixed_truncation_voxel = 4.0;
+  double distance_limit_voxel = 2.0;
 
   bool edge_filter = true;
   double edge_sigmas_ratio = 4.0;
@@ -51,6 +52,8 @@ struct TsdfParams {
   [[nodiscard]] double truncation_m(const DepthNoise& noise, double depth_m) const;
   /// The widest truncation that can occur, metres.
   [[nodiscard]] double max_truncation_m() const;
+  /// The largest distance that an observation tells, metres: never beyond the narrowest truncation.
+  [[nodiscard]] double distance_limit_m() const;
   /// The distance of one unit of TsdfVoxel::sdf(): the widest truncation just fits 16 bits. Metres.
   [[nodiscard]] double sdf_unit_m() const { return max_truncation_m() / 32767.0; }
 
@@ -72,6 +75,10 @@ struct TsdfParams {
     v(ParamDoc{"max_truncation_voxel", {1, 64}, "widest dynamic truncation"}, self.max_truncation_voxel);
     v(ParamDoc{"fixed_truncation_voxel", {1, 64}, "truncation when it is not dynamic"},
       self.fixed_truncation_voxel);
+    v(ParamDoc{"distance_limit_voxel",
+               {1, 64},
+               "distances are told up to here, in front and behind, so that one ray cannot outvote several"},
+      self.distance_limit_voxel);
     v(
         ParamDoc{
             "edge_filter", {}, "drop mixed pixels between two surfaces, trust readings at depth edges less"},
@@ -83,7 +90,8 @@ struct TsdfParams {
     v(ParamDoc{"edge_slope_ratio", {0, 1000}, "plus this many pixel widths"}, self.edge_slope_ratio);
     v(ParamDoc{"edge_weight_ratio", {0.01, 1}, "weight of an observation at a depth edge"},
       self.edge_weight_ratio);
-    v(ParamDoc{"carving", {}, "erase surfaces that a later ray passes through"}, self.carving);
+    v(ParamDoc{"carving", {}, "erase surfaces that a later ray passes through on its way to another one"},
+      self.carving);
     v(ParamDoc{"carving_margin_voxel", {0, 64}, "carving starts this far in front of the truncation band"},
       self.carving_margin_voxel);
     v(ParamDoc{"carving_weight_ratio", {0.1, 100}, "weight that one carving ray takes away, in observations"},

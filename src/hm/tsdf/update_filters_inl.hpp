@@ -10,19 +10,11 @@
 #include <hwy/highway.h>
 
 #include "hm/tsdf/update_filters.hpp"
+#include "hm/tsdf/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using VU = hn::Vec<DU>;
-using MF = hn::Mask<DF>;
 
 /// filter_step() of update_filters.hpp.
 HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
