@@ -14,7 +14,6 @@ namespace {
 using Control = Eigen::Vector4d;
 
 constexpr int kDegree = 5;
-constexpr double kKnot_s = 0.5;  ///< corners are rounded over about 0.35 s (standard deviation)
 constexpr std::uint64_t kSwayStream = 0x73776179;
 
 /// A number or vector with its first two time derivatives.
@@ -75,7 +74,11 @@ double first_heading(const std::vector<FlightPoint>& way) {
   return 0;
 }
 
-/// The places on the way every kKnot_s, and whether the vehicle is under way there.
+/// The time between two control points: corners are rounded over about 0.7 of it (standard deviation), which
+/// is no longer a way at higher speed.
+double knot_s(const FlightParams& params) { return 0.5 * std::min(1.0, 1.0 / params.speed_m_s); }
+
+/// The places on the way at every control point, and whether the vehicle is under way there.
 struct Samples {
   std::vector<Vec3> positions;
   std::vector<double> headings;  ///< of the leg, unwrapped
@@ -84,11 +87,12 @@ struct Samples {
 
 Samples sampled(const std::vector<FlightPoint>& way, const FlightParams& params) {
   Samples samples;
+  const double step_s = knot_s(params);
   double begin_s = 0, heading = first_heading(way);
   std::size_t next = 0;
   const auto leg_to = [&](const Vec3& a, const Vec3& b, double duration_s, bool standing) {
-    for (; static_cast<double>(next) * kKnot_s < begin_s + duration_s; ++next) {
-      const double share = (static_cast<double>(next) * kKnot_s - begin_s) / duration_s;
+    for (; static_cast<double>(next) * step_s < begin_s + duration_s; ++next) {
+      const double share = (static_cast<double>(next) * step_s - begin_s) / duration_s;
       samples.positions.emplace_back(a + share * (b - a));
       samples.headings.push_back(heading);
       samples.standing.push_back(standing);
@@ -127,10 +131,11 @@ std::vector<double> averaged(const std::vector<double>& in, int half) {
 
 }  // namespace
 
-Flight::Flight(const std::vector<FlightPoint>& way_points, const FlightParams& params, std::uint64_t seed) {
+Flight::Flight(const std::vector<FlightPoint>& way_points, const FlightParams& params, std::uint64_t seed)
+    : knot_s_(knot_s(params)) {
   HM_CHECK(way_points.size() >= 2, "{} way points", way_points.size());
   const Samples samples = sampled(way_points, params);
-  const double turn_knots = std::numbers::pi / (params.yaw_rate_rad_s * kKnot_s);
+  const double turn_knots = std::numbers::pi / (params.yaw_rate_rad_s * knot_s_);
   const std::vector<double> yaws =
       averaged(samples.headings, std::max(1, static_cast<int>(std::ceil((turn_knots - 1) / 2))));
   Rng rng(seed, kSwayStream);
@@ -145,7 +150,7 @@ Flight::Flight(const std::vector<FlightPoint>& way_points, const FlightParams& p
   controls_.insert(controls_.end(), kDegree, controls_.back());
 }
 
-double Flight::duration_s() const { return static_cast<double>(controls_.size() - kDegree) * kKnot_s; }
+double Flight::duration_s() const { return static_cast<double>(controls_.size() - kDegree) * knot_s_; }
 
 double Flight::length_m() const {
   double length = 0;
@@ -160,13 +165,13 @@ double Flight::length_m() const {
 
 std::array<Control, 5> Flight::derivatives(double time_s) const {
   const auto spans = static_cast<double>(controls_.size() - kDegree);
-  const double at = std::clamp(time_s / kKnot_s, 0.0, spans);
+  const double at = std::clamp(time_s / knot_s_, 0.0, spans);
   const auto first = std::min(static_cast<std::size_t>(at), controls_.size() - kDegree - 1);
   std::array<Control, kDegree + 1> c;
   std::copy_n(controls_.begin() + static_cast<std::ptrdiff_t>(first), kDegree + 1, c.begin());
   std::array<Control, 5> out;
   double scale = 1;
-  for (int k = 0; k < 5; ++k, scale /= kKnot_s) {
+  for (int k = 0; k < 5; ++k, scale /= knot_s_) {
     const auto w = weights(kDegree - k, at - static_cast<double>(first));
     Control sum = Control::Zero();
     for (std::size_t i = 0; i + static_cast<std::size_t>(k) <= kDegree; ++i) sum += w[i] * c[i];

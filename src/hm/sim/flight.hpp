@@ -27,7 +27,8 @@ struct FlightParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"speed_m_s", {0.1, 5}, "speed of the flight"}, self.speed_m_s);
+    v(ParamDoc{"speed_m_s", {0.1, 2}, "speed of the flight; corners keep their radius above 1 m/s"},
+      self.speed_m_s);
     v(ParamDoc{"climb_m_s", {0.1, 3}, "limit of the vertical speed"}, self.climb_m_s);
     v(ParamDoc{"yaw_rate_rad_s", {0.1, 3}, "yaw rate of a turn by 180 degrees"}, self.yaw_rate_rad_s);
     v(ParamDoc{"sway_m", {0, 0.1}, "the vehicle wanders around its way by this standard deviation"},
@@ -66,6 +67,7 @@ class Flight {
   /// The spline and its first four derivatives.
   [[nodiscard]] std::array<Control, 5> derivatives(double time_s) const;
 
+  double knot_s_ = 0;
   std::vector<Control> controls_;
 };
 
