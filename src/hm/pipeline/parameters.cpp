@@ -42,6 +42,7 @@ ParamList list_reconstruction(Parameters& parameters) {
 ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
   list.add("simulation", parameters.simulation);
+  list.add("laser_simulation", parameters.laser_simulation);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   return list;

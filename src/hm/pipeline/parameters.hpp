@@ -7,6 +7,7 @@
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
+#include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
@@ -56,6 +57,7 @@ struct Parameters {
   MeshParams mesh;
   ReconstructionParams reconstruction;
   SimulationParams simulation;
+  LaserSimulationParams laser_simulation;
   MeshErrorParams mesh_error;
   TrajectoryErrorParams trajectory_error;
 };
