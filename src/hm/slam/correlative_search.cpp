@@ -35,7 +35,7 @@ class Search {
  public:
   Search(const CorrelativeMap& map, std::span<const Vec2> points_m, const SearchWindow& window,
          const CorrelativeSearchParams& params)
-      : map_(map), centre_(window.centre), params_(params), points_(points_m.size()) {
+      : map_(map), centre_(window.centre), params_(params), scan_(points_m), points_(points_m.size()) {
     double reach_m = map.resolution_m();
     for (const Vec2& point : points_m) reach_m = std::max(reach_m, point.norm());
     angle_step_ = params.angle_step_rad > 0 ? params.angle_step_rad : map.resolution_m() / reach_m;
@@ -48,6 +48,20 @@ class Search {
     }
   }
 
+  /// Mean likelihood of the points that lie where the map was looked at; 0 when these are too few.
+  [[nodiscard]] double seen_score(const Candidate& c) const {
+    if (params_.seen == nullptr) return score_of(c.sum);
+    const SE2 T = pose(c);
+    const auto inside =
+        std::ranges::count_if(scan_, [&](const Vec2& p) { return params_.seen->contains(T * p); });
+    if (static_cast<double>(inside) < params_.min_overlap_ratio * static_cast<double>(points_)) return 0;
+    return c.sum / (255.0 * static_cast<double>(inside));
+  }
+  /// The least sum with which another place can be as good as this one.
+  [[nodiscard]] std::uint32_t least_beside(const Candidate& c) const {
+    const double overlap = params_.seen == nullptr ? 1.0 : params_.min_overlap_ratio;
+    return sum_of(overlap * params_.ambiguity_ratio * std::max(seen_score(c), score_of(c.sum)));
+  }
   /// The best pose with at least `min_sum`; with `beside`, the first one found that is another place.
   std::optional<Candidate> run(std::uint32_t min_sum, const std::optional<Candidate>& beside) {
     beside_ = beside;
@@ -91,6 +105,7 @@ class Search {
   void descend(int level, const Candidate& node) {
     if (gave_up() || node.sum < least_ || (best_ && node.sum <= best_->sum)) return;
     if (level == 0) {
+      if (beside_ && seen_score(node) < params_.ambiguity_ratio * seen_score(*beside_)) return;
       best_ = node;
       // One other place is enough: nothing is looked for beyond it.
       least_ = beside_ ? std::numeric_limits<std::uint32_t>::max() : node.sum;
@@ -127,6 +142,7 @@ class Search {
   const CorrelativeMap& map_;
   SE2 centre_;
   CorrelativeSearchParams params_;
+  std::span<const Vec2> scan_;
   std::size_t points_;
   double angle_step_ = 0;
   int angles_ = 0, columns_ = 0, rows_ = 0;
@@ -166,7 +182,7 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   if (search.gave_up()) match.status = CorrelativeStatus::kGaveUp;
   if (search.gave_up() || !best) return match;
   match.score = search.score_of(best->sum);
-  const auto other = search.run(search.sum_of(params.ambiguity_ratio * match.score), best);
+  const auto other = search.run(search.least_beside(*best), best);
   match.evaluations = search.evaluations();
   match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
   match.status = CorrelativeStatus::kFound;

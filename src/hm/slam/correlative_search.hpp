@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "hm/slam/correlative_map.hpp"
+#include "hm/slam/seen_area.hpp"
 
 namespace hm {
 
@@ -18,6 +19,11 @@ struct CorrelativeSearchParams {
   double angle_step_rad = 0;  ///< 0: such that no point moves by more than a cell
   /// Another place, this far off, that scores more than `ambiguity_ratio` of the best makes it ambiguous.
   double other_place_m = 0.4, other_angle_rad = 0.3, ambiguity_ratio = 0.92;
+  /// Where the map was looked at; none: everywhere. Other places are judged by the points they have inside,
+  /// if these are `min_overlap_ratio` of all: at the rim of a map the right place may see less of it than a
+  /// wrong one.
+  const SeenArea* seen = nullptr;
+  double min_overlap_ratio = 0.5;
   std::size_t max_evaluations = 2'000'000;  ///< of candidates; then the search gives up
 };
 

@@ -157,8 +157,9 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
   CorrelativeSearchParams search;
   search.min_score = params_.min_score;
   search.ambiguity_ratio = params_.ambiguity_ratio;
-  const CorrelativeMatch match =
-      search_correlative(rasters_.raster(submap, keyframes_), points_m, candidate.window, search);
+  const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
+  search.seen = &raster.seen;
+  const CorrelativeMatch match = search_correlative(raster.map, points_m, candidate.window, search);
   attempt.score = match.score;
   attempt.outcome = outcome_of(match.status);
   if (match.status != CorrelativeStatus::kFound) return attempt;

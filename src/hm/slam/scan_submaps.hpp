@@ -8,6 +8,7 @@
 #include "hm/laser/planar_scan.hpp"
 #include "hm/slam/correlative_map.hpp"
 #include "hm/slam/scan_graph_params.hpp"
+#include "hm/slam/seen_area.hpp"
 
 namespace hm {
 
@@ -34,15 +35,16 @@ std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::siz
 class SubmapRasters {
  public:
   explicit SubmapRasters(const ScanGraph2DParams& params) : params_(params) {}
-  const CorrelativeMap& raster(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes);
+  struct Raster {
+    std::size_t first;  // keyframe of the submap
+    CorrelativeMap map;
+    SeenArea seen;
+  };
+  const Raster& raster(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes);
 
  private:
-  struct Kept {
-    std::size_t first;
-    CorrelativeMap map;
-  };
   ScanGraph2DParams params_;
-  std::list<Kept> kept_;  // the last one used first
+  std::list<Raster> kept_;  // the last one used first
 };
 
 }  // namespace hm
