@@ -40,8 +40,9 @@ static_assert(sizeof(TileHeader) == 24);
 
 template <class T>
 void append(std::vector<std::byte>& out, const T* values, std::size_t count) {
-  const auto* bytes = reinterpret_cast<const std::byte*>(values);
-  out.insert(out.end(), bytes, bytes + count * sizeof(T));
+  const std::size_t at = out.size();
+  out.resize(at + count * sizeof(T));
+  std::memcpy(out.data() + at, values, count * sizeof(T));
 }
 
 /// Appends the checksum of everything from `begin` on.
@@ -101,6 +102,11 @@ bool is_block(std::span<const std::uint16_t> block) {
     if (!is_column(block.subspan(block[place], static_cast<std::size_t>(block[place + 1] - block[place]))))
       return false;
   return true;
+}
+
+bool is_key(TileKey key) {
+  constexpr double kMax = 1 << 25;  // MultiVolumeGrid::Impl::kMaxColumn / kTileSide
+  return std::abs(double{1} * key.x) <= kMax && std::abs(double{1} * key.y) <= kMax;
 }
 
 Result<Header> read_header(Reader& in) {
@@ -196,8 +202,7 @@ Result<MultiVolumeGrid> MultiVolumeGrid::parse(std::span<const std::byte> bytes)
     if (!in.check_seal(begin))
       return in.fail_at(ErrorCode::kCorrupted, begin, "the checksum of tile {} is wrong", i);
     const TileKey key{tile.x, tile.y};
-    const bool good = is_block(block) && std::abs(tile.x) <= Impl::kMaxColumn / kTileSide &&
-                      std::abs(tile.y) <= Impl::kMaxColumn / kTileSide && !grid.impl_->store.find(key) &&
+    const bool good = is_block(block) && is_key(key) && !grid.impl_->store.find(key) &&
                       tile.revision >= last_revision && tile.revision <= header->revision;
     if (!good) return in.fail_at(ErrorCode::kCorrupted, begin, "tile {} contradicts the format", i);
     last_revision = tile.revision;
