@@ -69,16 +69,13 @@ TEST_F(RealLaserRecording, IntelLab) {
 
 TEST_F(RealLaserRecording, IntelRelations) {
   if (!open("laser/flirt_intel-lab.log")) GTEST_SKIP() << skip_reason_;
-  const auto list = read_relations(data("laser/intel.relations"));
+  auto list = read_relations(data("laser/intel.relations"));
   ASSERT_TRUE(list) << to_string(list.error());
   EXPECT_EQ(list->relations.size(), 2984U);
-  // Those between two stamps of the log, as written, agree with its corrected poses.
+  mend_relations(list->relations, recording_.mended_stamps);
+  // Those between two stamps of the log agree with its corrected poses.
   std::vector<double> errors_m;
-  const auto pose_of = [&](Time stamp) -> std::optional<SE3> {
-    const auto mend = std::ranges::lower_bound(recording_.mended_stamps, stamp, {}, &MendedStamp::written);
-    if (mend != recording_.mended_stamps.end() && mend->written == stamp) stamp = mend->mended;
-    return pose_at(recording_.truth, stamp, Duration{}, Duration{});
-  };
+  const auto pose_of = [&](Time stamp) { return pose_at(recording_.truth, stamp, Duration{}, Duration{}); };
   for (const PoseRelation& relation : list->relations) {
     const auto from = pose_of(relation.from), to = pose_of(relation.to);
     if (from && to)

@@ -1,7 +1,10 @@
 #include "hm/io/relations_file.hpp"
 
+#include <algorithm>
+
 #include "hm/geometry/se2.hpp"
 #include "hm/io/laser_log.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/io/skip_counter.hpp"
 
 namespace hm {
@@ -38,6 +41,17 @@ Result<RelationList> read_relations(const std::filesystem::path& path) {
   if (list.relations.empty()) return fail(ErrorCode::kNotFound, path, "no relation in this file");
   list.skipped = skips.take();
   return list;
+}
+
+void mend_relations(std::span<PoseRelation> relations, std::span<const MendedStamp> mended) {
+  const auto mend = [&](Time& stamp) {
+    const auto found = std::ranges::lower_bound(mended, stamp, {}, &MendedStamp::written);
+    if (found != mended.end() && found->written == stamp) stamp = found->mended;
+  };
+  for (PoseRelation& relation : relations) {
+    mend(relation.from);
+    mend(relation.to);
+  }
 }
 
 }  // namespace hm

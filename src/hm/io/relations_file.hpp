@@ -1,18 +1,15 @@
 #pragma once
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/geometry/pose_relation.hpp"
 #include "hm/io/recording.hpp"
 
 namespace hm {
 
-/// Where a vehicle was at one moment as seen from where it was at another, known from elsewhere (verified by
-/// people): the yardstick of Kuemmerle et al., "On Measuring the Accuracy of SLAM Algorithms" (2009).
-struct PoseRelation {
-  Time from, to;  ///< in any order
-  SE3 T_from_to;
-};
+struct MendedStamp;
 
 struct RelationList {
   std::vector<PoseRelation> relations;  ///< in the order of the file
@@ -23,5 +20,9 @@ struct RelationList {
 /// Comments and blank lines are skipped. An error names file:line: a wrong number of columns, something that
 /// is no finite number; or no relation at all.
 Result<RelationList> read_relations(const std::filesystem::path& path);
+
+/// Gives relations that name stamps as a recording has them written the stamps that it was mended to.
+/// `mended` in order of `written`, as LaserRecording has it.
+void mend_relations(std::span<PoseRelation> relations, std::span<const MendedStamp> mended);
 
 }  // namespace hm

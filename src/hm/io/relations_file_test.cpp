@@ -4,6 +4,7 @@
 
 #include "hm/geometry/se2.hpp"
 #include "hm/io/io_test_support.hpp"
+#include "hm/io/laser_recording.hpp"
 
 namespace hm {
 namespace {
@@ -40,6 +41,19 @@ TEST(RelationsFile, MistakesAreNamed) {
   test::write_bytes(folder / "a.relations", "");
   EXPECT_FALSE(read_relations(folder / "a.relations"));
   EXPECT_FALSE(read_relations(folder / "none"));
+}
+
+TEST(RelationsFile, MendedStampsReplaceWrittenOnes) {
+  const auto s = [](double seconds) { return Time::from_seconds(seconds); };
+  std::vector<PoseRelation> relations = {{s(1), s(2), {}}, {s(3), s(1), {}}, {s(2.5), s(4), {}}};
+  const std::vector<MendedStamp> mended = {{s(1), s(1.5)}, {s(3), s(3.5)}};
+  mend_relations(relations, mended);
+  EXPECT_EQ(relations[0].from, s(1.5));
+  EXPECT_EQ(relations[0].to, s(2));
+  EXPECT_EQ(relations[1].from, s(3.5));
+  EXPECT_EQ(relations[1].to, s(1.5));
+  EXPECT_EQ(relations[2].from, s(2.5));
+  EXPECT_EQ(relations[2].to, s(4));
 }
 
 TEST(RelationsFile, EveryDamageIsAnErrorOrRelations) {
