@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/relations_file.hpp"
 #include "hm/pipeline/laser_events.hpp"
 #include "hm/pipeline/laser_output.hpp"
 #include "hm/pipeline/process_memory.hpp"
