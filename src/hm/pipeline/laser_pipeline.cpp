@@ -305,9 +305,4 @@ std::vector<FloorLevel> LaserPipeline::floors() const {
   return state_->rig().down ? state_->floor.profile() : std::vector<FloorLevel>{};
 }
 
-bool LaserPipeline::is_planar() const {
-  return state_->matches_scans && !state_->uses_imu && !state_->rig().down && !state_->rig().up &&
-         std::abs(state_->rig().T_base_laser.rotation()(2, 2)) > 1 - 1e-6;
-}
-
 }  // namespace hm

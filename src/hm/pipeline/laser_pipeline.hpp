@@ -77,8 +77,6 @@ class LaserPipeline {
   [[nodiscard]] bool matches_scans() const;
   /// Scans of this laser are used.
   [[nodiscard]] bool uses(std::size_t laser) const;
-  /// True: nothing tilts or climbs, the map is one layer.
-  [[nodiscard]] bool is_planar() const;
   [[nodiscard]] const MultiVolumeGrid& map() const;
   /// The floors found so far, lowest first; empty without a mirror towards the floor.
   [[nodiscard]] std::vector<FloorLevel> floors() const;

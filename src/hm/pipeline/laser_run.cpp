@@ -189,7 +189,6 @@ void Run::describe() {
   summary_.parameters = options_.parameters;
   summary_.pace = options_.pace;
   summary_.matched_scans = pipeline_.matches_scans();
-  summary_.planar = pipeline_.is_planar();
   for (std::size_t laser = 0; laser < recording_.lasers.size(); ++laser)
     if (pipeline_.uses(laser))
       summary_.laser += (summary_.laser.empty() ? "" : ", ") + recording_.lasers[laser].name;
@@ -219,6 +218,8 @@ Result<LaserSummary> Run::finish() {
   summary_.floors = pipeline_.floors();
   summary_.mvog = pipeline_.map().size();
   summary_.bounds_m = pipeline_.map().bounds();
+  summary_.planar = !summary_.bounds_m.isEmpty() &&
+                    summary_.bounds_m.sizes().z() < 2.5 * options_.parameters.laser.mvog.resolution_m;
   const auto written = write_laser_results(pipeline_.map(), recording_, options_, summary_);
   if (!written) return forward_error(written);
   return std::move(summary_);
