@@ -1,6 +1,8 @@
+#include "hm/pipeline/process_memory.hpp"
 #include "program.hpp"
 
 int main(int argc, char** argv) {
+  hm::return_large_blocks();
   Program program;
   add_demo(program);
   add_info(program);

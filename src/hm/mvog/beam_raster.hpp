@@ -16,13 +16,18 @@ using CellPoint = Eigen::Vector3d;
 /// Turns the beams of one scan into what it says of each column (2.5.2, Fig. 2.16).
 ///
 /// A beam misses the levels whose middle it crosses in a column, and brushes every other level that it
-/// touches. It hits a stretch of two levels (one cell) around its end, and in the columns that lie within a
-/// quarter of a cell of its end it is near. In the column of its end a beam flatter than 45 degrees misses
-/// nothing. The scan's strongest saying counts for each place.
+/// touches. Where it crosses no middle it misses the level that it leaves the column in, unless that is
+/// within a cell of the height of its end, and the beam is not level: then it may be glancing along the
+/// surface that it ends on, and such beams would erase floors. They count only in scans that are told so. It
+/// hits a stretch of two levels (one cell) around its end, and in the columns that lie within a quarter of a
+/// cell of its end it is near. In the column of its end a beam flatter than 45 degrees misses nothing. The
+/// scan's strongest saying counts for each place.
 class BeamRaster {
  public:
   /// Forgets the tiles of the scan before. All its sayings must have been taken.
   void clear();
+  /// From here on glancing beams count as all others do.
+  void count_glancing(bool count) { count_glancing_ = count; }
   void add_return(const CellPoint& origin, const CellPoint& end);
   void add_no_return(const CellPoint& origin, const CellPoint& end);
 
@@ -55,7 +60,8 @@ class BeamRaster {
  private:
   struct Walk;
   struct Height;
-  void walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end);
+  enum class BeamEnd { kFlatReturn, kSteepReturn, kNothing };
+  void walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind);
   template <bool kRises>
   void walk_in_layer(Walk& walk, Layer& here, std::uint32_t base);
   void mark_levels(const Walk& walk, const Height& to);
@@ -64,6 +70,7 @@ class BeamRaster {
   /// The layer of a tile at a word, made when it is not there.
   Layer& layer(TileKey key, int word);
 
+  bool count_glancing_ = true;
   TileIndex index_;  ///< of tiles_
   std::vector<ScanTile> tiles_;
   std::vector<Layer> layers_;

@@ -41,6 +41,7 @@ class DenseReference {
 
   void insert(const OwnedScan& scan) {
     const bool same_view = is_same_view(scan.origin);
+    counts_glancing_ = ++scans_ % params_.glancing_period == 0;
     said_.clear();
     for (const auto& p : scan.returns) add(scan.origin, p.cast<double>(), true);
     for (const auto& p : scan.no_returns) add(scan.origin, p.cast<double>(), false);
@@ -90,8 +91,14 @@ class DenseReference {
         if (t0 > t1 || (hit && flat && x == end_x && y == end_y)) continue;
         const double low = std::min(a.z() + d.z() * t0, a.z() + d.z() * t1);
         const double high = std::max(a.z() + d.z() * t0, a.z() + d.z() * t1);
-        for (int k = cell(low); k <= cell(high); ++k)
-          say({x, y, k}, k + 0.5 >= low && k + 0.5 < high ? kMissed : kBrushed);
+        const double out = a.z() + d.z() * t1;
+        const bool crosses = std::floor(low + 0.5) != std::floor(high + 0.5);
+        const bool glances =
+            hit && std::abs(d.z()) >= 2 && !counts_glancing_ && std::abs(cell(out) - cell(b.z())) <= 2;
+        for (int k = cell(low); k <= cell(high); ++k) {
+          const bool missed = crosses ? k + 0.5 >= low && k + 0.5 < high : k == cell(out) && !glances;
+          say({x, y, k}, missed ? kMissed : kBrushed);
+        }
       }
     }
     if (!hit) return;
@@ -144,6 +151,8 @@ class DenseReference {
   std::map<Key, Evidence> cells_;
   std::map<Key, int> said_;
   std::vector<Eigen::Vector3d> views_;
+  int scans_ = 0;
+  bool counts_glancing_ = false;
 };
 
 /// Parameters under which a grid keeps every cell's counters exactly.

@@ -70,11 +70,11 @@ TEST(GridBytes, DamageWithARightChecksumNeverCrashesAndNeverGivesABadMap) {
   grid.insert(points, {0.12, 0.12, 0.5});  // one tile
   ASSERT_EQ(grid.size().tiles, 1u);
   const auto bytes = grid.serialise();
-  constexpr std::size_t kHeader = 176;
+  constexpr std::size_t kHeader = 184;
   const std::size_t tile = kHeader + 8;
   Rng rng(17);
   int parsed = 0;
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < 6000; ++i) {
     auto damaged = bytes;
     for (std::uint32_t k = 0; k <= rng.below(3); ++k)
       damaged[rng.below(static_cast<std::uint32_t>(bytes.size()))] = static_cast<std::byte>(rng.below(256));
@@ -90,7 +90,7 @@ TEST(GridBytes, DamageWithARightChecksumNeverCrashesAndNeverGivesABadMap) {
     map->insert(points, {0.12, 0.12, 0.5});
     ASSERT_TRUE(MultiVolumeGrid::parse(map->serialise()).has_value());
   }
-  EXPECT_GT(parsed, 100);
+  EXPECT_GT(parsed, 50);
 }
 
 TEST(GridBytes, AnotherVersionIsRefusedWithBothNumbers) {

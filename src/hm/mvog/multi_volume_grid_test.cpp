@@ -62,6 +62,11 @@ MvogParams with(MvogParams params, double resolution_m, int cap, int view_cap, d
   params.same_view_distance_cell = view_distance;
   return params;
 }
+MvogParams glancing(int period) {
+  MvogParams params = exact_params();
+  params.glancing_period = period;
+  return params;
+}
 MvogParams filled() {
   MvogParams params = exact_params();
   params.fill_slivers = true;
@@ -75,6 +80,8 @@ INSTANTIATE_TEST_SUITE_P(
                     ReferenceCase{"small_caps", with(exact_params(), 0.1, 3, 2, 0.5), {0, 0, 0}},
                     ReferenceCase{"wide_views", with(exact_params(), 0.1, 15, 1, 12), {0, 0, 0}},
                     ReferenceCase{"coarse", with(exact_params(), 0.15, 8, 4, 0.5), {2, 3, 4}},
+                    ReferenceCase{"all_glancing", glancing(1), {0, 0, 0}},
+                    ReferenceCase{"few_glancing", glancing(3), {0, 0, 0}},
                     ReferenceCase{"filled", filled(), {0, 0, 0}}),
     [](const auto& param) { return param.param.name; });
 
@@ -96,11 +103,11 @@ TEST(MultiVolumeGrid, MergingSimilarVolumesKeepsWhatIsKnownAndNearlyAllStates) {
     different += ours != reference.state(evidence);
   }
   EXPECT_LT(static_cast<double>(different), 0.03 * static_cast<double>(reference.cells().size()));
-  EXPECT_LT(static_cast<double>(grid.size().runs), 0.8 * static_cast<double>(exact.size().runs));
+  EXPECT_LT(static_cast<double>(grid.size().runs), 0.95 * static_cast<double>(exact.size().runs));
 }
 
 TEST(MultiVolumeGrid, TheOrderOfScansDoesNotMatterBelowTheCaps) {
-  const MvogParams params = with(exact_params(), 0.1, 15, 15, 0);
+  const MvogParams params = with(glancing(1), 0.1, 15, 15, 0);
   Rng rng(2);
   std::vector<OwnedScan> scans;
   for (int i = 0; i < 14; ++i) scans.push_back(random_scan(rng, 80, 2, {0, 0, 0}));
@@ -246,7 +253,7 @@ TEST(MultiVolumeGrid, TheMemoryCapRefusesAndCounts) {
   std::size_t refused = 0;
   for (int i = 0; i < 40; ++i) {
     refused += grid.insert(random_scan(rng, 200, 60, {10.0 * i, 0, 0}).view()).columns_refused;
-    ASSERT_LE(grid.bytes(), 1000000u + 1000u);
+    ASSERT_LE(grid.bytes(), 1000000u);
   }
   EXPECT_GT(refused, 1000u);
   EXPECT_GT(grid.size().columns, 1000u);
@@ -261,7 +268,7 @@ TEST(MultiVolumeGrid, BytesFollowTheContents) {
   EXPECT_EQ(size.bytes, grid.bytes());
   const std::size_t content = (size.runs + size.columns + size.tiles * 65) * 2;
   EXPECT_GT(grid.bytes(), content);
-  EXPECT_LT(grid.bytes(), content * 3 / 2 + empty + 40000);
+  EXPECT_LT(grid.bytes(), content * 8 / 5 + empty + 40000);
 }
 
 TEST(MultiVolumeGrid, ParametersAreChecked) {

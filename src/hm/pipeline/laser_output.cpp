@@ -11,7 +11,7 @@
 #include "hm/io/octomap_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/laser_evaluation.hpp"
-#include "hm/pipeline/laser_report.hpp"
+#include "hm/pipeline/laser_run_report.hpp"
 #include "hm/pipeline/laser_tables.hpp"
 #include "hm/pipeline/map_pictures.hpp"
 

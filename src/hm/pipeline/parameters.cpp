@@ -65,6 +65,7 @@ ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
+  list.add("laser_simulation", parameters.laser_simulation);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);

@@ -9,6 +9,7 @@
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/pipeline/laser_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
+#include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
@@ -59,6 +60,7 @@ struct Parameters {
   ReconstructionParams reconstruction;
   LaserParameters laser;
   SimulationParams simulation;
+  LaserSimulationParams laser_simulation;
   MeshErrorParams mesh_error;
   TrajectoryErrorParams trajectory_error;
   RelationErrorParams relation_error;
