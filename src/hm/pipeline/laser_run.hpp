@@ -51,7 +51,7 @@ struct LaserSummary {
   bool interrupted = false;
   LaserPace pace = LaserPace::kFast;
   bool matched_scans = false;
-  bool planar = true;  ///< the map is one layer
+  bool planar = true;                ///< the map is one layer
   std::vector<std::string> choices;  ///< what was used of the recording, and why
 
   std::size_t scans_total = 0, scans_read = 0, scans_matched = 0, scans_failed = 0, keyframes = 0;
