@@ -39,9 +39,9 @@ void add_laser(Program& program) {
   auto flags = std::make_shared<Flags>();
   CLI::App& command =
       program.add({"laser", "Laser scans become a trajectory, height and a map.",
-                   "  hm laser flight.bag -o result\n"
-                   "  hm laser flight.bag -o fine --set mvog.resolution_m=0.05\n"
-                   "  hm laser flight.bag -o live --pace realtime --set laser.duration_s=1 --json",
+                   "  hm laser my_flight -o result\n"
+                   "  hm laser my_flight -o fine --set mvog.resolution_m=0.05\n"
+                   "  hm laser my_flight -o live --pace realtime --set laser.duration_s=1 --json",
                    [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("recording", flags->recording,

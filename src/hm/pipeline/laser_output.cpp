@@ -41,6 +41,10 @@ void add_warnings(LaserSummary& summary) {
                                            summary.scans_failed, summary.scans_read, most->second,
                                            most->first));
   }
+  if (summary.restarts > 0)
+    summary.warnings.push_back(
+        fmt::format("scan matching was lost {} times and began anew: the path and the map are broken there",
+                    summary.restarts));
   if (summary.scans_dropped > 0)
     summary.warnings.push_back(fmt::format("{} of {} scans came too fast and were dropped",
                                            summary.scans_dropped, summary.scans_total));

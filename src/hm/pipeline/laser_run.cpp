@@ -130,6 +130,7 @@ void Run::count() {
     const LaserStep& step = record.step;
     if (step.matched_scan) match_ms.push_back(step.match_ms);
     if (step.odometry.new_keyframe) ++summary_.keyframes;
+    if (step.odometry.status == OdometryStatus::kRestarted) ++summary_.restarts;
     if (!step.T_odom_base) {
       ++summary_.scans_failed;
       ++summary_.failure_reasons[step.reason];

@@ -55,6 +55,7 @@ struct LaserSummary {
   std::vector<std::string> choices;  ///< what was used of the recording, and why
 
   std::size_t scans_total = 0, scans_read = 0, scans_matched = 0, scans_failed = 0, keyframes = 0;
+  std::size_t restarts = 0;       ///< scan matching was lost, and began anew at a predicted pose
   std::size_t scans_dropped = 0;  ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;

@@ -77,7 +77,8 @@ JsonValue to_json(const LaserSummary& summary) {
                                      {"matched", summary.scans_matched},
                                      {"failed", summary.scans_failed},
                                      {"dropped", summary.scans_dropped},
-                                     {"keyframes", summary.keyframes}});
+                                     {"keyframes", summary.keyframes},
+                                     {"restarts", summary.restarts}});
   auto reasons = JsonValue::object();
   for (const auto& [reason, count] : summary.failure_reasons) reasons[reason] = count;
   json["failure_reasons"] = std::move(reasons);
