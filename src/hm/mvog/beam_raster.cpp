@@ -30,13 +30,12 @@ std::uint64_t bit_of(std::uint32_t level) { return std::uint64_t{1} << (level & 
 /// and their bits.
 struct BeamRaster::Height {
   std::uint32_t in, next;
-  std::uint64_t in_bit, next_bit;
+  std::uint64_t next_bit;
   std::int64_t units;
   explicit Height(double z) : Height(static_cast<std::int64_t>(z)) {}
   explicit Height(std::int64_t z) : units(z) {
     in = static_cast<std::uint32_t>(z >> kFractionBits);
     next = static_cast<std::uint32_t>((z + kHalfLevel) >> kFractionBits);
-    in_bit = bit_of(in);
     next_bit = bit_of(next);
   }
   /// True when both are among the 64 levels from `base` on, a multiple of 64.
@@ -181,10 +180,11 @@ void BeamRaster::mark_levels(const Walk& walk, const Height& to) {
   const auto place = static_cast<std::size_t>(walk.place);
   for (std::uint32_t level = low.in; level <= high.in; ++level) {
     Layer& here = layer(walk.key, word_of(static_cast<int>(level) + kLowest));
-    here.columns[place].touch |= bit_of(level);
     const bool crossed = level >= low.next && level < high.next;
-    const bool counts = low.next == high.next && level == to.in && !walk.glances(to);
-    if (crossed || counts) here.columns[place].miss |= bit_of(level);
+    const bool leaves_in = low.next == high.next && level == to.in;
+    if (crossed || (leaves_in && !walk.glances(to))) here.columns[place].miss |= bit_of(level);
+    if (leaves_in) here.columns[place].brush |= bit_of(level);
+    if (!crossed && !leaves_in) continue;
     here.seen |= std::uint64_t{1} << place;
   }
 }
@@ -196,7 +196,7 @@ template <bool kRises>
   const double z0 = w.z0 - base * kUnitsPerLevel, dz = w.dz, per_x = w.per_x, per_y = w.per_y;
   const std::uint64_t counts = w.glancing_count == 0 ? ~std::uint64_t{0} : w.not_glancing(base);
   double t_x = w.t_x, t_y = w.t_y;
-  std::uint64_t in_bit = w.at.in_bit, next_bit = w.at.next_bit, seen = 0;
+  std::uint64_t next_bit = w.at.next_bit, seen = 0;
   std::int64_t last = w.at.units - (std::int64_t{base} << kFractionBits);
   int place = w.place, walls = w.walls;
   while (walls > 0) {
@@ -207,10 +207,11 @@ template <bool kRises>
     const std::uint64_t to_in = std::uint64_t{1} << in, to_next = std::uint64_t{1} << next;
     const std::uint64_t crossed = kRises ? to_next - next_bit : next_bit - to_next;
     Word& column = here.columns[static_cast<std::size_t>(place)];
-    column.touch |= kRises ? 2 * to_in - in_bit : 2 * in_bit - to_in;
-    column.miss |= crossed != 0 ? crossed : to_in & counts;
+    // All ones when no middle was crossed; without a branch, for that cannot be foreseen.
+    const std::uint64_t none = ((crossed | (0 - crossed)) >> 63) - 1;
+    column.miss |= crossed | (to_in & counts & none);
+    column.brush |= to_in & none;
     seen |= std::uint64_t{1} << place;
-    in_bit = to_in;
     next_bit = to_next;
     last = z;
     --walls;
@@ -289,16 +290,16 @@ void BeamRaster::take_sayings(const ScanTile& tile, std::size_t place, std::vect
     base = layer.word * 64;
     w.miss &= ~w.hit;
     w.near_hit &= ~(w.hit | w.miss);
-    w.touch &= ~(w.hit | w.miss | w.near_hit);
+    w.brush &= ~(w.hit | w.miss | w.near_hit);
     const auto edges = [&](std::uint64_t plane, Saying saying) {
       return plane ^ (plane << 1 | (before == saying ? 1u : 0u));
     };
     std::uint64_t starts = edges(w.hit, Saying::kHit) | edges(w.miss, Saying::kMiss) |
-                           edges(w.near_hit, Saying::kNearOccupied) | edges(w.touch, Saying::kNearFree);
+                           edges(w.near_hit, Saying::kNearOccupied) | edges(w.brush, Saying::kNearFree);
     for (; starts != 0; starts &= starts - 1) {
       const int bit = std::countr_zero(starts);
       const auto in = [&](std::uint64_t plane) { return static_cast<unsigned>(plane >> bit & 1u); };
-      before = static_cast<Saying>(in(w.hit) * 4 + in(w.miss) * 3 + in(w.near_hit) * 2 + in(w.touch));
+      before = static_cast<Saying>(in(w.hit) * 4 + in(w.miss) * 3 + in(w.near_hit) * 2 + in(w.brush));
       out.push_back({base + bit, before});
     }
   }

@@ -15,13 +15,12 @@ using CellPoint = Eigen::Vector3d;
 
 /// Turns the beams of one scan into what it says of each column (2.5.2, Fig. 2.16).
 ///
-/// A beam misses the levels whose middle it crosses in a column, and brushes every other level that it
-/// touches. Where it crosses no middle it misses the level that it leaves the column in, unless that is
-/// within a cell of the height of its end, and the beam is not level: then it may be glancing along the
-/// surface that it ends on, and such beams would erase floors. They count only in scans that are told so. It
-/// hits a stretch of two levels (one cell) around its end, and in the columns that lie within a quarter of a
-/// cell of its end it is near. In the column of its end a beam flatter than 45 degrees misses nothing. The
-/// scan's strongest saying counts for each place.
+/// A beam misses the levels whose middle it crosses in a column, or the one that it leaves the column in
+/// where it crosses none. Within a cell of the height of its end, a beam that is not level may be glancing
+/// along the surface that it ends on, and such beams would erase floors: where it crosses no middle there, it
+/// only brushes the level, but in scans that are told to count it. A beam hits a stretch of two levels (one
+/// cell) around its end, and ends beside the columns that lie within a quarter of a cell. In the column of
+/// its end a beam flatter than 45 degrees misses nothing. The scan's strongest saying counts for each place.
 class BeamRaster {
  public:
   /// Forgets the tiles of the scan before. All its sayings must have been taken.
@@ -34,7 +33,7 @@ class BeamRaster {
   static constexpr std::uint32_t kNone = 0xffffffffu;
   /// What the scan says of 64 levels of one column; bit i is level 64 * word + i.
   struct Word {
-    std::uint64_t touch = 0, hit = 0, miss = 0, near_hit = 0;
+    std::uint64_t brush = 0, hit = 0, miss = 0, near_hit = 0;
   };
   /// 64 levels of a tile. Its words are zero but for the columns seen.
   struct Layer {

@@ -96,8 +96,8 @@ class DenseReference {
         const bool glances =
             hit && std::abs(d.z()) >= 2 && !counts_glancing_ && std::abs(cell(out) - cell(b.z())) <= 2;
         for (int k = cell(low); k <= cell(high); ++k) {
-          const bool missed = crosses ? k + 0.5 >= low && k + 0.5 < high : k == cell(out) && !glances;
-          say({x, y, k}, missed ? kMissed : kBrushed);
+          if (crosses ? k + 0.5 < low || k + 0.5 >= high : k != cell(out)) continue;
+          say({x, y, k}, crosses || !glances ? kMissed : kBrushed);
         }
       }
     }

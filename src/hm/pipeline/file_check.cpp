@@ -45,8 +45,7 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
     return PathKind::kTrajectory;
   return fail(ErrorCode::kUnsupported, path.string(),
               "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap), a mesh "
-              "(.ply .obj "
-              ".glb) or a trajectory (.tum .txt .csv .kitti)");
+              "(.ply .obj .glb) or a trajectory (.tum .txt .csv .kitti)");
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {
