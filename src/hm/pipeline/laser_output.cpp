@@ -127,7 +127,7 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
   render.style = RenderStyle::kHeight;
   render.trajectory = &summary.trajectory;
   const RenderView view = dollhouse_view(scene_extent(map.faces), render);
-  pictures.push_back({"perspective", "The map's occupied cells, by height; a ceiling is cut away.",
+  pictures.push_back({"perspective", "The map's occupied cells, by height, with the path.",
                       render_mesh(map.faces, view, render, loop)});
   return pictures;
 }
