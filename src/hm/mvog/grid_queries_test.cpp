@@ -33,7 +33,7 @@ TEST(GridQueries, RaysStopWhereSteppingAlongThemStops) {
     if (i % 20 == 0) to.head<2>() = from.head<2>();
     if (i % 20 == 1) to.z() = from.z();
     const auto mode = i % 2 ? UnknownSpace::kPasses : UnknownSpace::kStops;
-    const RayHit hit = grid.cast_ray(from, to, mode);
+    const GridRayHit hit = grid.cast_ray(from, to, mode);
     const double length = (to - from).norm();
     const auto stops = [&](double s) {
       const Occupancy state = grid.at(from + (to - from) * (s / length));

@@ -5,6 +5,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/map_store.hpp"
 #include "hm/pipeline/process_memory.hpp"
@@ -255,6 +256,9 @@ Result<ReconstructionSummary> Run::finish() {
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   auto recording = open_recording(options.recording, options.recording_options);
+  if (!recording && is_laser_recording(options.recording))
+    return fail(ErrorCode::kUnsupported, options.recording.string(),
+                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
   if (!recording) return forward_error(recording);
   std::error_code code;
   std::filesystem::create_directories(options.output, code);
