@@ -6,11 +6,17 @@
 #include "hm/laser/scan_odometry.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 
-// Counts what is taken from the heap in this program.
+// Counts what is taken from the heap in this program; the address sanitizer has a heap of its own.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kCounting = false;
+#else
+constexpr bool kCounting = true;
+#endif
 namespace {
 std::size_t taken = 0;
 }
 
+#ifndef __SANITIZE_ADDRESS__
 void* operator new(std::size_t size) {
   ++taken;
   if (void* memory = std::malloc(size)) return memory;
@@ -18,11 +24,13 @@ void* operator new(std::size_t size) {
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#endif
 
 namespace hm {
 namespace {
 
 TEST(ScanOdometryHeap, NothingIsTakenOnceItHasSeenScansOfTheSize) {
+  if (!kCounting) GTEST_SKIP() << "the address sanitizer counts for itself";
   const laser_testing::PlanarWorld world = laser_testing::office_world();
   Rng rng(1);
   std::vector<PlanarScan> scans;
