@@ -37,12 +37,12 @@ class ChunkedFrames : public FrameSource {
   std::vector<RgbdFrame> frames_;
 };
 
+}  // namespace
+
 std::filesystem::path data_folder() {
   if (const char* given = std::getenv("HM_DATA")) return given;
   return std::filesystem::path(HM_SOURCE_DIR) / "../shared/data";
 }
-
-}  // namespace
 
 Result<std::unique_ptr<FrameSource>> open_frames(const std::string& recording, const FrameRange& range) {
   const auto path = data_folder() / "rgbd" / recording;

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,6 +24,9 @@ struct FrameRange {
   std::size_t stride = 1;
   std::size_t chunk = 40;
 };
+
+/// The folder of recordings: $HM_DATA, else ../shared/data beside the sources.
+std::filesystem::path data_folder();
 
 /// A recording of ../shared/data beside the sources, or of $HM_DATA. An error when it is absent.
 Result<std::unique_ptr<FrameSource>> open_frames(const std::string& recording, const FrameRange& range);
