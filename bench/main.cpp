@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 18> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 23> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -33,9 +33,14 @@ constexpr std::array<Known, 18> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"accuracy", hm::bench::bench_accuracy},
                                         {"completeness", hm::bench::bench_completeness},
                                         {"fidelity", hm::bench::bench_fidelity},
+                                        {"plicp_1081", hm::bench::bench_plicp_1081},
+                                        {"plicp_bag", hm::bench::bench_plicp_bag},
+                                        {"plicp_ablation", hm::bench::bench_plicp_ablation},
+                                        {"plicp_still", hm::bench::bench_plicp_still},
                                         {"height", hm::bench::bench_height},
                                         {"late_laser", hm::bench::bench_late_laser},
                                         {"fusion_step", hm::bench::bench_fusion_step},
+                                        {"mvog", hm::bench::bench_mvog},
                                         {"intel_relations", hm::bench::bench_intel_relations}}};
 
 /// Reads "--name value" pairs; false for anything else.

@@ -42,9 +42,14 @@ Result<BenchResult> bench_seams(const BenchOptions& options);
 Result<BenchResult> bench_accuracy(const BenchOptions& options);
 Result<BenchResult> bench_completeness(const BenchOptions& options);
 Result<BenchResult> bench_fidelity(const BenchOptions& options);
+Result<BenchResult> bench_plicp_1081(const BenchOptions& options);
+Result<BenchResult> bench_plicp_bag(const BenchOptions& options);
+Result<BenchResult> bench_plicp_ablation(const BenchOptions& options);
+Result<BenchResult> bench_plicp_still(const BenchOptions& options);
 Result<BenchResult> bench_height(const BenchOptions& options);
 Result<BenchResult> bench_late_laser(const BenchOptions& options);
 Result<BenchResult> bench_fusion_step(const BenchOptions& options);
+Result<BenchResult> bench_mvog(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
 
 }  // namespace hm::bench

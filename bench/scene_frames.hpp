@@ -25,7 +25,7 @@ struct FrameRange {
   std::size_t chunk = 40;
 };
 
-/// The folder of recordings: $HM_DATA, else ../shared/data beside the sources.
+/// The folder of recordings: $HM_DATA, or ../shared/data beside the sources.
 std::filesystem::path data_folder();
 
 /// A recording of ../shared/data beside the sources, or of $HM_DATA. An error when it is absent.

@@ -2,7 +2,9 @@
 
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/file_check.hpp"
+#include "hm/pipeline/laser_check.hpp"
 #include "hm/pipeline/recording_check.hpp"
+#include "laser_flags.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 
@@ -11,6 +13,7 @@ namespace {
 struct Flags {
   std::string path;
   RecordingFlags of_recording;
+  LaserFlags of_laser;
 };
 
 hm::Result<Outcome> show_recording(const Flags& flags, Session& session) {
@@ -21,6 +24,15 @@ hm::Result<Outcome> show_recording(const Flags& flags, Session& session) {
   const auto report = hm::inspect_recording(**recording, {}, session.progress());
   Outcome outcome{hm::to_text(report), hm::to_json(report), {}, {}};
   for (const hm::Finding& finding : report.findings) outcome.warnings.push_back(finding.message);
+  return outcome;
+}
+
+hm::Result<Outcome> show_laser_recording(const Flags& flags) {
+  const auto recording = hm::open_laser_recording(flags.path, flags.of_laser.options());
+  if (!recording) return hm::forward_error(recording);
+  const auto report = hm::inspect_laser_recording(*recording);
+  Outcome outcome{hm::to_text(report), hm::to_json(report), {}, {}};
+  for (const hm::LaserFinding& finding : report.findings) outcome.warnings.push_back(finding.message);
   return outcome;
 }
 
@@ -52,6 +64,9 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
     case hm::PathKind::kRecording:
       outcome = show_recording(flags, session);
       break;
+    case hm::PathKind::kLaserRecording:
+      name = "laser_recording", outcome = show_laser_recording(flags);
+      break;
     case hm::PathKind::kMap:
       name = "map", outcome = show(hm::inspect_map(flags.path));
       break;
@@ -80,6 +95,10 @@ void add_info(Program& program) {
                    "  hm info result/map.hmap\n"
                    "  hm info result/mesh.ply --json",
                    [flags](Session& session) { return run(*flags, session); }});
-  command.add_option("path", flags->path, "folder of a recording, .hmap, .ply, .obj, .glb, .tum")->required();
+  command
+      .add_option("path", flags->path,
+                  "folder of a recording, .bag, .log, .alog, .dat, .hmap, .ply, .obj, .glb, .tum")
+      ->required();
   flags->of_recording.add_to(command);
+  flags->of_laser.add_to(command);
 }

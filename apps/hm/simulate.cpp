@@ -1,10 +1,14 @@
 #include <memory>
 
+#include "hm/pipeline/laser_simulation_recording.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/simulation_recording.hpp"
 #include "program.hpp"
 
 namespace {
+
+constexpr std::string_view kLaserMav = "laser_mav";
+constexpr const char* kStopped = "what was written is removed";
 
 struct Flags {
   std::string world = "house", output, sensor;
@@ -18,7 +22,11 @@ void choose(const std::string& name, const std::string_view (&names)[N], Enum& v
     if (name == names[i]) value = static_cast<Enum>(i);
 }
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+std::string output_of(const Flags& flags) {
+  return flags.output.empty() ? flags.world + "_recording" : flags.output;
+}
+
+hm::Result<Outcome> run_camera(const Flags& flags, Session& session) {
   hm::Parameters parameters;
   hm::SimulationParams& simulation = parameters.simulation;
   choose(flags.world, hm::kWorldKindNames, simulation.world);
@@ -29,10 +37,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   if (flags.perfect) simulation.effects = hm::SensorEffects::none();
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  hm::SimulationOptions options;
-  options.params = simulation;
-  options.output = flags.output.empty() ? flags.world + "_recording" : flags.output;
-  options.run = session.interruptible_context("what was written is removed");
+  const hm::SimulationOptions options{simulation, output_of(flags), session.interruptible_context(kStopped)};
   const auto summary = hm::simulate_recording(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
@@ -53,25 +58,65 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   return outcome;
 }
 
+hm::Result<Outcome> run_laser(const Flags& flags, Session& session) {
+  hm::Parameters parameters;
+  hm::LaserSimulationParams& simulation = parameters.laser_simulation;
+  choose(flags.world, hm::kWorldKindNames, simulation.world);
+  if (flags.frames > 0) simulation.scan_limit = flags.frames;
+  if (flags.seed >= 0) simulation.seed = flags.seed;
+  if (flags.drift) simulation.wheel_odometry = true;
+  if (flags.perfect) simulation.make_perfect();
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const hm::LaserSimulationOptions options{simulation, output_of(flags),
+                                           session.interruptible_context(kStopped)};
+  const auto summary = hm::simulate_laser_recording(options);
+  if (!summary) return hm::forward_error(summary);
+  Outcome outcome;
+  outcome.text =
+      fmt::format("{}: {} scans, {} IMU samples, {:.1f} s, {:.1f} m of path over floors up to {:.2f} m\n",
+                  options.output.string(), summary->scans, summary->imu_samples, summary->duration_s,
+                  summary->path_length_m, summary->highest_floor_m);
+  outcome.json = hm::JsonValue::object({{"scans", summary->scans},
+                                        {"imu_samples", summary->imu_samples},
+                                        {"odometry_readings", summary->odometry_readings},
+                                        {"duration_s", summary->duration_s},
+                                        {"path_length_m", summary->path_length_m},
+                                        {"valid_ratio", summary->valid_ratio},
+                                        {"highest_floor_m", summary->highest_floor_m},
+                                        {"max_tilt_rad", summary->max_tilt_rad},
+                                        {"seed", simulation.seed}});
+  outcome.outputs = summary->outputs;
+  return outcome;
+}
+
 }  // namespace
 
 void add_simulate(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command =
-      program.add({"simulate", "Generate a recording with exact truth.",
-                   "  hm simulate room -o recording --frames 40\n"
-                   "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
-                   "  hm simulate corridor -o drifting --drift --seed 7 --frames 50",
-                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command = program.add(
+      {"simulate", "Generate a recording with exact truth.",
+       "  hm simulate room -o recording --frames 40\n"
+       "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
+       "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
+       "  hm simulate corridor -o drifting --drift --seed 7 --frames 50",
+       [flags](Session& session) {
+         return flags->sensor == kLaserMav ? run_laser(*flags, session) : run_camera(*flags, session);
+       }});
   command.add_option("world", flags->world, "house, room or corridor (default: house)")
       ->check(CLI::IsMember({"house", "room", "corridor"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
-  command.add_option("--sensor", flags->sensor, "tango_tablet (default), tango_phone or kinect")
-      ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect"}));
-  command.add_option("--frames", flags->frames, "frames at most (default: the whole walk)")
+  command
+      .add_option("--sensor", flags->sensor,
+                  "tango_tablet (default), tango_phone or kinect, carried; or laser_mav: a quadrotor flies a "
+                  "laser and an IMU")
+      ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav"}));
+  command.add_option("--frames", flags->frames, "frames or scans at most (default: the whole way)")
       ->check(CLI::PositiveNumber);
   command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--drift", flags->drift, "poses drift like those of a visual-inertial odometry");
-  command.add_flag("--perfect", flags->perfect, "a sensor without noise, bias and missing readings");
+  command.add_flag("--drift", flags->drift,
+                   "poses drift like those of a visual-inertial odometry; laser_mav: record a wheel odometry "
+                   "that drifts");
+  command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay and missing readings");
 }

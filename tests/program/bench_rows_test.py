@@ -8,7 +8,7 @@ sys.path.insert(0, str(ROOT / "bench"))
 import rows  # noqa: E402
 
 WANTED = """open3d_scalable open3d_voxelblock simd threads carving mesh_incremental mesh_whole map_memory tango house_memory steady
-accuracy fidelity completeness seams""".split()
+accuracy fidelity completeness seams plicp_1081 plicp_bag plicp_ablation plicp_still height late_laser mvog_memory mvog_update mvog_holdout mvog_query""".split()
 
 
 def run(*words):

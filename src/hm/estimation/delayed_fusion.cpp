@@ -182,8 +182,10 @@ void DelayedFusion::filter_forward(std::size_t index, std::size_t measurement) {
 
 void DelayedFusion::predict(FusionState& state, const FusionInput& input, double dt_s) const {
   const FusionParams& p = params_;
+  const double felt_density =
+      input.own_tilt ? p.own_tilt_acceleration_density_m_s2_sqrt_hz : p.acceleration_density_m_s2_sqrt_hz;
   const NoiseDensity acceleration{
-      square(input.from_imu ? p.acceleration_density_m_s2_sqrt_hz : p.gap_acceleration_density_m_s2_sqrt_hz),
+      square(input.from_imu ? felt_density : p.gap_acceleration_density_m_s2_sqrt_hz),
       square(p.acceleration_bias_walk_m_s3_sqrt_hz)};
   const NoiseDensity yaw_rate{
       square(input.from_imu ? p.yaw_rate_density_rad_s_sqrt_hz : p.gap_yaw_rate_density_rad_s_sqrt_hz),

@@ -15,6 +15,7 @@ struct FusionInput {
   Vec3 acceleration_level_m_s2 = Vec3::Zero();  ///< gravity removed; x forward, z up, tilt taken away
   double yaw_rate_rad_s = 0;                    ///< of the yaw angle
   bool from_imu = true;                         ///< false: nobody knows; constant velocity
+  bool own_tilt = false;                        ///< roll and pitch are from gyroscope and gravity only
 };
 
 /// The filters at one moment. A plain value: copying it back is going back in time.

@@ -6,6 +6,7 @@ namespace hm {
 /// Parameters of the delay-aware filters. Densities are one-sided amplitude densities as on a data sheet.
 struct FusionParams {
   double acceleration_density_m_s2_sqrt_hz = 0.05;
+  double own_tilt_acceleration_density_m_s2_sqrt_hz = 0.3;
   double acceleration_bias_walk_m_s3_sqrt_hz = 0.005;
   double yaw_rate_density_rad_s_sqrt_hz = 0.002;
   double yaw_rate_bias_walk_rad_s2_sqrt_hz = 0.0002;
@@ -35,6 +36,10 @@ struct FusionParams {
                {1e-5, 100},
                "noise of the accelerometer, tilt errors included, (m/s^2)/sqrt(Hz)"},
       self.acceleration_density_m_s2_sqrt_hz);
+    v(ParamDoc{"own_tilt_acceleration_density_m_s2_sqrt_hz",
+               {1e-5, 100},
+               "the same when the IMU gives no orientation"},
+      self.own_tilt_acceleration_density_m_s2_sqrt_hz);
     v(ParamDoc{"acceleration_bias_walk_m_s3_sqrt_hz", {0, 10}, "how fast its bias wanders, (m/s^3)/sqrt(Hz)"},
       self.acceleration_bias_walk_m_s3_sqrt_hz);
     v(ParamDoc{"yaw_rate_density_rad_s_sqrt_hz", {1e-6, 10}, "noise of the gyroscope, (rad/s)/sqrt(Hz)"},

@@ -5,6 +5,9 @@
 namespace hm {
 namespace {
 
+/// The laser's velocity, which starts from zero, is believed after this long.
+constexpr double kVelocitySettles_s = 1.0;
+
 /// The rate of the yaw angle from body rates (Rz Ry Rx).
 double yaw_rate(const Vec3& angular_velocity, const Vec3& roll_pitch_yaw) {
   const double cosine = std::cos(roll_pitch_yaw.y());
@@ -30,6 +33,8 @@ StateEstimator::StateEstimator(const StateEstimatorParams& params, const SE3& T_
       T_base_imu_(T_base_imu),
       fusion_(params.fusion),
       tilt_(params.tilt),
+      gravity_(params.tilt),
+      laser_velocity_({0.5, 0.15, params.pose_alpha_beta.max_gap_s}),
       thesis_(params.thesis),
       thesis_position_(params.pose_alpha_beta),
       thesis_yaw_(params.pose_alpha_beta),
@@ -60,15 +65,36 @@ FusionStatus StateEstimator::add_imu(const ImuSample& sample) {
   input.stamp = sample.stamp;
   input.acceleration_level_m_s2 =
       R_level_base * (reading.specific_force_base_m_s2 - centripetal) - Vec3(0, 0, kGravity_m_s2);
+  input.own_tilt = !sample.R_world_imu;
   input.yaw_rate_rad_s = yaw_rate(angular_velocity_rad_s_, roll_pitch_yaw_rad_);
   return step(input, dt_s);
 }
 
+/// The specific force without the vehicle's own acceleration, once the filters know its velocity.
+Vec3 StateEstimator::gravity_felt(const Vec3& specific_force_base_m_s2, double dt_s) {
+  const bool known =
+      params_.mode == FusionMode::kDelayAware && fusion_.started() && fusion_.state().planar.ready;
+  if (!known) {
+    gravity_.reset();
+    return specific_force_base_m_s2;
+  }
+  const FusionState& now = fusion_.state();
+  const Eigen::Quaterniond R_odom_base(
+      rotation_from_roll_pitch_yaw({roll_pitch_yaw_rad_.x(), roll_pitch_yaw_rad_.y(), now.yaw.yaw_rad}));
+  const double climb_m_s = now.vertical.ready ? now.vertical.velocity(0) : 0;
+  const Vec2& planar_m_s = laser_velocity_.velocity();
+  return gravity_.update(specific_force_base_m_s2, {planar_m_s.x(), planar_m_s.y(), climb_m_s}, R_odom_base,
+                         dt_s);
+}
+
 void StateEstimator::update_tilt(const ImuSample& sample, const Reading& reading, double dt_s) {
-  if (dt_s <= params_.fusion.max_gap_s || !tilt_.ready())
-    tilt_.update(reading.angular_velocity_base_rad_s, reading.specific_force_base_m_s2, dt_s);
-  else
-    tilt_ = TiltFilter(params_.tilt);  // it cannot know how the vehicle turned meanwhile
+  if (tilt_.ready() && dt_s > params_.fusion.max_gap_s) {  // it cannot know how the vehicle turned meanwhile
+    tilt_ = TiltFilter(params_.tilt);
+    gravity_.reset();
+  } else {
+    tilt_.update(reading.angular_velocity_base_rad_s, gravity_felt(reading.specific_force_base_m_s2, dt_s),
+                 dt_s);
+  }
   if (sample.R_world_imu)
     roll_pitch_yaw_rad_ = roll_pitch_yaw(*sample.R_world_imu * T_base_imu_.rotation().transpose());
   else if (tilt_.ready())
@@ -93,9 +119,17 @@ FusionStatus StateEstimator::step(const FusionInput& input, double dt_s) {
   return FusionStatus::kOk;
 }
 
+void StateEstimator::follow_laser_velocity(const PlanarPose& pose) {
+  const auto status = laser_velocity_.update(pose.stamp, pose.T_odom_base.translation());
+  if (status == AlphaBetaStatus::kFirst || status == AlphaBetaStatus::kRestarted)
+    laser_velocity_since_ = pose.stamp;
+}
+
 FusionStatus StateEstimator::add_pose(const PlanarPose& pose) {
   if (params_.mode == FusionMode::kDelayAware) {
     const FusionStatus status = fusion_.add_pose(pose);
+    if (status == FusionStatus::kOk || status == FusionStatus::kWaiting || status == FusionStatus::kStarted)
+      follow_laser_velocity(pose);
     if (!any_time_ && fusion_.started()) any_time_ = true, stamp_ = fusion_.stamp();
     return status;
   }

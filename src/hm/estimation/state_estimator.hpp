@@ -61,6 +61,8 @@ class StateEstimator {
   struct Reading {
     Vec3 angular_velocity_base_rad_s, specific_force_base_m_s2;
   };
+  [[nodiscard]] Vec3 gravity_felt(const Vec3& specific_force_base_m_s2, double dt_s);
+  void follow_laser_velocity(const PlanarPose& pose);
   void update_tilt(const ImuSample& sample, const Reading& reading, double dt_s);
   FusionStatus step(const FusionInput& input, double dt_s);
   [[nodiscard]] VehicleState thesis_state() const;
@@ -69,6 +71,9 @@ class StateEstimator {
   SE3 T_base_imu_;
   DelayedFusion fusion_;
   TiltFilter tilt_;
+  GravityObserver gravity_;
+  AlphaBetaFilter<2> laser_velocity_;  // of the laser alone, for gravity_
+  Time laser_velocity_since_;
   DecoupledKalman thesis_;
   AlphaBetaFilter<2> thesis_position_;
   AlphaBetaAngle thesis_yaw_;

@@ -63,6 +63,22 @@ TEST(StateEstimator, EstimatesTheNineStatesAndTheBiases) {
   EXPECT_EQ(estimator->pose_counts().rejected, 0u);
 }
 
+TEST(StateEstimator, FindsItsTiltInCurvesWithoutTheImusOrientation) {
+  LaserFlightParams flight_params;
+  flight_params.orientation_from_imu = false;
+  const LaserFlight flight(flight_params);
+  EXPECT_LT(velocity_rmse_m_s(flight, {}, 10), 0.15);
+  const auto estimator = std::make_unique<StateEstimator>();
+  double largest_rad = 0;
+  for (const auto& step : flight.steps()) {
+    feed(*estimator, step);
+    if (step.imu.stamp.seconds() < 10) continue;
+    const Mat3 wrong = estimator->state().T_odom_base().rotation().transpose() * step.truth.R_world_base;
+    largest_rad = std::max(largest_rad, so3_log(wrong).norm());
+  }
+  EXPECT_LT(largest_rad, 0.08);  // tilts reach 0.31
+}
+
 TEST(StateEstimator, IsDeterministic) {
   LaserFlightParams flight_params;
   flight_params.duration_s = 3;

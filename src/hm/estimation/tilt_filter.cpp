@@ -28,4 +28,20 @@ void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific
   R_world_body_ = turned(R_world_body_, std::min(dt_s / time_constant_s, 1.0) * correction);
 }
 
+Vec3 GravityObserver::update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,
+                             const Eigen::Quaterniond& R_world_body, double dt_s) {
+  const Vec3 force_world_m_s2 = R_world_body * specific_force_body_m_s2;
+  if (!ready_) {
+    force_world_m_s2_ = force_world_m_s2;
+    slow_velocity_m_s_ = velocity_world_m_s;
+    ready_ = true;
+  }
+  const double share = std::min(dt_s / time_constant_s_, 1.0);
+  force_world_m_s2_ += share * (force_world_m_s2 - force_world_m_s2_);
+  // s / (1 + T s) of the velocity is 1 / (1 + T s) of the acceleration.
+  const Vec3 acceleration_m_s2 = (velocity_world_m_s - slow_velocity_m_s_) / time_constant_s_;
+  slow_velocity_m_s_ += share * (velocity_world_m_s - slow_velocity_m_s_);
+  return R_world_body.conjugate() * (force_world_m_s2_ - acceleration_m_s2);
+}
+
 }  // namespace hm

@@ -12,6 +12,7 @@ struct TiltFilterParams {
   double start_time_constant_s = 0.2;
   double start_s = 1.0;
   double gravity_tolerance_ratio = 0.15;
+  double acceleration_time_constant_s = 0.2;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -24,6 +25,10 @@ struct TiltFilterParams {
                {0.01, 1},
                "specific force that differs more from gravity does not correct"},
       self.gravity_tolerance_ratio);
+    v(ParamDoc{"acceleration_time_constant_s",
+               {0.01, 10},
+               "over which the estimated velocity tells the acceleration"},
+      self.acceleration_time_constant_s);
   }
 };
 
@@ -43,6 +48,24 @@ class TiltFilter {
   bool ready_ = false;
   double running_s_ = 0;
   Eigen::Quaterniond R_world_body_ = Eigen::Quaterniond::Identity();
+};
+
+/// Gravity alone, out of what an accelerometer feels: specific force minus the vehicle's own acceleration, as
+/// the change of its estimated velocity shows it, both low-passed alike. Keeps the tilt right in long curves.
+class GravityObserver {
+ public:
+  explicit GravityObserver(const TiltFilterParams& params = {})
+      : time_constant_s_(params.acceleration_time_constant_s) {}
+  /// The next sample, and the velocity estimated before it; gravity's specific force in the body.
+  Vec3 update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,
+              const Eigen::Quaterniond& R_world_body, double dt_s);
+  /// Nothing is known of the velocity (any more).
+  void reset() { ready_ = false; }
+
+ private:
+  double time_constant_s_;
+  bool ready_ = false;
+  Vec3 force_world_m_s2_ = Vec3::Zero(), slow_velocity_m_s_ = Vec3::Zero();
 };
 
 }  // namespace hm

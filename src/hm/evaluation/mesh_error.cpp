@@ -1,29 +1,25 @@
 #include "hm/evaluation/mesh_error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "hm/core/rng.hpp"
 
 namespace hm {
 namespace {
 
-/// Twice the area of each triangle; 0 for broken ones.
-std::vector<double> doubled_areas(const TriangleMesh& mesh) {
-  std::vector<double> areas(mesh.triangles.size(), 0.0);
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    const auto& t = mesh.triangles[i];
-    if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) continue;
-    float largest = 0;
-    for (const std::uint32_t index : t)
-      largest = std::max(largest, mesh.vertices[index].cwiseAbs().maxCoeff());
-    if (!(largest < 1e9F)) continue;  // as EmbreeMesh
-    const Vec3 a = mesh.vertices[t[0]].cast<double>();
-    const double area =
-        (mesh.vertices[t[1]].cast<double>() - a).cross(mesh.vertices[t[2]].cast<double>() - a).norm();
-    if (std::isfinite(area)) areas[i] = area;
-  }
-  return areas;
+/// Twice the area of a triangle; 0 for a broken one.
+double doubled_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) return 0;
+  float largest = 0;
+  for (const std::uint32_t index : t) largest = std::max(largest, mesh.vertices[index].cwiseAbs().maxCoeff());
+  if (!(largest < 1e9F)) return 0;  // as EmbreeMesh
+  const Vec3 a = mesh.vertices[t[0]].cast<double>();
+  const double area =
+      (mesh.vertices[t[1]].cast<double>() - a).cross(mesh.vertices[t[2]].cast<double>() - a).norm();
+  return std::isfinite(area) ? area : 0;
 }
 
 Vec3 random_point(const TriangleMesh& mesh, std::size_t triangle, Rng& rng) {
@@ -80,36 +76,44 @@ Result<std::vector<Vec3>> samples_of(const TriangleMesh& mesh, const MeshErrorPa
   return samples;
 }
 
-std::vector<Vec3> vertex_points(const TriangleMesh& mesh) {
+/// `errors_of` for all vertices, some at a time; NaN where it gives infinity.
+template <class ErrorsOf>
+std::vector<float> for_vertices(const TriangleMesh& mesh, ErrorsOf&& errors_of) {
+  constexpr std::size_t kAtOnce = 1u << 18u;
+  std::vector<float> all;
+  all.reserve(mesh.vertices.size());
   std::vector<Vec3> points;
-  points.reserve(mesh.vertices.size());
-  for (const auto& v : mesh.vertices) points.push_back(v.cast<double>());
-  return points;
-}
-
-std::vector<float> without_infinities(std::vector<float> errors) {
-  for (float& e : errors)
-    if (!std::isfinite(e)) e = std::numeric_limits<float>::quiet_NaN();
-  return errors;
+  for (std::size_t begin = 0; begin < mesh.vertices.size(); begin += kAtOnce) {
+    points.clear();
+    for (std::size_t i = begin; i < std::min(begin + kAtOnce, mesh.vertices.size()); ++i)
+      points.push_back(mesh.vertices[i].cast<double>());
+    for (const float e : errors_of(std::span<const Vec3>(points)))
+      all.push_back(std::isfinite(e) ? e : std::numeric_limits<float>::quiet_NaN());
+  }
+  return all;
 }
 
 }  // namespace
 
 std::vector<Vec3> sample_surface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed) {
-  const std::vector<double> areas = doubled_areas(mesh);
+  // Areas are computed twice rather than kept: there are millions.
+  const std::size_t triangles = mesh.triangles.size();
+  const auto area_of = [&](std::size_t i) { return doubled_area(mesh, mesh.triangles[i]); };
   double total = 0;
-  for (const double area : areas) total += area;
+  for (std::size_t i = 0; i < triangles; ++i) total += area_of(i);
   std::vector<Vec3> samples;
   if (!(total > 0)) return samples;
   samples.reserve(count);
   Rng rng(seed);
-  double area_before = 0;
+  double area_before = 0, area = area_of(0);
   std::size_t triangle = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double at = total * (static_cast<double>(i) + rng.uniform()) / static_cast<double>(count);
-    while (triangle + 1 < areas.size() && at >= area_before + areas[triangle])
-      area_before += areas[triangle++];
-    while (triangle > 0 && areas[triangle] <= 0) --triangle;  // rounding at the very end
+    while (triangle + 1 < triangles && at >= area_before + area) {
+      area_before += area;
+      area = area_of(++triangle);
+    }
+    while (triangle > 0 && area <= 0) area = area_of(--triangle);  // rounding at the very end
     samples.push_back(random_point(mesh, triangle, rng));
   }
   return samples;
@@ -171,12 +175,14 @@ Result<MeshError> evaluate_mesh(const TriangleMesh& reconstruction, const Triang
 
 std::vector<float> vertex_errors_m(const TriangleMesh& reconstruction, const SurfaceDistance& truth,
                                    const ParallelLoop& loop) {
-  return without_infinities(truth.signed_distances_m(vertex_points(reconstruction), loop));
+  return for_vertices(reconstruction,
+                      [&](std::span<const Vec3> points) { return truth.signed_distances_m(points, loop); });
 }
 
 std::vector<float> vertex_errors_m(const TriangleMesh& reconstruction, const SignedDistanceFunction& truth,
                                    const ParallelLoop& loop) {
-  return without_infinities(evaluate_function(truth, vertex_points(reconstruction), loop));
+  return for_vertices(reconstruction,
+                      [&](std::span<const Vec3> points) { return evaluate_function(truth, points, loop); });
 }
 
 }  // namespace hm

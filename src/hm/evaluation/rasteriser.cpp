@@ -7,6 +7,8 @@ namespace hm {
 namespace {
 
 constexpr int kBandRows = 32;  // samples
+/// Triangles that are projected and sorted into bands at a time: a house has millions.
+constexpr std::size_t kTrianglesAtOnce = 125'000;
 
 /// A vertex on its way to the screen. `side` tells whether it may be used as it is.
 enum class VertexSide : std::uint8_t { kInside, kBehindNear, kAboveCut, kBroken };
@@ -15,12 +17,35 @@ struct ScreenVertex {
   VertexSide side = VertexSide::kBroken;
 };
 
-std::vector<ScreenVertex> project_vertices(const TriangleMesh& mesh, const RenderView& view,
-                                           const ViewProjection& projection, const ParallelLoop& loop) {
-  std::vector<ScreenVertex> out(mesh.vertices.size());
+/// Some of a mesh's vertices on the screen.
+struct ScreenVertices {
+  std::size_t first = 0;
+  std::vector<ScreenVertex> values;
+  [[nodiscard]] bool contains(std::uint32_t index) const { return index - first < values.size(); }
+  [[nodiscard]] const ScreenVertex& operator[](std::uint32_t index) const { return values[index - first]; }
+};
+
+/// Triangles [begin, end) of a mesh.
+struct TriangleRange {
+  std::size_t begin = 0, end = 0;
+};
+
+/// The vertices from the lowest to the highest that these triangles use. (A reconstructed mesh is ordered by
+/// place, so that they are not many more than those used.)
+ScreenVertices project_vertices(const TriangleMesh& mesh, const TriangleRange& range, const RenderView& view,
+                                const ViewProjection& projection, const ParallelLoop& loop) {
+  std::size_t low = mesh.vertices.size(), high = 0;
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    for (const std::uint32_t index : mesh.triangles[i]) {
+      if (index >= mesh.vertices.size()) continue;
+      low = std::min<std::size_t>(low, index);
+      high = std::max<std::size_t>(high, index + std::size_t{1});
+    }
+  ScreenVertices screen{low, std::vector<ScreenVertex>(low < high ? high - low : 0)};
+  std::vector<ScreenVertex>& out = screen.values;
   loop.for_ranges(out.size(), 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 p = mesh.vertices[i].cast<double>();
+      const Vec3 p = mesh.vertices[low + i].cast<double>();
       if (!(p.cwiseAbs().maxCoeff() < 1e9)) continue;  // not finite, or absurd
       const Vec3 p_camera = projection.to_camera(p);
       if (view.cut_height_m && view.up.dot(p) > *view.cut_height_m) {
@@ -28,13 +53,13 @@ std::vector<ScreenVertex> project_vertices(const TriangleMesh& mesh, const Rende
       } else if (p_camera.z() < projection.near_m()) {
         out[i].side = VertexSide::kBehindNear;
       } else {
-        const Vec3 screen = projection.project(p_camera);
-        out[i] = {static_cast<float>(screen.x()), static_cast<float>(screen.y()),
-                  static_cast<float>(screen.z()), VertexSide::kInside};
+        const Vec3 at = projection.project(p_camera);
+        out[i] = {static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z()),
+                  VertexSide::kInside};
       }
     }
   });
-  return out;
+  return screen;
 }
 
 /// The part of a convex polygon where distance(p) >= 0.
@@ -107,15 +132,17 @@ class Band {
 
 enum class Fate : std::uint8_t { kDropped, kWhole, kClipped };
 
-/// One picture being drawn: what every band needs to know.
+/// A part of a picture being drawn: what every band needs to know.
 struct Scene {
   const TriangleMesh& mesh;
   const RenderView& view;
   const ViewProjection& projection;
-  std::vector<ScreenVertex> vertices;
+  TriangleRange range;
+  ScreenVertices vertices;
 
   [[nodiscard]] Fate fate(const std::array<std::uint32_t, 3>& t) const {
-    if (std::max({t[0], t[1], t[2]}) >= vertices.size()) return Fate::kDropped;
+    if (!vertices.contains(t[0]) || !vertices.contains(t[1]) || !vertices.contains(t[2]))
+      return Fate::kDropped;
     const VertexSide a = vertices[t[0]].side, b = vertices[t[1]].side, c = vertices[t[2]].side;
     if (a == VertexSide::kBroken || b == VertexSide::kBroken || c == VertexSide::kBroken)
       return Fate::kDropped;
@@ -144,7 +171,7 @@ struct Scene {
 std::vector<std::vector<std::uint32_t>> sort_into_bands(const Scene& scene, int rows) {
   const int bands = (rows + kBandRows - 1) / kBandRows;
   std::vector<std::vector<std::uint32_t>> out(static_cast<std::size_t>(bands));
-  for (std::size_t i = 0; i < scene.mesh.triangles.size(); ++i) {
+  for (std::size_t i = scene.range.begin; i < scene.range.end; ++i) {
     const auto& t = scene.mesh.triangles[i];
     const Fate fate = scene.fate(t);
     if (fate == Fate::kDropped) continue;
@@ -162,6 +189,22 @@ std::vector<std::vector<std::uint32_t>> sort_into_bands(const Scene& scene, int 
       out[static_cast<std::size_t>(band)].push_back(static_cast<std::uint32_t>(i));
   }
   return out;
+}
+
+void draw(const Scene& scene, VisibilityBuffer& buffer, const ParallelLoop& loop) {
+  const int rows = buffer.nearness.height();
+  const auto bands = sort_into_bands(scene, rows);
+  loop.for_ranges(bands.size(), 1, [&](std::size_t begin, std::size_t) {
+    const int first_row = static_cast<int>(begin) * kBandRows;
+    Band band(buffer, scene.view.faces, first_row, std::min(rows, first_row + kBandRows));
+    for (const std::uint32_t index : bands[begin]) {
+      const auto& t = scene.mesh.triangles[index];
+      if (scene.fate(t) == Fate::kWhole)
+        band.draw(index, scene.vertices[t[0]], scene.vertices[t[1]], scene.vertices[t[2]]);
+      else
+        scene.draw_clipped(band, index);
+    }
+  });
 }
 
 }  // namespace
@@ -189,19 +232,11 @@ VisibilityBuffer rasterise(const TriangleMesh& mesh, const RenderView& view, con
   const int columns = size_in_samples.width, rows = size_in_samples.height;
   VisibilityBuffer buffer{Image<float>(columns, rows, std::numeric_limits<float>::lowest()),
                           Image<std::uint32_t>(columns, rows, kNoTriangle)};
-  const Scene scene{mesh, view, projection, project_vertices(mesh, view, projection, loop)};
-  const auto bands = sort_into_bands(scene, rows);
-  loop.for_ranges(bands.size(), 1, [&](std::size_t begin, std::size_t) {
-    const int first_row = static_cast<int>(begin) * kBandRows;
-    Band band(buffer, view.faces, first_row, std::min(rows, first_row + kBandRows));
-    for (const std::uint32_t index : bands[begin]) {
-      const auto& t = mesh.triangles[index];
-      if (scene.fate(t) == Fate::kWhole)
-        band.draw(index, scene.vertices[t[0]], scene.vertices[t[1]], scene.vertices[t[2]]);
-      else
-        scene.draw_clipped(band, index);
-    }
-  });
+  for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += kTrianglesAtOnce) {
+    const TriangleRange range{begin, std::min(begin + kTrianglesAtOnce, mesh.triangles.size())};
+    const Scene scene{mesh, view, projection, range, project_vertices(mesh, range, view, projection, loop)};
+    draw(scene, buffer, loop);
+  }
   return buffer;
 }
 

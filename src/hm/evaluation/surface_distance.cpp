@@ -157,7 +157,12 @@ Vec3 closest_point_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangl
 }
 
 struct SurfaceDistance::Impl {
+  explicit Impl(std::unique_ptr<EmbreeMesh> built) : mesh(std::move(built)) {
+    for (std::uint32_t i = 0; i < mesh->size(); ++i)
+      for (const Vec3& corner : mesh->corners(i)) box.extend(corner);
+  }
   std::unique_ptr<EmbreeMesh> mesh;
+  Box3 box;
 };
 
 SurfaceDistance::SurfaceDistance(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -168,7 +173,7 @@ SurfaceDistance& SurfaceDistance::operator=(SurfaceDistance&&) noexcept = defaul
 Result<SurfaceDistance> SurfaceDistance::build(const TriangleMesh& mesh) {
   auto built = EmbreeMesh::build(mesh);
   if (!built) return forward_error(built);
-  return SurfaceDistance(std::make_unique<Impl>(Impl{std::move(*built)}));
+  return SurfaceDistance(std::make_unique<Impl>(std::move(*built)));
 }
 
 SurfaceDistance::Closest SurfaceDistance::closest(const Vec3& p) const {
@@ -192,6 +197,7 @@ void SurfaceDistance::lower_distances_m(std::span<const Vec3> points, std::span<
     std::uint32_t guess = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double limit = static_cast<double>(distances_m[i]);
+      if (impl_->box.squaredExteriorDistance(points[i]) > limit * limit * (1 + 1e-9)) continue;
       const NearestSearch found = nearest(*impl_->mesh, points[i], guess, limit * limit);
       guess = found.best;
       distances_m[i] = std::min(distances_m[i], static_cast<float>(std::sqrt(found.best_squared)));
@@ -215,41 +221,48 @@ std::vector<float> SurfaceDistance::signed_distances_m(std::span<const Vec3> poi
 
 namespace {
 
-/// Some of the triangles, with the vertices that they use.
-TriangleMesh piece_of(const TriangleMesh& mesh, std::size_t begin, std::size_t end,
-                      std::vector<std::uint32_t>& place) {
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Triangles [begin, end) with the vertices that they use.
+TriangleMesh piece_of(const TriangleMesh& mesh, std::size_t begin, std::size_t end) {
   constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  place.assign(mesh.vertices.size(), kNone);
-  TriangleMesh piece;
+  const auto is_sound = [&](const std::array<std::uint32_t, 3>& t) {
+    return std::max({t[0], t[1], t[2]}) < mesh.vertices.size();
+  };
+  std::uint32_t low = kNone, high = 0;
   for (std::size_t i = begin; i < end; ++i) {
-    std::array<std::uint32_t, 3> triangle{};
-    bool sound = true;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint32_t vertex = mesh.triangles[i][corner];
-      sound = sound && vertex < place.size();
-      if (!sound) break;
-      if (place[vertex] == kNone) {
-        place[vertex] = static_cast<std::uint32_t>(piece.vertices.size());
+    if (!is_sound(mesh.triangles[i])) continue;
+    for (const std::uint32_t vertex : mesh.triangles[i])
+      low = std::min(low, vertex), high = std::max(high, vertex);
+  }
+  TriangleMesh piece;
+  if (low == kNone) return piece;
+  std::vector<std::uint32_t> place(high - low + std::size_t{1}, kNone);
+  for (std::size_t i = begin; i < end; ++i) {
+    std::array<std::uint32_t, 3> triangle = mesh.triangles[i];
+    if (!is_sound(triangle)) continue;
+    for (std::uint32_t& vertex : triangle) {
+      std::uint32_t& at = place[vertex - low];
+      if (at == kNone) {
+        at = static_cast<std::uint32_t>(piece.vertices.size());
         piece.vertices.push_back(mesh.vertices[vertex]);
       }
-      triangle[corner] = place[vertex];
+      vertex = at;
     }
-    if (sound) piece.triangles.push_back(triangle);
+    piece.triangles.push_back(triangle);
   }
   return piece;
 }
 
-}  // namespace
-
-Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
-                                               const ParallelLoop& loop, std::size_t triangles_per_piece) {
-  std::vector<float> distances(points.size(), std::numeric_limits<float>::infinity());
-  std::vector<std::uint32_t> place;
+/// Lowers the distances piece by piece. An error when no triangle is usable.
+Result<void> lower_by_pieces(const TriangleMesh& mesh, std::span<const Vec3> points,
+                             std::span<float> distances, const ParallelLoop& loop,
+                             std::size_t triangles_per_piece) {
   bool any = false;
   Error error{ErrorCode::kInvalidValue, "the mesh has no triangle", {}};
   for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += triangles_per_piece) {
-    const std::size_t end = std::min(begin + triangles_per_piece, mesh.triangles.size());
-    const auto piece = SurfaceDistance::build(piece_of(mesh, begin, end, place));
+    const auto piece = SurfaceDistance::build(
+        piece_of(mesh, begin, std::min(begin + triangles_per_piece, mesh.triangles.size())));
     if (!piece) {  // no usable triangle here, perhaps in another piece
       error = piece.error();
       continue;
@@ -258,6 +271,28 @@ Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::sp
     piece->lower_distances_m(points, distances, loop);
   }
   if (!any) return tl::make_unexpected(error);
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
+                                               const ParallelLoop& loop, std::size_t triangles_per_piece) {
+  // Most points are near: without a limit each would be searched for in all pieces far away, too.
+  constexpr float kNear_m = 0.1F;
+  std::vector<float> distances(points.size(), kNear_m);
+  const auto near = lower_by_pieces(mesh, points, distances, loop, triangles_per_piece);
+  if (!near) return forward_error(near);
+  std::vector<Vec3> far_points;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (distances[i] >= kNear_m) far_points.push_back(points[i]);
+  if (far_points.empty()) return distances;
+  std::vector<float> far_distances(far_points.size(), kInfinity);
+  const auto far = lower_by_pieces(mesh, far_points, far_distances, loop, triangles_per_piece);
+  if (!far) return forward_error(far);
+  auto next = far_distances.begin();
+  for (float& distance : distances)
+    if (distance >= kNear_m) distance = *next++;
   return distances;
 }
 

@@ -56,6 +56,6 @@ class SurfaceDistance {
 /// take more memory than the map. An error when no triangle is usable.
 Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
                                                const ParallelLoop& loop,
-                                               std::size_t triangles_per_piece = 500'000);
+                                               std::size_t triangles_per_piece = 125'000);
 
 }  // namespace hm

@@ -13,7 +13,7 @@ constexpr double kBeamStep_rad = 2 * std::numbers::pi / 1024;
 constexpr double kRangeMin_m = 0.02, kRangeMax_m = 5.6;
 // The rover, as the example describes it.
 constexpr double kWheelRadius_m = 0.077, kHalfAxle_m = 0.165, kLaserForward_m = 0.145;
-constexpr double kRadiansPerTick = std::numbers::pi / 2000;
+constexpr double kRadiansPerTick = 2 * std::numbers::pi / 2000;
 
 /// Wheel odometry: arcs between two counts of both wheels.
 class WheelOdometry {

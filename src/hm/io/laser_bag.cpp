@@ -205,10 +205,11 @@ void tell_damage(const BagSummary& summary, LaserRecording& recording) {
   if (!summary.indexed)
     recording.notes.push_back("the bag was never closed (no index): read from its chunks");
   for (std::size_t i = 0; i < std::min(kMostProblems, summary.problems.size()); ++i)
-    recording.notes.push_back(summary.problems[i]);
+    recording.damage.push_back(summary.problems[i]);
   if (summary.problems.size() > kMostProblems)
-    recording.notes.push_back(
+    recording.damage.push_back(
         fmt::format("and {} more damaged places", summary.problems.size() - kMostProblems));
+  recording.notes.insert(recording.notes.end(), recording.damage.begin(), recording.damage.end());
   if (!summary.problems.empty() || !summary.indexed)
     recording.notes.push_back(
         fmt::format("{} messages in {} chunks could be read", summary.messages, summary.chunks));

@@ -193,7 +193,7 @@ std::string breezy(int stamp_us, int left, int right, const std::string& first =
 }
 
 TEST_F(LaserLogs, BreezyWheelOdometry) {
-  // Both wheels half a turn: straight on by pi r. Then the wheels turn against each other.
+  // Both wheels a turn: straight on by 2 pi r. Then the wheels turn against each other.
   const LaserRecording recording =
       read(breezy(1'000'000, 0, 0) + breezy(1'100'000, 2000, 2000, "0") + breezy(1'200'000, 1000, 3000, "7"),
            "a.dat");
@@ -206,9 +206,9 @@ TEST_F(LaserLogs, BreezyWheelOdometry) {
   EXPECT_NEAR(laser.scans[0].angle_rad(681), -laser.scans[0].angle_min_rad, 1e-12);
   EXPECT_EQ(laser.no_returns, 1U);
   EXPECT_EQ(laser.invalid, 1U);  // 7 mm is an error code of the scanner
-  const double half_turn_m = std::numbers::pi * 0.077;
-  expect_planar(recording.odometry.at(1).T_world_base, half_turn_m, 0, 0);
-  expect_planar(recording.odometry.at(2).T_world_base, half_turn_m, 0, half_turn_m / 0.33);
+  const double turn_m = 2 * std::numbers::pi * 0.077;
+  expect_planar(recording.odometry.at(1).T_world_base, turn_m, 0, 0);
+  expect_planar(recording.odometry.at(2).T_world_base, turn_m, 0, turn_m / 0.33);
 }
 
 TEST_F(LaserLogs, EurocImuWithTruth) {

@@ -54,7 +54,9 @@ struct LaserRecording {
   std::string truth_source = {};           ///< where it comes from, in words
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if there is one
   std::vector<SkippedLines> skipped = {};  ///< lines or messages that were left out
-  std::vector<MendedStamp> mended_stamps = {};  ///< of scans and truth, in order of `written`
+  std::vector<MendedStamp> mended_stamps = {};
+  std::vector<std::string> damage = {};  ///< places of the file that could not be read, also told in notes
+  ///< of scans and truth, in order of `written`
   std::vector<std::string> notes =
       {};  ///< what a user should know ("bag has no index: read from its chunks")
 };

@@ -6,17 +6,15 @@
 
 namespace hm {
 
-/// What a map in map_server's format says besides its cells.
-struct OccupancyGridFileOptions {
-  double occupied_thresh = 0.65;  ///< probability from which a reader calls a cell occupied
-  double free_thresh = 0.196;     ///< and below which free
+enum class OccupancyGridMode {
+  kTrinary,  ///< 0 for occupied (50 % and more), 254 for free, 205 for unknown: what map_server writes
+  kRaw,      ///< percent as they are, 255 for unknown
 };
 
 /// Writes a grid as map_server's pair of files: `path` (.yaml) and a binary PGM of the same name beside it,
-/// top row first, mode `trinary`: 0 for occupied (50 % and more), 254 for free, 205 for unknown. An error for
-/// another extension, an empty grid, or when the disk refuses.
+/// top row first. An error for another extension, an empty grid, or when the disk refuses.
 Result<void> write_occupancy_grid(const std::filesystem::path& path, const OccupancyGrid2D& grid,
-                                  const OccupancyGridFileOptions& options = {});
+                                  OccupancyGridMode mode = OccupancyGridMode::kTrinary);
 
 /// Reads such a pair: PGM in binary or ASCII, modes `trinary`, `scale` and `raw`, `negate`, comments. The
 /// image is the one that the YAML names, relative to it. A map turned by a yaw is an error (kUnsupported);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hm/io/image_file.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/io/lens_map.hpp"
 #include "hm/io/recording_listing.hpp"
 
@@ -80,13 +81,25 @@ Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
   return frame;
 }
 
+/// What a path is that holds no depth pictures.
+tl::unexpected<Error> not_depth_pictures(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (is_laser_recording(path))
+    return fail(ErrorCode::kUnsupported, path,
+                "this is a laser recording, not depth pictures: `hm laser` makes a map of it");
+  if (!std::filesystem::is_directory(path, ignored))
+    return fail(ErrorCode::kUnsupported, path, "a recording is a folder; this is a file");
+  return fail(ErrorCode::kNotFound, path,
+              "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM) and for "
+              "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
+}
+
 Result<detail::RecordingListing> list_recording(const std::filesystem::path& path,
                                                 const RecordingOptions& options) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     return fail(ErrorCode::kNotFound, path, "there is no such folder");
-  if (!std::filesystem::is_directory(path, ignored))
-    return fail(ErrorCode::kUnsupported, path, "a recording is a folder; this is a file");
+  if (!std::filesystem::is_directory(path, ignored)) return not_depth_pictures(path);
   const auto is_kind = [&](RecordingKind kind, bool (*looks_like)(const std::filesystem::path&)) {
     return options.kind ? *options.kind == kind : looks_like(path);
   };
@@ -95,9 +108,7 @@ Result<detail::RecordingListing> list_recording(const std::filesystem::path& pat
     return detail::list_icl_nuim(path, options);
   if (is_kind(RecordingKind::kSevenScenes, detail::looks_like_seven_scenes))
     return detail::list_seven_scenes(path, options);
-  return fail(ErrorCode::kNotFound, path,
-              "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM) and for "
-              "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
+  return not_depth_pictures(path);
 }
 
 void count_frames(detail::RecordingListing& listing) {

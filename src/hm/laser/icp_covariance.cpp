@@ -11,7 +11,7 @@ Mat3 IcpCovariance::compute(const ReferenceLines& reference, const ScanPoints& s
   for (const IcpPairs::Pair& pair : pairs.pairs()) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];
     const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
-    const float weight = IcpPairs::weight(cosine, weigh);
+    const float weight = IcpPairs::weight(reference, pair.line, cosine, weigh);
     own.add({nx, ny, pair.qx, pair.qy, 0, weight * weight * cosine * cosine});
     const std::uint32_t first = reference.begin[pair.line], last = reference.end[pair.line];
     const float share = weight / static_cast<float>(last - first);

@@ -1,6 +1,7 @@
 #include "hm/laser/icp_pairs.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -8,7 +9,20 @@ namespace hm {
 namespace {
 
 constexpr float kDuplicateFactor2 = 9;  // within three times the nearest one's distance
-constexpr float kMinIncidenceCosine2 = 0.1F;
+
+// Errors by the bits of their single-precision number: eight of exponent from 2^-20 m on, five of mantissa.
+constexpr std::uint32_t kErrorShift = 18, kErrorBins = 25 * 32;
+constexpr std::uint32_t kSmallestError = (127U - 20U) << (23 - kErrorShift);
+
+std::uint32_t error_bin(float error) {
+  const std::uint32_t code = std::bit_cast<std::uint32_t>(error) >> kErrorShift;
+  return code < kSmallestError ? 0 : std::min(code - kSmallestError, kErrorBins - 1);
+}
+
+/// The upper end of a bin.
+float error_of_bin(std::uint32_t bin) {
+  return std::bit_cast<float>((bin + 1 + kSmallestError) << kErrorShift);
+}
 
 struct Nearest {
   std::uint32_t index = 0;
@@ -19,22 +33,21 @@ struct Nearest {
 /// distance stays. Walks both ways from `start` in order of bearing and stops where the next ray alone is
 /// further away than the best point so far.
 bool find_nearest(const ReferenceLines& reference, float x, float y, Nearest& nearest) {
-  const float* px = reference.points.x.data();
-  const float* py = reference.points.y.data();
-  const float* ux = reference.ux.data();
-  const float* uy = reference.uy.data();
+  const ReferenceLines::Ray* rays = reference.rays.data();
   const std::uint32_t n = static_cast<std::uint32_t>(reference.size()), start = nearest.index;
   bool found = false;
   for (std::uint32_t j = start; j < n; ++j) {
-    const float dx = px[j] - x, dy = py[j] - y, distance2 = dx * dx + dy * dy;
+    const ReferenceLines::Ray& ray = rays[j];
+    const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
     if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
-    const float beyond = x * uy[j] - y * ux[j];
+    const float beyond = x * ray.uy - y * ray.ux;
     if (beyond > 0 && beyond * beyond > nearest.distance2) break;
   }
   for (std::uint32_t j = start; j-- > 0;) {
-    const float dx = px[j] - x, dy = py[j] - y, distance2 = dx * dx + dy * dy;
+    const ReferenceLines::Ray& ray = rays[j];
+    const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
     if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
-    const float beyond = x * uy[j] - y * ux[j];
+    const float beyond = x * ray.uy - y * ray.ux;
     if (beyond < 0 && beyond * beyond > nearest.distance2) break;
   }
   return found;
@@ -96,25 +109,25 @@ std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m, doub
     });
   }
   if (pairs_.empty()) return 0;
-  scratch_.clear();
-  for (const Pair& pair : pairs_) scratch_.push_back(std::abs(pair.error));
-  const auto last = static_cast<double>(scratch_.size() - 1);
-  const auto at = [&](double ratio) { return scratch_.begin() + static_cast<std::ptrdiff_t>(ratio * last); };
-  const auto middle = at(params.adaptive_order_ratio);
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
-  float limit = static_cast<float>(params.adaptive_multiple) * *middle;
-  const auto high = at(std::max(params.adaptive_order_ratio, params.keep_percentile_ratio));
-  if (params.keep_percentile_ratio < 1) {
-    std::nth_element(middle, high, scratch_.end());
-    limit = std::min(limit, *high);
-  }
-  limit = std::max(limit, static_cast<float>(floor_m));
+  const float limit = std::max(trimming_limit(params), static_cast<float>(floor_m));
   std::erase_if(pairs_, [&](const Pair& pair) { return std::abs(pair.error) > limit; });
   return pairs_.size();
 }
 
-float IcpPairs::weight(float incidence_cosine, bool weigh) {
-  return weigh ? 1 / std::max(incidence_cosine * incidence_cosine, kMinIncidenceCosine2) : 1.0F;
+/// The smaller of the percentile and the adaptive limit, from a histogram with 32 bins an octave: to 2 %.
+float IcpPairs::trimming_limit(const PlIcpParams& params) {
+  histogram_.assign(kErrorBins, 0);
+  for (const Pair& pair : pairs_) ++histogram_[error_bin(std::abs(pair.error))];
+  const auto last = static_cast<double>(pairs_.size() - 1);
+  const auto quantile = [&](double ratio) {
+    auto wanted = static_cast<std::int64_t>(ratio * last);
+    std::uint32_t bin = 0;
+    while (bin + 1 < kErrorBins && (wanted -= histogram_[bin]) >= 0) ++bin;
+    return error_of_bin(bin);
+  };
+  const float adaptive = static_cast<float>(params.adaptive_multiple) * quantile(params.adaptive_order_ratio);
+  if (params.keep_percentile_ratio >= 1) return adaptive;
+  return std::min(adaptive, quantile(params.keep_percentile_ratio));
 }
 
 PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints& sensed, bool weigh) const {
@@ -122,7 +135,7 @@ PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];
     const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
-    result.add({nx, ny, pair.qx, pair.qy, pair.error, weight(cosine, weigh)});
+    result.add({nx, ny, pair.qx, pair.qy, pair.error, weight(reference, pair.line, cosine, weigh)});
   }
   return result;
 }
@@ -133,7 +146,8 @@ Mat3 IcpPairs::feigned_information(const ReferenceLines& reference, const ScanPo
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];
     const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
-    result.add({-ny, nx, pair.qx, pair.qy, 0, weight(cosine, weigh) * reference.angle_sigma2[pair.line]});
+    result.add({-ny, nx, pair.qx, pair.qy, 0,
+                weight(reference, pair.line, cosine, weigh) * reference.angle_sigma2[pair.line]});
   }
   return result.information();
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -33,7 +34,11 @@ class IcpPairs {
   [[nodiscard]] double mean_error_m() const;
 
   /// Weight of a pair: the inverse of its error's variance in units of the range variance.
-  [[nodiscard]] static float weight(float incidence_cosine, bool weigh);
+  [[nodiscard]] static float weight(const ReferenceLines& reference, std::uint32_t line,
+                                    float incidence_cosine, bool weigh) {
+    const float reliance = reference.smooth[line] ? 1.0F : kRoughWeight;
+    return weigh ? reliance / std::max(incidence_cosine * incidence_cosine, kMinIncidenceCosine2) : reliance;
+  }
 
   struct Pair {
     std::uint32_t point;
@@ -45,10 +50,14 @@ class IcpPairs {
   [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
 
  private:
+  static constexpr float kMinIncidenceCosine2 = 0.2F;
+  static constexpr float kRoughWeight = 0.1F;  // of a line that its points contradict
+  [[nodiscard]] float trimming_limit(const PlIcpParams& params);
+
   std::vector<std::int32_t> partner_;  // of every sensed point, from the last iteration that looked at it
   std::vector<float> nearest2_;        // of every reference point
   std::vector<Pair> pairs_;
-  std::vector<float> scratch_;
+  std::vector<std::uint16_t> histogram_;  // of the errors, on a logarithmic scale
 };
 
 }  // namespace hm

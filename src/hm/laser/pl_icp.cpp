@@ -1,10 +1,7 @@
 #include "hm/laser/pl_icp.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "hm/laser/icp_covariance.hpp"
 #include "hm/laser/icp_pairs.hpp"
@@ -15,54 +12,18 @@ namespace {
 
 constexpr std::size_t kMinCoarsePoints = 120;  // fewer are not worth an iteration of their own
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
+constexpr double kCertainInformation = 0.15;   // share of the pairs beyond which noise is out of the question
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
 
 }  // namespace
-
-std::string_view to_string(MatchStatus status) {
-  switch (status) {
-    case MatchStatus::kMatched:
-      return "matched";
-    case MatchStatus::kTooFewPoints:
-      return "too few points";
-    case MatchStatus::kTooFewPairs:
-      return "too few pairs";
-    case MatchStatus::kNoInformation:
-      return "no information";
-    case MatchStatus::kCorrectionTooLarge:
-      return "correction too large";
-    case MatchStatus::kInvalidGuess:
-      return "invalid guess";
-  }
-  return "";
-}
-
-std::string FreeDirections::to_string() const {
-  if (count == 0) return "none";
-  std::string text;
-  for (int k = 0; k < count; ++k) {
-    const Vec3& direction = directions[static_cast<std::size_t>(k)];
-    if (k > 0) text += ", ";
-    if (std::abs(direction.z()) < 0.2) {
-      double degrees = std::atan2(direction.y(), direction.x()) * 180 / std::numbers::pi;
-      degrees = std::fmod(degrees + 360.0, 180.0);  // either way along a line
-      text += fmt::format("along {:.0f} deg", degrees);
-    } else {
-      const double turn = direction.z() / arm_m;
-      text += fmt::format("around ({:.2f}, {:.2f}) m", at_m.x() - direction.y() / turn,
-                          at_m.y() + direction.x() / turn);
-    }
-  }
-  return text;
-}
 
 struct PlIcp::State {
   explicit State(const PlIcpParams& given) : params(given) {}
 
   PlIcpParams params;
   // Reference.
-  ReferenceLines reference;
+  ReferenceLines reference, spare;
   Vec2 reference_origin_m = Vec2::Zero();
   double reference_sigma_m = 0.01;
   std::vector<float> offset_sum, offset_count;  // what scans since the last fit saw beyond each line
@@ -78,6 +39,7 @@ struct PlIcp::State {
   bool matched = false;
   double range_sigma_m = 0.01;
   std::vector<float> scratch;
+  std::vector<std::uint64_t> seen;  // fingerprints of the match's pairs
 
   [[nodiscard]] double sigma_of(const ScanPoints& points) {
     return params.range_sigma_m > 0 ? params.range_sigma_m : estimate_range_sigma(points, scratch);
@@ -116,8 +78,11 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
     return false;
   }
   sums = pairs.sums(reference, sensed, params.weight_by_incidence);
-  const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
-  free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+  free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  if (free.count > 0) {
+    const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
+    free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+  }
   if (free.count == 3) {
     match.status = MatchStatus::kNoInformation;
     return false;
@@ -135,7 +100,7 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
 void PlIcp::State::run(ScanMatch& match) {
   const auto coarse = static_cast<std::size_t>(std::max(1, params.coarse_stride));
   std::size_t stride = sensed.size() / coarse >= kMinCoarsePoints ? coarse : 1;
-  std::vector<std::uint64_t> seen;
+  seen.clear();
   match.status = MatchStatus::kMatched;
   while (match.iterations < params.max_iterations) {
     if (match.iterations + 1 == params.max_iterations) stride = 1;
@@ -289,11 +254,11 @@ void PlIcp::State::carry_over(ReferenceLines& next, int max_scans) const {
 
 void PlIcp::advance_reference(int max_scans) {
   State& s = *state_;
-  ReferenceLines next;
+  ReferenceLines& next = s.spare;
   next.points = s.sensed;
   next.scans.assign(next.size(), 1.0F);
   if (s.matched && max_scans > 1 && s.params.line_half_length_m > 0) s.carry_over(next, max_scans);
-  s.reference = std::move(next);
+  std::swap(s.reference, next);
   s.reference_origin_m = s.sensed_origin_m;
   s.reference_sigma_m = s.sigma_of(s.sensed);
   s.improved_scans = 0;

@@ -6,7 +6,7 @@ namespace hm {
 /// Parameters of the scan matcher. `PlIcpParams::dissertation()` gives the plain PL-ICP of 2.2.1.
 struct PlIcpParams {
   int max_iterations = 10;
-  double epsilon_xy_m = 1e-5, epsilon_angle_rad = 1e-6;
+  double epsilon_xy_m = 1e-4, epsilon_angle_rad = 2e-5;
   double max_correspondence_distance_m = 0.3;
   double max_linear_correction_m = 0.5, max_angular_correction_rad = 0.785;
   double keep_percentile_ratio = 0.95, adaptive_order_ratio = 0.7, adaptive_multiple = 2.5;

@@ -122,7 +122,8 @@ TEST(PlIcp, ResultIsTheNumericMinimumOfTheCost) {
       const auto j = static_cast<std::size_t>(partner[i]);
       const Vec2 normal(lines.nx[j], lines.ny[j]),
           turned = SE2(0, 0, match.T_reference_sensed->angle()) * b.points_m[i];
-      const double cosine = normal.dot(turned.normalized()), weight = 1 / std::max(cosine * cosine, 0.1);
+      const double cosine = normal.dot(turned.normalized()),
+                   weight = (lines.smooth[j] ? 1 : 0.1) / std::max(cosine * cosine, 0.2);
       const double error = normal.dot(T * b.points_m[i]) - static_cast<double>(lines.d[j]);
       sum += weight * error * error;
     }

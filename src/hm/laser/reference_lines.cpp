@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t kIndexBins = 2048;
 constexpr std::uint32_t kUnset = 0xffffffffU;
 constexpr std::uint32_t kMaxReach = 60;   // points on one side of a line
-constexpr std::uint32_t kMinReach = 4;    // points on one side that a long line has at least
+constexpr std::uint32_t kMinReach = 4;    // points on one side that a line has where points are sparse
+constexpr float kSparseReach = 3;         // half lengths that these are away at most
 constexpr double kMaxAngleSigma2 = 0.25;  // beyond it a normal is a guess
 constexpr double kMinIncidenceCosine2 = 0.05;
 constexpr double kMaxExcess = 2.5;       // standard deviations that a straight piece may have
@@ -88,10 +89,12 @@ void ReferenceLines::fit(const LineFitParams& params) {
 }
 
 void ReferenceLines::find_directions() {
+  rays.resize(size());
   for (std::size_t i = 0; i < size(); ++i) {
     const float inverse = 1.0F / points.range[i];
     ux[i] = points.x[i] * inverse;
     uy[i] = points.y[i] * inverse;
+    rays[i] = {points.x[i], points.y[i], ux[i], uy[i]};
   }
 }
 
@@ -104,6 +107,7 @@ void ReferenceLines::find_windows(const LineFitParams& params) {
     return dx * dx + dy * dy;
   };
   const auto reach2 = static_cast<float>(params.half_length_m * params.half_length_m);
+  const float far2 = kSparseReach * kSparseReach * reach2;
   const auto noise_m = static_cast<float>(6 * params.range_sigma_m);
   for (std::uint32_t piece = 0; piece < n;) {
     std::uint32_t last = piece + 1;
@@ -118,8 +122,13 @@ void ReferenceLines::find_windows(const LineFitParams& params) {
       while (low < i && (squared_distance(low, i) > reach2 || i - low > kMaxReach)) ++low;
       high = std::max(high, i + 1);
       while (high < last && squared_distance(high, i) <= reach2 && high - i < kMaxReach) ++high;
-      windows_[i] = {std::max(piece, std::min(low, i < kMinReach ? 0 : i - kMinReach)),
-                     std::min(last, std::max(high, i + kMinReach + 1))};
+      // Where points are sparse a few more, but not from anywhere.
+      std::uint32_t first = low, end_of_window = high;
+      while (first > piece && i - first < kMinReach && squared_distance(first - 1, i) <= far2) --first;
+      while (end_of_window < last && end_of_window - i <= kMinReach &&
+             squared_distance(end_of_window, i) <= far2)
+        ++end_of_window;
+      windows_[i] = {first, end_of_window};
     }
     piece = last;
   }

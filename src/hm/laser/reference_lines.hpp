@@ -32,9 +32,14 @@ struct LineFitParams {
 /// where nothing longer is straight.
 class ReferenceLines {
  public:
+  /// A point and its unit direction, side by side for the search.
+  struct Ray {
+    float x, y, ux, uy;
+  };
   // One entry per point, all seen from the scan's origin.
   ScanPoints points;
   std::vector<float> ux, uy;              ///< unit direction towards the point
+  std::vector<Ray> rays;                  ///< points and directions once more
   std::vector<float> nx, ny, d;           ///< line: nx * x + ny * y = d
   std::vector<float> angle_sigma2;        ///< variance of the normal's angle, rad2
   std::vector<float> scans;               ///< how many scans were averaged here

@@ -11,11 +11,11 @@ namespace hm {
 struct ScanOdometryParams {
   PlIcpParams matcher;
   bool use_keyframes = true;
-  double keyframe_distance_m = 0.5, keyframe_angle_rad = 0.52;
+  double keyframe_distance_m = 2.0, keyframe_angle_rad = 1.0;
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
   double velocity_alpha = 0.9, velocity_beta = 0.5;
-  int reference_scans = 30;
+  int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
 

@@ -11,6 +11,8 @@ namespace hm::mvog {
 namespace {
 
 constexpr double kNearColumn = 0.25;
+constexpr std::uint32_t kGlancing = 2;  ///< levels above and below the end
+constexpr double kLevelBeam = 2;        ///< a level beam climbs less than this, in levels
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Heights are whole numbers of 2^-32 levels above kLowest, so that they are positive.
 constexpr int kFractionBits = 32;
@@ -28,12 +30,12 @@ std::uint64_t bit_of(std::uint32_t level) { return std::uint64_t{1} << (level & 
 /// and their bits.
 struct BeamRaster::Height {
   std::uint32_t in, next;
-  std::uint64_t in_bit, next_bit;
-  explicit Height(double units) {
-    const auto z = static_cast<std::int64_t>(units);
+  std::uint64_t next_bit;
+  std::int64_t units;
+  explicit Height(double z) : Height(static_cast<std::int64_t>(z)) {}
+  explicit Height(std::int64_t z) : units(z) {
     in = static_cast<std::uint32_t>(z >> kFractionBits);
     next = static_cast<std::uint32_t>((z + kHalfLevel) >> kFractionBits);
-    in_bit = bit_of(in);
     next_bit = bit_of(next);
   }
   /// True when both are among the 64 levels from `base` on, a multiple of 64.
@@ -92,19 +94,21 @@ void BeamRaster::mark_end(int x, int y, int low_level, std::uint64_t Word::*plan
 void BeamRaster::add_return(const CellPoint& origin, const CellPoint& end) {
   const CellPoint d = end - origin;
   const bool steep = d.z() * d.z() > 4 * (d.x() * d.x() + d.y() * d.y());  // a level is half a cell
-  walk(origin, end, !steep);
+  walk(origin, end, steep ? BeamEnd::kSteepReturn : BeamEnd::kFlatReturn);
   const int x = static_cast<int>(std::floor(end.x())), y = static_cast<int>(std::floor(end.y()));
   const int low = static_cast<int>(std::floor(end.z() + 0.5)) - 1;
   mark_end(x, y, low, &Word::hit);
   const double u = end.x() - x, v = end.y() - y;
-  const int dx = u < kNearColumn ? -1 : u > 1 - kNearColumn ? 1 : 0;
-  const int dy = v < kNearColumn ? -1 : v > 1 - kNearColumn ? 1 : 0;
+  const int dx = u < kNearColumn ? -1 : u >= 1 - kNearColumn ? 1 : 0;
+  const int dy = v < kNearColumn ? -1 : v >= 1 - kNearColumn ? 1 : 0;
   if (dx) mark_end(x + dx, y, low, &Word::near_hit);
   if (dy) mark_end(x, y + dy, low, &Word::near_hit);
   if (dx && dy) mark_end(x + dx, y + dy, low, &Word::near_hit);
 }
 
-void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) { walk(origin, end, false); }
+void BeamRaster::add_no_return(const CellPoint& origin, const CellPoint& end) {
+  walk(origin, end, BeamEnd::kNothing);
+}
 
 /// A beam on its way over the columns; walls are crossed at the share t of the beam.
 struct BeamRaster::Walk {
@@ -112,6 +116,8 @@ struct BeamRaster::Walk {
   int place, step_x, step_y, exit_x, exit_y, walls;
   double t_x, t_y, per_x, per_y, z0, dz;
   Height at;  ///< where it came into this column
+  std::uint32_t glancing_from = 0,
+                glancing_count = 0;  ///< levels in which it misses nothing but by their middle
 
   Walk(const CellPoint& origin, const CellPoint& end) : at(to_units(origin.z())) {
     const int x = static_cast<int>(std::floor(origin.x())), y = static_cast<int>(std::floor(origin.y()));
@@ -135,6 +141,14 @@ struct BeamRaster::Walk {
   }
   /// The height at which the beam leaves this column.
   [[nodiscard]] Height leaves() const { return Height(z0 + dz * std::min(t_x, t_y)); }
+  [[nodiscard]] bool glances(const Height& h) const { return h.in - glancing_from < glancing_count; }
+  /// The levels of the layer from `base` on that count as missed where the beam leaves a column in them.
+  [[nodiscard]] std::uint64_t not_glancing(std::uint32_t base) const {
+    const int first = static_cast<int>(glancing_from - base), end = first + static_cast<int>(glancing_count);
+    if (end <= 0 || first >= 64) return ~std::uint64_t{0};
+    const std::uint64_t below_end = end >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << end) - 1;
+    return ~(below_end & (first <= 0 ? ~std::uint64_t{0} : ~((std::uint64_t{1} << first) - 1)));
+  }
   /// Steps into the next column. Returns whether it is of another tile.
   bool step() {
     --walls;
@@ -166,88 +180,92 @@ void BeamRaster::mark_levels(const Walk& walk, const Height& to) {
   const auto place = static_cast<std::size_t>(walk.place);
   for (std::uint32_t level = low.in; level <= high.in; ++level) {
     Layer& here = layer(walk.key, word_of(static_cast<int>(level) + kLowest));
-    here.columns[place].touch |= bit_of(level);
-    if (level >= low.next && level < high.next) here.columns[place].miss |= bit_of(level);
+    const bool crossed = level >= low.next && level < high.next;
+    const bool leaves_in = low.next == high.next && level == to.in;
+    if (crossed || (leaves_in && !walk.glances(to))) here.columns[place].miss |= bit_of(level);
+    if (leaves_in) here.columns[place].brush |= bit_of(level);
+    if (!crossed && !leaves_in) continue;
     here.seen |= std::uint64_t{1} << place;
   }
 }
 
-/// Walks as long as the beam stays in a tile and a layer of it. This is where the time goes: everything that
-/// changes stays in registers.
+/// Walks as long as the beam stays in a tile and a layer of it. This is where the time of a scan goes: a
+/// function of its own, so that everything stays in registers.
 template <bool kRises>
-void BeamRaster::walk_in_layer(Walk& walk, Layer& here, std::uint32_t base) {
-  Walk w = walk;
-  std::uint64_t seen = 0;
-  for (bool same_tile = true; same_tile && w.walls > 0;) {
-    const Height to = w.leaves();
-    if (!to.within(base)) break;
-    Word& column = here.columns[static_cast<std::size_t>(w.place)];
-    column.touch |= kRises ? 2 * to.in_bit - w.at.in_bit : 2 * w.at.in_bit - to.in_bit;
-    column.miss |= kRises ? to.next_bit - w.at.next_bit : w.at.next_bit - to.next_bit;
-    seen |= std::uint64_t{1} << w.place;
-    w.at = to;
-    same_tile = !w.step();
+[[gnu::noinline]] void BeamRaster::walk_in_layer(Walk& w, Layer& here, std::uint32_t base) {
+  const double z0 = w.z0 - base * kUnitsPerLevel, dz = w.dz, per_x = w.per_x, per_y = w.per_y;
+  const std::uint64_t counts = w.glancing_count == 0 ? ~std::uint64_t{0} : w.not_glancing(base);
+  double t_x = w.t_x, t_y = w.t_y;
+  std::uint64_t next_bit = w.at.next_bit, seen = 0;
+  std::int64_t last = w.at.units - (std::int64_t{base} << kFractionBits);
+  int place = w.place, walls = w.walls;
+  while (walls > 0) {
+    const auto z = static_cast<std::int64_t>(z0 + dz * std::min(t_x, t_y));
+    const auto in = static_cast<std::uint64_t>(z >> kFractionBits);
+    const auto next = static_cast<std::uint64_t>((z + kHalfLevel) >> kFractionBits);
+    if ((in | next) >= 64) break;
+    const std::uint64_t to_in = std::uint64_t{1} << in, to_next = std::uint64_t{1} << next;
+    const std::uint64_t crossed = kRises ? to_next - next_bit : next_bit - to_next;
+    Word& column = here.columns[static_cast<std::size_t>(place)];
+    // All ones when no middle was crossed; without a branch, for that cannot be foreseen.
+    const std::uint64_t none = ((crossed | (0 - crossed)) >> 63) - 1;
+    column.miss |= crossed | (to_in & counts & none);
+    column.brush |= to_in & none;
+    seen |= std::uint64_t{1} << place;
+    next_bit = to_next;
+    last = z;
+    --walls;
+    if (t_x < t_y) {
+      t_x += per_x;
+      if ((place & 7) == w.exit_x) {
+        place ^= 7;
+        w.key.x += w.step_x;
+        break;
+      }
+      place += w.step_x;
+    } else {
+      t_y += per_y;
+      if ((place & 56) == w.exit_y) {
+        place ^= 56;
+        w.key.y += w.step_y / 8;
+        break;
+      }
+      place += w.step_y;
+    }
   }
   here.seen |= seen;
-  walk = w;
+  w.t_x = t_x;
+  w.t_y = t_y;
+  w.place = place;
+  w.walls = walls;
+  w.at = Height(last + (std::int64_t{base} << kFractionBits));
 }
 
-void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end) {
+void BeamRaster::walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind) {
   Walk walk(origin, end);
+  const bool level = std::abs(end.z() - origin.z()) < kLevelBeam;
+  if (kind != BeamEnd::kNothing && !level && !count_glancing_) {
+    walk.glancing_from = Height(to_units(end.z())).in - kGlancing;
+    walk.glancing_count = 2 * kGlancing + 1;
+  }
   while (walk.walls > 0) {
     const std::uint32_t base = walk.at.in & ~63u;
-    const Height to = walk.leaves();
-    if (!walk.at.within(base) || !to.within(base)) {
+    const int walls = walk.walls;
+    if (walk.at.within(base)) {
+      Layer& here = layer(walk.key, word_of(static_cast<int>(base) + kLowest));
+      if (walk.dz >= 0)
+        walk_in_layer<true>(walk, here, base);
+      else
+        walk_in_layer<false>(walk, here, base);
+    }
+    if (walk.walls == walls) {  // it leaves the layer within this column
+      const Height to = walk.leaves();
       mark_levels(walk, to);
       walk.at = to;
       walk.step();
-      continue;
-    }
-    Layer& here = layer(walk.key, word_of(static_cast<int>(base) + kLowest));
-    if (walk.dz >= 0)
-      walk_in_layer<true>(walk, here, base);
-    else
-      walk_in_layer<false>(walk, here, base);
-  }
-  if (!stop_before_end) mark_levels(walk, Height(walk.z0 + walk.dz));
-}
-
-std::uint64_t BeamRaster::columns_seen(const ScanTile& tile) const {
-  std::uint64_t seen = 0;
-  for (std::uint32_t at = tile.lowest; at != kNone; at = layers_[at].above) seen |= layers_[at].seen;
-  return seen;
-}
-
-void BeamRaster::take_sayings(const ScanTile& tile, std::size_t place, std::vector<SayingStart>& out) {
-  out.clear();
-  Saying before = Saying::kNothing;
-  int base = 0;
-  for (std::uint32_t at = tile.lowest; at != kNone; at = layers_[at].above) {
-    Layer& layer = layers_[at];
-    if ((layer.seen >> place & 1u) == 0) continue;
-    layer.seen &= ~(std::uint64_t{1} << place);
-    Word w = std::exchange(layer.columns[place], Word{});
-    if (before != Saying::kNothing && base + 64 != layer.word * 64) {
-      out.push_back({base + 64, Saying::kNothing});
-      before = Saying::kNothing;
-    }
-    base = layer.word * 64;
-    w.miss &= ~w.hit;
-    w.near_hit &= ~(w.hit | w.miss);
-    w.touch &= ~(w.hit | w.miss | w.near_hit);
-    const auto edges = [&](std::uint64_t plane, Saying saying) {
-      return plane ^ (plane << 1 | (before == saying ? 1u : 0u));
-    };
-    std::uint64_t starts = edges(w.hit, Saying::kHit) | edges(w.miss, Saying::kMiss) |
-                           edges(w.near_hit, Saying::kNearOccupied) | edges(w.touch, Saying::kNearFree);
-    for (; starts != 0; starts &= starts - 1) {
-      const int bit = std::countr_zero(starts);
-      const auto in = [&](std::uint64_t plane) { return static_cast<unsigned>(plane >> bit & 1u); };
-      before = static_cast<Saying>(in(w.hit) * 4 + in(w.miss) * 3 + in(w.near_hit) * 2 + in(w.touch));
-      out.push_back({base + bit, before});
     }
   }
-  if (before != Saying::kNothing) out.push_back({base + 64, Saying::kNothing});
+  if (kind != BeamEnd::kFlatReturn) mark_levels(walk, Height(walk.z0 + walk.dz));
 }
 
 }  // namespace hm::mvog

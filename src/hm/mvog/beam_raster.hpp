@@ -15,21 +15,25 @@ using CellPoint = Eigen::Vector3d;
 
 /// Turns the beams of one scan into what it says of each column (2.5.2, Fig. 2.16).
 ///
-/// A beam misses the levels whose middle it crosses in a column, and brushes every other level that it
-/// touches. It hits a stretch of two levels (one cell) around its end, and in the columns that lie within a
-/// quarter of a cell of its end it is near. In the column of its end a beam flatter than 45 degrees misses
-/// nothing. The scan's strongest saying counts for each place.
+/// A beam misses the levels whose middle it crosses in a column, or the one that it leaves the column in
+/// where it crosses none. Within a cell of the height of its end, a beam that is not level may be glancing
+/// along the surface that it ends on, and such beams would erase floors: where it crosses no middle there, it
+/// only brushes the level, but in scans that are told to count it. A beam hits a stretch of two levels (one
+/// cell) around its end, and ends beside the columns that lie within a quarter of a cell. In the column of
+/// its end a beam flatter than 45 degrees misses nothing. The scan's strongest saying counts for each place.
 class BeamRaster {
  public:
   /// Forgets the tiles of the scan before. All its sayings must have been taken.
   void clear();
+  /// From here on glancing beams count as all others do.
+  void count_glancing(bool count) { count_glancing_ = count; }
   void add_return(const CellPoint& origin, const CellPoint& end);
   void add_no_return(const CellPoint& origin, const CellPoint& end);
 
   static constexpr std::uint32_t kNone = 0xffffffffu;
   /// What the scan says of 64 levels of one column; bit i is level 64 * word + i.
   struct Word {
-    std::uint64_t touch = 0, hit = 0, miss = 0, near_hit = 0;
+    std::uint64_t brush = 0, hit = 0, miss = 0, near_hit = 0;
   };
   /// 64 levels of a tile. Its words are zero but for the columns seen.
   struct Layer {
@@ -55,7 +59,8 @@ class BeamRaster {
  private:
   struct Walk;
   struct Height;
-  void walk(const CellPoint& origin, const CellPoint& end, bool stop_before_end);
+  enum class BeamEnd { kFlatReturn, kSteepReturn, kNothing };
+  void walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind);
   template <bool kRises>
   void walk_in_layer(Walk& walk, Layer& here, std::uint32_t base);
   void mark_levels(const Walk& walk, const Height& to);
@@ -64,6 +69,7 @@ class BeamRaster {
   /// The layer of a tile at a word, made when it is not there.
   Layer& layer(TileKey key, int word);
 
+  bool count_glancing_ = true;
   TileIndex index_;  ///< of tiles_
   std::vector<ScanTile> tiles_;
   std::vector<Layer> layers_;

@@ -44,53 +44,38 @@ bool ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> saying
 }
 
 /// An unknown gap of one level between free places is free as far as beams of this density can tell.
-void ColumnUpdater::fill_slivers() {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < runs_.size(); ++i) {
-    const bool sliver = runs_[i].code == kUnknownCode && i > 0 && i + 1 < runs_.size() &&
-                        runs_[i].end - runs_[i - 1].end == 1 &&
-                        tables_.state(runs_[i - 1].code) == Occupancy::kFree &&
-                        tables_.state(runs_[i + 1].code) == Occupancy::kFree;
-    const Run run{runs_[i].end, sliver ? kNearFreeCode : runs_[i].code};
-    if (kept > 0 && runs_[kept - 1].code == run.code)
-      runs_[kept - 1].end = run.end;
-    else
-      runs_[kept++] = run;
-  }
-  runs_.resize(kept);
+bool ColumnUpdater::is_sliver(std::size_t i) const {
+  return runs_[i].code == kUnknownCode && i > 0 && i + 1 < runs_.size() &&
+         runs_[i].end - runs_[i - 1].end == 1 && tables_.state(runs_[i - 1].code) == Occupancy::kFree &&
+         tables_.state(runs_[i + 1].code) == Occupancy::kFree;
 }
 
-void ColumnUpdater::merge_similar() {
-  std::size_t kept = 0;
-  int begin = start_;  // of the run kept last
-  for (std::size_t i = 1; i < runs_.size(); ++i) {
-    Run& last = runs_[kept];
-    const Run run = runs_[i];
-    if (tables_.similar(last.code, run.code)) {
-      last = {run.end, tables_.merged(last.code, last.end - begin, run.code, run.end - last.end)};
-    } else {
-      begin = last.end;
-      runs_[++kept] = run;
-    }
-  }
-  if (!runs_.empty()) runs_.resize(kept + 1);
-}
-
+/// Joins similar neighbours, slivers filled, and packs what comes out.
 void ColumnUpdater::pack(std::vector<std::uint16_t>& out) const {
   out.push_back(static_cast<std::uint16_t>(start_));
-  int level = start_;
-  for (const Run& run : runs_) {
-    for (int left = run.end - level; left > 0; left -= 255)
-      out.push_back(static_cast<std::uint16_t>(run.code << 8 | std::min(left, 255)));
-    level = run.end;
+  int begin = start_;
+  Run last = runs_.front();
+  const auto write = [&] {
+    for (int left = last.end - begin; left > 0; left -= 255)
+      out.push_back(static_cast<std::uint16_t>(last.code << 8 | std::min(left, 255)));
+  };
+  for (std::size_t i = 1; i < runs_.size(); ++i) {
+    Run run = runs_[i];
+    if (fill_slivers_ && is_sliver(i)) run.code = kNearFreeCode;
+    if (tables_.similar(last.code, run.code)) {
+      last = {run.end, tables_.merged(last.code, last.end - begin, run.code, run.end - last.end)};
+      continue;
+    }
+    write();
+    begin = last.end;
+    last = run;
   }
+  write();
 }
 
 bool ColumnUpdater::update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
                            std::vector<std::uint16_t>& out) {
   if (!overlay(old, sayings, same_view)) return false;
-  if (fill_slivers_) fill_slivers();
-  merge_similar();
   pack(out);
   return true;
 }

@@ -65,8 +65,7 @@ class ColumnUpdater {
     RunCode code;
   };
   bool overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view);
-  void fill_slivers();
-  void merge_similar();
+  [[nodiscard]] bool is_sliver(std::size_t i) const;
   void pack(std::vector<std::uint16_t>& out) const;
 
   CodeTables tables_;

@@ -25,11 +25,12 @@ struct Header {
   std::uint32_t version = kVersion;
   std::uint32_t tiles = 0;
   double resolution_m = 0, occupied_ratio = 0, same_view_distance_cell = 0, merge_sigmas = 0;
-  std::int32_t evidence_cap = 0, same_view_cap = 0, fill_slivers = 0, max_map_mb = 0;
-  std::uint64_t revision = 0, view_count = 0;
+  std::int32_t evidence_cap = 0, same_view_cap = 0, glancing_period = 0, fill_slivers = 0, max_map_mb = 0;
+  std::uint32_t view_count = 0;
+  std::uint64_t revision = 0, scans = 0;
   std::array<double, 12> views{};
 };
-static_assert(sizeof(Header) == 176);
+static_assert(sizeof(Header) == 184);
 
 struct TileHeader {
   std::int32_t x = 0, y = 0;
@@ -40,8 +41,9 @@ static_assert(sizeof(TileHeader) == 24);
 
 template <class T>
 void append(std::vector<std::byte>& out, const T* values, std::size_t count) {
-  const auto* bytes = reinterpret_cast<const std::byte*>(values);
-  out.insert(out.end(), bytes, bytes + count * sizeof(T));
+  const std::size_t at = out.size();
+  out.resize(at + count * sizeof(T));
+  std::memcpy(out.data() + at, values, count * sizeof(T));
 }
 
 /// Appends the checksum of everything from `begin` on.
@@ -103,6 +105,11 @@ bool is_block(std::span<const std::uint16_t> block) {
   return true;
 }
 
+bool is_key(TileKey key) {
+  constexpr double kMax = 1 << 25;  // MultiVolumeGrid::Impl::kMaxColumn / kTileSide
+  return std::abs(double{1} * key.x) <= kMax && std::abs(double{1} * key.y) <= kMax;
+}
+
 Result<Header> read_header(Reader& in) {
   Header header;
   if (!in.read(&header, 1))
@@ -125,6 +132,7 @@ Result<MvogParams> params_of(const Header& header, const Reader& in) {
   params.same_view_cap = header.same_view_cap;
   params.same_view_distance_cell = header.same_view_distance_cell;
   params.merge_sigmas = header.merge_sigmas;
+  params.glancing_period = header.glancing_period;
   params.fill_slivers = header.fill_slivers != 0;
   params.max_map_mb = header.max_map_mb;
   if (const auto good = check_params(params); !good)
@@ -144,10 +152,12 @@ std::vector<std::byte> MultiVolumeGrid::serialise() const {
   header.same_view_cap = params.same_view_cap;
   header.same_view_distance_cell = params.same_view_distance_cell;
   header.merge_sigmas = params.merge_sigmas;
+  header.glancing_period = params.glancing_period;
   header.fill_slivers = params.fill_slivers;
   header.max_map_mb = params.max_map_mb;
   header.revision = impl_->revision;
-  header.view_count = impl_->view_count;
+  header.scans = impl_->scans;
+  header.view_count = static_cast<std::uint32_t>(impl_->view_count);
   for (std::size_t i = 0; i < impl_->view_count; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis)
       header.views[3 * i + axis] = impl_->views[i][static_cast<Eigen::Index>(axis)];
@@ -176,9 +186,10 @@ Result<MultiVolumeGrid> MultiVolumeGrid::parse(std::span<const std::byte> bytes)
   if (!params) return forward_error(params);
   MultiVolumeGrid grid(*params);
   grid.impl_->revision = header->revision;
+  grid.impl_->scans = header->scans;
   if (header->view_count > Impl::kViews)
     return in.fail_at(ErrorCode::kCorrupted, 0, "{} views", header->view_count);
-  grid.impl_->view_count = static_cast<std::size_t>(header->view_count);
+  grid.impl_->view_count = header->view_count;
   for (std::size_t i = 0; i < grid.impl_->view_count; ++i)
     grid.impl_->views[i] = Eigen::Vector3d(&header->views[3 * i]);
   std::vector<std::uint16_t> block;
@@ -196,8 +207,7 @@ Result<MultiVolumeGrid> MultiVolumeGrid::parse(std::span<const std::byte> bytes)
     if (!in.check_seal(begin))
       return in.fail_at(ErrorCode::kCorrupted, begin, "the checksum of tile {} is wrong", i);
     const TileKey key{tile.x, tile.y};
-    const bool good = is_block(block) && std::abs(tile.x) <= Impl::kMaxColumn / kTileSide &&
-                      std::abs(tile.y) <= Impl::kMaxColumn / kTileSide && !grid.impl_->store.find(key) &&
+    const bool good = is_block(block) && is_key(key) && !grid.impl_->store.find(key) &&
                       tile.revision >= last_revision && tile.revision <= header->revision;
     if (!good) return in.fail_at(ErrorCode::kCorrupted, begin, "tile {} contradicts the format", i);
     last_revision = tile.revision;

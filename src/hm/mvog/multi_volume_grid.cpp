@@ -49,6 +49,7 @@ bool MultiVolumeGrid::Impl::note_view(const Eigen::Vector3d& p_world_origin) {
 
 void MultiVolumeGrid::Impl::rasterise(const BeamScan& scan, BeamScanStats& stats) {
   raster.clear();
+  raster.count_glancing((scans + 1) % static_cast<std::uint64_t>(params.glancing_period) == 0);
   const Eigen::Vector3d origin = to_cells(scan.p_world_origin);
   const bool good_origin = can_hold(origin);
   const auto usable = [&](const Eigen::Vector3f& p_world, Eigen::Vector3d& end) {
@@ -93,7 +94,7 @@ void MultiVolumeGrid::Impl::update_tile(const BeamRaster::ScanTile& seen, bool& 
   }
   stats.columns += columns;
   if (changed == 0) return;
-  if (make_block(old, changed) && store.write(seen.key, block, revision + 1, max_bytes()))
+  if (make_block(old, changed) && store.write(seen.key, block, revision + 1, max_store_bytes()))
     changed_map = true;
   else
     stats.columns_refused += columns;
@@ -132,6 +133,7 @@ BeamScanStats MultiVolumeGrid::insert(const BeamScan& scan) {
   BeamScanStats stats;
   impl_->rasterise(scan, stats);
   if (stats.returns + stats.no_returns == 0) return stats;
+  ++impl_->scans;
   stats.same_view = impl_->note_view(scan.p_world_origin);
   bool changed = false;
   for (const BeamRaster::ScanTile& tile : impl_->raster.tiles()) impl_->update_tile(tile, changed, stats);

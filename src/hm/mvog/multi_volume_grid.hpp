@@ -25,7 +25,7 @@ struct Evidence {
 };
 
 /// Where a ray ended.
-struct RayHit {
+struct GridRayHit {
   Occupancy state =
       Occupancy::kFree;   ///< kOccupied, or kUnknown when unknown space stops it; kFree: nothing met
   double distance_m = 0;  ///< to the cell's wall, or the whole length
@@ -79,7 +79,7 @@ class MultiVolumeGrid {
   /// hits / (hits + misses), nothing where unknown (2.5.3).
   [[nodiscard]] std::optional<double> probability_at(const Eigen::Vector3d& p_world) const;
   /// Follows a ray to the first occupied place. `to` must not be farther than 10 000 cells.
-  [[nodiscard]] RayHit cast_ray(const Eigen::Vector3d& p_world_from, const Eigen::Vector3d& p_world_to,
+  [[nodiscard]] GridRayHit cast_ray(const Eigen::Vector3d& p_world_from, const Eigen::Vector3d& p_world_to,
                                 UnknownSpace unknown = UnknownSpace::kPasses) const;
   /// Occupied if anything inside of the box is, else unknown if any of it is, else free.
   [[nodiscard]] Occupancy in_box(const Box3& box_world) const;

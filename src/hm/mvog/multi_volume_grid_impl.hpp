@@ -24,7 +24,7 @@ struct MultiVolumeGrid::Impl {
   double columns_per_m;
   mvog::ColumnUpdater updater;
   mvog::TileStore store;
-  std::uint64_t revision = 0;
+  std::uint64_t revision = 0, scans = 0;
   /// Where the last scans were taken from, latest first: scans from there are of a pose counted before.
   std::array<Eigen::Vector3d, kViews> views;
   std::size_t view_count = 0;
@@ -46,8 +46,10 @@ struct MultiVolumeGrid::Impl {
            p.z() < mvog::kMaxLevel - 2;
   }
   [[nodiscard]] mvog::RunCode code_at(const Eigen::Vector3d& p_world) const;
-  [[nodiscard]] std::size_t max_bytes() const {
-    return params.max_map_mb > 0 ? static_cast<std::size_t>(params.max_map_mb) * 1000000
+  /// What the cap leaves for the tiles.
+  [[nodiscard]] std::size_t max_store_bytes() const {
+    return params.max_map_mb > 0 ? static_cast<std::size_t>(params.max_map_mb) * 1000000 - sizeof(Impl) -
+                                       sizeof(MultiVolumeGrid)
                                  : std::numeric_limits<std::size_t>::max();
   }
 

@@ -71,13 +71,19 @@ class MvogMap {
   struct Cell {
     std::vector<MvogVolume> positive, negative;
   };
+  /// A stretch of one cell in which both densities are constant; cells.
+  struct Stretch {
+    double bottom, top, probability;
+  };
   [[nodiscard]] const Cell* find(int x, int y) const;
+  [[nodiscard]] static std::vector<Stretch> stretches(const Cell& cell);
+  bool make_room(const Eigen::Vector2i& a, const Eigen::Vector2i& b);
   Cell& cell(int x, int y);
-  void grow_to_hold(int x, int y);
+  void add_beam(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
   void add_free_space(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
   MvogMapParams params_;
-  int min_x_ = 0, min_y_ = 0, width_ = 0, height_ = 0;  ///< cells
+  Eigen::Vector2i min_ = Eigen::Vector2i::Zero(), size_ = Eigen::Vector2i::Zero();  ///< cells
   std::vector<Cell> cells_;
 };
 

@@ -10,6 +10,7 @@ struct MvogParams {
   int evidence_cap = 8;
   int same_view_cap = 4;
   double same_view_distance_cell = 0.5;
+  int glancing_period = 8;
   double merge_sigmas = 1.0;
   bool fill_slivers = true;
   int max_map_mb = 0;
@@ -26,6 +27,10 @@ struct MvogParams {
       self.same_view_cap);
     v(ParamDoc{"same_view_distance_cell", {0, 100}, "scans from closer together than this are of one pose"},
       self.same_view_distance_cell);
+    v(ParamDoc{"glancing_period",
+               {1, 1000},
+               "beams that may glance along the surface they end on count in one of this many scans"},
+      self.glancing_period);
     v(ParamDoc{"merge_sigmas",
                {0, 10},
                "neighbouring volumes are one when their counts differ by less; 0: only equal ones"},

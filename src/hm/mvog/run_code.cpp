@@ -72,7 +72,9 @@ void CodeTables::make_similar(double sigmas) {
     for (int b = 0; b < 256; ++b) {
       const auto ca = static_cast<RunCode>(a), cb = static_cast<RunCode>(b);
       bool similar = a == b;
-      if (a != b && a != 0 && b != 0 && is_counter(ca) && is_counter(cb) && state_[ca] == state_[cb]) {
+      // Contradictions stay where they are: a mean would take back what a scan has just said of a place.
+      const bool agree = hits_of(ca) + hits_of(cb) == 0 || misses_of(ca) + misses_of(cb) == 0;
+      if (a != b && a != 0 && b != 0 && is_counter(ca) && is_counter(cb) && agree) {
         const Belief p = belief_of(ca), q = belief_of(cb);
         similar = std::abs(p.mean - q.mean) < sigmas * std::sqrt(p.variance + q.variance);
       }

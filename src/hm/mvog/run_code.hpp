@@ -38,7 +38,7 @@ class CodeTables {
   /// The code after a scan; `same_view`: of a pose that has been counted before.
   using Step = std::array<RunCode, 256>;
   [[nodiscard]] const std::array<Step, kSayings>& steps(bool same_view) const { return step_[same_view]; }
-  /// True when two codes are of one state and their counters do not differ significantly.
+  /// True when two codes have hits only or misses only, and their numbers do not differ significantly.
   [[nodiscard]] bool similar(RunCode a, RunCode b) const { return similar_[a][b >> 6] >> (b & 63) & 1u; }
   /// The common code of two similar runs, weighted by their lengths.
   [[nodiscard]] RunCode merged(RunCode a, int length_a, RunCode b, int length_b) const;

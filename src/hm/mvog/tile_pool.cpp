@@ -1,6 +1,7 @@
 #include "hm/mvog/tile_pool.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "hm/core/check.hpp"
 
@@ -13,7 +14,7 @@ std::size_t steps_for(std::size_t units) { return (units + TilePool::kStepUnits 
 std::size_t TilePool::class_to_use(std::size_t wanted) const {
   const std::size_t last = std::min(kClasses - 1, wanted + std::max<std::size_t>(1, wanted / 8));
   for (std::size_t c = wanted; c <= last; ++c)
-    if (!free_[c].empty()) return c;
+    if (free_[c]) return c;
   return kClasses;
 }
 
@@ -26,13 +27,11 @@ TilePool::Block TilePool::take(std::size_t units) {
     return {large_.back().units.get(), static_cast<std::uint32_t>(size)};
   }
   if (const std::size_t found = class_to_use(wanted); found < kClasses) {
-    std::uint16_t* block = free_[found].back();
-    free_[found].pop_back();
-    return {block, static_cast<std::uint32_t>(found * kStepUnits)};
+    return {pop_free(found), static_cast<std::uint32_t>(found * kStepUnits)};
   }
   if (slab_used_ + size > kSlabUnits) {
     if (const std::size_t rest = (kSlabUnits - slab_used_) / kStepUnits; rest > 0 && !slabs_.empty())
-      free_[rest].push_back(slabs_.back().units.get() + slab_used_);
+      push_free(rest, slabs_.back().units.get() + slab_used_);
     slabs_.push_back({std::make_unique_for_overwrite<std::uint16_t[]>(kSlabUnits), kSlabUnits});
     held_units_ += kSlabUnits;
     slab_used_ = 0;
@@ -45,7 +44,7 @@ TilePool::Block TilePool::take(std::size_t units) {
 void TilePool::give_back(Block block) {
   if (!block.units) return;
   if (block.capacity <= kMaxPooledUnits) {
-    free_[block.capacity / kStepUnits].push_back(block.units);
+    push_free(block.capacity / kStepUnits, block.units);
     return;
   }
   const auto slab = std::ranges::find_if(large_, [&](const Slab& s) { return s.units.get() == block.units; });
@@ -63,9 +62,18 @@ std::size_t TilePool::cost(std::size_t units) const {
 }
 
 std::size_t TilePool::bytes() const {
-  std::size_t lists = (slabs_.capacity() + large_.capacity()) * sizeof(Slab);
-  for (const auto& list : free_) lists += list.capacity() * sizeof(std::uint16_t*);
-  return held_units_ * 2 + lists;
+  return held_units_ * sizeof(std::uint16_t) + (slabs_.capacity() + large_.capacity()) * sizeof(Slab);
+}
+
+void TilePool::push_free(std::size_t at, std::uint16_t* block) {
+  std::memcpy(block, &free_[at], sizeof block);
+  free_[at] = block;
+}
+
+std::uint16_t* TilePool::pop_free(std::size_t at) {
+  std::uint16_t* block = free_[at];
+  std::memcpy(&free_[at], block, sizeof block);
+  return block;
 }
 
 }  // namespace hm::mvog

@@ -28,6 +28,8 @@ class TilePool {
  private:
   static constexpr std::size_t kClasses = kMaxPooledUnits / kStepUnits + 1;
   [[nodiscard]] std::size_t class_to_use(std::size_t wanted) const;
+  void push_free(std::size_t at, std::uint16_t* block);
+  std::uint16_t* pop_free(std::size_t at);
   struct Slab {
     std::unique_ptr<std::uint16_t[]> units;
     std::size_t size = 0;
@@ -36,7 +38,8 @@ class TilePool {
   std::vector<Slab> large_;             ///< one block each
   std::size_t slab_used_ = kSlabUnits;  ///< of the last shared one
   std::size_t held_units_ = 0;
-  std::array<std::vector<std::uint16_t*>, kClasses> free_;  ///< by capacity / kStepUnits
+  /// Free blocks by capacity / kStepUnits; each begins with the address of the next.
+  std::array<std::uint16_t*, kClasses> free_{};
 };
 
 }  // namespace hm::mvog

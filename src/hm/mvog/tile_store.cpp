@@ -43,6 +43,13 @@ void TileIndex::clear() {
   count_ = 0;
 }
 
+/// Bytes that one more tile adds to the lists of tiles.
+std::size_t TileStore::cost_of_tile() const {
+  return (tiles_.size() == tiles_.capacity() ? std::max<std::size_t>(1, tiles_.capacity()) * sizeof(Tile)
+                                             : 0) +
+         index_.cost_of_one();
+}
+
 bool TileStore::write(TileKey key, std::span<const std::uint16_t> units, std::uint64_t revision,
                       std::size_t max_bytes) {
   std::uint32_t number = index_.find(key);
@@ -50,7 +57,7 @@ bool TileStore::write(TileKey key, std::span<const std::uint16_t> units, std::ui
   if (added || tiles_[number].block.capacity < units.size()) {
     // A little more than asked for, so that a growing column does not move its tile every time.
     const std::size_t wanted = units.size() + (added ? 0 : units.size() / 32);
-    if (bytes() + pool_.cost(wanted) + (added ? 2 * sizeof(Tile) : 0) > max_bytes) return false;
+    if (bytes() + pool_.cost(wanted) + (added ? cost_of_tile() : 0) > max_bytes) return false;
     const TilePool::Block block = pool_.take(wanted);
     if (added) {
       number = index_.find_or_add(key, static_cast<std::uint32_t>(tiles_.size()));

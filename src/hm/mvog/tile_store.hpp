@@ -36,6 +36,8 @@ class TileIndex {
   std::uint32_t find_or_add(TileKey key, std::uint32_t number);
   /// Forgets everything; costs as much as it knew.
   void clear();
+  /// Bytes that one more key would add.
+  [[nodiscard]] std::size_t cost_of_one() const { return 4 * (count_ + 1) > 3 * slots_.size() ? bytes() : 0; }
   [[nodiscard]] std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
@@ -98,6 +100,7 @@ class TileStore {
   }
 
  private:
+  [[nodiscard]] std::size_t cost_of_tile() const;
   void move_to_front(std::uint32_t number);
   TileIndex index_;
   std::vector<Tile> tiles_;

@@ -92,6 +92,8 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
     case PathKind::kRecording:
       if (!extension.empty()) return refuse("a recording", "a folder (a TUM recording)");
       break;
+    case PathKind::kLaserRecording:
+      return refuse("a laser recording", "maps and a trajectory, with `hm laser`");
   }
   return {};
 }
@@ -111,6 +113,8 @@ Result<ConversionSummary> convert(const ConversionOptions& options) {
       return convert_trajectory(options);
     case PathKind::kRecording:
       return convert_recording(options);
+    case PathKind::kLaserRecording:
+      break;  // refused above
   }
   return fail(ErrorCode::kInternal, options.from.string(), "an unknown kind of input");
 }

@@ -1,7 +1,9 @@
 #include "hm/pipeline/dense_pipeline.hpp"
 
 #include "hm/core/check.hpp"
+#include "hm/core/stopwatch.hpp"
 #include "hm/mesh/simplify.hpp"
+#include "hm/pipeline/process_memory.hpp"
 #include "hm/tsdf/integrator.hpp"
 
 namespace hm {
@@ -44,6 +46,7 @@ DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& 
 DensePipeline::~DensePipeline() = default;
 
 const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
+VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
 
@@ -68,6 +71,9 @@ FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
     outcome.mesh_ms = mesh.update_ms;
     outcome.volumes_waiting = mesh.volumes_waiting;
   }
+  const Stopwatch packing;
+  impl_->grid.pack_idle();
+  outcome.pack_ms = packing.milliseconds();
   return outcome;
 }
 
@@ -79,8 +85,10 @@ TriangleMesh DensePipeline::finished_mesh() {
 TriangleMesh DensePipeline::take_finished_mesh() {
   impl_->mesher.update(impl_->grid);
   impl_->grid = Integrator::make_grid(impl_->parameters.tsdf);
+  trim_memory();
   TriangleMesh whole = impl_->mesher.whole_mesh();
   impl_->mesher = IncrementalMesher(impl_->parameters.mesh, impl_->loop);
+  trim_memory();
   return clean_mesh(std::move(whole), impl_->parameters.mesh);
 }
 

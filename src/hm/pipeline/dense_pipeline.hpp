@@ -19,6 +19,7 @@ struct FrameOutcome {
   std::string skipped_because;  ///< in words, when it was not integrated
   ScanStats scan;
   double mesh_ms = 0;
+  double pack_ms = 0;               ///< packing volumes that are out of sight
   std::size_t volumes_waiting = 0;  ///< for meshing
 };
 
@@ -43,11 +44,13 @@ class DensePipeline {
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.
   TriangleMesh finished_mesh();
-  /// The same, for the end of a run: gives the map's memory back before the whole mesh is made, so that a house
-  /// needs no more memory at its end than while it was scanned. The grid is empty afterwards.
+  /// The same, for the end of a run: gives the map's memory back before the whole mesh is made, so that a
+  /// house needs no more memory at its end than while it was scanned. The grid is empty afterwards.
   TriangleMesh take_finished_mesh();
 
   [[nodiscard]] const VolumeGrid& grid() const;
+  /// For saving (MapSaver); only process() changes what is in it.
+  [[nodiscard]] VolumeGrid& grid();
   [[nodiscard]] const IncrementalMesher& mesher() const;
   [[nodiscard]] const ParallelLoop& loop() const;
 

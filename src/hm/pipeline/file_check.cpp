@@ -1,6 +1,7 @@
 #include "hm/pipeline/file_check.hpp"
 
 #include "hm/io/file_name.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/pipeline/reconstruction_state.hpp"
 #include "hm/tsdf/volume.hpp"
@@ -34,16 +35,17 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code))
     return fail(ErrorCode::kNotFound, path.string(), "there is no such file or folder");
-  if (std::filesystem::is_directory(path, code)) return PathKind::kRecording;
+  if (std::filesystem::is_directory(path, code))
+    return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
   const std::string extension = lower_extension(path);
   if (extension == ".hmap") return PathKind::kMap;
   if (is_mesh_name(path)) return PathKind::kMesh;
+  if (is_laser_recording(path)) return PathKind::kLaserRecording;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
-  return fail(
-      ErrorCode::kUnsupported, path.string(),
-      "not a recording (a folder), a map (.hmap), a mesh (.ply .obj .glb) or a trajectory (.tum .txt .csv "
-      ".kitti)");
+  return fail(ErrorCode::kUnsupported, path.string(),
+              "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap), a mesh "
+              "(.ply .obj .glb) or a trajectory (.tum .txt .csv .kitti)");
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {

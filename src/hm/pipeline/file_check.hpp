@@ -11,9 +11,9 @@
 
 namespace hm {
 
-/// What a path is, judged by the file system and its extension.
-enum class PathKind { kRecording, kMap, kMesh, kTrajectory };
-/// An error when there is no such file or folder, or the name is none that this program knows.
+/// What a path is, judged by the file system, its extension and, of laser recordings, its first bytes.
+enum class PathKind { kRecording, kLaserRecording, kMap, kMesh, kTrajectory };
+/// An error when there is no such file or folder, or nothing that this program knows.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
 /// What `hm info` shows of a map.

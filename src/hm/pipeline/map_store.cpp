@@ -1,11 +1,13 @@
 #include "hm/pipeline/map_store.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
-#include <vector>
+#include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/pipeline/map_writer.hpp"
 
 namespace hm {
 namespace {
@@ -28,33 +30,13 @@ bool insert(VolumeGrid& grid, const MapBlockView& block) {
     for (std::size_t i = 0; i < kMapBlockVoxels; ++i) volume->colors[i].bits = block.colors[i];
   }
   grid.set_may_hold_interior(key, holds_interior(*volume));
+  grid.pack(key);  // until it is needed
   return true;
 }
 
-/// A volume as the file wants it; the copies live in `buffer`.
-MapBlockView view_of(const Volume& volume, std::uint32_t* buffer) {
-  MapBlockView view{{volume.key.x, volume.key.y, volume.key.z}, {}, {}};
-  std::memcpy(buffer, volume.voxels, kVolumeVoxels * sizeof(TsdfVoxel));
-  view.voxels = {buffer, kMapBlockVoxels};
-  if (volume.colors) {
-    std::memcpy(buffer + kMapBlockVoxels, volume.colors, kVolumeVoxels * sizeof(ColorVoxel));
-    view.colors = {buffer + kMapBlockVoxels, kMapBlockVoxels};
-  }
-  return view;
-}
-
-/// Volumes to write and to erase. The views point into the copies.
-struct Changes {
-  std::vector<std::uint32_t> copies;
-  std::vector<MapBlockView> blocks;
-  std::vector<MapBlockKey> gone;
-};
-
-Result<void> write(MapFile& file, const Changes& changes, const MapHeader& header) {
-  if (const auto erased = file.erase(changes.gone); !erased) return erased;
-  if (const auto put = file.put_blocks(changes.blocks); !put) return put;
-  return file.commit(header);
-}
+/// Volumes that may wait to be written; of these, how many are copied before looking at the clock.
+constexpr std::size_t kMostWaiting = 4096, kBatch = 64;
+constexpr double kContinue_ms = 1.0;
 
 }  // namespace
 
@@ -83,7 +65,7 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) 
   const std::size_t limit = options.max_bytes + options.max_bytes / 50;
   bool fits = true;
   const auto read = map.for_each_block(box, [&](const MapBlockView& block) {
-    fits = insert(grid, block) && (options.max_bytes == 0 || grid.map_bytes() <= limit);
+    fits = insert(grid, block) && (options.max_bytes == 0 || grid.unpacked_bytes() <= limit);
     return fits;
   });
   if (!read) return forward_error(read);
@@ -94,57 +76,90 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) 
   return grid;
 }
 
-void MapSaver::note(std::span<const ChangedVolume> changed) {
-  for (const ChangedVolume& volume : changed) pending_.insert(volume.key);
+struct MapSaver::Impl {
+  explicit Impl(MapFile map_file) : file(std::move(map_file)) {}
+
+  MapFile file;
+  std::set<VolumeKey> marks;  ///< the writer's while there is one
+  VolumesByPage pending;
+  Result<void> outcome;  ///< the first failure stays: what it left out is missing from the file
+  std::unique_ptr<MapWriter> writer;
+
+  void hand_over(VolumeGrid& grid) {
+    writer->add(grid.take_snapshot(kBatch));
+    if (!grid.snapshot_under_way()) writer->close();
+  }
+};
+
+MapSaver::MapSaver(MapFile file) : impl_(std::make_unique<Impl>(std::move(file))) {}
+MapSaver::~MapSaver() = default;
+MapSaver::MapSaver(MapSaver&&) noexcept = default;
+
+const MapFile& MapSaver::file() const { return impl_->file; }
+bool MapSaver::saving() const { return impl_->writer != nullptr; }
+
+std::size_t MapSaver::pending() const {
+  std::size_t count = 0;
+  for (const auto& [page, volumes] : impl_->pending)
+    count += static_cast<std::size_t>(std::popcount(volumes));
+  return count;
 }
 
-const std::set<VolumeKey>& MapSaver::marks_to_store(const VolumeGrid& grid) {
-  for (const VolumeKey& key : pending_) {
-    const Volume* volume = grid.find(key);
-    if (volume && grid.may_hold_interior(key) != holds_interior(*volume))
-      marks_.insert(key);
-    else
-      marks_.erase(key);
+void MapSaver::note(std::span<const ChangedVolume> changed) {
+  auto page = impl_->pending.end();
+  for (const ChangedVolume& volume : changed) {
+    // Neighbours follow each other.
+    if (page == impl_->pending.end() || page->first != page_of(volume.key))
+      page = impl_->pending.try_emplace(page_of(volume.key), 0).first;
+    page->second |= place_bit(volume.key);
   }
-  return marks_;
 }
 
 void MapSaver::restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored) {
+  HM_CHECK(!saving(), "while a save is under way");
   for (const VolumeKey& key : stored)
-    if (grid.find(key) && marks_.insert(key).second)
+    if (grid.contains(key) && impl_->marks.insert(key).second)
       grid.set_may_hold_interior(key, !grid.may_hold_interior(key));
 }
 
-MapSaver::~MapSaver() {
-  if (writing_.valid()) writing_.wait();
-}
-
-Result<void> MapSaver::wait() {
-  if (writing_.valid() && outcome_) outcome_ = writing_.get();
-  return outcome_;
-}
-
-Result<void> MapSaver::save(const VolumeGrid& grid, const MapHeader& header) {
-  if (const auto begun = begin_save(grid, header); !begun) return begun;
-  return wait();
-}
-
-Result<void> MapSaver::begin_save(const VolumeGrid& grid, const MapHeader& header) {
-  if (const auto earlier = wait(); !earlier) return earlier;
-  Changes changes;
-  changes.copies.resize(pending_.size() * 2 * kMapBlockVoxels);
-  for (const VolumeKey& key : pending_) {
-    if (const Volume* volume = grid.find(key))
-      changes.blocks.push_back(
-          view_of(*volume, changes.copies.data() + changes.blocks.size() * 2 * kMapBlockVoxels));
-    else
-      changes.gone.push_back({key.x, key.y, key.z});
-  }
-  pending_.clear();
-  writing_ = std::async(std::launch::async, [file = file_.get(), header, kept = std::move(changes)] {
-    return write(*file, kept, header);
-  });
+Result<void> MapSaver::begin_save(VolumeGrid& grid, MakeHeader make_header) {
+  if (const auto earlier = finish_save(grid); !earlier) return earlier;
+  grid.begin_snapshot(std::exchange(impl_->pending, {}));
+  impl_->writer = std::make_unique<MapWriter>(
+      impl_->file, impl_->marks,
+      [&marks = impl_->marks, make = std::move(make_header)] { return make(marks); });
+  if (!grid.snapshot_under_way()) impl_->writer->close();
   return {};
+}
+
+Result<void> MapSaver::continue_save(VolumeGrid& grid) {
+  if (!impl_->writer) return impl_->outcome;
+  if (impl_->writer->is_done()) return finish_save(grid);
+  const Stopwatch clock;
+  while (grid.snapshot_under_way() && impl_->writer->waiting() < kMostWaiting &&
+         clock.milliseconds() < kContinue_ms)
+    impl_->hand_over(grid);
+  return {};
+}
+
+Result<void> MapSaver::finish_save(VolumeGrid& grid) {
+  if (!impl_->writer) return impl_->outcome;
+  while (grid.snapshot_under_way()) {
+    impl_->writer->wait_below(kMostWaiting);
+    impl_->hand_over(grid);
+  }
+  if (const auto outcome = impl_->writer->finish(); !outcome) impl_->outcome = outcome;
+  impl_->writer.reset();
+  return impl_->outcome;
+}
+
+Result<void> MapSaver::save(VolumeGrid& grid, MakeHeader make_header) {
+  if (const auto begun = begin_save(grid, std::move(make_header)); !begun) return begun;
+  return finish_save(grid);
+}
+
+Result<void> MapSaver::save(VolumeGrid& grid, const MapHeader& header) {
+  return save(grid, [header](const std::set<VolumeKey>&) { return header; });
 }
 
 }  // namespace hm

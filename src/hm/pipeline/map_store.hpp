@@ -1,5 +1,5 @@
 #pragma once
-#include <future>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -26,41 +26,53 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options =
 /// The keys of the volumes that touch a box.
 MapKeyBox key_box(const Box3& region, double volume_size_m);
 
-/// Keeps a map file up to date with a growing grid: writes only what changed since the last save.
+/// Keeps a map file up to date with a growing grid: writes only what changed since the last save, while the
+/// grid goes on changing. A save costs one frame a few milliseconds (what is about to change is copied first)
+/// and those after it about one, and holds the copies of some thousand volumes at most.
+///
+/// One thread calls it, the one that changes the grid. Every save is one transaction: after a kill at any
+/// moment the file holds the last save that was finished.
 class MapSaver {
  public:
-  explicit MapSaver(MapFile file) : file_(std::make_unique<MapFile>(std::move(file))) {}
+  /// What is saved with the volumes. `interior_marks`: the volumes whose interior mark
+  /// (VolumeGrid::may_hold_interior) is not what load_grid() would set from their voxels. The mark may err on
+  /// the safe side, and integration depends on it, so that a resumed run needs these: store them with the
+  /// state, and hand them to restore_marks(). Called on another thread.
+  using MakeHeader = std::function<MapHeader(const std::set<VolumeKey>& interior_marks)>;
+
+  explicit MapSaver(MapFile file);
+  /// Drops a save that is not finished.
   ~MapSaver();
-  MapSaver(MapSaver&&) noexcept = default;
+  MapSaver(MapSaver&&) noexcept;
   MapSaver& operator=(MapSaver&&) = delete;
 
   /// Remembers what a scan changed.
   void note(std::span<const ChangedVolume> changed);
-  /// The volumes whose interior mark (VolumeGrid::may_hold_interior) is not what load_grid() would set from
-  /// their voxels. The mark may err on the safe side, and integration depends on it, so that a resumed run
-  /// needs these: store them with the state, and hand them to restore_marks(). To be called before save().
-  const std::set<VolumeKey>& marks_to_store(const VolumeGrid& grid);
   /// Sets the marks of a grid that was just loaded.
   void restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored);
-  /// Writes the remembered volumes and the header in one transaction: after a kill at any moment the file
-  /// holds either all of it or nothing of it.
-  Result<void> save(const VolumeGrid& grid, const MapHeader& header);
-  /// The same, but only copies the volumes now and writes them on another thread; the grid may change at
-  /// once. An error of the writing is given by every later call of save(), begin_save() and wait():
-  /// the file stays at the last good save.
-  Result<void> begin_save(const VolumeGrid& grid, const MapHeader& header);
-  /// Waits for what begin_save() began.
-  Result<void> wait();
 
-  [[nodiscard]] std::size_t pending() const { return pending_.size(); }
+  /// Begins to save the remembered volumes as they are now (and finishes an earlier save, if it is still
+  /// under way). An error is one of an earlier save, and is given by every later call: what was not written
+  /// then is missing, and the file stays at the last good save.
+  Result<void> begin_save(VolumeGrid& grid, MakeHeader make_header);
+  /// Hands some more volumes to the writing thread, about a millisecond's worth; to be called after every
+  /// scan.
+  Result<void> continue_save(VolumeGrid& grid);
+  /// Waits until the save is on disk, if one is under way.
+  Result<void> finish_save(VolumeGrid& grid);
+  /// All of it; the second form for who does not go on with the map later.
+  Result<void> save(VolumeGrid& grid, MakeHeader make_header);
+  Result<void> save(VolumeGrid& grid, const MapHeader& header);
+  [[nodiscard]] bool saving() const;
+
+  /// Volumes that the next save is to write.
+  [[nodiscard]] std::size_t pending() const;
   /// Not while a save is under way.
-  [[nodiscard]] const MapFile& file() const { return *file_; }
+  [[nodiscard]] const MapFile& file() const;
 
  private:
-  std::unique_ptr<MapFile> file_;
-  std::future<Result<void>> writing_;
-  Result<void> outcome_;  ///< the first failure stays: what it left out is missing from the file
-  std::set<VolumeKey> pending_, marks_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace hm

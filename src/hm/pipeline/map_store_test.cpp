@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <set>
+
 #include "hm/core/rng.hpp"
 
 namespace hm {
@@ -58,6 +60,25 @@ std::vector<ChangedVolume> change(VolumeGrid& grid, Rng& rng) {
   return changed;
 }
 
+/// A header that also hands out the marks that belong to it.
+MapSaver::MakeHeader header_that_keeps(const VolumeGrid& grid, std::set<VolumeKey>& stored) {
+  return [header = header_for(grid), &stored](const std::set<VolumeKey>& marks) {
+    stored = marks;
+    return header;
+  };
+}
+
+/// What a map holds, with its marks.
+VolumeGrid reopened(const std::filesystem::path& path, const std::set<VolumeKey>& stored) {
+  auto file = MapFile::open(path, MapOpenMode::kRead);
+  EXPECT_TRUE(file);
+  auto loaded = load_grid(*file);
+  EXPECT_TRUE(loaded) << to_string(loaded.error());
+  const std::vector<VolumeKey> marks(stored.begin(), stored.end());
+  MapSaver(std::move(*file)).restore_marks(*loaded, marks);
+  return std::move(*loaded);
+}
+
 TEST(MapStore, EverySaveReadsBackExactly) {
   const auto path = temporary_map("saves");
   VolumeGrid grid(0.02, 1e-5);
@@ -67,21 +88,99 @@ TEST(MapStore, EverySaveReadsBackExactly) {
   Rng rng(5);
   for (int round = 0; round < 8; ++round) {
     for (int scan = 0; scan < 3; ++scan) saver.note(change(grid, rng));
-    const auto stored = saver.marks_to_store(grid);
-    const std::vector<VolumeKey> marks(stored.begin(), stored.end());
-    const auto saved = saver.save(grid, header_for(grid));
+    std::set<VolumeKey> stored;
+    const auto saved = saver.save(grid, header_that_keeps(grid, stored));
     ASSERT_TRUE(saved) << to_string(saved.error());
     EXPECT_EQ(saver.pending(), 0u);
-
-    auto again = MapFile::open(path, MapOpenMode::kRead);
-    ASSERT_TRUE(again);
-    auto loaded = load_grid(*again);
-    ASSERT_TRUE(loaded) << to_string(loaded.error());
-    MapSaver other(std::move(*again));
-    other.restore_marks(*loaded, marks);
-    expect_equal(grid, *loaded);
-    EXPECT_EQ(other.marks_to_store(*loaded), stored);
+    expect_equal(grid, reopened(path, stored));
   }
+  std::filesystem::remove(path);
+}
+
+/// A copy, through the public interface only.
+VolumeGrid copy_of(const VolumeGrid& grid) {
+  VolumeGrid copy(grid.voxel_size_m(), grid.sdf_unit_m());
+  for (const VolumeKey& key : grid.sorted_keys()) {
+    const Volume* from = grid.find(key);
+    Volume* to = copy.allocate(key);
+    std::copy_n(from->voxels, kVolumeVoxels, to->voxels);
+    if (from->colors) {
+      copy.allocate_colors(*to);
+      std::copy_n(from->colors, kVolumeVoxels, to->colors);
+    }
+    copy.set_may_hold_interior(key, grid.may_hold_interior(key));
+  }
+  return copy;
+}
+
+TEST(MapStore, ASaveHoldsTheMomentItBeganWhateverChangesMeanwhile) {
+  const auto path = temporary_map("meanwhile");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  Rng rng(7);
+  for (int round = 0; round < 12; ++round) {
+    for (int scan = 0; scan < 3; ++scan) {
+      saver.note(change(grid, rng));
+      grid.pack_idle(0);
+    }
+    const VolumeGrid then = copy_of(grid);
+    std::set<VolumeKey> stored;
+    ASSERT_TRUE(saver.begin_save(grid, header_that_keeps(grid, stored)));
+    EXPECT_TRUE(saver.saving());
+    for (int scan = 0; scan < round % 4; ++scan) {
+      saver.note(change(grid, rng));
+      grid.pack_idle(0);
+      if (round % 3 == 0) {
+        ASSERT_TRUE(saver.continue_save(grid));
+      }
+    }
+    ASSERT_TRUE(saver.finish_save(grid));
+    EXPECT_FALSE(saver.saving());
+    expect_equal(then, reopened(path, stored));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, ASaveThatIsNotFinishedLeavesTheOneBefore) {
+  const auto path = temporary_map("dropped");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  Rng rng(8);
+  std::set<VolumeKey> stored, unused;
+  VolumeGrid then(0.02, 1e-5);
+  {
+    MapSaver saver(std::move(*file));
+    saver.note(change(grid, rng));
+    ASSERT_TRUE(saver.save(grid, header_that_keeps(grid, stored)));
+    then = copy_of(grid);
+    saver.note(change(grid, rng));
+    ASSERT_TRUE(saver.begin_save(grid, header_that_keeps(grid, unused)));
+  }
+  expect_equal(then, reopened(path, stored));
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, AFailedSaveIsReportedByEveryLaterCall) {
+  const auto path = temporary_map("failing");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  auto blocker = MapFile::open(path, MapOpenMode::kReadWrite);
+  ASSERT_TRUE(blocker);
+  const std::vector<MapBlockKey> nothing;
+  ASSERT_TRUE(blocker->erase(nothing));  // begins a transaction: nobody else may write
+  Rng rng(9);
+  saver.note(change(grid, rng));
+  EXPECT_FALSE(saver.save(grid, header_for(grid)));
+  EXPECT_FALSE(grid.snapshot_under_way());
+  blocker = MapFile::open(path, MapOpenMode::kRead);  // the way is free again
+  saver.note(change(grid, rng));
+  EXPECT_FALSE(saver.save(grid, header_for(grid))) << "what the failed save held is missing";
+  EXPECT_FALSE(saver.continue_save(grid));
   std::filesystem::remove(path);
 }
 

@@ -28,6 +28,20 @@ std::string allowed_text(const ParamRef& param) {
   return "any number";
 }
 
+void add_laser(ParamList& list, LaserParameters& laser) {
+  list.add("laser", laser.run);
+  list.add("scan_projection", laser.projection);
+  list.add("matcher", laser.matcher);
+  list.add("height", laser.height);
+  list.add("state", laser.state);
+  list.add("fusion", laser.state.fusion);
+  list.add("tilt", laser.state.tilt);
+  list.add("thesis", laser.state.thesis);
+  list.add("pose_alpha_beta", laser.state.pose_alpha_beta);
+  list.add("height_alpha_beta", laser.state.height_alpha_beta);
+  list.add("mvog", laser.mvog);
+}
+
 }  // namespace
 
 ParamList list_reconstruction(Parameters& parameters) {
@@ -39,11 +53,22 @@ ParamList list_reconstruction(Parameters& parameters) {
   return list;
 }
 
+ParamList list_laser(Parameters& parameters) {
+  ParamList list;
+  add_laser(list, parameters.laser);
+  list.add("trajectory_error", parameters.trajectory_error);
+  list.add("relation_error", parameters.relation_error);
+  return list;
+}
+
 ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
+  add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
+  list.add("laser_simulation", parameters.laser_simulation);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
+  list.add("relation_error", parameters.relation_error);
   return list;
 }
 
@@ -63,6 +88,10 @@ Result<void> check_parameters(const Parameters& parameters) {
   if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));
   if (const auto formats = mesh_formats(parameters.reconstruction); !formats) return forward_error(formats);
+  if (const auto mvog = check_params(parameters.laser.mvog); !mvog)
+    return fail(ErrorCode::kUsage, "parameters", "{}", to_string(mvog.error()));
+  if (parameters.laser.run.slice_top_m < parameters.laser.run.slice_bottom_m)
+    return fail(ErrorCode::kUsage, "parameters", "laser.slice_top_m lies below laser.slice_bottom_m");
   return {};
 }
 

@@ -4,9 +4,12 @@
 
 #include "hm/core/params.hpp"
 #include "hm/evaluation/mesh_error.hpp"
+#include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/pipeline/laser_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
+#include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
@@ -55,16 +58,24 @@ struct Parameters {
   DepthNoise depth_noise;
   MeshParams mesh;
   ReconstructionParams reconstruction;
+  LaserParameters laser;
   SimulationParams simulation;
+  LaserSimulationParams laser_simulation;
   MeshErrorParams mesh_error;
   TrajectoryErrorParams trajectory_error;
+  RelationErrorParams relation_error;
 };
 
-/// References to all parameters, sections named as the members of Parameters.
+/// References to all parameters, sections named as the members of Parameters (those of the laser system as in
+/// list_laser).
 ParamList list_all(Parameters& parameters);
 /// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise, mesh,
 /// reconstruction.
 ParamList list_reconstruction(Parameters& parameters);
+/// Those that decide what a laser run does: laser, scan_projection, matcher, height, state, fusion, tilt,
+/// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
+/// with the truth.
+ParamList list_laser(Parameters& parameters);
 /// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel) and
 /// depth_noise. As "name = value" lines.
 std::vector<std::string> map_parameters(const Parameters& parameters);

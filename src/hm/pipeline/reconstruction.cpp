@@ -5,6 +5,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/map_store.hpp"
 #include "hm/pipeline/process_memory.hpp"
@@ -47,7 +48,8 @@ class Run {
   Result<void> continue_map(const std::filesystem::path& path);
   void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
-  Result<void> save();
+  Result<void> save_some();
+  Result<void> begin_save();
   [[nodiscard]] bool save_is_due() const;
   void show_progress() const;
   [[nodiscard]] Error nothing_integrated() const;
@@ -70,7 +72,6 @@ MapHeader Run::header() const {
   header.sdf_unit_m = pipeline_.grid().sdf_unit_m();
   header.program_version = options_.run.program_version;
   header.parameters_toml = list_reconstruction(parameters).to_toml();
-  header.state_json = state_to_json(state_);
   return header;
 }
 
@@ -82,7 +83,9 @@ Result<void> Run::open_map() {
   if (options_.resume && options_.run.log)
     options_.run.log(LogLevel::kInfo,
                      fmt::format("{} is not there yet: starting from the first frame", path.string()));
-  auto file = as_run_failure(MapFile::create(path, header()));
+  MapHeader first = header();
+  first.state_json = state_to_json(state_);
+  auto file = as_run_failure(MapFile::create(path, first));
   if (!file) return forward_error(file);
   saver_.emplace(std::move(*file));
   return {};
@@ -125,11 +128,9 @@ Result<void> Run::integrate_all() {
     take(state_.next_frame, *frame, record);
     state_.next_frame = std::min(state_.next_frame + range_.stride, range_.end);
     ++frames_since_save_;
-    if (save_is_due()) {
-      const Stopwatch saving;
-      if (const auto saved = save(); !saved) return saved;
-      record.save_ms = saving.milliseconds();
-    }
+    const Stopwatch saving;
+    if (const auto saved = save_some(); !saved) return saved;
+    record.save_ms = saving.milliseconds();
     record.time_s = run_watch_.seconds();
     summary_.records.push_back(record);
     show_progress();
@@ -158,6 +159,7 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
     record.integrate_ms = outcome.scan.integrate_ms;
     record.carve_ms = outcome.scan.carve_ms;
     record.mesh_ms = outcome.mesh_ms;
+    record.pack_ms = outcome.pack_ms;
   }
   record.volumes = pipeline_.grid().volume_count();
   record.map_bytes = pipeline_.grid().map_bytes();
@@ -183,14 +185,21 @@ bool Run::save_is_due() const {
   return params.save_interval_s > 0 && save_watch_.seconds() >= params.save_interval_s;
 }
 
-Result<void> Run::save() {
-  const auto& marks = saver_->marks_to_store(pipeline_.grid());
-  state_.interior_marks.assign(marks.begin(), marks.end());
-  const auto saved = as_run_failure(saver_->save(pipeline_.grid(), header()));
-  if (!saved) return saved;
+/// Goes on with the save that is under way, or begins one when it is time.
+Result<void> Run::save_some() {
+  if (saver_->saving()) return as_run_failure(saver_->continue_save(pipeline_.grid()));
+  return save_is_due() ? begin_save() : Result<void>();
+}
+
+Result<void> Run::begin_save() {
+  const auto header_with = [header = header(), state = state_](const std::set<VolumeKey>& marks) mutable {
+    state.interior_marks.assign(marks.begin(), marks.end());
+    header.state_json = state_to_json(state);
+    return header;
+  };
   save_watch_.restart();
   frames_since_save_ = 0;
-  return {};
+  return as_run_failure(saver_->begin_save(pipeline_.grid(), header_with));
 }
 
 void Run::show_progress() const {
@@ -220,8 +229,8 @@ Error Run::nothing_integrated() const {
 }
 
 Result<ReconstructionSummary> Run::finish() {
-  auto saved = save();
-  if (saved) saved = as_run_failure(saver_->wait());
+  auto saved = begin_save();
+  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
   if (!saved) return forward_error(saved);
   if (state_.frames_integrated == 0) return tl::make_unexpected(nothing_integrated());
   summary_.run_s = run_watch_.seconds();
@@ -247,6 +256,9 @@ Result<ReconstructionSummary> Run::finish() {
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   auto recording = open_recording(options.recording, options.recording_options);
+  if (!recording && is_laser_recording(options.recording))
+    return fail(ErrorCode::kUnsupported, options.recording.string(),
+                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
   if (!recording) return forward_error(recording);
   std::error_code code;
   std::filesystem::create_directories(options.output, code);

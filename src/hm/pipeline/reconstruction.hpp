@@ -33,7 +33,7 @@ struct SkippedFrame {
 struct FrameRecord {
   std::size_t index = 0;
   double time_s = 0;  ///< since the start of the run
-  double wait_ms = 0, allocate_ms = 0, integrate_ms = 0, carve_ms = 0, mesh_ms = 0, save_ms = 0;
+  double wait_ms = 0, allocate_ms = 0, integrate_ms = 0, carve_ms = 0, mesh_ms = 0, pack_ms = 0, save_ms = 0;
   double scan_ms = 0;  ///< all of the integration
   std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
 };

@@ -9,6 +9,7 @@
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/pipeline/process_memory.hpp"
 #include "hm/pipeline/reconstruction_report.hpp"
 
 namespace hm {
@@ -33,7 +34,9 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
     return;
   }
   summary.error = std::move(*error);
+  truth->visible_points = {};  // a million or two; pictures only need the mesh
   material.truth = std::move(*truth);
+  trim_memory();
 }
 
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {

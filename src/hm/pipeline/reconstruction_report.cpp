@@ -13,11 +13,12 @@ struct Stage {
   const char* name;
   double FrameRecord::*ms;
 };
-constexpr std::array<Stage, 6> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
+constexpr std::array<Stage, 7> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
                                         {"allocating volumes", &FrameRecord::allocate_ms},
                                         {"integrating", &FrameRecord::integrate_ms},
                                         {"carving", &FrameRecord::carve_ms},
                                         {"meshing", &FrameRecord::mesh_ms},
+                                        {"packing", &FrameRecord::pack_ms},
                                         {"saving", &FrameRecord::save_ms}}};
 
 std::vector<double> values_of(const ReconstructionSummary& summary, double FrameRecord::*member) {
@@ -183,6 +184,7 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   add("integrate_ms", values_of(summary, &FrameRecord::integrate_ms));
   add("carve_ms", values_of(summary, &FrameRecord::carve_ms));
   add("mesh_ms", values_of(summary, &FrameRecord::mesh_ms));
+  add("pack_ms", values_of(summary, &FrameRecord::pack_ms));
   add("save_ms", values_of(summary, &FrameRecord::save_ms));
   add("resident_mb", megabytes_of(summary, &FrameRecord::resident_bytes));
   add("map_mb", megabytes_of(summary, &FrameRecord::map_bytes));

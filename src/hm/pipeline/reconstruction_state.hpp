@@ -16,7 +16,7 @@ struct ReconstructionState {
   std::size_t frames_read = 0, frames_integrated = 0, volumes_refused = 0;
   std::vector<SkippedFrame> skipped;
   Trajectory trajectory;                  ///< of the integrated frames
-  std::vector<VolumeKey> interior_marks;  ///< see MapSaver::marks_to_store()
+  std::vector<VolumeKey> interior_marks;  ///< see MapSaver::MakeHeader
 };
 
 /// A state at the start of a recording.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/core/statistics.hpp"
 #include "hm/geometry/box.hpp"
 #include "hm/pipeline/color_shift.hpp"
 #include "hm/pipeline/pose_agreement.hpp"
@@ -12,33 +11,13 @@
 namespace hm {
 namespace {
 
-StreamReport stream_report(std::string name, const std::vector<Time>& stamps, std::size_t count) {
-  StreamReport stream{.name = std::move(name), .count = count};
-  if (stamps.size() < 2) return stream;
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < stamps.size(); ++i) intervals.push_back((stamps[i] - stamps[i - 1]).seconds());
-  const double median = quantile(intervals, 0.5);
-  stream.rate_hz = median > 0 ? 1.0 / median : 0.0;
-  stream.duration_s = (stamps.back() - stamps.front()).seconds();
-  stream.longest_gap_s = *std::ranges::max_element(intervals);
-  stream.gaps = static_cast<std::size_t>(
-      std::ranges::count_if(intervals, [&](double interval) { return interval > 2.5 * median; }));
-  return stream;
-}
-
-std::vector<Time> stamps_of(const Trajectory& trajectory) {
-  std::vector<Time> stamps;
-  for (const StampedPose& pose : trajectory) stamps.push_back(pose.stamp);
-  return stamps;
-}
-
 void describe_streams(RecordingReport& report) {
   const RecordingInfo& info = report.info;
-  report.streams.push_back(stream_report("depth", info.stamps, info.frame_count));
-  report.streams.push_back(stream_report("color", info.color_stamps, info.color_count));
-  report.streams.push_back(stream_report("poses", stamps_of(info.trajectory), info.trajectory.size()));
+  report.streams.push_back(describe_stream("depth", info.stamps, info.frame_count));
+  report.streams.push_back(describe_stream("color", info.color_stamps, info.color_count));
+  report.streams.push_back(describe_stream("poses", stamps_of(info.trajectory), info.trajectory.size()));
   if (!info.truth.empty())
-    report.streams.push_back(stream_report("truth", stamps_of(info.truth), info.truth.size()));
+    report.streams.push_back(describe_stream("truth", stamps_of(info.truth), info.truth.size()));
   report.path_length_m = path_length(info.trajectory);
   Box3 centres;
   for (const StampedPose& pose : info.trajectory) centres.extend(pose.T_world_base.translation());

@@ -7,18 +7,9 @@
 #include "hm/core/json_value.hpp"
 #include "hm/core/progress.hpp"
 #include "hm/io/recording.hpp"
+#include "hm/pipeline/stream_report.hpp"
 
 namespace hm {
-
-/// Rate and holes of one stream of a recording.
-struct StreamReport {
-  std::string name;  ///< "depth", "color", "poses", "truth"
-  std::size_t count = 0;
-  double rate_hz = 0;  ///< from the median interval; 0 when there are no stamps
-  double duration_s = 0;
-  std::size_t gaps = 0;      ///< intervals of more than 2.5 times the median
-  double longest_gap_s = 0;  ///< the longest interval, gap or not
-};
 
 /// What the sampled depth pictures hold; metres. All zero when none could be read.
 struct DepthReport {

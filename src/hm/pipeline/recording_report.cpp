@@ -20,15 +20,6 @@ JsonValue camera_json(const RecordingInfo& info) {
                             {"distortion", JsonValue(JsonValue::Array{d.k1, d.k2, d.p1, d.p2, d.k3})}});
 }
 
-JsonValue stream_json(const StreamReport& s) {
-  return JsonValue::object({{"name", s.name},
-                            {"count", static_cast<std::int64_t>(s.count)},
-                            {"rate_hz", s.rate_hz},
-                            {"duration_s", s.duration_s},
-                            {"gaps", static_cast<std::int64_t>(s.gaps)},
-                            {"longest_gap_s", s.longest_gap_s}});
-}
-
 JsonValue depth_json(const RecordingReport& report) {
   const DepthReport& d = report.depth;
   return JsonValue::object({{"unit_m", report.info.depth_unit_m},
@@ -104,7 +95,7 @@ JsonValue to_json(const RecordingReport& report) {
   json["frames_with_color"] = static_cast<std::int64_t>(info.paired_count);
   json["frames_with_pose"] = static_cast<std::int64_t>(info.posed_count);
   json["has_own_stamps"] = info.has_own_stamps;
-  for (const StreamReport& stream : report.streams) json["streams"].push_back(stream_json(stream));
+  for (const StreamReport& stream : report.streams) json["streams"].push_back(to_json(stream));
   json["camera"] = camera_json(info);
   json["depth"] = depth_json(report);
   json["path_length_m"] = report.path_length_m;

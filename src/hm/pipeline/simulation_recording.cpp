@@ -8,6 +8,7 @@
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/tum_writer.hpp"
+#include "hm/pipeline/simulation_marks.hpp"
 #include "hm/sim/room_scene.hpp"
 
 namespace hm {
@@ -16,15 +17,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBatch = 16;
-constexpr const char* kFinishedMark = "simulation.toml";
-constexpr const char* kUnfinishedMark = "simulation.unfinished.toml";
+using detail::kFinishedMark, detail::kUnfinishedMark;
 
-/// All that simulate_recording() may write; the marks last, so that a removal that is cut short can be
-/// repeated.
-constexpr std::array kOwnFiles{
-    "depth",           "rgb",       "depth.txt",      "rgb.txt",           "associations.txt", "camera.txt",
-    "groundtruth.txt", "poses.txt", "truth_mesh.ply", "truth_visible.ply", "truth_scene.json", kFinishedMark,
-    kUnfinishedMark};
+/// All that simulate_recording() and simulate_laser_recording() may write; the marks last, so that a removal
+/// that is cut short can be repeated.
+constexpr std::array kOwnFiles{"depth",
+                               "rgb",
+                               "depth.txt",
+                               "rgb.txt",
+                               "associations.txt",
+                               "camera.txt",
+                               "groundtruth.txt",
+                               "poses.txt",
+                               "truth_mesh.ply",
+                               "truth_visible.ply",
+                               "truth_scene.json",
+                               "recording.bag",
+                               "recording.bag.partial",
+                               "rig.toml",
+                               "truth_floor.txt",
+                               kFinishedMark,
+                               kUnfinishedMark};
 
 Result<void> check_params(SimulationParams params) {
   ParamList list;

@@ -43,8 +43,8 @@ struct SimulationSummary {
 /// Errors: parameters out of range, a folder that holds a recording (kUsage) or cannot be written.
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options);
 
-/// Removes a recording that simulate_recording() wrote, finished or not, and its folder when nothing else is
-/// in it. Leaves any other folder alone.
+/// Removes a recording that simulate_recording() or simulate_laser_recording() wrote, finished or not, and
+/// its folder when nothing else is in it. Leaves any other folder alone.
 void remove_simulation(const std::filesystem::path& folder);
 
 }  // namespace hm

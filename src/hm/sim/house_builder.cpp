@@ -25,7 +25,7 @@ std::vector<Material> common_materials() {
       {"trim", P::kPlain, {240, 238, 232}, {220, 220, 220}, 0.3f, kYes},
       {"door", P::kWoodgrain, {186, 140, 92}, {140, 96, 58}, 0.2f, kYes},
       {"front_door", P::kWoodgrain, {96, 40, 30}, {60, 24, 18}, 0.2f, kYes},
-      {"glass", P::kSky, {178, 212, 240}, {250, 250, 250}, 0.3f, kNone},
+      {"glass", P::kSky, {178, 212, 240}, {250, 250, 250}, 0.3f, kNone, true},
       {"hall_wall", P::kWallpaper, {232, 222, 200}, {190, 160, 120}, 0.22f, kYes},
       {"hall_floor", P::kTiles, {200, 176, 148}, {120, 104, 90}, 0.33f, kYes},
       {"oak", P::kWoodgrain, {196, 150, 98}, {150, 104, 60}, 0.2f, kYes},

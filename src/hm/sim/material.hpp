@@ -36,6 +36,7 @@ struct Material {
   Rgb8 accent{120, 120, 120};
   float scale_m = 0.3f;
   Reflectance reflectance = Reflectance::kNormal;
+  bool clear = false;  ///< a laser's pulse goes through: what lies behind answers
 };
 
 /// The diffuse colour (0..1 a channel) of a material at a point of a surface with this unit normal.

@@ -26,6 +26,12 @@ std::uint8_t to_byte(float value) {
   return static_cast<std::uint8_t>(std::clamp(value * 255.0f + 0.5f, 0.0f, 255.0f));
 }
 
+/// Where normal.dot(p) = offset.
+struct Plane {
+  Vec3 normal;
+  double offset;
+};
+
 Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a);
   const std::pair<Vec3, Vec3> edges[] = {{a, b}, {b, c}, {c, a}};
@@ -45,10 +51,6 @@ Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
 }  // namespace
 
 struct Renderer::Impl {
-  struct Plane {
-    Vec3 normal;
-    double offset;
-  };
   const World* world = nullptr;
   TriangleMesh mesh;
   std::vector<Plane> planes;           ///< of every triangle
@@ -114,43 +116,52 @@ struct Renderer::Impl {
 
 namespace {
 
-/// The rays of up to 16 pixels; lanes beyond the image are off.
+/// The rays of up to 16 pixels or beams; lanes that are not valid are off.
 struct Packet {
-  alignas(64) int valid[kPacket];
+  alignas(64) int valid[kPacket] = {};
   RTCRayHit16 hits;
   Vec3 origin[kPacket], direction[kPacket];
+
+  void set(std::size_t lane, const Vec3& from, const Vec3& along, double near_m) {
+    origin[lane] = from, direction[lane] = along;
+    const Eigen::Vector3f o = from.cast<float>(), d = along.cast<float>();
+    RTCRay16& ray = hits.ray;
+    ray.org_x[lane] = o.x(), ray.org_y[lane] = o.y(), ray.org_z[lane] = o.z();
+    ray.dir_x[lane] = d.x(), ray.dir_y[lane] = d.y(), ray.dir_z[lane] = d.z();
+    ray.tnear[lane] = static_cast<float>(near_m);
+    ray.tfar[lane] = std::numeric_limits<float>::infinity();
+    ray.time[lane] = 0, ray.mask[lane] = ~0u, ray.id[lane] = 0, ray.flags[lane] = 0;
+    hits.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+    hits.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+  }
+  void trace(RTCScene scene) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &context, &hits);
+  }
+  /// Along the ray to the plane of the triangle that it hit, in lengths of its direction.
+  [[nodiscard]] double distance(std::size_t lane, const Plane& plane) const {
+    const double along = plane.normal.dot(direction[lane]);
+    return std::abs(along) > 1e-9 ? (plane.offset - plane.normal.dot(origin[lane])) / along
+                                  : static_cast<double>(hits.ray.tfar[lane]);
+  }
 };
 
 /// Fills the packet for the tile at (x0, y0), `pose_of` giving the camera pose of a row, and traces it.
 template <class PoseOfRow>
 void trace_tile(RTCScene scene, const PinholeCamera& camera, int x0, int y0, const PoseOfRow& pose_of,
                 Packet& packet) {
-  for (int lane = 0; lane < kPacket; ++lane) {
-    const int x = x0 + lane % kTile, y = y0 + lane / kTile;
+  for (std::size_t lane = 0; lane < kPacket; ++lane) {
+    const int x = x0 + static_cast<int>(lane) % kTile, y = y0 + static_cast<int>(lane) / kTile;
     const bool inside = x < camera.width && y < camera.height;
     packet.valid[lane] = inside ? -1 : 0;
     const SE3& pose = pose_of(std::min(y, camera.height - 1));
     const double u = (x - camera.cx) / camera.fx, v = (y - camera.cy) / camera.fy;
     const Vec3 d = pose.rotation().col(0) * u + pose.rotation().col(1) * v + pose.rotation().col(2);
-    packet.origin[lane] = pose.translation();
-    packet.direction[lane] = d;
-    RTCRay16& ray = packet.hits.ray;
-    ray.org_x[lane] = static_cast<float>(pose.translation().x());
-    ray.org_y[lane] = static_cast<float>(pose.translation().y());
-    ray.org_z[lane] = static_cast<float>(pose.translation().z());
-    ray.dir_x[lane] = static_cast<float>(d.x());
-    ray.dir_y[lane] = static_cast<float>(d.y());
-    ray.dir_z[lane] = static_cast<float>(d.z());
-    ray.tnear[lane] = 1e-3f;
-    ray.tfar[lane] = std::numeric_limits<float>::infinity();
-    ray.time[lane] = 0, ray.mask[lane] = ~0u, ray.id[lane] = 0, ray.flags[lane] = 0;
-    packet.hits.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-    packet.hits.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+    packet.set(lane, pose.translation(), d, 1e-3);
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(packet.valid, scene, &context, &packet.hits);
+  packet.trace(scene);
 }
 
 /// Calls body(x0, y0) for every tile of the image.
@@ -184,15 +195,13 @@ RenderedView Renderer::render(const PinholeCamera& camera, const SE3& T_world_ca
   for_tiles(camera, loop, [&](int x0, int y0) {
     Packet packet;
     trace_tile(impl_->scene, camera, x0, y0, same_pose, packet);
-    for (int lane = 0; lane < kPacket; ++lane) {
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
       if (!packet.valid[lane] || packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-      const int x = x0 + lane % kTile, y = y0 + lane / kTile;
+      const int x = x0 + static_cast<int>(lane) % kTile, y = y0 + static_cast<int>(lane) / kTile;
       const std::uint32_t triangle = packet.hits.hit.primID[lane];
-      const Impl::Plane& plane = impl_->planes[triangle];
+      const Plane& plane = impl_->planes[triangle];
       const Vec3 &o = packet.origin[lane], &d = packet.direction[lane];
-      const double along = plane.normal.dot(d);
-      const double z = std::abs(along) > 1e-9 ? (plane.offset - plane.normal.dot(o)) / along
-                                              : static_cast<double>(packet.hits.ray.tfar[lane]);
+      const double along = plane.normal.dot(d), z = packet.distance(lane, plane);
       view.depth_m(x, y) = static_cast<float>(z);
       view.cos_incidence(x, y) = static_cast<float>(std::abs(along) / d.norm());
       view.part(x, y) = impl_->part_of[triangle];
@@ -212,13 +221,36 @@ Image<Rgb8> Renderer::render_rolling_color(const PinholeCamera& camera, std::spa
   for_tiles(camera, loop, [&](int x0, int y0) {
     Packet packet;
     trace_tile(impl_->scene, camera, x0, y0, pose_of, packet);
-    for (int lane = 0; lane < kPacket; ++lane) {
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
       if (!packet.valid[lane] || packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
       const Vec3 p = packet.origin[lane] + packet.hits.ray.tfar[lane] * packet.direction[lane];
-      color(x0 + lane % kTile, y0 + lane / kTile) = impl_->shade(packet.hits.hit.primID[lane], p);
+      color(x0 + static_cast<int>(lane) % kTile, y0 + static_cast<int>(lane) / kTile) =
+          impl_->shade(packet.hits.hit.primID[lane], p);
     }
   });
   return color;
+}
+
+void Renderer::cast(std::span<const Ray> rays, std::span<RayHit> hits) const {
+  HM_CHECK(rays.size() == hits.size(), "{} hits for {} rays", hits.size(), rays.size());
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+    const std::size_t count = std::min<std::size_t>(kPacket, rays.size() - begin);
+    Packet packet;
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const Ray& ray = rays[begin + lane];
+      packet.valid[lane] = -1;
+      packet.set(lane, ray.origin_world, ray.direction_world, ray.near_m);
+    }
+    packet.trace(impl_->scene);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      RayHit& hit = hits[begin + lane];
+      hit = {};
+      if (packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+      const std::uint32_t triangle = packet.hits.hit.primID[lane];
+      hit = {packet.distance(lane, impl_->planes[triangle]), impl_->planes[triangle].normal,
+             impl_->part_of[triangle]};
+    }
+  }
 }
 
 bool Renderer::is_free(const Vec3& a_world, const Vec3& b_world, double margin_m) const {

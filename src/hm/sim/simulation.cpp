@@ -9,18 +9,6 @@
 namespace hm {
 namespace {
 
-World make_world(const SimulationParams& params) {
-  switch (params.world) {
-    case WorldKind::kHouse:
-      return make_house(static_cast<std::uint64_t>(params.seed));
-    case WorldKind::kRoom:
-      return make_room();
-    case WorldKind::kCorridor:
-      return make_corridor();
-  }
-  return {};
-}
-
 Walk make_walk(WorldKind world) {
   switch (world) {
     case WorldKind::kHouse:
@@ -78,7 +66,7 @@ struct Simulation::Impl {
   explicit Impl(const SimulationParams& p)
       : params(p),
         sensor(sensor_model(p.sensor)),
-        world(make_world(p)),
+        world(make_world(p.world, static_cast<std::uint64_t>(p.seed))),
         renderer(world),
         walk(make_walk(p.world)) {
     const double period_s = p.frame_stride / sensor.rate_hz;

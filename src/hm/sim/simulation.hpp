@@ -13,9 +13,6 @@
 
 namespace hm {
 
-enum class WorldKind { kHouse, kRoom, kCorridor };
-inline constexpr std::string_view kWorldKindNames[] = {"house", "room", "corridor"};
-
 /// Everything that decides what a simulation looks like; the same values give the same bytes.
 struct SimulationParams {
   WorldKind world = WorldKind::kHouse;

@@ -7,6 +7,18 @@
 
 namespace hm {
 
+World make_world(WorldKind kind, std::uint64_t seed) {
+  switch (kind) {
+    case WorldKind::kHouse:
+      return make_house(seed);
+    case WorldKind::kRoom:
+      return make_room();
+    case WorldKind::kCorridor:
+      break;
+  }
+  return make_corridor();
+}
+
 TriangleMesh merged_mesh(const World& world) {
   TriangleMesh all;
   for (const WorldPart& part : world.parts) {

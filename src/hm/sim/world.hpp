@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hm/geometry/box.hpp"
@@ -31,6 +32,11 @@ World make_house(std::uint64_t seed);
 World make_room();
 /// A featureless corridor of 30 x 2 x 2.5 m.
 World make_corridor();
+
+enum class WorldKind { kHouse, kRoom, kCorridor };
+inline constexpr std::string_view kWorldKindNames[] = {"house", "room", "corridor"};
+/// The seed matters to the house only.
+World make_world(WorldKind kind, std::uint64_t seed);
 
 /// All parts as one mesh, with the colours of the materials at the vertices.
 TriangleMesh merged_mesh(const World& world);

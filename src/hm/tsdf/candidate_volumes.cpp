@@ -36,7 +36,7 @@ void CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std
   corners_x_ = depth.tiles_x + 1;
   place_rays(depth, query.camera, query.T_world_camera.rotation() / volume_size);
   place_bitmap(depth, truncation_.max_m);
-  loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 8,
+  loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 2,
                   [&](std::size_t begin, std::size_t end) {
                     for (auto y = 2 * static_cast<int>(begin);
                          y < std::min(2 * static_cast<int>(end), depth.tiles_y); y += 2)

@@ -166,7 +166,7 @@ void prepare_depth(const RawDepth& raw, const ParallelLoop& loop, PreparedDepth&
   prepared.tile_max_m.resize(tiles);
   const DepthLimits limits = limits_of(raw);
   std::atomic<std::size_t> in_range{0}, valid{0};  // sums of whole numbers: the same in any order
-  loop.for_ranges(static_cast<std::size_t>(prepared.tiles_y), 8, [&](std::size_t begin, std::size_t end) {
+  loop.for_ranges(static_cast<std::size_t>(prepared.tiles_y), 4, [&](std::size_t begin, std::size_t end) {
     DepthCounts sum;
     for (std::size_t tile_y = begin; tile_y < end; ++tile_y) {
       const DepthCounts counts = prepare_tile_row(raw, limits, static_cast<int>(tile_y), prepared);

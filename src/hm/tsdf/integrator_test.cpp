@@ -5,50 +5,16 @@
 #include <algorithm>
 
 #include "hm/core/statistics.hpp"
-#include "hm/tsdf/testing/analytic_scene.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
+#include "hm/tsdf/testing/integration_bench.hpp"
 
 namespace hm {
 namespace {
 
 using testing::HasSubstr;
 
-const PinholeCamera kCamera{320, 240, 262.5, 262.5, 159.5, 119.5, {}};
-
-/// Everything that a test of one integrator needs.
-struct Bench {
-  explicit Bench(const TsdfParams& p, int threads = 1)
-      : params(p), loop(threads), grid(Integrator::make_grid(p)), integrator(p, {}, kCamera, loop) {}
-  ScanStats add(const AnalyticScene& scene, const SE3& pose) {
-    return integrator.integrate(grid, scene.render(kCamera, pose));
-  }
-  TsdfParams params;
-  ParallelLoop loop;
-  VolumeGrid grid;
-  Integrator integrator;
-};
-
-const AnalyticScene kWall{{{Vec3(-1, 0, 0), -2.0}}, {}};
-const AnalyticScene kWallAndBox{{{Vec3(-1, 0, 0), -2.0}}, {{Vec3(1.2, 0, 0), 0.25}}};
-
-/// How many voxels within `reach` of a point lie on or behind a surface.
-std::size_t solid_voxels(const VolumeGrid& grid, const Vec3& centre, double reach_m) {
-  std::size_t count = 0;
-  for (const VolumeKey key :
-       grid.keys_in(Box3(centre - Vec3::Constant(reach_m), centre + Vec3::Constant(reach_m)))) {
-    const Volume& volume = *grid.find(key);
-    for (int i = 0; i < kVolumeVoxels; ++i) {
-      const Vec3 index(8 * key.x + (i & 7), 8 * key.y + (i >> 3 & 7), 8 * key.z + (i >> 6));
-      const Vec3 p = (index + Vec3::Constant(0.5)) * grid.voxel_size_m();
-      if (volume.voxels[i].weight() > 0 && volume.voxels[i].sdf() <= 0 && (p - centre).norm() < reach_m)
-        ++count;
-    }
-  }
-  return count;
-}
-
 TEST(Integrator, APlaneSeenStraightOnHasItsExactDistance) {
-  Bench bench({});
+  IntegrationBench bench({});
   for (int i = 0; i < 3; ++i) bench.add(kWall, looking_along_x(Vec3::Zero()));
   std::size_t known = 0;
   for (const VolumeKey key : bench.grid.sorted_keys())
@@ -72,7 +38,7 @@ TEST(Integrator, ABallFromAllSidesIsWithinAMillimetre) {
   const AnalyticScene ball{{}, {{Vec3(0, 0, 0), 0.5}}};
   TsdfParams params;
   params.voxel_size_m = 0.01;
-  Bench bench(params);
+  IntegrationBench bench(params);
   for (int i = 0; i < 100; ++i) {
     const double turn = 2.399963 * i, height = -0.95 + 1.9 * i / 99;  // a spiral of directions
     const Vec3 from(std::cos(turn) * std::sqrt(1 - height * height),
@@ -112,7 +78,7 @@ TEST(Integrator, TheOrderOfScansDoesNotMatter) {
     frames.push_back(scene.render(kCamera, looking_along_x(Vec3(0, 0.02 * i, 0.01 * i))));
   TsdfParams params;
   params.carving = false;  // carving looks at what is there, so it depends on order by design
-  Bench forward(params), backward(params);
+  IntegrationBench forward(params), backward(params);
   for (const auto& frame : frames) forward.integrator.integrate(forward.grid, frame);
   std::reverse(frames.begin(), frames.end());
   for (const auto& frame : frames) backward.integrator.integrate(backward.grid, frame);
@@ -133,7 +99,7 @@ TEST(Integrator, TheOrderOfScansDoesNotMatter) {
 TEST(Integrator, AVolumeNearTheSurfaceIsObservedFromTheCameraToTheEndOfTheBand) {
   TsdfParams params;
   params.edge_filter = false;
-  Bench bench(params);
+  IntegrationBench bench(params);
   const SE3 pose = looking_along_x(Vec3(0.01, 0.02, 0.03));
   const RgbdFrame frame = kWallAndBox.render(kCamera, pose);
   bench.integrator.integrate(bench.grid, frame);
@@ -165,90 +131,9 @@ TEST(Integrator, AVolumeNearTheSurfaceIsObservedFromTheCameraToTheEndOfTheBand) 
   EXPECT_GT(behind, 1000u);
 }
 
-/// Mixed pixels widen the ball by a rim that hangs in the air; rays that pass there later outvote it.
-TEST(Integrator, FringesAtDepthEdgesVanish) {
-  const auto beside_the_ball = [](const VolumeGrid& grid) {
-    const Vec3 ball(1.2, 0, 0);
-    return solid_voxels(grid, ball, 0.36) - solid_voxels(grid, ball, 0.27);
-  };
-  Bench bench({});
-  RgbdFrame frame = kWallAndBox.render(kCamera, looking_along_x(Vec3::Zero()));
-  const Image<std::uint16_t> exact = frame.depth.units;
-  for (int y = 0; y < exact.height(); ++y)
-    for (int x = 0; x < exact.width(); ++x)
-      if (std::hypot(x - 159.5, y - 119.5) < 72 && exact(x, y) > 15000) frame.depth.units(x, y) = 12000;
-  bench.integrator.integrate(bench.grid, frame);
-  ASSERT_GT(beside_the_ball(bench.grid), 100u);
-  for (int i = 0; i < 3; ++i) bench.add(kWallAndBox, looking_along_x(Vec3(0, 0.01 * i, 0)));
-  EXPECT_EQ(beside_the_ball(bench.grid), 0u);
-}
-
-TEST(Carving, ErasesWhatHasLeftTheScene) {
-  Bench bench({});
-  for (int i = 0; i < 10; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
-  const Vec3 box(1.0, 0, 0);
-  ASSERT_GT(solid_voxels(bench.grid, box, 0.3), 500u);
-  const std::size_t volumes_before = bench.grid.volume_count();
-  std::size_t carved = 0, released = 0;
-  for (int i = 0; i < 10; ++i) {
-    const ScanStats stats = bench.add(kWall, looking_along_x(Vec3::Zero()));
-    carved += stats.voxels_carved;
-    released += stats.volumes_released;
-  }
-  EXPECT_EQ(solid_voxels(bench.grid, box, 0.3), 0u);
-  EXPECT_GT(carved, 500u);
-  EXPECT_GT(released, 10u);
-  EXPECT_LT(bench.grid.volume_count(), volumes_before + 20);
-  // What is left near the box is nothing: its volumes were given back.
-  EXPECT_TRUE(bench.grid.keys_in(Box3(box - Vec3::Constant(0.2), box + Vec3::Constant(0.2))).empty());
-}
-
-TEST(Carving, IsASwitch) {
-  TsdfParams params;
-  params.carving = false;
-  Bench bench(params);
-  for (int i = 0; i < 10; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
-  const std::size_t before = solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.3);
-  for (int i = 0; i < 10; ++i) EXPECT_EQ(bench.add(kWall, looking_along_x(Vec3::Zero())).voxels_carved, 0u);
-  EXPECT_EQ(solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.3), before);
-}
-
-TEST(Carving, OneMixedPixelDoesNotHurtTheWall) {
-  for (const int seen_before : {1, 3, 20}) {
-    Bench bench({});
-    for (int i = 0; i < seen_before; ++i) bench.add(kWall, looking_along_x(Vec3::Zero()));
-    const std::size_t before = solid_voxels(bench.grid, Vec3(2, 0, 0), 0.2);
-    RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
-    for (const auto& [x, y] : {std::pair{160, 120}, std::pair{100, 57}})  // read far behind the wall
-      frame.depth.units(x, y) = 35000;
-    frame.depth.units(200, 120) = 65000;  // and beyond far
-    EXPECT_EQ(bench.integrator.integrate(bench.grid, frame).voxels_carved, 0u);
-    EXPECT_GE(solid_voxels(bench.grid, Vec3(2, 0, 0), 0.2), before);
-  }
-}
-
-TEST(Carving, AWallThatStaysIsNotTouchedByALongRun) {
-  Bench bench({});
-  Rng rng(5);
-  std::size_t wall = 0, ball = 0;
-  for (int i = 0; i < 60; ++i) {
-    RgbdFrame frame = kWallAndBox.render(kCamera, looking_along_x(Vec3(0, 0.01 * (i % 7), 0)));
-    for (auto& units : frame.depth.units.pixels())
-      if (units != 0) units = static_cast<std::uint16_t>(units + rng.normal(0, 60));
-    bench.integrator.integrate(bench.grid, frame);
-    if (i != 9) continue;
-    wall = solid_voxels(bench.grid, Vec3(2, 0.8, 0), 0.2);
-    ball = solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.1);
-  }
-  ASSERT_GT(wall, 900u);
-  ASSERT_GT(ball, 150u);
-  EXPECT_GE(solid_voxels(bench.grid, Vec3(2, 0.8, 0), 0.2), wall);
-  EXPECT_GE(solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.1), ball);
-}
-
 TEST(Color, IsStoredNearTheSurfaceOnlyAndIsASwitch) {
   const AnalyticScene wall{{{Vec3(-1, 0, 0), -1.95}}, {}};  // just behind a volume border at 1.92
-  Bench bench({});
+  IntegrationBench bench({});
   for (int i = 0; i < 4; ++i) bench.add(wall, looking_along_x(Vec3::Zero()));
   std::size_t colored = 0, volumes_with_color = 0;
   for (const VolumeKey key : bench.grid.sorted_keys()) {
@@ -266,13 +151,13 @@ TEST(Color, IsStoredNearTheSurfaceOnlyAndIsASwitch) {
   EXPECT_LT(volumes_with_color, bench.grid.volume_count());
   TsdfParams params;
   params.color = false;
-  Bench plain(params);
+  IntegrationBench plain(params);
   plain.add(kWall, looking_along_x(Vec3::Zero()));
   for (const VolumeKey key : plain.grid.sorted_keys()) EXPECT_EQ(plain.grid.find(key)->colors, nullptr);
 }
 
 TEST(Integrator, BadPosesChangeNothingAndSaySo) {
-  Bench bench({});
+  IntegrationBench bench({});
   bench.add(kWall, looking_along_x(Vec3::Zero()));
   const auto expect_refused = [&](std::optional<SE3> pose, const char* why) {
     RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
@@ -293,7 +178,7 @@ TEST(Integrator, BadPosesChangeNothingAndSaySo) {
 }
 
 TEST(Integrator, SaysWhyNothingWasIntegrated) {
-  Bench bench({});
+  IntegrationBench bench({});
   RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
   frame.depth.unit_m = 1e-7;  // a scale that is wrong by a factor of a thousand
   EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
@@ -310,20 +195,20 @@ TEST(Integrator, TheMemoryCapIsReportedAndLosesNothing) {
   TsdfParams params;
   params.max_map_mb = 1;
   params.voxel_size_m = 0.01;
-  Bench bench(params);
+  IntegrationBench bench(params);
   bench.add(kWall, looking_along_x(Vec3::Zero()));
   const ScanStats stats = bench.add(kWall, looking_along_x(Vec3::Zero()));
   EXPECT_GT(stats.volumes_refused, 0u);
   EXPECT_GT(stats.voxels_updated, 0u);  // what is there goes on being improved
   EXPECT_LE(bench.grid.map_bytes(), 1'050'000u);
-  Bench second(params);
+  IntegrationBench second(params);
   second.add(kWall, looking_along_x(Vec3::Zero()));
   second.add(kWall, looking_along_x(Vec3::Zero()));
   EXPECT_EQ(difference_of(bench.grid, second.grid), "");
 }
 
 TEST(Integrator, ARepeatedViewCostsNoMemory) {
-  Bench bench({});
+  IntegrationBench bench({});
   for (int i = 0; i < 3; ++i) bench.add(kWallAndBox, looking_along_x(Vec3::Zero()));
   const std::size_t bytes = bench.grid.map_bytes();
   for (int i = 0; i < 30; ++i)

@@ -5,34 +5,27 @@
 #include <memory>
 #include <vector>
 
-#include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/volume_snapshot.hpp"
 
 namespace hm {
 
-/// A page is 4 x 4 x 4 volumes: the unit that is hashed.
+/// A page is 4 x 4 x 4 volumes: the unit that is hashed (see volume_snapshot.hpp for keys and places).
 inline constexpr int kPageSide = 4;
 inline constexpr int kPageVolumes = kPageSide * kPageSide * kPageSide;
 
 /// The volumes of one page: bit i of `occupied` tells whether volumes[i] exists; bit i of `interior`
-/// whether it may hold voxels on or behind a surface.
+/// whether it may hold voxels on or behind a surface; bit i of `awaited` whether a snapshot still wants it. A
+/// volume that exists and has no voxels is in `packed`.
 struct Page {
   VolumeKey key;  ///< page coordinates: volume key / 4, rounded down
   std::uint64_t occupied = 0;
   std::uint64_t interior = 0;
+  std::uint64_t awaited = 0;
+  std::uint32_t snapshot_place = 0;  ///< of this page among those of the snapshot
+  std::uint32_t last_used = 0;       ///< by VolumeGrid::pack_idle()'s count of calls
   std::array<Volume, kPageVolumes> volumes;
+  std::unique_ptr<std::array<PackedVolume, kPageVolumes>> packed;  ///< nullptr while none ever was
 };
-
-/// The page of a volume, and its place there.
-constexpr VolumeKey page_of(VolumeKey key) { return {key.x >> 2, key.y >> 2, key.z >> 2}; }
-constexpr unsigned place_in_page(VolumeKey key) {
-  return static_cast<unsigned>(((key.z & 3) << 4) | ((key.y & 3) << 2) | (key.x & 3));
-}
-
-/// The volume at a place of a page.
-constexpr VolumeKey key_in_page(VolumeKey page_key, int place) {
-  return {page_key.x * kPageSide + (place & 3), page_key.y * kPageSide + (place >> 2 & 3),
-          page_key.z * kPageSide + (place >> 4)};
-}
 
 /// Hash map from page key to page: open addressing with linear probing over 64-bit packed keys
 /// (21 bits an axis). Pages do not move while the table grows.
@@ -44,6 +37,9 @@ class PageTable {
   void remove(VolumeKey page_key);
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] std::size_t bytes() const;
+  /// The table's slots, for looking at a few pages at a time; nullptr where there is none.
+  [[nodiscard]] std::size_t slot_count() const { return slots_.size(); }
+  [[nodiscard]] Page* page_in_slot(std::size_t slot) const { return slots_[slot].page.get(); }
   /// All pages, in no particular order.
   [[nodiscard]] std::vector<Page*> unsorted_pages() const;
 

@@ -74,10 +74,10 @@ void ProjectionIntegrator::examine(VolumeGrid& grid, const ParallelLoop& loop) {
   for (const VolumeKey key : stale_) prospects_.push_back({key, false, {}, {}});
   std::inplace_merge(prospects_.begin(), prospects_.begin() + std::ssize(candidates_), prospects_.end(),
                      [](const Prospect& a, const Prospect& b) { return before(a.key, b.key); });
-  loop.for_ranges(prospects_.size(), 128, [&](std::size_t begin, std::size_t end) {
+  loop.for_ranges(prospects_.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       prospects_[i].parts = bounds_.parts_of(prospects_[i].key);
-      prospects_[i].found = grid.find_marked(prospects_[i].key);
+      prospects_[i].found = grid.look_up(prospects_[i].key);
     }
   });
 }
@@ -91,7 +91,7 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats
     if (!near_surface && !(may_carve && (prospect.parts.in_front | prospect.parts.in_band) != 0)) continue;
     ScannedVolume scanned;
     scanned.key = prospect.key;
-    scanned.volume = prospect.found.volume;
+    scanned.volume = grid.open(prospect.found);
     scanned.had_interior = prospect.found.may_hold_interior;
     if (!scanned.volume) {
       scanned.volume = grid.allocate(prospect.key);
@@ -112,7 +112,7 @@ void ProjectionIntegrator::allocate(VolumeGrid& grid, bool with_color, ScanStats
 
 void ProjectionIntegrator::project(const ProjectionScan& scan, const ParallelLoop& loop) {
   const auto kernel = params_.kernel == KernelChoice::kSimd ? project_volume_simd : project_volume_scalar;
-  loop.for_ranges(tasks_.size(), 32, [&](std::size_t begin, std::size_t end) {
+  loop.for_ranges(tasks_.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       scanned_[i].update = kernel(scan, tasks_[i]);
       if (scanned_[i].update.carved > 0) note_contents(scanned_[i]);

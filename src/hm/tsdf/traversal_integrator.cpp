@@ -75,9 +75,9 @@ void TraversalIntegrator::allocate(VolumeGrid& grid, ScanStats& stats) {
   for (std::size_t i = 0; i < items_.size(); ++i) {
     const VolumeKey key = graph_.volumes()[i];
     ScannedVolume& item = items_[i];
-    const VolumeGrid::Found found = grid.find_marked(key);
+    const VolumeGrid::Found found = grid.look_up(key);
     item.key = key;
-    item.volume = found.volume;
+    item.volume = grid.open(found);
     item.had_interior = found.may_hold_interior;
     if (!item.volume && graph_.is_hit(i)) {
       item.volume = grid.allocate(key);

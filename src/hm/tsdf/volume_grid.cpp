@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "hm/core/check.hpp"
-#include "hm/tsdf/block_pool.hpp"
-#include "hm/tsdf/page_table.hpp"
+#include "hm/tsdf/volume_grid_impl.hpp"
 
 namespace hm {
 namespace {
@@ -16,20 +15,6 @@ bool key_order(VolumeKey a, VolumeKey b) { return std::array{a.z, a.y, a.x} < st
 int floor_to_int(double v) { return static_cast<int>(std::floor(v)); }
 
 }  // namespace
-
-struct VolumeGrid::Impl {
-  PageTable pages;
-  BlockPool pool;
-  std::size_t volume_count = 0;
-  std::size_t max_bytes = 0;
-
-  [[nodiscard]] std::size_t bytes() const {
-    return pool.blocks_in_use() * BlockPool::kBlockBytes + pages.bytes();
-  }
-  [[nodiscard]] bool may_take_block(std::size_t bytes_besides = 0) const {
-    return max_bytes == 0 || bytes() + BlockPool::kBlockBytes + bytes_besides <= max_bytes;
-  }
-};
 
 VolumeGrid::VolumeGrid(double voxel_size_m, double sdf_unit_m, std::size_t max_bytes)
     : voxel_size_m_(voxel_size_m), sdf_unit_m_(sdf_unit_m), impl_(std::make_unique<Impl>()) {
@@ -41,19 +26,39 @@ VolumeGrid::VolumeGrid(VolumeGrid&&) noexcept = default;
 VolumeGrid& VolumeGrid::operator=(VolumeGrid&&) noexcept = default;
 
 const Volume* VolumeGrid::find(VolumeKey key) const {
-  const Page* page = impl_->pages.find(page_of(key));
-  if (!page) return nullptr;
-  const Volume& volume = page->volumes[place_in_page(key)];
-  return volume.voxels ? &volume : nullptr;
+  Page* page = nullptr;
+  return impl_->find(key, page);
 }
 
-Volume* VolumeGrid::find(VolumeKey key) { return const_cast<Volume*>(std::as_const(*this).find(key)); }
+Volume* VolumeGrid::find(VolumeKey key) {
+  Page* page = nullptr;
+  Volume* volume = impl_->find(key, page);
+  if (!volume) return nullptr;
+  impl_->keep_for_snapshot(*page, place_in_page(key));
+  page->last_used = impl_->pack_calls;
+  return volume;
+}
 
-VolumeGrid::Found VolumeGrid::find_marked(VolumeKey key) {
+bool VolumeGrid::contains(VolumeKey key) const {
+  const Page* page = impl_->pages.find(page_of(key));
+  return page && (page->occupied >> place_in_page(key) & 1u);
+}
+
+VolumeGrid::Found VolumeGrid::look_up(VolumeKey key) const {
   Page* page = impl_->pages.find(page_of(key));
   const unsigned place = place_in_page(key);
-  if (!page || !page->volumes[place].voxels) return {};
-  return {&page->volumes[place], (page->interior >> place & 1u) != 0};
+  if (!page || (page->occupied >> place & 1u) == 0) return {};
+  return {page, key, (page->interior >> place & 1u) != 0};
+}
+
+Volume* VolumeGrid::open(const Found& found) {
+  if (!found.page) return nullptr;
+  const unsigned place = place_in_page(found.key);
+  Volume& volume = found.page->volumes[place];
+  if (!volume.voxels) impl_->unpack(*found.page, place);
+  impl_->keep_for_snapshot(*found.page, place);
+  found.page->last_used = impl_->pack_calls;
+  return &volume;
 }
 
 Volume* VolumeGrid::allocate(VolumeKey key) {
@@ -66,6 +71,7 @@ Volume* VolumeGrid::allocate(VolumeKey key) {
   Volume& volume = page.volumes[place_in_page(key)];
   volume = {key, static_cast<TsdfVoxel*>(block), nullptr};
   page.occupied |= std::uint64_t{1} << place_in_page(key);
+  page.last_used = impl_->pack_calls;
   ++impl_->volume_count;
   return &volume;
 }
@@ -95,20 +101,26 @@ void VolumeGrid::release_unused(VolumeKey key) { release(key, false); }
 void VolumeGrid::release(VolumeKey key, bool dirty) {
   Page* page = impl_->pages.find(page_of(key));
   const unsigned place = place_in_page(key);
-  if (!page || !page->volumes[place].voxels) return;
+  if (!page || (page->occupied >> place & 1u) == 0) return;
+  impl_->keep_for_snapshot(*page, place);
   Volume& volume = page->volumes[place];
-  release_colors(volume);
-  impl_->pool.give_back(volume.voxels, dirty);
+  if (volume.voxels) {
+    release_colors(volume);
+    impl_->pool.give_back(volume.voxels, dirty);
+  } else {
+    impl_->drop_packed(*page, place);
+  }
   volume = {};
   page->occupied &= ~(std::uint64_t{1} << place);
   page->interior &= ~(std::uint64_t{1} << place);
   --impl_->volume_count;
-  if (page->occupied == 0) impl_->pages.remove(page->key);
+  if (page->occupied == 0) impl_->remove_page(*page);
 }
 
 void VolumeGrid::set_may_hold_interior(VolumeKey key, bool may_hold) {
   Page* page = impl_->pages.find(page_of(key));
   HM_CHECK(page, "volume {} {} {} is not there", key.x, key.y, key.z);
+  impl_->keep_for_snapshot(*page, place_in_page(key));
   const std::uint64_t bit = std::uint64_t{1} << place_in_page(key);
   page->interior = may_hold ? page->interior | bit : page->interior & ~bit;
 }
@@ -166,7 +178,7 @@ std::vector<VolumeKey> VolumeGrid::keys_in(const Box3& box) const {
 void VolumeGrid::find_interior(const Box3& box, std::vector<VolumeKey>& keys) const {
   visit_pages(box, [&](const Page& page) {
     for (std::uint64_t bits = page.interior; bits != 0; bits &= bits - 1)
-      keys.push_back(key_in_page(page.key, std::countr_zero(bits)));
+      keys.push_back(key_at(page.key, std::countr_zero(bits)));
   });
 }
 
@@ -180,7 +192,10 @@ Box3 VolumeGrid::bounds() const {
   return box;
 }
 
-std::size_t VolumeGrid::map_bytes() const { return impl_->bytes(); }
+std::size_t VolumeGrid::map_bytes() const {
+  return impl_->pool.blocks_in_use() * BlockPool::kBlockBytes + impl_->packed_bytes + impl_->pages.bytes();
+}
+std::size_t VolumeGrid::unpacked_bytes() const { return impl_->unpacked_bytes(); }
 std::size_t VolumeGrid::max_bytes() const { return impl_->max_bytes; }
 void VolumeGrid::set_max_bytes(std::size_t max_bytes) { impl_->max_bytes = max_bytes; }
 

@@ -6,17 +6,22 @@
 
 #include "hm/geometry/box.hpp"
 #include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/volume_snapshot.hpp"
 
 namespace hm {
+
+struct Page;
 
 /// The dynamic spatially hashed volume grid (dissertation 4.2.7): volumes by key, in pooled memory.
 ///
 /// A voxel with world index i (per axis) has its centre at (i + 0.5) * voxel_size_m. Volumes are grouped
 /// in pages of 4 x 4 x 4, so that a query hashes a page and the cost of walking a region follows the
-/// region. One thread may change the grid; any number may read it while none changes it.
+/// region. One thread may change the grid; any number may read it while none changes it. Volumes that nothing
+/// looks at may be packed, which shows nowhere but in map_bytes() and time.
 class VolumeGrid {
  public:
-  /// `sdf_unit_m` is the distance of one unit in TsdfVoxel::sdf(); `max_bytes` caps map_bytes() (0: no cap).
+  /// `sdf_unit_m` is the distance of one unit in TsdfVoxel::sdf(); `max_bytes` caps unpacked_bytes() (0:
+  /// no cap).
   VolumeGrid(double voxel_size_m, double sdf_unit_m, std::size_t max_bytes = 0);
   ~VolumeGrid();
   VolumeGrid(VolumeGrid&&) noexcept;
@@ -26,16 +31,21 @@ class VolumeGrid {
   [[nodiscard]] double sdf_unit_m() const { return sdf_unit_m_; }
   [[nodiscard]] double volume_size_m() const { return voxel_size_m_ * kVolumeSide; }
 
-  /// The volume with this key, or nullptr. The pointer is valid until the volume is released; the grid
-  /// may grow meanwhile.
+  /// The volume with this key, or nullptr; unpacks it if need be. The pointer is valid until the volume is
+  /// released, its voxels until then or the next pack_idle() or pack(); the grid may grow meanwhile. Who is
+  /// going to change the volume asks a grid that is not const, before every scan: snapshots depend on it.
   [[nodiscard]] const Volume* find(VolumeKey key) const;
   Volume* find(VolumeKey key);
-  /// The volume and its interior mark (see below) with one look at the index.
+  [[nodiscard]] bool contains(VolumeKey key) const;
+  /// What the index says of a volume, without unpacking it or promising to change it.
   struct Found {
-    Volume* volume = nullptr;
-    bool may_hold_interior = false;
+    Page* page = nullptr;  ///< nullptr: no such volume
+    VolumeKey key;
+    bool may_hold_interior = false;  ///< see below
   };
-  Found find_marked(VolumeKey key);
+  [[nodiscard]] Found look_up(VolumeKey key) const;
+  /// The volume of a look-up since which nothing was released, as find() gives it; nullptr if there is none.
+  Volume* open(const Found& found);
   /// Makes the volume (all unknown) unless it is there; nullptr when the memory cap forbids it.
   Volume* allocate(VolumeKey key);
   /// Gives the volume a colour plane (all zero) unless it has one; false when the memory cap forbids it.
@@ -55,8 +65,11 @@ class VolumeGrid {
   /// The box around all volumes, metres; empty for an empty grid.
   [[nodiscard]] Box3 bounds() const;
 
-  /// Bytes held for volumes in use, colour planes in use, and the index.
+  /// Bytes held for volumes in use, colour planes in use, packed volumes, and the index.
   [[nodiscard]] std::size_t map_bytes() const;
+  /// The same if no volume were packed: what the cap is compared with, so that it acts at the same moment
+  /// whatever happens to be packed.
+  [[nodiscard]] std::size_t unpacked_bytes() const;
   [[nodiscard]] std::size_t max_bytes() const;
   /// Changes the cap (0: none). What is there stays, even when it is more.
   void set_max_bytes(std::size_t max_bytes);
@@ -74,6 +87,24 @@ class VolumeGrid {
     Vec3 gradient = Vec3::Zero();
   };
   [[nodiscard]] std::optional<Sample> sample(const Vec3& p_world) const;
+
+  // ---- packing ----
+  /// To be called after every scan: packs pages in which nothing was integrated or unpacked during the last
+  /// `idle_calls` calls, some of them at a time (about 400 volumes, a third of a millisecond).
+  void pack_idle(int idle_calls = 32);
+  /// Packs a volume now.
+  void pack(VolumeKey key);
+
+  // ---- snapshots ----
+  /// Begins a snapshot of these volumes (an earlier one ends): take_snapshot() gives them as they are now,
+  /// while the grid goes on changing. A volume that is about to change is copied before; the others are
+  /// copied when they are taken.
+  void begin_snapshot(const VolumesByPage& wanted);
+  /// The next pages of the snapshot with about as many volumes; nothing when it is complete.
+  [[nodiscard]] std::vector<PageSnapshot> take_snapshot(std::size_t volumes);
+  [[nodiscard]] bool snapshot_under_way() const;
+  /// Forgets the rest of the snapshot.
+  void end_snapshot();
 
   // ---- what integrators note for space carving ----
   /// Notes whether a volume may hold voxels on or behind a surface (known, distance <= 0).

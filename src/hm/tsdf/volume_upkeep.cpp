@@ -1,6 +1,7 @@
 #include "hm/tsdf/volume_upkeep.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace hm {
@@ -14,14 +15,14 @@ void visit_neighbourhood(VolumeKey key, Visitor&& visit) {
 }
 
 bool surface_is_near(const VolumeGrid& grid, VolumeKey key) {
-  bool near = false;
-  visit_neighbourhood(key, [&](VolumeKey around) { near |= grid.may_hold_interior(around); });
+  bool near = grid.may_hold_interior(key);
+  visit_neighbourhood(key, [&](VolumeKey around) { near = near || grid.may_hold_interior(around); });
   return near;
 }
 
 /// A volume that carving took weight from. What goes is appended to `released`.
 void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<VolumeKey>& released) {
-  if (!grid.find(scanned.key)) return;
+  if (!grid.contains(scanned.key)) return;
   grid.set_may_hold_interior(scanned.key, scanned.holds_interior);
   if (scanned.holds_interior) return;
   const auto release = [&](VolumeKey gone) {
@@ -30,19 +31,21 @@ void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<V
   };
   if (!scanned.holds_known) release(scanned.key);
   visit_neighbourhood(scanned.key, [&](VolumeKey around) {
-    if (grid.find(around) && !surface_is_near(grid, around)) release(around);
+    if (grid.contains(around) && !surface_is_near(grid, around)) release(around);
   });
 }
 
-/// Adds the volumes that are gone to the list of changed ones and sorts it, each volume once.
+/// Adds the volumes that are gone to the sorted list of changed ones, each volume once.
 void add_released(const std::vector<VolumeKey>& released, std::vector<ChangedVolume>& changed) {
+  if (released.empty()) return;
+  const std::ptrdiff_t middle = std::ssize(changed);
   for (const VolumeKey key : released) changed.push_back({key, 0x3f, true});
   const auto before = [](const ChangedVolume& a, const ChangedVolume& b) {
     return std::tuple(a.key.z, a.key.y, a.key.x, !a.released) <
            std::tuple(b.key.z, b.key.y, b.key.x, !b.released);
   };
-  if (!std::is_sorted(changed.begin(), changed.end(), before))
-    std::sort(changed.begin(), changed.end(), before);
+  std::sort(changed.begin() + middle, changed.end(), before);
+  std::inplace_merge(changed.begin(), changed.begin() + middle, changed.end(), before);
   const auto same = [](const ChangedVolume& a, const ChangedVolume& b) { return a.key == b.key; };
   changed.erase(std::unique(changed.begin(), changed.end(), same), changed.end());
 }

@@ -24,10 +24,11 @@ struct ScannedVolume {
 /// After the scan carved in a volume: looks at what is left. Volumes may be looked at on several threads.
 void note_contents(ScannedVolume& scanned);
 
-/// Ends a scan: counts, lists what changed (sorted by z, y, x), renews the interior marks, and gives back
-/// volumes and colour planes that the scan made for nothing. Volumes that carving took weight from, and those
-/// around them, go when no surface needs them any more: a volume is kept while it, or one of its 26
-/// neighbours, holds a voxel on or behind a surface; one whose voxels are all unknown goes anyway.
+/// Ends a scan, its volumes sorted by z, y, x: counts, lists what changed in the same order, renews the
+/// interior marks, and gives back volumes and colour planes that the scan made for nothing. Volumes that
+/// carving took weight from, and those around them, go when no surface needs them any more: a volume is kept
+/// while it, or one of its 26 neighbours, holds a voxel on or behind a surface; one whose voxels are all
+/// unknown goes anyway.
 void settle_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats);
 
 }  // namespace hm

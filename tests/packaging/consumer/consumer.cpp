@@ -2,6 +2,7 @@
 
 #include "hm/evaluation/plot.hpp"
 #include "hm/io/json.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/simulation_recording.hpp"
 
@@ -16,5 +17,6 @@ int main() {
   std::printf("%zu triangles\n", mesh.triangles.size());
   const bool has_svg = hm::histogram_svg({}, 10, {}).find("<svg") != std::string::npos;
   const bool has_json = hm::parse_json("{\"a\": 1}", "text").has_value();
-  return outcome.integrated && !mesh.triangles.empty() && has_svg && has_json ? 0 : 1;
+  const bool has_bags = !hm::open_laser_recording("nothing.bag").has_value();
+  return outcome.integrated && !mesh.triangles.empty() && has_svg && has_json && has_bags ? 0 : 1;
 }

@@ -1,0 +1,60 @@
+#include <memory>
+
+#include "hm/pipeline/laser_run.hpp"
+#include "program.hpp"
+
+namespace {
+
+struct Flags {
+  std::string recording, output, relations, pace = "fast";
+  hm::LaserRecordingOptions topics;
+};
+
+/// NAME_laser in the current folder.
+std::filesystem::path default_output(const std::filesystem::path& recording) {
+  auto name = std::filesystem::absolute(recording).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();
+  return name.stem().string() + "_laser";
+}
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  hm::LaserRunOptions options;
+  options.recording = flags.recording;
+  options.recording_options = flags.topics;
+  options.output =
+      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  options.relations = flags.relations;
+  options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
+  auto list = hm::list_all(options.parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  options.run = session.interruptible_context("finishing with what there is");
+  const auto summary = hm::run_laser(options);
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+}
+
+}  // namespace
+
+void add_laser(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command =
+      program.add({"laser", "Laser scans become a trajectory, height and a map.",
+                   "  hm laser my_flight -o result\n"
+                   "  hm laser my_flight -o fine --set mvog.resolution_m=0.05\n"
+                   "  hm laser my_flight -o live --pace realtime --set laser.duration_s=1 --json",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command
+      .add_option("recording", flags->recording,
+                  "a laser recording: ROS bag, CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
+      ->required();
+  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_laser)");
+  command.add_option("--relations", flags->relations,
+                     "file of known relative poses to compare with (t1 t2 x y z roll pitch yaw)");
+  command.add_option("--pace", flags->pace, "as fast as it goes, or at the recording's own pace")
+      ->check(CLI::IsMember({"fast", "realtime"}));
+  const auto group = "Topics of a bag (default: guessed)";
+  command.add_option("--scan-topic", flags->topics.scan_topic, "laser scans")->group(group);
+  command.add_option("--imu-topic", flags->topics.imu_topic, "IMU")->group(group);
+  command.add_option("--odometry-topic", flags->topics.odometry_topic, "odometry")->group(group);
+  command.add_option("--pose-topic", flags->topics.pose_topic, "true poses")->group(group);
+}

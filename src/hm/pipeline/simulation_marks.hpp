@@ -1,0 +1,10 @@
+#pragma once
+
+namespace hm::detail {
+
+// The parameters in effect, beside what was simulated with them; the other name until all is written. What
+// bears one of the two may be removed by remove_simulation().
+inline constexpr const char* kFinishedMark = "simulation.toml";
+inline constexpr const char* kUnfinishedMark = "simulation.unfinished.toml";
+
+}  // namespace hm::detail

@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/core/time.hpp"
+
+namespace hm {
+
+/// Rate and holes of one stream of a recording.
+struct StreamReport {
+  std::string name;  ///< "depth", "color", "poses", "truth", a topic ...
+  std::size_t count = 0;
+  double rate_hz = 0;  ///< from the median interval; 0 when there are no stamps
+  double duration_s = 0;
+  std::size_t gaps = 0;      ///< intervals of more than 2.5 times the median
+  double longest_gap_s = 0;  ///< the longest interval, gap or not
+};
+
+/// The report of a stream with these stamps, in order; `count` may be more than there are stamps for.
+StreamReport describe_stream(std::string name, const std::vector<Time>& stamps, std::size_t count);
+JsonValue to_json(const StreamReport& stream);
+
+/// The stamps of things that have one.
+template <class Item>
+std::vector<Time> stamps_of(const std::vector<Item>& items) {
+  std::vector<Time> stamps;
+  stamps.reserve(items.size());
+  for (const Item& item : items) stamps.push_back(item.stamp);
+  return stamps;
+}
+
+}  // namespace hm
