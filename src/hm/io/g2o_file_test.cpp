@@ -15,7 +15,7 @@ const std::string kText =
     "EDGE_SE2 10 12 1 0.1 -1 100 1 2 90 3 400\nEDGE_SE2 12 11 0.5 0 0.25 1 0 0 1 0 1\nVERTEX_XY 3 1 2\n";
 
 TEST(G2oFile, Reads) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   test::write_bytes(folder / "a.g2o", kText + "EDGE_SE2 12 1");
   const auto read = read_g2o_2d(folder / "a.g2o");
   ASSERT_TRUE(read) << to_string(read.error());
@@ -38,7 +38,7 @@ TEST(G2oFile, Reads) {
 }
 
 TEST(G2oFile, WrittenGraphReadsBackTheSame) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   Rng rng(5);
   PoseGraph2D graph;
   for (int i = 0; i < 50; ++i)
@@ -64,7 +64,7 @@ TEST(G2oFile, WrittenGraphReadsBackTheSame) {
 }
 
 TEST(G2oFile, MistakesAreNamed) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   for (const std::string text :
        {"VERTEX_SE2 0 1 2\n", "VERTEX_SE2 1 1 2 nan\n", "VERTEX_SE2 0 1 2 0\n", "VERTEX_SE2 -1 0 0 0\n",
         "VERTEX_SE2\n", "EDGE_SE2 0 0 1 0 0 1 0 0 1 0 1\n", "EDGE_SE2 0 1 1 0 0 -1 0 0 1 0 1\n",
@@ -86,7 +86,7 @@ TEST(G2oFile, MistakesAreNamed) {
 }
 
 TEST(G2oFile, EveryDamageIsAnErrorOrAGraph) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   test::for_each_damaged(kText, 1000, [&](const std::string& bytes) {
     test::write_bytes(folder / "damaged", bytes);
     const auto read = read_g2o_2d(folder / "damaged");
