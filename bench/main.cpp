@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 22> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 23> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -40,7 +40,8 @@ constexpr std::array<Known, 22> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"height", hm::bench::bench_height},
                                         {"late_laser", hm::bench::bench_late_laser},
                                         {"fusion_step", hm::bench::bench_fusion_step},
-                                        {"mvog", hm::bench::bench_mvog}}};
+                                        {"mvog", hm::bench::bench_mvog},
+                                        {"intel_relations", hm::bench::bench_intel_relations}}};
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

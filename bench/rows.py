@@ -91,12 +91,17 @@ ROWS = [
     Row("mvog_holdout_free", "percent", 95, 97, "at_least", "mvog", 1, "points on their beams free, of those known"),
     Row("mvog_holdout_known", "points", 3, None, "at_most", "mvog", 1, "how much less of both is known than in OctoMap"),
     Row("mvog_query", "ns", 50, 20, "at_most", "mvog", 1, "point query, random order"),
+    Row("intel_relations", "m", 0.10, 0.05, "at_most", "intel_relations", 1,
+        "Intel lab against relations that people verified: mean translational error of relative poses, scan matching "
+        "with degraded wheel odometry (mean of five seeds)"),
+    Row("intel_relations_loops", "m", 0.031, 0.022, "at_most", "intel_relations", 1, "the same with loop closure"),
     Row("seams", "edges", 0, None, "at_most", "seams", 2, "open edges inside observed space"),
 ]
 NAMES = [row.name for row in ROWS]
 # Benchmarks that need a recording which is not in the repository, and where it is in the folder of data.
 NEED_RECORDING = dict.fromkeys(["scalable", "voxelblock", "simd", "threads", "carving", "steady", "kernel_limit",
                                 "mesh_incremental", "mesh_whole", "fidelity"], "rgbd/sevenscenes_a")
+NEED_RECORDING["intel_relations"] = "laser/flirt_intel-lab.log"
 NEED_RECORDING["plicp_bag"] = "bags/scan_tools_laser_demo.bag"
 NEED_RECORDING["mvog"] = "laser/ncd_QuadTree_Alog.alog"
 

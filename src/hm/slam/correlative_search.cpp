@@ -182,11 +182,15 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   if (search.gave_up()) match.status = CorrelativeStatus::kGaveUp;
   if (search.gave_up() || !best) return match;
   match.score = search.score_of(best->sum);
-  const auto other = search.run(search.least_beside(*best), best);
-  match.evaluations = search.evaluations();
+  SearchWindow wide = window;
+  wide.half_x_m *= params.other_window_ratio;
+  wide.half_y_m *= params.other_window_ratio;
+  Search beside(map, usable, wide, params);
+  const auto other = beside.run(beside.least_beside(*best), best);
+  match.evaluations += beside.evaluations();
   match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
   match.status = CorrelativeStatus::kFound;
-  if (search.gave_up()) match.status = CorrelativeStatus::kGaveUp;
+  if (beside.gave_up()) match.status = CorrelativeStatus::kGaveUp;
   if (other) {
     match.status = CorrelativeStatus::kAmbiguous;
     match.other_score = search.score_of(other->sum);

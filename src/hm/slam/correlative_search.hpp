@@ -19,6 +19,10 @@ struct CorrelativeSearchParams {
   double angle_step_rad = 0;  ///< 0: such that no point moves by more than a cell
   /// Another place, this far off, that scores more than `ambiguity_ratio` of the best makes it ambiguous.
   double other_place_m = 0.4, other_angle_rad = 0.3, ambiguity_ratio = 0.92;
+  /// Other places are sought in a window so many times as wide: where a structure repeats, the right place
+  /// may be one that the map does not show, and a wrong one is given away by the next wrong one beyond the
+  /// window.
+  double other_window_ratio = 1;
   /// Where the map was looked at; none: everywhere. Other places are judged by the points they have inside,
   /// if these are `min_overlap_ratio` of all: at the rim of a map the right place may see less of it than a
   /// wrong one.

@@ -159,6 +159,8 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
   search.ambiguity_ratio = params_.ambiguity_ratio;
   const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
   search.seen = &raster.seen;
+  // A wrong place of a structure with period p has p <= 2 windows, and so another one within three of them.
+  search.other_window_ratio = 3;
   const CorrelativeMatch match = search_correlative(raster.map, points_m, candidate.window, search);
   attempt.score = match.score;
   attempt.outcome = outcome_of(match.status);

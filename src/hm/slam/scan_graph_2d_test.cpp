@@ -63,10 +63,13 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
     if (step.loops_accepted > 0) graph.optimise();
     T_map_odom = graph.T_map_odom();
   }
-  const double odometry_error_m =
-      (run.truth.back().translation() - run.keyframes.back().T_odom_base.translation()).norm();
-  EXPECT_GT(odometry_error_m, 1.0);
-  EXPECT_LT(worst_error_m(graph, run), 0.35);  // the far side of the first round carries part of the drift
+  double odometry_error_m = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    odometry_error_m = std::max(
+        odometry_error_m, (run.truth[i].translation() - run.keyframes[i].T_odom_base.translation()).norm());
+  EXPECT_GT(odometry_error_m, 3.0);
+  // The far side of the first round keeps part of the drift: the first keyframe alone is held.
+  EXPECT_LT(worst_error_m(graph, run), 0.15 * odometry_error_m);
   // The end lies as it should to where the first round came by, 83 steps before.
   const std::size_t last = graph.size() - 1, before = last - 83;
   const auto& nodes = graph.graph().T_map_node;

@@ -7,6 +7,7 @@ namespace hm {
 
 /// Parameters of the 2D scan graph.
 struct ScanGraph2DParams {
+  double graph_distance_m = 0.5, graph_angle_rad = 0.52;
   int submap_keyframes = 10;
   double raster_resolution_m = 0.05, raster_sigma_m = 0.06;
   double max_point_range_m = 20;
@@ -28,6 +29,10 @@ struct ScanGraph2DParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"graph_distance_m", {0, 100}, "a node of the graph when the last one is further away"},
+      self.graph_distance_m);
+    v(ParamDoc{"graph_angle_rad", {0, 3.2}, "a node of the graph when turned further from the last one"},
+      self.graph_angle_rad);
     v(ParamDoc{"submap_keyframes", {1, 1000}, "consecutive keyframes that make up a submap"},
       self.submap_keyframes);
     v(ParamDoc{"raster_resolution_m", {0.01, 1}, "cell of the submaps' likelihood rasters"},
