@@ -145,6 +145,7 @@ class Laser(support.ProgramTest):
                             data / "laser/intel.relations")
         self.assertGreater(run["relations"]["used"], 100)
         self.assertIn("ate_rmse_m", run)
+        self.assertEqual(run["scans"]["restarts"] > 0, any("lost" in warning for warning in run["warnings"]))
         self.run_json("laser", data / "bags/imu_tools_ardrone_imu.bag", expect=3)  # no scan in it
 
 

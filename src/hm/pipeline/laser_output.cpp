@@ -1,6 +1,7 @@
 #include "hm/pipeline/laser_output.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "hm/evaluation/mesh_renderer.hpp"
 #include "hm/io/file_bytes.hpp"
@@ -96,6 +97,15 @@ Trajectory truth_in_odom_of(const LaserSummary& summary) {
   return truth_in_odom;
 }
 
+/// A vehicle that flies over floors is within a building: its ceiling hides the rooms.
+constexpr double kCutOverPath_m = 0.4;
+
+double highest_m(const Trajectory& trajectory) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const StampedPose& pose : trajectory) highest = std::max(highest, pose.T_world_base.translation().z());
+  return highest;
+}
+
 struct MapDrawing {
   const OccupancyGrid2D& slice;
   const std::vector<OccupancyVoxel>& voxels;
@@ -126,8 +136,11 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
   render.width = 1400, render.height = 900;
   render.style = RenderStyle::kHeight;
   render.trajectory = &summary.trajectory;
-  const RenderView view = dollhouse_view(scene_extent(map.faces), render);
-  pictures.push_back({"perspective", "The map's occupied cells, by height, with the path.",
+  RenderView view = dollhouse_view(scene_extent(map.faces), render);
+  if (!summary.floors.empty()) view.cut_height_m = highest_m(summary.trajectory) + kCutOverPath_m;
+  pictures.push_back({"perspective",
+                      "The map's occupied cells, by height, with the path; in a building, what lies well "
+                      "above the path is cut away.",
                       render_mesh(map.faces, view, render, loop)});
   return pictures;
 }

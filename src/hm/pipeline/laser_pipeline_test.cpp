@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "hm/pipeline/laser_evaluation.hpp"
+#include "hm/pipeline/laser_events.hpp"
 #include "hm/pipeline/laser_sweep.hpp"
 
 namespace hm {
@@ -224,6 +226,37 @@ TEST(SweepPoints, EveryBeamFromItsOwnPose) {
   EXPECT_NEAR(points.beam_scan().p_world_no_returns[0].head<2>().norm(), 4, 0.01);
   EXPECT_FALSE(points.compute(
       scan, {}, [](Time) { return std::optional<SE3>(); }, 0));
+}
+
+TEST(LaserEvents, AreMergedInOrderOfTheirArrival) {
+  LaserRecording recording;
+  recording.lasers.emplace_back();
+  for (const int ms : {0, 100, 200}) {
+    LaserScan scan;
+    scan.stamp = Time{ms * std::int64_t{1'000'000}};
+    scan.time_increment_s = 0.01;
+    scan.ranges_m.assign(5, 1.0F);  // a sweep of 50 ms
+    recording.lasers[0].scans.push_back(scan);
+  }
+  for (int ms = 10; ms < 260; ms += 40) {
+    ImuSample sample;
+    sample.stamp = Time{ms * std::int64_t{1'000'000}};
+    recording.imu.push_back(sample);
+  }
+  const LaserPipeline pipeline({}, platform(true));
+  const LaserEvents events(recording, pipeline, {});
+  ASSERT_EQ(events.all().size(), 10U);
+  EXPECT_TRUE(std::is_sorted(events.all().begin(), events.all().end(),
+                             [](const LaserEvent& a, const LaserEvent& b) { return a.due < b.due; }));
+  EXPECT_EQ(events.scan_count(), 3U);
+  EXPECT_EQ(events.scans_between(Time{50'000'000}, Time{250'000'000}), 2U);
+  EXPECT_EQ(events.scans_between(Time{250'000'000}, Time{50'000'000}), 0U);
+  LaserRunParams part;
+  part.begin_s = 0.1, part.duration_s = 0.1;  // from 110 ms to 210 ms
+  const LaserEvents fewer(recording, pipeline, part);
+  EXPECT_EQ(fewer.scan_count(), 1U);
+  EXPECT_EQ(fewer.begin().ns, 130'000'000);
+  EXPECT_EQ(fewer.end().ns, 210'000'000);
 }
 
 TEST(LaserEvaluation, HeightErrorLeavesOutAConstant) {
