@@ -30,6 +30,7 @@ class G2oLines {
     ++other_lines_;
     return true;
   }
+  [[nodiscard]] bool empty() const { return nodes_.empty(); }
   /// The graph with nodes numbered in order of id; the id of one that has no place, if there is one.
   std::optional<std::int64_t> finish(G2oGraph2D& result);
 
@@ -122,17 +123,14 @@ Result<G2oGraph2D> read_g2o_2d(const std::filesystem::path& path) {
   G2oGraph2D result;
   G2oLines lines;
   detail::SkipCounter skips(path);
-  bool any = false;
   for (const TextLine& line : file->lines()) {
-    if (lines.add(line))
-      any = any || line.text.starts_with("VERTEX_SE2") || line.text.starts_with("EDGE_SE2");
-    else if (line.ended)
+    if (lines.add(line)) continue;
+    if (line.ended)
       return fail(ErrorCode::kCorrupted, file->where(line), "no valid vertex, edge or FIX line: `{}`",
                   line.text);
-    else
-      skips.add(SkippedLines::Reason::kCutOff, line.number);
+    skips.add(SkippedLines::Reason::kCutOff, line.number);
   }
-  if (!any) return fail(ErrorCode::kNotFound, path, "no VERTEX_SE2 or EDGE_SE2 line in this file");
+  if (lines.empty()) return fail(ErrorCode::kNotFound, path, "no VERTEX_SE2 or EDGE_SE2 line in this file");
   if (const auto left = lines.finish(result))
     return fail(ErrorCode::kCorrupted, path, "nothing says where node {} is: no vertex, no path of edges",
                 *left);

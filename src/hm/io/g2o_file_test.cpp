@@ -78,7 +78,7 @@ TEST(G2oFile, MistakesAreNamed) {
   const auto apart = read_g2o_2d(folder / "a.g2o");
   ASSERT_FALSE(apart);
   EXPECT_THAT(apart.error().message, HasSubstr("node 1"));
-  for (const std::string text : {"", "FIX 0\n", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n"}) {
+  for (const std::string text : {"", "FIX 0\n", "VERTEX_SE2_X 1\n", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n"}) {
     test::write_bytes(folder / "a.g2o", text);
     EXPECT_FALSE(read_g2o_2d(folder / "a.g2o")) << text;
   }
