@@ -18,7 +18,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 
 TEST(BagReader, CompressedChunks) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3000);
   const std::string plain = read_bytes(folder / "a.bag");
   for (const std::string how : {"bz2", "lz4"}) {
@@ -51,7 +51,7 @@ std::string abandoned(const std::string& bag, const std::string& how) {
 }
 
 TEST(BagReader, ABagThatWasNeverClosed) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3000);
   const std::string whole = read_bytes(folder / "a.bag");
   for (const std::string how : {"none", "bz2", "lz4"}) {
@@ -64,7 +64,7 @@ TEST(BagReader, ABagThatWasNeverClosed) {
 }
 
 TEST(BagReader, ACutOffBagIsReadToTheCut) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3000);
   const std::string plain = read_bytes(folder / "a.bag");
   for (const std::string how : {"none", "bz2", "lz4"}) {
@@ -89,7 +89,7 @@ TEST(BagReader, ACutOffBagIsReadToTheCut) {
 }
 
 TEST(BagReader, DamagedChunkCostsNoOther) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3000);
   std::size_t chunk = 0;
   const std::string bag =
@@ -106,7 +106,7 @@ TEST(BagReader, DamagedChunkCostsNoOther) {
 
 /// Recorders of 2010 wrote 20 bytes an entry as the index's size, and 12 bytes an entry.
 TEST(BagReader, IndexRecordsWithAWrongSize) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3000);
   const std::string bag = with_records(read_bytes(folder / "a.bag"), [](const RawRecord& record) {
     std::string bytes = record_bytes(record);
@@ -121,7 +121,7 @@ TEST(BagReader, IndexRecordsWithAWrongSize) {
 }
 
 TEST(BagReader, TopicsAreGuessedOrGiven) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   BagWriter writer(folder / "a.bag");
   for (std::size_t i = 0; i < 10; ++i) {
     const LaserScan scan = small_scan(i);
@@ -154,7 +154,7 @@ TEST(BagReader, TopicsAreGuessedOrGiven) {
 }
 
 TEST(BagReader, UselessMessagesAreCountedAndLeftOut) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   BagWriter writer(folder / "a.bag");
   for (std::size_t i = 0; i < 10; ++i) {
     LaserScan scan = small_scan(i);
@@ -183,7 +183,7 @@ TEST(BagReader, UselessMessagesAreCountedAndLeftOut) {
 }
 
 TEST(BagReader, OtherVersionsAreNamed) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3);
   std::string bag = read_bytes(folder / "a.bag");
   for (std::size_t at = 0; (at = bag.find("90c7ef2d", at)) != std::string::npos; ++at) bag[at] = '8';
@@ -201,7 +201,7 @@ TEST(BagReader, OtherVersionsAreNamed) {
 }
 
 TEST(BagReader, EncryptedIsRefused) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 3);
   const std::string bag = with_records(read_bytes(folder / "a.bag"), [](RawRecord record) {
     const std::string field = "encryptor=rosbag/AesCbcEncryptor";

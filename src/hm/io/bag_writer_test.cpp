@@ -23,7 +23,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 
 TEST(BagWriter, EverythingComesBack) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 20);
   const LaserRecording recording = opened(folder / "a.bag");
   EXPECT_EQ(recording.kind, LaserRecordingKind::kRosBag);
@@ -35,7 +35,7 @@ TEST(BagWriter, EverythingComesBack) {
 
 /// rosbag's own library reads it: types, definitions and digests fit, every message is there with its times.
 TEST(BagWriter, RosbagReadsIt) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_small_bag(folder / "a.bag", 600);  // two chunks
   const std::string command =
       fmt::format("/usr/bin/python3 '{}/tests/program/rosbag_tool.py' check '{}' 2>&1", HM_SOURCE_DIR,
@@ -59,7 +59,7 @@ TEST(BagWriter, RosbagReadsIt) {
 }
 
 TEST(BagWriter, ManyChunks) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   constexpr std::size_t kBeams = 24, kScans = 9000;  // the beams of a scan span less than a turn
   write_small_bag(folder / "a.bag", kScans, kBeams);
   EXPECT_GT(read_bytes(folder / "a.bag").size(), 5U << 20U);
@@ -67,7 +67,7 @@ TEST(BagWriter, ManyChunks) {
 }
 
 TEST(BagWriter, ABagWithoutMessagesIsABag) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   ASSERT_TRUE(BagWriter(folder / "a.bag").finish());
   const auto recording = open_laser_recording(folder / "a.bag");
   ASSERT_FALSE(recording);
@@ -76,7 +76,7 @@ TEST(BagWriter, ABagWithoutMessagesIsABag) {
 }
 
 TEST(BagWriter, UnfinishedLeavesNothing) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   { BagWriter(folder / "a.bag").write_scan({"/scan", "laser"}, Time{kStart_ns}, small_scan(0)); }
   EXPECT_EQ(folder.file_count(), 0U);
   BagWriter nowhere(folder / "no_such_folder/a.bag");
@@ -85,7 +85,7 @@ TEST(BagWriter, UnfinishedLeavesNothing) {
 }
 
 TEST(BagWriter, MarkersForNoReturnAreToldApart) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LaserScan scan = small_scan(0);
   scan.ranges_m = {1, LaserScan::kNoReturn, LaserScan::kInvalid, 0, -1, 81.83F, 30, 31, 0.05F, 29.99F, 0, 0};
   BagWriter writer(folder / "a.bag");

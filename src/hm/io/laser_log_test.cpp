@@ -25,7 +25,7 @@ class LaserLogs : public ::testing::Test {
     EXPECT_TRUE(recording) << to_string(recording.error());
     return recording ? *recording : LaserRecording{};
   }
-  test::TemporaryFolder folder_;
+  TemporaryFolder folder_;
 };
 
 std::string repeated(const std::string& text, int count) {

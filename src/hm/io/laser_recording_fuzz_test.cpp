@@ -44,7 +44,7 @@ void expect_sound(const LaserRecording& recording) {
 
 /// Opens `damaged` versions of `bytes` as `name`; how many of them still gave a recording.
 int open_damaged(const std::string& name, const std::string& bytes, int changes) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / name;
   int opened = 0;
   test::for_each_damaged(bytes, changes, [&](const std::string& damaged) {
@@ -63,7 +63,7 @@ int open_damaged(const std::string& name, const std::string& bytes, int changes)
 }
 
 std::string small_bag(const std::string& compression) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   testing_bags::write_small_bag(folder / "a.bag", 5);
   const std::string plain = test::read_bytes(folder / "a.bag");
   return compression == "none" ? plain : testing_bags::with_compression(plain, compression);
@@ -80,7 +80,7 @@ TEST(LaserFuzz, BagWithoutPadding) {
   const std::size_t padding = bag.find("    "), chunk = bag.find("compression=none") - 12;
   ASSERT_LT(padding, chunk);
   const std::string head = bag.substr(0, chunk), tail = bag.substr(chunk);
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   test::for_each_damaged(tail, 1500, [&](const std::string& damaged) {
     if (::testing::Test::HasFatalFailure()) return;
     test::write_bytes(folder / "a.bag", head + damaged);
@@ -147,7 +147,7 @@ TEST(LaserFuzz, Euroc) {
   for (int i = 0; i < 8; ++i) text += fmt::format("140371552391214{}000,1,2,3,4,5,{}.5\n", i, i);
   EXPECT_GT(open_damaged("imu0.csv", text, 1500), 500);
 
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   test::write_bytes(folder / "imu0.csv", text);
   const std::string truth =
       "#timestamp\n1403715523912140000,1,2,3,1,0,0,0\n1403715523912150000,1,2,3,0.6,0.8,0,0\n";

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 double difference(const SE3& a, const SE3& b) { return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff(); }
 
 TEST(LaserRigFile, ComesBack) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LaserRig rig;
   rig.T_base_laser = SE3(rotation_from_roll_pitch_yaw({0.1, -0.2, 3.0}), {0.1, 0.2, 0.3});
   rig.T_base_imu = SE3(rotation_from_roll_pitch_yaw({-0.3, 0.7, 0}), {0, 0, -0.1});
@@ -43,7 +43,7 @@ TEST(LaserRigFile, ComesBack) {
 }
 
 TEST(LaserRigFile, MistakesAreNamed) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::pair<const char*, const char*> kMistakes[] = {
       {"[laser]\nxyz = [0, 0, 0]\n", "unknown key `xyz` in [laser]"},
       {"[lasers]\n", "unknown key `lasers`"},
@@ -70,7 +70,7 @@ TEST(LaserRigFile, MistakesAreNamed) {
 }
 
 TEST(LaserRigFile, EveryDamageIsAnErrorOrARig) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LaserRig rig;
   rig.down = LaserRig::Mirror{{0, 20}, {}};
   ASSERT_TRUE(write_laser_rig(folder / "rig.toml", rig));

@@ -12,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(RelationsFile, Reads) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   test::write_bytes(folder / "a.relations",
                     "# t1 t2 x y z roll pitch yaw\n"
                     "976052905.167303 976052911.885496 -0.056990 -0.128430 0.5 0.1 0.2 -1.682210\n\n"
@@ -30,7 +30,7 @@ TEST(RelationsFile, Reads) {
 }
 
 TEST(RelationsFile, MistakesAreNamed) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   for (const std::string text :
        {"1 2 3\n", "1 2 0 0 0 0 0 nan\n", "1 2 0 0 0 0 0 0 0\n", "a 2 0 0 0 0 0 0\n"}) {
     test::write_bytes(folder / "a.relations", "1 2 0 0 0 0 0 0\n" + text);
@@ -57,7 +57,7 @@ TEST(RelationsFile, MendedStampsReplaceWrittenOnes) {
 }
 
 TEST(RelationsFile, EveryDamageIsAnErrorOrRelations) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string text =
       "976052905.167303 976052911.885496 -0.05 -0.12 0.5 0.1 0.2 -1.68\n1 2 3 4 5 6 7 8\n";
   test::for_each_damaged(text, 500, [&](const std::string& bytes) {

@@ -82,12 +82,12 @@ void fly_north(Way& way) {
 }  // namespace
 
 Flight house_flight(const FlightParams& params, std::uint64_t seed) {
-  Way way({2.4, kHallCenter_y});
+  Way way({3.1, kHallCenter_y});
   way.climb(1.2).hover();
   fly_south(way);
   fly_east(way);
   fly_north(way);
-  way.go(2.4, kHallCenter_y).hover();
+  way.go(3.1, kHallCenter_y).hover();
   return {way.land(), params, seed};
 }
 

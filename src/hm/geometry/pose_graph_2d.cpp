@@ -1,0 +1,32 @@
+#include "hm/geometry/pose_graph_2d.hpp"
+
+namespace hm {
+
+std::string_view to_string(PoseEdgeKind kind) { return kind == PoseEdgeKind::kLoop ? "loop" : "odometry"; }
+
+Vec3 pose_edge_error(const PoseEdge2D& edge, const SE2& T_map_from, const SE2& T_map_to) {
+  return (edge.T_from_to.inverse() * (T_map_from.inverse() * T_map_to)).vector();
+}
+
+double pose_edge_chi2(const PoseEdge2D& edge, const PoseGraph2D& graph) {
+  const Vec3 error = pose_edge_error(edge, graph.T_map_node[edge.from], graph.T_map_node[edge.to]);
+  return error.dot(edge.information * error);
+}
+
+double pose_graph_chi2(const PoseGraph2D& graph) {
+  double sum = 0;
+  for (const PoseEdge2D& edge : graph.edges) sum += pose_edge_chi2(edge, graph);
+  return sum;
+}
+
+Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
+                        const Mat3& covariance_b_c) {
+  Mat3 first = Mat3::Identity(), second = Mat3::Identity();
+  const Vec2 lever = T_a_b.rotation() * T_b_c.translation();
+  first(0, 2) = -lever.y();
+  first(1, 2) = lever.x();
+  second.topLeftCorner<2, 2>() = T_a_b.rotation();
+  return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
+}
+
+}  // namespace hm

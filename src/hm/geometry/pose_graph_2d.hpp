@@ -1,0 +1,45 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "hm/geometry/se2.hpp"
+
+namespace hm {
+
+enum class PoseEdgeKind : std::uint8_t {
+  kOdometry,  ///< between consecutive poses
+  kLoop,      ///< a place seen again
+};
+std::string_view to_string(PoseEdgeKind kind);
+
+/// A measured motion between two poses of a graph.
+struct PoseEdge2D {
+  std::size_t from = 0, to = 0;  ///< indices of nodes
+  SE2 T_from_to;                 ///< as measured
+  Mat3 information =
+      Mat3::Identity();  ///< of (x, y, angle), x and y along the axes of pose_edge_error: m, rad
+  PoseEdgeKind kind = PoseEdgeKind::kOdometry;
+};
+
+/// Poses of the plane and measured motions between them.
+struct PoseGraph2D {
+  std::vector<SE2> T_map_node;
+  std::vector<PoseEdge2D> edges;
+};
+
+/// (x, y, angle) of T_from_to^-1 * T_map_from^-1 * T_map_to: what g2o and Kuemmerle et al. (ICRA 2011)
+/// minimise.
+Vec3 pose_edge_error(const PoseEdge2D& edge, const SE2& T_map_from, const SE2& T_map_to);
+/// error^T information error.
+double pose_edge_chi2(const PoseEdge2D& edge, const PoseGraph2D& graph);
+/// The sum over all edges (g2o's chi2; no robust kernel).
+double pose_graph_chi2(const PoseGraph2D& graph);
+
+/// Covariance of (x, y, angle) of T_a_c = T_a_b * T_b_c from those of independent T_a_b and T_b_c, x and y of
+/// each along the axes of its left frame.
+Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
+                        const Mat3& covariance_b_c);
+
+}  // namespace hm

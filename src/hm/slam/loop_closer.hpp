@@ -1,0 +1,32 @@
+#pragma once
+#include <optional>
+
+#include "hm/laser/scan_odometry.hpp"
+#include "hm/slam/scan_graph_2d.hpp"
+
+namespace hm {
+
+/// Feeds the keyframes of scan odometry to a scan graph and solves it now and then: `map -> odom` for a
+/// vehicle that drives by `odom`. Deterministic; not thread safe.
+class LoopCloser {
+ public:
+  /// The graph is solved as soon as `loops_per_solution` loops are new, and by finish().
+  explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
+      : graph_(params), loops_per_solution_(loops_per_solution) {}
+
+  /// What odometry made of a scan. Only keyframes are used; nothing is returned for other scans.
+  std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
+  /// Solves the graph a last time.
+  PoseGraphSolution finish();
+
+  [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
+  [[nodiscard]] const ScanGraph2D& graph() const { return graph_; }
+  [[nodiscard]] int solutions() const { return solutions_; }
+
+ private:
+  ScanGraph2D graph_;
+  int loops_per_solution_;
+  int new_loops_ = 0, solutions_ = 0;
+};
+
+}  // namespace hm

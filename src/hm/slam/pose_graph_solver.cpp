@@ -1,0 +1,112 @@
+#include "hm/slam/pose_graph_solver.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <memory>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+/// The square root of an information matrix, also of one that is not of full rank.
+Mat3 root_of(const Mat3& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(information);
+  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+}
+
+/// root * pose_edge_error, with its derivatives.
+class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
+ public:
+  explicit EdgeCost(const PoseEdge2D& edge) : edge_(edge), root_(root_of(edge.information)) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const SE2 T_map_from(parameters[0][0], parameters[0][1], parameters[0][2]);
+    const SE2 T_map_to(parameters[1][0], parameters[1][1], parameters[1][2]);
+    Eigen::Map<Vec3>(residuals, 3) = root_ * pose_edge_error(edge_, T_map_from, T_map_to);
+    if (jacobians == nullptr) return true;
+    const Eigen::Matrix<double, 3, 6> jacobian = root_ * pose_edge_jacobian(edge_, T_map_from, T_map_to);
+    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    for (int side = 0; side < 2; ++side)
+      if (jacobians[side] != nullptr)
+        Eigen::Map<RowMajor>(jacobians[side], 3, 3) = jacobian.middleCols<3>(3 * side);
+    return true;
+  }
+
+ private:
+  PoseEdge2D edge_;
+  Mat3 root_;
+};
+
+bool all_finite(const PoseGraph2D& graph) {
+  for (const SE2& node : graph.T_map_node)
+    if (!node.vector().allFinite()) return false;
+  for (const PoseEdge2D& edge : graph.edges)
+    if (!edge.T_from_to.vector().allFinite() || !edge.information.allFinite()) return false;
+  return true;
+}
+
+void add_edges(const PoseGraph2D& graph, const PoseGraphSolverParams& params, std::vector<Vec3>& states,
+               ceres::Problem& problem) {
+  for (const PoseEdge2D& edge : graph.edges) {
+    HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
+             "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
+    ceres::LossFunction* loss = nullptr;
+    if (edge.kind == PoseEdgeKind::kLoop && params.loop_loss_chi2 > 0)
+      loss = new ceres::CauchyLoss(std::sqrt(params.loop_loss_chi2));
+    problem.AddResidualBlock(new EdgeCost(edge), loss, states[edge.from].data(), states[edge.to].data());
+  }
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 6> pose_edge_jacobian(const PoseEdge2D& edge, const SE2& T_map_from,
+                                               const SE2& T_map_to) {
+  const Mat2 to_error = edge.T_from_to.rotation().transpose() * T_map_from.rotation().transpose();
+  const Vec2 between = to_error * (T_map_to.translation() - T_map_from.translation());
+  Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();
+  jacobian.block<2, 2>(0, 0) = -to_error;
+  jacobian.block<2, 2>(0, 3) = to_error;
+  jacobian.block<2, 1>(0, 2) = Vec2(between.y(), -between.x());
+  jacobian(2, 2) = -1;
+  jacobian(2, 5) = 1;
+  return jacobian;
+}
+
+PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params) {
+  PoseGraphSolution solution;
+  if (!all_finite(graph)) {
+    solution.message = "the graph is not finite";
+    return solution;
+  }
+  solution.initial_chi2 = solution.final_chi2 = pose_graph_chi2(graph);
+  solution.converged = true;
+  if (graph.edges.empty()) return solution;
+  std::vector<Vec3> states;
+  for (const SE2& node : graph.T_map_node) states.push_back(node.vector());
+  ceres::Problem problem;
+  add_edges(graph, params, states, problem);
+  if (problem.HasParameterBlock(states.front().data()))
+    problem.SetParameterBlockConstant(states.front().data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.num_threads = 1;
+  options.max_num_iterations = params.max_iterations;
+  options.function_tolerance = 1e-8;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  solution.message = summary.message;
+  solution.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  solution.converged = summary.termination_type == ceres::CONVERGENCE;
+  if (!summary.IsSolutionUsable()) return solution;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    graph.T_map_node[i] = SE2(states[i].x(), states[i].y(), states[i].z());
+  solution.final_chi2 = pose_graph_chi2(graph);
+  return solution;
+}
+
+}  // namespace hm
