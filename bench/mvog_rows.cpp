@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 
 #include "hm/core/rng.hpp"
@@ -12,6 +11,7 @@
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mvog/mvog_map.hpp"
 #include "measurement.hpp"
+#include "scene_frames.hpp"
 
 namespace hm::bench {
 namespace {
@@ -29,9 +29,7 @@ struct WorldScan {
 };
 
 Result<std::vector<WorldScan>> load_scans() {
-  const char* given = std::getenv("HM_DATA");
-  const auto path =
-      (given ? std::filesystem::path(given) : std::filesystem::path(HM_SOURCE_DIR) / "../shared/data") / kLog;
+  const auto path = data_folder() / kLog;
   if (!std::filesystem::exists(path))
     return fail(ErrorCode::kNotFound, path.string(),
                 "the recording is absent (HM_DATA names the folder of data)");

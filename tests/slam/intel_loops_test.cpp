@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/io/laser_recording.hpp"
+#include "hm/io/real_data_test_support.hpp"
 #include "hm/io/relations_file.hpp"
 #include "hm/laser/scan_projection.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
@@ -13,12 +12,7 @@
 namespace hm {
 namespace {
 
-std::filesystem::path data(const std::string& name) {
-  const char* given = std::getenv("HM_DATA");
-  return (given != nullptr ? std::filesystem::path(given)
-                           : std::filesystem::path(HM_SOURCE_DIR) / ".." / "shared" / "data") /
-         name;
-}
+std::filesystem::path data(const std::string& name) { return real_data_folder() / name; }
 
 double mean_error_m(const Trajectory& estimate, const RelationList& list, double max_gap_s) {
   const auto errors = evaluate_relations(estimate, list.relations, {max_gap_s, 0});

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <cstdlib>
 
 #include "hm/io/g2o_file.hpp"
+#include "hm/io/real_data_test_support.hpp"
 #include "hm/slam/pose_graph_solver.hpp"
 
 /// Public pose graphs: the solver's optimum against the certified global optima of Rosen et al., "SE-Sync",
@@ -11,12 +11,7 @@
 namespace hm {
 namespace {
 
-std::filesystem::path data(const std::string& name) {
-  const char* given = std::getenv("HM_DATA");
-  return (given != nullptr ? std::filesystem::path(given)
-                           : std::filesystem::path(HM_SOURCE_DIR) / ".." / "shared" / "data") /
-         name;
-}
+std::filesystem::path data(const std::string& name) { return real_data_folder() / name; }
 
 /// SE-Sync's isotropic weights of an edge: of the translation, and of the chordal distance of rotations.
 Vec2 isotropic_weights(const PoseEdge2D& edge) {

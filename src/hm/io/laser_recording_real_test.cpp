@@ -2,21 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "hm/io/laser_recording.hpp"
+#include "hm/io/real_data_test_support.hpp"
 #include "hm/io/relations_file.hpp"
 
 /// The readers on real recordings, where there are any.
 namespace hm {
 namespace {
 
-std::filesystem::path data(const std::string& name) {
-  const char* given = std::getenv("HM_DATA");
-  return (given != nullptr ? std::filesystem::path(given)
-                           : std::filesystem::path(HM_SOURCE_DIR) / ".." / "shared" / "data") /
-         name;
-}
+std::filesystem::path data(const std::string& name) { return real_data_folder() / name; }
 
 class RealLaserRecording : public ::testing::Test {
  protected:

@@ -124,17 +124,23 @@ Result<Header> read_header(Reader& in) {
   return header;
 }
 
+/// Between the header and the parameters, whose members have the same names.
+template <class From, class To>
+void copy_params(const From& from, To& to) {
+  to.resolution_m = from.resolution_m;
+  to.occupied_ratio = from.occupied_ratio;
+  to.evidence_cap = from.evidence_cap;
+  to.same_view_cap = from.same_view_cap;
+  to.same_view_distance_cell = from.same_view_distance_cell;
+  to.merge_sigmas = from.merge_sigmas;
+  to.glancing_period = from.glancing_period;
+  to.fill_slivers = from.fill_slivers != 0;
+  to.max_map_mb = from.max_map_mb;
+}
+
 Result<MvogParams> params_of(const Header& header, const Reader& in) {
   MvogParams params;
-  params.resolution_m = header.resolution_m;
-  params.occupied_ratio = header.occupied_ratio;
-  params.evidence_cap = header.evidence_cap;
-  params.same_view_cap = header.same_view_cap;
-  params.same_view_distance_cell = header.same_view_distance_cell;
-  params.merge_sigmas = header.merge_sigmas;
-  params.glancing_period = header.glancing_period;
-  params.fill_slivers = header.fill_slivers != 0;
-  params.max_map_mb = header.max_map_mb;
+  copy_params(header, params);
   if (const auto good = check_params(params); !good)
     return in.fail_at(ErrorCode::kCorrupted, 0, "parameters: {}", to_string(good.error()));
   return params;
@@ -145,16 +151,7 @@ Result<MvogParams> params_of(const Header& header, const Reader& in) {
 std::vector<std::byte> MultiVolumeGrid::serialise() const {
   Header header;
   header.tiles = static_cast<std::uint32_t>(impl_->store.tiles().size());
-  const MvogParams& params = impl_->params;
-  header.resolution_m = params.resolution_m;
-  header.occupied_ratio = params.occupied_ratio;
-  header.evidence_cap = params.evidence_cap;
-  header.same_view_cap = params.same_view_cap;
-  header.same_view_distance_cell = params.same_view_distance_cell;
-  header.merge_sigmas = params.merge_sigmas;
-  header.glancing_period = params.glancing_period;
-  header.fill_slivers = params.fill_slivers;
-  header.max_map_mb = params.max_map_mb;
+  copy_params(impl_->params, header);
   header.revision = impl_->revision;
   header.scans = impl_->scans;
   header.view_count = static_cast<std::uint32_t>(impl_->view_count);

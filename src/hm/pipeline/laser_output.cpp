@@ -5,7 +5,6 @@
 
 #include "hm/evaluation/mesh_renderer.hpp"
 #include "hm/io/file_bytes.hpp"
-#include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/occupancy_grid_file.hpp"
@@ -145,19 +144,6 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
   return pictures;
 }
 
-Result<void> write_pictures(const std::filesystem::path& output, const std::vector<MeshPicture>& pictures,
-                            LaserSummary& summary) {
-  if (pictures.empty()) return {};
-  const auto folder = output / "pictures";
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
-  for (const MeshPicture& picture : pictures)
-    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
-      return written;
-  summary.outputs.push_back(folder);
-  return {};
-}
-
 Result<void> write_map(const MultiVolumeGrid& map, const LaserRunOptions& options,
                        LaserReportMaterial& material, LaserSummary& summary) {
   const double size_m = summary.parameters.laser.mvog.resolution_m;
@@ -181,7 +167,7 @@ Result<void> write_map(const MultiVolumeGrid& map, const LaserRunOptions& option
   if (!options.parameters.laser.run.pictures || !slice) return {};
   say(options, "drawing pictures");
   material.pictures = draw_pictures({*slice, voxels, faces}, summary, ParallelLoop(options.run.threads));
-  return write_pictures(options.output, material.pictures, summary);
+  return write_pictures(options.output, material.pictures, summary.outputs);
 }
 
 Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,

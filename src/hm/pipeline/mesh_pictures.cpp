@@ -56,6 +56,19 @@ std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const Tr
                      render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
 }
 
+Result<void> write_pictures(const std::filesystem::path& output, std::span<const MeshPicture> pictures,
+                            std::vector<std::filesystem::path>& outputs) {
+  if (pictures.empty()) return {};
+  const auto folder = output / "pictures";
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  for (const MeshPicture& picture : pictures)
+    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
+      return written;
+  outputs.push_back(folder);
+  return {};
+}
+
 void add_picture(HtmlReport& report, const MeshPicture& picture) {
   report.add_picture(encode_jpeg(picture.image, 88), picture.caption, picture.caption);
 }

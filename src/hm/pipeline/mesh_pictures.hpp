@@ -1,9 +1,12 @@
 #pragma once
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "hm/core/parallel.hpp"
+#include "hm/core/result.hpp"
 #include "hm/evaluation/html_report.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/geometry/image.hpp"
@@ -35,6 +38,11 @@ std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const Mesh
 /// The heat-map of the signed distance of a mesh to the truth.
 std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const TriangleMesh& truth,
                                               const MeshPictureOptions& options, const ParallelLoop& loop);
+
+/// Writes them as PNG into the folder `pictures` in `output`, and adds that folder to `outputs`; no pictures,
+/// no folder.
+Result<void> write_pictures(const std::filesystem::path& output, std::span<const MeshPicture> pictures,
+                            std::vector<std::filesystem::path>& outputs);
 
 void add_picture(HtmlReport& report, const MeshPicture& picture);
 /// A section with the histogram of the signed error.

@@ -4,7 +4,6 @@
 
 #include "hm/evaluation/mesh_renderer.hpp"
 #include "hm/io/file_bytes.hpp"
-#include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/io/trajectory_file.hpp"
@@ -94,19 +93,6 @@ MeshPictureOptions picture_options(const ReconstructionSummary& summary) {
   return draw;
 }
 
-Result<void> write_pictures(const ReconstructionOptions& options, const std::vector<MeshPicture>& pictures,
-                            ReconstructionSummary& summary) {
-  if (pictures.empty()) return {};
-  const auto folder = options.output / "pictures";
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
-  for (const MeshPicture& picture : pictures)
-    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
-      return written;
-  summary.outputs.push_back(folder);
-  return {};
-}
-
 Result<void> write_texts(const ReconstructionOptions& options, const ReportMaterial& material,
                          ReconstructionSummary& summary) {
   const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
@@ -146,7 +132,7 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
     if (material.truth)
       if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
         material.pictures.push_back(std::move(*picture));
-    if (const auto written = write_pictures(options, material.pictures, summary); !written)
+    if (const auto written = write_pictures(options.output, material.pictures, summary.outputs); !written)
       return as_run_failure(written);
   }
   return as_run_failure(write_texts(options, material, summary));
