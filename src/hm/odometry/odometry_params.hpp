@@ -1,0 +1,31 @@
+#pragma once
+#include <array>
+#include <string_view>
+
+#include "hm/core/params.hpp"
+#include "hm/sensors/depth_noise.hpp"
+
+namespace hm {
+
+/// How poses are found: the default tracker, or the dissertation's pipeline as it was published with ICP
+/// alone, with RANSAC predicting it, or RANSAC from frame to frame without a model (dissertation 3.2,
+/// Fig. 3.9).
+enum class OdometryMethod { kTracker, kPublishedIcp, kPublishedRansacIcp, kFrameToFrame };
+inline constexpr std::array<std::string_view, 4> kOdometryMethodNames{
+    "tracker", "published_icp", "published_ransac_icp", "frame_to_frame"};
+
+struct OdometryParams {
+  OdometryMethod method = OdometryMethod::kTracker;
+  double max_depth_m = 5.5;
+  double max_depth_sigma_m = 0.05;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"method", {}, "how poses are found"}, self.method, kOdometryMethodNames);
+    v(ParamDoc{"max_depth_m", {0.1, 100}, "readings beyond are not used for features"}, self.max_depth_m);
+    v(ParamDoc{"max_depth_sigma_m", {1e-4, 10}, "features whose depth is less certain are used without it"},
+      self.max_depth_sigma_m);
+  }
+};
+
+}  // namespace hm
