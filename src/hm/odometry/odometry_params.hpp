@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "hm/core/params.hpp"
-#include "hm/sensors/depth_noise.hpp"
+#include "hm/odometry/tracker_params.hpp"
 
 namespace hm {
 
@@ -18,6 +18,7 @@ struct OdometryParams {
   OdometryMethod method = OdometryMethod::kTracker;
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;
+  TrackerParams tracker;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -25,6 +26,7 @@ struct OdometryParams {
     v(ParamDoc{"max_depth_m", {0.1, 100}, "readings beyond are not used for features"}, self.max_depth_m);
     v(ParamDoc{"max_depth_sigma_m", {1e-4, 10}, "features whose depth is less certain are used without it"},
       self.max_depth_sigma_m);
+    TrackerParams::visit(self.tracker, v);
   }
 };
 
