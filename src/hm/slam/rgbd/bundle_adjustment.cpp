@@ -137,9 +137,11 @@ BundleResult adjust_bundle(const PinholeCamera& camera, std::vector<SE3>& T_map_
   result.final_cost = summary.final_cost;
   result.converged = summary.IsSolutionUsable();
   if (!result.converged) return result;
-  for (std::size_t i = 0; i < T_map_camera.size(); ++i)
-    if (problem.HasParameterBlock(unknowns.poses[i].data()))
-      T_map_camera[i] = detail::pose_of(unknowns.poses[i].data());
+  for (std::size_t i = 0; i < T_map_camera.size(); ++i) {
+    const double* pose = unknowns.poses[i].data();
+    if (problem.HasParameterBlock(pose) && !problem.IsParameterBlockConstant(pose))
+      T_map_camera[i] = detail::pose_of(pose);
+  }
   for (std::size_t l = 0; l < landmarks.size(); ++l) landmarks[l].p_map = unknowns.points[l];
   result.error_after_px = reprojection_error_px(camera, T_map_camera, landmarks);
   return result;
