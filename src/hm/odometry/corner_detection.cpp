@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 namespace hm {
 
@@ -13,13 +14,13 @@ constexpr int kFastThreshold = 16;      ///< everywhere
 constexpr int kFastThresholdFaint = 5;  ///< in cells where the other finds too few
 constexpr int kScoreRadius_px = 3;
 constexpr int kScoredPerWanted = 3;  ///< FAST corners of a cell that get a Shi-Tomasi score, by its share
-constexpr double kMaxRefinement_px = 1.5;
+constexpr double kMaxRefinement_px = 3;
+constexpr int kMaxRefinements = 3;
 
 struct Candidate {
   int x = 0, y = 0;
   float fast_response = 0;
   float score = 0;
-  Vec2 shift = Vec2::Zero();  ///< from (x, y) to the corner
 };
 
 bool by_place(const Candidate& a, const Candidate& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
@@ -80,12 +81,28 @@ class CellGrid {
   std::vector<cv::KeyPoint> keypoints_;
 };
 
-/// Score and refinement from the second moments of the gradients around a candidate: the corner is where the
-/// lines along all edges of the window meet.
-void score(const Image<std::uint8_t>& gray, Candidate& candidate) {
+/// The second moments of the gradients g around a pixel, and the sum of g g^T d over its offsets d.
+struct GradientMoments {
+  double xx = 0, xy = 0, yy = 0;
+  Vec2 crossing = Vec2::Zero();
+
+  /// Shi and Tomasi's score: the smaller eigenvalue, per pixel.
+  [[nodiscard]] double score() const {
+    constexpr double kPixels = (2 * kScoreRadius_px + 1) * (2 * kScoreRadius_px + 1);
+    return (0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy)) / kPixels;
+  }
+  /// From the pixel to where the lines along all edges of the window meet best; nothing without two edges.
+  [[nodiscard]] std::optional<Vec2> shift() const {
+    const double determinant = xx * yy - xy * xy;
+    if (determinant <= 1e-3 * xx * yy) return std::nullopt;
+    return Vec2(yy * crossing.x() - xy * crossing.y(), xx * crossing.y() - xy * crossing.x()) / determinant;
+  }
+};
+
+GradientMoments gradient_moments(const Image<std::uint8_t>& gray, int x, int y) {
   int xx = 0, xy = 0, yy = 0, bx = 0, by = 0;
   for (int dy = -kScoreRadius_px; dy <= kScoreRadius_px; ++dy) {
-    const std::uint8_t* row = gray.data() + (candidate.y + dy) * gray.width() + candidate.x;
+    const std::uint8_t* row = gray.data() + (y + dy) * gray.width() + x;
     for (int dx = -kScoreRadius_px; dx <= kScoreRadius_px; ++dx) {
       const int gx = row[dx + 1] - row[dx - 1];
       const int gy = row[dx + gray.width()] - row[dx - gray.width()];
@@ -97,16 +114,26 @@ void score(const Image<std::uint8_t>& gray, Candidate& candidate) {
       by += gy * along;
     }
   }
-  constexpr double kPixels = (2 * kScoreRadius_px + 1) * (2 * kScoreRadius_px + 1);
-  const double half_trace = 0.5 * (static_cast<double>(xx) + yy);
-  const double half_difference = 0.5 * (static_cast<double>(xx) - yy);
-  const double root = std::hypot(half_difference, static_cast<double>(xy));
-  candidate.score = static_cast<float>((half_trace - root) / kPixels);
-  const double determinant = static_cast<double>(xx) * yy - static_cast<double>(xy) * xy;
-  if (determinant <= 0) return;
-  const Vec2 shift((static_cast<double>(yy) * bx - static_cast<double>(xy) * by) / determinant,
-                   (static_cast<double>(xx) * by - static_cast<double>(xy) * bx) / determinant);
-  if (shift.norm() <= kMaxRefinement_px) candidate.shift = shift;
+  return {static_cast<double>(xx), static_cast<double>(xy), static_cast<double>(yy), Vec2(bx, by)};
+}
+
+/// The corner near a pixel (FAST answers beside it, on its darker or brighter side), or the pixel itself
+/// where the steps lead nowhere.
+Vec2 refined(const Image<std::uint8_t>& gray, int x, int y) {
+  const Vec2 start(x, y);
+  for (int step = 0; step < kMaxRefinements; ++step) {
+    const auto shift = gradient_moments(gray, x, y).shift();
+    if (!shift) return start;
+    const Vec2 place = Vec2(x, y) + *shift;
+    if ((place - start).norm() > kMaxRefinement_px) return start;
+    const int next_x = static_cast<int>(std::lround(place.x()));
+    const int next_y = static_cast<int>(std::lround(place.y()));
+    if (next_x == x && next_y == y) return place;
+    if (step + 1 == kMaxRefinements && shift->norm() < 1.0) return place;
+    x = next_x;
+    y = next_y;
+  }
+  return start;
 }
 
 /// Scores the strongest FAST corners of a cell and sorts them by score.
@@ -115,7 +142,7 @@ void rank(const Image<std::uint8_t>& gray, std::size_t scored, std::vector<Candi
     return a.fast_response != b.fast_response ? a.fast_response > b.fast_response : by_place(a, b);
   });
   cell.resize(std::min(cell.size(), scored));
-  for (Candidate& candidate : cell) score(gray, candidate);
+  for (Candidate& c : cell) c.score = static_cast<float>(gradient_moments(gray, c.x, c.y).score());
   std::sort(cell.begin(), cell.end(), [](const Candidate& a, const Candidate& b) {
     return a.score != b.score ? a.score > b.score : by_place(a, b);
   });
@@ -174,8 +201,7 @@ std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, co
     for (const Candidate& c : taken) {
       if (corners.size() == static_cast<std::size_t>(wanted)) return corners;
       if (!occupied.take(c.x, c.y)) continue;
-      const Vec2 place(c.x, c.y);
-      corners.push_back({params.subpixel ? Vec2(place + c.shift) : place, c.score});
+      corners.push_back({params.subpixel ? refined(gray, c.x, c.y) : Vec2(c.x, c.y), c.score});
     }
   }
   return corners;
@@ -189,14 +215,14 @@ std::vector<Corner> shi_tomasi_corners(const Image<std::uint8_t>& gray, const Im
   cv::goodFeaturesToTrack(view_of(gray), points, wanted, quality, params.min_distance_px, mask_view);
   std::vector<Corner> corners;
   for (const cv::Point2f& point : points) {
-    Candidate c{static_cast<int>(point.x), static_cast<int>(point.y)};
+    const int x = static_cast<int>(point.x);
+    const int y = static_cast<int>(point.y);
     const int margin = kCornerBorder_px;
-    if (c.x < margin || c.y < margin || c.x >= gray.width() - margin || c.y >= gray.height() - margin) {
+    if (x < margin || y < margin || x >= gray.width() - margin || y >= gray.height() - margin) {
       continue;  // its descriptor would reach over the border
     }
-    score(gray, c);
-    const Vec2 place(c.x, c.y);
-    corners.push_back({params.subpixel ? Vec2(place + c.shift) : place, c.score});
+    const auto score = static_cast<float>(gradient_moments(gray, x, y).score());
+    corners.push_back({params.subpixel ? refined(gray, x, y) : Vec2(x, y), score});
   }
   return corners;
 }

@@ -20,7 +20,7 @@ inline constexpr int kCornerBorder_px = 16;
 
 /// FAST-9 corners (Rosten and Drummond 2006) ranked by the score of Shi and Tomasi 1994, taken cell by cell
 /// so that they cover the image: the best of every cell, then the second best and so on until `wanted` are
-/// found. Refined by one step of Foerstner and Guelch 1987. The result is in the order of taking, and does
+/// found. Refined by a few steps of Foerstner and Guelch 1987. The result is in the order of taking, and does
 /// not depend on anything but the arguments.
 std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, const FeatureParams& params);
 

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "hm/core/params.hpp"
+#include "hm/odometry/feature_params.hpp"
 #include "hm/odometry/tracker_params.hpp"
 
 namespace hm {
@@ -14,11 +15,13 @@ enum class OdometryMethod { kTracker, kPublishedIcp, kPublishedRansacIcp, kFrame
 inline constexpr std::array<std::string_view, 4> kOdometryMethodNames{
     "tracker", "published_icp", "published_ransac_icp", "frame_to_frame"};
 
+/// `visit` gives the section `odometry`; the members that are parameter structs have their own sections.
 struct OdometryParams {
   OdometryMethod method = OdometryMethod::kTracker;
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;
-  TrackerParams tracker;
+  FeatureParams features;  ///< of every method but the published ones, section `odometry_features`
+  TrackerParams tracker;   ///< section `odometry_tracker`
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -26,7 +29,6 @@ struct OdometryParams {
     v(ParamDoc{"max_depth_m", {0.1, 100}, "readings beyond are not used for features"}, self.max_depth_m);
     v(ParamDoc{"max_depth_sigma_m", {1e-4, 10}, "features whose depth is less certain are used without it"},
       self.max_depth_sigma_m);
-    TrackerParams::visit(self.tracker, v);
   }
 };
 
