@@ -50,10 +50,12 @@ CoarseReference::Level make_level(const Image<std::uint8_t>& image, const DepthG
       if (gx * gx + gy * gy < kMinGradient * kMinGradient) continue;
       const float z = depth_of(grid.depth_m, x, y, level - kFinestLevel);
       if (z > 0)
-        out.pixels.push_back(make_pixel(out.camera, Vec2(x, y), z, {static_cast<float>(image(x, y)), gx, gy}));
+        out.pixels.push_back(
+            make_pixel(out.camera, Vec2(x, y), z, {static_cast<float>(image(x, y)), gx, gy}));
     }
   if (out.pixels.size() > max_pixels) {  // evenly, in order
-    for (std::size_t i = 0; i < max_pixels; ++i) out.pixels[i] = out.pixels[i * out.pixels.size() / max_pixels];
+    for (std::size_t i = 0; i < max_pixels; ++i)
+      out.pixels[i] = out.pixels[i * out.pixels.size() / max_pixels];
     out.pixels.resize(max_pixels);
   }
   return out;
@@ -153,11 +155,17 @@ SE3 align_level(const CoarseReference::Level& level, const Image<std::uint8_t>& 
 
 }  // namespace
 
-CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid, const PinholeCamera& camera,
-                                 std::size_t max_pixels) {
+CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid,
+                                 const PinholeCamera& camera, std::size_t max_pixels) {
   HM_CHECK(camera.width / DepthGrid::kCell_px == grid.camera.width, "{} {}", camera.width, grid.camera.width);
   for (int level = pyramid.levels() - 1; level >= kFinestLevel; --level)
     levels_.push_back(make_level(pyramid.level(level), grid, level, max_pixels));
+}
+
+std::size_t CoarseReference::memory_bytes() const {
+  std::size_t bytes = levels_.capacity() * sizeof(Level);
+  for (const Level& level : levels_) bytes += level.pixels.capacity() * sizeof(Pixel);
+  return bytes;
 }
 
 CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid& current,

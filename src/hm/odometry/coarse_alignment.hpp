@@ -24,6 +24,7 @@ class CoarseReference {
   CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid, const PinholeCamera& camera,
                   std::size_t max_pixels);
   CoarseReference() = default;
+  [[nodiscard]] std::size_t memory_bytes() const;
   [[nodiscard]] const std::vector<Level>& levels() const { return levels_; }  ///< the coarsest first
 
  private:
@@ -32,13 +33,13 @@ class CoarseReference {
 
 struct CoarseResult {
   SE3 T_ref_cur;
-  double residual = 255;    ///< robust mean of the absolute difference of brightness, finest level used
+  double residual = 255;     ///< robust mean of the absolute difference of brightness, finest level used
   double overlap_ratio = 0;  ///< of the reference's pixels, seen in the current frame
 };
 
-/// The motion that explains the picture best: inverse compositional alignment of brightness (Baker and Matthews
-/// 2004, Kerl et al. 2013), coarse to fine, with Huber weights and a change of brightness. Starts from the best
-/// of the guesses.
+/// The motion that explains the picture best: inverse compositional alignment of brightness (Baker and
+/// Matthews 2004, Kerl et al. 2013), coarse to fine, with Huber weights and a change of brightness. Starts
+/// from the best of the guesses.
 CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid& current,
                             const std::vector<SE3>& guesses_T_ref_cur);
 

@@ -15,9 +15,7 @@ constexpr int kTrialLooks = 12;
 constexpr double kMinFoundRatio = 0.25;
 constexpr std::size_t kYoungKeyframes = 3;
 
-double found_ratio(const Landmark& landmark) {
-  return (landmark.found + 1.0) / (landmark.looked_for + 1.0);
-}
+double found_ratio(const Landmark& landmark) { return (landmark.found + 1.0) / (landmark.looked_for + 1.0); }
 
 }  // namespace
 
@@ -70,7 +68,8 @@ std::vector<Candidate> LocalMap::candidates(const SE3& T_odom_camera, const Pinh
   // Best proven first, in every cell; then the cells in turn.
   std::sort(seen.begin(), seen.end(), [&](const Candidate& a, const Candidate& b) {
     const Landmark &la = landmarks_[a.landmark], &lb = landmarks_[b.landmark];
-    const double ra = found_ratio(la) * std::min(la.sightings, 5), rb = found_ratio(lb) * std::min(lb.sightings, 5);
+    const double ra = found_ratio(la) * std::min(la.sightings, 5),
+                 rb = found_ratio(lb) * std::min(lb.sightings, 5);
     return ra != rb ? ra > rb : a.landmark < b.landmark;
   });
   const int columns = camera.width / kCell_px + 1, rows = camera.height / kCell_px + 1;
@@ -165,7 +164,8 @@ void LocalMap::forget_oldest_keyframe() {
     Landmark& landmark = landmarks_[sighting.landmark];
     if (!landmark.alive) continue;
     landmark.sightings -= 1;
-    if (landmark.anchor == oldest.identity && !reanchor(sighting.landmark)) forget_landmark(sighting.landmark);
+    if (landmark.anchor == oldest.identity && !reanchor(sighting.landmark))
+      forget_landmark(sighting.landmark);
   }
   for (MapKeyframe& keyframe : keyframes_)
     std::erase_if(keyframe.factors, [&](const SurfaceFactor& f) { return f.reference == oldest.identity; });

@@ -76,13 +76,13 @@ class LocalMap {
   [[nodiscard]] const MapKeyframe* find(std::size_t identity) const;
   MapKeyframe* find(std::size_t identity);
 
-  /// The landmarks that a camera may see: in the picture, from a side and a distance like those from which they
-  /// were seen first; at most `limit`, spread over the picture, best proven first.
+  /// The landmarks that a camera may see: in the picture, from a side and a distance like those from which
+  /// they were seen first; at most `limit`, spread over the picture, best proven first.
   [[nodiscard]] std::vector<Candidate> candidates(const SE3& T_odom_camera, const PinholeCamera& camera,
                                                   std::size_t limit) const;
 
-  /// Takes over a keyframe (its identity is given here) and counts its sightings. Forgets the oldest one first
-  /// when there are too many.
+  /// Takes over a keyframe (its identity is given here) and counts its sightings. Forgets the oldest one
+  /// first when there are too many.
   MapKeyframe& add_keyframe(MapKeyframe keyframe);
   /// A new landmark; nothing when the model is full (the oldest are forgotten with their keyframes).
   std::optional<std::size_t> add_landmark(const Landmark& landmark);

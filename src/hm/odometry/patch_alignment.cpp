@@ -12,7 +12,7 @@ constexpr int kBordered = kSide + 2;
 constexpr float kMiddle = 0.5f * (kSide - 1);
 constexpr int kIterations = 10;
 constexpr float kConverged_px = 0.02f;
-constexpr double kMinNoise = 2.0;   // grey levels: rounding, and what the model does not know
+constexpr double kMinNoise = 2.0;     // grey levels: rounding, and what the model does not know
 constexpr double kMinSigma_px = 0.1;  // of a match, however strong its gradients are
 
 using Patch = std::array<float, kSide * kSide>;
@@ -20,7 +20,7 @@ using Vec4f = Eigen::Vector4f;
 
 struct Template {
   Patch value, gx, gy;
-  Eigen::Matrix4f inverse = Eigen::Matrix4f::Zero();  // of the normal matrix of (x, y, gain, offset)
+  Eigen::Matrix4f inverse = Eigen::Matrix4f::Zero();    // of the normal matrix of (x, y, gain, offset)
   Eigen::Matrix2d gradients = Eigen::Matrix2d::Zero();  // normal matrix of (x, y), gain and offset eliminated
   float mean = 0, variance = 0;
 };
@@ -92,9 +92,9 @@ bool make_template(const Image<std::uint8_t>& image, const Vec2& centre, const M
   out.variance = normal(2, 2) / n;
   if (out.variance < 4.0f) return false;
   const Eigen::Matrix4d normal_d = normal.cast<double>();
-  out.gradients = normal_d.topLeftCorner<2, 2>() -
-                  normal_d.topRightCorner<2, 2>() * normal_d.bottomRightCorner<2, 2>().inverse() *
-                      normal_d.bottomLeftCorner<2, 2>();
+  out.gradients = normal_d.topLeftCorner<2, 2>() - normal_d.topRightCorner<2, 2>() *
+                                                       normal_d.bottomRightCorner<2, 2>().inverse() *
+                                                       normal_d.bottomLeftCorner<2, 2>();
   if (!(out.gradients.determinant() > 1e2)) return false;
   out.inverse = normal_d.inverse().cast<float>();
   return true;
@@ -175,8 +175,8 @@ std::optional<Mat2> plane_warp(const PinholeCamera& camera, const SE3& T_ref_cur
   return warp;
 }
 
-std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyramid& current, const Vec2& guess,
-                                      const PatchSearch& search) {
+std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyramid& current,
+                                      const Vec2& guess, const PatchSearch& search) {
   PatchMatch match;
   match.pixel = guess;
   Template reference;
@@ -195,7 +195,8 @@ std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyra
     match.correlation = static_cast<double>(aligned->correlation);
     if (match.correlation < search.min_correlation) return std::nullopt;
     const double noise = kMinNoise * kMinNoise + static_cast<double>(aligned->noise_variance);
-    const Mat2 covariance = noise * reference.gradients.inverse() + Mat2::Identity() * kMinSigma_px * kMinSigma_px;
+    const Mat2 covariance =
+        noise * reference.gradients.inverse() + Mat2::Identity() * kMinSigma_px * kMinSigma_px;
     match.information = covariance.inverse();
   }
   return match;

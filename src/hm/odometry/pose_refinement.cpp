@@ -49,7 +49,8 @@ PoseEquations point_equations(std::span<const PointObservation> observations, co
     const auto residual = point_residual(observation, T_odom_camera, camera);
     if (!residual) continue;
     const double weight = robust_weight(residual->squared_mahalanobis);
-    const Eigen::Matrix<double, 6, 3> weighted = residual->by_pose.transpose() * (weight * residual->information);
+    const Eigen::Matrix<double, 6, 3> weighted =
+        residual->by_pose.transpose() * (weight * residual->information);
     equations.information.noalias() += weighted * residual->by_pose;
     equations.gradient.noalias() += weighted * residual->value;
     equations.cost += 0.5 * kRobustSigmas * kRobustSigmas *

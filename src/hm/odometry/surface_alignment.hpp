@@ -7,8 +7,8 @@ namespace hm {
 /// How readings of depth are compared with a surface seen before.
 struct SurfaceMatching {
   DepthNoise noise;
-  int stride = 2;          ///< every n-th cell in both directions
-  double gate_sigmas = 4;  ///< residuals beyond do not count
+  int stride = 2;              ///< every n-th cell in both directions
+  double gate_sigmas = 4;      ///< residuals beyond do not count
   double extra_gate_m = 0.03;  ///< added to the gate, for a pose that is not yet good
 };
 

@@ -26,8 +26,8 @@ struct SurfaceElement {
   float sigma_m = 0;
 };
 
-/// The surface that a depth grid shows, as planes: in each window of 5x5 cells 1/z is linear in the pixel where
-/// the surface is a plane, which is fitted to the readings that belong together.
+/// The surface that a depth grid shows, as planes: in each window of 5x5 cells 1/z is linear in the pixel
+/// where the surface is a plane, which is fitted to the readings that belong together.
 struct SurfaceGrid {
   PinholeCamera camera;
   Image<SurfaceElement> elements;

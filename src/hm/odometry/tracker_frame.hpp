@@ -1,5 +1,5 @@
 #pragma once
-#include <memory>
+#include <optional>
 
 #include "hm/odometry/image_pyramid.hpp"
 #include "hm/odometry/pose_refinement.hpp"
@@ -8,11 +8,18 @@
 
 namespace hm {
 
+/// The direction away from gravity, as the model has it and as the frame's accelerometer has it.
+struct UpPrior {
+  Vec3 up_odom = Vec3::UnitZ();
+  Vec3 up_camera = Vec3::UnitZ();
+};
+
 /// A frame as the tracker uses it.
 struct TrackerFrame {
   const RgbdFrame* frame = nullptr;
   ImagePyramid pyramid;
   DepthGrid grid;
+  std::optional<UpPrior> up;
 };
 
 /// A landmark found in a frame.

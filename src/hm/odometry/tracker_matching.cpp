@@ -22,7 +22,8 @@ void read_depth(const DepthImage& depth, const MatchingParams& params, PointObse
 
 std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFrame& frame,
                                            const SE3& T_odom_camera, const PinholeCamera& camera,
-                                           const MatchingParams& params, std::vector<std::size_t>& looked_for) {
+                                           const MatchingParams& params,
+                                           std::vector<std::size_t>& looked_for) {
   std::vector<LandmarkMatch> matches;
   const Mat3 R_camera_odom = T_odom_camera.rotation().transpose();
   for (const Candidate& candidate : map.candidates(T_odom_camera, camera, params.limit)) {

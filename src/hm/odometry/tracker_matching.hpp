@@ -13,10 +13,11 @@ struct MatchingParams {
   std::size_t limit = 220;
 };
 
-/// Looks for the landmarks of the model that the predicted pose shows, by aligning the patch of each around its
-/// predicted pixel, and counts in the model what was looked for.
+/// Looks for the landmarks of the model that the predicted pose shows, by aligning the patch of each around
+/// its predicted pixel, and counts in the model what was looked for.
 std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFrame& frame,
                                            const SE3& T_odom_camera, const PinholeCamera& camera,
-                                           const MatchingParams& params, std::vector<std::size_t>& looked_for);
+                                           const MatchingParams& params,
+                                           std::vector<std::size_t>& looked_for);
 
 }  // namespace hm

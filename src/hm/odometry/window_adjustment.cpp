@@ -16,7 +16,7 @@ constexpr int kFixed = -1;
 constexpr double kMinLandmarkSigma_m = 0.001;
 
 struct View {
-  int pose = kFixed;      // row of blocks; kFixed does not move
+  int pose = kFixed;         // row of blocks; kFixed does not move
   std::size_t keyframe = 0;  // index in the map's deque
   const Sighting* sighting = nullptr;
 };
@@ -105,7 +105,8 @@ class Window {
     for (std::size_t k = 0; k < keyframes.size(); ++k)
       for (const Sighting& sighting : keyframes[k].sightings)
         if (sighting.landmark < slot.size() && slot[sighting.landmark] != kFixed)
-          points_[static_cast<std::size_t>(slot[sighting.landmark])].views.push_back({row_of(k), k, &sighting});
+          points_[static_cast<std::size_t>(slot[sighting.landmark])].views.push_back(
+              {row_of(k), k, &sighting});
     std::erase_if(points_, [](const Point& p) { return p.views.size() < 2; });
     for (const Point& point : points_) positions_.push_back(map_.landmark(point.landmark).p_odom);
     blocks_.resize(points_.size());
@@ -132,8 +133,8 @@ class Window {
     for (std::size_t v = 0; v < points_[i].views.size(); ++v) {
       const View& view = points_[i].views[v];
       const Sighting& s = *view.sighting;
-      const PointObservation observation{positions_[i], Mat3::Zero(), s.pixel, s.pixel_covariance, s.depth_m,
-                                         s.depth_variance_m2};
+      const PointObservation observation{positions_[i],      Mat3::Zero(), s.pixel,
+                                         s.pixel_covariance, s.depth_m,    s.depth_variance_m2};
       const auto residual = point_residual(observation, poses_[view.keyframe], camera_);
       if (!residual) continue;
       const double squared = residual->squared_mahalanobis;

@@ -15,10 +15,10 @@ struct WindowAdjustmentResult {
   int accepted_steps = 0;
 };
 
-/// Moves the newest keyframes and the landmarks they saw so that sightings (pixel and depth) and surfaces agree
-/// best: Levenberg-Marquardt with the landmarks eliminated (Schur complement; Triggs et al. 2000), robust
-/// (Cauchy). Older keyframes that saw the same landmarks stay where they are; without any, the oldest of the
-/// window does. Landmarks get the covariance that the sightings give them.
+/// Moves the newest keyframes and the landmarks they saw so that sightings (pixel and depth) and surfaces
+/// agree best: Levenberg-Marquardt with the landmarks eliminated (Schur complement; Triggs et al. 2000),
+/// robust (Cauchy). Older keyframes that saw the same landmarks stay where they are; without any, the oldest
+/// of the window does. Landmarks get the covariance that the sightings give them.
 WindowAdjustmentResult adjust_window(LocalMap& map, const PinholeCamera& camera,
                                      const WindowAdjustmentParams& params);
 
