@@ -13,13 +13,13 @@
 namespace hm::bench {
 namespace {
 
-constexpr const char* kRecording = "rgbd/sevenscenes_a";
+constexpr const char* kRecording = "sevenscenes_a";
 
 /// A method that is run over the recording: a pose for a frame, or none.
 struct Method {
   std::string name;
   std::function<std::optional<SE3>(const RgbdFrame&)> track;
-  Trajectory estimate;
+  Trajectory estimate = {};
   double cpu_ms = 0;
   int frames = 0;
 };
