@@ -59,6 +59,12 @@ std::optional<double> map_area_of(const LaserScanRecord& record) {
   return record.map->area_m2;
 }
 
+std::optional<double> localisation_score_of(const LaserScanRecord& record) {
+  const auto& place = record.step.map_frame.localisation;
+  if (!place || !place->T_map_base) return std::nullopt;
+  return place->score;
+}
+
 PlotOptions over_time(std::string label) {
   PlotOptions plot;
   plot.x.label = "time (s)";
@@ -226,7 +232,13 @@ JsonValue laser_report_json(const LaserSummary& summary, const std::string& prog
   add("yaw_rate_rad_s", velocity_of<2>);
   add("map_mb", map_mb_of);
   add("map_area_m2", map_area_of);
+  add("localisation_score", localisation_score_of);
   json["series"] = std::move(series);
+  if (summary.map_frame.source != MapFrameSource::kOdometry && !summary.records.empty()) {
+    const LaserScanRecord& first = summary.records.front();
+    json["T_map_odom_history"] =
+        history_to_json(summary.map_frame, first.step.stamp - Duration::from_seconds(first.time_s));
+  }
   return json;
 }
 
