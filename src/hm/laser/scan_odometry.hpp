@@ -80,7 +80,7 @@ struct MotionPrediction {
   std::optional<Vec3> velocity_base;     ///< vx, vy (m/s), yaw rate (rad/s) in the base frame
   std::optional<double> yaw_change_rad;  ///< from an inertial unit
   /// Asked where matching from the prediction fails or pairs too little; with `find_first` before matching.
-  PoseFinder find;
+  PoseFinder find = {};
   bool find_first = false;
 };
 

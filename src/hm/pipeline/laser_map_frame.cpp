@@ -5,6 +5,11 @@
 #include "hm/core/stopwatch.hpp"
 
 namespace hm {
+namespace {
+
+constexpr double kLeastChange = 1e-9;  // m and rad: less is rounding
+
+}  // namespace
 
 LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params) {
   LaserMapFrame frame;
@@ -57,7 +62,8 @@ std::optional<Localisation> LaserMapFrame::localise(const PlanarScan& scan, cons
 
 void LaserMapFrame::note(Time stamp, const SE2& T_map_odom) {
   const bool first_fix = localiser_ && history_.empty();
-  if (!first_fix && T_map_odom.vector() == T_map_odom_.vector()) return;
+  const Vec3 change = (T_map_odom_.inverse() * T_map_odom).vector();
+  if (!first_fix && change.cwiseAbs().maxCoeff() < kLeastChange) return;
   T_map_odom_ = T_map_odom;
   history_.push_back({stamp, T_map_odom});
 }

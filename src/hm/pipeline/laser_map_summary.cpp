@@ -137,6 +137,7 @@ JsonValue localisation_to_json(const LaserMapSummary& summary) {
   const LocalisationSummary& place = *summary.localisation;
   JsonValue json = common_json(summary);
   json["map"] = place.map.string();
+  json["sure"] = place.is_sure();
   json["located"] = place.located;
   json["sought"] = place.sought;
   json["searches"] = place.searches;

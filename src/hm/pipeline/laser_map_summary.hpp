@@ -15,6 +15,8 @@ struct LaserScanRecord;
 
 /// How sure a vehicle was of its place in a saved map.
 struct LocalisationSummary {
+  /// A median score below this speaks of another place, or of a place that has changed.
+  static constexpr double kSureScore = 0.8;
   std::filesystem::path map;
   std::size_t located = 0;   ///< scans whose place was found or followed
   std::size_t sought = 0;    ///< scans that were asked for it
@@ -26,6 +28,11 @@ struct LocalisationSummary {
   /// How far the vehicle's place jumped against odometry from one located scan to the next: what the two
   /// disagree.
   Summary correction_m;
+
+  /// Never lost, nearly always located, and the scans fit the map.
+  [[nodiscard]] bool is_sure() const {
+    return lost == 0 && 10 * located >= 9 * sought && score.median >= kSureScore;
+  }
 };
 
 /// What is known of the frame `map` at the end of a run.

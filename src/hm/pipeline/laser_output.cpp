@@ -48,8 +48,11 @@ void add_warnings(LaserSummary& summary) {
         "scan matching was lost {} times and began anew{}", summary.restarts,
         summary.map_frame.corrected ? ": where no loop or map closes the break, path and map stay broken"
                                     : ": the path and the map are broken there"));
-  if (const auto& place = summary.map_frame.localisation; place && place->lost > 0)
-    summary.warnings.push_back(fmt::format("the place in the map was lost {} times", place->lost));
+  if (const auto& place = summary.map_frame.localisation; place && !place->is_sure())
+    summary.warnings.push_back(fmt::format(
+        "the place in the map is doubtful: {} of {} scans were located, lost {} times, median score {:.2f} "
+        "(sure: from {:g})",
+        place->located, place->sought, place->lost, place->score.median, LocalisationSummary::kSureScore));
   if (summary.scans_dropped > 0)
     summary.warnings.push_back(fmt::format("{} of {} scans came too fast and were dropped",
                                            summary.scans_dropped, summary.scans_total));

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hm/evaluation/plot.hpp"
-#include "hm/pipeline/laser_evaluation.hpp"
+#include "hm/pipeline/laser_map_report.hpp"
 
 namespace hm {
 namespace {
@@ -91,6 +91,16 @@ void add_cards(HtmlReport& report, const LaserSummary& summary) {
   if (summary.height_error)
     report.add_card(
         {"height error", fmt::format("{:.1f}", summary.height_error->rmse_m * 1e2), "cm", "RMSE"});
+  if (const LaserMapSummary& map = summary.map_frame; map.localisation)
+    report.add_card({"located",
+                     std::to_string(map.localisation->located),
+                     {},
+                     fmt::format("of {} scans in the saved map", map.localisation->sought)});
+  else if (map.source == MapFrameSource::kLoops)
+    report.add_card({"loops",
+                     std::to_string(map.loops.accepted - map.loops.taken_out),
+                     {},
+                     fmt::format("closed, of {} candidates", map.loops.candidates)});
   if (summary.relation_error)
     report.add_card({"relations", fmt::format("{:.1f}", summary.relation_error->translation_m.mean * 1e2),
                      "cm",
@@ -202,6 +212,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
   if (!material.pictures.empty()) report.begin_section("Map");
   for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
   add_path_section(report, summary);
+  add_map_frame_section(report, summary);
   add_height_section(report, summary);
   add_motion_section(report, summary);
   add_cost_section(report, summary);
