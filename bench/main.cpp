@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 26> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 31> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -44,7 +44,12 @@ constexpr std::array<Known, 26> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"intel_relations", hm::bench::bench_intel_relations},
                                         {"covariance", hm::bench::bench_covariance},
                                         {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
-                                        {"vo_published", hm::bench::bench_vo_published}}};
+                                        {"vo_published", hm::bench::bench_vo_published},
+                                        {"vo_sevenscenes", hm::bench::bench_vo_sevenscenes},
+                                        {"vo_every_5th", hm::bench::bench_vo_every_5th},
+                                        {"vo_tum_xyz", hm::bench::bench_vo_tum_xyz},
+                                        {"vo_icl", hm::bench::bench_vo_icl},
+                                        {"vo_hour", hm::bench::bench_vo_hour}}};
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {
