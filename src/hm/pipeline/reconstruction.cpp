@@ -7,6 +7,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser_recording.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/pipeline/frame_range.hpp"
 #include "hm/pipeline/map_store.hpp"
 #include "hm/pipeline/process_memory.hpp"
 #include "hm/pipeline/reconstruction_output.hpp"
@@ -14,21 +15,6 @@
 
 namespace hm {
 namespace {
-
-/// The frames of a recording that a run uses: begin, begin + stride ... below end.
-struct FrameRange {
-  std::size_t begin = 0, end = 0, stride = 1;
-  [[nodiscard]] std::size_t count() const { return end > begin ? (end - begin + stride - 1) / stride : 0; }
-};
-
-FrameRange frame_range(const ReconstructionParams& params, std::size_t frame_count) {
-  FrameRange range{static_cast<std::size_t>(params.begin_frame), frame_count,
-                   static_cast<std::size_t>(params.frame_stride)};
-  if (params.frame_limit > 0)
-    range.end =
-        std::min(range.end, range.begin + static_cast<std::size_t>(params.frame_limit) * range.stride);
-  return range;
-}
 
 /// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
 class Run {
