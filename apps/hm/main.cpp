@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   add_info(program);
   add_simulate(program);
   add_reconstruct(program);
+  add_odometry(program);
   add_laser(program);
   add_evaluate(program);
   add_convert(program);

@@ -53,6 +53,14 @@ ParamList list_reconstruction(Parameters& parameters) {
   return list;
 }
 
+ParamList list_odometry(Parameters& parameters) {
+  ParamList list;
+  list.add("odometry", parameters.odometry);
+  list.add("reconstruction", parameters.reconstruction);
+  list.add("trajectory_error", parameters.trajectory_error);
+  return list;
+}
+
 ParamList list_laser(Parameters& parameters) {
   ParamList list;
   add_laser(list, parameters.laser);
@@ -63,6 +71,7 @@ ParamList list_laser(Parameters& parameters) {
 
 ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
+  list.add("odometry", parameters.odometry);
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);

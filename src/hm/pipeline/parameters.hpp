@@ -7,6 +7,7 @@
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/odometry/odometry_params.hpp"
 #include "hm/pipeline/laser_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sim/laser_simulation.hpp"
@@ -58,6 +59,7 @@ struct Parameters {
   DepthNoise depth_noise;
   MeshParams mesh;
   ReconstructionParams reconstruction;
+  OdometryParams odometry;
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
@@ -72,6 +74,9 @@ ParamList list_all(Parameters& parameters);
 /// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise, mesh,
 /// reconstruction.
 ParamList list_reconstruction(Parameters& parameters);
+/// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
+/// trajectory_error.
+ParamList list_odometry(Parameters& parameters);
 /// Those that decide what a laser run does: laser, scan_projection, matcher, height, state, fusion, tilt,
 /// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
 /// with the truth.

@@ -14,8 +14,10 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 
 }  // namespace
 
-VisualTracking::VisualTracking(const Parameters& parameters, const PinholeCamera& camera)
-    : odometry_(make_visual_odometry(parameters.odometry, camera)) {}
+VisualTracking::VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start)
+    : odometry_(make_visual_odometry(parameters.odometry, camera, start.T_odom_first_camera)) {
+  track_.frames_total = start.frames_total;
+}
 
 TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms) {
   if (!frame) {

@@ -55,7 +55,12 @@ struct VisualTrack {
 /// Visual odometry over the frames of a recording, with the books that a report needs.
 class VisualTracking {
  public:
-  VisualTracking(const Parameters& parameters, const PinholeCamera& camera);
+  struct Start {
+    std::size_t frames_total = 0;  ///< that are to come
+    SE3 T_odom_first_camera;
+  };
+  /// The camera must be free of lens distortion.
+  VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start);
   /// Tracks a frame, or notes why it could not be read.
   TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
   [[nodiscard]] const VisualTrack& track() const { return track_; }
