@@ -116,7 +116,7 @@ TEST(MapCorrection, AllMovedIsTheMapOfTheNewPoses) {
 
 TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
   // The second half of the way is wrong; what only the first half saw must keep its bits.
-  const SimulatedFrames recording(60, 10);
+  const SimulatedFrames recording(60, 4);
   const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
   const Poses drifting = [&](std::size_t i) {
     return std::optional(i < 30 ? recording.pose(i) : kShift * recording.pose(i));
@@ -159,7 +159,7 @@ TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
 }
 
 TEST(MapCorrection, FramesThatBelongElsewhereAreTakenOut) {
-  const SimulatedFrames recording(40, 8);
+  const SimulatedFrames recording(40, 6);
   const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
   const Poses first = [&](std::size_t i) {
     return i < 15 ? std::optional(recording.pose(i)) : std::optional<SE3>();
