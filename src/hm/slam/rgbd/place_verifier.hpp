@@ -1,12 +1,11 @@
 #pragma once
 #include <cstdint>
-#include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "hm/odometry/keyframe.hpp"
 #include "hm/slam/rgbd/place_params.hpp"
+#include "hm/slam/rgbd/place_registration.hpp"
 
 namespace hm {
 
@@ -25,14 +24,14 @@ struct PlaceMatch {
   int matches = 0;
   int inliers = 0;
   SE3 T_a_b;
-  Mat6 covariance = Mat6::Zero();                              ///< of the move (moved_by) of T_a_b
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  ///< inliers: features of a and of b
+  Mat6 covariance = Mat6::Zero();  ///< of the move (moved_by) of T_a_b
+  std::vector<FeaturePair> pairs;  ///< inliers: features of a and of b
   [[nodiscard]] bool is_same_place() const { return outcome == PlaceOutcome::kSamePlace; }
 };
 
 /// Features of two keyframes that are each other's nearest, close and distinct, both with depth.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> match_features(const FeatureSet& a, const FeatureSet& b,
-                                                                    const PlaceVerifierParams& params);
+std::vector<FeaturePair> match_features(const FeatureSet& a, const FeatureSet& b,
+                                        const PlaceVerifierParams& params);
 
 /// Whether two keyframes show the same place, and the motion between them: matches, RANSAC over three of
 /// them, inliers by Mahalanobis distance with a cap, weighted least squares (dissertation 3.3.1). The result

@@ -65,7 +65,7 @@ class RgbdLoopCloser {
   [[nodiscard]] CorrectedKeyframes corrected() const;
   [[nodiscard]] SE3 T_map_odom() const;
   [[nodiscard]] const PoseGraph3D& graph() const;
-  [[nodiscard]] const RgbdLoopStatistics& statistics() const;
+  [[nodiscard]] RgbdLoopStatistics statistics() const;
 
  private:
   struct Impl;

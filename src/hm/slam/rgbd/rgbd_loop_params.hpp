@@ -15,10 +15,10 @@ struct RgbdLoopParams {
   double odometry_sigma_m = 0.003, odometry_sigma_rad = 0.002;
   double odometry_drift_ratio = 0.01, odometry_drift_rad_m = 0.004;
   double gate_chi2 = 22.5;
-  double gate_drift_ratio = 0.02, gate_drift_rad_m = 0.006;
+  double gate_drift_ratio = 0.02, gate_drift_rad_m = 0.003;
   double rival_ratio = 0.6;
-  int confirming_loops = 2;
-  double large_correction_sigmas = 2;
+  double large_correction_m = 0.3, large_correction_rad = 0.1;
+  int max_waiting_keyframes = 30;
   double max_loop_chi2 = 40;
   PoseGraphSolverParams solver{50, 9};
 
@@ -46,12 +46,13 @@ struct RgbdLoopParams {
                {0, 1},
                "no loop when another place explains this part of its features as well"},
       self.rival_ratio);
-    v(ParamDoc{"confirming_loops",
-               {1, 100},
-               "loops from different keyframes that must agree before a large correction"},
-      self.confirming_loops);
-    v(ParamDoc{"large_correction_sigmas", {0, 1e6}, "what a large correction is, in deviations of odometry"},
-      self.large_correction_sigmas);
+    v(ParamDoc{"large_correction_m",
+               {0, 1e6},
+               "a loop that corrects more must be confirmed by another keyframe's"},
+      self.large_correction_m);
+    v(ParamDoc{"large_correction_rad", {0, 3.2}, "the same of rotation"}, self.large_correction_rad);
+    v(ParamDoc{"max_waiting_keyframes", {1, 100000}, "a loop that is not confirmed by then is dropped"},
+      self.max_waiting_keyframes);
     v(ParamDoc{"max_loop_chi2", {0, 1e9}, "loops that disagree more with the solved graph are taken out"},
       self.max_loop_chi2);
     PoseGraphSolverParams::visit(self.solver, v);
