@@ -68,7 +68,7 @@ Correction::Plan Correction::plan(const ObservationLog& log, const PoseOfObserva
   Plan plan;
   for (const ObservationLog::Group& group : log.groups()) {
     ObservationLog::Group now;
-    bool moved = false;
+    bool moved = !group.mapped;
     for (const Observation& observation : group.observations) {
       ++result_.frames;
       const std::optional<SE3> pose = pose_now(observation);
@@ -77,6 +77,7 @@ Correction::Plan Correction::plan(const ObservationLog& log, const PoseOfObserva
         ++result_.frames_removed;
         continue;
       }
+      result_.frames_added += !group.mapped;
       const double shift = shift_m(observation.T_map_camera, *pose, options_.at_depth_m);
       result_.largest_shift_m = std::max(result_.largest_shift_m, shift);
       moved = moved || shift > options_.least_shift_m;
@@ -185,6 +186,14 @@ void ObservationLog::note(const Observation& observation, std::span<const Change
 void ObservationLog::restart_with(std::vector<Group> groups) {
   groups_ = std::move(groups);
   closed_ = groups_.size();
+}
+
+void ObservationLog::add_unmapped(std::span<const Observation> observations) {
+  for (std::size_t begin = 0; begin < observations.size(); begin += kGroupFrames) {
+    const auto part = observations.subspan(begin, std::min(kGroupFrames, observations.size() - begin));
+    groups_.push_back({{part.begin(), part.end()}, false, {}});
+  }
+  sort();
 }
 
 void ObservationLog::sort() {

@@ -25,8 +25,12 @@ class ObservationLog {
   /// Notes a frame that was integrated; in order of time.
   void note(const Observation& observation, std::span<const ChangedVolume> changed);
 
+  /// Adds frames that are not in the map yet: the next correction integrates them where they belong.
+  void add_unmapped(std::span<const Observation> observations);
+
   struct Group {
     std::vector<Observation> observations;
+    bool mapped = true;              ///< false: not in the map yet
     std::vector<VolumeKey> volumes;  ///< that they changed, sorted, each once
   };
   [[nodiscard]] std::span<const Group> groups() const { return groups_; }
@@ -52,10 +56,11 @@ struct MapCorrectionOptions {
 
 /// What a correction did.
 struct MapCorrection {
-  std::size_t frames = 0;           ///< in the map before
+  std::size_t frames = 0;           ///< in the map before, or to come into it
   std::size_t frames_moved = 0;     ///< integrated again at another place
   std::size_t frames_replayed = 0;  ///< integrated again at their place, as they had seen what was rebuilt
-  std::size_t frames_removed = 0;   ///< do not belong into the map any more
+  std::size_t frames_added = 0;     ///< of those that moved: were not in the map before
+  std::size_t frames_removed = 0;   ///< do not belong into the map (any more)
   std::size_t frames_lost = 0;      ///< could not be read again
   std::size_t volumes_before = 0, volumes_after = 0;
   std::size_t volumes_rebuilt = 0;  ///< cleared, as a frame that moved had changed them

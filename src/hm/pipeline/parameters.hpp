@@ -9,9 +9,11 @@
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/odometry/odometry_params.hpp"
 #include "hm/pipeline/laser_params.hpp"
+#include "hm/pipeline/slam_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
+#include "hm/slam/rgbd/rgbd_loop_params.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
@@ -60,6 +62,8 @@ struct Parameters {
   MeshParams mesh;
   ReconstructionParams reconstruction;
   OdometryParams odometry;
+  RgbdLoopParams loops;
+  SlamParams slam;
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
@@ -77,6 +81,11 @@ ParamList list_reconstruction(Parameters& parameters);
 /// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
 /// trajectory_error.
 ParamList list_odometry(Parameters& parameters);
+/// Those that decide what the whole RGB-D system does: odometry, slam, places, place_verifier, loops,
+/// graph_solver, those of a reconstruction, mvog, mesh_error, trajectory_error.
+ParamList list_slam(Parameters& parameters);
+/// The maps named in SlamParams::maps; an error names an unknown one.
+Result<std::vector<std::string>> map_kinds(const SlamParams& params);
 /// Those that decide what a laser run does: laser, scan_projection, matcher, height, state, fusion, tilt,
 /// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
 /// with the truth.

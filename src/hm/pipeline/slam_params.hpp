@@ -19,10 +19,12 @@ struct SlamParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"start_at_pose",
-               {},
-               "begin at the recording's pose of the first frame, where it has one; else level at the origin"},
-      self.start_at_pose);
+    v(
+        ParamDoc{
+            "start_at_pose",
+            {},
+            "begin at the recording's pose of the first frame, where it has one; else level at the origin"},
+        self.start_at_pose);
     v(ParamDoc{"map_stride", {1, 1000}, "every n-th frame with a pose goes into the dense map"},
       self.map_stride);
     v(ParamDoc{"rebuild_shift_voxel",
@@ -30,10 +32,14 @@ struct SlamParams {
                "what frames saw is rebuilt when loops move them by more than this, measured at 3 m"},
       self.rebuild_shift_voxel);
     v(ParamDoc{"matrices", {}, "draw the matrices of place recognition"}, self.matrices);
-    v(ParamDoc{"maps", {}, "maps to write besides the mesh: any of points, octomap, mvog, with commas between"},
-      self.maps);
+    v(
+        ParamDoc{
+            "maps", {}, "maps to write besides the mesh: any of points, octomap, mvog, with commas between"},
+        self.maps);
     v(ParamDoc{"map_depth_m", {0.1, 100}, "readings beyond do not go into these maps"}, self.map_depth_m);
-    v(ParamDoc{"map_top_m", {-1000, 1000}, "these maps end at this height, to cut ceilings away; 0: they do not"},
+    v(ParamDoc{"map_top_m",
+               {-1000, 1000},
+               "these maps end at this height, to cut ceilings away; 0: they do not"},
       self.map_top_m);
     v(ParamDoc{"points_voxel_m", {0.001, 1}, "spacing of the points of the coloured point map"},
       self.points_voxel_m);
