@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace hm {
 
@@ -69,30 +70,23 @@ std::vector<PointPair> selected(std::span<const PointPair> pairs, const std::vec
   return chosen;
 }
 
+std::optional<SE3> fit(std::span<const PointPair> inliers, const SE3& start, InlierTest test) {
+  if (test == InlierTest::kDistance) return register_points(inliers);
+  const auto refined = refine_registration(inliers, start, 0);
+  return refined ? std::optional<SE3>(refined->T_a_b) : std::nullopt;
+}
+
 /// Fits the motion to its inliers and finds those again, as long as that does not lose any. The first fit may
 /// lose a few: a motion from three points is worse than one from all.
 void refit(std::span<const PointPair> pairs, const RansacParams& params, RansacMotion& motion) {
   for (int i = 0; i < kMaxRefits; ++i) {
-    const std::vector<PointPair> chosen = selected(pairs, motion.inliers);
-    SE3 fitted;
-    Mat6 covariance = Mat6::Zero();
-    if (params.inlier_test == InlierTest::kMahalanobis) {
-      const auto refined = refine_registration(chosen, motion.T_a_b, 0);
-      if (!refined) return;
-      fitted = refined->T_a_b;
-      covariance = refined->covariance;
-    } else {
-      const auto closed_form = register_points(chosen);
-      if (!closed_form) return;
-      fitted = *closed_form;
-    }
-    if (i == 0) motion.covariance = covariance;
-    std::vector<int> inliers = agreeing(pairs, fitted, params);
+    const auto fitted = fit(selected(pairs, motion.inliers), motion.T_a_b, params.inlier_test);
+    if (!fitted) return;
+    std::vector<int> inliers = agreeing(pairs, *fitted, params);
     const std::size_t least = i == 0 ? motion.inliers.size() * 4 / 5 : motion.inliers.size();
     if (inliers.size() < least) return;
     const bool same = inliers == motion.inliers;
-    motion.T_a_b = fitted;
-    motion.covariance = covariance;
+    motion.T_a_b = *fitted;
     motion.inliers = std::move(inliers);
     if (same) return;
   }
@@ -121,7 +115,10 @@ RansacMotion ransac_registration(std::span<const PointPair> pairs, const RansacP
   }
   if (best.inliers.size() >= 3) refit(pairs, params, best);
   best.found = best.inliers.size() >= least;
-  if (!best.found) {
+  if (best.found) {
+    const auto covariance = registration_covariance(selected(pairs, best.inliers), best.T_a_b);
+    best.covariance = covariance.value_or(Mat6::Zero());
+  } else {
     best.reason =
         fmt::format("{} of {} pairs of points agree, {} needed", best.inliers.size(), pairs.size(), least);
   }

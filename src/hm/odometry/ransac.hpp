@@ -43,7 +43,7 @@ struct RansacMotion {
   std::string reason;  ///< in words, with numbers, when nothing was found
   SE3 T_a_b;
   std::vector<int> inliers;        ///< indices of the pairs that agree with T_a_b, ascending, each once
-  Mat6 covariance = Mat6::Zero();  ///< of T_a_b (see RefinedMotion); mahalanobis only, else zero
+  Mat6 covariance = Mat6::Zero();  ///< of T_a_b (see RefinedMotion); zero if pairs have none
   int iterations = 0;
 };
 

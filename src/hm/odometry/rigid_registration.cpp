@@ -69,6 +69,11 @@ bool is_determined(const Mat6& information) {
   return values.allFinite() && values.minCoeff() > kLeastInformationRatio * values.maxCoeff();
 }
 
+Mat6 symmetric_inverse(const Mat6& information) {
+  const Mat6 inverse = information.inverse();
+  return 0.5 * (inverse + inverse.transpose());
+}
+
 }  // namespace
 
 std::optional<SE3> register_points(std::span<const PointPair> pairs, std::span<const double> weights) {
@@ -104,10 +109,16 @@ std::optional<RefinedMotion> refine_registration(std::span<const PointPair> pair
   }
   const Equations last = build_equations(pairs, motion.T_a_b, cauchy_sigma);
   if (!is_determined(last.information) || !is_rigid(motion.T_a_b)) return std::nullopt;
-  motion.covariance = last.information.inverse();
-  motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose().eval());
+  motion.covariance = symmetric_inverse(last.information);
   motion.mean_chi2 = last.chi2 / static_cast<double>(pairs.size());
   return motion;
+}
+
+std::optional<Mat6> registration_covariance(std::span<const PointPair> pairs, const SE3& T_a_b) {
+  if (pairs.size() < 3) return std::nullopt;
+  const Equations equations = build_equations(pairs, T_a_b, 0);
+  if (!equations.information.allFinite() || !is_determined(equations.information)) return std::nullopt;
+  return symmetric_inverse(equations.information);
 }
 
 Eigen::Matrix<double, 3, 6> detail::residual_jacobian(const PointPair& pair, const SE3& T_a_b) {

@@ -39,6 +39,10 @@ struct RefinedMotion {
 std::optional<RefinedMotion> refine_registration(std::span<const PointPair> pairs, const SE3& start_T_a_b,
                                                  double cauchy_sigma = 3.0);
 
+/// How well pairs determine a motion close to the one that fits them: the inverse of their information (see
+/// RefinedMotion). Nothing where they do not determine it, or where covariances are missing.
+std::optional<Mat6> registration_covariance(std::span<const PointPair> pairs, const SE3& T_a_b);
+
 namespace detail {
 /// The derivative of a residual by a left perturbation [translation; rotation] of T_a_b; for tests.
 Eigen::Matrix<double, 3, 6> residual_jacobian(const PointPair& pair, const SE3& T_a_b);
