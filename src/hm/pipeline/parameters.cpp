@@ -45,6 +45,8 @@ void add_laser(ParamList& list, LaserParameters& laser) {
 
 void add_slam(ParamList& list, Parameters& parameters) {
   list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_published", parameters.odometry.published);
   list.add("slam", parameters.slam);
   list.add("places", parameters.loops.search);
   list.add("place_verifier", parameters.loops.verifier);
@@ -85,6 +87,8 @@ ParamList list_reconstruction(Parameters& parameters) {
 ParamList list_odometry(Parameters& parameters) {
   ParamList list;
   list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_published", parameters.odometry.published);
   list.add("reconstruction", parameters.reconstruction);
   list.add("trajectory_error", parameters.trajectory_error);
   return list;
