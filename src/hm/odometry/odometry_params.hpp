@@ -5,6 +5,7 @@
 #include "hm/core/params.hpp"
 #include "hm/odometry/feature_params.hpp"
 #include "hm/odometry/published_params.hpp"
+#include "hm/odometry/tracker_params.hpp"
 
 namespace hm {
 
@@ -21,6 +22,7 @@ struct OdometryParams {
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;
   FeatureParams features;     ///< of every method but the published ones, section `odometry_features`
+  TrackerParams tracker;      ///< section `odometry_tracker`
   PublishedParams published;  ///< section `odometry_published`
 
   template <class Self, class Visitor>
