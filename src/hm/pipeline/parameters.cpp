@@ -46,6 +46,7 @@ void add_laser(ParamList& list, LaserParameters& laser) {
 void add_slam(ParamList& list, Parameters& parameters) {
   list.add("odometry", parameters.odometry);
   list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
   list.add("odometry_published", parameters.odometry.published);
   list.add("slam", parameters.slam);
   list.add("places", parameters.loops.search);
@@ -88,6 +89,7 @@ ParamList list_odometry(Parameters& parameters) {
   ParamList list;
   list.add("odometry", parameters.odometry);
   list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
   list.add("odometry_published", parameters.odometry.published);
   list.add("reconstruction", parameters.reconstruction);
   list.add("trajectory_error", parameters.trajectory_error);
