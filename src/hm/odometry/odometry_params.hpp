@@ -22,8 +22,8 @@ struct OdometryParams {
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;
   FeatureParams features;     ///< of every method but the published ones, section `odometry_features`
-  TrackerParams tracker;      ///< section `odometry_tracker`
   PublishedParams published;  ///< section `odometry_published`
+  TrackerParams tracker;      ///< section `odometry_tracker`
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {

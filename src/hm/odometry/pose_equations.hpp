@@ -20,4 +20,13 @@ struct PoseEquations {
   }
 };
 
+/// Moves a perturbation from the right of a motion to its left: T exp(x) = exp(adjoint(T) x) T.
+inline Mat6 adjoint(const SE3& T) {
+  Mat6 out = Mat6::Zero();
+  out.topLeftCorner<3, 3>() = T.rotation();
+  out.bottomRightCorner<3, 3>() = T.rotation();
+  out.topRightCorner<3, 3>() = skew(T.translation()) * T.rotation();
+  return out;
+}
+
 }  // namespace hm

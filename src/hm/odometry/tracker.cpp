@@ -23,15 +23,6 @@ constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
 
-/// [R [t]x R; 0 R]: a perturbation in the camera's frame as one in odom.
-Mat6 adjoint(const SE3& T) {
-  Mat6 out = Mat6::Zero();
-  out.topLeftCorner<3, 3>() = T.rotation();
-  out.bottomRightCorner<3, 3>() = T.rotation();
-  out.topRightCorner<3, 3>() = skew(T.translation()) * T.rotation();
-  return out;
-}
-
 /// A registration that was looked at, and why it is not accepted (empty: it is).
 struct Attempt {
   Registration registration;
@@ -65,7 +56,7 @@ class Tracker final : public VisualOdometry {
       last_stamp_ = frame.stamp;
       const TrackerFrame view = make_view(frame, hint, out);
       if (map_.empty())
-        start(view, out);
+        begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
       else
         follow(view, hint, out);
       if (out.T_odom_camera) {
@@ -111,10 +102,6 @@ class Tracker final : public VisualOdometry {
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
     out.numbers.features_ms = watch.milliseconds();
     return view;
-  }
-
-  void start(const TrackerFrame& view, TrackedFrame& out) {
-    begin_submap(view, detector_.detect(view.pyramid.level(0), view.frame->depth), out);
   }
 
   /// Begins the model with this frame, if there is enough in it; otherwise it is lost.

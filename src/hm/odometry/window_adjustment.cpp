@@ -34,15 +34,6 @@ struct PointBlock {
   std::vector<Mat63> W;  // one per view; of fixed poses unused
 };
 
-/// [R [t]x R; 0 R]: moves a perturbation from one side of a motion to the other.
-Mat6 adjoint(const SE3& T) {
-  Mat6 out = Mat6::Zero();
-  out.topLeftCorner<3, 3>() = T.rotation();
-  out.bottomRightCorner<3, 3>() = T.rotation();
-  out.topRightCorner<3, 3>() = skew(T.translation()) * T.rotation();
-  return out;
-}
-
 class Window {
  public:
   Window(LocalMap& map, const PinholeCamera& camera, const WindowAdjustmentParams& params)
