@@ -24,8 +24,8 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "laser", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
-              "params", "params show", "params check", "params explain", "params diff", "demo"]
+HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "evaluate", "evaluate trajectory",
+              "evaluate mesh", "convert", "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
