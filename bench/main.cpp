@@ -19,7 +19,8 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 26> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 27> kKnown{{{"scalable", hm::bench::bench_scalable},
+                                        {"slam_house", hm::bench::bench_slam_house},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},

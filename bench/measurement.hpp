@@ -54,5 +54,6 @@ Result<BenchResult> bench_intel_relations(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_vo_published(const BenchOptions& options);
+Result<BenchResult> bench_slam_house(const BenchOptions& options);
 
 }  // namespace hm::bench

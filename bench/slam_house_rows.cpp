@@ -25,7 +25,8 @@ TriangleMesh moved(TriangleMesh mesh, const SimilarityTransform& move) {
 }
 
 /// Mean distance from the true surface, metres.
-Result<double> surface_error_m(const TriangleMesh& mesh, const TriangleMesh& truth, const ParallelLoop& loop) {
+Result<double> surface_error_m(const TriangleMesh& mesh, const TriangleMesh& truth,
+                               const ParallelLoop& loop) {
   MeshErrorParams params;
   params.samples = 300'000;
   const auto accuracy = mesh_accuracy(mesh, SurfaceDistance(truth), params, loop);
@@ -86,9 +87,11 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   std::vector<std::string> warnings;
   const auto odometry = compare_with_truth(state.track.trajectory, recording.info(), {}, warnings);
   const auto corrected = compare_with_truth(state.corrected, recording.info(), {}, warnings);
-  if (!odometry || !corrected) return fail(ErrorCode::kInternal, "slam_house", "the trajectory cannot be judged");
+  if (!odometry || !corrected)
+    return fail(ErrorCode::kInternal, "slam_house", "the trajectory cannot be judged");
   TrajectoryErrorParams unaligned;
-  unaligned.alignment = TrajectoryAlignment::kNone;  // it begins at the true pose: what is left at the end is drift
+  unaligned.alignment =
+      TrajectoryAlignment::kNone;  // it begins at the true pose: what is left at the end is drift
   const auto drift = compare_with_truth(state.track.trajectory, recording.info(), unaligned, warnings);
   const double drift_ratio =
       drift ? drift->position_errors_m.back() / std::max(drift->truth_path_m, 1.0) : 1.0;
@@ -98,8 +101,8 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   const auto of_odometry = surface_error_m(moved(before, odometry->alignment), truth, loop);
   const TriangleMesh mesh = pipeline.dense().take_finished_mesh();
   const auto of_slam = surface_error_m(moved(mesh, corrected->alignment), truth, loop);
-  const auto of_truth =
-      surface_error_m(mesh_of_true_poses(recording, state.track.trajectory, parameters, options.threads), truth, loop);
+  const auto of_truth = surface_error_m(
+      mesh_of_true_poses(recording, state.track.trajectory, parameters, options.threads), truth, loop);
   if (!of_slam || !of_truth) return fail(ErrorCode::kInternal, "slam_house", "there is no mesh to judge");
 
   BenchResult result;
