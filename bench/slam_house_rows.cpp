@@ -29,7 +29,9 @@ Result<double> surface_error_m(const TriangleMesh& mesh, const TriangleMesh& tru
                                const ParallelLoop& loop) {
   MeshErrorParams params;
   params.samples = 300'000;
-  const auto accuracy = mesh_accuracy(mesh, SurfaceDistance(truth), params, loop);
+  const auto surface = SurfaceDistance::build(truth);
+  if (!surface) return forward_error(surface);
+  const auto accuracy = mesh_accuracy(mesh, *surface, params, loop);
   if (!accuracy) return forward_error(accuracy);
   return accuracy->distance_m.mean;
 }
