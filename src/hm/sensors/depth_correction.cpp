@@ -48,11 +48,7 @@ inline void fill_span(float* out, int count, float t, float step, const float* a
   }
 }
 
-struct RowTerms {
-  const float* term[DepthCorrectionModel::kMaxTerms];
-  const float* low;
-  const float* high;
-};
+using detail::RowTerms;
 
 template <int kTerms>
 [[gnu::always_inline]] inline void correct_row(std::uint16_t* units, int width, const RowTerms& row,
@@ -200,6 +196,19 @@ void DepthCorrection::row_of_spline(int y, std::vector<float>& terms) const {
   }
 }
 
+/// A row of the model itself.
+RowTerms DepthCorrection::row_in_place(int y) const {
+  const auto offset = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+  const auto plane = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  RowTerms row{};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(model_.terms); ++k)
+    row.term[k] = model_.coefficients.data() + k * plane + offset;
+  row.low = model_.lowest_s.data() + offset;
+  row.high = model_.highest_s.data() + offset;
+  return row;
+}
+
+/// A row of an image of another size than the model's.
 void DepthCorrection::row_of_pixels(int y, std::vector<float>& terms) const {
   const int from_y = static_cast<int>((2 * static_cast<std::int64_t>(y) + 1) * model_.height / (2 * height_));
   const auto copy = [&](const std::vector<float>& plane, std::size_t offset, std::size_t to) {
@@ -233,8 +242,15 @@ void DepthCorrection::apply(DepthImage& depth) const {
   for (std::size_t k = 0; k < count; ++k) row.term[k] = terms.data() + k * stride;
   row.low = terms.data() + count * stride;
   row.high = terms.data() + (count + 1) * stride;
+  const bool in_place = !smooth && width_ == model_.width && height_ == model_.height;
   for (int y = 0; y < height_; ++y) {
-    smooth ? row_of_spline(y, terms) : row_of_pixels(y, terms);
+    if (smooth) {
+      row_of_spline(y, terms);
+    } else if (in_place) {
+      row = row_in_place(y);
+    } else {
+      row_of_pixels(y, terms);
+    }
     kernel(depth.units.row(y).data(), width_, row, scale);
   }
 }

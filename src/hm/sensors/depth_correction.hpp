@@ -40,6 +40,15 @@ struct DepthCorrectionModel {
 /// An error when sizes, ranges or numbers cannot be those of a model.
 Result<void> check_model(const DepthCorrectionModel& model);
 
+namespace detail {
+/// Coefficients and ranges of s along a row of an image.
+struct RowTerms {
+  const float* term[DepthCorrectionModel::kMaxTerms];
+  const float* low;
+  const float* high;
+};
+}  // namespace detail
+
 /// Applies a model to depth images. Const members may be used from any thread; the same bits on every CPU.
 class DepthCorrection {
  public:
@@ -56,6 +65,7 @@ class DepthCorrection {
   };
   void row_of_spline(int y, std::vector<float>& terms) const;
   void row_of_pixels(int y, std::vector<float>& terms) const;
+  [[nodiscard]] detail::RowTerms row_in_place(int y) const;
 
   DepthCorrectionModel model_;
   int width_, height_;
