@@ -38,8 +38,8 @@ class NoiseHistogram {
   void add_static(const DepthAverage& average);
   /// Deviation of one image's readings from the plane that fits a middle part of it, in blocks, so that a
   /// smooth bias does not count. Nothing happens when no plane is found.
-  void add_plane(const DepthImage& depth, const PinholeCamera& camera);
-  /// Median deviation of each step of depth that has enough readings, by increasing depth.
+  void add_plane(const DepthImage& depth);
+  /// Deviation of each step of depth that has enough readings, by increasing depth.
   [[nodiscard]] std::vector<NoiseSample> samples() const;
 
  private:
