@@ -58,7 +58,10 @@ BoardDetection find_checkerboard(const cv::Mat& gray, const BoardParams& board) 
     return {};
   // A window that reaches a neighbouring corner is drawn to it.
   const int half = std::clamp(static_cast<int>(corner_distance_px(corners, board) * 0.4), 1, 11);
-  cv::cornerSubPix(gray, corners, cv::Size(half, half), cv::Size(-1, -1),
+  // Edges sharper than the pixels pull corners towards the grid of pixels.
+  cv::Mat smooth;
+  cv::GaussianBlur(gray, smooth, cv::Size(), half >= 4 ? 1.0 : 0.6);
+  cv::cornerSubPix(smooth, corners, cv::Size(half, half), cv::Size(-1, -1),
                    cv::TermCriteria(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 60, 0.001));
   std::vector<int> indices(corners.size());
   std::iota(indices.begin(), indices.end(), 0);
