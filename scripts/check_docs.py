@@ -7,8 +7,8 @@ files lead somewhere and pictures are small.
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
-`recording` (a simulated room) and `my_flight` (a laser's flight through it), and after `prepare` also `result`, as the
-texts assume.
+`recording` (a simulated room), `my_flight` (a laser's flight through it), `set` (pictures of calibration boards), and
+after `prepare` also `result`, as the texts assume.
 """
 import argparse
 import os
@@ -24,7 +24,8 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "laser", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
+HELP_VERBS = ["simulate", "info", "reconstruct", "laser", "calibrate", "calibrate intrinsics", "calibrate extrinsics",
+              "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web

@@ -9,7 +9,7 @@ namespace hm {
 struct DepthFitParams {
   DepthFitMode mode = DepthFitMode::kSpline;
   int columns = 16, rows = 12;
-  int degree = 3;
+  int degree = 2;
   double smoothness_m = 0.003;
   int window_px = 21;
   double gate_m = 0.5;

@@ -4,14 +4,16 @@
 #include <array>
 #include <cmath>
 
-#if defined(__x86_64__)
-#define HM_FOR_AVX2 __attribute__((target("avx2")))
-#endif
+#include "hm/sensors/depth_kernels.hpp"
 
 namespace hm {
 namespace {
 
-constexpr int kPadding = 16;  ///< floats behind a row, so that whole vectors can be written
+using detail::kBlock;
+using detail::Kernels;
+using detail::RowScale;
+using detail::RowTerms;
+using detail::SpanShape;
 
 /// The four cubic B-spline weights at t in [0, 1] of a span.
 template <class T>
@@ -34,65 +36,13 @@ SplinePlace spline_place(double x_px, int size_px, int points) {
   return {span, place - span};
 }
 
-/// Numbers of one image that are the same for all of its readings.
-struct RowScale {
-  float s_factor, s_offset;  ///< units to s
-  float units_per_m;
-};
-
-/// Coefficients along a row as cubics of t, written past `end` up to whole vectors.
-inline void fill_span(float* out, int count, float t, float step, const float* a) {
-  for (int i = 0; i < count; ++i) {
-    const float x = t + static_cast<float>(i) * step;
-    out[i] = ((a[3] * x + a[2]) * x + a[1]) * x + a[0];
-  }
-}
-
-using detail::RowTerms;
-
-template <int kTerms>
-[[gnu::always_inline]] inline void correct_row(std::uint16_t* units, int width, const RowTerms& row,
-                                               const RowScale& scale) {
-  for (int x = 0; x < width; ++x) {
-    const auto reading = static_cast<float>(units[x]);
-    float s = reading * scale.s_factor + scale.s_offset;
-    s = s < row.low[x] ? row.low[x] : s;
-    s = s > row.high[x] ? row.high[x] : s;
-    float delta = row.term[kTerms - 1][x];
-    for (int k = kTerms - 2; k >= 0; --k) delta = delta * s + row.term[k][x];
-    float corrected = reading + delta * scale.units_per_m + 0.5F;
-    corrected = corrected < 1.0F ? 1.0F : corrected;
-    corrected = corrected > 65535.0F ? 65535.0F : corrected;
-    const int whole = static_cast<int>(corrected);
-    units[x] = static_cast<std::uint16_t>(units[x] == 0 ? 0 : whole);
-  }
-}
-
-using RowKernel = void (*)(std::uint16_t*, int, const RowTerms&, const RowScale&);
-
-template <int kTerms>
-void correct_row_plain(std::uint16_t* units, int width, const RowTerms& row, const RowScale& scale) {
-  correct_row<kTerms>(units, width, row, scale);
-}
-
-#ifdef HM_FOR_AVX2
-/// The same arithmetic eight readings at a time: without fused operations, so that the bits are the same.
-template <int kTerms>
-HM_FOR_AVX2 void correct_row_avx2(std::uint16_t* units, int width, const RowTerms& row,
-                                  const RowScale& scale) {
-  correct_row<kTerms>(units, width, row, scale);
-}
-#endif
-
-RowKernel kernel_for(int terms) {
-#ifdef HM_FOR_AVX2
-  constexpr std::array<RowKernel, 4> kFast{correct_row_avx2<1>, correct_row_avx2<2>, correct_row_avx2<3>,
-                                           correct_row_avx2<4>};
-  if (__builtin_cpu_supports("avx2")) return kFast[static_cast<std::size_t>(terms - 1)];
-#endif
-  constexpr std::array<RowKernel, 4> kPlain{correct_row_plain<1>, correct_row_plain<2>, correct_row_plain<3>,
-                                            correct_row_plain<4>};
-  return kPlain[static_cast<std::size_t>(terms - 1)];
+RowScale row_scale(const DepthCorrectionModel& model, double unit_m) {
+  const double span_m = model.max_depth_m - model.min_depth_m;
+  return {static_cast<float>(2 * unit_m / span_m),
+          static_cast<float>(-(model.min_depth_m + model.max_depth_m) / span_m),
+          static_cast<float>(1 / unit_m),
+          static_cast<int>(std::ceil(std::min(model.min_depth_m / unit_m, 65535.0))),
+          static_cast<int>(std::floor(std::min(model.max_depth_m / unit_m, 65535.0)))};
 }
 
 }  // namespace
@@ -170,34 +120,31 @@ DepthCorrection::DepthCorrection(DepthCorrectionModel model, int width, int heig
   span_begin_.push_back(width);
 }
 
-/// The coefficients of all pixels of a row: four rows of control points become one by the row's weights, and
-/// each span of columns a cubic.
-void DepthCorrection::row_of_spline(int y, std::vector<float>& terms) const {
+/// The cubics of a row: four rows of control points become one by the row's weights, and every four
+/// neighbours of that a cubic of the place between them. Written as [span][term][power].
+void DepthCorrection::cubics_of_row(int y, std::span<float> blended, std::span<float> cubics) const {
   const Knot& knot = knots_of_row_[static_cast<std::size_t>(y)];
-  const int columns = model_.columns, spans = columns - 3;
-  const float step = static_cast<float>(spans) / static_cast<float>(width_);
-  for (int k = 0; k < model_.terms; ++k) {
-    const float* plane = model_.coefficients.data() + k * columns * model_.rows + knot.span * columns;
-    float* out = terms.data() + k * (width_ + kPadding);
-    for (int span = 0; span < spans; ++span) {
-      float c[4];
-      for (int i = 0; i < 4; ++i) {
-        const float* point = plane + span + i;
-        c[i] = knot.weight[0] * point[0] + knot.weight[1] * point[columns] +
-               knot.weight[2] * point[2 * columns] + knot.weight[3] * point[3 * columns];
-      }
-      const float a[4] = {(c[0] + 4 * c[1] + c[2]) / 6, (c[2] - c[0]) / 2, (c[0] - 2 * c[1] + c[2]) / 2,
-                          (c[3] - c[0] + 3 * (c[1] - c[2])) / 6};
-      const int begin = span_begin_[static_cast<std::size_t>(span)];
-      const int count = span_begin_[static_cast<std::size_t>(span) + 1] - begin;
-      const float t = (static_cast<float>(begin) + 0.5F) * step - static_cast<float>(span);
-      fill_span(out + begin, (count + 7) / 8 * 8, t, step, a);
-    }
+  const int columns = model_.columns, spans = columns - 3, terms = model_.terms;
+  for (int k = 0; k < terms; ++k) {
+    const float* point = model_.coefficients.data() + k * columns * model_.rows + knot.span * columns;
+    float* out = blended.data() + k * columns;
+    for (int i = 0; i < columns; ++i)
+      out[i] = knot.weight[0] * point[i] + knot.weight[1] * point[i + columns] +
+               knot.weight[2] * point[i + 2 * columns] + knot.weight[3] * point[i + 3 * columns];
   }
+  for (int k = 0; k < terms; ++k)
+    for (int i = 0; i < spans; ++i) {
+      const float* c = blended.data() + k * columns + i;
+      float* a = cubics.data() + (i * terms + k) * 4;
+      a[0] = (c[0] + 4 * c[1] + c[2]) / 6;
+      a[1] = (c[2] - c[0]) / 2;
+      a[2] = (c[0] - 2 * c[1] + c[2]) / 2;
+      a[3] = (c[3] - c[0] + 3 * (c[1] - c[2])) / 6;
+    }
 }
 
 /// A row of the model itself.
-RowTerms DepthCorrection::row_in_place(int y) const {
+detail::RowTerms DepthCorrection::row_in_place(int y) const {
   const auto offset = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
   const auto plane = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   RowTerms row{};
@@ -214,7 +161,7 @@ void DepthCorrection::row_of_pixels(int y, std::vector<float>& terms) const {
   const auto copy = [&](const std::vector<float>& plane, std::size_t offset, std::size_t to) {
     for (int x = 0; x < width_; ++x) {
       const auto from_x = (2 * static_cast<std::int64_t>(x) + 1) * model_.width / (2 * width_);
-      terms[to * static_cast<std::size_t>(width_ + kPadding) + static_cast<std::size_t>(x)] =
+      terms[to * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)] =
           plane[offset + static_cast<std::size_t>(from_y * model_.width + from_x)];
     }
   };
@@ -227,31 +174,53 @@ void DepthCorrection::row_of_pixels(int y, std::vector<float>& terms) const {
 
 void DepthCorrection::apply(DepthImage& depth) const {
   HM_CHECK(depth.width() == width_ && depth.height() == height_, "{} x {}", depth.width(), depth.height());
-  const double span_m = model_.max_depth_m - model_.min_depth_m;
-  const RowScale scale{static_cast<float>(2 * depth.unit_m / span_m),
-                       static_cast<float>(-(model_.min_depth_m + model_.max_depth_m) / span_m),
-                       static_cast<float>(1 / depth.unit_m)};
-  const bool smooth = model_.mode == DepthFitMode::kSpline;
-  const RowKernel kernel = kernel_for(model_.terms);
-  const std::size_t stride = static_cast<std::size_t>(width_ + kPadding);
-  const auto count = static_cast<std::size_t>(model_.terms);
+  if (model_.mode == DepthFitMode::kSpline)
+    apply_spline(depth);
+  else
+    apply_pixels(depth);
+}
+
+void DepthCorrection::apply_spline(DepthImage& depth) const {
+  const RowScale scale = row_scale(model_, depth.unit_m);
+  const Kernels& kernels = detail::kernels_for(model_.terms);
+  const int spans = model_.columns - 3;
+  const float step = static_cast<float>(spans) / static_cast<float>(width_);
+  const auto terms = static_cast<std::size_t>(model_.terms);
+  std::vector<float> blended(terms * static_cast<std::size_t>(model_.columns));
+  std::vector<float> cubics(terms * static_cast<std::size_t>(spans) * 4);
+  // Whole blocks reach over the end of a span into the next one, which then writes the right values.
+  std::vector<std::uint16_t> from(static_cast<std::size_t>(width_ + kBlock)), to(from.size());
+  for (int y = 0; y < height_; ++y) {
+    const auto row = depth.units.row(y);
+    std::copy(row.begin(), row.end(), from.begin());
+    cubics_of_row(y, blended, cubics);
+    for (int span = 0; span < spans; ++span) {
+      const int begin = span_begin_[static_cast<std::size_t>(span)];
+      const SpanShape shape{span_begin_[static_cast<std::size_t>(span) + 1] - begin,
+                            (static_cast<float>(begin) + 0.5F) * step - static_cast<float>(span), step};
+      kernels.span(from.data() + begin, to.data() + begin, shape,
+                   cubics.data() + static_cast<std::size_t>(span) * terms * 4, scale);
+    }
+    std::copy_n(to.begin(), row.size(), row.begin());
+  }
+}
+
+void DepthCorrection::apply_pixels(DepthImage& depth) const {
+  const RowScale scale = row_scale(model_, depth.unit_m);
+  const Kernels& kernels = detail::kernels_for(model_.terms);
+  const bool in_place = width_ == model_.width && height_ == model_.height;
+  const auto count = static_cast<std::size_t>(model_.terms), stride = static_cast<std::size_t>(width_);
   std::vector<float> terms((count + 2) * stride);
-  std::fill(terms.begin() + static_cast<std::ptrdiff_t>(count * stride), terms.end(), 1.0F);
-  std::fill_n(terms.begin() + static_cast<std::ptrdiff_t>(count * stride), stride, -1.0F);
   RowTerms row{};
   for (std::size_t k = 0; k < count; ++k) row.term[k] = terms.data() + k * stride;
   row.low = terms.data() + count * stride;
   row.high = terms.data() + (count + 1) * stride;
-  const bool in_place = !smooth && width_ == model_.width && height_ == model_.height;
   for (int y = 0; y < height_; ++y) {
-    if (smooth) {
-      row_of_spline(y, terms);
-    } else if (in_place) {
+    if (in_place)
       row = row_in_place(y);
-    } else {
+    else
       row_of_pixels(y, terms);
-    }
-    kernel(depth.units.row(y).data(), width_, row, scale);
+    kernels.row(depth.units.row(y).data(), width_, row, scale);
   }
 }
 

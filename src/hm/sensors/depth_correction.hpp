@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -63,7 +64,9 @@ class DepthCorrection {
     int span;  ///< index of the first of the four control points
     float weight[4];
   };
-  void row_of_spline(int y, std::vector<float>& terms) const;
+  void apply_spline(DepthImage& depth) const;
+  void apply_pixels(DepthImage& depth) const;
+  void cubics_of_row(int y, std::span<float> blended, std::span<float> cubics) const;
   void row_of_pixels(int y, std::vector<float>& terms) const;
   [[nodiscard]] detail::RowTerms row_in_place(int y) const;
 
