@@ -117,7 +117,8 @@ DepthCorrection::DepthCorrection(DepthCorrectionModel model, int width, int heig
   for (int x = 0, span = -1; x < width; ++x)
     for (const int here = spline_place(x, width, model_.columns).span; span < here; ++span)
       span_begin_.push_back(x);
-  span_begin_.push_back(width);
+  span_begin_.resize(static_cast<std::size_t>(model_.columns - 2),
+                     width);  // spans without a pixel, and the end
 }
 
 /// The cubics of a row: four rows of control points become one by the row's weights, and every four

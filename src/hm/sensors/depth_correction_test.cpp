@@ -105,6 +105,19 @@ TEST(DepthCorrection, ControlPointsHaveTheirPeakWhereTheHeaderSays) {
     EXPECT_NEAR(model.correction_m(Vec2(x, 33), 2), 1e-4 * x, 1e-8);
 }
 
+TEST(DepthCorrection, MoreControlPointsThanPixels) {
+  DepthCorrectionModel model = random_model(DepthFitMode::kSpline, 5, 4);
+  model.columns = 23, model.rows = 19;
+  Rng rng(4);
+  model.coefficients.assign(static_cast<std::size_t>(3 * 23 * 19), 0.0F);
+  for (float& c : model.coefficients) c = static_cast<float>(rng.uniform(-0.05, 0.05));
+  DepthImage depth{Image<std::uint16_t>(5, 4, 2000), 1e-3};
+  DepthCorrection(model, 5, 4).apply(depth);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 5; ++x)
+      EXPECT_NEAR(depth.units(x, y), 2000 + 1000 * model.correction_m(Vec2(x, y), 2), 0.51);
+}
+
 TEST(DepthCorrection, ResultsStayReadings) {
   DepthCorrectionModel model = random_model(DepthFitMode::kSpline, 16, 12);
   const auto plane = static_cast<std::size_t>(model.columns * model.rows);
