@@ -55,5 +55,6 @@ Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_vo_published(const BenchOptions& options);
+Result<BenchResult> bench_slam_house(const BenchOptions& options);
 
 }  // namespace hm::bench

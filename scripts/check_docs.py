@@ -24,7 +24,7 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "laser", "calibrate", "calibrate intrinsics", "calibrate extrinsics",
+HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics", "calibrate extrinsics",
               "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240

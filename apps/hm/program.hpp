@@ -84,6 +84,8 @@ void add_calibrate(Program& program);
 void add_info(Program& program);
 void add_simulate(Program& program);
 void add_reconstruct(Program& program);
+void add_odometry(Program& program);
+void add_slam(Program& program);
 void add_laser(Program& program);
 void add_evaluate(Program& program);
 void add_convert(Program& program);

@@ -7,7 +7,7 @@
 namespace {
 
 struct Flags {
-  std::string recording, output;
+  std::string recording, output, poses;
   double voxel_m = 0;
   bool resume = false;
   RecordingFlags of_recording;
@@ -37,6 +37,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.poses = flags.poses;
   options.resume = flags.resume;
   options.run = session.interruptible_context("finishing with what there is");
   const auto summary = hm::reconstruct(options);
@@ -57,6 +58,9 @@ void add_reconstruct(Program& program) {
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_reconstruction)");
+  command.add_option("--poses", flags->poses,
+                     "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
+                     "pictures, camera in world");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(CLI::PositiveNumber);
   command.add_flag("--resume", flags->resume,

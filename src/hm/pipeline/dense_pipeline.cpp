@@ -1,5 +1,7 @@
 #include "hm/pipeline/dense_pipeline.hpp"
 
+#include <algorithm>
+
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/mesh/simplify.hpp"
@@ -8,6 +10,8 @@
 
 namespace hm {
 namespace {
+
+constexpr std::uint8_t kAllLayers = 0x3f;
 
 /// Why a frame cannot be integrated whatever it shows, or nothing.
 std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
@@ -37,6 +41,11 @@ struct DensePipeline::Impl {
   VolumeGrid grid;
   Integrator integrator;
   IncrementalMesher mesher;
+  struct Aside {
+    VolumeGrid grid;
+    Integrator integrator;
+  };
+  std::unique_ptr<Aside> aside;
 };
 
 DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
@@ -75,6 +84,49 @@ FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
   impl_->grid.pack_idle();
   outcome.pack_ms = packing.milliseconds();
   return outcome;
+}
+
+void DensePipeline::release(std::span<const VolumeKey> keys) {
+  std::vector<ChangedVolume> changed;
+  for (const VolumeKey& key : keys) {
+    if (!impl_->grid.contains(key)) continue;
+    impl_->grid.release(key);
+    changed.push_back({key, kAllLayers, true});
+  }
+  impl_->mesher.mark_changed(changed);
+}
+
+void DensePipeline::begin_aside() {
+  impl_->aside = std::make_unique<Impl::Aside>(Impl::Aside{
+      Integrator::make_grid(impl_->parameters.tsdf),
+      Integrator(impl_->parameters.tsdf, impl_->parameters.depth_noise, impl_->camera, impl_->loop)});
+}
+
+bool DensePipeline::process_aside(const RgbdFrame& frame) {
+  HM_CHECK(impl_->aside, "begin_aside() comes first");
+  if (!unusable_because(frame, impl_->camera).empty()) return false;
+  const ScanStats scan = impl_->aside->integrator.integrate(impl_->aside->grid, frame);
+  impl_->aside->grid.pack_idle();
+  return scan.nothing_integrated_because.empty();
+}
+
+void DensePipeline::take_aside(std::span<const VolumeKey> keys) {
+  HM_CHECK(impl_->aside, "begin_aside() comes first");
+  release(keys);
+  const VolumeGrid& from = impl_->aside->grid;
+  std::vector<ChangedVolume> changed;
+  for (const VolumeKey& key : keys) {
+    const Volume* source = from.find(key);
+    Volume* volume = source ? impl_->grid.allocate(key) : nullptr;
+    if (!volume) continue;
+    std::copy_n(source->voxels, kVolumeVoxels, volume->voxels);
+    if (source->colors && impl_->grid.allocate_colors(*volume))
+      std::copy_n(source->colors, kVolumeVoxels, volume->colors);
+    impl_->grid.set_may_hold_interior(key, from.may_hold_interior(key));
+    changed.push_back({key, kAllLayers, false});
+  }
+  impl_->mesher.mark_changed(changed);
+  impl_->aside.reset();
 }
 
 TriangleMesh DensePipeline::finished_mesh() {

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
 
 #include "hm/core/parallel.hpp"
@@ -40,6 +41,16 @@ class DensePipeline {
   /// pose, with a pose that is not rigid or finite, with pictures of the wrong size, or without a reading
   /// in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
+
+  // ---- rebuilding a part of the map (correct_map) ----
+  /// Takes volumes out of the map.
+  void release(std::span<const VolumeKey> keys);
+  /// Begins an empty grid beside the map; process_aside() integrates into it as process() does, without
+  /// meshing; take_aside() puts those volumes of it that are asked for in the place of the map's, and ends
+  /// it.
+  void begin_aside();
+  bool process_aside(const RgbdFrame& frame);
+  void take_aside(std::span<const VolumeKey> keys);
 
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace hm {
 namespace {
@@ -57,6 +58,37 @@ void add_calibration(ParamList& list, Parameters& parameters) {
   list.add("calibration_simulation", parameters.calibration_simulation);
 }
 
+void add_slam(ParamList& list, Parameters& parameters) {
+  list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
+  list.add("odometry_published", parameters.odometry.published);
+  list.add("slam", parameters.slam);
+  list.add("places", parameters.loops.search);
+  list.add("place_verifier", parameters.loops.verifier);
+  list.add("loops", parameters.loops);
+  list.add("graph_solver", parameters.loops.solver);
+}
+
+/// The words of a list with commas between; an error names one that is not known.
+Result<std::vector<std::string>> words_of(const std::string& text, std::string_view parameter,
+                                          std::span<const std::string_view> known) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char c : text + ",") {
+    if (c != ',' && c != ' ') {
+      word += c;
+    } else if (!word.empty()) {
+      if (std::find(known.begin(), known.end(), word) == known.end())
+        return fail(ErrorCode::kUsage, "parameters", "{} names '{}'; known are {}", parameter, word,
+                    fmt::join(known, ", "));
+      words.push_back(std::move(word));
+      word.clear();
+    }
+  }
+  return words;
+}
+
 }  // namespace
 
 ParamList list_reconstruction(Parameters& parameters) {
@@ -65,6 +97,26 @@ ParamList list_reconstruction(Parameters& parameters) {
   list.add("depth_noise", parameters.depth_noise);
   list.add("mesh", parameters.mesh);
   list.add("reconstruction", parameters.reconstruction);
+  return list;
+}
+
+ParamList list_odometry(Parameters& parameters) {
+  ParamList list;
+  list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
+  list.add("odometry_published", parameters.odometry.published);
+  list.add("reconstruction", parameters.reconstruction);
+  list.add("trajectory_error", parameters.trajectory_error);
+  return list;
+}
+
+ParamList list_slam(Parameters& parameters) {
+  ParamList list = list_reconstruction(parameters);
+  add_slam(list, parameters);
+  list.add("mvog", parameters.laser.mvog);
+  list.add("mesh_error", parameters.mesh_error);
+  list.add("trajectory_error", parameters.trajectory_error);
   return list;
 }
 
@@ -78,6 +130,7 @@ ParamList list_laser(Parameters& parameters) {
 
 ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
+  add_slam(list, parameters);
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);
@@ -104,6 +157,7 @@ Result<void> check_parameters(const Parameters& parameters) {
   if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));
   if (const auto formats = mesh_formats(parameters.reconstruction); !formats) return forward_error(formats);
+  if (const auto maps = map_kinds(parameters.slam); !maps) return forward_error(maps);
   if (const auto mvog = check_params(parameters.laser.mvog); !mvog)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(mvog.error()));
   if (parameters.laser.run.slice_top_m < parameters.laser.run.slice_bottom_m)
@@ -112,20 +166,13 @@ Result<void> check_parameters(const Parameters& parameters) {
 }
 
 Result<std::vector<std::string>> mesh_formats(const ReconstructionParams& params) {
-  std::vector<std::string> formats;
-  std::string word;
-  for (const char c : params.mesh_formats + ",") {
-    if (c != ',' && c != ' ') {
-      word += c;
-    } else if (!word.empty()) {
-      if (word != "ply" && word != "glb" && word != "obj")
-        return fail(ErrorCode::kUsage, "parameters",
-                    "reconstruction.mesh_formats names '{}'; known are ply, glb, obj", word);
-      formats.push_back(std::move(word));
-      word.clear();
-    }
-  }
-  return formats;
+  constexpr std::array<std::string_view, 3> kFormats{"ply", "glb", "obj"};
+  return words_of(params.mesh_formats, "reconstruction.mesh_formats", kFormats);
+}
+
+Result<std::vector<std::string>> map_kinds(const SlamParams& params) {
+  constexpr std::array<std::string_view, 3> kKinds{"points", "octomap", "mvog"};
+  return words_of(params.maps, "slam.maps", kKinds);
 }
 
 std::string to_markdown(const ParamList& list) {

@@ -12,11 +12,14 @@
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/odometry/odometry_params.hpp"
 #include "hm/pipeline/calibration_simulation.hpp"
 #include "hm/pipeline/laser_params.hpp"
+#include "hm/pipeline/slam_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
+#include "hm/slam/rgbd/rgbd_loop_params.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
@@ -64,6 +67,9 @@ struct Parameters {
   DepthNoise depth_noise;
   MeshParams mesh;
   ReconstructionParams reconstruction;
+  OdometryParams odometry;
+  RgbdLoopParams loops;
+  SlamParams slam;
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
@@ -84,6 +90,14 @@ ParamList list_all(Parameters& parameters);
 /// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise, mesh,
 /// reconstruction.
 ParamList list_reconstruction(Parameters& parameters);
+/// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
+/// trajectory_error.
+ParamList list_odometry(Parameters& parameters);
+/// Those that decide what the whole RGB-D system does: odometry, slam, places, place_verifier, loops,
+/// graph_solver, those of a reconstruction, mvog, mesh_error, trajectory_error.
+ParamList list_slam(Parameters& parameters);
+/// The maps named in SlamParams::maps; an error names an unknown one.
+Result<std::vector<std::string>> map_kinds(const SlamParams& params);
 /// Those that decide what a laser run does: laser, scan_projection, matcher, height, state, fusion, tilt,
 /// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
 /// with the truth.

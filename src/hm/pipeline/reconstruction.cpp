@@ -5,9 +5,11 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/laser_recording.hpp"
+#include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/pipeline/frame_range.hpp"
 #include "hm/pipeline/map_store.hpp"
+#include "hm/pipeline/odometry_run.hpp"
 #include "hm/pipeline/process_memory.hpp"
 #include "hm/pipeline/reconstruction_output.hpp"
 #include "hm/pipeline/reconstruction_state.hpp"
@@ -15,27 +17,13 @@
 namespace hm {
 namespace {
 
-/// The frames of a recording that a run uses: begin, begin + stride ... below end.
-struct FrameRange {
-  std::size_t begin = 0, end = 0, stride = 1;
-  [[nodiscard]] std::size_t count() const { return end > begin ? (end - begin + stride - 1) / stride : 0; }
-};
-
-FrameRange frame_range(const ReconstructionParams& params, std::size_t frame_count) {
-  FrameRange range{static_cast<std::size_t>(params.begin_frame), frame_count,
-                   static_cast<std::size_t>(params.frame_stride)};
-  if (params.frame_limit > 0)
-    range.end =
-        std::min(range.end, range.begin + static_cast<std::size_t>(params.frame_limit) * range.stride);
-  return range;
-}
-
 /// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
 class Run {
  public:
-  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording)
+  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording, Trajectory poses)
       : options_(options),
         recording_(std::move(recording)),
+        poses_(std::move(poses)),
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
         pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
@@ -46,6 +34,8 @@ class Run {
  private:
   [[nodiscard]] MapHeader header() const;
   Result<void> continue_map(const std::filesystem::path& path);
+  [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
+  Result<void> check_poses(const std::filesystem::path& map) const;
   void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
   Result<void> save_some();
@@ -56,6 +46,7 @@ class Run {
 
   const ReconstructionOptions& options_;
   std::unique_ptr<Recording> recording_;
+  Trajectory poses_;  ///< instead of the recording's; empty: none
   FrameRange range_;
   DensePipeline pipeline_;
   ReconstructionState state_;
@@ -107,6 +98,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   saver_->restore_marks(*grid, state->interior_marks);
   pipeline_.adopt(std::move(*grid));
   state_ = std::move(*state);
+  if (const auto same = check_poses(path); !same) return same;
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
   if (options_.run.log)
@@ -115,14 +107,30 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   return {};
 }
 
+std::optional<SE3> Run::given_pose(Time stamp) const {
+  return pose_at(poses_, stamp, Duration::from_seconds(options_.recording_options.max_pose_gap_s));
+}
+
+/// An error when the map was begun with other poses than those given now.
+Result<void> Run::check_poses(const std::filesystem::path& map) const {
+  if (poses_.empty() || state_.trajectory.empty()) return {};
+  const StampedPose& last = state_.trajectory.back();
+  const std::optional<SE3> now = given_pose(last.stamp);
+  constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
+  if (now && (now->inverse() * last.T_world_base).log().norm() < kSame) return {};
+  return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
+              options_.poses.string());
+}
+
 Result<void> Run::integrate_all() {
   FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
                              range_.stride,
                              static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
   while (!options_.run.stop.stop_requested()) {
     const Stopwatch wait;
-    const auto frame = prefetcher.next();
+    auto frame = prefetcher.next();
     if (!frame) return {};
+    if (*frame && !poses_.empty()) (*frame)->T_world_camera = given_pose((*frame)->stamp);
     FrameRecord record;
     record.wait_ms = wait.milliseconds();
     take(state_.next_frame, *frame, record);
@@ -255,16 +263,22 @@ Result<ReconstructionSummary> Run::finish() {
 
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
-  auto recording = open_recording(options.recording, options.recording_options);
-  if (!recording && is_laser_recording(options.recording))
-    return fail(ErrorCode::kUnsupported, options.recording.string(),
-                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
+  auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  Trajectory poses;
+  if (!options.poses.empty()) {
+    auto read = read_trajectory(options.poses);
+    if (!read) return forward_error(read);
+    poses = std::move(*read);
+  } else if ((*recording)->info().posed_count == 0) {
+    return fail(ErrorCode::kInvalidValue, options.recording.string(),
+                "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
+  }
   std::error_code code;
   std::filesystem::create_directories(options.output, code);
   if (code)
     return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
-  Run run(options, std::move(*recording));
+  Run run(options, std::move(*recording), std::move(poses));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();

@@ -17,6 +17,7 @@ namespace hm {
 struct ReconstructionOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
+  std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
   bool resume = false;  ///< go on with output/map.hmap
@@ -68,9 +69,9 @@ struct ReconstructionSummary {
 /// trajectory.tum, parameters.toml, report.json, report.html and pictures/. A run that was killed or
 /// stopped and then resumed gives the same bits as one that was not.
 ///
-/// Errors: recording or output folder unusable, parameters that contradict, a map that does not fit the
-/// parameters or the recording, nothing integrated at all. A frame that cannot be used is none: it is named
-/// in `skipped`.
+/// Errors: recording, poses or output folder unusable, no poses at all, parameters that contradict, a map
+/// that does not fit the parameters, the poses or the recording, nothing integrated at all. A frame that
+/// cannot be used is none: it is named in `skipped`.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.

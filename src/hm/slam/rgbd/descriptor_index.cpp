@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
-#include <queue>
 #include <tuple>
 
 #include "hm/core/check.hpp"
@@ -65,22 +63,24 @@ struct DescriptorIndex::Impl {
   std::vector<std::vector<TreeNode>> trees;  ///< each tree's first node is its root
   Rng rng{kSeed};
 
-  /// (distance to the centre, tree, node): branches not gone down yet.
-  using Branch = std::tuple<int, std::uint32_t, std::size_t>;
-  using Branches = std::priority_queue<Branch, std::vector<Branch>, std::greater<>>;
+  /// A branch not gone down yet: distance to its centre, tree, node, in one number that sorts by distance.
+  using Branch = std::uint64_t;
+  static Branch branch(int bits, std::uint32_t tree, std::size_t node) {
+    return (static_cast<Branch>(bits) << 48) | (static_cast<Branch>(tree) << 40) | node;
+  }
 
   void insert(std::vector<TreeNode>& tree, std::uint32_t id);
   void split(std::vector<TreeNode>& tree, std::size_t node);
   int descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor, const Query& query,
-              Branches& open, BestList& best) const;
+              std::vector<Branch>& open, BestList& best) const;
   void compare(std::span<const std::uint32_t> ids, const BinaryDescriptor& descriptor, const Query& query,
                BestList& best) const;
 };
 
 DescriptorIndex::DescriptorIndex(const DescriptorIndexParams& params) : impl_(std::make_unique<Impl>()) {
-  HM_CHECK(
-      params.trees > 0 && params.branches > 1 && params.branches <= 64 && params.leaf_size >= params.branches,
-      "{} trees of {}, {} a leaf", params.trees, params.branches, params.leaf_size);
+  HM_CHECK(params.trees > 0 && params.trees < 256 && params.branches > 1 && params.branches <= 64 &&
+               params.leaf_size >= params.branches,
+           "{} trees of {}, {} a leaf", params.trees, params.branches, params.leaf_size);
   impl_->params = params;
   TreeNode root;
   root.limit = static_cast<std::size_t>(params.leaf_size);
@@ -146,7 +146,7 @@ std::size_t DescriptorIndex::memory_bytes() const {
 
 /// Goes down to the leaf that is nearest, remembering the branches passed by; the descriptors compared there.
 int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor,
-                                   const Query& query, Branches& open, BestList& best) const {
+                                   const Query& query, std::vector<Branch>& open, BestList& best) const {
   const std::vector<TreeNode>& nodes = trees[tree];
   std::array<std::uint16_t, 64> bits{};
   int checks = 0;
@@ -158,7 +158,7 @@ int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const B
     const std::size_t nearest = static_cast<std::size_t>(
         std::min_element(bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(count)) - bits.begin());
     for (std::size_t c = 0; c < count; ++c)
-      if (c != nearest) open.emplace(bits[c], tree, inner.first_child + c);
+      if (c != nearest) open.push_back(branch(bits[c], tree, inner.first_child + c));
     node = inner.first_child + nearest;
   }
   compare(nodes[node].members, descriptor, query, best);
@@ -181,13 +181,18 @@ void DescriptorIndex::Impl::compare(std::span<const std::uint32_t> ids, const Bi
 std::vector<DescriptorNeighbour> DescriptorIndex::nearest(const BinaryDescriptor& descriptor,
                                                           const Query& query) const {
   BestList best(query.neighbours, query.max_bits);
-  Impl::Branches open;
+  std::vector<Impl::Branch> open;
+  open.reserve(256);
   int checks = 0;
   for (std::uint32_t tree = 0; tree < impl_->trees.size(); ++tree)
     checks += impl_->descend(tree, 0, descriptor, query, open, best);
   while (checks < query.max_checks && !open.empty()) {
-    const auto [bits, tree, node] = open.top();
-    open.pop();
+    // Few branches are gone down: looking for the nearest costs less than keeping them in order.
+    const auto nearest_branch = std::min_element(open.begin(), open.end());
+    const auto tree = static_cast<std::uint32_t>((*nearest_branch >> 40) & 0xff);
+    const auto node = static_cast<std::size_t>(*nearest_branch & ((Impl::Branch{1} << 40) - 1));
+    *nearest_branch = open.back();
+    open.pop_back();
     checks += impl_->descend(tree, node, descriptor, query, open, best);
   }
   return best.take();

@@ -175,4 +175,43 @@ std::optional<MotionHypothesis> register_features(const FeatureSet& a, const Fea
   return best;
 }
 
+std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b,
+                                      const PlaceVerifierParams& params) {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  struct Best {
+    int bits;
+    std::uint32_t other = UINT32_MAX;
+  };
+  std::vector<Best> of_a(a.size(), {params.max_guided_bits + 1}),
+      of_b(b.size(), {params.max_guided_bits + 1});
+  const double cap_m = params.max_match_distance_m;
+  for (std::uint32_t j = 0; j < b.size(); ++j) {
+    if (!b[j].has_depth) continue;
+    const Vec3 expected = T_a_b * b[j].p_camera;
+    for (std::uint32_t i = 0; i < a.size(); ++i) {
+      if (!a[i].has_depth || std::abs(a[i].p_camera.x() - expected.x()) > cap_m) continue;
+      if ((a[i].p_camera - expected).squaredNorm() > cap_m * cap_m) continue;
+      const int bits = hamming_distance(a[i].descriptor, b[j].descriptor);
+      if (bits >= of_a[i].bits && bits >= of_b[j].bits) continue;
+      if (match_chi2(a[i], b[j], T_a_b) > params.max_match_chi2) continue;
+      if (bits < of_a[i].bits) of_a[i] = {bits, j};
+      if (bits < of_b[j].bits) of_b[j] = {bits, i};
+    }
+  }
+  std::vector<FeaturePair> matches;
+  for (std::uint32_t i = 0; i < a.size(); ++i)
+    if (of_a[i].other != kNone && of_b[of_a[i].other].other == i) matches.emplace_back(i, of_a[i].other);
+  return matches;
+}
+
+void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifierParams& params,
+                   MotionHypothesis& hypothesis) {
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<FeaturePair> guided = match_guided(a, b, hypothesis.T_a_b, params);
+    if (guided.size() < hypothesis.inliers.size() && round == 0 && guided.size() < 4) return;
+    for (int i = 0; i < 2; ++i) hypothesis.information = improve(a, b, guided, hypothesis.T_a_b);
+    hypothesis.inliers = inliers_of(a, b, guided, hypothesis.T_a_b, params);
+  }
+}
+
 }  // namespace hm
