@@ -124,6 +124,7 @@ PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const 
   result.outcome = PlaceOutcome::kNoMotion;
   auto best = register_features(a.features, b.features, matches, params);
   if (!best) return result;
+  result.inliers = static_cast<int>(best->inliers.size());
   const auto seeds = static_cast<double>(best->inliers.size());
   if (seeds < params.min_seeds || seeds < params.min_seed_ratio * result.matches) return result;
   const bool is_rivalled = has_rival(a.features, b.features, matches, *best, params);
