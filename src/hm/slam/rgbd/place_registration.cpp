@@ -214,4 +214,27 @@ void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifier
   }
 }
 
+double conflict_ratio(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b) {
+  // Surfaces may slope, features be a few pixels apart.
+  constexpr double kTolerance_m = 0.05, kToleranceRatio = 0.03, kNear_m = 0.3;
+  int agreeing = 0, conflicting = 0;
+  for (const Feature& feature : b) {
+    if (!feature.has_depth) continue;
+    const Vec3 p = T_a_b * feature.p_camera;
+    if (p.z() < kNear_m) continue;
+    const Vec2 direction = p.head<2>() / p.z();
+    bool has_neighbour = false, agrees = false;
+    for (const Feature& other : a) {
+      if (!other.has_depth) continue;
+      const Vec2 apart = other.p_camera.head<2>() / other.p_camera.z() - direction;
+      if (apart.squaredNorm() > kSameDirection_rad * kSameDirection_rad) continue;
+      has_neighbour = true;
+      agrees |= std::abs(p.z() - other.p_camera.z()) < kTolerance_m + kToleranceRatio * p.z();
+    }
+    agreeing += has_neighbour && agrees ? 1 : 0;
+    conflicting += has_neighbour && !agrees ? 1 : 0;
+  }
+  return agreeing + conflicting == 0 ? 0 : static_cast<double>(conflicting) / (agreeing + conflicting);
+}
+
 }  // namespace hm
