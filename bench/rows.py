@@ -95,12 +95,31 @@ ROWS = [
         "Intel lab against relations that people verified: mean translational error of relative poses, scan matching "
         "with degraded wheel odometry (mean of five seeds)"),
     Row("intel_relations_loops", "m", 0.031, 0.022, "at_most", "intel_relations", 1, "the same with loop closure"),
+    Row("covariance", "deviations", 1.3, None, "at_most", "covariance", 1,
+        "features on planes, simulated Kinect: RMS of the depth's error in predicted deviations",
+        ("covariance_least", "covariance_edges", "covariance_features")),
+    Row("covariance_least", "deviations", 0.8, None, "at_least", "covariance", 1, "the same, from below"),
+    Row("covariance_edges", "percent", 30, None, "at_least", "covariance", 1,
+        "at depth edges, from single frames: how much nearer to the deviation over 300 frames than the quadratic model"),
+    Row("covariance_features", "percent", 0, None, "at_least", "covariance", 1, "the same at features"),
+    Row("vo_vs_opencv", "ms of CPU a frame", 2, None, "ratio", "vo_vs_opencv", 1,
+        "odometry on sevenscenes_a against the faster of OpenCV's RgbdOdometry and RgbdICPOdometry",
+        ("vo_vs_opencv_ate", "vo_vs_opencv_rpe", "vo_vs_opencv_rpe_frame")),
+    Row("vo_vs_opencv_ate", "cm", 1, None, "ratio", "vo_vs_opencv", 1, "ATE against the better of both"),
+    Row("vo_vs_opencv_rpe", "cm", 1, None, "ratio", "vo_vs_opencv", 1, "RPE per second against the better"),
+    Row("vo_vs_opencv_rpe_frame", "mm", 1, None, "ratio", "vo_vs_opencv", 1, "RPE per frame against the better"),
+    Row("vo_published_icp", "cm", 7.5, None, "at_most", "vo_published", 1,
+        "the published pipeline on sevenscenes_a: ATE; bar: a prototype's over a longer part", ("vo_published_ransac_icp",
+                                                                                    "vo_frame_to_frame")),
+    Row("vo_published_ransac_icp", "cm", 6.4, None, "at_most", "vo_published", 1, "the same with RANSAC's prediction"),
+    Row("vo_frame_to_frame", "cm", 9.8, None, "at_most", "vo_published", 1, "RANSAC from frame to frame alone"),
     Row("seams", "edges", 0, None, "at_most", "seams", 2, "open edges inside observed space"),
 ]
 NAMES = [row.name for row in ROWS]
 # Benchmarks that need a recording which is not in the repository, and where it is in the folder of data.
 NEED_RECORDING = dict.fromkeys(["scalable", "voxelblock", "simd", "threads", "carving", "steady", "kernel_limit",
                                 "mesh_incremental", "mesh_whole", "fidelity"], "rgbd/sevenscenes_a")
+NEED_RECORDING["vo_vs_opencv"] = NEED_RECORDING["vo_published"] = "rgbd/sevenscenes_a"
 NEED_RECORDING["intel_relations"] = "laser/flirt_intel-lab.log"
 NEED_RECORDING["plicp_bag"] = "bags/scan_tools_laser_demo.bag"
 NEED_RECORDING["mvog"] = "laser/ncd_QuadTree_Alog.alog"
