@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 26> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 27> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -42,6 +42,7 @@ constexpr std::array<Known, 26> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"fusion_step", hm::bench::bench_fusion_step},
                                         {"mvog", hm::bench::bench_mvog},
                                         {"intel_relations", hm::bench::bench_intel_relations},
+                                        {"places", hm::bench::bench_places},
                                         {"covariance", hm::bench::bench_covariance},
                                         {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
                                         {"vo_published", hm::bench::bench_vo_published}}};
