@@ -32,6 +32,12 @@ void add_laser(ParamList& list, LaserParameters& laser) {
   list.add("laser", laser.run);
   list.add("scan_projection", laser.projection);
   list.add("matcher", laser.matcher);
+  list.add("motion_search", laser.motion_search);
+  list.add("loops", laser.loops);
+  list.add("loop_matcher", laser.loops.matcher);
+  list.add("loop_solver", laser.loops.solver);
+  list.add("localiser", laser.localiser);
+  list.add("wheel_noise", laser.wheel_noise);
   list.add("height", laser.height);
   list.add("state", laser.state);
   list.add("fusion", laser.state.fusion);
