@@ -43,6 +43,7 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"fusion_step", hm::bench::bench_fusion_step},
                                               {"mvog", hm::bench::bench_mvog},
                                               {"intel_relations", hm::bench::bench_intel_relations},
+                                              {"places", hm::bench::bench_places},
                                               {"depth_calibration", hm::bench::bench_depth_calibration},
                                               {"covariance", hm::bench::bench_covariance},
                                               {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
