@@ -48,6 +48,15 @@ void add_laser(ParamList& list, LaserParameters& laser) {
   list.add("mvog", laser.mvog);
 }
 
+void add_calibration(ParamList& list, Parameters& parameters) {
+  list.add("board", parameters.board);
+  list.add("camera_fit", parameters.camera_fit);
+  list.add("stereo_fit", parameters.stereo_fit);
+  list.add("depth_fit", parameters.depth_fit);
+  list.add("noise_fit", parameters.noise_fit);
+  list.add("calibration_simulation", parameters.calibration_simulation);
+}
+
 }  // namespace
 
 ParamList list_reconstruction(Parameters& parameters) {
@@ -72,6 +81,7 @@ ParamList list_all(Parameters& parameters) {
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);
+  add_calibration(list, parameters);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);
