@@ -51,6 +51,8 @@ Result<BenchResult> bench_late_laser(const BenchOptions& options);
 Result<BenchResult> bench_fusion_step(const BenchOptions& options);
 Result<BenchResult> bench_mvog(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
+Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
+Result<BenchResult> bench_places(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_vo_published(const BenchOptions& options);

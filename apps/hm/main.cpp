@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   add_odometry(program);
   add_slam(program);
   add_laser(program);
+  add_calibrate(program);
   add_evaluate(program);
   add_convert(program);
   add_params(program);

@@ -18,8 +18,9 @@ constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 struct TreeNode {
   std::vector<BinaryDescriptor> centres;
   std::size_t first_child = kNone;
-  std::vector<std::uint32_t> members;  ///< of a leaf
-  std::size_t limit = 0;               ///< a leaf with more members is split
+  std::vector<std::uint32_t> members;         ///< of a leaf
+  std::vector<BinaryDescriptor> descriptors;  ///< of the members, side by side: searching reads them in a row
+  std::size_t limit = 0;                      ///< a leaf with more members is split
   [[nodiscard]] bool is_leaf() const { return first_child == kNone; }
 };
 
@@ -73,7 +74,7 @@ struct DescriptorIndex::Impl {
   void split(std::vector<TreeNode>& tree, std::size_t node);
   int descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor, const Query& query,
               std::vector<Branch>& open, BestList& best) const;
-  void compare(std::span<const std::uint32_t> ids, const BinaryDescriptor& descriptor, const Query& query,
+  void compare(const TreeNode& leaf, const BinaryDescriptor& descriptor, const Query& query,
                BestList& best) const;
 };
 
@@ -102,6 +103,7 @@ void DescriptorIndex::Impl::insert(std::vector<TreeNode>& tree, std::uint32_t id
   while (!tree[at].is_leaf())
     at = tree[at].first_child + detail::nearest_of(descriptors[id], tree[at].centres);
   tree[at].members.push_back(id);
+  tree[at].descriptors.push_back(descriptors[id]);
   if (tree[at].members.size() > tree[at].limit) split(tree, at);
 }
 
@@ -125,11 +127,15 @@ void DescriptorIndex::Impl::split(std::vector<TreeNode>& tree, std::size_t node)
   tree.resize(first + centres.size());
   for (std::size_t c = 0; c < centres.size(); ++c)
     tree[first + c].limit = static_cast<std::size_t>(params.leaf_size);
-  for (const std::uint32_t id : members)
-    tree[first + detail::nearest_of(descriptors[id], centres)].members.push_back(id);
+  for (const std::uint32_t id : members) {
+    TreeNode& leaf = tree[first + detail::nearest_of(descriptors[id], centres)];
+    leaf.members.push_back(id);
+    leaf.descriptors.push_back(descriptors[id]);
+  }
   tree[node].centres = std::move(centres);
   tree[node].first_child = first;
   tree[node].members = {};
+  tree[node].descriptors = {};
 }
 
 std::size_t DescriptorIndex::size() const { return impl_->descriptors.size(); }
@@ -140,7 +146,8 @@ std::size_t DescriptorIndex::memory_bytes() const {
   for (const auto& tree : impl_->trees)
     for (const TreeNode& node : tree)
       bytes += sizeof(TreeNode) + node.centres.capacity() * sizeof(BinaryDescriptor) +
-               node.members.capacity() * sizeof(std::uint32_t);
+               node.members.capacity() * sizeof(std::uint32_t) +
+               node.descriptors.capacity() * sizeof(BinaryDescriptor);
   return bytes;
 }
 
@@ -161,20 +168,22 @@ int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const B
       if (c != nearest) open.push_back(branch(bits[c], tree, inner.first_child + c));
     node = inner.first_child + nearest;
   }
-  compare(nodes[node].members, descriptor, query, best);
+  compare(nodes[node], descriptor, query, best);
   return checks + static_cast<int>(nodes[node].members.size());
 }
 
-void DescriptorIndex::Impl::compare(std::span<const std::uint32_t> ids, const BinaryDescriptor& descriptor,
+void DescriptorIndex::Impl::compare(const TreeNode& leaf, const BinaryDescriptor& descriptor,
                                     const Query& query, BestList& best) const {
   std::array<std::uint16_t, 64> bits{};
-  while (!ids.empty()) {
-    const auto chunk = ids.first(std::min(ids.size(), bits.size()));
-    detail::hamming_numbered(descriptor, descriptors, chunk, std::span(bits).first(chunk.size()));
-    for (std::size_t i = 0; i < chunk.size(); ++i)
-      if (best.wants(bits[i]) && !is_excluded(owners[chunk[i]], query))
-        best.offer({owners[chunk[i]], bits[i]});
-    ids = ids.subspan(chunk.size());
+  for (std::size_t first = 0; first < leaf.members.size(); first += bits.size()) {
+    const std::size_t count = std::min(leaf.members.size() - first, bits.size());
+    detail::hamming_row(descriptor, std::span(leaf.descriptors).subspan(first, count),
+                        std::span(bits).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!best.wants(bits[i])) continue;
+      const DescriptorOwner& owner = owners[leaf.members[first + i]];
+      if (!is_excluded(owner, query)) best.offer({owner, bits[i]});
+    }
   }
 }
 

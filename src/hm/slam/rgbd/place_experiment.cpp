@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 
-#include "hm/core/stopwatch.hpp"
 #include "hm/slam/rgbd/place_search.hpp"
 
 namespace hm {
@@ -16,6 +16,10 @@ PlaceMatrices empty_matrices(std::size_t count) {
   matrices.correspondence = Image<std::int32_t>(n, n);
   matrices.association = Image<std::uint8_t>(n, n);
   return matrices;
+}
+
+double processor_seconds(std::clock_t begin) {
+  return static_cast<double>(std::clock() - begin) / static_cast<double>(CLOCKS_PER_SEC);
 }
 
 bool is_adjacent(const Keyframe& a, const Keyframe& b, std::size_t apart, const PlaceSearchParams& search) {
@@ -45,7 +49,7 @@ Image<Rgb8> picture_of(const Image<T>& matrix, int pixels) {
 
 PlaceMatrices brute_force_places(KeyframeList keyframes, const PlaceSearchParams& search,
                                  const PlaceVerifierParams& verifier) {
-  const Stopwatch watch;
+  const std::clock_t begin = std::clock();
   PlaceMatrices matrices = empty_matrices(keyframes.size());
   for (std::size_t y = 0; y < keyframes.size(); ++y)
     for (std::size_t x = 0; x < keyframes.size(); ++x) {
@@ -60,13 +64,13 @@ PlaceMatrices brute_force_places(KeyframeList keyframes, const PlaceSearchParams
         matrices.associations.push_back(
             {static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(x), match.T_a_b, match.inliers});
     }
-  matrices.seconds = watch.seconds();
+  matrices.seconds = processor_seconds(begin);
   return matrices;
 }
 
 PlaceMatrices heuristic_places(KeyframeList keyframes, const PlaceSearchParams& search,
                                const PlaceVerifierParams& verifier) {
-  const Stopwatch watch;
+  const std::clock_t begin = std::clock();
   PlaceMatrices matrices = empty_matrices(keyframes.size());
   matrices.match = Image<std::int32_t>(matrices.candidate.width(), matrices.candidate.height());
   PlaceSearch places(search);
@@ -90,7 +94,7 @@ PlaceMatrices heuristic_places(KeyframeList keyframes, const PlaceSearchParams& 
                                        forward ? match.T_a_b : match.T_a_b.inverse(), match.inliers});
     }
   }
-  matrices.seconds = watch.seconds();
+  matrices.seconds = processor_seconds(begin);
   return matrices;
 }
 

@@ -28,7 +28,7 @@ struct PlaceMatrices {
   Image<std::uint8_t> association;     ///< 1: the same place
   std::vector<PlaceAssociation> associations;
   std::size_t comparisons = 0;  ///< calls of verify_place
-  double seconds = 0;
+  double seconds = 0;           ///< of processor time (of the whole process, for profiling only)
 };
 
 /// Every keyframe against every other, both ways round, as dissertation 3.3.1 does. Pairs nearer than

@@ -10,7 +10,7 @@ struct PlaceSearchParams {
   int max_descriptor_bits = 64;
   int min_votes = 4;
   int min_keyframes_apart = 2;
-  int max_checks = 256;
+  int max_checks = 600;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -39,6 +39,7 @@ struct PlaceVerifierParams {
   double min_seed_ratio = 0.2;
   int max_guided_bits = 80;
   double rival_ratio = 0.6;
+  double max_conflict_ratio = 0.1;
   double sigma_floor_m = 0.003, sigma_floor_rad = 0.002;
 
   template <class Self, class Visitor>
@@ -65,6 +66,10 @@ struct PlaceVerifierParams {
                {0, 1},
                "no answer when another motion explains this part of the inliers with other matches"},
       self.rival_ratio);
+    v(ParamDoc{"max_conflict_ratio",
+               {0, 1},
+               "share of the features that would lie before or behind what the other keyframe sees there"},
+      self.max_conflict_ratio);
     v(ParamDoc{"sigma_floor_m", {0, 1}, "added to a registration: what it does not know of itself"},
       self.sigma_floor_m);
     v(ParamDoc{"sigma_floor_rad", {0, 1}, "added to a registration"}, self.sigma_floor_rad);

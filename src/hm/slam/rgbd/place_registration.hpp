@@ -41,6 +41,12 @@ std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, 
 void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifierParams& params,
                    MotionHypothesis& hypothesis);
 
+/// The share of b's features that a motion puts clearly before or behind what a sees in that direction (its
+/// features within kSameDirection_rad), of all that have such a neighbour. Large where look-alikes agree on a
+/// motion but the rooms around them differ.
+inline constexpr double kSameDirection_rad = 0.03;
+double conflict_ratio(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b);
+
 /// Squared Mahalanobis distance of a match under a motion.
 double match_chi2(const Feature& a, const Feature& b, const SE3& T_a_b);
 

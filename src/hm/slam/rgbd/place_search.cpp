@@ -90,7 +90,8 @@ std::vector<PlaceCandidate> top_candidates(const std::vector<int>& votes, int n,
 PlaceMatch verify_candidate(const Keyframe& there, const Keyframe& here, const PlaceCandidate& candidate,
                             std::size_t rank, const PlaceVerifierParams& params) {
   PlaceMatch match = verify_matches(there, here, candidate.pairs, params);
-  if (match.is_same_place() || rank >= kThoroughCandidates) return match;
+  if (match.is_same_place() || (rank >= kThoroughCandidates && match.inliers < kPromisingInliers))
+    return match;
   return verify_place(there, here, params);
 }
 

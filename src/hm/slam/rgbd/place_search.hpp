@@ -53,9 +53,11 @@ class PlaceSearch {
 /// The n largest counts of a row as candidates.
 std::vector<PlaceCandidate> top_candidates(const std::vector<int>& votes, int n, int min_votes);
 
-/// Verifies a candidate for a keyframe by the features that voted; the first kThoroughCandidates, when that
-/// fails, by all features. `rank` is the place in the list of candidates.
+/// Verifies a candidate for a keyframe by the features that voted. When that fails, by all features, if it is
+/// among the first kThoroughCandidates or kPromisingInliers of the votes agree on a motion. `rank` is the
+/// place in the list of candidates.
 inline constexpr std::size_t kThoroughCandidates = 3;
+inline constexpr int kPromisingInliers = 4;
 PlaceMatch verify_candidate(const Keyframe& there, const Keyframe& here, const PlaceCandidate& candidate,
                             std::size_t rank, const PlaceVerifierParams& params);
 

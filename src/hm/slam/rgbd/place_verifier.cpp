@@ -82,6 +82,8 @@ std::string_view to_string(PlaceOutcome outcome) {
       return "few matches";
     case PlaceOutcome::kNoMotion:
       return "no motion";
+    case PlaceOutcome::kConflict:
+      return "conflict";
     case PlaceOutcome::kAmbiguous:
       return "ambiguous";
     case PlaceOutcome::kDegenerate:
@@ -124,6 +126,7 @@ PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const 
   result.outcome = PlaceOutcome::kNoMotion;
   auto best = register_features(a.features, b.features, matches, params);
   if (!best) return result;
+  result.inliers = static_cast<int>(best->inliers.size());
   const auto seeds = static_cast<double>(best->inliers.size());
   if (seeds < params.min_seeds || seeds < params.min_seed_ratio * result.matches) return result;
   const bool is_rivalled = has_rival(a.features, b.features, matches, *best, params);
@@ -138,7 +141,9 @@ PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const 
   result.covariance.diagonal() += (Vec6() << Vec3::Constant(floor_m2), Vec3::Constant(floor_rad2)).finished();
   result.outcome = !is_certain(result.covariance) ? PlaceOutcome::kDegenerate
                    : is_rivalled                  ? PlaceOutcome::kAmbiguous
-                                                  : PlaceOutcome::kSamePlace;
+                   : conflict_ratio(a.features, b.features, result.T_a_b) > params.max_conflict_ratio
+                       ? PlaceOutcome::kConflict
+                       : PlaceOutcome::kSamePlace;
   return result;
 }
 

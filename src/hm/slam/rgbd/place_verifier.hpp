@@ -14,6 +14,7 @@ enum class PlaceOutcome {
   kSamePlace,
   kFewMatches,  ///< less than min_inliers features look alike
   kNoMotion,    ///< no motion explains enough of them
+  kConflict,    ///< the motion puts what one sees before or behind what the other sees
   kAmbiguous,   ///< another motion explains nearly as many
   kDegenerate,  ///< the inliers do not determine a motion (all on a line)
 };
