@@ -66,8 +66,8 @@ void add_slam(ParamList& list, Parameters& parameters) {
   list.add("slam", parameters.slam);
   list.add("places", parameters.loops.search);
   list.add("place_verifier", parameters.loops.verifier);
-  list.add("loops", parameters.loops);
-  list.add("graph_solver", parameters.loops.solver);
+  list.add("keyframe_loops", parameters.loops);
+  list.add("keyframe_solver", parameters.loops.solver);
 }
 
 /// The words of a list with commas between; an error names one that is not known.

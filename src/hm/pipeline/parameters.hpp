@@ -93,8 +93,8 @@ ParamList list_reconstruction(Parameters& parameters);
 /// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
 /// trajectory_error.
 ParamList list_odometry(Parameters& parameters);
-/// Those that decide what the whole RGB-D system does: odometry, slam, places, place_verifier, loops,
-/// graph_solver, those of a reconstruction, mvog, mesh_error, trajectory_error.
+/// Those that decide what the whole RGB-D system does: odometry, slam, places, place_verifier,
+/// keyframe_loops, keyframe_solver, those of a reconstruction, mvog, mesh_error, trajectory_error.
 ParamList list_slam(Parameters& parameters);
 /// The maps named in SlamParams::maps; an error names an unknown one.
 Result<std::vector<std::string>> map_kinds(const SlamParams& params);
