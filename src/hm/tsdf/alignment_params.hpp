@@ -7,8 +7,11 @@ namespace hm {
 struct AlignmentParams {
   int coarsest_stride_px = 8;
   int finest_stride_px = 4;
+  int smoothing_px = 2;
+  int independent_px = 8;
   int max_iterations = 10;
-  double robust_sigmas_ratio = 2.5;
+  double robust_sigmas_ratio = 1.5;
+  double inlier_sigmas_ratio = 2.5;
   double map_sigma_voxel = 0.2;
   double search_voxel = 8.0;
   double min_observability_ratio = 0.01;
@@ -23,9 +26,15 @@ struct AlignmentParams {
       self.coarsest_stride_px);
     v(ParamDoc{"finest_stride_px", {1, 64}, "pixels between readings in the last round; halved in between"},
       self.finest_stride_px);
+    v(ParamDoc{"smoothing_px", {0, 16}, "a reading is the mean of those up to so many pixels away"},
+      self.smoothing_px);
+    v(ParamDoc{"independent_px", {1, 64}, "readings nearer to each other than this count as one observation"},
+      self.independent_px);
     v(ParamDoc{"max_iterations", {1, 100}, "iterations of a round"}, self.max_iterations);
     v(ParamDoc{"robust_sigmas_ratio", {0.5, 20}, "readings farther than this from the surface do not count"},
       self.robust_sigmas_ratio);
+    v(ParamDoc{"inlier_sigmas_ratio", {0.5, 20}, "readings nearer than this agree with the map"},
+      self.inlier_sigmas_ratio);
     v(ParamDoc{"map_sigma_voxel", {0, 2}, "standard deviation of the map's surface"}, self.map_sigma_voxel);
     v(ParamDoc{"search_voxel", {0, 64}, "how far along a ray the surface is sought when the pose is bad"},
       self.search_voxel);
