@@ -2,8 +2,6 @@
 
 namespace hm {
 
-std::string_view to_string(PoseEdgeKind kind) { return kind == PoseEdgeKind::kLoop ? "loop" : "odometry"; }
-
 Vec3 pose_edge_error(const PoseEdge2D& edge, const SE2& T_map_from, const SE2& T_map_to) {
   return (edge.T_from_to.inverse() * (T_map_from.inverse() * T_map_to)).vector();
 }

@@ -1,18 +1,11 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
-#include <string_view>
 #include <vector>
 
+#include "hm/geometry/pose_edge_kind.hpp"
 #include "hm/geometry/se2.hpp"
 
 namespace hm {
-
-enum class PoseEdgeKind : std::uint8_t {
-  kOdometry,  ///< between consecutive poses
-  kLoop,      ///< a place seen again
-};
-std::string_view to_string(PoseEdgeKind kind);
 
 /// A measured motion between two poses of a graph.
 struct PoseEdge2D {

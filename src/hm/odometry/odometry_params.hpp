@@ -3,7 +3,8 @@
 #include <string_view>
 
 #include "hm/core/params.hpp"
-#include "hm/sensors/depth_noise.hpp"
+#include "hm/odometry/feature_params.hpp"
+#include "hm/odometry/published_params.hpp"
 
 namespace hm {
 
@@ -14,10 +15,13 @@ enum class OdometryMethod { kTracker, kPublishedIcp, kPublishedRansacIcp, kFrame
 inline constexpr std::array<std::string_view, 4> kOdometryMethodNames{
     "tracker", "published_icp", "published_ransac_icp", "frame_to_frame"};
 
+/// `visit` gives the section `odometry`; the members that are parameter structs have their own sections.
 struct OdometryParams {
   OdometryMethod method = OdometryMethod::kTracker;
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;
+  FeatureParams features;     ///< of every method but the published ones, section `odometry_features`
+  PublishedParams published;  ///< section `odometry_published`
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {

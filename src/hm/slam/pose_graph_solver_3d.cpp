@@ -1,0 +1,159 @@
+#include "hm/slam/pose_graph_solver_3d.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "hm/core/check.hpp"
+#include "hm/slam/pose_manifold.hpp"
+
+namespace hm {
+namespace {
+
+using detail::PoseState;
+
+/// The square root of an information matrix, also of one that is not of full rank.
+Mat6 root_of(const Mat6& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> solver(information);
+  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+}
+
+/// root * pose_edge_error, with its derivatives by moves.
+class EdgeCost : public ceres::SizedCostFunction<6, 7, 7> {
+ public:
+  explicit EdgeCost(const PoseEdge3D& edge) : edge_(edge), root_(root_of(edge.information)) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const SE3 T_map_from = detail::pose_of(parameters[0]), T_map_to = detail::pose_of(parameters[1]);
+    Eigen::Map<Vec6>(residuals, 6) = root_ * pose_edge_error(edge_, T_map_from, T_map_to);
+    if (jacobians == nullptr) return true;
+    const Eigen::Matrix<double, 6, 12> jacobian = root_ * pose_edge_jacobian(edge_, T_map_from, T_map_to);
+    for (int side = 0; side < 2; ++side)
+      if (jacobians[side] != nullptr)
+        detail::write_by_move<6>(jacobian.middleCols<6>(6 * side), jacobians[side]);
+    return true;
+  }
+
+ private:
+  PoseEdge3D edge_;
+  Mat6 root_;
+};
+
+bool all_finite(const PoseGraph3D& graph) {
+  for (const SE3& node : graph.T_map_node)
+    if (!node.translation().allFinite() || !node.rotation().allFinite()) return false;
+  for (const PoseEdge3D& edge : graph.edges)
+    if (!edge.T_from_to.translation().allFinite() || !edge.T_from_to.rotation().allFinite() ||
+        !edge.information.allFinite())
+      return false;
+  return true;
+}
+
+void add_edges(const PoseGraph3D& graph, const PoseGraphSolverParams& params, std::vector<PoseState>& states,
+               ceres::Problem& problem) {
+  for (const PoseEdge3D& edge : graph.edges) {
+    HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
+             "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
+    ceres::LossFunction* loss = nullptr;
+    if (edge.kind == PoseEdgeKind::kLoop && params.loop_loss_chi2 > 0)
+      loss = new ceres::CauchyLoss(std::sqrt(params.loop_loss_chi2));
+    problem.AddResidualBlock(new EdgeCost(edge), loss, states[edge.from].data(), states[edge.to].data());
+  }
+}
+
+/// The worst loops over the limit, at most a tenth of all loops (at least one).
+std::vector<std::size_t> worst_loops(const PoseGraph3D& graph, double max_loop_chi2) {
+  std::vector<std::pair<double, std::size_t>> over;
+  std::size_t loops = 0;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (graph.edges[e].kind != PoseEdgeKind::kLoop) continue;
+    ++loops;
+    if (const double chi2 = pose_edge_chi2(graph.edges[e], graph); chi2 > max_loop_chi2)
+      over.emplace_back(-chi2, e);
+  }
+  std::sort(over.begin(), over.end());
+  over.resize(std::min(over.size(), std::max<std::size_t>(1, loops / 10)));
+  std::vector<std::size_t> worst;
+  for (const auto& [chi2, edge] : over) worst.push_back(edge);
+  std::sort(worst.begin(), worst.end());
+  return worst;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 12> pose_edge_jacobian(const PoseEdge3D& edge, const SE3& T_map_from,
+                                                const SE3& T_map_to) {
+  const SE3 T_from_to = T_map_from.inverse() * T_map_to;
+  const Mat3 measured = edge.T_from_to.rotation().transpose();
+  const Mat3 turn = detail::right_jacobian_inverse(so3_log(measured * T_from_to.rotation()));
+  Eigen::Matrix<double, 6, 12> jacobian = Eigen::Matrix<double, 6, 12>::Zero();
+  jacobian.block<3, 3>(0, 0) = -measured;
+  jacobian.block<3, 3>(0, 3) = measured * skew(T_from_to.translation());
+  jacobian.block<3, 3>(0, 6) = measured * T_from_to.rotation();
+  jacobian.block<3, 3>(3, 3) = -turn * T_from_to.rotation().transpose();
+  jacobian.block<3, 3>(3, 9) = turn;
+  return jacobian;
+}
+
+PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverParams& params) {
+  PoseGraphSolution solution;
+  if (!all_finite(graph)) {
+    solution.message = "the graph is not finite";
+    return solution;
+  }
+  solution.initial_chi2 = solution.final_chi2 = pose_graph_chi2(graph);
+  solution.converged = true;
+  if (graph.edges.empty()) return solution;
+  std::vector<PoseState> states;
+  for (const SE3& node : graph.T_map_node) states.push_back(detail::pose_state(node));
+  ceres::Problem problem;
+  add_edges(graph, params, states, problem);
+  for (PoseState& state : states)
+    if (problem.HasParameterBlock(state.data()))
+      problem.SetManifold(state.data(), detail::new_pose_manifold());
+  if (problem.HasParameterBlock(states.front().data()))
+    problem.SetParameterBlockConstant(states.front().data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.num_threads = 1;
+  options.max_num_iterations = params.max_iterations;
+  options.function_tolerance = 1e-8;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  solution.message = summary.message;
+  solution.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  solution.converged = summary.termination_type == ceres::CONVERGENCE;
+  if (!summary.IsSolutionUsable()) return solution;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (problem.HasParameterBlock(states[i].data()) && i > 0)
+      graph.T_map_node[i] = detail::pose_of(states[i].data());
+  solution.final_chi2 = pose_graph_chi2(graph);
+  return solution;
+}
+
+ContradictionResult solve_without_contradictions(PoseGraph3D& graph, double max_loop_chi2,
+                                                 const PoseGraphSolverParams& params) {
+  ContradictionResult result;
+  std::vector<std::size_t> original(graph.edges.size());
+  std::iota(original.begin(), original.end(), std::size_t{0});
+  while (true) {
+    result.solution = solve_pose_graph(graph, params);
+    const std::vector<std::size_t> worst = worst_loops(graph, max_loop_chi2);
+    if (worst.empty()) break;
+    for (auto at = worst.rbegin(); at != worst.rend(); ++at) {
+      const auto place = static_cast<std::ptrdiff_t>(*at);
+      result.taken_out.push_back(original[*at]);
+      graph.edges.erase(graph.edges.begin() + place);
+      original.erase(original.begin() + place);
+    }
+  }
+  std::sort(result.taken_out.begin(), result.taken_out.end());
+  return result;
+}
+
+}  // namespace hm

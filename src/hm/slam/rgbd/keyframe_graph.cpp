@@ -1,0 +1,82 @@
+#include "hm/slam/rgbd/keyframe_graph.hpp"
+
+#include <Eigen/LU>
+#include <utility>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+
+Mat6 odometry_covariance(const SE3& motion, const RgbdLoopParams& params) {
+  const double way_m = motion.translation().norm();
+  const double sigma_m = params.odometry_sigma_m + params.odometry_drift_ratio * way_m;
+  const double sigma_rad = params.odometry_sigma_rad + params.odometry_drift_rad_m * way_m;
+  Vec6 variances;
+  variances << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
+  return variances.asDiagonal();
+}
+
+std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
+  HM_CHECK(keyframe != nullptr);
+  const std::size_t node = size();
+  const Keyframe* last = node == 0 ? nullptr : keyframes_.back().get();
+  HM_CHECK(last == nullptr || (keyframe->stamp > last->stamp && keyframe->submap >= last->submap),
+           "keyframe at {} s, submap {}, after one at {} s, submap {}", keyframe->stamp.seconds(),
+           keyframe->submap, last->stamp.seconds(), last->submap);
+  HM_CHECK(is_rigid(keyframe->T_odom_camera));
+  if (last != nullptr && last->submap == keyframe->submap) {
+    PoseEdge3D edge{node - 1, node, last->T_odom_camera.inverse() * keyframe->T_odom_camera, Mat6::Identity(),
+                    PoseEdgeKind::kOdometry};
+    edge.information = odometry_covariance(edge.T_from_to, params_).inverse();
+    graph_.T_map_node.push_back(graph_.T_map_node.back() * edge.T_from_to);
+    graph_.edges.push_back(edge);
+    map_of_.push_back(map_of_.back());
+  } else {
+    graph_.T_map_node.push_back(keyframe->T_odom_camera);
+    map_of_.push_back(submaps_++);
+  }
+  keyframes_.push_back(std::move(keyframe));
+  return node;
+}
+
+void KeyframeGraph::add_loop(const PoseEdge3D& edge) {
+  HM_CHECK(edge.from < size() && edge.to < size() && edge.from != edge.to, "loop from {} to {} of {}",
+           edge.from, edge.to, size());
+  const int from = map_of_[edge.from], to = map_of_[edge.to];
+  if (from != to) {
+    const bool moves_to = to > from;
+    const SE3 T_map_to = graph_.T_map_node[edge.from] * edge.T_from_to;
+    const SE3 T_map_from = graph_.T_map_node[edge.to] * edge.T_from_to.inverse();
+    const SE3 move = moves_to ? T_map_to * graph_.T_map_node[edge.to].inverse()
+                              : T_map_from * graph_.T_map_node[edge.from].inverse();
+    const int moved = moves_to ? to : from;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (map_of_[i] != moved) continue;
+      graph_.T_map_node[i] = move * graph_.T_map_node[i];
+      map_of_[i] = moves_to ? from : to;
+    }
+  }
+  graph_.edges.push_back(edge);
+}
+
+std::vector<std::size_t> KeyframeGraph::first_nodes() const {
+  std::vector<std::size_t> first;
+  std::vector<bool> seen(static_cast<std::size_t>(submaps_), false);
+  for (std::size_t i = 0; i < size(); ++i) {
+    const auto map = static_cast<std::size_t>(map_of_[i]);
+    if (!seen[map]) first.push_back(i);
+    seen[map] = true;
+  }
+  return first;
+}
+
+CorrectedKeyframes KeyframeGraph::corrected() const {
+  std::vector<CorrectedKeyframe> corrected;
+  corrected.reserve(size());
+  for (std::size_t i = 0; i < size(); ++i)
+    corrected.push_back({keyframes_[i]->frame_index, keyframes_[i]->stamp, keyframes_[i]->submap, map_of_[i],
+                         keyframes_[i]->T_odom_camera, graph_.T_map_node[i]});
+  return CorrectedKeyframes(std::move(corrected));
+}
+
+}  // namespace hm

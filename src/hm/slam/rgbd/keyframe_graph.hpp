@@ -1,0 +1,48 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "hm/geometry/pose_graph_3d.hpp"
+#include "hm/odometry/keyframe.hpp"
+#include "hm/slam/rgbd/corrected_keyframes.hpp"
+#include "hm/slam/rgbd/rgbd_loop_params.hpp"
+
+namespace hm {
+
+/// The keyframes of a recording as a pose graph: odometry between those of a submap, loops between any, and
+/// which submaps hang together.
+class KeyframeGraph {
+ public:
+  explicit KeyframeGraph(const RgbdLoopParams& params) : params_(params) {}
+
+  /// Adds a keyframe where odometry puts it; returns its node.
+  std::size_t add(std::shared_ptr<const Keyframe> keyframe);
+  /// Adds a loop. Between two maps: the younger map is moved as a whole to where the loop puts it, and they
+  /// become one.
+  void add_loop(const PoseEdge3D& edge);
+
+  [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
+  [[nodiscard]] const Keyframe& keyframe(std::size_t node) const { return *keyframes_[node]; }
+  [[nodiscard]] const std::vector<std::shared_ptr<const Keyframe>>& keyframes() const { return keyframes_; }
+  /// The map that a node belongs to: the number of the oldest submap in it, as they came.
+  [[nodiscard]] int map_of(std::size_t node) const { return map_of_[node]; }
+  /// The first nodes of all maps.
+  [[nodiscard]] std::vector<std::size_t> first_nodes() const;
+  [[nodiscard]] PoseGraph3D& graph() { return graph_; }
+  [[nodiscard]] const PoseGraph3D& graph() const { return graph_; }
+  [[nodiscard]] int submaps() const { return submaps_; }
+  [[nodiscard]] CorrectedKeyframes corrected() const;
+
+ private:
+  RgbdLoopParams params_;
+  std::vector<std::shared_ptr<const Keyframe>> keyframes_;
+  std::vector<int> map_of_;
+  int submaps_ = 0;
+  PoseGraph3D graph_;
+};
+
+/// What odometry is believed to know of a motion between keyframes: covariance of its move.
+Mat6 odometry_covariance(const SE3& motion, const RgbdLoopParams& params);
+
+}  // namespace hm

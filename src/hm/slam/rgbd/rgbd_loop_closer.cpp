@@ -1,0 +1,175 @@
+#include "hm/slam/rgbd/rgbd_loop_closer.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "hm/core/check.hpp"
+#include "hm/slam/rgbd/bundle_adjustment.hpp"
+#include "hm/slam/rgbd/keyframe_graph.hpp"
+#include "hm/slam/rgbd/loop_judge.hpp"
+#include "hm/slam/rgbd/place_search.hpp"
+
+namespace hm {
+namespace {
+
+/// Keyframes before a new one whose features are linked with its own, for landmarks.
+constexpr std::size_t kLinkedBefore = 3;
+
+}  // namespace
+
+struct RgbdLoopCloser::Impl {
+  PinholeCamera camera;
+  RgbdLoopParams params;
+  PlaceSearch search;
+  KeyframeGraph graph;
+  LoopJudge judge;
+  RgbdLoopStatistics statistics;
+  std::vector<FeatureLink> links;
+  int new_loops = 0;
+  bool large_correction = false;
+  PoseGraphSolution last_solution;
+
+  Impl(const PinholeCamera& c, const RgbdLoopParams& p)
+      : camera(c), params(p), search(p.search), graph(p), judge(p) {}
+
+  std::vector<LoopProposal> propose(std::size_t node, RgbdLoopStep& step);
+  void link(std::size_t a, std::size_t b, const PlaceMatch& match);
+  void link_with_last(std::size_t node);
+  void accept(const std::vector<LoopProposal>& loops);
+  void count(const LoopVerdict& verdict);
+  void solve();
+  void adjust(RgbdAlignmentReport& report);
+};
+
+RgbdLoopCloser::RgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params)
+    : impl_(std::make_unique<Impl>(camera, params)) {
+  HM_CHECK(camera.distortion.is_zero());
+}
+RgbdLoopCloser::~RgbdLoopCloser() = default;
+RgbdLoopCloser::RgbdLoopCloser(RgbdLoopCloser&&) noexcept = default;
+RgbdLoopCloser& RgbdLoopCloser::operator=(RgbdLoopCloser&&) noexcept = default;
+
+/// The candidates that geometry confirms.
+std::vector<LoopProposal> RgbdLoopCloser::Impl::propose(std::size_t node, RgbdLoopStep& step) {
+  std::vector<LoopProposal> proposals;
+  const Keyframe& keyframe = graph.keyframe(node);
+  for (const PlaceCandidate& candidate : search.candidates(keyframe, static_cast<std::uint32_t>(node))) {
+    ++step.candidates;
+    ++statistics.candidates;
+    PlaceMatch match = verify_place(graph.keyframe(candidate.keyframe), keyframe, params.verifier);
+    if (match.is_same_place())
+      proposals.push_back({candidate.keyframe, node, std::move(match)});
+    else
+      ++(match.outcome == PlaceOutcome::kAmbiguous ? statistics.ambiguous : statistics.not_verified);
+  }
+  return proposals;
+}
+
+void RgbdLoopCloser::Impl::link(std::size_t a, std::size_t b, const PlaceMatch& match) {
+  for (const auto& [feature_a, feature_b] : match.pairs)
+    links.push_back({static_cast<std::uint32_t>(a), feature_a, static_cast<std::uint32_t>(b), feature_b});
+}
+
+/// Features seen again by the next keyframes, where odometry agrees.
+void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
+  for (std::size_t back = 1; back <= std::min(node, kLinkedBefore); ++back) {
+    const Keyframe &before = graph.keyframe(node - back), &now = graph.keyframe(node);
+    if (before.submap != now.submap) break;
+    const PlaceMatch match = verify_place(before, now, params.verifier);
+    if (!match.is_same_place()) continue;
+    const SE3 error = match.T_a_b.inverse() * (before.T_odom_camera.inverse() * now.T_odom_camera);
+    if (error.translation().norm() < params.large_correction_m && error.angle() < params.large_correction_rad)
+      link(node - back, node, match);
+  }
+}
+
+void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
+  for (const LoopProposal& loop : loops) {
+    const SE3 error = loop.match.T_a_b.inverse() *
+                      (graph.graph().T_map_node[loop.from].inverse() * graph.graph().T_map_node[loop.to]);
+    large_correction |= graph.map_of(loop.from) != graph.map_of(loop.to) ||
+                        error.translation().norm() > params.large_correction_m ||
+                        error.angle() > params.large_correction_rad;
+    graph.add_loop(
+        {loop.from, loop.to, loop.match.T_a_b, loop.match.covariance.inverse(), PoseEdgeKind::kLoop});
+    link(loop.from, loop.to, loop.match);
+    ++statistics.accepted;
+    ++new_loops;
+  }
+}
+
+void RgbdLoopCloser::Impl::count(const LoopVerdict& verdict) {
+  statistics.too_far += verdict.too_far;
+  statistics.ambiguous += verdict.ambiguous;
+  statistics.unconfirmed += verdict.unconfirmed;
+  statistics.waiting = judge.waiting();
+}
+
+void RgbdLoopCloser::Impl::solve() {
+  const std::vector<PoseEdge3D> edges = graph.graph().edges;
+  const ContradictionResult result =
+      solve_without_contradictions(graph.graph(), params.max_loop_chi2, params.solver);
+  last_solution = result.solution;
+  for (const std::size_t e : result.taken_out)
+    std::erase_if(links, [&](const FeatureLink& l) {
+      return l.keyframe_a == edges[e].from && l.keyframe_b == edges[e].to;
+    });
+  statistics.taken_out += result.taken_out.size();
+  ++statistics.solutions;
+  new_loops = 0;
+  large_correction = false;
+}
+
+RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
+  Impl& m = *impl_;
+  RgbdLoopStep step;
+  step.node = m.graph.add(std::move(keyframe));
+  if (m.params.bundle_adjustment) m.link_with_last(step.node);
+  if (m.params.enabled) {
+    const LoopVerdict verdict = m.judge.hear(m.graph, m.propose(step.node, step));
+    m.search.add(m.graph.keyframe(step.node));
+    m.accept(verdict.accepted);
+    m.count(verdict);
+    step.loops = static_cast<int>(verdict.accepted.size());
+  }
+  step.solved = m.large_correction || m.new_loops >= m.params.loops_per_solution;
+  if (step.solved) m.solve();
+  return step;
+}
+
+/// Landmarks and keyframes together; kept when it explains the pictures better.
+void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
+  std::vector<const Keyframe*> keyframes;
+  for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
+  std::vector<SE3> poses = graph.graph().T_map_node;
+  std::vector<Landmark> landmarks = make_landmarks(keyframes, poses, links);
+  const BundleResult result = adjust_bundle(camera, poses, landmarks, graph.first_nodes());
+  report.landmarks = landmarks.size();
+  report.observations = result.observations;
+  report.error_before_px = result.error_before_px;
+  report.error_after_px = result.error_after_px;
+  report.adjusted = result.converged && result.final_cost < result.initial_cost;
+  if (report.adjusted) graph.graph().T_map_node = std::move(poses);
+}
+
+RgbdAlignmentReport RgbdLoopCloser::finish() {
+  RgbdAlignmentReport report;
+  if (impl_->graph.size() == 0) return report;
+  impl_->solve();
+  report.graph = impl_->last_solution;
+  if (impl_->params.bundle_adjustment) impl_->adjust(report);
+  return report;
+}
+
+CorrectedKeyframes RgbdLoopCloser::corrected() const { return impl_->graph.corrected(); }
+SE3 RgbdLoopCloser::T_map_odom() const { return impl_->graph.corrected().T_map_odom(); }
+const PoseGraph3D& RgbdLoopCloser::graph() const { return impl_->graph.graph(); }
+RgbdLoopStatistics RgbdLoopCloser::statistics() const {
+  RgbdLoopStatistics statistics = impl_->statistics;
+  statistics.submaps = static_cast<std::size_t>(impl_->graph.submaps());
+  statistics.maps = impl_->graph.first_nodes().size();
+  return statistics;
+}
+
+}  // namespace hm

@@ -1,0 +1,75 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "hm/geometry/camera.hpp"
+#include "hm/odometry/keyframe.hpp"
+#include "hm/slam/pose_graph_solver_3d.hpp"
+#include "hm/slam/rgbd/corrected_keyframes.hpp"
+#include "hm/slam/rgbd/rgbd_loop_params.hpp"
+
+namespace hm {
+
+/// What became of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
+struct RgbdLoopStatistics {
+  std::size_t candidates = 0;         ///< compared with their keyframe
+  std::size_t accepted = 0;           ///< became edges of the graph
+  std::size_t waiting = 0;            ///< not yet confirmed by another loop
+  std::size_t not_verified = 0;       ///< no motion explains enough matches
+  std::size_t too_far = 0;            ///< further off than odometry can be
+  std::size_t ambiguous = 0;          ///< another place, or another motion, explains as much
+  std::size_t unconfirmed = 0;        ///< no other loop agreed in time
+  std::size_t taken_out = 0;          ///< of the accepted: the solved graph contradicts them
+  std::size_t submaps = 0, maps = 0;  ///< seen; left apart after connecting
+  std::size_t solutions = 0;
+};
+
+/// What one keyframe brought.
+struct RgbdLoopStep {
+  std::size_t node = 0;
+  int candidates = 0;
+  int loops = 0;        ///< edges added, waiting ones that became confirmed included
+  bool solved = false;  ///< poses have changed
+};
+
+/// What the last solution and adjustment did.
+struct RgbdAlignmentReport {
+  PoseGraphSolution graph;
+  bool adjusted = false;  ///< bundle adjustment ran and was kept
+  std::size_t landmarks = 0, observations = 0;
+  double error_before_px = 0, error_after_px = 0;  ///< reprojection, RMS
+};
+
+/// Corrects the drift of RGB-D odometry (dissertation 3.3): keyframes are nodes of a pose graph; places seen
+/// again are found by their features, verified by geometry and against what odometry allows, and become
+/// robust edges; submaps that a loop connects become one map. `odom` is only read. The first keyframe stays.
+///
+/// add() does all its work before it returns: results depend on the keyframes and their order alone. For live
+/// use see LiveRgbdLoopCloser. Not thread safe.
+class RgbdLoopCloser {
+ public:
+  /// The camera must be free of lens distortion.
+  explicit RgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {});
+  ~RgbdLoopCloser();
+  RgbdLoopCloser(RgbdLoopCloser&&) noexcept;
+  RgbdLoopCloser& operator=(RgbdLoopCloser&&) noexcept;
+
+  /// The next keyframe. Stamps increase; submaps never decrease. The keyframe is kept.
+  RgbdLoopStep add(std::shared_ptr<const Keyframe> keyframe);
+  /// Solves the graph a last time, then adjusts keyframes and landmarks together if the parameters say so.
+  /// More keyframes may follow.
+  RgbdAlignmentReport finish();
+
+  /// Poses as of the last solution; keyframes since are carried along.
+  [[nodiscard]] CorrectedKeyframes corrected() const;
+  [[nodiscard]] SE3 T_map_odom() const;
+  [[nodiscard]] const PoseGraph3D& graph() const;
+  [[nodiscard]] RgbdLoopStatistics statistics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

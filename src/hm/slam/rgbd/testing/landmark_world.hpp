@@ -1,0 +1,58 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "hm/core/rng.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/odometry/keyframe.hpp"
+
+namespace hm::test {
+
+/// Points with descriptors, and keyframes that see them as a Kinect would: one pixel, sigma_z = 0.0014 z^2,
+/// one bit in twelve wrong.
+struct LandmarkWorld {
+  struct Point {
+    Vec3 p_world;
+    BinaryDescriptor descriptor;
+  };
+  std::vector<Point> points;
+};
+
+PinholeCamera landmark_camera();
+BinaryDescriptor random_descriptor(Rng& rng);
+/// With each bit wrong with this probability.
+BinaryDescriptor noisy(const BinaryDescriptor& descriptor, double ratio, Rng& rng);
+
+/// Points on the walls of a box without a front and back: x 0 to `length_m`, 2 m wide, 2.5 m high.
+LandmarkWorld corridor(double length_m, int points_per_metre, Rng& rng);
+/// The same where every `period_m` everything repeats: place and look.
+LandmarkWorld periodic_corridor(double length_m, double period_m, int points_per_metre, Rng& rng);
+/// Points on the walls of a closed ring of corridors, `side_m` long at its middle.
+LandmarkWorld ring(double side_m, int points_per_metre, Rng& rng);
+
+/// Level, at 1.3 m, looking along yaw.
+SE3 level_camera(double x_m, double y_m, double yaw_rad);
+
+struct SeenOptions {
+  double pixel_sigma_px = 0.7;
+  double depth_sigma_per_m = 0.0014;
+  double wrong_bits_ratio = 0.08;
+  double max_depth_m = 4.5;
+  std::size_t max_features = 400;
+};
+/// What a camera sees from here. Points hide nothing.
+FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng,
+               const SeenOptions& options = {});
+
+/// A keyframe every step of a way; `T_odom_camera` drifts: `drift_ratio` of every motion, in a fixed
+/// direction.
+struct KeyframesOfWay {
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::vector<SE3> truth;
+};
+KeyframesOfWay walk(const LandmarkWorld& world, const std::vector<SE3>& way, double drift_rad_m, Rng& rng);
+
+/// Around a ring of corridors: so many rounds, a keyframe every `step_m`.
+std::vector<SE3> way_around(double side_m, double step_m, double rounds);
+
+}  // namespace hm::test
