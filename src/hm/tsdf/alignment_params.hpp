@@ -19,6 +19,8 @@ struct AlignmentParams {
   double min_overlap_ratio = 0.25;
   double max_shift_m = 0.25;
   double max_turn_rad = 0.2;
+  double prior_shift_sigma_m = 0.01;
+  double prior_turn_sigma_rad = 0.01;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -50,6 +52,11 @@ struct AlignmentParams {
       self.max_shift_m);
     v(ParamDoc{"max_turn_rad", {0, 3}, "a larger correction of the orientation is not believed"},
       self.max_turn_rad);
+    v(ParamDoc{"prior_shift_sigma_m",
+               {1e-6, 10},
+               "a given pose's error of position since the last frame, as standard deviation an axis"},
+      self.prior_shift_sigma_m);
+    v(ParamDoc{"prior_turn_sigma_rad", {1e-6, 3}, "and its error of orientation"}, self.prior_turn_sigma_rad);
   }
 };
 

@@ -34,6 +34,14 @@ std::string_view to_string(AlignmentStatus status) {
   return names[static_cast<std::size_t>(status)];
 }
 
+AlignmentPrior prior_of_given_pose(const AlignmentParams& params, const SE3& T_world_camera) {
+  Vec6 information;
+  information << Vec3::Constant(std::pow(params.prior_shift_sigma_m, -2)),
+      Vec3::Constant(std::pow(params.prior_turn_sigma_rad, -2));
+  const Mat6 from_origin = TurningCentre{T_world_camera.translation(), 1}.to_origin().inverse();
+  return {T_world_camera, from_origin.transpose() * information.asDiagonal() * from_origin};
+}
+
 struct DenseAligner::Impl {
   Impl(const AlignmentParams& alignment, const TsdfParams& its_tsdf, const DepthNoise& noise,
        const PinholeCamera& its_camera)

@@ -29,6 +29,10 @@ struct AlignmentPrior {
   Mat6 information = Mat6::Zero();
 };
 
+/// The prior of a camera whose position and orientation have independent errors, the same on all axes:
+/// prior_shift_sigma_m and prior_turn_sigma_rad of the parameters.
+AlignmentPrior prior_of_given_pose(const AlignmentParams& params, const SE3& T_world_camera);
+
 /// How well a pose explains a scan.
 struct AlignmentFit {
   double rms_m = 0;          ///< distance from the map's surface, of the readings that agree with it
