@@ -5,6 +5,7 @@
 #include "hm/core/params.hpp"
 #include "hm/odometry/feature_params.hpp"
 #include "hm/odometry/published_params.hpp"
+#include "hm/odometry/tracker_params.hpp"
 
 namespace hm {
 
@@ -22,6 +23,7 @@ struct OdometryParams {
   double max_depth_sigma_m = 0.05;
   FeatureParams features;     ///< of every method but the published ones, section `odometry_features`
   PublishedParams published;  ///< section `odometry_published`
+  TrackerParams tracker;      ///< section `odometry_tracker`
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {

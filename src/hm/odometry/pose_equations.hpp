@@ -1,0 +1,32 @@
+#pragma once
+#include "hm/geometry/se3.hpp"
+
+namespace hm {
+
+/// The normal equations of a pose, of a perturbation in the camera's own frame: T <- T exp(step), step =
+/// [translation; rotation] minimises step^T information step / 2 + gradient^T step.
+struct PoseEquations {
+  Mat6 information = Mat6::Zero();
+  Vec6 gradient = Vec6::Zero();
+  double cost = 0;  ///< sum of the robust costs
+  int terms = 0;    ///< residuals that were not gated out
+
+  PoseEquations& operator+=(const PoseEquations& other) {
+    information += other.information;
+    gradient += other.gradient;
+    cost += other.cost;
+    terms += other.terms;
+    return *this;
+  }
+};
+
+/// Moves a perturbation from the right of a motion to its left: T exp(x) = exp(adjoint(T) x) T.
+inline Mat6 adjoint(const SE3& T) {
+  Mat6 out = Mat6::Zero();
+  out.topLeftCorner<3, 3>() = T.rotation();
+  out.bottomRightCorner<3, 3>() = T.rotation();
+  out.topRightCorner<3, 3>() = skew(T.translation()) * T.rotation();
+  return out;
+}
+
+}  // namespace hm

@@ -1,0 +1,63 @@
+#include "hm/odometry/pose_refinement.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace hm {
+
+std::optional<PointResidual> point_residual(const PointObservation& observation, const SE3& T_odom_camera,
+                                            const PinholeCamera& camera) {
+  const Mat3 R_camera_odom = T_odom_camera.rotation().transpose();
+  const Vec3 p = R_camera_odom * (observation.p_odom - T_odom_camera.translation());
+  if (!(p.z() > 0.05)) return std::nullopt;
+  PointResidual out;
+  const Vec2 seen(camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy);
+  out.value.head<2>() = seen - observation.pixel;
+  Mat3 by_camera_point;
+  by_camera_point << camera.fx / p.z(), 0, -camera.fx * p.x() / (p.z() * p.z()),  //
+      0, camera.fy / p.z(), -camera.fy * p.y() / (p.z() * p.z()),                 //
+      0, 0, 1;
+  const bool has_depth = observation.depth_m > 0;
+  if (has_depth)
+    out.value.z() = p.z() - observation.depth_m;
+  else
+    by_camera_point.row(2).setZero();
+  // T <- T exp(step): the point moves by -translation - rotation x p in the camera.
+  out.by_pose.leftCols<3>() = -by_camera_point;
+  out.by_pose.rightCols<3>() = by_camera_point * skew(p);
+  out.by_point = by_camera_point * R_camera_odom;
+  Mat3 covariance = out.by_point * observation.covariance * out.by_point.transpose();
+  covariance.topLeftCorner<2, 2>() += observation.pixel_covariance;
+  if (has_depth) {
+    covariance(2, 2) += observation.depth_variance_m2;
+    out.information = covariance.inverse();
+  } else {
+    out.information.topLeftCorner<2, 2>() = covariance.topLeftCorner<2, 2>().inverse();
+  }
+  out.squared_mahalanobis = out.value.dot(out.information * out.value);
+  return out;
+}
+
+double robust_weight(double squared_mahalanobis) {
+  return 1 / (1 + squared_mahalanobis / (kRobustSigmas * kRobustSigmas));
+}
+
+PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
+                              const PinholeCamera& camera) {
+  PoseEquations equations;
+  for (const PointObservation& observation : observations) {
+    const auto residual = point_residual(observation, T_odom_camera, camera);
+    if (!residual) continue;
+    const double weight = robust_weight(residual->squared_mahalanobis);
+    const Eigen::Matrix<double, 6, 3> weighted =
+        residual->by_pose.transpose() * (weight * residual->information);
+    equations.information.noalias() += weighted * residual->by_pose;
+    equations.gradient.noalias() += weighted * residual->value;
+    equations.cost += 0.5 * kRobustSigmas * kRobustSigmas *
+                      std::log1p(residual->squared_mahalanobis / (kRobustSigmas * kRobustSigmas));
+    ++equations.terms;
+  }
+  return equations;
+}
+
+}  // namespace hm

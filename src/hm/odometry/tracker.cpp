@@ -1,0 +1,298 @@
+#include "hm/odometry/tracker.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/odometry/coarse_alignment.hpp"
+#include "hm/odometry/tracker_keyframes.hpp"
+#include "hm/odometry/tracker_matching.hpp"
+#include "hm/odometry/tracker_relocalisation.hpp"
+#include "hm/odometry/window_adjustment.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kPyramidLevels = 5;
+constexpr std::size_t kCoarsePixels = 2000;
+constexpr double kMinInlierRatio = 0.2;  // of the matches: fewer agree by chance
+constexpr int kMinStartFeatures = 30;
+constexpr std::size_t kKeyframesPerSearch = 4;
+constexpr double kRelocalisedShift_px = 16;
+
+/// A registration that was looked at, and why it is not accepted (empty: it is).
+struct Attempt {
+  Registration registration;
+  std::vector<LandmarkMatch> matches;
+  std::vector<std::size_t> looked_for;
+  std::string refusal;
+};
+
+class Tracker final : public VisualOdometry {
+ public:
+  Tracker(const OdometryParams& params, const PinholeCamera& camera, const SE3& T_odom_first_camera)
+      : params_(params),
+        camera_(camera),
+        detector_(params.features, camera, {params.max_depth_m, params.max_depth_sigma_m}),
+        map_(static_cast<std::size_t>(params.tracker.max_model_points),
+             static_cast<std::size_t>(params.tracker.max_keyframes)),
+        T_odom_last_(T_odom_first_camera) {
+    matching_.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    matching_.max_depth_m = params.max_depth_m;
+    matching_.max_depth_sigma_m = params.max_depth_sigma_m;
+    matching_.noise = registration_.noise = params.features.depth_noise;
+    registration_.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    registration_.surface_weight_ratio = params.tracker.surface_weight_ratio;
+  }
+
+  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
+    const Stopwatch total;
+    TrackedFrame out;
+    out.reason = reason_to_skip(frame);
+    if (out.reason.empty()) {
+      last_stamp_ = frame.stamp;
+      const TrackerFrame view = make_view(frame, hint, out);
+      if (map_.empty())
+        begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
+      else
+        follow(view, hint, out);
+      if (out.T_odom_camera) {
+        lost_frames_ = 0;
+        if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
+        reference_ = CoarseReference(view.pyramid, view.grid, camera_, kCoarsePixels);
+      }
+    } else {
+      out.status = TrackingStatus::kSkipped;
+    }
+    out.submap = submap_;
+    out.numbers.model_points = map_.landmark_count();
+    out.numbers.total_ms = total.milliseconds();
+    return out;
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const override {
+    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes();
+  }
+
+ private:
+  [[nodiscard]] std::string reason_to_skip(const RgbdFrame& frame) const {
+    if (frame.color.empty()) return "no colour image";
+    if (frame.color.width() != camera_.width || frame.color.height() != camera_.height ||
+        frame.depth.width() != camera_.width || frame.depth.height() != camera_.height)
+      return fmt::format("images of {}x{} (colour) and {}x{} (depth), camera of {}x{}", frame.color.width(),
+                         frame.color.height(), frame.depth.width(), frame.depth.height(), camera_.width,
+                         camera_.height);
+    if (last_stamp_ && !(frame.stamp > *last_stamp_))
+      return fmt::format("stamp {:.6f} s is not after {:.6f} s", frame.stamp.seconds(),
+                         last_stamp_->seconds());
+    return {};
+  }
+
+  TrackerFrame make_view(const RgbdFrame& frame, const MotionHint& hint, TrackedFrame& out) const {
+    const Stopwatch watch;
+    TrackerFrame view;
+    view.frame = &frame;
+    view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
+    view.grid = make_depth_grid(frame.depth, camera_, registration_.noise, params_.max_depth_m);
+    if (hint.up_camera && up_odom_) view.up = UpPrior{*up_odom_, *hint.up_camera};
+    out.numbers.sharpness = sharpness(view.pyramid.level(0));
+    out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
+    out.numbers.features_ms = watch.milliseconds();
+    return view;
+  }
+
+  /// Begins the model with this frame, if there is enough in it; otherwise it is lost.
+  void begin_submap(const TrackerFrame& view, FeatureSet features, TrackedFrame& out) {
+    const auto with_depth =
+        std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
+    out.numbers.features = static_cast<int>(features.size());
+    out.numbers.features_with_depth = static_cast<int>(with_depth);
+    if (with_depth < kMinStartFeatures) {
+      out.reason = fmt::format(
+          "{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %", with_depth,
+          features.size(), kMinStartFeatures, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+      return;
+    }
+    map_.clear();
+    velocity_ = Vec6::Zero();
+    add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, submap_}, out);
+    out.status = TrackingStatus::kStarted;
+    out.T_odom_camera = T_odom_last_;
+    out.covariance = covariance_last_;
+  }
+
+  void follow(const TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
+    Stopwatch watch;
+    const SE3 T_predicted = predict(view, hint);
+    out.numbers.prediction_ms = watch.milliseconds();
+    watch.restart();
+    Attempt attempt = attempt_at(view, T_predicted, matching_);
+    out.numbers.registration_ms = watch.milliseconds();
+    note(attempt, out);
+    if (attempt.refusal.empty())
+      accept(view, attempt, TrackingStatus::kTracked, out);
+    else
+      recover(view, attempt.refusal, out);
+  }
+
+  [[nodiscard]] SE3 predict(const TrackerFrame& view, const MotionHint& hint) const {
+    const SE3 velocity = SE3::exp(velocity_);
+    std::vector<SE3> guesses{velocity, SE3{}};
+    if (hint.R_last_current && lost_frames_ == 0)
+      guesses.insert(guesses.begin(), SE3(*hint.R_last_current, velocity.translation()));
+    return T_odom_last_ * align_coarsely(reference_, view.pyramid, guesses).T_ref_cur;
+  }
+
+  [[nodiscard]] Attempt attempt_at(const TrackerFrame& view, const SE3& T_guess,
+                                   const MatchingParams& matching) const {
+    Attempt attempt;
+    attempt.matches = match_landmarks(map_, view, T_guess, camera_, matching, attempt.looked_for);
+    attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, registration_);
+    const int needed =
+        std::max(params_.tracker.min_inliers,
+                 static_cast<int>(kMinInlierRatio * static_cast<double>(attempt.matches.size())));
+    const double sigma_m = worst_sigma_m(attempt.registration);
+    if (attempt.registration.inliers < needed)
+      attempt.refusal = fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
+                                    attempt.registration.inliers, attempt.matches.size(), needed,
+                                    attempt.looked_for.size());
+    else if (!(sigma_m < params_.tracker.lost_sigma_m))
+      attempt.refusal = fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
+                                    params_.tracker.lost_sigma_m, attempt.registration.inliers);
+    return attempt;
+  }
+
+  [[nodiscard]] static double worst_sigma_m(const Registration& registration) {
+    Mat6 information = registration.information;
+    information.diagonal().array() += 1e-6;
+    const Mat3 covariance = information.inverse().topLeftCorner<3, 3>();
+    return std::sqrt(std::max(0.0, covariance.eigenvalues().real().maxCoeff()));
+  }
+
+  static void note(const Attempt& attempt, TrackedFrame& out) {
+    out.numbers.features = static_cast<int>(attempt.looked_for.size());
+    out.numbers.matches = static_cast<int>(attempt.matches.size());
+    out.numbers.inliers = attempt.registration.inliers;
+    out.numbers.features_with_depth = 0;
+    for (const LandmarkMatch& match : attempt.matches)
+      out.numbers.features_with_depth += match.observation.depth_m > 0 ? 1 : 0;
+  }
+
+  void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
+    const Stopwatch watch;
+    const SE3 T = attempt.registration.T_odom_camera;
+    velocity_ = status == TrackingStatus::kTracked && lost_frames_ == 0 ? (T_odom_last_.inverse() * T).log()
+                                                                        : Vec6::Zero();
+    for (const std::size_t index : attempt.looked_for) map_.landmark(index).looked_for += 1;
+    for (const LandmarkMatch& match : attempt.matches)
+      map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
+    T_odom_last_ = T;
+    covariance_last_ = covariance_of(attempt);
+    if (keyframe_due(T, attempt.registration.inliers)) {
+      add_keyframe({&view, detector_.detect(view.pyramid.level(0), view.frame->depth),
+                    std::move(attempt.matches), T, covariance_last_, submap_},
+                   out);
+      adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
+      map_.forget_unproven();
+      T_odom_last_ = map_.keyframes().back().T_odom_camera;
+    } else {
+      fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
+    }
+    out.status = status;
+    out.T_odom_camera = T_odom_last_;
+    out.covariance = covariance_last_;
+    out.numbers.model_ms = watch.milliseconds();
+  }
+
+  /// That of the registration, and that of the keyframes in which its landmarks were first seen.
+  [[nodiscard]] Mat6 covariance_of(const Attempt& attempt) const {
+    Mat6 of_model = Mat6::Zero();
+    double inliers = 0;
+    for (const LandmarkMatch& match : attempt.matches) {
+      if (!match.inlier) continue;
+      of_model += map_.find(map_.landmark(match.landmark).anchor)->covariance;
+      inliers += 1;
+    }
+    Mat6 information = attempt.registration.information;
+    information.diagonal().array() += 1e-3;
+    const Mat6 to_odom = adjoint(attempt.registration.T_odom_camera);
+    return to_odom * information.inverse() * to_odom.transpose() + of_model / std::max(1.0, inliers);
+  }
+
+  bool keyframe_due(const SE3& T, int inliers) {
+    const MapKeyframe& last = map_.keyframes().back();
+    const SE3 motion = last.T_odom_camera.inverse() * T;
+    best_inliers_ = std::max(best_inliers_, inliers);
+    return inliers < params_.tracker.keyframe_inlier_ratio * best_inliers_ ||
+           motion.angle() > params_.tracker.keyframe_angle_rad ||
+           motion.translation().norm() > params_.tracker.keyframe_distance_ratio * keyframe_depth_m_;
+  }
+
+  void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
+    if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
+    out.new_keyframe = insert_keyframe(map_, std::move(parts), camera_, registration_, matching_.limit);
+    best_inliers_ = 0;
+  }
+
+  /// Looks for the place among the keyframes; after some time begins anew.
+  void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
+    FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
+    int matches = 0;
+    const std::size_t first = static_cast<std::size_t>(lost_frames_) * kKeyframesPerSearch;
+    const auto found =
+        find_again(map_, features, {first, kKeyframesPerSearch, params_.tracker.min_inliers}, matches);
+    if (found) {
+      MatchingParams wide = matching_;
+      wide.search.first_level = 2;
+      wide.search.max_shift_px = kRelocalisedShift_px;
+      Attempt attempt = attempt_at(view, found->T_odom_camera, wide);
+      if (attempt.refusal.empty()) {
+        note(attempt, out);
+        return accept(view, attempt, TrackingStatus::kRelocalised, out);
+      }
+    }
+    ++lost_frames_;
+    velocity_ = Vec6::Zero();
+    out.status = TrackingStatus::kLost;
+    out.reason = fmt::format(
+        "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
+        features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+    if (lost_frames_ < params_.tracker.submap_after_frames) return;
+    const std::string reason = std::exchange(out.reason, {});
+    submap_ += 1;
+    begin_submap(view, std::move(features), out);
+    if (out.T_odom_camera) return;
+    submap_ -= 1;
+    out.reason = reason + "; " + out.reason;
+  }
+
+  OdometryParams params_;
+  PinholeCamera camera_;
+  MatchingParams matching_;
+  RegistrationParams registration_;
+  FeatureDetector detector_;
+  LocalMap map_;
+  CoarseReference reference_;  ///< the last frame with a pose
+  SE3 T_odom_last_;
+  Mat6 covariance_last_ = Mat6::Zero();
+  Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
+  std::optional<Vec3> up_odom_;
+  std::optional<Time> last_stamp_;
+  int submap_ = 0;
+  int lost_frames_ = 0;
+  int best_inliers_ = 0;  ///< since the last keyframe
+  double keyframe_depth_m_ = 2;
+};
+
+}  // namespace
+
+std::unique_ptr<VisualOdometry> make_tracker(const OdometryParams& params, const PinholeCamera& camera,
+                                             const SE3& T_odom_first_camera) {
+  HM_CHECK(camera.distortion.is_zero(), "the camera has lens distortion");
+  return std::make_unique<Tracker>(params, camera, T_odom_first_camera);
+}
+
+}  // namespace hm

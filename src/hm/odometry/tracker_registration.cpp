@@ -1,0 +1,80 @@
+#include "hm/odometry/tracker_registration.hpp"
+
+#include <Eigen/Dense>
+
+namespace hm {
+namespace {
+
+constexpr double kConverged = 2e-5;     // metres and radians
+constexpr int kWideGateIterations = 2;  // of the surface's association
+constexpr double kWideGate_m = 0.03;
+constexpr double kDamping = 1e-3;  // keeps the solver regular where nothing is seen
+
+PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
+                               const RegistrationParams& params, double extra_gate_m) {
+  SurfaceMatching matching;
+  matching.noise = params.noise;
+  matching.extra_gate_m = extra_gate_m;
+  PoseEquations equations =
+      surface_equations(reference.surface, grid, reference.T_odom_camera.inverse() * T_odom_camera, matching);
+  equations.information *= params.surface_weight_ratio;
+  equations.gradient *= params.surface_weight_ratio;
+  equations.cost *= params.surface_weight_ratio;
+  return equations;
+}
+
+}  // namespace
+
+Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
+                            std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
+                            const PinholeCamera& camera, const RegistrationParams& params) {
+  std::vector<PointObservation> observations;
+  for (LandmarkMatch& match : matches) {
+    match.observation.pixel_covariance += Mat2::Identity() * params.pixel_sigma_px * params.pixel_sigma_px;
+    observations.push_back(match.observation);
+  }
+  const MapKeyframe& reference = map.keyframes().back();
+  Registration result{T_odom_camera_guess};
+  for (int iteration = 0; iteration < params.max_iterations; ++iteration) {
+    PoseEquations equations = point_equations(observations, result.T_odom_camera, camera);
+    if (params.surface_weight_ratio > 0)
+      equations += weighted_surface(reference, frame.grid, result.T_odom_camera, params,
+                                    iteration < kWideGateIterations ? kWideGate_m : 0.0);
+    if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera, params.up_sigma_rad);
+    result.information = equations.information;
+    Mat6 damped = equations.information;
+    damped.diagonal().array() += kDamping;
+    const Vec6 step = -damped.ldlt().solve(equations.gradient);
+    if (!step.allFinite() || step.norm() > 1) break;
+    result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
+    if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
+  }
+  for (LandmarkMatch& match : matches) {
+    const auto residual = point_residual(match.observation, result.T_odom_camera, camera);
+    match.inlier = residual && residual->squared_mahalanobis < kOutlierSquaredMahalanobis;
+    result.inliers += match.inlier ? 1 : 0;
+  }
+  return result;
+}
+
+PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad) {
+  PoseEquations equations;
+  const Vec3 predicted = T_odom_camera.rotation().transpose() * up.up_odom;
+  const Vec3 residual = predicted - up.up_camera;
+  const Mat3 by_rotation = skew(predicted);  // of exp(-rotation) predicted
+  const double weight = 1 / (sigma_rad * sigma_rad);
+  equations.information.bottomRightCorner<3, 3>() = weight * by_rotation.transpose() * by_rotation;
+  equations.gradient.tail<3>() = weight * by_rotation.transpose() * residual;
+  equations.cost = 0.5 * weight * residual.squaredNorm();
+  equations.terms = 1;
+  return equations;
+}
+
+SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
+                             const RegistrationParams& params) {
+  const PoseEquations equations = weighted_surface(reference, grid, T_odom_camera, params, 0.0);
+  return {reference.identity, reference.T_odom_camera.inverse() * T_odom_camera, equations.information,
+          equations.gradient};
+}
+
+}  // namespace hm

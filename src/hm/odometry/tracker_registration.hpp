@@ -1,0 +1,38 @@
+#pragma once
+#include <vector>
+
+#include "hm/odometry/local_map.hpp"
+#include "hm/odometry/surface_alignment.hpp"
+#include "hm/odometry/tracker_frame.hpp"
+
+namespace hm {
+
+struct RegistrationParams {
+  double pixel_sigma_px = 0.5;  ///< added to that of every match: what patches do not know of themselves
+  double surface_weight_ratio = 0.05;  ///< readings of one surface are not independent
+  double up_sigma_rad = 0.02;          ///< of a given direction away from gravity
+  int max_iterations = 10;
+  DepthNoise noise;
+};
+
+struct Registration {
+  SE3 T_odom_camera;
+  Mat6 information = Mat6::Zero();  ///< of a perturbation in the camera's frame
+  int inliers = 0;
+};
+
+/// The pose that agrees best with the landmarks found and with the surface of the newest keyframe:
+/// Gauss-Newton, information-weighted and robust. Marks the inliers among the matches and adds
+/// `pixel_sigma_px` to them.
+Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
+                            std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
+                            const PinholeCamera& camera, const RegistrationParams& params);
+
+/// The normal equations of a pose from the direction away from gravity.
+PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad);
+
+/// A factor between the surface of a keyframe and the readings of another frame at its present pose.
+SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
+                             const RegistrationParams& params);
+
+}  // namespace hm
