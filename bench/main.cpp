@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 23> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 25> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -41,6 +41,8 @@ constexpr std::array<Known, 23> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"late_laser", hm::bench::bench_late_laser},
                                         {"fusion_step", hm::bench::bench_fusion_step},
                                         {"mvog", hm::bench::bench_mvog},
+                                        {"align_room", hm::bench::bench_align_room},
+                                        {"align_sevenscenes", hm::bench::bench_align_sevenscenes},
                                         {"intel_relations", hm::bench::bench_intel_relations}}};
 
 /// Reads "--name value" pairs; false for anything else.

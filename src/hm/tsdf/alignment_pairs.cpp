@@ -44,11 +44,11 @@ Reading reading_of(const AlignmentView& view, const AlignmentPoints& points, std
   return reading;
 }
 
-/// True when two readings may lie on the same surface.
+/// True when two readings may lie on the same surface; at grazing angles they are far apart.
 bool are_neighbours(const AlignmentView& view, const AlignmentPoints& points, std::size_t i, std::size_t k) {
   const Eigen::Vector3f apart(points.x_m[i] - points.x_m[k], points.y_m[i] - points.y_m[k],
                               points.z_m[i] - points.z_m[k]);
-  const float reach_m = 4 * view.voxel_size_m + 0.05f * points.z_m[i];
+  const float reach_m = 4 * view.voxel_size_m + 0.2f * points.z_m[i];
   return apart.squaredNorm() < reach_m * reach_m;
 }
 
@@ -60,7 +60,8 @@ PairTerms sum_pair_terms(const AlignmentView& view, std::size_t count, const Ali
   for (std::size_t i = 0; i < count; ++i) {
     const Reading reading = reading_of(view, points, i);
     Reading& other = before[i % kLag];
-    if (reading.weight > 0 && other.weight > 0 && are_neighbours(view, points, i, i - kLag)) {
+    if (reading.weight > 0 && other.weight > 0 && are_neighbours(view, points, i, i - kLag) &&
+        reading.jacobian.head<3>().dot(other.jacobian.head<3>()) > 0.7) {
       const double weight = std::sqrt(reading.weight * other.weight);
       terms.H.noalias() += weight * reading.jacobian * other.jacobian.transpose();
       terms.weight += weight;

@@ -8,7 +8,7 @@ struct AlignmentParams {
   int coarsest_stride_px = 8;
   int finest_stride_px = 4;
   int smoothing_px = 2;
-  int independent_px = 8;
+  int independent_px = 64;
   int max_iterations = 10;
   double robust_sigmas_ratio = 1.5;
   double inlier_sigmas_ratio = 2.5;
@@ -19,8 +19,8 @@ struct AlignmentParams {
   double min_overlap_ratio = 0.25;
   double max_shift_m = 0.25;
   double max_turn_rad = 0.2;
-  double prior_shift_sigma_m = 0.01;
-  double prior_turn_sigma_rad = 0.01;
+  double prior_shift_sigma_m = 0.005;
+  double prior_turn_sigma_rad = 0.003;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -30,8 +30,10 @@ struct AlignmentParams {
       self.finest_stride_px);
     v(ParamDoc{"smoothing_px", {0, 16}, "a reading is the mean of those up to so many pixels away"},
       self.smoothing_px);
-    v(ParamDoc{"independent_px", {1, 64}, "readings nearer to each other than this count as one observation"},
-      self.independent_px);
+    v(
+        ParamDoc{
+            "independent_px", {1, 1000}, "readings nearer to each other than this count as one observation"},
+        self.independent_px);
     v(ParamDoc{"max_iterations", {1, 100}, "iterations of a round"}, self.max_iterations);
     v(ParamDoc{"robust_sigmas_ratio", {0.5, 20}, "readings farther than this from the surface do not count"},
       self.robust_sigmas_ratio);

@@ -45,22 +45,23 @@ Observability observability(const Mat6& H, double weight, double arm_m, double m
   return seen;
 }
 
-Vec6 remapped_step(const Mat6& H, const Vec6& b, const Observability& seen, const TurningCentre& centre,
-                   double damping) {
-  const int observable = 6 - seen.unobservable;
-  if (observable == 0) return Vec6::Zero();
-  const Vec6 scale = turn_scale(centre.arm_m);
-  const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> basis =
-      scale.asDiagonal() * seen.directions.rightCols(observable);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> reduced = basis.transpose() * H * basis;
-  reduced.diagonal() *= 1.0 + damping;
-  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> right = -(basis.transpose() * b);
-  return basis * reduced.ldlt().solve(right);
+Information observable_part(const Information& geometry, const Observability& seen, double arm_m) {
+  if (seen.unobservable == 0) return geometry;
+  const Vec6 scale = turn_scale(arm_m);
+  const auto basis = seen.directions.rightCols(6 - seen.unobservable);
+  const Mat6 projection = scale.asDiagonal() * basis * basis.transpose() * scale.cwiseInverse().asDiagonal();
+  return {projection.transpose() * geometry.H * projection, projection.transpose() * geometry.b};
+}
+
+Vec6 damped_step(const Information& information, double damping) {
+  Mat6 H = information.H;
+  H.diagonal() *= 1.0 + damping;
+  return -H.ldlt().solve(information.b);
 }
 
 Mat6 covariance_at_origin(const Mat6& information, const TurningCentre& centre) {
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(information);
-  const Vec6 variances = solver.eigenvalues().cwiseMax(1.0).cwiseInverse();
+  const Vec6 variances = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
   const Mat6 about_centre =
       solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose();
   const Mat6 jacobian = centre.to_origin();

@@ -27,11 +27,19 @@ struct Observability {
 };
 Observability observability(const Mat6& H, double weight, double arm_m, double min_share);
 
-/// A step of Gauss-Newton (Levenberg: `damping` times the diagonal is added) that leaves alone what is not
-/// observable: solution remapping (Zhang, Kaess, Singh, ICRA 2016). Solves (H + damping) xi = -b within the
-/// observable directions.
-Vec6 remapped_step(const Mat6& H, const Vec6& b, const Observability& seen, const TurningCentre& centre,
-                   double damping);
+/// Information about the centre and its gradient.
+struct Information {
+  Mat6 H = Mat6::Zero();
+  Vec6 b = Vec6::Zero();
+};
+/// What normal equations say about the observable directions only: solution remapping (Zhang, Kaess, Singh,
+/// ICRA 2016) of the geometry, so that the prior alone decides the rest, and couples it to what is seen as
+/// its covariance tells (a camera that turns to face a wall need not move).
+Information observable_part(const Information& geometry, const Observability& seen, double arm_m);
+
+/// The step of Gauss-Newton (Levenberg: `damping` times the diagonal is added): (H + damping) xi = -b. H must
+/// be positive definite.
+Vec6 damped_step(const Information& information, double damping);
 
 /// The inverse of the information about the centre, as covariance about the world's origin; directions that
 /// have none get a variance of 1.

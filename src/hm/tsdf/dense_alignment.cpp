@@ -22,7 +22,7 @@ constexpr double kFarthestPose_m = 1e5;
 /// distance is saturated.
 constexpr double kFirstRoundSigma_voxel = 0.6, kFirstRoundSigmas = 2.5;
 /// With fewer readings than this near a surface, surfaces are sought along the rays.
-constexpr double kSearchBelow_ratio = 0.6;
+constexpr double kSearchBelow_ratio = 0.75;
 /// A step this small ends a round: metres, and radians times the readings' typical distance.
 constexpr double kSmallestStep_m = 5e-5;
 
@@ -79,6 +79,9 @@ class Alignment {
   [[nodiscard]] AlignmentFit fit_of(const AlignmentTerms& terms, std::size_t count) const;
   [[nodiscard]] Observability seen_at(const SE3& pose);
   [[nodiscard]] Observability observability_of(const AlignmentTerms& terms) const;
+  /// What geometry and prior know together, `from_prior` away from the prior.
+  [[nodiscard]] Information with_prior(const Information& geometry, const Observability& seen,
+                                       const Vec6& from_prior) const;
   /// Information of one sum of weights: readings near to each other count as one.
   [[nodiscard]] double information_scale(std::size_t round) const;
   [[nodiscard]] double objective(const AlignmentTerms& terms, const SE3& pose, double scale) const;
@@ -109,7 +112,12 @@ void Alignment::place_centre() {
     square_m2 += (Vec3(points_.x_m[i], points_.y_m[i], points_.z_m[i]) - centroid).squaredNorm();
   centre_.p_world = prior_.T_world_camera * centroid;
   centre_.arm_m = std::max(std::sqrt(square_m2 / static_cast<double>(count)), 1e-2);
-  prior_information_ = centre_.to_origin().transpose() * prior_.information * centre_.to_origin();
+  // Where nobody knows anything of a direction, the camera's own position and orientation stay: a metre, a
+  // radian.
+  AlignmentParams weak;
+  weak.prior_shift_sigma_m = weak.prior_turn_sigma_rad = 1;
+  const Mat6 at_origin = prior_.information + prior_of_given_pose(weak, prior_.T_world_camera).information;
+  prior_information_ = centre_.to_origin().transpose() * at_origin * centre_.to_origin();
 }
 
 void Alignment::set_widths(double sigmas, double extra_sigma_m) {
@@ -166,8 +174,10 @@ SE3 Alignment::search_from(const SE3& start, int& iterations) {
   SE3 pose = start;
   for (int i = 0; i < params_.max_iterations; ++i, ++iterations) {
     const AlignmentTerms terms = sum_search_terms(search, points_, {pose, centre_.p_world}, lookup_);
-    const Observability seen = observability_of(terms);
-    Vec6 step = remapped_step(terms.H, terms.b, seen, centre_, 1e-3);
+    const double scale = 1.0 / (search.width_m * search.width_m);
+    const Vec6 from_prior = centre_.between(prior_.T_world_camera, pose);
+    Vec6 step = damped_step(
+        with_prior({scale * terms.H, scale * terms.b}, observability_of(terms), from_prior), 1e-3);
     pose = centre_.moved(pose, step);
     step.tail<3>() *= centre_.arm_m;
     if (step.norm() < 0.02 * grid_.voxel_size_m()) break;
@@ -179,13 +189,11 @@ SE3 Alignment::refine(SE3 pose, std::size_t round, int& iterations) {
   const std::size_t count = points_.round_end[round];
   const double scale = information_scale(round);
   AlignmentTerms terms = terms_at(pose, count);
-  const Observability seen = seen_at(pose);
+  Observability seen = seen_at(pose);
   double value = objective(terms, pose, scale), damping = 0;
   for (int i = 0; i < params_.max_iterations; ++i) {
     const Vec6 from_prior = centre_.between(prior_.T_world_camera, pose);
-    const Mat6 H = scale * terms.H + prior_information_;
-    const Vec6 b = scale * terms.b + prior_information_ * from_prior;
-    Vec6 step = remapped_step(H, b, seen, centre_, damping);
+    Vec6 step = damped_step(with_prior({scale * terms.H, scale * terms.b}, seen, from_prior), damping);
     const SE3 moved = centre_.moved(pose, step);
     step.tail<3>() *= centre_.arm_m;
     if (!(step.norm() >= kSmallestStep_m)) break;
@@ -194,6 +202,7 @@ SE3 Alignment::refine(SE3 pose, std::size_t round, int& iterations) {
     const double moved_value = objective(moved_terms, moved, scale);
     if (moved_value < value) {
       pose = moved, terms = moved_terms, value = moved_value;
+      if (step.norm() > 0.1 * grid_.voxel_size_m()) seen = seen_at(pose);  // more readings agree now
       damping = damping < 1e-3 ? 0 : damping / 10;
     } else if (damping > 10) {
       break;
@@ -237,6 +246,14 @@ void Alignment::run(AlignmentResult& result) {
   judge(result);
 }
 
+Information Alignment::with_prior(const Information& geometry, const Observability& seen,
+                                  const Vec6& from_prior) const {
+  Information information = observable_part(geometry, seen, centre_.arm_m);
+  information.H += prior_information_;
+  information.b += prior_information_ * from_prior;
+  return information;
+}
+
 void Alignment::describe(std::size_t round, AlignmentResult& result) {
   const AlignmentTerms terms = terms_at(result.T_world_found, points_.round_end[round]);
   const Observability seen = seen_at(result.T_world_found);
@@ -244,7 +261,9 @@ void Alignment::describe(std::size_t round, AlignmentResult& result) {
   result.directions = seen.directions;
   result.unobservable_directions = seen.unobservable;
   result.readings = points_.round_end[round];
-  result.covariance = covariance_at_origin(information_scale(round) * terms.H + prior_information_, centre_);
+  const double scale = information_scale(round);
+  result.covariance =
+      covariance_at_origin(with_prior({scale * terms.H, Vec6::Zero()}, seen, Vec6::Zero()).H, centre_);
 }
 
 void Alignment::judge(AlignmentResult& result) const {
