@@ -19,7 +19,7 @@ struct Reading {
 Reading reading_of(const AlignmentView& view, const AlignmentPoints& points, std::size_t i) {
   std::array<double, 8> corners{};
   for (std::size_t c = 0; c < 8; ++c) {
-    if (points.corners[c][i] == AlignmentPoints::kUnknown) return {};
+    if (points.corners[c][i] == kUnknownDistance) return {};
     corners[c] = points.corners[c][i];
   }
   const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> R(view.R);

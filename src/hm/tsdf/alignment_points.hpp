@@ -25,9 +25,8 @@ struct AlignmentPoints {
   std::vector<std::size_t> round_end;
 
   std::vector<std::int32_t> cell_x, cell_y, cell_z;  ///< lowest of the eight voxels, kNoCell at first
-  std::array<std::vector<std::int16_t>, 8> corners;  ///< distances in sdf units, kUnknown for unknown voxels
+  std::array<std::vector<std::int16_t>, 8> corners;  ///< distances in sdf units; see VoxelLookup
   static constexpr std::int32_t kNoCell = INT32_MIN;
-  static constexpr std::int16_t kUnknown = INT16_MIN;
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };

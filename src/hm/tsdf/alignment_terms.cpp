@@ -107,7 +107,7 @@ HWY_INLINE SurfaceLanes Surface(const AlignmentView& view, const AlignmentPoints
   const VF facing =
       hn::Add(hn::Add(hn::Mul(gx, hn::Load(d, block.ray[0] + i)), hn::Mul(gy, hn::Load(d, block.ray[1] + i))),
               hn::Mul(gz, hn::Load(d, block.ray[2] + i)));
-  const MF known = hn::RebindMask(d, hn::Gt(lowest, hn::Set(di, AlignmentPoints::kUnknown)));
+  const MF known = hn::RebindMask(d, hn::Gt(lowest, hn::Set(di, kUnknownDistance)));
   const MF near = hn::Lt(hn::Abs(units), hn::Set(d, view.near_surface_units));
   const MF steep = hn::Gt(slope2, hn::Set(d, view.min_slope2_units));
   const MF seen_from_outside = hn::Lt(facing, hn::Zero(d));
@@ -183,13 +183,6 @@ HWY_EXPORT(SumReadings);
 
 namespace {
 
-/// Volumes remembered on each axis.
-constexpr std::int32_t kRemembered = 16;
-
-std::int16_t known_distance(TsdfVoxel voxel) {
-  return voxel.weight() == 0 ? AlignmentPoints::kUnknown : voxel.sdf();
-}
-
 /// The sums of a block, in double precision from here on.
 void add_block(const AlignmentBlock& block, std::array<double, kAlignmentSums>& total) {
   for (std::size_t i = 0; i < kAlignmentSums; ++i)
@@ -210,56 +203,6 @@ AlignmentTerms terms_of(const std::array<double, kAlignmentSums>& total) {
 }
 
 }  // namespace
-
-VoxelLookup::VoxelLookup(const VolumeGrid& grid)
-    : grid_(grid), entries_(static_cast<std::size_t>(kRemembered * kRemembered * kRemembered)) {}
-
-const TsdfVoxel* VoxelLookup::volume(VolumeKey key) {
-  const std::int32_t mask = kRemembered - 1;
-  const auto place = static_cast<std::size_t>(((key.z & mask) * kRemembered + (key.y & mask)) * kRemembered +
-                                              (key.x & mask));
-  Entry& entry = entries_[place];
-  if (!entry.filled || entry.key != key) {
-    const Volume* found = grid_.find(key);
-    entry = {key, found ? found->voxels : nullptr, true};
-  }
-  return entry.voxels;
-}
-
-void VoxelLookup::corners(std::int32_t x, std::int32_t y, std::int32_t z, std::int16_t distances[8]) {
-  constexpr std::int32_t last = kVolumeSide - 1;
-  if ((x & last) != last && (y & last) != last && (z & last) != last) {  // all in one volume
-    const TsdfVoxel* voxels = volume({x >> 3, y >> 3, z >> 3});
-    if (!voxels) {
-      std::fill_n(distances, 8, AlignmentPoints::kUnknown);
-      return;
-    }
-    voxels += voxel_offset(x & last, y & last, z & last);
-    for (int c = 0; c < 8; ++c)
-      distances[c] = known_distance(voxels[voxel_offset(c & 1, c >> 1 & 1, c >> 2)]);
-    return;
-  }
-  for (int c = 0; c < 8; ++c) {
-    const std::int32_t cx = x + (c & 1), cy = y + (c >> 1 & 1), cz = z + (c >> 2);
-    const TsdfVoxel* voxels = volume({cx >> 3, cy >> 3, cz >> 3});
-    distances[c] = voxels ? known_distance(voxels[voxel_offset(cx & last, cy & last, cz & last)])
-                          : AlignmentPoints::kUnknown;
-  }
-}
-
-std::optional<VolumeGrid::Sample> VoxelLookup::sample(const Vec3& p_world) {
-  const Vec3 at = p_world / grid_.voxel_size_m() - Vec3::Constant(0.5);
-  const Vec3 low = at.array().floor().max(-1e9).min(1e9);
-  std::int16_t units[8];
-  corners(static_cast<std::int32_t>(low.x()), static_cast<std::int32_t>(low.y()),
-          static_cast<std::int32_t>(low.z()), units);
-  std::array<double, 8> distances_m{};
-  for (std::size_t c = 0; c < 8; ++c) {
-    if (units[c] == AlignmentPoints::kUnknown) return std::nullopt;
-    distances_m[c] = units[c] * grid_.sdf_unit_m();
-  }
-  return VolumeGrid::blend(distances_m, at - low, grid_.voxel_size_m());
-}
 
 AlignmentView::AlignmentView(const SE3& T_world_camera, const Vec3& p_world_centre, const VolumeGrid& grid,
                              double distance_limit_m)

@@ -1,35 +1,11 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <vector>
 
 #include "hm/tsdf/alignment_points.hpp"
-#include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/voxel_lookup.hpp"
 
 namespace hm {
-
-/// Quick look-ups of a grid that nobody changes meanwhile: volumes seen lately are remembered by their place.
-class VoxelLookup {
- public:
-  explicit VoxelLookup(const VolumeGrid& grid);
-  /// Distances of the 2 x 2 x 2 voxels from (x, y, z) on, x fastest; AlignmentPoints::kUnknown for unknown
-  /// ones.
-  void corners(std::int32_t x, std::int32_t y, std::int32_t z, std::int16_t distances[8]);
-  /// As VolumeGrid::sample().
-  std::optional<VolumeGrid::Sample> sample(const Vec3& p_world);
-
- private:
-  struct Entry {
-    VolumeKey key;
-    const TsdfVoxel* voxels = nullptr;
-    bool filled = false;
-  };
-  const TsdfVoxel* volume(VolumeKey key);
-
-  const VolumeGrid& grid_;
-  std::vector<Entry> entries_;
-};
 
 /// A camera pose as the terms need it: single precision relative to voxels nearby, so that it does not matter
 /// how far from the world's origin the camera is.
