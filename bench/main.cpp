@@ -19,7 +19,7 @@ struct Known {
   const char* name;
   hm::Result<BenchResult> (*run)(const BenchOptions&);
 };
-constexpr std::array<Known, 25> kKnown{{{"scalable", hm::bench::bench_scalable},
+constexpr std::array<Known, 29> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"voxelblock", hm::bench::bench_voxelblock},
                                         {"simd", hm::bench::bench_simd},
                                         {"threads", hm::bench::bench_threads},
@@ -43,7 +43,11 @@ constexpr std::array<Known, 25> kKnown{{{"scalable", hm::bench::bench_scalable},
                                         {"mvog", hm::bench::bench_mvog},
                                         {"align_room", hm::bench::bench_align_room},
                                         {"align_sevenscenes", hm::bench::bench_align_sevenscenes},
-                                        {"intel_relations", hm::bench::bench_intel_relations}}};
+                                        {"intel_relations", hm::bench::bench_intel_relations},
+                                        {"depth_calibration", hm::bench::bench_depth_calibration},
+                                        {"covariance", hm::bench::bench_covariance},
+                                        {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
+                                        {"vo_published", hm::bench::bench_vo_published}}};
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

@@ -53,5 +53,9 @@ Result<BenchResult> bench_mvog(const BenchOptions& options);
 Result<BenchResult> bench_align_room(const BenchOptions& options);
 Result<BenchResult> bench_align_sevenscenes(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
+Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
+Result<BenchResult> bench_covariance(const BenchOptions& options);
+Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
+Result<BenchResult> bench_vo_published(const BenchOptions& options);
 
 }  // namespace hm::bench

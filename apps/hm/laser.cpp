@@ -6,7 +6,7 @@
 namespace {
 
 struct Flags {
-  std::string recording, output, relations, pace = "fast";
+  std::string recording, output, relations, saved_map, pace = "fast";
   hm::LaserRecordingOptions topics;
 };
 
@@ -24,6 +24,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   options.output =
       flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
   options.relations = flags.relations;
+  options.saved_map = flags.saved_map;
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
   auto list = hm::list_all(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -41,6 +42,7 @@ void add_laser(Program& program) {
       program.add({"laser", "Laser scans become a trajectory, height and a map.",
                    "  hm laser my_flight -o result\n"
                    "  hm laser my_flight -o fine --set mvog.resolution_m=0.05\n"
+                   "  hm laser second_flight -o again --localise result\n"
                    "  hm laser my_flight -o live --pace realtime --set laser.duration_s=1 --json",
                    [flags](Session& session) { return run(*flags, session); }});
   command
@@ -50,6 +52,8 @@ void add_laser(Program& program) {
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_laser)");
   command.add_option("--relations", flags->relations,
                      "file of known relative poses to compare with (t1 t2 x y z roll pitch yaw)");
+  command.add_option("--localise", flags->saved_map,
+                     "find the vehicle in a map of an earlier run: its folder, map.yaml or map.mvog");
   command.add_option("--pace", flags->pace, "as fast as it goes, or at the recording's own pace")
       ->check(CLI::IsMember({"fast", "realtime"}));
   const auto group = "Topics of a bag (default: guessed)";

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   add_simulate(program);
   add_reconstruct(program);
   add_laser(program);
+  add_calibrate(program);
   add_evaluate(program);
   add_convert(program);
   add_params(program);

@@ -80,6 +80,7 @@ class Program {
 
 // One file per verb.
 void add_demo(Program& program);
+void add_calibrate(Program& program);
 void add_info(Program& program);
 void add_simulate(Program& program);
 void add_reconstruct(Program& program);

@@ -1,5 +1,6 @@
 """hm laser: a simulated flight end to end, every real laser recording where it is there, Ctrl-C, wrong input."""
 import json
+import math
 import shutil
 import signal
 import time
@@ -7,7 +8,10 @@ from pathlib import Path
 
 import support
 
-KEYS = {"scans", "match_ms", "path_length_m", "mvog", "insert_us_per_beam", "choices", "bounds_m"}
+KEYS = {"scans", "match_ms", "path_length_m", "path_length_odom_m", "mvog", "insert_us_per_beam", "choices", "bounds_m",
+        "loops", "localisation"}
+LOOP_KEYS = {"corrected", "T_map_odom", "max_shift_m", "rebuild_s", "nodes", "candidates", "accepted", "rejected"}
+INTEL = "laser/flirt_intel-lab.log"
 FILES = ["trajectory.txt", "map.mvog", "map.bt", "map.ply", "map.yaml", "map.pgm", "parameters.toml", "report.json",
          "report.html"]
 # Recording -> (poses from, least share of scans with a pose, path between, area of the map between, m and m2).
@@ -46,6 +50,8 @@ class Laser(support.ProgramTest):
     def test_flight_end_to_end(self):
         run = self.run_json("laser", self.flight, "-o", "result")
         self.assertLessEqual(KEYS | {"ate_rmse_m", "height_rmse_m", "floors"}, set(run))
+        self.assertLessEqual(LOOP_KEYS, set(run["loops"]))
+        self.assertIsNone(run["localisation"])
         scans = run["scans"]
         self.assertEqual(scans["read"], scans["total"])
         self.assertEqual(scans["read"], scans["posed"] + scans["failed"])
@@ -64,6 +70,80 @@ class Laser(support.ProgramTest):
         poses = self.run_json("evaluate", "trajectory", "result/trajectory.txt", self.flight / "groundtruth.txt",
                               "--set", "trajectory_error.association=interpolate")
         self.assertAlmostEqual(poses["ate_rmse_m"], run["ate_rmse_m"], places=3)
+
+    def poses(self, path):
+        rows = (self.folder / path).read_text().splitlines()
+        return {row.split()[0]: [float(number) for number in row.split()[1:]] for row in rows if row[0] != "#"}
+
+    def test_odometry_and_loops_are_switches(self):
+        short = ["--set", "laser.duration_s=8", "--quiet", "--set", "laser.pictures=false"]
+        plain = self.run_json("laser", self.flight, "-o", "plain", "--set", "laser.close_loops=false", *short)
+        self.assertIsNone(plain["loops"])
+        self.assertFalse((self.folder / "plain/map_frame.csv").exists())
+        run = self.run_json("laser", self.flight, "-o", "wheels", "--set", "laser.degraded_odometry=true", *short)
+        self.assertTrue(any("stand-in for wheel odometry" in choice for choice in run["choices"]), run["choices"])
+        self.assertTrue(any("seed 1" in choice for choice in run["choices"]))
+        # The control frame does not depend on loops.
+        loops = self.run_json("laser", self.flight, "-o", "loops", *short)
+        self.assertEqual(loops["path_length_odom_m"], plain["path_length_odom_m"])
+        self.assertEqual((self.folder / "loops/trajectory_odom.txt").read_bytes(),
+                         (self.folder / "plain/trajectory.txt").read_bytes())
+        (self.folder / "bare").mkdir()
+        for name in ("recording.bag", "rig.toml"):
+            shutil.copy(self.flight / name, self.folder / "bare" / name)
+        document = self.run_json("laser", "bare", "--set", "laser.degraded_odometry=true", expect=2)
+        self.assertIn("true poses", document["error"]["message"])
+
+    def test_place_in_a_saved_map(self):
+        short = ["--quiet", "--set", "laser.pictures=false"]
+        self.run_json("laser", self.flight, "-o", "mapped", *short)
+        self.run_hm("simulate", "room", "-o", "second", "--sensor", "laser_mav", "--frames", "480", "--seed", "9",
+                    "--quiet")
+        truth_first = self.poses(self.flight / "groundtruth.txt")
+        truth_second = self.poses("second/groundtruth.txt")
+        start = next(iter(truth_first.values()))
+        # `map` is the first pose of the first flight, level.
+        yaw = math.atan2(2 * (start[6] * start[5] + start[3] * start[4]), 1 - 2 * (start[4]**2 + start[5]**2))
+        for saved in ("mapped", "mapped/map.yaml", "mapped/map.mvog"):
+            with self.subTest(saved):
+                # It begins in mid-flight: its own odom lies elsewhere.
+                run = self.run_json("laser", "second", "-o", "again", "--localise", saved, "--set",
+                                    "laser.begin_s=6", *short)
+                place = run["localisation"]
+                self.assertGreater(place["located"], 0.9 * place["sought"])
+                self.assertTrue(place["sure"], place)
+                self.assertLess(place["first_fix_s"], 3)
+                self.assertIsNone(run["loops"])
+                errors = []
+                for stamp, pose in self.poses("again/trajectory.txt").items():
+                    near = min(truth_second, key=lambda other: abs(float(other) - float(stamp)))
+                    if abs(float(near) - float(stamp)) < 0.005:
+                        x = start[0] + math.cos(yaw) * pose[0] - math.sin(yaw) * pose[1]
+                        y = start[1] + math.sin(yaw) * pose[0] + math.cos(yaw) * pose[1]
+                        errors.append(math.hypot(x - truth_second[near][0], y - truth_second[near][1]))
+                self.assertGreater(len(errors), 100)
+                errors.sort()
+                self.assertLess(errors[len(errors) // 2], 0.06)
+                self.assertLess(errors[-1], 0.25)
+        report = json.loads((self.folder / "again/report.json").read_text())
+        self.assertEqual(len(report["T_map_odom_history"]["time_s"]), report["localisation"]["changes"])
+        self.assertIn("Place in the map", (self.folder / "again/report.html").read_text())
+
+    def test_what_is_no_map(self):
+        (self.folder / "text.yaml").write_text("hello\n")
+        (self.folder / "noise.mvog").write_bytes(b"no map at all")
+        (self.folder / "empty").mkdir()
+        for name, word in (("nowhere", "no such map"), ("text.yaml", "text.yaml:1"), ("noise.mvog", "noise.mvog"),
+                           ("empty", "not a map"), (self.flight / "recording.bag", "not a map")):
+            with self.subTest(str(name)):
+                document = self.run_json("laser", self.flight, "-o", "x", "--localise", name, expect=3)
+                self.assertIn(word, json.dumps(document["error"]))
+                self.assertFalse((self.folder / "x").exists())
+        (self.folder / "free.pgm").write_bytes(b"P5\n40 40\n255\n" + bytes([254]) * 1600)
+        (self.folder / "free.yaml").write_text("image: free.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\n"
+                                               "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
+        document = self.run_json("laser", self.flight, "--localise", "free.yaml", expect=3)
+        self.assertIn("nothing in this map is occupied", document["error"]["message"])
 
     def test_same_result_again_and_relations(self):
         lines = []
@@ -141,12 +221,33 @@ class Laser(support.ProgramTest):
                 self.assertTrue(path_m[0] < run["path_length_m"] < path_m[1], run["path_length_m"])
                 self.assertTrue(area_m2[0] < run["mvog"]["area_m2"] < area_m2[1], run["mvog"])
                 self.check_files(Path(name).stem, FILES)
-        run = self.run_json("laser", data / "laser/flirt_intel-lab.log", "-o", "intel", "--relations",
-                            data / "laser/intel.relations")
-        self.assertGreater(run["relations"]["used"], 100)
-        self.assertIn("ate_rmse_m", run)
-        self.assertEqual(run["scans"]["restarts"] > 0, any("lost" in warning for warning in run["warnings"]))
         self.run_json("laser", data / "bags/imu_tools_ardrone_imu.bag", expect=3)  # no scan in it
+
+    def intel(self, data, result, *more):
+        return self.run_json("laser", data / INTEL, "-o", result, "--relations", data / "laser/intel.relations",
+                             "--quiet", "--set", "relation_error.max_gap_s=0", "--set",
+                             "relation_error.max_extrapolation_s=0", "--set", "laser.pictures=false", *more)
+
+    def test_intel_with_wheels_and_without(self):
+        data = support.real_data()
+        if not data or not (data / INTEL).exists():
+            self.skipTest("no real recordings in $HM_DATA or ../shared/data")
+        run = self.intel(data, "wheels", "--set", "laser.degraded_odometry=true")
+        self.assertEqual(run["relations"]["used"], 301)
+        self.assertGreaterEqual(run["scans"]["posed"], 2660)
+        self.assertGreater(run["loops"]["accepted"], 50)
+        self.assertEqual(run["loops"]["candidates"],
+                         run["loops"]["accepted"] - run["loops"]["taken_out"] + run["loops"]["rejected"])
+        self.assertLess(run["relation_error_m"]["mean"], 0.022)
+        self.assertLess(run["relation_error_odom_m"]["mean"], 0.10)
+        self.assertLess(run["ate_rmse_m"], 0.5 * run["ate_rmse_odom_m"])
+        # Walls that were seen twice are one wall.
+        self.assertLess(run["mvog"]["volumes_positive"], 0.9 * run["loops"]["mvog_odom"]["volumes_positive"])
+        self.check_files("wheels", FILES + ["trajectory_odom.txt", "map_frame.csv"])
+        alone = self.intel(data, "alone")
+        self.assertGreater(alone["scans"]["searched"], 2000)
+        self.assertGreaterEqual(alone["scans"]["posed"], 2640)
+        self.assertLess(alone["relation_error_m"]["mean"], 0.3)
 
 
 if __name__ == "__main__":

@@ -90,7 +90,9 @@ HeightEstimate HeightEstimator::finish(HeightStatus status, const HeightModes& m
 
 double HeightEstimator::variance_m2(const HeightMode& mode) const {
   const auto square = [](double value) { return value * value; };
-  const double noise_m2 = square(std::max(mode.spread_m, 0.5 * params_.reading_std_m)) / mode.readings;
+  // A single reading's spread says nothing.
+  const double least_m = mode.readings > 1 ? 0.5 * params_.reading_std_m : params_.reading_std_m;
+  const double noise_m2 = square(std::max(mode.spread_m, least_m)) / mode.readings;
   const double excess_m2 = std::max(square(mode.spread_m) - square(params_.reading_std_m), 0.0);
   const double unexplained_m = kUnexplainedPull * (1 - explained_ratio_) * params_.mode_half_width_m();
   return noise_m2 + square(params_.level_std_m) + kEdgePull * excess_m2 + square(unexplained_m);

@@ -22,6 +22,16 @@ struct HeightParams {
   double acceleration_density_m_s2_sqrt_hz = 0.4;
   double initial_climb_std_m_s = 1.0;
 
+  /// For single readings of a distance sensor. What is new underneath must be seen more often to be believed;
+  /// as only one surface is seen at a time, an IMU's vertical acceleration matters more than with a mirror.
+  static HeightParams for_range_sensor(double reading_std_m = 0.01) {
+    HeightParams params;
+    params.reading_std_m = reading_std_m;
+    params.min_readings = 1;
+    params.confirm_sightings = 8;
+    return params;
+  }
+
   /// Readings this near to a mode belong to it, metres.
   [[nodiscard]] double mode_half_width_m() const { return mode_half_width_sigmas_ratio * reading_std_m; }
   /// A mode whose readings spread more is no surface, metres. Readings without any mode, spread evenly,

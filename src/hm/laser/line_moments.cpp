@@ -30,6 +30,7 @@ FittedLine LineMoments::line(std::uint32_t first, std::uint32_t last) const {
   FittedLine line;
   if (length > 0) line.nx = -ty / length, line.ny = tx / length;
   line.d = line.nx * cx + line.ny * cy;
+  line.centre = line.ny * cx - line.nx * cy;
   line.squares = std::max(0.0, middle - root) * count;
   line.count = count;
   line.along2 = middle + root;

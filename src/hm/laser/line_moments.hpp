@@ -11,6 +11,7 @@ struct FittedLine {
   double squares = 0;  ///< sum of squared distances of the points, m2
   double count = 0;    ///< points
   double along2 = 0;   ///< mean squared distance from their centre along the line, m2
+  double centre = 0;   ///< where that is along the line: ny * x - nx * y, m
   /// Variance across the line, from the residuals.
   [[nodiscard]] double variance() const { return count > 2 ? squares / (count - 2) : 0; }
 };

@@ -47,4 +47,21 @@ MirrorDistances mirror_distances(const LaserScan& scan, const LaserRig::Mirror& 
   return result;
 }
 
+MirrorDistances range_distance(const RangeReading& reading, const SE3& T_base_sensor,
+                               const Mat3& R_world_base) {
+  MirrorDistances result;
+  result.stamp = reading.stamp;
+  if (!R_world_base.allFinite() || !T_base_sensor.matrix().allFinite()) {
+    result.tilt_rad = std::numeric_limits<double>::quiet_NaN();
+    return result;
+  }
+  result.tilt_rad = std::acos(std::clamp(R_world_base(2, 2), -1.0, 1.0));
+  const bool seen = std::isfinite(reading.range_m) && reading.range_m >= reading.range_min_m &&
+                    (!(reading.range_max_m > 0) || reading.range_m <= reading.range_max_m);
+  if (!seen) return result;
+  const double distance_m = -(R_world_base * (T_base_sensor * Vec3(reading.range_m, 0, 0))).z();
+  if (distance_m > 0) result.distances_m.push_back(distance_m);
+  return result;
+}
+
 }  // namespace hm

@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "hm/sensors/imu.hpp"
 #include "hm/sensors/laser_rig.hpp"
 #include "hm/sensors/laser_scan.hpp"
 
@@ -36,5 +37,11 @@ struct MirrorDistances {
 /// give no distances and a NaN tilt.
 MirrorDistances mirror_distances(const LaserScan& scan, const LaserRig::Mirror& mirror,
                                  const SweepAttitude& attitude, SurfaceSide side);
+
+/// The same from a distance sensor that looks down (along its own x axis), for vehicles without a mirror
+/// there: one distance, or none where the reading is out of its limits or looks up. For a HeightEstimator
+/// with HeightParams::for_range_sensor(). A not finite attitude or mounting gives no distance and a NaN tilt.
+MirrorDistances range_distance(const RangeReading& reading, const SE3& T_base_sensor,
+                               const Mat3& R_world_base);
 
 }  // namespace hm

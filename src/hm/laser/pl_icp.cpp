@@ -141,10 +141,9 @@ void PlIcp::State::judge(const SE2& guess, ScanMatch& match) {
 }
 
 void PlIcp::State::add_covariance(ScanMatch& match) {
-  const Mat3 inverse = inverse_information(free, sums.information());
-  Mat3 covariance_at_origin =
-      range_sigma_m * range_sigma_m *
-      covariance.compute(reference, sensed, pairs, inverse, params.weight_by_incidence);
+  Mat3 covariance_at_origin = covariance.compute(
+      reference, sensed, pairs,
+      {inverse_information(free, sums.information()), range_sigma_m, params.weight_by_incidence});
   const Vec3 scale(1, 1, 1 / free.arm_m);
   for (int k = 0; k < free.count; ++k) {
     const Vec3 direction = scale.asDiagonal() * free.directions[static_cast<std::size_t>(k)];

@@ -163,11 +163,34 @@ TEST(PlIcp, CovarianceHoldsInMonteCarlo) {
       sum += error.dot(match.covariance.inverse() * error);
       mean += error / kTrials;
     }
-    // Three degrees of freedom; first-order theory, so the band is wide on the upper side.
-    EXPECT_GT(sum / kTrials, 2.0) << sigma_m;
-    EXPECT_LT(sum / kTrials, 5.0) << sigma_m;
+    // Three degrees of freedom.
+    EXPECT_GT(sum / kTrials, 2.2) << sigma_m;
+    EXPECT_LT(sum / kTrials, 3.8) << sigma_m;
     EXPECT_LT(mean.head<2>().norm(), 0.03 * sigma_m);
     EXPECT_LT(std::abs(mean.z()), 0.01 * sigma_m);
+  }
+}
+
+TEST(PlIcp, CovarianceHoldsAmongNichesAndPillars) {
+  for (const double sigma_m : {0.01, 0.03}) {
+    for (const SE2& motion : {SE2(0.1, 0.05, -0.02), SE2(0.4, 0.2, 0.1)}) {
+      PlIcp matcher;
+      double sum = 0;
+      constexpr int kTrials = 240;
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const SE2 first = laser_testing::office_loop(laser_testing::kOfficeLoop_m * trial / kTrials);
+        const auto seed = static_cast<std::uint64_t>(2 * trial);
+        const auto a = scan_of(laser_testing::office_world(), first, sigma_m, seed);
+        const auto b = scan_of(laser_testing::office_world(), first * motion, sigma_m, seed + 1);
+        const ScanMatch match = matcher.match(a, b, motion);
+        ASSERT_TRUE(match.ok());
+        ASSERT_EQ(match.free.count, 0);
+        const Vec3 error = match.T_reference_sensed->vector() - motion.vector();
+        sum += error.dot(match.covariance.inverse() * error);
+      }
+      EXPECT_GT(sum / kTrials, 2.2) << sigma_m;
+      EXPECT_LT(sum / kTrials, 4.0) << sigma_m;
+    }
   }
 }
 

@@ -70,7 +70,7 @@ double estimate_range_sigma(const ScanPoints& points, std::vector<float>& scratc
 
 void ReferenceLines::fit(const LineFitParams& params) {
   const std::size_t n = size();
-  for (auto* values : {&ux, &uy, &nx, &ny, &d, &angle_sigma2}) values->resize(n);
+  for (auto* values : {&ux, &uy, &nx, &ny, &d, &angle_sigma2, &centre, &along2}) values->resize(n);
   begin.resize(n);
   end.resize(n);
   smooth.resize(n);
@@ -238,6 +238,8 @@ void ReferenceLines::take(std::uint32_t i, const Window& window, const FittedLin
   d[i] = static_cast<float>(line.d);
   const double angle_variance = variance_m2 / std::max(line.count * line.along2, 1e-12);
   angle_sigma2[i] = static_cast<float>(std::min(kMaxAngleSigma2, angle_variance));
+  centre[i] = static_cast<float>(line.centre);
+  along2[i] = static_cast<float>(line.along2);
   begin[i] = window.first;
   end[i] = window.last;
 }

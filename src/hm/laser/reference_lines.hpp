@@ -42,6 +42,7 @@ class ReferenceLines {
   std::vector<Ray> rays;                  ///< points and directions once more
   std::vector<float> nx, ny, d;           ///< line: nx * x + ny * y = d
   std::vector<float> angle_sigma2;        ///< variance of the normal's angle, rad2
+  std::vector<float> centre, along2;      ///< of the points that it was fitted to: see FittedLine
   std::vector<float> scans;               ///< how many scans were averaged here
   std::vector<std::uint32_t> begin, end;  ///< points that the line was fitted to
   std::vector<std::uint8_t> smooth;       ///< the fit is as good as the noise allows

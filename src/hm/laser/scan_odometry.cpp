@@ -10,6 +10,8 @@ std::string_view to_string(OdometryStatus status) {
       return "first scan";
     case OdometryStatus::kTracking:
       return "tracking";
+    case OdometryStatus::kFound:
+      return "found";
     case OdometryStatus::kMatchFailed:
       return "match failed";
     case OdometryStatus::kRestarted:
@@ -32,6 +34,13 @@ Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, con
   first(1, 2) = lever.x();
   second.topLeftCorner<2, 2>() = T_a_b.rotation();
   return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
+}
+
+/// Turns covariances of (x, y, angle) into the axes of another frame.
+Mat3 in_axes_of(const SE2& T_a_b) {
+  Mat3 turn = Mat3::Identity();
+  turn.topLeftCorner<2, 2>() = T_a_b.rotation();
+  return turn;
 }
 
 }  // namespace
@@ -93,18 +102,40 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   // The motion since the last scan, in that scan's body frame: composed on the right.
   T_base_predicted_ = T_base_predicted_ * predicted_motion(dt_s, prediction);
   step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
-  step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * step.T_odom_base_predicted);
   unmatched_s_ += dt_s;
-  if (step.match.ok())
-    track(step);
-  else
-    lose(scan, step);
+  match(scan, prediction, step);
   return step;
 }
 
-void ScanOdometry::track(OdometryStep& step) {
-  const SE2 T_keyframe_base = *step.match.T_reference_sensed;
-  T_odom_base_ = T_odom_keyframe_ * T_keyframe_base;
+/// From the prediction, or from where the scan is found; where the reference shows too little of the scan,
+/// what was found counts.
+void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step) {
+  const auto match_from = [&](const SE2& T_odom_base) {
+    step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * T_odom_base);
+  };
+  if (!prediction.find || !prediction.find_first) {
+    match_from(step.T_odom_base_predicted);
+    if (is_well_paired(step.match) || (step.match.ok() && !prediction.find)) return track(step);
+  }
+  std::optional<FoundPose> found;
+  if (prediction.find) {
+    step.searched = true;
+    found = prediction.find(scan, step.T_odom_base_predicted);
+    match_from(found ? found->T_odom_base : step.T_odom_base_predicted);
+  }
+  if (found && !is_well_paired(step.match)) return adopt(scan, *found, step);
+  if (step.match.ok()) return track(step);
+  lose(scan, step);
+}
+
+bool ScanOdometry::is_well_paired(const ScanMatch& match) const {
+  return match.ok() && static_cast<double>(match.pairs) >=
+                           params_.find_min_pairs_ratio * static_cast<double>(match.sensed_points);
+}
+
+/// The pose of this scan is known: the velocity follows, failures are forgotten.
+void ScanOdometry::conclude(const SE2& T_odom_base) {
+  T_odom_base_ = T_odom_base;
   T_base_predicted_ = {};
   if (unmatched_s_ > params_.max_gap_s)
     velocity_.reset(T_odom_base_);
@@ -112,6 +143,24 @@ void ScanOdometry::track(OdometryStep& step) {
     velocity_.update(T_odom_base_, unmatched_s_);
   unmatched_s_ = 0;
   failures_ = 0;
+}
+
+void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step) {
+  conclude(found.T_odom_base);
+  step.status = OdometryStatus::kFound;
+  step.T_odom_base = T_odom_base_;
+  step.T_keyframe_base = T_odom_keyframe_.inverse() * T_odom_base_;
+  const Mat3 turn = in_axes_of(T_odom_keyframe_.inverse());
+  step.match.covariance = turn * found.covariance * turn.transpose();
+  step.covariance =
+      compose(T_odom_keyframe_, keyframe_covariance_, *step.T_keyframe_base, step.match.covariance);
+  matcher_.set_reference(scan);
+  begin_keyframe(step);
+}
+
+void ScanOdometry::track(OdometryStep& step) {
+  const SE2 T_keyframe_base = *step.match.T_reference_sensed;
+  conclude(T_odom_keyframe_ * T_keyframe_base);
   step.status = OdometryStatus::kTracking;
   step.T_odom_base = T_odom_base_;
   step.T_keyframe_base = T_keyframe_base;

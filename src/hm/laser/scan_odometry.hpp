@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string_view>
 
@@ -18,6 +19,7 @@ struct ScanOdometryParams {
   int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
+  double find_min_pairs_ratio = 0.3;
 
   /// The odometry of 2.2.1 with the dissertation's example thresholds (0.2 m, 20 degrees).
   static ScanOdometryParams dissertation() {
@@ -55,8 +57,21 @@ struct ScanOdometryParams {
       self.max_gap_s);
     v(ParamDoc{"max_failures", {1, 1000}, "after so many scans without a match a new reference is begun"},
       self.max_failures);
+    v(ParamDoc{"find_min_pairs_ratio",
+               {0, 1},
+               "a match that pairs a smaller share of the points is no better than a search"},
+      self.find_min_pairs_ratio);
   }
 };
+
+/// Where a scan was found by other means than matching from a prediction.
+struct FoundPose {
+  SE2 T_odom_base;
+  Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle), x and y along the axes of `odom`
+};
+/// Finds a scan in what was seen before, given where it is thought to be; nothing when it does not.
+using PoseFinder =
+    std::function<std::optional<FoundPose>(const PlanarScan& scan, const SE2& T_odom_base_predicted)>;
 
 /// What is known of the motion since the last scan that was processed, from elsewhere. Precedence, part by
 /// part: yaw_change_rad over odometry over velocity over the odometry's own velocity over nothing.
@@ -64,11 +79,15 @@ struct MotionPrediction {
   std::optional<SE2> T_last_now;         ///< from wheel odometry: base now in the base at the last scan
   std::optional<Vec3> velocity_base;     ///< vx, vy (m/s), yaw rate (rad/s) in the base frame
   std::optional<double> yaw_change_rad;  ///< from an inertial unit
+  /// Asked where matching from the prediction fails or pairs too little; with `find_first` before matching.
+  PoseFinder find = {};
+  bool find_first = false;
 };
 
 enum class OdometryStatus {
   kFirstScan,  ///< the frame `odom` begins here
   kTracking,
+  kFound,          ///< not matched, but found by MotionPrediction::find: a new reference is begun there
   kMatchFailed,    ///< see match.status; the reference is kept
   kRestarted,      ///< lost for max_failures scans: the scan became the reference, at the predicted pose
   kTimeBackwards,  ///< the stamp is not later than the last one: the scan was ignored
@@ -80,7 +99,7 @@ std::string_view to_string(OdometryStatus status);
 struct OdometryStep {
   Time stamp;
   OdometryStatus status = OdometryStatus::kTooFewPoints;
-  std::optional<SE2> T_odom_base;      ///< nothing unless kFirstScan, kTracking or kRestarted
+  std::optional<SE2> T_odom_base;      ///< nothing unless kFirstScan, kTracking, kFound or kRestarted
   SE2 T_odom_base_predicted;           ///< before matching
   std::optional<SE2> T_keyframe_base;  ///< in the reference that it was matched against
   /// Of (x, y, angle) of T_odom_base, x and y along the axes of `odom`: keyframes' errors added up. Grows
@@ -89,7 +108,8 @@ struct OdometryStep {
   bool new_keyframe = false;  ///< this scan is the reference of the next ones
   bool after_gap = false;     ///< more than max_gap_s since the last scan: no velocity was assumed
   std::size_t keyframe = 0;   ///< number of the reference that it was matched against
-  ScanMatch match;
+  bool searched = false;      ///< MotionPrediction::find was asked
+  ScanMatch match;            ///< kFound: its covariance is that of the finder
 };
 
 /// Pose of the vehicle's base in the plane from scans alone (dissertation 2.2.1): PL-ICP against keyframes
@@ -112,7 +132,11 @@ class ScanOdometry {
  private:
   OdometryStep begin(const PlanarScan& scan);
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
+  void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
+  [[nodiscard]] bool is_well_paired(const ScanMatch& match) const;
   void track(OdometryStep& step);
+  void adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step);
+  void conclude(const SE2& T_odom_base);
   void begin_keyframe(OdometryStep& step);
   void lose(const PlanarScan& scan, OdometryStep& step);
   [[nodiscard]] bool wants_keyframe(const ScanMatch& match) const;

@@ -1,12 +1,8 @@
 #pragma once
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
-#include <span>
-#include <vector>
 
-#include "hm/mvog/column_runs.hpp"
-#include "hm/mvog/tile_store.hpp"
+#include "hm/mvog/scan_layers.hpp"
 
 namespace hm::mvog {
 
@@ -23,59 +19,29 @@ using CellPoint = Eigen::Vector3d;
 /// its end a beam flatter than 45 degrees misses nothing. The scan's strongest saying counts for each place.
 class BeamRaster {
  public:
-  /// Forgets the tiles of the scan before. All its sayings must have been taken.
-  void clear();
-  /// From here on glancing beams count as all others do.
-  void count_glancing(bool count) { count_glancing_ = count; }
-  void add_return(const CellPoint& origin, const CellPoint& end);
-  void add_no_return(const CellPoint& origin, const CellPoint& end);
+  /// Begins a scan. All that the one before said must have been taken.
+  /// Most of it should be at the level `bottom` or little above: then columns take few words.
+  void begin(const CellPoint& origin, int bottom, bool count_glancing);
+  void add_return(const CellPoint& end);
+  void add_no_return(const CellPoint& end);
 
-  static constexpr std::uint32_t kNone = 0xffffffffu;
-  /// What the scan says of 64 levels of one column; bit i is level 64 * word + i.
-  struct Word {
-    std::uint64_t brush = 0, hit = 0, miss = 0, near_hit = 0;
-  };
-  /// 64 levels of a tile. Its words are zero but for the columns seen.
-  struct Layer {
-    std::array<Word, kTileColumns> columns{};
-    std::uint64_t seen = 0;  ///< bit by place in the tile
-    TileKey key;
-    std::int32_t word = 0;
-    std::uint32_t above = kNone;  ///< the tile's next layer, words increase
-  };
-  /// A tile that the scan has seen.
-  struct ScanTile {
-    TileKey key;
-    std::uint32_t lowest = kNone;  ///< layer
-  };
-
-  [[nodiscard]] std::span<const ScanTile> tiles() const { return tiles_; }
-  /// The columns of a tile that the scan has seen, a bit each by place.
-  [[nodiscard]] std::uint64_t columns_seen(const ScanTile& tile) const;
-  /// What the scan says of one of them. Takes it out of the raster.
-  void take_sayings(const ScanTile& tile, std::size_t place, std::vector<SayingStart>& out);
-  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] ScanLayers& layers() { return layers_; }
+  [[nodiscard]] const ScanLayers& layers() const { return layers_; }
 
  private:
   struct Walk;
-  struct Height;
   enum class BeamEnd { kFlatReturn, kSteepReturn, kNothing };
-  void walk(const CellPoint& origin, const CellPoint& end, BeamEnd kind);
-  template <bool kRises>
-  void walk_in_layer(Walk& walk, Layer& here, std::uint32_t base);
-  void mark_levels(const Walk& walk, const Height& to);
-  void mark_end(int x, int y, int low_level, std::uint64_t Word::*plane);
-  std::uint32_t find_or_add_layer(TileKey key, int word);
-  /// The layer of a tile at a word, made when it is not there.
-  Layer& layer(TileKey key, int word);
+  void walk(const CellPoint& end, BeamEnd kind);
+  template <bool kRises, bool kNearEnd>
+  void walk_in_layer(Walk& walk, ScanLayer& layer);
+  void mark_column(const Walk& walk, std::int64_t to_z);
+  void mark_end(const CellPoint& end);
 
+  ScanLayers layers_;
+  int bottom_ = 0;  ///< heights are counted from this level
+  CellPoint origin_ = CellPoint::Zero();
+  int origin_x_ = 0, origin_y_ = 0;
   bool count_glancing_ = true;
-  TileIndex index_;  ///< of tiles_
-  std::vector<ScanTile> tiles_;
-  std::vector<Layer> layers_;
-  std::size_t layer_count_ = 0;  ///< in use; all others are zero
-  std::array<std::uint32_t, 2048>
-      lately_{};  ///< layers by the low bits of key and word, to be looked at first
 };
 
 }  // namespace hm::mvog

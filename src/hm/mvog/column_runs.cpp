@@ -1,83 +1,115 @@
 #include "hm/mvog/column_runs.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 namespace hm::mvog {
 namespace {
+
 constexpr int kEnd = std::numeric_limits<int>::max();
+
+/// A bit wherever a plane begins or ends, but at its ends.
+std::uint64_t edges(std::uint64_t plane) { return plane ^ plane << 1; }
+
+}  // namespace
+
+inline void ColumnUpdater::unpack(ColumnUnits old) {
+  if (old_.size() < old.size() + 3) old_.resize(2 * old.size() + 8);
+  Run* to = old_.data();
+  *to++ = {kEnd, kUnknownCode};
+  if (!old.empty()) {
+    int level = base_level(old[0]);
+    for (const std::uint16_t unit : old.subspan(1)) {
+      *to++ = {level, run_code(unit)};
+      level += run_length(unit);
+    }
+    *to++ = {level, kUnknownCode};
+  }
+  *to = {kEnd, kUnknownCode};
 }
 
-/// Both lists side by side, cut at the walls of either. Returns whether any place has changed.
-bool ColumnUpdater::overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view) {
-  const auto& steps = tables_.steps(same_view);
-  std::size_t next_unit = 0, next_saying = 0;
-  RunCode code = kUnknownCode;
-  int code_end = old.empty() ? kEnd : base_level(old[0]);
-  const CodeTables::Step* step = &steps[0];
-  int saying_end = sayings.front().level;
-  int level = start_ = std::min(code_end, saying_end);
-  runs_.clear();
-  bool changes = false;
-  while (true) {
-    if (code_end == level) {
-      ++next_unit;
-      const bool more = next_unit < old.size();
-      code = more ? run_code(old[next_unit]) : kUnknownCode;
-      code_end = more ? level + run_length(old[next_unit]) : kEnd;
+/// The old runs and what the scan says side by side, cut at the walls of either. Returns whether any place
+/// has changed. Without branches on what is where: they could not be foreseen.
+inline bool ColumnUpdater::overlay(std::span<const SaidWord> said, const CodeTables::Steps& steps) {
+  const Run* next = old_.data() + 1;
+  Run* to = runs_.data();
+  RunCode last = kUnknownCode;
+  int changes = 0;
+  const auto put = [&](int level, RunCode code) {
+    *to = {level, code};
+    to += code != last;
+    last = code;
+  };
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    const SaidWord& word = said[i];
+    const int base = static_cast<int>(word.base);
+    for (; next->start < base; ++next) put(next->start, next->code);
+    std::uint64_t begins = 0;
+    const Run* old = next - 1;
+    for (; next->start < base + 64; ++next)
+      begins |= std::uint64_t{1} << static_cast<unsigned>(next->start - base);
+    // The rank of what counts, in three planes.
+    const std::uint64_t miss = word.miss & ~word.hit, beside = word.beside & ~(word.hit | miss);
+    const std::uint64_t rank_4 = word.hit, rank_2 = miss | beside,
+                        rank_1 = miss | (word.brush & ~(word.hit | beside));
+    std::uint64_t walls = begins | edges(rank_4) | edges(rank_2) | edges(rank_1);
+    if (i > 0 && said[i - 1].base + 64 == word.base) walls |= 1u;
+    for (; walls != 0; walls &= walls - 1) {
+      const int bit = std::countr_zero(walls);
+      const auto in = [&](std::uint64_t plane) { return static_cast<unsigned>(plane >> bit) & 1u; };
+      old += in(begins);
+      const RunCode code = steps[in(rank_4) << 2 | in(rank_2) << 1 | in(rank_1)][old->code];
+      changes |= code ^ old->code;
+      put(base + bit, code);
     }
-    if (saying_end == level) {
-      step = &steps[static_cast<std::size_t>(sayings[next_saying].saying)];
-      ++next_saying;
-      saying_end = next_saying < sayings.size() ? sayings[next_saying].level : kEnd;
+    // Nothing is said from here on, but when the next word follows at once.
+    if (i + 1 == said.size() || said[i + 1].base != word.base + 64) {
+      if (next->start > base + 64) put(base + 64, old->code);
     }
-    const int end = std::min(code_end, saying_end);
-    if (end == kEnd) return changes;
-    const RunCode now = (*step)[code];
-    changes |= now != code;
-    if (!runs_.empty() && runs_.back().code == now)
-      runs_.back().end = end;
-    else
-      runs_.push_back({end, now});
-    level = end;
   }
+  for (; next->start != kEnd; ++next) put(next->start, next->code);
+  count_ = static_cast<std::size_t>(to - runs_.data()) - 1;
+  return changes != 0;
 }
 
 /// An unknown gap of one level between free places is free as far as beams of this density can tell.
 bool ColumnUpdater::is_sliver(std::size_t i) const {
-  return runs_[i].code == kUnknownCode && i > 0 && i + 1 < runs_.size() &&
-         runs_[i].end - runs_[i - 1].end == 1 && tables_.state(runs_[i - 1].code) == Occupancy::kFree &&
+  return runs_[i].code == kUnknownCode && runs_[i + 1].start - runs_[i].start == 1 &&
+         tables_.state(runs_[i - 1].code) == Occupancy::kFree &&
          tables_.state(runs_[i + 1].code) == Occupancy::kFree;
 }
 
 /// Joins similar neighbours, slivers filled, and packs what comes out.
-void ColumnUpdater::pack(std::vector<std::uint16_t>& out) const {
-  out.push_back(static_cast<std::uint16_t>(start_));
-  int begin = start_;
-  Run last = runs_.front();
-  const auto write = [&] {
-    for (int left = last.end - begin; left > 0; left -= 255)
-      out.push_back(static_cast<std::uint16_t>(last.code << 8 | std::min(left, 255)));
+inline std::size_t ColumnUpdater::pack(std::uint16_t* out) const {
+  const std::uint16_t* const first = out;
+  Run last = runs_[0];
+  *out++ = static_cast<std::uint16_t>(last.start);
+  const auto write = [&](int end) {
+    int left = end - last.start;
+    for (; left > 255; left -= 255) *out++ = static_cast<std::uint16_t>(last.code << 8 | 255);
+    *out++ = static_cast<std::uint16_t>(last.code << 8 | left);
   };
-  for (std::size_t i = 1; i < runs_.size(); ++i) {
+  for (std::size_t i = 1; i < count_; ++i) {
     Run run = runs_[i];
-    if (fill_slivers_ && is_sliver(i)) run.code = kNearFreeCode;
+    if (run.code == kUnknownCode && fill_slivers_ && is_sliver(i)) run.code = kNearFreeCode;
     if (tables_.similar(last.code, run.code)) {
-      last = {run.end, tables_.merged(last.code, last.end - begin, run.code, run.end - last.end)};
+      last.code = tables_.merged(last.code, run.start - last.start, run.code, runs_[i + 1].start - run.start);
       continue;
     }
-    write();
-    begin = last.end;
+    write(run.start);
     last = run;
   }
-  write();
+  write(runs_[count_].start);
+  return static_cast<std::size_t>(out - first);
 }
 
-bool ColumnUpdater::update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
-                           std::vector<std::uint16_t>& out) {
-  if (!overlay(old, sayings, same_view)) return false;
-  pack(out);
-  return true;
+std::size_t ColumnUpdater::update(ColumnUnits old, std::span<const SaidWord> said, bool same_view,
+                                  std::uint16_t* out) {
+  const std::size_t most = old.size() + 66 * said.size() + 4;
+  if (runs_.size() < most) runs_.resize(2 * most);
+  unpack(old);
+  return overlay(said, tables_.steps(same_view)) ? pack(out) : 0;
 }
 
 }  // namespace hm::mvog

@@ -42,11 +42,11 @@ void for_each_run(ColumnUnits column, Visit&& visit) {
   }
 }
 
-/// What a scan says of a column: from `level` upwards `saying`, until the next one's level. Begins with
-/// something and ends with kNothing.
-struct SayingStart {
-  int level;
-  Saying saying;
+/// What a scan says of 64 levels of one column; bit i is level base + i. Where several planes speak, the
+/// first one here counts.
+struct SaidWord {
+  std::int64_t base = 0;
+  std::uint64_t hit = 0, miss = 0, beside = 0, brush = 0;
 };
 
 /// Writes scans into columns. Keeps its working memory from call to call.
@@ -55,23 +55,31 @@ class ColumnUpdater {
   explicit ColumnUpdater(const MvogParams& params) : tables_(params), fill_slivers_(params.fill_slivers) {}
 
   [[nodiscard]] const CodeTables& tables() const { return tables_; }
-  /// Appends the column after the scan to `out` and returns true; or false when the scan changes nothing.
-  bool update(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view,
-              std::vector<std::uint16_t>& out);
+  /// Bounds the units that update() writes.
+  [[nodiscard]] static std::size_t max_units(ColumnUnits old, std::span<const SaidWord> said) {
+    return old.size() + 66 * said.size() + (kMaxLevel - kMinLevel) / 255 + 4;
+  }
+  /// Writes the column after the scan to `out`, which has room for max_units(), and returns its length; 0
+  /// when the scan changes nothing. `said` goes upwards and does not overlap.
+  std::size_t update(ColumnUnits old, std::span<const SaidWord> said, bool same_view, std::uint16_t* out);
+  [[nodiscard]] std::size_t bytes() const { return (old_.capacity() + runs_.capacity()) * sizeof(Run); }
 
  private:
+  /// A run goes to the start of the next one.
   struct Run {
-    int end;  ///< level after the last
+    int start;
     RunCode code;
   };
-  bool overlay(ColumnUnits old, std::span<const SayingStart> sayings, bool same_view);
+  void unpack(ColumnUnits old);
+  bool overlay(std::span<const SaidWord> said, const CodeTables::Steps& steps);
   [[nodiscard]] bool is_sliver(std::size_t i) const;
-  void pack(std::vector<std::uint16_t>& out) const;
+  std::size_t pack(std::uint16_t* out) const;
 
   CodeTables tables_;
   bool fill_slivers_;
-  int start_ = 0;          ///< level of the first run
-  std::vector<Run> runs_;  ///< neighbours differ
+  std::vector<Run> old_;   ///< from unknown space below to unknown space above, and kEnd
+  std::vector<Run> runs_;  ///< after the scan; neighbours differ, unknown space above comes last
+  std::size_t count_ = 0;  ///< of runs_ in use, without that
 };
 
 }  // namespace hm::mvog

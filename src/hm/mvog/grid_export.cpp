@@ -48,7 +48,7 @@ std::uint8_t percent(RunCode code) {
 MvogSize MultiVolumeGrid::size() const {
   MvogSize size;
   size.bytes = bytes();
-  size.working_bytes = impl_->raster.bytes() + impl_->sayings.capacity() * sizeof(SayingStart) +
+  size.working_bytes = impl_->raster.layers().bytes() + impl_->updater.bytes() +
                        (impl_->block.capacity() + impl_->updated.capacity()) * sizeof(std::uint16_t);
   size.tiles = impl_->store.tiles().size();
   for_each_column(impl_->store, [&](int, int, ColumnUnits column) {

@@ -100,7 +100,7 @@ bool visit_tile(TileKey key, const Tile* tile, const ColumnBox& box, Visit&& vis
 }  // namespace
 
 GridRayHit MultiVolumeGrid::cast_ray(const Eigen::Vector3d& p_world_from, const Eigen::Vector3d& p_world_to,
-                                 UnknownSpace unknown) const {
+                                     UnknownSpace unknown) const {
   const Eigen::Vector3d from = impl_->to_cells(p_world_from), to = impl_->to_cells(p_world_to), d = to - from;
   const Eigen::Vector3d way = p_world_to - p_world_from;
   if (!Impl::can_hold(from) || !Impl::can_hold(to) || d.head<2>().norm() > Impl::kMaxBeamCells)

@@ -47,13 +47,22 @@ bool MultiVolumeGrid::Impl::note_view(const Eigen::Vector3d& p_world_origin) {
   return known;
 }
 
+/// The lowest level that a scan from a good origin reaches.
+int MultiVolumeGrid::Impl::lowest_level(const BeamScan& scan) const {
+  double lowest_m = scan.p_world_origin.z();
+  for (const auto& points : {scan.p_world_returns, scan.p_world_no_returns})
+    for (const Eigen::Vector3f& p : points) lowest_m = std::min<double>(lowest_m, p.z());  // never NaN
+  return static_cast<int>(std::max<double>(2 * columns_per_m * lowest_m, kMinLevel));
+}
+
 void MultiVolumeGrid::Impl::rasterise(const BeamScan& scan, BeamScanStats& stats) {
-  raster.clear();
-  raster.count_glancing((scans + 1) % static_cast<std::uint64_t>(params.glancing_period) == 0);
   const Eigen::Vector3d origin = to_cells(scan.p_world_origin);
-  const bool good_origin = can_hold(origin);
+  const bool finite_origin = scan.p_world_origin.allFinite(), good_origin = finite_origin && can_hold(origin);
+  const bool count_glancing = (scans + 1) % static_cast<std::uint64_t>(params.glancing_period) == 0;
+  raster.begin(good_origin ? origin : Eigen::Vector3d::Zero(), good_origin ? lowest_level(scan) - 2 : 0,
+               count_glancing);
   const auto usable = [&](const Eigen::Vector3f& p_world, Eigen::Vector3d& end) {
-    if (!p_world.allFinite() || !scan.p_world_origin.allFinite()) {
+    if (!finite_origin || !p_world.allFinite()) {
       ++stats.not_finite;
       return false;
     }
@@ -67,47 +76,53 @@ void MultiVolumeGrid::Impl::rasterise(const BeamScan& scan, BeamScanStats& stats
   Eigen::Vector3d end;
   for (const Eigen::Vector3f& p : scan.p_world_returns) {
     if (!usable(p, end)) continue;
-    raster.add_return(origin, end);
+    raster.add_return(end);
     ++stats.returns;
   }
   for (const Eigen::Vector3f& p : scan.p_world_no_returns) {
     if (!usable(p, end)) continue;
-    raster.add_no_return(origin, end);
+    raster.add_no_return(end);
     ++stats.no_returns;
   }
 }
 
 /// Updates the columns that were seen, and makes the tile's block anew when any of them changed.
-void MultiVolumeGrid::Impl::update_tile(const BeamRaster::ScanTile& seen, bool& changed_map,
+void MultiVolumeGrid::Impl::update_tile(const ScanLayers::Patch& patch, std::size_t tile,
                                         BeamScanStats& stats) {
-  const Tile* old = store.find(seen.key);
-  std::uint64_t changed = 0;
-  std::size_t columns = 0;
-  updated.clear();
-  for (std::uint64_t left = raster.columns_seen(seen); left != 0; left &= left - 1, ++columns) {
-    const auto place = static_cast<std::size_t>(std::countr_zero(left));
-    raster.take_sayings(seen, place, sayings);
-    updated_from[place] = updated.size();
-    if (updater.update(old ? old->column(place) : ColumnUnits{}, sayings, stats.same_view, updated))
-      changed |= left & -left;
-    updated_end[place] = updated.size();
-  }
+  std::uint64_t left = ScanLayers::columns_seen(patch, tile);
+  if (left == 0) return;
+  const TileKey key = ScanLayers::tile_key(patch, tile);
+  const Tile* old = store.find(key);
+  const auto columns = static_cast<std::size_t>(std::popcount(left));
   stats.columns += columns;
-  if (changed == 0) return;
-  if (make_block(old, changed) && store.write(seen.key, block, revision + 1, max_store_bytes()))
-    changed_map = true;
+  std::uint64_t different = 0;
+  std::size_t end = 0;
+  for (; left != 0; left &= left - 1) {
+    const auto place = static_cast<unsigned>(std::countr_zero(left));
+    const auto said = raster.layers().take(patch, tile, place);
+    const ColumnUnits column = old ? old->column(place) : ColumnUnits{};
+    const std::size_t most = end + ColumnUpdater::max_units(column, said);
+    if (updated.size() < most) updated.resize(2 * most);
+    const std::size_t units = updater.update(column, said, stats.same_view, updated.data() + end);
+    different |= static_cast<std::uint64_t>(units > 0) << place;
+    updated_from[place] = end;
+    updated_end[place] = end += units;
+  }
+  if (different == 0) return;
+  if (make_block(old, different) && store.write(key, block, revision + 1, max_store_bytes()))
+    changed = true;
   else
     stats.columns_refused += columns;
 }
 
 /// A tile's block with the changed columns replaced. False when it would be too large.
-bool MultiVolumeGrid::Impl::make_block(const Tile* old, std::uint64_t changed) {
+bool MultiVolumeGrid::Impl::make_block(const Tile* old, std::uint64_t different) {
   block.resize(kOffsets);
   std::size_t place = 0;
   while (place < kTileColumns) {
     // Columns that stay, up to the next one that changed, are copied as one.
     const std::size_t next = std::min<std::size_t>(
-        kTileColumns, place + static_cast<std::size_t>(std::countr_zero(changed >> place)));
+        kTileColumns, place + static_cast<std::size_t>(std::countr_zero(different >> place)));
     if (old) {
       const std::size_t first = old->block.units[place], end = old->block.units[next];
       const std::size_t at = block.size();
@@ -135,9 +150,10 @@ BeamScanStats MultiVolumeGrid::insert(const BeamScan& scan) {
   if (stats.returns + stats.no_returns == 0) return stats;
   ++impl_->scans;
   stats.same_view = impl_->note_view(scan.p_world_origin);
-  bool changed = false;
-  for (const BeamRaster::ScanTile& tile : impl_->raster.tiles()) impl_->update_tile(tile, changed, stats);
-  if (changed) ++impl_->revision;
+  impl_->changed = false;
+  for (const ScanLayers::Patch& patch : impl_->raster.layers().patches())
+    for (std::size_t tile = 0; tile < kPatchTiles; ++tile) impl_->update_tile(patch, tile, stats);
+  if (impl_->changed) ++impl_->revision;
   return stats;
 }
 

@@ -80,7 +80,7 @@ class MultiVolumeGrid {
   [[nodiscard]] std::optional<double> probability_at(const Eigen::Vector3d& p_world) const;
   /// Follows a ray to the first occupied place. `to` must not be farther than 10 000 cells.
   [[nodiscard]] GridRayHit cast_ray(const Eigen::Vector3d& p_world_from, const Eigen::Vector3d& p_world_to,
-                                UnknownSpace unknown = UnknownSpace::kPasses) const;
+                                    UnknownSpace unknown = UnknownSpace::kPasses) const;
   /// Occupied if anything inside of the box is, else unknown if any of it is, else free.
   [[nodiscard]] Occupancy in_box(const Box3& box_world) const;
 

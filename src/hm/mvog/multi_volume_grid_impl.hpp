@@ -29,10 +29,10 @@ struct MultiVolumeGrid::Impl {
   std::array<Eigen::Vector3d, kViews> views;
   std::size_t view_count = 0;
 
-  mvog::BeamRaster raster;  ///< this and what follows is working memory of insert()
-  std::vector<mvog::SayingStart> sayings;
+  mvog::BeamRaster raster;             ///< this and what follows is working memory of insert()
   std::vector<std::uint16_t> updated;  ///< the columns of a tile that changed, one after the other
   std::array<std::size_t, mvog::kTileColumns> updated_from{}, updated_end{};
+  bool changed = false;  ///< by this scan
   std::vector<std::uint16_t> block;
 
   [[nodiscard]] const mvog::CodeTables& tables() const { return updater.tables(); }
@@ -54,9 +54,10 @@ struct MultiVolumeGrid::Impl {
   }
 
   bool note_view(const Eigen::Vector3d& p_world_origin);
+  [[nodiscard]] int lowest_level(const BeamScan& scan) const;
   void rasterise(const BeamScan& scan, BeamScanStats& stats);
-  bool make_block(const mvog::Tile* old, std::uint64_t changed);
-  void update_tile(const mvog::BeamRaster::ScanTile& seen, bool& changed_map, BeamScanStats& stats);
+  bool make_block(const mvog::Tile* old, std::uint64_t different);
+  void update_tile(const mvog::ScanLayers::Patch& patch, std::size_t tile, BeamScanStats& stats);
 };
 
 }  // namespace hm

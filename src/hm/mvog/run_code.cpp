@@ -57,12 +57,12 @@ void CodeTables::make_steps(const MvogParams& params) {
       const int total = hits_of(counters) + misses_of(counters);
       const int limit = same_view ? std::min(params.evidence_cap, std::max(params.same_view_cap, total))
                                   : params.evidence_cap;
-      auto& steps = step_[same_view];
-      steps[static_cast<int>(Saying::kNothing)][c] = c;
-      steps[static_cast<int>(Saying::kNearFree)][c] = c == kUnknownCode ? kNearFreeCode : c;
-      steps[static_cast<int>(Saying::kNearOccupied)][c] = counters == kUnknownCode ? kNearOccupiedCode : c;
-      steps[static_cast<int>(Saying::kMiss)][c] = observed(counters, false, limit);
-      steps[static_cast<int>(Saying::kHit)][c] = observed(counters, true, limit);
+      Steps& steps = step_[same_view];
+      steps[0][c] = c;
+      steps[1][c] = c == kUnknownCode ? kNearFreeCode : c;
+      steps[2][c] = counters == kUnknownCode ? kNearOccupiedCode : c;
+      steps[3][c] = observed(counters, false, limit);
+      steps[4][c] = observed(counters, true, limit);
     }
   }
 }
@@ -85,9 +85,12 @@ void CodeTables::make_similar(double sigmas) {
 
 RunCode CodeTables::merged(RunCode a, int length_a, RunCode b, int length_b) const {
   if (a == b) return a;
-  const int length = length_a + length_b;
-  const auto mean = [&](int x, int y) { return (2 * (x * length_a + y * length_b) + length) / (2 * length); };
-  const int hits = mean(hits_of(a), hits_of(b)), misses = mean(misses_of(a), misses_of(b));
+  // They are similar: both without hits, or both without misses.
+  const bool hit = hits_of(a) + hits_of(b) > 0;
+  const int length = length_a + length_b, x = hit ? hits_of(a) : misses_of(a),
+            y = hit ? hits_of(b) : misses_of(b);
+  const int mean = (2 * (x * length_a + y * length_b) + length) / (2 * length);
+  const int hits = hit ? mean : 0, misses = hit ? 0 : mean;
   const RunCode code = make_code(hits, misses);
   // Rounding may push the sum over the cap or the state over its threshold: the longer run speaks then.
   const bool good = hits + misses <= std::max(hits_of(a) + misses_of(a), hits_of(b) + misses_of(b)) &&

@@ -25,19 +25,18 @@ constexpr bool is_valid_code(RunCode code) {
   return is_counter(code) || code == kNearFreeCode || code == kNearOccupiedCode;
 }
 
-/// What a scan says of a place, weakest first. A stronger saying wins within the scan.
-enum class Saying : std::uint8_t { kNothing, kNearFree, kNearOccupied, kMiss, kHit };
-inline constexpr int kSayings = 5;
-
 /// Everything that depends on codes and parameters only, as tables.
 class CodeTables {
  public:
   explicit CodeTables(const MvogParams& params);
 
   [[nodiscard]] Occupancy state(RunCode code) const { return state_[code]; }
-  /// The code after a scan; `same_view`: of a pose that has been counted before.
+  /// The code after a scan, by what it says: 0 nothing, 1 brushed, 2 ended beside, 3 missed, 4 hit. The
+  /// highest wins among what its beams say.
   using Step = std::array<RunCode, 256>;
-  [[nodiscard]] const std::array<Step, kSayings>& steps(bool same_view) const { return step_[same_view]; }
+  using Steps = std::array<Step, 5>;
+  /// `same_view`: of a pose that has been counted before.
+  [[nodiscard]] const Steps& steps(bool same_view) const { return step_[same_view]; }
   /// True when two codes have hits only or misses only, and their numbers do not differ significantly.
   [[nodiscard]] bool similar(RunCode a, RunCode b) const { return similar_[a][b >> 6] >> (b & 63) & 1u; }
   /// The common code of two similar runs, weighted by their lengths.
@@ -51,7 +50,7 @@ class CodeTables {
   void make_similar(double sigmas);
 
   std::array<Occupancy, 256> state_{};
-  std::array<std::array<Step, kSayings>, 2> step_{};
+  std::array<Steps, 2> step_{};
   std::array<std::array<std::uint64_t, 4>, 256> similar_{};
 };
 

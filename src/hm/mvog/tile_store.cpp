@@ -55,8 +55,8 @@ bool TileStore::write(TileKey key, std::span<const std::uint16_t> units, std::ui
   std::uint32_t number = index_.find(key);
   const bool added = number == TileIndex::kNone;
   if (added || tiles_[number].block.capacity < units.size()) {
-    // A little more than asked for, so that a growing column does not move its tile every time.
-    const std::size_t wanted = units.size() + (added ? 0 : units.size() / 32);
+    // More than asked for, so that a growing tile does not leave a trail of blocks too small for others.
+    const std::size_t wanted = units.size() + (added ? 0 : units.size() / 5);
     if (bytes() + pool_.cost(wanted) + (added ? cost_of_tile() : 0) > max_bytes) return false;
     const TilePool::Block block = pool_.take(wanted);
     if (added) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 
 namespace {
@@ -34,6 +36,30 @@ Window valid_window(const DepthImage& depth, int x, int y, const MixtureWeights&
   return window;
 }
 
+/// Of the readings of a window: their mean, the mean of their sensor's variances, their variance around the
+/// mean, and the sum of the squares of their shares of the weight (of independent readings with the same
+/// noise, 1 minus that is the part of it that is expected as scatter).
+struct Moments {
+  double mean_m = 0, noise_m2 = 0, scatter_m2 = 0, squared_shares = 0;
+};
+
+Moments moments_of(const Window& window, const DepthNoise& noise) {
+  double sum_weight = 0, sum_squares = 0, sum_depth = 0;
+  for (std::size_t i = 0; i < window.size; ++i) {
+    sum_weight += window.readings[i].weight;
+    sum_squares += window.readings[i].weight * window.readings[i].weight;
+    sum_depth += window.readings[i].weight * window.readings[i].depth_m;
+  }
+  Moments moments{sum_depth / sum_weight, 0, 0, sum_squares / (sum_weight * sum_weight)};
+  for (std::size_t i = 0; i < window.size; ++i) {
+    const auto [z, weight] = window.readings[i];
+    const double sigma = noise.sigma_m(z);
+    moments.noise_m2 += weight * sigma * sigma / sum_weight;
+    moments.scatter_m2 += weight * (z - moments.mean_m) * (z - moments.mean_m) / sum_weight;
+  }
+  return moments;
+}
+
 }  // namespace
 
 std::optional<DepthGaussian> quadratic_depth(const DepthImage& depth, int x, int y, const DepthNoise& noise) {
@@ -46,21 +72,30 @@ std::optional<DepthGaussian> quadratic_depth(const DepthImage& depth, int x, int
 std::optional<DepthGaussian> mixture_depth(const DepthImage& depth, int x, int y, const DepthNoise& noise,
                                            const MixtureWeights& weights) {
   if (!depth.units.contains(x, y) || depth.units(x, y) == 0) return std::nullopt;
-  const Window window = valid_window(depth, x, y, weights);
-  double sum_weight = 0;
-  double sum_depth = 0;
-  for (std::size_t i = 0; i < window.size; ++i) {
-    sum_weight += window.readings[i].weight;
-    sum_depth += window.readings[i].weight * window.readings[i].depth_m;
+  const Moments moments = moments_of(valid_window(depth, x, y, weights), noise);
+  return DepthGaussian{moments.mean_m, moments.noise_m2 + moments.scatter_m2};
+}
+
+std::optional<DepthGaussian> corrected_mixture_depth(const DepthImage& depth, int x, int y,
+                                                     const DepthNoise& noise, const MixtureWeights& weights) {
+  if (!depth.units.contains(x, y) || depth.units(x, y) == 0) return std::nullopt;
+  const Moments moments = moments_of(valid_window(depth, x, y, weights), noise);
+  const double beyond_noise = moments.scatter_m2 - moments.noise_m2 * (1 - moments.squared_shares);
+  return DepthGaussian{moments.mean_m, moments.noise_m2 + std::max(beyond_noise, 0.0)};
+}
+
+std::optional<DepthGaussian> depth_at(DepthModel model, const DepthImage& depth, int x, int y,
+                                      const DepthNoise& noise) {
+  switch (model) {
+    case DepthModel::kQuadratic:
+      return quadratic_depth(depth, x, y, noise);
+    case DepthModel::kMixture:
+      return mixture_depth(depth, x, y, noise);
+    case DepthModel::kCorrectedMixture:
+      return corrected_mixture_depth(depth, x, y, noise);
   }
-  const double mean = sum_depth / sum_weight;
-  double sum_variance = 0;
-  for (std::size_t i = 0; i < window.size; ++i) {
-    const auto [z, weight] = window.readings[i];
-    const double sigma = noise.sigma_m(z);
-    sum_variance += weight * (sigma * sigma + (z - mean) * (z - mean));
-  }
-  return DepthGaussian{mean, sum_variance / sum_weight};
+  HM_CHECK(false, "{}", static_cast<int>(model));
+  return std::nullopt;
 }
 
 Mat3 feature_covariance(const PinholeCamera& camera, const Vec2& pixel, const DepthGaussian& depth,

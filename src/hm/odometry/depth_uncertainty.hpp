@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <optional>
+#include <string_view>
 
 #include "hm/core/params.hpp"
 #include "hm/geometry/camera.hpp"
@@ -30,6 +32,20 @@ std::optional<DepthGaussian> quadratic_depth(const DepthImage& depth, int x, int
 /// the pixel itself has no reading or lies outside.
 std::optional<DepthGaussian> mixture_depth(const DepthImage& depth, int x, int y, const DepthNoise& noise,
                                            const MixtureWeights& weights = {});
+
+/// The same with the sensor's noise counted once: the readings of the published mixture scatter by their own
+/// noise already, to which it adds that noise again, so that on a plane its deviation is a third too large.
+/// Here the scatter counts as far as it exceeds what the noise explains.
+std::optional<DepthGaussian> corrected_mixture_depth(const DepthImage& depth, int x, int y,
+                                                     const DepthNoise& noise,
+                                                     const MixtureWeights& weights = {});
+
+/// How the depth of a pixel and its deviation are found.
+enum class DepthModel { kQuadratic, kMixture, kCorrectedMixture };
+inline constexpr std::array<std::string_view, 3> kDepthModelNames{"quadratic", "mixture",
+                                                                  "corrected_mixture"};
+std::optional<DepthGaussian> depth_at(DepthModel model, const DepthImage& depth, int x, int y,
+                                      const DepthNoise& noise);
 
 /// The covariance (m^2, camera frame) of the point that `pixel` sees at a depth, for a pixel known to
 /// `pixel_sigma_px` in both directions and independent of the depth (dissertation 3.2.1). The camera must be

@@ -87,6 +87,34 @@ TEST(MixtureDepth, FineUnitsFarAwayDoNotCancel) {
   EXPECT_NEAR(at->variance_m2, 1e-8, 1e-16);
 }
 
+TEST(CorrectedMixture, OnANoisyPlaneTheDeviationIsTheSensors) {
+  const DepthNoise noise{0, 0, 0.01};
+  double published = 0, corrected = 0;
+  constexpr int kTrials = 3000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Rng rng(static_cast<std::uint64_t>(trial));
+    DepthImage depth = depth_of(3, 3, 0);
+    for (auto& unit : depth.units.pixels())
+      unit = static_cast<std::uint16_t>(std::lround(rng.normal(2000, 10)));
+    published += mixture_depth(depth, 1, 1, noise)->variance_m2 / kTrials;
+    corrected += corrected_mixture_depth(depth, 1, 1, noise)->variance_m2 / kTrials;
+  }
+  EXPECT_NEAR(published, 1e-4 * (2 - 36.0 / 256), 2e-6);  // the noise twice, less what the mean takes
+  EXPECT_LT(corrected, 1.25e-4);
+  EXPECT_GE(corrected, 1e-4);
+}
+
+TEST(CorrectedMixture, AtAnEdgeItIsThePublishedOne) {
+  DepthImage depth = depth_of(3, 3, 1000);
+  for (int y = 0; y < 3; ++y) depth.units(2, y) = 2000;
+  const auto published = mixture_depth(depth, 1, 1, kPublishedNoise);
+  const auto corrected = corrected_mixture_depth(depth, 1, 1, kPublishedNoise);
+  ASSERT_TRUE(published && corrected);
+  EXPECT_EQ(corrected->mean_m, published->mean_m);
+  EXPECT_NEAR(corrected->variance_m2, published->variance_m2, 1e-4 * published->variance_m2);
+  EXPECT_FALSE(corrected_mixture_depth(depth_of(3, 3, 0), 1, 1, kPublishedNoise));
+}
+
 /// Points seen by a camera whose pixel and depth are disturbed, against the covariance said of them.
 TEST(FeatureCovariance, AgreesWithSampledPoints) {
   for (const double fy : {525.0, -480.0}) {

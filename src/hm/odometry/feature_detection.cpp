@@ -115,8 +115,7 @@ void place_in_space(Feature& feature, const DepthImage& depth, const PinholeCame
                     const FeatureParams& params, const DepthGate& gate) {
   const int x = static_cast<int>(std::lround(feature.pixel.x()));
   const int y = static_cast<int>(std::lround(feature.pixel.y()));
-  const auto at = params.mixture ? mixture_depth(depth, x, y, params.depth_noise)
-                                 : quadratic_depth(depth, x, y, params.depth_noise);
+  const auto at = depth_at(params.depth_model, depth, x, y, params.depth_noise);
   feature.has_depth =
       at && at->mean_m <= gate.max_depth_m && at->variance_m2 <= gate.max_sigma_m * gate.max_sigma_m;
   if (!feature.has_depth) return;

@@ -22,7 +22,7 @@ struct FeatureParams {
   int blur_radius_px = 0;
   bool subpixel = true;
   bool oriented = true;
-  bool mixture = true;
+  DepthModel depth_model = DepthModel::kCorrectedMixture;
   double pixel_sigma_px = 1.0;
   DepthNoise depth_noise;
 
@@ -39,7 +39,8 @@ struct FeatureParams {
       self.blur_radius_px);
     v(ParamDoc{"subpixel", {}, "refine corners to parts of a pixel"}, self.subpixel);
     v(ParamDoc{"oriented", {}, "descriptors turn with the patch; off: upright"}, self.oriented);
-    v(ParamDoc{"mixture", {}, "depth from the 3x3 Gaussian mixture; off: quadratic model"}, self.mixture);
+    v(ParamDoc{"depth_model", {}, "deviation of a feature's depth: by distance, or from its 3x3 pixels too"},
+      self.depth_model, kDepthModelNames);
     v(ParamDoc{"pixel_sigma_px", {0.01, 10}, "deviation of a corner's place in the image"},
       self.pixel_sigma_px);
     DepthNoise::visit(self.depth_noise, v);

@@ -24,6 +24,7 @@ inline FeatureParams published_features() {
   features.min_distance_px = 1;
   features.subpixel = false;
   features.oriented = false;
+  features.depth_model = DepthModel::kMixture;
   features.depth_noise = {0.001425, 0, 0};
   return features;
 }

@@ -10,13 +10,6 @@ namespace {
 
 constexpr double kTruthMaxGap_s = 0.1;
 
-Time mend(Time stamp, std::span<const MendedStamp> mended) {
-  const auto found =
-      std::lower_bound(mended.begin(), mended.end(), stamp,
-                       [](const MendedStamp& entry, Time written) { return entry.written < written; });
-  return found != mended.end() && found->written == stamp ? found->mended : stamp;
-}
-
 void compare_with_relations(const LaserRecording& recording, const LaserRunOptions& options,
                             LaserSummary& summary) {
   auto list = read_relations(options.relations);
@@ -24,7 +17,8 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
     summary.warnings.push_back("the relations cannot be used: " + to_string(list.error()));
     return;
   }
-  const auto relations = with_mended_stamps(std::move(list->relations), recording.mended_stamps);
+  auto& relations = list->relations;
+  mend_relations(relations, recording.mended_stamps);
   auto errors = evaluate_relations(summary.trajectory, relations, summary.parameters.relation_error);
   if (!errors) {
     summary.warnings.push_back("the relations cannot be compared: " + to_string(errors.error()));
@@ -34,6 +28,9 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
     summary.warnings.push_back(fmt::format("{} of {} relations speak of moments without a pose",
                                            errors->unmatched, relations.size()));
   summary.relation_error = std::move(*errors);
+  if (!summary.map_frame.corrected) return;
+  auto odom = evaluate_relations(summary.trajectory_odom, relations, summary.parameters.relation_error);
+  if (odom) summary.relation_error_odom = std::move(*odom);
 }
 
 }  // namespace
@@ -57,15 +54,6 @@ std::optional<HeightError> evaluate_height(const Trajectory& truth,
   return error;
 }
 
-std::vector<PoseRelation> with_mended_stamps(std::vector<PoseRelation> relations,
-                                             std::span<const MendedStamp> mended) {
-  for (PoseRelation& relation : relations) {
-    relation.from = mend(relation.from, mended);
-    relation.to = mend(relation.to, mended);
-  }
-  return relations;
-}
-
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary) {
   if (!recording.truth.empty()) {
@@ -78,6 +66,10 @@ void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& 
     else
       summary.warnings.push_back("the trajectory cannot be compared with the truth: " +
                                  to_string(error.error()));
+    if (summary.map_frame.corrected)
+      if (auto odom = evaluate_trajectory(recording.truth, summary.trajectory_odom,
+                                          summary.parameters.trajectory_error))
+        summary.error_odom = std::move(*odom);
     summary.height_error = evaluate_height(recording.truth, summary.records);
   }
   if (!options.relations.empty()) compare_with_relations(recording, options, summary);

@@ -12,6 +12,7 @@
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/laser_evaluation.hpp"
 #include "hm/pipeline/laser_run_report.hpp"
+#include "hm/pipeline/laser_saved_map.hpp"
 #include "hm/pipeline/laser_tables.hpp"
 #include "hm/pipeline/map_pictures.hpp"
 
@@ -27,9 +28,10 @@ void say(const LaserRunOptions& options, const char* stage) {
 /// Files of an earlier run that this one may not write.
 void remove_old_results(const std::filesystem::path& folder) {
   std::error_code code;
-  for (const char* name : {"height.csv", "floors.csv", "states.csv", "map.yaml", "map.pgm"})
+  for (const char* name : {"trajectory_odom.txt", "map_frame.csv", "height.csv", "floors.csv", "states.csv",
+                           "map.yaml", "map.pgm"})
     std::filesystem::remove(folder / name, code);
-  for (const char* name : {"plan", "above", "perspective"})
+  for (const char* name : {"plan", "plan_odom", "above", "perspective"})
     std::filesystem::remove(folder / "pictures" / (std::string(name) + ".png"), code);
 }
 
@@ -42,9 +44,15 @@ void add_warnings(LaserSummary& summary) {
                                            most->first));
   }
   if (summary.restarts > 0)
-    summary.warnings.push_back(
-        fmt::format("scan matching was lost {} times and began anew: the path and the map are broken there",
-                    summary.restarts));
+    summary.warnings.push_back(fmt::format(
+        "scan matching was lost {} times and began anew{}", summary.restarts,
+        summary.map_frame.corrected ? ": where no loop or map closes the break, path and map stay broken"
+                                    : ": the path and the map are broken there"));
+  if (const auto& place = summary.map_frame.localisation; place && !place->is_sure())
+    summary.warnings.push_back(fmt::format(
+        "the place in the map is doubtful: {} of {} scans were located, lost {} times, median score {:.2f} "
+        "(sure: from {:g})",
+        place->located, place->sought, place->lost, place->score.median, LocalisationSummary::kSureScore));
   if (summary.scans_dropped > 0)
     summary.warnings.push_back(fmt::format("{} of {} scans came too fast and were dropped",
                                            summary.scans_dropped, summary.scans_total));
@@ -79,21 +87,15 @@ Result<void> write_bytes(const std::filesystem::path& path, const std::vector<st
   return write_file_bytes(path, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
-Result<OccupancyGrid2D> slice_of(const MultiVolumeGrid& map, const LaserSummary& summary) {
-  const LaserRunParams& run = summary.parameters.laser.run;
-  if (!summary.planar || summary.bounds_m.isEmpty()) return map.slice(run.slice_bottom_m, run.slice_top_m);
-  return map.slice(summary.bounds_m.min().z(), summary.bounds_m.max().z());
-}
-
-Trajectory truth_in_odom_of(const LaserSummary& summary) {
-  Trajectory truth_in_odom;  // the truth, moved to where the estimate is
+Trajectory truth_in_map_of(const LaserSummary& summary) {
+  Trajectory truth_in_map;  // the truth, moved to where the estimate is
   const SimilarityTransform& move = summary.error->alignment;
   for (const PosePair& pair : summary.error->matched)
-    truth_in_odom.push_back(
+    truth_in_map.push_back(
         {pair.stamp, SE3(pair.T_world_truth.rotation(),
                          move.rotation.transpose() * (pair.T_world_truth.translation() - move.translation) /
                              move.scale)});
-  return truth_in_odom;
+  return truth_in_map;
 }
 
 /// A vehicle that flies over floors is within a building: its ceiling hides the rooms.
@@ -107,6 +109,7 @@ double highest_m(const Trajectory& trajectory) {
 
 struct MapDrawing {
   const OccupancyGrid2D& slice;
+  const std::optional<OccupancyGrid2D>& slice_odom;
   const std::vector<OccupancyVoxel>& voxels;
   const TriangleMesh& faces;
 };
@@ -115,7 +118,7 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
                                        const ParallelLoop& loop) {
   std::vector<MeshPicture> pictures;
   const double size_m = summary.parameters.laser.mvog.resolution_m;
-  const Trajectory truth = summary.error ? truth_in_odom_of(summary) : Trajectory{};
+  const Trajectory truth = summary.error ? truth_in_map_of(summary) : Trajectory{};
   std::vector<MapOverlay> paths;
   if (!truth.empty()) paths.push_back({"truth", &truth, kTruthColor});
   paths.push_back({"estimate", &summary.trajectory, kEstimateColor});
@@ -128,6 +131,12 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
                                           summary.parameters.laser.run.slice_bottom_m,
                                           summary.parameters.laser.run.slice_top_m),
                         std::move(*plan)});
+  if (map.slice_odom) {
+    const std::vector<MapOverlay> path{{"odometry", &summary.trajectory_odom, kEstimateColor}};
+    if (auto before = draw_occupancy_grid(*map.slice_odom, path))
+      pictures.push_back({"plan_odom", "For comparison: the same before it was corrected, in the frame odom.",
+                          std::move(*before)});
+  }
   if (summary.planar || map.faces.triangles.empty()) return pictures;
   if (auto above = draw_heights(map.voxels, size_m))
     pictures.push_back({"above", "The highest that is occupied, from above, by height.", std::move(*above)});
@@ -144,14 +153,16 @@ std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary
   return pictures;
 }
 
-Result<void> write_map(const MultiVolumeGrid& map, const LaserRunOptions& options,
-                       LaserReportMaterial& material, LaserSummary& summary) {
+Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, LaserReportMaterial& material,
+                       LaserSummary& summary) {
+  const MultiVolumeGrid& map = maps.map;
   const double size_m = summary.parameters.laser.mvog.resolution_m;
   const auto voxels = map.voxels();
   const TriangleMesh faces = occupied_faces(voxels, size_m);
-  const auto slice = slice_of(map, summary);
+  const auto slice = laser_slice(map, options.parameters.laser.run);
   MeshWriteOptions write;
-  write.frame = "odom", write.program = "housemartin " + options.run.program_version;
+  write.frame = summary.map_frame.corrected ? "map" : "odom",
+  write.program = "housemartin " + options.run.program_version;
   Writer writer(options.output, summary);
   writer.file("map.mvog", [&](const auto& path) { return write_bytes(path, map.serialise()); })
       .file("map.bt", [&](const auto& path) { return write_octomap(path, voxels, size_m); })
@@ -166,7 +177,11 @@ Result<void> write_map(const MultiVolumeGrid& map, const LaserRunOptions& option
   if (slice && !slice->cells.empty()) summary.outputs.push_back(options.output / "map.pgm");
   if (!options.parameters.laser.run.pictures || !slice) return {};
   say(options, "drawing pictures");
-  material.pictures = draw_pictures({*slice, voxels, faces}, summary, ParallelLoop(options.run.threads));
+  std::optional<OccupancyGrid2D> slice_odom;
+  if (maps.map_odom)
+    if (auto odom = laser_slice(*maps.map_odom, options.parameters.laser.run)) slice_odom = std::move(*odom);
+  material.pictures =
+      draw_pictures({*slice, slice_odom, voxels, faces}, summary, ParallelLoop(options.run.threads));
   return write_pictures(options.output, material.pictures, summary.outputs);
 }
 
@@ -175,6 +190,11 @@ Result<void> write_texts(const LaserRunOptions& options, const LaserReportMateri
   Writer writer(options.output, summary);
   writer.file("trajectory.txt",
               [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory); });
+  if (summary.map_frame.source != MapFrameSource::kOdometry)
+    writer
+        .file("trajectory_odom.txt",
+              [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory_odom); })
+        .text("map_frame.csv", map_frame_csv(summary.map_frame));
   if (const auto heights = heights_csv(summary.records); !heights.empty())
     writer.text("height.csv", heights).text("floors.csv", floors_csv(summary.floors));
   if (const auto states = states_csv(summary.records); !states.empty()) writer.text("states.csv", states);
@@ -189,7 +209,7 @@ Result<void> write_texts(const LaserRunOptions& options, const LaserReportMateri
 
 }  // namespace
 
-Result<void> write_laser_results(const MultiVolumeGrid& map, const LaserRecording& recording,
+Result<void> write_laser_results(const LaserMaps& maps, const LaserRecording& recording,
                                  const LaserRunOptions& options, LaserSummary& summary) {
   say(options, "writing results");
   remove_old_results(options.output);
@@ -198,7 +218,7 @@ Result<void> write_laser_results(const MultiVolumeGrid& map, const LaserRecordin
   LaserReportMaterial material;
   material.program_version = options.run.program_version;
   material.parameters_toml = list_laser(summary.parameters).to_toml();
-  if (const auto written = write_map(map, options, material, summary); !written)
+  if (const auto written = write_map(maps, options, material, summary); !written)
     return as_run_failure(written);
   return as_run_failure(write_texts(options, material, summary));
 }

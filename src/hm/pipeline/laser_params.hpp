@@ -7,6 +7,10 @@
 #include "hm/laser/scan_odometry.hpp"
 #include "hm/laser/scan_projection.hpp"
 #include "hm/mvog/mvog_params.hpp"
+#include "hm/sensors/wheel_odometry.hpp"
+#include "hm/slam/grid_localiser.hpp"
+#include "hm/slam/motion_search.hpp"
+#include "hm/slam/scan_graph_params.hpp"
 
 namespace hm {
 
@@ -20,6 +24,11 @@ struct LaserRunParams {
   LaserPoseSource poses = LaserPoseSource::kAuto;
   bool use_imu = true;
   bool use_odometry = true;
+  bool degraded_odometry = false;
+  bool search_motion = true;
+  double search_gap_s = 0.3;
+  bool close_loops = true;
+  double seek_interval_s = 0.5;
   double max_odometry_gap_s = 1.0;
   double max_wait_s = 0.25;
   double begin_s = 0;
@@ -38,6 +47,22 @@ struct LaserRunParams {
       self.use_imu);
     v(ParamDoc{"use_odometry", {}, "predict scan matching with the recording's odometry, where there is one"},
       self.use_odometry);
+    v(ParamDoc{"degraded_odometry",
+               {},
+               "instead of the recording's odometry: its true poses with the noise of [wheel_noise]"},
+      self.degraded_odometry);
+    v(ParamDoc{"search_motion", {}, "where a match fails, search the last keyframes for the scan"},
+      self.search_motion);
+    v(ParamDoc{"search_gap_s",
+               {0, 1e6},
+               "scans further apart than this that no odometry predicts are searched for at once"},
+      self.search_gap_s);
+    v(ParamDoc{"close_loops", {}, "correct the drift of scan matching by places seen again"},
+      self.close_loops);
+    v(
+        ParamDoc{
+            "seek_interval_s", {0, 1e6}, "--localise: a lost vehicle is sought in the whole map this often"},
+        self.seek_interval_s);
     v(ParamDoc{"max_odometry_gap_s", {0, 1e6}, "odometry further apart is not interpolated between"},
       self.max_odometry_gap_s);
     v(ParamDoc{"max_wait_s", {0, 60}, "a scan waits this long for IMU and odometry of its time"},
@@ -66,6 +91,10 @@ struct LaserParameters {
   LaserRunParams run;
   ScanProjectionParams projection;
   ScanOdometryParams matcher;
+  MotionSearchParams motion_search;
+  ScanGraph2DParams loops;
+  GridLocaliserParams localiser;
+  WheelNoiseParams wheel_noise;
   HeightParams height;
   StateEstimatorParams state;
   MvogParams mvog;

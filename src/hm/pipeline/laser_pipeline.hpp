@@ -11,7 +11,9 @@
 #include "hm/laser/scan_odometry.hpp"
 #include "hm/laser/scan_projection.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/pipeline/laser_map_frame.hpp"
 #include "hm/pipeline/laser_params.hpp"
+#include "hm/pipeline/laser_sweep.hpp"
 #include "hm/sensors/imu.hpp"
 
 namespace hm {
@@ -36,16 +38,19 @@ std::string_view to_string(LaserScanStatus status);
 /// What one scan gave.
 struct LaserStep {
   std::size_t laser = 0;
-  Time stamp;  ///< the moment of the pose
+  Time scan_stamp;  ///< of the scan, as it was given
+  Time stamp;       ///< the moment of the pose
   LaserScanStatus status = LaserScanStatus::kNotMatched;
   std::string reason;                    ///< in words, where there is no pose
-  std::optional<SE3> T_odom_base;        ///< the map's frame is `odom`
+  std::optional<SE3> T_odom_base;        ///< never corrected: for control
+  MapFrameStep map_frame;                ///< where `odom` lies in `map`, as it was known then
   OdometryStep odometry;                 ///< of scan matching; empty where poses are the recording's odometry
   bool matched_scan = false;             ///< `odometry` is filled
   std::optional<HeightEstimate> height;  ///< where the rig has a mirror towards the floor
   std::optional<VehicleState> state;     ///< fused with the IMU, at the newest sample of it
   Vec3 velocity_base = Vec3::Zero();     ///< vx, vy (m/s), yaw rate (rad/s) from scan matching
   BeamScanStats beams;                   ///< what went into the map
+  std::vector<SweepKnot> sweep;          ///< how it went there, where `map` is not `odom`
   double project_ms = 0, match_ms = 0, insert_ms = 0;
 };
 
@@ -53,15 +58,18 @@ struct LaserStep {
 /// (projection, scan matching, height, fusion) and a multi-volume occupancy grid.
 ///
 /// Inputs of one kind come in order of their stamps. A scan waits until IMU and odometry have reached its end
-/// (`max_wait_s` at most); what became of it is then in take_steps(). The map is in the frame `odom`: what a
-/// back end that closes loops needs (poses, keyframes) is in the steps. Not thread safe; deterministic but
-/// for the milliseconds.
+/// (`max_wait_s` at most); what became of it is then in take_steps(). The grid is in the frame `odom`, which
+/// nothing corrects. Where `odom` lies in `map` is learned from places seen again, or from a map of an
+/// earlier run: map_frame(). The grid in the frame `map`: rebuild_laser_map(). Not thread safe; deterministic
+/// but for the milliseconds.
 class LaserPipeline {
  public:
   /// A laser whose scan plane is tilted less than this is horizontal.
   static constexpr double kMaxHorizontalTilt_rad = 0.35;
 
-  LaserPipeline(const LaserParameters& params, LaserPlatform platform);
+  /// `saved_map`: a map to find the vehicle in; loops are not closed then.
+  LaserPipeline(const LaserParameters& params, LaserPlatform platform,
+                const OccupancyGrid2D* saved_map = nullptr);
   ~LaserPipeline();
 
   void add_imu(const ImuSample& sample);
@@ -78,6 +86,7 @@ class LaserPipeline {
   /// Scans of this laser are used.
   [[nodiscard]] bool uses(std::size_t laser) const;
   [[nodiscard]] const MultiVolumeGrid& map() const;
+  [[nodiscard]] const LaserMapFrame& map_frame() const;
   /// The floors found so far, lowest first; empty without a mirror towards the floor.
   [[nodiscard]] std::vector<FloorLevel> floors() const;
 

@@ -214,8 +214,8 @@ TEST(SweepPoints, EveryBeamFromItsOwnPose) {
   }
   scan.ranges_m[7] = LaserScan::kNoReturn;
   scan.ranges_m[8] = LaserScan::kInvalid;
-  SweepPoints points;
-  ASSERT_TRUE(points.compute(scan, {}, pose, 4.0));
+  SweepPoints points(4.0);
+  ASSERT_TRUE(points.compute(scan, {}, pose));
   ASSERT_EQ(points.beam_scan().p_world_returns.size(), 199U);
   for (const auto& point : points.beam_scan().p_world_returns) {
     // Poses are interpolated over 64 beams, 19 mrad: a chord is 5 m (19 mrad)^2 / 8 from its arc.
@@ -224,8 +224,7 @@ TEST(SweepPoints, EveryBeamFromItsOwnPose) {
   }
   ASSERT_EQ(points.beam_scan().p_world_no_returns.size(), 1U);
   EXPECT_NEAR(points.beam_scan().p_world_no_returns[0].head<2>().norm(), 4, 0.01);
-  EXPECT_FALSE(points.compute(
-      scan, {}, [](Time) { return std::optional<SE3>(); }, 0));
+  EXPECT_FALSE(points.compute(scan, {}, [](Time) { return std::optional<SE3>(); }));
 }
 
 TEST(LaserEvents, AreMergedInOrderOfTheirArrival) {
@@ -278,15 +277,6 @@ TEST(LaserEvaluation, HeightErrorLeavesOutAConstant) {
   EXPECT_NEAR(error->offset_m, 7.48, 1e-9);  // more even ones than odd ones: their offset is the median
   EXPECT_NEAR(error->max_m, 0.04, 1e-9);
   EXPECT_FALSE(evaluate_height({}, records));
-}
-
-TEST(LaserEvaluation, RelationsFollowMendedStamps) {
-  const std::vector<MendedStamp> mended{{Time{10}, Time{12}}, {Time{30}, Time{35}}};
-  const auto relations = with_mended_stamps({{Time{10}, Time{20}, {}}, {Time{31}, Time{30}, {}}}, mended);
-  EXPECT_EQ(relations[0].from.ns, 12);
-  EXPECT_EQ(relations[0].to.ns, 20);
-  EXPECT_EQ(relations[1].from.ns, 31);
-  EXPECT_EQ(relations[1].to.ns, 35);
 }
 
 }  // namespace

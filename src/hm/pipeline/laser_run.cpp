@@ -6,8 +6,11 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/relations_file.hpp"
+#include "hm/pipeline/laser_choices.hpp"
 #include "hm/pipeline/laser_events.hpp"
 #include "hm/pipeline/laser_output.hpp"
+#include "hm/pipeline/laser_rebuild.hpp"
+#include "hm/pipeline/laser_saved_map.hpp"
 #include "hm/pipeline/process_memory.hpp"
 
 namespace hm {
@@ -15,28 +18,16 @@ namespace {
 
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
 
-LaserPlatform platform_of(const LaserRecording& recording) {
-  LaserPlatform platform;
-  for (const LaserStream& stream : recording.lasers) {
-    LaserRig rig;
-    if (platform.rigs.empty() && recording.rig) rig = *recording.rig;
-    rig.T_base_laser = stream.T_base_laser;
-    platform.rigs.push_back(rig);
-  }
-  platform.has_imu = !recording.imu.empty();
-  platform.has_odometry = !recording.odometry.empty();
-  return platform;
-}
-
 /// One run of run_laser().
 class Run {
  public:
-  Run(const LaserRunOptions& options, LaserRecording recording)
+  Run(const LaserRunOptions& options, LaserRecording recording, const OccupancyGrid2D* saved_map)
       : options_(options),
         recording_(std::move(recording)),
-        pipeline_(options.parameters.laser, platform_of(recording_)),
+        pipeline_(options.parameters.laser, laser_platform(recording_), saved_map),
         events_(recording_, pipeline_, options.parameters.laser.run) {}
 
+  [[nodiscard]] bool matches_scans() const { return pipeline_.matches_scans(); }
   void process_all();
   Result<LaserSummary> finish();
 
@@ -46,8 +37,8 @@ class Run {
   void collect();
   void show_progress() const;
   void describe();
-  void describe_choices();
   void count();
+  [[nodiscard]] std::optional<MultiVolumeGrid> correct();
   [[nodiscard]] Error nothing_posed() const;
 
   const LaserRunOptions& options_;
@@ -130,6 +121,8 @@ void Run::count() {
     const LaserStep& step = record.step;
     if (step.matched_scan) match_ms.push_back(step.match_ms);
     if (step.odometry.new_keyframe) ++summary_.keyframes;
+    if (step.odometry.searched) ++summary_.scans_searched;
+    if (step.odometry.status == OdometryStatus::kFound) ++summary_.scans_found;
     if (step.odometry.status == OdometryStatus::kRestarted) ++summary_.restarts;
     if (!step.T_odom_base) {
       ++summary_.scans_failed;
@@ -140,48 +133,18 @@ void Run::count() {
     insert_ms.push_back(step.insert_ms);
     insert_sum_ms += step.insert_ms;
     summary_.beams += step.beams.returns + step.beams.no_returns;
-    summary_.trajectory.push_back({step.stamp, *step.T_odom_base});
+    summary_.trajectory_odom.push_back({step.stamp, *step.T_odom_base});
   }
-  std::stable_sort(summary_.trajectory.begin(), summary_.trajectory.end(),
+  std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const auto twice =
-      std::unique(summary_.trajectory.begin(), summary_.trajectory.end(),
+      std::unique(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                   [](const StampedPose& a, const StampedPose& b) { return a.stamp == b.stamp; });
-  summary_.trajectory.erase(twice, summary_.trajectory.end());
+  summary_.trajectory_odom.erase(twice, summary_.trajectory_odom.end());
   summary_.match_ms = summarise(match_ms);
   summary_.insert_ms = summarise(insert_ms);
   if (summary_.beams > 0)
     summary_.insert_us_per_beam = insert_sum_ms * 1e3 / static_cast<double>(summary_.beams);
-}
-
-void Run::describe_choices() {
-  const LaserRunParams& params = options_.parameters.laser.run;
-  auto& choices = summary_.choices;
-  const bool horizontal = scans_horizontally(platform_of(recording_).rigs.front());
-  if (summary_.matched_scans) {
-    choices.push_back(fmt::format("poses by scan matching of {}", recording_.lasers.front().name));
-    if (!horizontal)
-      choices.emplace_back("its scan plane is not horizontal: poses in the plane may be wrong");
-    if (recording_.lasers.size() > 1)
-      choices.push_back(fmt::format("{} more lasers are not used", recording_.lasers.size() - 1));
-    if (!recording_.imu.empty() && params.use_imu)
-      choices.emplace_back("attitude, yaw between scans and fusion from the IMU");
-    else
-      choices.emplace_back("no IMU: the vehicle is taken as level");
-    if (!recording_.odometry.empty() && params.use_odometry)
-      choices.emplace_back("predicted with the recording's odometry");
-    else
-      choices.emplace_back("predicted with the velocity of the last scans");
-    if (!recording_.rig || !recording_.rig->down)
-      choices.emplace_back("no mirror: the height stays as it is");
-  } else {
-    choices.push_back(fmt::format("poses from the recording's odometry{}",
-                                  horizontal ? ""
-                                             : ", as no laser scans horizontally: the scans only build "
-                                               "the map"));
-  }
-  if (!recording_.ranges.empty()) choices.emplace_back("readings of the distance sensor are not used");
-  choices.insert(choices.end(), recording_.notes.begin(), recording_.notes.end());
 }
 
 void Run::describe() {
@@ -197,7 +160,7 @@ void Run::describe() {
   summary_.recording_s = (events_.end() - events_.begin()).seconds();
   summary_.truth = recording_.truth;
   summary_.truth_source = recording_.truth_source;
-  describe_choices();
+  summary_.choices = laser_choices({recording_, options_, pipeline_});
 }
 
 Error Run::nothing_posed() const {
@@ -211,17 +174,50 @@ Error Run::nothing_posed() const {
           options_.recording.string()};
 }
 
+/// The path in the frame `map`, and the map of that path where it is another than that of odometry.
+std::optional<MultiVolumeGrid> Run::correct() {
+  const LaserMapFrame& frame = pipeline_.map_frame();
+  LaserMapSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
+  if (map.localisation) map.localisation->map = options_.saved_map;
+  summary_.trajectory = frame.corrected(summary_.trajectory_odom);
+  if (!map.corrected) return std::nullopt;
+  for (std::size_t i = 0; i < summary_.trajectory.size(); ++i)
+    map.max_shift_m = std::max(map.max_shift_m, (summary_.trajectory[i].T_world_base.translation() -
+                                                 summary_.trajectory_odom[i].T_world_base.translation())
+                                                    .norm());
+  const Stopwatch watch;
+  MultiVolumeGrid grid =
+      rebuild_laser_map({recording_, laser_platform(recording_).rigs, summary_.records, frame},
+                        options_.parameters.laser, options_.run);
+  map.rebuild_s = watch.seconds();
+  map.mvog_odom = pipeline_.map().size();
+  return grid;
+}
+
+Error nowhere_found(const LocalisationSummary& place) {
+  return {ErrorCode::kInternal,
+          fmt::format(
+              "the vehicle was not found in the map: {} searches, of which {} ambiguous, {} without a place, "
+              "{} given up",
+              place.searches, place.ambiguous, place.not_found, place.gave_up),
+          place.map.string()};
+}
+
 Result<LaserSummary> Run::finish() {
-  summary_.run_s = run_watch_.seconds();
   describe();
   count();
-  if (summary_.trajectory.empty()) return tl::make_unexpected(nothing_posed());
+  if (summary_.trajectory_odom.empty()) return tl::make_unexpected(nothing_posed());
+  const std::optional<MultiVolumeGrid> corrected = correct();
+  if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
+    return tl::make_unexpected(nowhere_found(*place));
+  summary_.run_s = run_watch_.seconds();
+  const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
   summary_.floors = pipeline_.floors();
-  summary_.mvog = pipeline_.map().size();
-  summary_.bounds_m = pipeline_.map().bounds();
-  summary_.planar = !summary_.bounds_m.isEmpty() &&
-                    summary_.bounds_m.sizes().z() < 2.5 * options_.parameters.laser.mvog.resolution_m;
-  const auto written = write_laser_results(pipeline_.map(), recording_, options_, summary_);
+  summary_.mvog = map.size();
+  summary_.bounds_m = map.bounds();
+  summary_.planar = is_planar(map);
+  const auto written =
+      write_laser_results({map, corrected ? &pipeline_.map() : nullptr}, recording_, options_, summary_);
   if (!written) return forward_error(written);
   return std::move(summary_);
 }
@@ -235,7 +231,14 @@ Result<LaserRecording> open(const LaserRunOptions& options) {
   std::erase_if(recording->lasers, [](const LaserStream& stream) { return stream.scans.empty(); });
   if (recording->lasers.empty())
     return fail(ErrorCode::kNotFound, options.recording.string(), "the recording holds no laser scan");
-  if (options.parameters.laser.run.poses == LaserPoseSource::kOdometry && recording->odometry.empty())
+  const LaserParameters& params = options.parameters.laser;
+  if (params.run.degraded_odometry) {
+    if (recording->truth.empty())
+      return fail(ErrorCode::kUsage, options.recording.string(),
+                  "laser.degraded_odometry needs true poses, and the recording has none");
+    recording->odometry = degrade_to_wheel_odometry(recording->truth, params.wheel_noise);
+  }
+  if (params.run.poses == LaserPoseSource::kOdometry && recording->odometry.empty())
     return fail(ErrorCode::kUsage, options.recording.string(),
                 "laser.poses = odometry, but the recording has no odometry");
   return recording;
@@ -249,11 +252,20 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
   if (!recording) return forward_error(recording);
   if (!options.relations.empty())  // before the work, not after it
     if (const auto relations = read_relations(options.relations); !relations) return forward_error(relations);
+  std::optional<OccupancyGrid2D> saved_map;
+  if (!options.saved_map.empty()) {
+    auto grid = read_saved_laser_map(options.saved_map, options.parameters.laser.run);
+    if (!grid) return forward_error(grid);
+    saved_map = std::move(*grid);
+  }
+  Run run(options, std::move(*recording), saved_map ? &*saved_map : nullptr);
+  if (saved_map && !run.matches_scans())
+    return fail(ErrorCode::kUsage, options.recording.string(),
+                "a place in a map is found by scan matching, and here poses come from odometry");
   std::error_code code;
   std::filesystem::create_directories(options.output, code);
   if (code)
     return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
-  Run run(options, std::move(*recording));
   run.process_all();
   return run.finish();
 }

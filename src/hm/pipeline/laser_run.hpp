@@ -10,6 +10,7 @@
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/io/laser_recording.hpp"
+#include "hm/pipeline/laser_map_summary.hpp"
 #include "hm/pipeline/laser_pipeline.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/run_context.hpp"
@@ -24,6 +25,7 @@ struct LaserRunOptions {
   LaserRecordingOptions recording_options;
   std::filesystem::path output;     ///< a folder, made if needed; results of an earlier run are replaced
   std::filesystem::path relations;  ///< known relative poses to compare with; empty: none
+  std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
   Parameters parameters;
   LaserPace pace = LaserPace::kFast;
   RunContext run;  ///< asked to stop, it finishes with what there is
@@ -55,8 +57,10 @@ struct LaserSummary {
   std::vector<std::string> choices;  ///< what was used of the recording, and why
 
   std::size_t scans_total = 0, scans_read = 0, scans_matched = 0, scans_failed = 0, keyframes = 0;
-  std::size_t restarts = 0;       ///< scan matching was lost, and began anew at a predicted pose
-  std::size_t scans_dropped = 0;  ///< live: came too fast
+  std::size_t scans_searched = 0;  ///< sought among the last keyframes, for want of a good prediction
+  std::size_t scans_found = 0;     ///< of these, with a pose from there, as matching gave none
+  std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
+  std::size_t scans_dropped = 0;   ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;
   double run_s = 0, recording_s = 0;
@@ -67,22 +71,30 @@ struct LaserSummary {
   MvogSize mvog;
   Box3 bounds_m;
   std::vector<FloorLevel> floors;
-  Trajectory trajectory;  ///< T_odom_base of the scans that have a pose
-  Trajectory truth;       ///< T_world_base, of the recording
+  LaserMapSummary map_frame;
+  Trajectory trajectory;  ///< T_map_base of the scans that have a pose, with all that is known at the end
+  Trajectory trajectory_odom;  ///< T_odom_base of the same, never corrected
+  Trajectory truth;            ///< T_world_base, of the recording
   std::string truth_source;
-  std::optional<TrajectoryError> error;
+  std::optional<TrajectoryError> error;       ///< of `trajectory`
+  std::optional<TrajectoryError> error_odom;  ///< of `trajectory_odom`, where it is another
   std::optional<HeightError> height_error;
-  std::optional<RelationErrors> relation_error;
+  std::optional<RelationErrors> relation_error;       ///< of `trajectory`
+  std::optional<RelationErrors> relation_error_odom;  ///< of `trajectory_odom`, where it is another
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };
 
 /// A laser recording -> trajectory, height, floors, multi-volume map (dissertation 2.2, 2.5): writes
-/// trajectory.txt, height.csv, floors.csv, states.csv, map.mvog, map.yaml, map.pgm, map.bt, map.ply,
-/// parameters.toml, report.json, report.html and pictures/.
+/// trajectory.txt, trajectory_odom.txt, map_frame.csv, height.csv, floors.csv, states.csv, map.mvog,
+/// map.yaml, map.pgm, map.bt, map.ply, parameters.toml, report.json, report.html and pictures/.
 ///
-/// Errors: recording, relations or output folder unusable, no scans in it, poses neither from scans nor from
-/// odometry, nothing posed at all. A scan that cannot be used is none: it is counted with its reason.
+/// Loops that close (or a saved map) say where the frame `odom` lies in `map`; trajectory.txt and the maps
+/// are in `map`, made anew at the end from the recording's scans where that changes them.
+///
+/// Errors: recording, relations, saved map or output folder unusable, no scans in it, poses neither from
+/// scans nor from odometry, nothing posed at all, a vehicle that was nowhere found in the saved map. A scan
+/// that cannot be used is none: it is counted with its reason.
 Result<LaserSummary> run_laser(const LaserRunOptions& options);
 
 /// scans{read,matched,failed,keyframes}, match_ms{median,p99}, path_length_m ... (the keys of `hm laser

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hm/evaluation/plot.hpp"
-#include "hm/pipeline/laser_evaluation.hpp"
+#include "hm/pipeline/laser_map_report.hpp"
 
 namespace hm {
 namespace {
@@ -59,6 +59,12 @@ std::optional<double> map_area_of(const LaserScanRecord& record) {
   return record.map->area_m2;
 }
 
+std::optional<double> localisation_score_of(const LaserScanRecord& record) {
+  const auto& place = record.step.map_frame.localisation;
+  if (!place || !place->T_map_base) return std::nullopt;
+  return place->score;
+}
+
 PlotOptions over_time(std::string label) {
   PlotOptions plot;
   plot.x.label = "time (s)";
@@ -85,6 +91,16 @@ void add_cards(HtmlReport& report, const LaserSummary& summary) {
   if (summary.height_error)
     report.add_card(
         {"height error", fmt::format("{:.1f}", summary.height_error->rmse_m * 1e2), "cm", "RMSE"});
+  if (const LaserMapSummary& map = summary.map_frame; map.localisation)
+    report.add_card({"located",
+                     std::to_string(map.localisation->located),
+                     {},
+                     fmt::format("of {} scans in the saved map", map.localisation->sought)});
+  else if (map.source == MapFrameSource::kLoops)
+    report.add_card({"loops",
+                     std::to_string(map.loops.accepted - map.loops.taken_out),
+                     {},
+                     fmt::format("closed, of {} candidates", map.loops.candidates)});
   if (summary.relation_error)
     report.add_card({"relations", fmt::format("{:.1f}", summary.relation_error->translation_m.mean * 1e2),
                      "cm",
@@ -196,6 +212,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
   if (!material.pictures.empty()) report.begin_section("Map");
   for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
   add_path_section(report, summary);
+  add_map_frame_section(report, summary);
   add_height_section(report, summary);
   add_motion_section(report, summary);
   add_cost_section(report, summary);
@@ -226,7 +243,13 @@ JsonValue laser_report_json(const LaserSummary& summary, const std::string& prog
   add("yaw_rate_rad_s", velocity_of<2>);
   add("map_mb", map_mb_of);
   add("map_area_m2", map_area_of);
+  add("localisation_score", localisation_score_of);
   json["series"] = std::move(series);
+  if (summary.map_frame.source != MapFrameSource::kOdometry && !summary.records.empty()) {
+    const LaserScanRecord& first = summary.records.front();
+    json["T_map_odom_history"] =
+        history_to_json(summary.map_frame, first.step.stamp - Duration::from_seconds(first.time_s));
+  }
   return json;
 }
 

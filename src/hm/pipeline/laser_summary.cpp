@@ -25,6 +25,25 @@ JsonValue floors_to_json(const std::vector<FloorLevel>& floors) {
   return list;
 }
 
+JsonValue relation_m_to_json(const RelationErrors& errors) {
+  return JsonValue::object({{"mean", errors.translation_m.mean}, {"std", errors.translation_std_m}});
+}
+
+JsonValue relation_rad_to_json(const RelationErrors& errors) {
+  return JsonValue::object({{"mean", errors.rotation_rad.mean}, {"std", errors.rotation_std_rad}});
+}
+
+/// Before the run was corrected.
+void add_errors_of_odom(const LaserSummary& summary, JsonValue& json) {
+  if (summary.error_odom) {
+    json["ate_rmse_odom_m"] = summary.error_odom->position_m.rmse;
+    json["ate_rotation_rmse_odom_rad"] = summary.error_odom->rotation_rad.rmse;
+  }
+  if (!summary.relation_error_odom) return;
+  json["relation_error_odom_m"] = relation_m_to_json(*summary.relation_error_odom);
+  json["relation_error_odom_rad"] = relation_rad_to_json(*summary.relation_error_odom);
+}
+
 void add_errors(const LaserSummary& summary, JsonValue& json) {
   if (summary.error) {
     json["ate_rmse_m"] = summary.error->position_m.rmse;
@@ -37,10 +56,8 @@ void add_errors(const LaserSummary& summary, JsonValue& json) {
   }
   if (!summary.relation_error) return;
   const RelationErrors& errors = *summary.relation_error;
-  json["relation_error_m"] =
-      JsonValue::object({{"mean", errors.translation_m.mean}, {"std", errors.translation_std_m}});
-  json["relation_error_rad"] =
-      JsonValue::object({{"mean", errors.rotation_rad.mean}, {"std", errors.rotation_std_rad}});
+  json["relation_error_m"] = relation_m_to_json(errors);
+  json["relation_error_rad"] = relation_rad_to_json(errors);
   json["relations"] = JsonValue::object({{"used", errors.errors.size()}, {"unmatched", errors.unmatched}});
 }
 
@@ -57,6 +74,12 @@ std::string error_text(const LaserSummary& summary) {
     text += fmt::format("against {} relations: {:.4f} m +- {:.4f} m, {:.5f} rad\n",
                         summary.relation_error->errors.size(), summary.relation_error->translation_m.mean,
                         summary.relation_error->translation_std_m, summary.relation_error->rotation_rad.mean);
+  if (summary.error_odom)
+    text += fmt::format("before correction: position RMSE {:.4f} m\n", summary.error_odom->position_m.rmse);
+  if (summary.relation_error_odom)
+    text += fmt::format("before correction: relations {:.4f} m, {:.5f} rad\n",
+                        summary.relation_error_odom->translation_m.mean,
+                        summary.relation_error_odom->rotation_rad.mean);
   return text;
 }
 
@@ -78,6 +101,8 @@ JsonValue to_json(const LaserSummary& summary) {
                                      {"failed", summary.scans_failed},
                                      {"dropped", summary.scans_dropped},
                                      {"keyframes", summary.keyframes},
+                                     {"searched", summary.scans_searched},
+                                     {"found", summary.scans_found},
                                      {"restarts", summary.restarts}});
   auto reasons = JsonValue::object();
   for (const auto& [reason, count] : summary.failure_reasons) reasons[reason] = count;
@@ -93,7 +118,11 @@ JsonValue to_json(const LaserSummary& summary) {
   json["mvog"] = mvog_to_json(summary.mvog);
   json["bounds_m"] = to_json(summary.bounds_m);
   if (!summary.floors.empty()) json["floors"] = floors_to_json(summary.floors);
+  json["loops"] = loops_to_json(summary.map_frame);
+  json["localisation"] = localisation_to_json(summary.map_frame);
+  json["path_length_odom_m"] = path_length(summary.trajectory_odom);
   add_errors(summary, json);
+  add_errors_of_odom(summary, json);
   return json;
 }
 
@@ -107,6 +136,10 @@ std::string to_text(const LaserSummary& summary) {
   if (summary.matched_scans)
     text += fmt::format("matching  median {:.3f} ms, 99 % under {:.3f} ms a scan\n", summary.match_ms.median,
                         summary.match_ms.p99);
+  if (summary.scans_searched > 0)
+    text += fmt::format("search    {} scans sought among the last keyframes, {} placed by it alone\n",
+                        summary.scans_searched, summary.scans_found);
+  text += to_text(summary.map_frame);
   text += fmt::format("map       {:.1f} m2, {} occupied and {} free volumes, {:.2f} MB; {:.2f} us a beam\n",
                       summary.mvog.area_m2, summary.mvog.volumes_positive, summary.mvog.volumes_negative,
                       static_cast<double>(summary.mvog.bytes) * 1e-6, summary.insert_us_per_beam);

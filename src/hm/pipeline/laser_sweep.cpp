@@ -28,16 +28,28 @@ bool SweepPoints::prepare_knots(const LaserScan& scan, const SweepPose& T_odom_b
   return true;
 }
 
-bool SweepPoints::compute(const LaserScan& scan, const LaserRig& rig, const SweepPose& T_odom_base,
-                          double clear_without_return_m) {
+bool SweepPoints::compute(const LaserScan& scan, const LaserRig& rig, const SweepPose& T_odom_base) {
   returns_m_.clear();
   no_returns_m_.clear();
   if (scan.size() == 0 || !prepare_knots(scan, T_odom_base)) return false;
+  add_all_beams(scan, rig);
+  return true;
+}
+
+void SweepPoints::compute_again(const LaserScan& scan, const LaserRig& rig, std::span<const SweepKnot> knots,
+                                const SE3& T_map_odom) {
+  returns_m_.clear();
+  no_returns_m_.clear();
+  knots_.clear();
+  for (const SweepKnot& knot : knots) knots_.push_back({knot.beam, T_map_odom * knot.T_odom_base});
+  if (!knots_.empty()) add_all_beams(scan, rig);
+}
+
+void SweepPoints::add_all_beams(const LaserScan& scan, const LaserRig& rig) {
   origin_m_ = (knots_[knots_.size() / 2].T_odom_base * rig.T_base_laser).translation();
-  add_beams(scan, rig.horizontal_beams(scan.size()), rig.T_base_laser, clear_without_return_m);
+  add_beams(scan, rig.horizontal_beams(scan.size()), rig.T_base_laser, clear_without_return_m_);
   for (const auto& mirror : {rig.down, rig.up})
     if (mirror) add_beams(scan, mirror->beams, mirror->T_base_virtual_laser, 0);
-  return true;
 }
 
 void SweepPoints::add_beams(const LaserScan& scan, const BeamRange& beams, const SE3& T_base_laser,
@@ -50,8 +62,8 @@ void SweepPoints::add_beams(const LaserScan& scan, const BeamRange& beams, const
     const double range_m = is_return ? static_cast<double>(scan.ranges_m[beam])
                                      : std::min(clear_without_return_m, scan.range_max_m);
     while (knot + 2 < knots_.size() && knots_[knot + 1].beam <= beam) ++knot;
-    const Knot& from = knots_[knot];
-    const Knot& to = knots_[std::min(knot + 1, knots_.size() - 1)];
+    const SweepKnot& from = knots_[knot];
+    const SweepKnot& to = knots_[std::min(knot + 1, knots_.size() - 1)];
     const double share =
         to.beam > from.beam ? static_cast<double>(beam - from.beam) / static_cast<double>(to.beam - from.beam)
                             : 0;

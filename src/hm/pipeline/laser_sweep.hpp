@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "hm/mvog/beam_scan.hpp"
@@ -12,27 +13,37 @@ namespace hm {
 /// T_odom_base at a moment of a sweep; nothing where it is not known.
 using SweepPose = std::function<std::optional<SE3>(Time stamp)>;
 
+/// The vehicle's pose when a beam of a sweep was measured.
+struct SweepKnot {
+  std::size_t beam = 0;
+  SE3 T_odom_base;
+};
+
 /// The end points of a scan's beams in `odom`, every one from the vehicle's pose at its own time. Beams in
 /// the scan plane and those that mirrors turn; what the rig calls hidden is left out.
 class SweepPoints {
  public:
-  /// `clear_without_return_m` > 0: a beam without return ends there, freely. False when a pose is missing;
-  /// the points are empty then.
-  bool compute(const LaserScan& scan, const LaserRig& rig, const SweepPose& T_odom_base,
-               double clear_without_return_m);
+  /// `clear_without_return_m` > 0: a beam without return ends there, freely.
+  explicit SweepPoints(double clear_without_return_m = 0) : clear_without_return_m_(clear_without_return_m) {}
+
+  /// False when a pose is missing; the points are empty then.
+  bool compute(const LaserScan& scan, const LaserRig& rig, const SweepPose& T_odom_base);
+  /// The same from poses that an earlier compute() of this scan gave (knots()), each moved by `T_map_odom`.
+  void compute_again(const LaserScan& scan, const LaserRig& rig, std::span<const SweepKnot> knots,
+                     const SE3& T_map_odom);
+  /// The poses between which the last compute() placed the beams.
+  [[nodiscard]] const std::vector<SweepKnot>& knots() const { return knots_; }
   /// Valid until the next compute(). The origin is the laser's place in the middle of the sweep.
   [[nodiscard]] BeamScan beam_scan() const { return {origin_m_, returns_m_, no_returns_m_}; }
 
  private:
-  struct Knot {
-    std::size_t beam;
-    SE3 T_odom_base;
-  };
   bool prepare_knots(const LaserScan& scan, const SweepPose& T_odom_base);
+  void add_all_beams(const LaserScan& scan, const LaserRig& rig);
   void add_beams(const LaserScan& scan, const BeamRange& beams, const SE3& T_base_laser,
                  double clear_without_return_m);
 
-  std::vector<Knot> knots_;
+  double clear_without_return_m_;
+  std::vector<SweepKnot> knots_;
   Vec3 origin_m_ = Vec3::Zero();
   std::vector<Eigen::Vector3f> returns_m_, no_returns_m_;
 };

@@ -1,5 +1,7 @@
 #include "hm/pipeline/laser_tables.hpp"
 
+#include "hm/io/text_lines.hpp"
+
 namespace hm {
 namespace {
 
@@ -23,11 +25,6 @@ std::string_view name_of(HeightStatus status) {
 
 std::string_view name_of(FloorEvent event) {
   return event == FloorEvent::kStepUp ? "step_up" : event == FloorEvent::kStepDown ? "step_down" : "";
-}
-
-/// Seconds with all nanoseconds.
-std::string stamp_text(Time stamp) {
-  return fmt::format("{}.{:09d}", stamp.ns / 1'000'000'000, stamp.ns % 1'000'000'000);
 }
 
 }  // namespace

@@ -32,6 +32,12 @@ void add_laser(ParamList& list, LaserParameters& laser) {
   list.add("laser", laser.run);
   list.add("scan_projection", laser.projection);
   list.add("matcher", laser.matcher);
+  list.add("motion_search", laser.motion_search);
+  list.add("loops", laser.loops);
+  list.add("loop_matcher", laser.loops.matcher);
+  list.add("loop_solver", laser.loops.solver);
+  list.add("localiser", laser.localiser);
+  list.add("wheel_noise", laser.wheel_noise);
   list.add("height", laser.height);
   list.add("state", laser.state);
   list.add("fusion", laser.state.fusion);
@@ -40,6 +46,15 @@ void add_laser(ParamList& list, LaserParameters& laser) {
   list.add("pose_alpha_beta", laser.state.pose_alpha_beta);
   list.add("height_alpha_beta", laser.state.height_alpha_beta);
   list.add("mvog", laser.mvog);
+}
+
+void add_calibration(ParamList& list, Parameters& parameters) {
+  list.add("board", parameters.board);
+  list.add("camera_fit", parameters.camera_fit);
+  list.add("stereo_fit", parameters.stereo_fit);
+  list.add("depth_fit", parameters.depth_fit);
+  list.add("noise_fit", parameters.noise_fit);
+  list.add("calibration_simulation", parameters.calibration_simulation);
 }
 
 }  // namespace
@@ -67,6 +82,7 @@ ParamList list_all(Parameters& parameters) {
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);
+  add_calibration(list, parameters);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);

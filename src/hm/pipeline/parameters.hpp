@@ -2,11 +2,17 @@
 #include <string>
 #include <vector>
 
+#include "hm/calibration/board.hpp"
+#include "hm/calibration/camera_fit.hpp"
+#include "hm/calibration/depth_fit.hpp"
+#include "hm/calibration/noise_fit.hpp"
+#include "hm/calibration/stereo_fit.hpp"
 #include "hm/core/params.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/pipeline/calibration_simulation.hpp"
 #include "hm/pipeline/laser_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sim/laser_simulation.hpp"
@@ -65,6 +71,12 @@ struct Parameters {
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
+  BoardParams board;
+  CameraFitParams camera_fit;
+  StereoFitParams stereo_fit;
+  DepthFitParams depth_fit;
+  NoiseFitParams noise_fit;
+  CalibrationSimulationParams calibration_simulation;
   MeshErrorParams mesh_error;
   TrajectoryErrorParams trajectory_error;
   RelationErrorParams relation_error;

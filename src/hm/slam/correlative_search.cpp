@@ -99,7 +99,19 @@ class Search {
     const Eigen::Vector2i* cell = &cells_[static_cast<std::size_t>(candidate.angle + angles_) * points_];
     for (std::size_t i = 0; i < points_; ++i)
       candidate.sum += map_.bound(level, cell[i].x() + candidate.x, cell[i].y() + candidate.y);
+    candidate.sum -= std::min(candidate.sum, least_penalty(level, candidate));
     if (candidate.sum >= least_) list.push_back(candidate);
+  }
+
+  /// What the pose of a square that is nearest to the centre of the window loses.
+  [[nodiscard]] std::uint32_t least_penalty(int level, const Candidate& c) const {
+    if (params_.shift_penalty_per_m2 <= 0 && params_.turn_penalty_per_rad2 <= 0) return 0;
+    const int last = (1 << level) - 1;
+    const double dx = std::max({0, c.x, -(c.x + last)}), dy = std::max({0, c.y, -(c.y + last)});
+    const double turn = c.angle * angle_step_;
+    const double shift_m2 = (dx * dx + dy * dy) * map_.resolution_m() * map_.resolution_m();
+    const double loss = params_.shift_penalty_per_m2 * shift_m2 + params_.turn_penalty_per_rad2 * turn * turn;
+    return static_cast<std::uint32_t>(std::min(loss, 1.0) * 255.0 * static_cast<double>(points_));
   }
 
   void descend(int level, const Candidate& node) {

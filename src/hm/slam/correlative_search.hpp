@@ -28,6 +28,8 @@ struct CorrelativeSearchParams {
   /// wrong one.
   const SeenArea* seen = nullptr;
   double min_overlap_ratio = 0.5;
+  /// What a place loses of its score by being off the window's centre, by the square of how far.
+  double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;
   std::size_t max_evaluations = 2'000'000;  ///< of candidates; then the search gives up
 };
 
@@ -42,7 +44,7 @@ std::string_view to_string(CorrelativeStatus status);
 struct CorrelativeMatch {
   CorrelativeStatus status = CorrelativeStatus::kNothing;
   SE2 T_map_scan;          ///< the best pose, refined below a cell; meaningful with kFound and kAmbiguous
-  double score = 0;        ///< mean likelihood there, 0 to 1, on the raster
+  double score = 0;        ///< mean likelihood there, 0 to 1, on the raster, penalties taken off
   double other_score = 0;  ///< kAmbiguous: of one such other place
   std::size_t evaluations = 0;
 };

@@ -68,7 +68,8 @@ TEST(CorrelativeMap, NothingAndBrokenPoints) {
 
 /// The best sum over every cell and angle of the window, tried one by one.
 double brute_force(const CorrelativeMap& map, const std::vector<Vec2>& points, const SearchWindow& window,
-                   double step_rad) {
+                   const CorrelativeSearchParams& params) {
+  const double step_rad = params.angle_step_rad;
   double best = 0;
   const auto steps = [](double half, double step) { return static_cast<int>(std::ceil(half / step - 1e-9)); };
   const int angles = steps(window.half_angle_rad, step_rad), columns = steps(window.half_x_m, 0.05),
@@ -82,7 +83,10 @@ double brute_force(const CorrelativeMap& map, const std::vector<Vec2>& points, c
           const Eigen::Vector2i cell = map.cell_of(T * point);
           sum += map.value(cell.x() + x, cell.y() + y);
         }
-        best = std::max(best, sum / (255.0 * static_cast<double>(points.size())));
+        const double turn = a * step_rad, shift_m2 = 0.05 * 0.05 * (x * x + y * y);
+        const double loss =
+            params.shift_penalty_per_m2 * shift_m2 + params.turn_penalty_per_rad2 * turn * turn;
+        best = std::max(best, sum / (255.0 * static_cast<double>(points.size())) - loss);
       }
   }
   return best;
@@ -102,7 +106,12 @@ TEST(CorrelativeSearch, FindsWhatBruteForceFinds) {
     const SearchWindow window{SE2(0.1, -0.05, 0.02), 0.6, 0.5, 0.4};
     const CorrelativeMatch match = search_correlative(map, scan, window, params);
     ASSERT_NE(match.status, CorrelativeStatus::kNothing);
-    EXPECT_NEAR(match.score, brute_force(map, scan, window, params.angle_step_rad), 1e-9);
+    EXPECT_NEAR(match.score, brute_force(map, scan, window, params), 1e-9);
+    params.shift_penalty_per_m2 = rng.uniform(0, 2);
+    params.turn_penalty_per_rad2 = rng.uniform(0, 3);
+    // Losses are rounded down to what one cell of one point can differ by.
+    EXPECT_NEAR(search_correlative(map, scan, window, params).score, brute_force(map, scan, window, params),
+                1 / (255.0 * static_cast<double>(scan.size())) + 1e-9);
   }
 }
 

@@ -13,7 +13,8 @@ Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
 
 /// Covariance of a step's match along the axes of `odom`.
 Mat3 match_in_odom(const OdometryStep& step) {
-  if (step.status != OdometryStatus::kTracking || !step.T_keyframe_base) return Mat3::Zero();
+  const bool matched = step.status == OdometryStatus::kTracking || step.status == OdometryStatus::kFound;
+  if (!matched || !step.T_keyframe_base) return Mat3::Zero();
   const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
   return turned(T_odom_keyframe.rotation(), step.match.covariance);
 }

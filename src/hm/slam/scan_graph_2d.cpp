@@ -245,8 +245,8 @@ std::optional<SE2> ScanGraph2D::T_map_base(Time stamp, const SE2& T_odom_base) c
 Trajectory ScanGraph2D::corrected(const Trajectory& T_odom_base) const {
   Trajectory result;
   for (const StampedPose& pose : T_odom_base)
-    if (const auto T = T_map_base(pose.stamp, SE2::from_se3(pose.T_world_base)))
-      result.push_back({pose.stamp, T->to_se3(pose.T_world_base.translation().z())});
+    if (const SE2 planar = SE2::from_se3(pose.T_world_base); const auto T = T_map_base(pose.stamp, planar))
+      result.push_back({pose.stamp, (*T * planar.inverse()).to_se3() * pose.T_world_base});
   return result;
 }
 

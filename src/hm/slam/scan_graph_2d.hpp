@@ -68,7 +68,7 @@ class ScanGraph2D {
   /// Where the base was at a moment for which odometry had T_odom_base: moved with the keyframes before and
   /// after it. Nothing without keyframes.
   [[nodiscard]] std::optional<SE2> T_map_base(Time stamp, const SE2& T_odom_base) const;
-  /// A whole trajectory of `odom` brought into `map` (level, at its heights).
+  /// A whole trajectory of `odom` brought into `map`; heights and tilts stay.
   [[nodiscard]] Trajectory corrected(const Trajectory& T_odom_base) const;
   [[nodiscard]] const ScanGraphStatistics& statistics() const { return statistics_; }
 

@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// Parameters of the 2D scan graph.
+/// Parameters of the 2D scan graph. `matcher` and `solver` have names of their own: they are listed apart.
 struct ScanGraph2DParams {
   double graph_distance_m = 0.5, graph_angle_rad = 0.52;
   int submap_keyframes = 10;
@@ -60,7 +60,6 @@ struct ScanGraph2DParams {
     v(ParamDoc{"ambiguity_ratio", {0, 1}, "no loop when another place scores more than this part of it"},
       self.ambiguity_ratio);
     v(ParamDoc{"min_points", {3, 10000}, "scans with fewer points close no loops"}, self.min_points);
-    PlIcpParams::visit(self.matcher, v);
     v(ParamDoc{"verify_max_shift_m", {0, 10}, "PL-ICP must agree with the search within this"},
       self.verify_max_shift_m);
     v(ParamDoc{"verify_max_turn_rad", {0, 3.2}, "PL-ICP must agree with the search within this"},
@@ -76,7 +75,6 @@ struct ScanGraph2DParams {
       self.edge_covariance_scale);
     v(ParamDoc{"max_loop_chi2", {0, 1e9}, "loops that disagree more with the solved graph are taken out"},
       self.max_loop_chi2);
-    PoseGraphSolverParams::visit(self.solver, v);
   }
 };
 
