@@ -43,6 +43,8 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"fusion_step", hm::bench::bench_fusion_step},
                                               {"mvog", hm::bench::bench_mvog},
                                               {"intel_relations", hm::bench::bench_intel_relations},
+                                              {"align_room", hm::bench::bench_align_room},
+                                              {"align_sevenscenes", hm::bench::bench_align_sevenscenes},
                                               {"places", hm::bench::bench_places},
                                               {"depth_calibration", hm::bench::bench_depth_calibration},
                                               {"covariance", hm::bench::bench_covariance},

@@ -50,6 +50,8 @@ Result<BenchResult> bench_height(const BenchOptions& options);
 Result<BenchResult> bench_late_laser(const BenchOptions& options);
 Result<BenchResult> bench_fusion_step(const BenchOptions& options);
 Result<BenchResult> bench_mvog(const BenchOptions& options);
+Result<BenchResult> bench_align_room(const BenchOptions& options);
+Result<BenchResult> bench_align_sevenscenes(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
 Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
 Result<BenchResult> bench_places(const BenchOptions& options);

@@ -9,7 +9,7 @@ namespace {
 struct Flags {
   std::string recording, output, poses;
   double voxel_m = 0;
-  bool resume = false;
+  bool resume = false, align = false;
   RecordingFlags of_recording;
 };
 
@@ -32,6 +32,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
     options.parameters = *of_map;
   }
   auto list = hm::list_all(options.parameters);
+  if (flags.align) options.parameters.reconstruction.align = true;
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
@@ -53,6 +54,7 @@ void add_reconstruct(Program& program) {
                                    "  hm reconstruct recording -o result\n"
                                    "  hm reconstruct recording -o fine --voxel 0.01\n"
                                    "  hm reconstruct recording -o result --resume\n"
+                                   "  hm reconstruct recording -o result --align\n"
                                    "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
                                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
@@ -63,6 +65,8 @@ void add_reconstruct(Program& program) {
                      "pictures, camera in world");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(CLI::PositiveNumber);
+  command.add_flag("--align", flags->align,
+                   "correct each given pose by aligning its depth picture to the map (reconstruction.align)");
   command.add_flag("--resume", flags->resume,
                    "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);

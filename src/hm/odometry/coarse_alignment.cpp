@@ -153,6 +153,19 @@ SE3 align_level(const CoarseReference::Level& level, const Image<std::uint8_t>& 
   return best;
 }
 
+SE3 best_start(const CoarseReference::Level& level, const Image<std::uint8_t>& image,
+               const std::vector<SE3>& starts_T_ref_cur) {
+  SE3 best = starts_T_ref_cur.back();
+  double least = 1e9;
+  for (const SE3& start : starts_T_ref_cur) {
+    const Differences differences = differences_at(level, image, start.inverse());
+    if (differences.overlap_ratio < kMinOverlapRatio || differences.mean_abs >= least) continue;
+    least = differences.mean_abs;
+    best = start;
+  }
+  return best;
+}
+
 }  // namespace
 
 CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid,
@@ -173,16 +186,14 @@ CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid
   HM_CHECK(!guesses_T_ref_cur.empty(), "no guess");
   CoarseResult result{guesses_T_ref_cur.front()};
   if (reference.levels().empty()) return result;
-  const auto& coarsest = reference.levels().front();
-  double best = 1e9;
-  for (const SE3& guess : guesses_T_ref_cur) {
-    const Differences differences = differences_at(coarsest, current.level(coarsest.level), guess.inverse());
-    if (differences.overlap_ratio < kMinOverlapRatio || differences.mean_abs >= best) continue;
-    best = differences.mean_abs;
-    result.T_ref_cur = guess;
+  // A coarse level may mislead where the pattern is fine: every level begins with the best of all that is
+  // known.
+  std::vector<SE3> starts = guesses_T_ref_cur;
+  for (const auto& level : reference.levels()) {
+    const auto& image = current.level(level.level);
+    result.T_ref_cur = align_level(level, image, best_start(level, image, starts));
+    starts.push_back(result.T_ref_cur);
   }
-  for (const auto& level : reference.levels())
-    result.T_ref_cur = align_level(level, current.level(level.level), result.T_ref_cur);
   const auto& finest = reference.levels().back();
   const Differences left = differences_at(finest, current.level(finest.level), result.T_ref_cur.inverse());
   result.residual = left.mean_abs;

@@ -1,9 +1,13 @@
 #include "hm/odometry/pose_refinement.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace hm {
+namespace {
+constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
+}
 
 std::optional<PointResidual> point_residual(const PointObservation& observation, const SE3& T_odom_camera,
                                             const PinholeCamera& camera) {
@@ -43,21 +47,37 @@ double robust_weight(double squared_mahalanobis) {
 }
 
 PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
-                              const PinholeCamera& camera) {
+                              const PinholeCamera& camera, double variance_scale) {
   PoseEquations equations;
   for (const PointObservation& observation : observations) {
     const auto residual = point_residual(observation, T_odom_camera, camera);
     if (!residual) continue;
-    const double weight = robust_weight(residual->squared_mahalanobis);
+    const double squared = residual->squared_mahalanobis / variance_scale;
+    const double weight = robust_weight(squared) / variance_scale;
     const Eigen::Matrix<double, 6, 3> weighted =
         residual->by_pose.transpose() * (weight * residual->information);
     equations.information.noalias() += weighted * residual->by_pose;
     equations.gradient.noalias() += weighted * residual->value;
-    equations.cost += 0.5 * kRobustSigmas * kRobustSigmas *
-                      std::log1p(residual->squared_mahalanobis / (kRobustSigmas * kRobustSigmas));
+    equations.cost +=
+        0.5 * kRobustSigmas * kRobustSigmas * std::log1p(squared / (kRobustSigmas * kRobustSigmas));
     ++equations.terms;
   }
   return equations;
+}
+
+double residual_variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
+                               const PinholeCamera& camera) {
+  std::vector<double> ratios;
+  for (const PointObservation& observation : observations) {
+    const auto residual = point_residual(observation, T_odom_camera, camera);
+    if (!residual) continue;
+    ratios.push_back(residual->squared_mahalanobis /
+                     (observation.depth_m > 0 ? kMedianChi2Of3 : kMedianChi2Of2));
+  }
+  if (ratios.empty()) return 1;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
 }
 
 }  // namespace hm

@@ -39,8 +39,14 @@ double robust_weight(double squared_mahalanobis);
 /// Residuals beyond count as outliers: chi^2 of 3 degrees of freedom at 99.9 %.
 inline constexpr double kOutlierSquaredMahalanobis = 16.27;
 
-/// The normal equations of the camera's pose from the observations (perturbation in the camera's frame).
+/// The normal equations of the camera's pose from the observations (perturbation in the camera's frame), with
+/// all their covariances times `variance_scale`.
 PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
-                              const PinholeCamera& camera);
+                              const PinholeCamera& camera, double variance_scale = 1);
+
+/// How much larger than their covariances say the squares of the residuals are, from their median; below 1
+/// when smaller. 1 without observations.
+double residual_variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
+                               const PinholeCamera& camera);
 
 }  // namespace hm

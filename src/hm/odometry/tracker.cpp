@@ -19,6 +19,9 @@ namespace {
 constexpr int kPyramidLevels = 5;
 constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kMinInlierRatio = 0.2;  // of the matches: fewer agree by chance
+constexpr double kFewInliersRatio = 0.3;
+constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
+constexpr double kSharedErrors = 2.5;  // landmarks of one frame err together: over seeds, this is honest
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
@@ -44,7 +47,7 @@ class Tracker final : public VisualOdometry {
     matching_.max_depth_m = params.max_depth_m;
     matching_.max_depth_sigma_m = params.max_depth_sigma_m;
     matching_.noise = registration_.noise = params.features.depth_noise;
-    registration_.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    matching_.pixel_sigma_px = params.tracker.pixel_sigma_px;
     registration_.surface_weight_ratio = params.tracker.surface_weight_ratio;
   }
 
@@ -151,9 +154,14 @@ class Tracker final : public VisualOdometry {
     Attempt attempt;
     attempt.matches = match_landmarks(map_, view, T_guess, camera_, matching, attempt.looked_for);
     attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, registration_);
-    const int needed =
-        std::max(params_.tracker.min_inliers,
-                 static_cast<int>(kMinInlierRatio * static_cast<double>(attempt.matches.size())));
+    const double matches = static_cast<double>(attempt.matches.size());
+    if (attempt.registration.inliers < kFewInliersRatio * matches) {
+      // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
+      RegistrationParams tolerant = registration_;
+      tolerant.adapt_variance = true;
+      attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, tolerant);
+    }
+    const int needed = std::max(params_.tracker.min_inliers, static_cast<int>(kMinInlierRatio * matches));
     const double sigma_m = worst_sigma_m(attempt.registration);
     if (attempt.registration.inliers < needed)
       attempt.refusal = fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
@@ -219,7 +227,10 @@ class Tracker final : public VisualOdometry {
     Mat6 information = attempt.registration.information;
     information.diagonal().array() += 1e-3;
     const Mat6 to_odom = adjoint(attempt.registration.T_odom_camera);
-    return to_odom * information.inverse() * to_odom.transpose() + of_model / std::max(1.0, inliers);
+    const double scale =
+        kSharedErrors * std::clamp(attempt.registration.variance_scale, kLeastVarianceScale, 16.0);
+    return to_odom * (scale * information.inverse()) * to_odom.transpose() +
+           of_model / std::max(1.0, inliers);
   }
 
   bool keyframe_due(const SE3& T, int inliers) {

@@ -40,7 +40,8 @@ std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFra
     found.observation.p_odom = landmark.p_odom;
     found.observation.covariance = landmark.covariance;
     found.observation.pixel = match->pixel;
-    found.observation.pixel_covariance = match->information.inverse();
+    found.observation.pixel_covariance =
+        match->information.inverse() + Mat2::Identity() * params.pixel_sigma_px * params.pixel_sigma_px;
     read_depth(frame.frame->depth, params, found.observation);
     matches.push_back(found);
   }

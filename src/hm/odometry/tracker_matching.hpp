@@ -8,6 +8,7 @@ namespace hm {
 
 struct MatchingParams {
   PatchSearch search;
+  double pixel_sigma_px = 0.5;  ///< added to that of every match: what patches do not know of themselves
   DepthNoise noise;
   double max_depth_m = 5.5, max_depth_sigma_m = 0.05;
   std::size_t limit = 220;

@@ -14,7 +14,7 @@ struct TrackerParams {
   double keyframe_distance_ratio = 0.10;
   double keyframe_angle_rad = 0.20;
   double pixel_sigma_px = 0.5;
-  double surface_weight_ratio = 0.05;
+  double surface_weight_ratio = 0.03;
   double lost_sigma_m = 0.05;
   int submap_after_frames = 60;
 

@@ -1,6 +1,7 @@
 #include "hm/odometry/tracker_registration.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 namespace hm {
 namespace {
@@ -8,7 +9,8 @@ namespace {
 constexpr double kConverged = 2e-5;     // metres and radians
 constexpr int kWideGateIterations = 2;  // of the surface's association
 constexpr double kWideGate_m = 0.03;
-constexpr double kDamping = 1e-3;  // keeps the solver regular where nothing is seen
+constexpr double kMaxVarianceScale = 16;  // worse than that is no noise but a wrong pose
+constexpr double kDamping = 1e-3;         // keeps the solver regular where nothing is seen
 
 PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
                                const RegistrationParams& params, double extra_gate_m) {
@@ -23,20 +25,24 @@ PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& gr
   return equations;
 }
 
+double variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
+                      const PinholeCamera& camera, const RegistrationParams& params) {
+  if (!params.adapt_variance) return 1;
+  return std::clamp(residual_variance_scale(observations, T_odom_camera, camera), 1.0, kMaxVarianceScale);
+}
+
 }  // namespace
 
 Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
                             std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
                             const PinholeCamera& camera, const RegistrationParams& params) {
   std::vector<PointObservation> observations;
-  for (LandmarkMatch& match : matches) {
-    match.observation.pixel_covariance += Mat2::Identity() * params.pixel_sigma_px * params.pixel_sigma_px;
-    observations.push_back(match.observation);
-  }
+  for (const LandmarkMatch& match : matches) observations.push_back(match.observation);
   const MapKeyframe& reference = map.keyframes().back();
   Registration result{T_odom_camera_guess};
   for (int iteration = 0; iteration < params.max_iterations; ++iteration) {
-    PoseEquations equations = point_equations(observations, result.T_odom_camera, camera);
+    const double scale = variance_scale(observations, result.T_odom_camera, camera, params);
+    PoseEquations equations = point_equations(observations, result.T_odom_camera, camera, scale);
     if (params.surface_weight_ratio > 0)
       equations += weighted_surface(reference, frame.grid, result.T_odom_camera, params,
                                     iteration < kWideGateIterations ? kWideGate_m : 0.0);
@@ -49,9 +55,12 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
     if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
   }
+  result.variance_scale = residual_variance_scale(observations, result.T_odom_camera, camera);
+  const double limit =
+      kOutlierSquaredMahalanobis * variance_scale(observations, result.T_odom_camera, camera, params);
   for (LandmarkMatch& match : matches) {
     const auto residual = point_residual(match.observation, result.T_odom_camera, camera);
-    match.inlier = residual && residual->squared_mahalanobis < kOutlierSquaredMahalanobis;
+    match.inlier = residual && residual->squared_mahalanobis < limit;
     result.inliers += match.inlier ? 1 : 0;
   }
   return result;

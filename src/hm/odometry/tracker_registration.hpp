@@ -8,9 +8,9 @@
 namespace hm {
 
 struct RegistrationParams {
-  double pixel_sigma_px = 0.5;  ///< added to that of every match: what patches do not know of themselves
   double surface_weight_ratio = 0.05;  ///< readings of one surface are not independent
   double up_sigma_rad = 0.02;          ///< of a given direction away from gravity
+  bool adapt_variance = false;         ///< take the matches for as uncertain as their residuals are (median)
   int max_iterations = 10;
   DepthNoise noise;
 };
@@ -19,11 +19,11 @@ struct Registration {
   SE3 T_odom_camera;
   Mat6 information = Mat6::Zero();  ///< of a perturbation in the camera's frame
   int inliers = 0;
+  double variance_scale = 1;  ///< squared residuals of the matches against what was expected (median)
 };
 
 /// The pose that agrees best with the landmarks found and with the surface of the newest keyframe:
-/// Gauss-Newton, information-weighted and robust. Marks the inliers among the matches and adds
-/// `pixel_sigma_px` to them.
+/// Gauss-Newton, information-weighted and robust. Marks the inliers among the matches.
 Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
                             std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
                             const PinholeCamera& camera, const RegistrationParams& params);

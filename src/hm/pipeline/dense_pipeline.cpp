@@ -33,7 +33,8 @@ struct DensePipeline::Impl {
         loop(threads),
         grid(Integrator::make_grid(all.tsdf)),
         integrator(all.tsdf, all.depth_noise, its_camera, loop),
-        mesher(all.mesh, loop) {}
+        mesher(all.mesh, loop),
+        aligner(all.alignment, all.tsdf, all.depth_noise, its_camera) {}
 
   Parameters parameters;
   PinholeCamera camera;
@@ -46,7 +47,24 @@ struct DensePipeline::Impl {
     Integrator integrator;
   };
   std::unique_ptr<Aside> aside;
+  DenseAligner aligner;
+  SE3 T_map_given;
+  RgbdFrame aligned;  ///< a frame with its corrected pose
+
+  const RgbdFrame& align(const RgbdFrame& frame, FrameOutcome& outcome);
 };
+
+/// The frame with the pose that it is to be integrated with.
+const RgbdFrame& DensePipeline::Impl::align(const RgbdFrame& frame, FrameOutcome& outcome) {
+  const SE3& T_given_camera = *frame.T_world_camera;
+  const AlignmentPrior prior = prior_of_given_pose(parameters.alignment, T_map_given * T_given_camera);
+  outcome.alignment = aligner.align(grid, frame.depth, prior);
+  if (outcome.alignment->status == AlignmentStatus::kAccepted)
+    T_map_given = outcome.alignment->T_world_camera * T_given_camera.inverse();
+  aligned = frame;
+  aligned.T_world_camera = outcome.alignment->T_world_camera;
+  return aligned;
+}
 
 DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
     : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
@@ -58,6 +76,8 @@ const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
+const SE3& DensePipeline::T_map_given() const { return impl_->T_map_given; }
+void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->T_map_given = T_map_given; }
 
 void DensePipeline::adopt(VolumeGrid grid) {
   HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
@@ -70,7 +90,9 @@ FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
   FrameOutcome outcome;
   outcome.skipped_because = unusable_because(frame, impl_->camera);
   if (!outcome.skipped_because.empty()) return outcome;
-  outcome.scan = impl_->integrator.integrate(impl_->grid, frame);
+  const RgbdFrame& posed = impl_->parameters.reconstruction.align ? impl_->align(frame, outcome) : frame;
+  outcome.T_world_camera = *posed.T_world_camera;
+  outcome.scan = impl_->integrator.integrate(impl_->grid, posed);
   outcome.skipped_because = outcome.scan.nothing_integrated_because;
   outcome.integrated = outcome.skipped_because.empty();
   impl_->mesher.mark_changed(outcome.scan.changed);

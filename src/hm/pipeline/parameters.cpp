@@ -95,6 +95,7 @@ ParamList list_reconstruction(Parameters& parameters) {
   ParamList list;
   list.add("tsdf", parameters.tsdf);
   list.add("depth_noise", parameters.depth_noise);
+  list.add("alignment", parameters.alignment);
   list.add("mesh", parameters.mesh);
   list.add("reconstruction", parameters.reconstruction);
   return list;
@@ -146,7 +147,8 @@ std::vector<std::string> map_parameters(const Parameters& parameters) {
   const ParamList list = list_reconstruction(copy);
   std::vector<std::string> lines;
   for (const ParamRef& param : list.all()) {
-    const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.");
+    const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.") ||
+                        param.name.starts_with("alignment.") || param.name == "reconstruction.align";
     if (of_map && std::find(kFreeOfMap.begin(), kFreeOfMap.end(), param.name) == kFreeOfMap.end())
       lines.push_back(fmt::format("{} = {}", param.name, value_text(param)));
   }

@@ -20,6 +20,7 @@
 #include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
+#include "hm/tsdf/alignment_params.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
@@ -30,6 +31,7 @@ struct ReconstructionParams {
   int frame_limit = 0;
   int frame_stride = 1;
   int prefetch_frames = 4;
+  bool align = false;
   bool live_mesh = true;
   double mesh_budget_ms = 15.0;
   double save_interval_s = 20.0;
@@ -43,6 +45,7 @@ struct ReconstructionParams {
     v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all"}, self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame"}, self.frame_stride);
     v(ParamDoc{"prefetch_frames", {1, 1000}, "pictures decoded ahead"}, self.prefetch_frames);
+    v(ParamDoc{"align", {}, "correct each given pose by aligning its depth picture to the map"}, self.align);
     v(ParamDoc{"live_mesh",
                {},
                "keep the mesh up to date while scanning; it is complete at the end in any case"},
@@ -65,6 +68,7 @@ struct ReconstructionParams {
 struct Parameters {
   TsdfParams tsdf;
   DepthNoise depth_noise;
+  AlignmentParams alignment;
   MeshParams mesh;
   ReconstructionParams reconstruction;
   OdometryParams odometry;
@@ -87,8 +91,8 @@ struct Parameters {
 /// References to all parameters, sections named as the members of Parameters (those of the laser system as in
 /// list_laser).
 ParamList list_all(Parameters& parameters);
-/// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise, mesh,
-/// reconstruction.
+/// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise,
+/// alignment, mesh, reconstruction.
 ParamList list_reconstruction(Parameters& parameters);
 /// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
 /// trajectory_error.
@@ -102,8 +106,8 @@ Result<std::vector<std::string>> map_kinds(const SlamParams& params);
 /// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
 /// with the truth.
 ParamList list_laser(Parameters& parameters);
-/// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel) and
-/// depth_noise. As "name = value" lines.
+/// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel),
+/// depth_noise, whether poses are aligned, and how. As "name = value" lines.
 std::vector<std::string> map_parameters(const Parameters& parameters);
 
 /// What contradicts, all of it in one error; ranges are checked by ParamList::check().

@@ -5,7 +5,9 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/laser_recording.hpp"
 #include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/frame_range.hpp"
 #include "hm/pipeline/map_store.hpp"
@@ -37,6 +39,7 @@ class Run {
   [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
   Result<void> check_poses(const std::filesystem::path& map) const;
   void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
+  void note_alignment(const FrameOutcome& outcome, FrameRecord& record);
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
   Result<void> save_some();
   Result<void> begin_save();
@@ -97,6 +100,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   saver_.emplace(std::move(*file));
   saver_->restore_marks(*grid, state->interior_marks);
   pipeline_.adopt(std::move(*grid));
+  pipeline_.set_T_map_given(state->T_map_given);
   state_ = std::move(*state);
   if (const auto same = check_poses(path); !same) return same;
   summary_.resumed = true;
@@ -158,10 +162,11 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
     warn_of_memory_cap(outcome.scan, index);
     if (outcome.integrated) {
       ++state_.frames_integrated;
-      state_.trajectory.push_back({frame->stamp, *frame->T_world_camera});
+      state_.trajectory.push_back({frame->stamp, outcome.T_world_camera});
     } else {
       state_.skipped.push_back({index, outcome.skipped_because});
     }
+    note_alignment(outcome, record);
     record.scan_ms = outcome.scan.total_ms;
     record.allocate_ms = outcome.scan.allocate_ms;
     record.integrate_ms = outcome.scan.integrate_ms;
@@ -173,6 +178,22 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
   record.map_bytes = pipeline_.grid().map_bytes();
   record.mesh_bytes = pipeline_.mesher().bytes();
   record.resident_bytes = resident_bytes();
+}
+
+void Run::note_alignment(const FrameOutcome& outcome, FrameRecord& record) {
+  if (!outcome.alignment) return;
+  const AlignmentResult& alignment = *outcome.alignment;
+  const bool first = state_.frames_integrated + (outcome.integrated ? 0u : 1u) == 1;  // nothing to align to
+  if (!first)
+    ++(alignment.status == AlignmentStatus::kAccepted ? state_.frames_aligned : state_.frames_not_aligned);
+  const SE3 T_map_given_before = std::exchange(state_.T_map_given, pipeline_.T_map_given());
+  record.align_ms = alignment.milliseconds;
+  record.alignment = alignment.status;
+  record.shift_m =
+      (outcome.T_world_camera.translation() -
+       T_map_given_before * (state_.T_map_given.inverse() * outcome.T_world_camera.translation()))
+          .norm();
+  record.rms_before_m = alignment.before.rms_m, record.rms_after_m = alignment.after.rms_m;
 }
 
 void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
@@ -250,6 +271,9 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.frames_integrated = state_.frames_integrated;
   summary_.skipped = state_.skipped;
   summary_.trajectory = state_.trajectory;
+  if (options_.parameters.reconstruction.align)
+    summary_.alignment =
+        summarise_alignment(state_, recording_->info(), options_.parameters, summary_.records);
   summary_.volumes = pipeline_.grid().volume_count();
   summary_.map_bytes = pipeline_.grid().map_bytes();
   summary_.map_file_bytes = saver_->file().file_bytes();

@@ -3,6 +3,7 @@
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/mesh_output.hpp"
 #include "hm/pipeline/process_memory.hpp"
@@ -41,6 +42,10 @@ void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& s
     summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
                                            summary.frames_total, summary.skipped.front().index,
                                            summary.skipped.front().reason));
+  if (summary.alignment) {
+    std::string warning = alignment_warning(*summary.alignment, summary.records);
+    if (!warning.empty()) summary.warnings.push_back(std::move(warning));
+  }
   if (summary.volumes_refused > 0)
     summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
                                            summary.parameters.tsdf.max_map_mb, summary.volumes_refused));

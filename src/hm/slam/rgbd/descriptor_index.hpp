@@ -21,8 +21,8 @@ struct DescriptorNeighbour {
 };
 
 struct DescriptorIndexParams {
-  int trees = 2;
-  int branches = 16;
+  int trees = 4;
+  int branches = 8;
   int leaf_size = 256;
 };
 

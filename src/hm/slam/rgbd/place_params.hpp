@@ -10,7 +10,7 @@ struct PlaceSearchParams {
   int max_descriptor_bits = 64;
   int min_votes = 4;
   int min_keyframes_apart = 2;
-  int max_checks = 600;
+  int max_checks = 512;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {

@@ -57,7 +57,7 @@ std::vector<PlaceCandidate> top_candidates(const std::vector<int>& votes, int n,
 /// among the first kThoroughCandidates or kPromisingInliers of the votes agree on a motion. `rank` is the
 /// place in the list of candidates.
 inline constexpr std::size_t kThoroughCandidates = 3;
-inline constexpr int kPromisingInliers = 4;
+inline constexpr int kPromisingInliers = 5;
 PlaceMatch verify_candidate(const Keyframe& there, const Keyframe& here, const PlaceCandidate& candidate,
                             std::size_t rank, const PlaceVerifierParams& params);
 
