@@ -50,7 +50,11 @@ Result<BenchResult> bench_height(const BenchOptions& options);
 Result<BenchResult> bench_late_laser(const BenchOptions& options);
 Result<BenchResult> bench_fusion_step(const BenchOptions& options);
 Result<BenchResult> bench_mvog(const BenchOptions& options);
+Result<BenchResult> bench_align_room(const BenchOptions& options);
+Result<BenchResult> bench_align_sevenscenes(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
+Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
+Result<BenchResult> bench_places(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_vo_published(const BenchOptions& options);
@@ -59,5 +63,6 @@ Result<BenchResult> bench_vo_every_5th(const BenchOptions& options);
 Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options);
 Result<BenchResult> bench_vo_icl(const BenchOptions& options);
 Result<BenchResult> bench_vo_hour(const BenchOptions& options);
+Result<BenchResult> bench_slam_house(const BenchOptions& options);
 
 }  // namespace hm::bench

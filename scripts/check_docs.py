@@ -8,7 +8,7 @@ files lead somewhere and pictures are small.
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
 `recording` (a simulated room) and `my_flight` (a laser's flight through it), and after `prepare` also `result`, as the
-texts assume.
+texts assume; that of --help also `set`, pictures of calibration boards.
 """
 import argparse
 import os
@@ -24,9 +24,13 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "laser", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
+HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics", "calibrate extrinsics",
+              "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
+SET = "calibration_simulation"
+SMALL_SET = f"hm simulate calibration -o set --quiet --set {SET}.camera_views=12 --set {SET}.stereo_views=8 " \
+            f"--set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.depth_images=6"
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
 
@@ -44,6 +48,8 @@ def shortened(line):
     if len(words) > 1 and words[0] in ("hm", "./hm") and words[1] in SHORT:
         if "simulation.frame_limit" not in line:
             return line + " " + " ".join(SHORT[words[1]])
+    if words[1:3] == ["simulate", "calibration"] and f"{SET}.depth_steps" not in line:
+        return line + f" --set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.camera_views=12"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
         return line + " --frames 20"
     return line
@@ -120,7 +126,7 @@ def check_all(program):
             count, found = check_text(str(path.relative_to(ROOT)), text, folder)
             total, problems = total + count, problems + found
     with tempfile.TemporaryDirectory(prefix="hm_help_") as folder:
-        if wrong := prepare(folder, program):
+        if wrong := prepare(folder, program) or run_line(SMALL_SET, folder):
             return total, [wrong]
         for verb in HELP_VERBS:
             examples = help_examples(program, verb)

@@ -10,7 +10,7 @@
 namespace {
 
 struct Flags {
-  std::string result, truth, report;
+  std::string result, truth, report, alignment;
 };
 
 /// Writes the page of --report, if one was asked for.
@@ -25,6 +25,9 @@ hm::Result<Outcome> run_trajectory(const Flags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  for (std::size_t i = 0; i < hm::kTrajectoryAlignmentNames.size(); ++i)
+    if (flags.alignment == hm::kTrajectoryAlignmentNames[i])
+      parameters.trajectory_error.alignment = static_cast<hm::TrajectoryAlignment>(i);
   const auto error = hm::evaluate_trajectory_files(flags.result, flags.truth, parameters.trajectory_error);
   if (!error) return hm::forward_error(error);
   Outcome outcome{hm::to_text(*error), hm::to_json(*error), {}, {}};
@@ -70,13 +73,20 @@ void add_evaluate(Program& program) {
     command.add_option("truth", flags->truth, truth)->required();
     command.add_option("--report", flags->report, "write a page with plots to this .html file");
   };
-  add_paths(program.add({"evaluate trajectory", "Absolute and relative error of a trajectory (ATE, RPE).",
-                         "  hm evaluate trajectory result/trajectory.tum recording\n"
-                         "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
-                         "--set trajectory_error.alignment=none --report ate.html",
-                         [flags](Session& session) { return run_trajectory(*flags, session); }}),
-            "trajectory (TUM, EuRoC, KITTI), or a recording: the poses it reports",
+  CLI::App& trajectory =
+      program.add({"evaluate trajectory",
+                   "Absolute and relative error of a trajectory (ATE; RPE per frame, second and metre).",
+                   "  hm evaluate trajectory result/trajectory.tum recording\n"
+                   "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
+                   "--alignment none --report ate.html",
+                   [flags](Session& session) { return run_trajectory(*flags, session); }});
+  add_paths(trajectory, "trajectory (TUM, EuRoC, KITTI), or a recording: the poses it reports",
             "true trajectory, or a recording: its true poses");
+  trajectory
+      .add_option("--alignment", flags->alignment,
+                  "what the estimate may be moved by first: se3 (default), sim3, yaw or none "
+                  "(trajectory_error.alignment)")
+      ->check(CLI::IsMember({"se3", "sim3", "yaw", "none"}));
   add_paths(
       program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
                    "  hm evaluate mesh result/mesh.ply recording\n"

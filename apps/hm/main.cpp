@@ -8,7 +8,10 @@ int main(int argc, char** argv) {
   add_info(program);
   add_simulate(program);
   add_reconstruct(program);
+  add_odometry(program);
+  add_slam(program);
   add_laser(program);
+  add_calibrate(program);
   add_evaluate(program);
   add_convert(program);
   add_params(program);

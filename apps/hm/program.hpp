@@ -80,9 +80,12 @@ class Program {
 
 // One file per verb.
 void add_demo(Program& program);
+void add_calibrate(Program& program);
 void add_info(Program& program);
 void add_simulate(Program& program);
 void add_reconstruct(Program& program);
+void add_odometry(Program& program);
+void add_slam(Program& program);
 void add_laser(Program& program);
 void add_evaluate(Program& program);
 void add_convert(Program& program);

@@ -7,9 +7,9 @@
 namespace {
 
 struct Flags {
-  std::string recording, output;
+  std::string recording, output, poses;
   double voxel_m = 0;
-  bool resume = false;
+  bool resume = false, align = false;
   RecordingFlags of_recording;
 };
 
@@ -32,11 +32,13 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
     options.parameters = *of_map;
   }
   auto list = hm::list_all(options.parameters);
+  if (flags.align) options.parameters.reconstruction.align = true;
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.poses = flags.poses;
   options.resume = flags.resume;
   options.run = session.interruptible_context("finishing with what there is");
   const auto summary = hm::reconstruct(options);
@@ -52,13 +54,19 @@ void add_reconstruct(Program& program) {
                                    "  hm reconstruct recording -o result\n"
                                    "  hm reconstruct recording -o fine --voxel 0.01\n"
                                    "  hm reconstruct recording -o result --resume\n"
+                                   "  hm reconstruct recording -o result --align\n"
                                    "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
                                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_reconstruction)");
+  command.add_option("--poses", flags->poses,
+                     "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
+                     "pictures, camera in world");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(CLI::PositiveNumber);
+  command.add_flag("--align", flags->align,
+                   "correct each given pose by aligning its depth picture to the map (reconstruction.align)");
   command.add_flag("--resume", flags->resume,
                    "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);

@@ -5,6 +5,10 @@ void RecordingFlags::add_to(CLI::App& command) {
   command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
       ->check(CLI::IsMember({"tum", "7scenes", "icl"}))
       ->group(group);
+  command
+      .add_option("--calibration", calibration,
+                  "calibration.toml that is applied to every picture (default: that of the folder)")
+      ->group(group);
   command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
       ->expected(4)
       ->group(group);
@@ -22,6 +26,7 @@ hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
   if (kind == "tum") options.kind = hm::RecordingKind::kTumRgbd;
   if (kind == "7scenes") options.kind = hm::RecordingKind::kSevenScenes;
   if (kind == "icl") options.kind = hm::RecordingKind::kIclNuim;
+  options.calibration = calibration;
   if (depth_units_per_m > 0) options.depth_units_per_m = depth_units_per_m;
   if (intrinsics.size() == 4) {
     hm::PinholeCamera camera;

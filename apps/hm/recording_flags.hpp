@@ -8,6 +8,7 @@
 /// Options of verbs that read a recording: what the user may know better than the folder.
 struct RecordingFlags {
   std::string kind;
+  std::string calibration;
   std::vector<double> intrinsics;  ///< fx fy cx cy
   std::vector<int> size_px;
   double depth_units_per_m = 0;

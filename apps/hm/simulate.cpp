@@ -4,6 +4,7 @@
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/simulation_recording.hpp"
 #include "program.hpp"
+#include "simulate_calibration.hpp"
 
 namespace {
 
@@ -99,12 +100,18 @@ void add_simulate(Program& program) {
        "  hm simulate room -o recording --frames 40\n"
        "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
        "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
-       "  hm simulate corridor -o drifting --drift --seed 7 --frames 50",
+       "  hm simulate corridor -o drifting --drift --seed 7 --frames 50\n"
+       "  hm simulate calibration -o boards --set calibration_simulation.depth_images=4",
        [flags](Session& session) {
+         if (flags->world == "calibration")
+           return simulate_calibration_set({output_of(*flags), flags->seed, flags->perfect}, session);
          return flags->sensor == kLaserMav ? run_laser(*flags, session) : run_camera(*flags, session);
        }});
-  command.add_option("world", flags->world, "house, room or corridor (default: house)")
-      ->check(CLI::IsMember({"house", "room", "corridor"}));
+  command
+      .add_option(
+          "world", flags->world,
+          "house, room or corridor (default: house); calibration: pictures of boards for `hm calibrate`")
+      ->check(CLI::IsMember({"house", "room", "corridor", "calibration"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command
       .add_option("--sensor", flags->sensor,

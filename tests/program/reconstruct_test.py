@@ -23,6 +23,20 @@ class Reconstruct(support.ProgramTest):
         self.check_evaluations(run)
         self.check_conversions(run)
 
+    def test_align_corrects_drifting_poses(self):
+        self.run_json("simulate", "room", "-o", "recording", "--sensor", "kinect", "--drift", "--set",
+                      "simulation.frame_stride=10", "--set", "simulation.drift_ratio=0.03", "--set",
+                      "simulation.drift_yaw_rad_m=0.01")
+        run = self.run_json("reconstruct", "recording", "-o", "aligned", "--align", "--set",
+                            "reconstruction.pictures=false")
+        alignment = run["alignment"]
+        self.assertGreater(alignment["accepted"], 4 * alignment["not_accepted"])
+        self.assertLess(alignment["ate_aligned_m"], 0.5 * alignment["ate_given_m"])
+        self.assertGreater(alignment["align_ms"]["median"], 0)
+        self.assertIn("Alignment", (self.folder / "aligned/report.html").read_text())
+        self.assertNotIn("alignment", self.run_json("reconstruct", "recording", "-o", "given", "--set",
+                                                    "reconstruction.pictures=false"))
+
     def check_numbers(self, run):
         # The room is 6 x 4 x 2.8 m with walls; the tablet's noise at 4 m is 30 mm.
         low, high = run["bounds_m"]["min"], run["bounds_m"]["max"]

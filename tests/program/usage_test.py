@@ -3,8 +3,8 @@ import unittest
 
 import support
 
-VERBS = ["demo", "info", "simulate", "reconstruct", "evaluate trajectory", "evaluate mesh", "convert", "params show",
-         "params check", "params explain", "params diff"]
+VERBS = ["demo", "info", "simulate", "reconstruct", "odometry", "slam", "evaluate trajectory", "evaluate mesh", "convert",
+         "params show", "params check", "params explain", "params diff"]
 
 
 class Usage(support.ProgramTest):

@@ -99,7 +99,7 @@ Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::si
 }
 
 /// Distance along the true path up to each pair, metres.
-std::vector<double> distance_travelled(const std::vector<PosePair>& pairs) {
+std::vector<double> distance_travelled(std::span<const PosePair> pairs) {
   std::vector<double> travelled(pairs.size(), 0.0);
   for (std::size_t i = 1; i < pairs.size(); ++i)
     travelled[i] = travelled[i - 1] +
@@ -108,36 +108,13 @@ std::vector<double> distance_travelled(const std::vector<PosePair>& pairs) {
 }
 
 /// For each pair the position of a coordinate (frame number, seconds, metres) that never decreases.
-std::vector<double> span_coordinate(const std::vector<PosePair>& pairs, RpeUnit unit) {
+std::vector<double> span_coordinate(std::span<const PosePair> pairs, RpeUnit unit) {
   if (unit == RpeUnit::kMetres) return distance_travelled(pairs);
   std::vector<double> coordinate(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i)
     coordinate[i] =
         unit == RpeUnit::kFrames ? static_cast<double>(i) : (pairs[i].stamp - pairs[0].stamp).seconds();
   return coordinate;
-}
-
-std::vector<RelativeError> relative_errors(const std::vector<PosePair>& pairs,
-                                           const TrajectoryErrorParams& params) {
-  const std::vector<double> at = span_coordinate(pairs, params.rpe_unit);
-  const double delta =
-      params.rpe_unit == RpeUnit::kFrames ? std::max(1.0, std::round(params.rpe_delta)) : params.rpe_delta;
-  // A hole in the recording is not a span of delta; poses sparser than delta are taken as they come.
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
-  const double longest = std::max(1.5 * delta, delta + 1.5 * quantile(steps, 0.5));
-  std::vector<RelativeError> errors;
-  for (std::size_t i = 0, j = 0; i < pairs.size(); ++i) {
-    j = std::max(j, i + 1);
-    while (j < pairs.size() && at[j] - at[i] < delta * (1 - 1e-9)) ++j;
-    if (j >= pairs.size()) break;
-    if (at[j] - at[i] > longest) continue;
-    const SE3 truth = pairs[i].T_world_truth.inverse() * pairs[j].T_world_truth;
-    const SE3 estimate = pairs[i].T_world_estimate.inverse() * pairs[j].T_world_estimate;
-    const SE3 error = truth.inverse() * estimate;
-    errors.push_back({pairs[i].stamp, error.translation().norm(), error.angle()});
-  }
-  return errors;
 }
 
 /// An error when the positions lie too close together to tell a scale.
@@ -165,16 +142,6 @@ void add_absolute_errors(TrajectoryError& result) {
   }
   result.position_m = summarise(result.position_errors_m);
   result.rotation_rad = summarise(rotation_errors);
-}
-
-void summarise_relative_errors(TrajectoryError& result) {
-  std::vector<double> translations, rotations;
-  for (const RelativeError& error : result.relative) {
-    translations.push_back(error.translation_m);
-    rotations.push_back(error.rotation_rad);
-  }
-  result.rpe_translation_m = summarise(translations);
-  result.rpe_rotation_rad = summarise(rotations);
 }
 
 }  // namespace
@@ -213,6 +180,31 @@ SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec
   return result;
 }
 
+RelativeErrors relative_errors(std::span<const PosePair> pairs, RpeUnit unit, double delta) {
+  RelativeErrors result{
+      unit, unit == RpeUnit::kFrames ? std::max(1.0, std::round(delta)) : delta, {}, {}, {}};
+  const std::vector<double> at = span_coordinate(pairs, unit);
+  // A hole in the recording is not a span of delta; poses sparser than delta are taken as they come.
+  std::vector<double> steps, translations, rotations;
+  for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
+  const double longest = std::max(1.5 * result.delta, result.delta + 1.5 * quantile(steps, 0.5));
+  for (std::size_t i = 0, j = 0; i < pairs.size(); ++i) {
+    j = std::max(j, i + 1);
+    while (j < pairs.size() && at[j] - at[i] < result.delta * (1 - 1e-9)) ++j;
+    if (j >= pairs.size()) break;
+    if (at[j] - at[i] > longest) continue;
+    const SE3 truth = pairs[i].T_world_truth.inverse() * pairs[j].T_world_truth;
+    const SE3 estimate = pairs[i].T_world_estimate.inverse() * pairs[j].T_world_estimate;
+    const SE3 error = truth.inverse() * estimate;
+    result.spans.push_back({pairs[i].stamp, error.translation().norm(), error.angle()});
+    translations.push_back(result.spans.back().translation_m);
+    rotations.push_back(result.spans.back().rotation_rad);
+  }
+  result.translation_m = summarise(translations);
+  result.rotation_rad = summarise(rotations);
+  return result;
+}
+
 Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
                                             const TrajectoryErrorParams& params) {
   TrajectoryError result;
@@ -236,8 +228,10 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
   result.alignment = align_points(positions, true_positions, params.alignment);
   add_absolute_errors(result);
   result.truth_path_m = distance_travelled(result.matched).back();
-  result.relative = relative_errors(result.matched, params);
-  summarise_relative_errors(result);
+  result.relative = relative_errors(result.matched, params.rpe_unit, params.rpe_delta);
+  result.per_frame = relative_errors(result.matched, RpeUnit::kFrames, 1);
+  result.per_second = relative_errors(result.matched, RpeUnit::kSeconds, 1);
+  result.per_metre = relative_errors(result.matched, RpeUnit::kMetres, 1);
   return result;
 }
 

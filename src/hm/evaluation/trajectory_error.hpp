@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -64,11 +65,21 @@ struct RelativeError {
   double rotation_rad = 0;
 };
 
+/// Relative pose error over all overlapping spans of one length.
+struct RelativeErrors {
+  RpeUnit unit = RpeUnit::kFrames;
+  double delta = 1.0;
+  std::vector<RelativeError> spans;
+  Summary translation_m, rotation_rad;
+};
+
 struct TrajectoryError {
-  Summary position_m;    ///< absolute trajectory error (ATE); its rmse is the usual number
-  Summary rotation_rad;  ///< angle between true and aligned estimated orientation
-  Summary rpe_translation_m;
-  Summary rpe_rotation_rad;
+  Summary position_m;         ///< absolute trajectory error (ATE); its rmse is the usual number
+  Summary rotation_rad;       ///< angle between true and aligned estimated orientation
+  RelativeErrors relative;    ///< over the span that the parameters name
+  RelativeErrors per_frame;   ///< from each matched pose to the next
+  RelativeErrors per_second;  ///< over one second
+  RelativeErrors per_metre;   ///< over one metre of the true path; empty when it is shorter
   std::size_t pairs = 0;
   double truth_path_m = 0;  ///< length of the true path through the pairs
   SimilarityTransform alignment;
@@ -77,7 +88,6 @@ struct TrajectoryError {
   bool alignment_degenerate = false;
   std::vector<PosePair> matched;          ///< estimate already aligned
   std::vector<double> position_errors_m;  ///< one per matched pair
-  std::vector<RelativeError> relative;
 };
 
 /// Pairs the poses of two trajectories by time, one to one, closest stamps first (or, when interpolating,
@@ -90,8 +100,12 @@ std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estim
 SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec3> to,
                                  TrajectoryAlignment kind);
 
-/// Absolute and relative error of an estimated trajectory (Sturm et al. 2012, section IV). The relative
-/// error is that of the motion over each span of `rpe_delta` (all overlapping spans), not divided by it.
+/// The error of the motion over each span of `delta` units that begins at a pair (Sturm et al. 2012, eq. 1),
+/// not divided by it. A span ends at the first pair that is at least `delta` away; one that is longer by half
+/// and more, as there is a hole in the recording, is left out.
+RelativeErrors relative_errors(std::span<const PosePair> pairs, RpeUnit unit, double delta);
+
+/// Absolute and relative error of an estimated trajectory (Sturm et al. 2012, section IV).
 /// An error, with the numbers, when fewer than three poses match or a scale is asked of a path that
 /// does not move.
 Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,

@@ -45,8 +45,8 @@ TEST(TrajectoryError, IdentityIsZeroUnderEveryAlignment) {
     EXPECT_EQ(error->pairs, 400u);
     EXPECT_LT(error->position_m.max, 1e-9);
     EXPECT_LT(error->rotation_rad.max, 1e-7);
-    EXPECT_LT(error->rpe_translation_m.max, 1e-9);
-    EXPECT_LT(error->rpe_rotation_rad.max, 1e-7);
+    EXPECT_LT(error->relative.translation_m.max, 1e-9);
+    EXPECT_LT(error->relative.rotation_rad.max, 1e-7);
     EXPECT_NEAR(error->alignment.scale, 1, 1e-12);
     EXPECT_FALSE(error->alignment_degenerate);
   }
@@ -58,7 +58,7 @@ TEST(TrajectoryError, KnownOffsetWithoutAlignment) {
   ASSERT_TRUE(error.has_value());
   EXPECT_NEAR(error->position_m.rmse, 1.3, 1e-12);
   EXPECT_NEAR(error->position_m.median, 1.3, 1e-12);
-  EXPECT_LT(error->rpe_translation_m.max, 1e-9);
+  EXPECT_LT(error->relative.translation_m.max, 1e-9);
 }
 
 TEST(TrajectoryError, AlignmentRemovesExactlyWhatItMay) {
@@ -79,7 +79,7 @@ TEST(TrajectoryError, AlignmentRemovesExactlyWhatItMay) {
   EXPECT_NEAR(similarity->alignment.scale, 2.5, 1e-9);
   EXPECT_TRUE(similarity->alignment.rotation.isApprox(rigid.rotation().transpose(), 1e-9));
   EXPECT_LT(similarity->rotation_rad.max, 1e-7);
-  EXPECT_LT(similarity->rpe_translation_m.max, 1e-8);
+  EXPECT_LT(similarity->relative.translation_m.max, 1e-8);
 }
 
 TEST(TrajectoryError, AlignmentIsTheLeastSquaresOne) {
@@ -127,7 +127,7 @@ TEST(TrajectoryError, NoiseStatistics) {
     const auto error = evaluate_trajectory(walk(), noisy, with(TrajectoryAlignment::kNone));
     ASSERT_TRUE(error.has_value());
     // The relative error of neighbours holds the noise of two poses.
-    EXPECT_NEAR(error->rpe_translation_m.rmse, std::sqrt(6.0) * kSigma, 0.1 * kSigma * std::sqrt(6.0));
+    EXPECT_NEAR(error->relative.translation_m.rmse, std::sqrt(6.0) * kSigma, 0.1 * kSigma * std::sqrt(6.0));
     sum += error->position_m.rmse;
   }
   EXPECT_NEAR(sum / 20, std::sqrt(3.0) * kSigma, 0.02 * kSigma);
@@ -158,9 +158,9 @@ TEST(TrajectoryError, DriftOverFramesSecondsAndMetres) {
     params.rpe_delta = c.delta;
     const auto error = evaluate_trajectory(truth, drifting, params);
     ASSERT_TRUE(error.has_value());
-    EXPECT_EQ(error->relative.size(), c.spans);
-    EXPECT_NEAR(error->rpe_translation_m.rmse, 0.05 * c.span_s, 1e-9);
-    EXPECT_NEAR(error->rpe_rotation_rad.rmse, 0.01 * c.span_s, 1e-9);
+    EXPECT_EQ(error->relative.spans.size(), c.spans);
+    EXPECT_NEAR(error->relative.translation_m.rmse, 0.05 * c.span_s, 1e-9);
+    EXPECT_NEAR(error->relative.rotation_rad.rmse, 0.01 * c.span_s, 1e-9);
     EXPECT_NEAR(error->truth_path_m, 10, 1e-9);
   }
 }
@@ -176,8 +176,8 @@ TEST(TrajectoryError, RelativeErrorIgnoresWhereTheWorldIs) {
   const auto here = evaluate_trajectory(walk(), noisy, with(TrajectoryAlignment::kNone));
   const auto there = evaluate_trajectory(walk(), moved(noisy, elsewhere), with(TrajectoryAlignment::kNone));
   ASSERT_TRUE(here && there);
-  EXPECT_NEAR(here->rpe_translation_m.rmse, there->rpe_translation_m.rmse, 1e-9);
-  EXPECT_NEAR(here->rpe_rotation_rad.rmse, there->rpe_rotation_rad.rmse, 1e-9);
+  EXPECT_NEAR(here->relative.translation_m.rmse, there->relative.translation_m.rmse, 1e-9);
+  EXPECT_NEAR(here->relative.rotation_rad.rmse, there->relative.rotation_rad.rmse, 1e-9);
   // Swapping the roles changes neither the aligned position error nor the number of pairs.
   const auto swapped = evaluate_trajectory(moved(noisy, elsewhere), walk(), with(TrajectoryAlignment::kSe3));
   const auto straight_on =
@@ -196,7 +196,7 @@ TEST(TrajectoryError, HolesAreNotSpans) {
   params.rpe_delta = 1;
   const auto error = evaluate_trajectory(truth, holed, params);
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->relative.size(), 20u + 21u);
+  EXPECT_EQ(error->relative.spans.size(), 20u + 21u);
 }
 
 TEST(Associate, NearestOneToOne) {

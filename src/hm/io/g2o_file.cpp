@@ -2,140 +2,54 @@
 
 #include <fmt/format.h>
 
-#include <map>
-#include <optional>
-#include <queue>
+#include <cmath>
+#include <string_view>
 
-#include "hm/io/laser_log.hpp"
+#include "hm/io/g2o_graph_lines.hpp"
 #include "hm/io/output_file.hpp"
-#include "hm/io/skip_counter.hpp"
-#include "hm/io/text_lines.hpp"
 
 namespace hm {
 namespace {
 
-/// What the lines hold, by the ids of the file.
-class G2oLines {
- public:
-  /// False when the line cannot be understood.
-  bool add(const TextLine& line) {
-    const auto columns = words(line.text);
-    detail::NumberReader reader(columns, 1);
-    if (columns[0] == "VERTEX_SE2") return add_vertex(reader);
-    if (columns[0] == "EDGE_SE2") return add_edge(reader);
-    if (columns[0] == "FIX") {
-      while (reader.remaining() > 0) fixed_.push_back(static_cast<std::int64_t>(reader.count()));
-      return reader.ok();
-    }
-    ++other_lines_;
-    return true;
-  }
-  [[nodiscard]] bool empty() const { return nodes_.empty(); }
-  /// The graph with nodes numbered in order of id; the id of one that has no place, if there is one.
-  std::optional<std::int64_t> finish(G2oGraph2D& result);
-
- private:
-  bool add_vertex(detail::NumberReader& reader) {
-    const auto id = static_cast<std::int64_t>(reader.count());
-    const SE2 pose = reader.pose();
-    if (!reader.ok() || reader.remaining() > 0) return false;
-    std::optional<SE2>& place = nodes_[id];
-    if (place) return false;
-    place = pose;
-    return true;
-  }
-  bool add_edge(detail::NumberReader& reader) {
-    PoseEdge2D edge;
-    edge.from = reader.count();
-    edge.to = reader.count();
-    edge.T_from_to = reader.pose();
-    for (int row = 0; row < 3; ++row)
-      for (int column = row; column < 3; ++column)
-        edge.information(row, column) = edge.information(column, row) = reader.number();
-    if (!reader.ok() || reader.remaining() > 0 || edge.from == edge.to) return false;
-    if (edge.information.diagonal().minCoeff() < 0) return false;
-    nodes_[static_cast<std::int64_t>(edge.from)];
-    nodes_[static_cast<std::int64_t>(edge.to)];
-    edges_.push_back(edge);
-    return true;
-  }
-
-  std::map<std::int64_t, std::optional<SE2>> nodes_;
-  std::vector<PoseEdge2D> edges_;
-  std::vector<std::int64_t> fixed_;
-  std::size_t other_lines_ = 0;
+struct PlanarWords {
+  using Pose = SE2;
+  using Edge = PoseEdge2D;
+  using Graph = G2oGraph2D;
+  static constexpr std::string_view kVertex = "VERTEX_SE2", kEdge = "EDGE_SE2";
+  static constexpr int kDimensions = 3;
+  static std::optional<SE2> pose(detail::NumberReader& reader) { return reader.pose(); }
 };
 
-/// Places nodes along the edges, from those that have a place. The first node without one, if any is left.
-std::optional<std::size_t> place_along_edges(const std::vector<PoseEdge2D>& edges,
-                                             std::vector<std::optional<SE2>>& places) {
-  std::vector<std::vector<std::size_t>> edges_of(places.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    edges_of[edges[e].from].push_back(e);
-    edges_of[edges[e].to].push_back(e);
+struct SpatialWords {
+  using Pose = SE3;
+  using Edge = PoseEdge3D;
+  using Graph = G2oGraph3D;
+  static constexpr std::string_view kVertex = "VERTEX_SE3:QUAT", kEdge = "EDGE_SE3:QUAT";
+  static constexpr int kDimensions = 6;
+  static std::optional<SE3> pose(detail::NumberReader& reader) {
+    constexpr double kNormTolerance = 1e-2;
+    double numbers[7];
+    for (double& one : numbers) one = reader.number();
+    const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
+    if (!(std::abs(q.norm() - 1) < kNormTolerance)) return std::nullopt;
+    return SE3(q, Vec3(numbers[0], numbers[1], numbers[2]));
   }
-  std::queue<std::size_t> open;
-  if (!places.front()) places.front() = SE2();
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i]) open.push(i);
-  for (; !open.empty(); open.pop()) {
-    const std::size_t at = open.front();
-    for (const std::size_t e : edges_of[at]) {
-      const bool forward = edges[e].from == at;
-      const std::size_t next = forward ? edges[e].to : edges[e].from;
-      if (places[next]) continue;
-      places[next] = *places[at] * (forward ? edges[e].T_from_to : edges[e].T_from_to.inverse());
-      open.push(next);
-    }
-  }
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (!places[i]) return i;
-  return std::nullopt;
-}
+};
 
-std::optional<std::int64_t> G2oLines::finish(G2oGraph2D& result) {
-  std::map<std::int64_t, std::size_t> index_of;
-  std::vector<std::optional<SE2>> places;
-  for (const auto& [id, place] : nodes_) {
-    index_of[id] = places.size();
-    result.ids.push_back(id);
-    places.push_back(place);
-  }
-  for (PoseEdge2D& edge : edges_) {
-    edge.from = index_of[static_cast<std::int64_t>(edge.from)];
-    edge.to = index_of[static_cast<std::int64_t>(edge.to)];
-    edge.kind = edge.to == edge.from + 1 ? PoseEdgeKind::kOdometry : PoseEdgeKind::kLoop;
-  }
-  if (const auto left = place_along_edges(edges_, places)) return result.ids[*left];
-  for (const auto& place : places) result.graph.T_map_node.push_back(*place);
-  result.graph.edges = std::move(edges_);
-  for (const std::int64_t id : fixed_)
-    if (const auto found = index_of.find(id); found != index_of.end()) result.fixed.push_back(found->second);
-  result.other_lines = other_lines_;
-  return std::nullopt;
+std::string pose_text(const SE3& T) {
+  const Eigen::Quaterniond q = T.quaternion();
+  const Vec3& t = T.translation();
+  return fmt::format("{} {} {} {} {} {} {}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
 }  // namespace
 
 Result<G2oGraph2D> read_g2o_2d(const std::filesystem::path& path) {
-  const auto file = TextFile::read(path);
-  if (!file) return forward_error(file);
-  G2oGraph2D result;
-  G2oLines lines;
-  detail::SkipCounter skips(path);
-  for (const TextLine& line : file->lines()) {
-    if (lines.add(line)) continue;
-    if (line.ended)
-      return fail(ErrorCode::kCorrupted, file->where(line), "no valid vertex, edge or FIX line: `{}`",
-                  line.text);
-    skips.add(SkippedLines::Reason::kCutOff, line.number);
-  }
-  if (lines.empty()) return fail(ErrorCode::kNotFound, path, "no VERTEX_SE2 or EDGE_SE2 line in this file");
-  if (const auto left = lines.finish(result))
-    return fail(ErrorCode::kCorrupted, path, "nothing says where node {} is: no vertex, no path of edges",
-                *left);
-  result.skipped = skips.take();
-  return result;
+  return detail::read_g2o<PlanarWords>(path);
+}
+
+Result<G2oGraph3D> read_g2o_3d(const std::filesystem::path& path) {
+  return detail::read_g2o<SpatialWords>(path);
 }
 
 Result<void> write_g2o_2d(const PoseGraph2D& graph, const std::filesystem::path& path) {
@@ -150,6 +64,21 @@ Result<void> write_g2o_2d(const PoseGraph2D& graph, const std::filesystem::path&
     const Mat3& w = edge.information;
     file.write(fmt::format("EDGE_SE2 {} {} {} {} {} {} {} {} {} {} {}\n", edge.from, edge.to, T.x(), T.y(),
                            T.angle(), w(0, 0), w(0, 1), w(0, 2), w(1, 1), w(1, 2), w(2, 2)));
+  }
+  return file.finish();
+}
+
+Result<void> write_g2o_3d(const PoseGraph3D& graph, const std::filesystem::path& path) {
+  OutputFile file(path);
+  for (std::size_t i = 0; i < graph.T_map_node.size(); ++i)
+    file.write(fmt::format("VERTEX_SE3:QUAT {} {}\n", i, pose_text(graph.T_map_node[i])));
+  if (!graph.T_map_node.empty()) file.write("FIX 0\n");
+  for (const PoseEdge3D& edge : graph.edges) {
+    file.write(fmt::format("EDGE_SE3:QUAT {} {} {}", edge.from, edge.to, pose_text(edge.T_from_to)));
+    for (int row = 0; row < 6; ++row)
+      for (int column = row; column < 6; ++column)
+        file.write(fmt::format(" {}", edge.information(row, column)));
+    file.write("\n");
   }
   return file.finish();
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/geometry/image.hpp"
 #include "hm/geometry/occupancy.hpp"
 
 namespace hm {
@@ -23,6 +24,11 @@ struct OctomapContent {
 /// beyond the octree (32768 cells from the origin), more than 2^28 cells, a refusing disk.
 Result<void> write_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
                            double resolution_m);
+
+/// The same as a ColorOcTree with a colour for each voxel; the extension is `.ot`. A node that is not opened
+/// has the mean colour of what is occupied in it.
+Result<void> write_color_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
+                                 std::span<const Rgb8> colors, double resolution_m);
 
 /// Reads `.bt` and `.ot` files (OcTree; other trees are kUnsupported). Errors name the byte.
 Result<OctomapContent> read_octomap(const std::filesystem::path& path);

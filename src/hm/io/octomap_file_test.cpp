@@ -1,6 +1,7 @@
 #include "hm/io/octomap_file.hpp"
 
 #include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <cmath>
@@ -81,6 +82,34 @@ TEST_P(OctomapFile, OctomapReadsWhatWeWrite) {
   const std::size_t size = tree->size();
   tree->prune();
   EXPECT_EQ(tree->size(), size) << "is pruned already";
+}
+
+TEST(ColorOctomapFile, OctomapReadsColoursAsWritten) {
+  const TemporaryFolder folder;
+  const auto voxels = random_voxels(3000);
+  Rng rng(5);
+  std::vector<Rgb8> colors;
+  for (const OccupancyVoxel& v : voxels)  // the cube at the end has one colour, so that it becomes one leaf
+    colors.push_back(v.p_world_centre.z() > 3.15F ? Rgb8{10, 20, 30}
+                                                  : Rgb8{static_cast<std::uint8_t>(rng.below(256)),
+                                                         static_cast<std::uint8_t>(rng.below(256)),
+                                                         static_cast<std::uint8_t>(rng.below(256))});
+  ASSERT_TRUE(write_color_octomap(folder / "map.ot", voxels, colors, kResolution).has_value());
+  octomap::ColorOcTree register_the_kind(1.0);
+  const std::unique_ptr<octomap::AbstractOcTree> any(
+      octomap::AbstractOcTree::read((folder / "map.ot").string()));
+  const auto* tree = dynamic_cast<octomap::ColorOcTree*>(any.get());
+  ASSERT_NE(tree, nullptr);
+  EXPECT_DOUBLE_EQ(tree->getResolution(), kResolution);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const auto* node = tree->search(point(voxels[i]));
+    ASSERT_NE(node, nullptr);
+    ASSERT_EQ(tree->isNodeOccupied(node), voxels[i].state == Occupancy::kOccupied);
+    ASSERT_NEAR(node->getOccupancy(), voxels[i].probability, 1e-5);
+    ASSERT_EQ((Rgb8{node->getColor().r, node->getColor().g, node->getColor().b}), colors[i]);
+  }
+  EXPECT_LT(tree->getNumLeafNodes(), voxels.size()) << "the cube is one leaf";
+  EXPECT_FALSE(write_color_octomap(folder / "map.bt", voxels, colors, kResolution).has_value());
 }
 
 TEST_P(OctomapFile, WeReadWhatOctomapWrites) {

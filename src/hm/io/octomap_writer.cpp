@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "hm/core/check.hpp"
 #include "hm/io/octomap_file.hpp"
 #include "hm/io/octree_format.hpp"
 #include "hm/io/output_file.hpp"
@@ -20,6 +21,15 @@ constexpr std::size_t kMaxCells = std::size_t{1} << 28;
 struct Cell {
   std::uint64_t code = 0;
   float log_odds = 0;
+  Rgb8 color{};
+};
+
+/// What is written, and how.
+struct Content {
+  std::span<const OccupancyVoxel> voxels;
+  std::span<const Rgb8> colors;  ///< empty, or one of each voxel
+  double resolution_m = 0;
+  Kind kind = Kind::kLogOdds;
 };
 
 float log_odds_of(const OccupancyVoxel& voxel) {
@@ -38,10 +48,12 @@ bool key_range(double centre, double size, std::int64_t& first, std::int64_t& la
   return first >= 0 && last < 2 * kKeyOffset;
 }
 
-Result<std::vector<Cell>> cells_of(std::span<const OccupancyVoxel> voxels, double resolution_m,
-                                   const std::string& where) {
+Result<std::vector<Cell>> cells_of(const Content& content, const std::string& where) {
+  const double resolution_m = content.resolution_m;
   std::vector<Cell> cells;
-  for (const OccupancyVoxel& voxel : voxels) {
+  for (std::size_t i = 0; i < content.voxels.size(); ++i) {
+    const OccupancyVoxel& voxel = content.voxels[i];
+    const Rgb8 color = content.colors.empty() ? Rgb8{} : content.colors[i];
     if (voxel.state == Occupancy::kUnknown) continue;
     std::array<std::int64_t, 3> first{}, last{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -58,10 +70,10 @@ Result<std::vector<Cell>> cells_of(std::span<const OccupancyVoxel> voxels, doubl
         for (std::int64_t x = first[0]; x <= last[0]; ++x) {
           if (cells.size() == kMaxCells)
             return fail(ErrorCode::kOutOfMemory, where, "more than {} cells", kMaxCells);
-          cells.push_back({code_of({x, y, z}), log_odds});
+          cells.push_back({code_of({x, y, z}), log_odds, color});
         }
   }
-  std::ranges::sort(cells, [](const Cell& a, const Cell& b) {
+  std::ranges::stable_sort(cells, [](const Cell& a, const Cell& b) {
     return a.code != b.code ? a.code < b.code : a.log_odds > b.log_odds;
   });
   const auto doubles = std::ranges::unique(cells, {}, &Cell::code);
@@ -72,7 +84,7 @@ Result<std::vector<Cell>> cells_of(std::span<const OccupancyVoxel> voxels, doubl
 /// Writes nodes depth first, from cells in the order of their codes.
 class Encoder {
  public:
-  explicit Encoder(Kind kind) : kind_(kind) {}
+  Encoder(Kind kind, bool colored) : kind_(kind), colored_(colored) {}
   [[nodiscard]] const std::vector<char>& bytes() const { return bytes_; }
   [[nodiscard]] std::size_t nodes() const { return nodes_; }
 
@@ -82,6 +94,7 @@ class Encoder {
     if (kind_ == Kind::kLogOdds) {
       const float value = std::ranges::max_element(cells, {}, &Cell::log_odds)->log_odds;
       for (const char byte : std::bit_cast<std::array<char, sizeof value>>(value)) bytes_.push_back(byte);
+      if (colored_) push(mean_color(cells));
     }
     const auto children = leaf ? Children{} : children_of(cells, depth);
     if (kind_ == Kind::kLogOdds) {
@@ -107,8 +120,25 @@ class Encoder {
  private:
   using Children = std::array<std::span<const Cell>, 8>;
 
+  void push(const Rgb8& color) {
+    for (const std::uint8_t part : {color.r, color.g, color.b}) bytes_.push_back(static_cast<char>(part));
+  }
+  /// Of the occupied cells where there are any: what a viewer shows of a node that it does not open.
+  static Rgb8 mean_color(std::span<const Cell> cells) {
+    const bool occupied = std::ranges::any_of(cells, [](const Cell& cell) { return cell.log_odds >= 0; });
+    std::array<std::size_t, 3> sum{};
+    std::size_t count = 0;
+    for (const Cell& cell : cells) {
+      if (occupied && cell.log_odds < 0) continue;
+      sum[0] += cell.color.r, sum[1] += cell.color.g, sum[2] += cell.color.b;
+      ++count;
+    }
+    const auto mean = [&](std::size_t i) { return static_cast<std::uint8_t>((sum[i] + count / 2) / count); };
+    return {mean(0), mean(1), mean(2)};
+  }
   [[nodiscard]] bool same(const Cell& a, const Cell& b) const {
-    return kind_ == Kind::kBinary ? (a.log_odds >= 0) == (b.log_odds >= 0) : a.log_odds == b.log_odds;
+    if (kind_ == Kind::kBinary) return (a.log_odds >= 0) == (b.log_odds >= 0);
+    return a.log_odds == b.log_odds && a.color == b.color;
   }
   /// A single cell, or a cube full of equal ones.
   [[nodiscard]] bool is_leaf(std::span<const Cell> cells, int depth) const {
@@ -136,9 +166,27 @@ class Encoder {
   }
 
   Kind kind_;
+  bool colored_ = false;
   std::vector<char> bytes_;
   std::size_t nodes_ = 0;
 };
+
+Result<void> write_content(const std::filesystem::path& path, const Content& content) {
+  if (!(content.resolution_m > 0) || !std::isfinite(content.resolution_m))
+    return fail(ErrorCode::kInvalidValue, path.string(), "a resolution of {} m", content.resolution_m);
+  const auto cells = cells_of(content, path.string());
+  if (!cells) return forward_error(cells);
+  const bool colored = !content.colors.empty();
+  Encoder encoder(content.kind, colored);
+  if (!cells->empty()) encoder.encode(*cells, 0);
+  OutputFile file(path);
+  file.write(fmt::format(
+      "{}\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+      "id {}\nsize {}\nres {}\ndata\n",
+      first_line(content.kind), colored ? "ColorOcTree" : "OcTree", encoder.nodes(), content.resolution_m));
+  file.write(encoder.bytes().data(), encoder.bytes().size());
+  return file.finish();
+}
 
 }  // namespace
 
@@ -146,19 +194,17 @@ Result<void> write_octomap(const std::filesystem::path& path, std::span<const Oc
                            double resolution_m) {
   const auto kind = kind_of(path);
   if (!kind) return forward_error(kind);
-  if (!(resolution_m > 0) || !std::isfinite(resolution_m))
-    return fail(ErrorCode::kInvalidValue, path.string(), "a resolution of {} m", resolution_m);
-  const auto cells = cells_of(voxels, resolution_m, path.string());
-  if (!cells) return forward_error(cells);
-  Encoder encoder(*kind);
-  if (!cells->empty()) encoder.encode(*cells, 0);
-  OutputFile file(path);
-  file.write(
-      fmt::format("{}\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
-                  "id OcTree\nsize {}\nres {}\ndata\n",
-                  first_line(*kind), encoder.nodes(), resolution_m));
-  file.write(encoder.bytes().data(), encoder.bytes().size());
-  return file.finish();
+  return write_content(path, {voxels, {}, resolution_m, *kind});
+}
+
+Result<void> write_color_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
+                                 std::span<const Rgb8> colors, double resolution_m) {
+  HM_CHECK(colors.size() == voxels.size(), "{} colours of {} voxels", colors.size(), voxels.size());
+  const auto kind = kind_of(path);
+  if (!kind) return forward_error(kind);
+  if (*kind != Kind::kLogOdds)
+    return fail(ErrorCode::kUnsupported, path.string(), "only .ot files of OctoMap hold colours");
+  return write_content(path, {voxels, colors, resolution_m, *kind});
 }
 
 }  // namespace hm

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "hm/io/calibration_file.hpp"
+#include "hm/io/frame_calibration.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/laser_recording.hpp"
 #include "hm/io/lens_map.hpp"
@@ -27,8 +29,10 @@ Image<Rgb8> resampled(const Image<Rgb8>& image, int width, int height) {
 /// A recording of one picture file per frame and stream.
 class PictureRecording final : public Recording {
  public:
-  explicit PictureRecording(detail::RecordingListing listing)
-      : info_(std::move(listing.info)), frames_(std::move(listing.frames)) {
+  PictureRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
+      : info_(std::move(listing.info)),
+        frames_(std::move(listing.frames)),
+        calibration_(std::move(calibration)) {
     if (!info_.camera.distortion.is_zero()) lens_.emplace(info_.camera);
   }
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
@@ -41,6 +45,7 @@ class PictureRecording final : public Recording {
   RecordingInfo info_;
   std::vector<detail::ListedFrame> frames_;
   std::optional<LensMap> lens_;
+  std::optional<FrameCalibration> calibration_;
 };
 
 Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem::path& path) const {
@@ -60,6 +65,7 @@ Result<Image<Rgb8>> PictureRecording::read_color(const std::filesystem::path& pa
   if (color->width() != info_.camera.width || color->height() != info_.camera.height)
     color = resampled(*color, info_.camera.width, info_.camera.height);
   if (lens_) return lens_->undistort(*color);
+  if (calibration_) return calibration_->calibrate(*color);
   return color;
 }
 
@@ -74,6 +80,7 @@ Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
   auto depth = read_depth(listed.depth);
   if (!depth) return forward_error(depth);
   frame.depth = {std::move(*depth), info_.depth_unit_m};
+  if (calibration_) frame.depth = calibration_->calibrate(frame.depth);
   if (listed.color.empty()) return frame;
   auto color = read_color(listed.color);
   if (!color) return forward_error(color);
@@ -180,13 +187,22 @@ void detail::add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& s
 
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options) {
-  auto listing = list_recording(path, options);
+  RecordingOptions with_camera = options;
+  const auto found = detail::find_calibration(path, with_camera);
+  if (!found) return forward_error(found);
+  auto listing = list_recording(path, with_camera);
   if (!listing) return forward_error(listing);
   if (listing->frames.empty())
     return fail(ErrorCode::kNotFound, path, "the recording holds no depth picture");
   if (auto fits = detail::fit_camera_to_pictures(*listing); !fits) return forward_error(fits);
+  std::optional<FrameCalibration> calibration;
+  if (*found) {
+    auto applied = detail::apply_calibration(**found, *listing);
+    if (!applied) return forward_error(applied);
+    calibration = std::move(*applied);
+  }
   count_frames(*listing);
-  return std::make_unique<PictureRecording>(std::move(*listing));
+  return std::make_unique<PictureRecording>(std::move(*listing), std::move(calibration));
 }
 
 }  // namespace hm

@@ -23,6 +23,9 @@ struct RecordingOptions {
   std::optional<double> depth_units_per_m = {};  ///< instead of the format's own (1000, 5000)
   double max_stamp_difference_s = 0.02;  ///< between a depth image and the colour image paired with it
   double max_pose_gap_s = 0.15;          ///< between two poses that one in the middle is interpolated from
+  /// Calibration of both cameras (calibration_file.hpp); empty: calibration.toml of the folder, if there is
+  /// one.
+  std::filesystem::path calibration = {};
 };
 
 /// Lines of a recording's text files (or single pictures) that were left out.
@@ -40,7 +43,10 @@ std::string to_string(const SkippedLines& skipped);
 struct RecordingInfo {
   RecordingKind kind = RecordingKind::kTumRgbd;
   std::filesystem::path path;
-  PinholeCamera camera;       ///< of depth and colour, with the distortion of the files
+  PinholeCamera camera;  ///< of depth and colour, with the distortion of the files
+  /// What is applied to every picture (`camera` is then what comes out of it), in words; empty without a
+  /// calibration.
+  std::string calibration;
   std::string camera_source;  ///< where the intrinsics come from, in words
   double depth_unit_m = 1e-3;
   std::size_t frame_count = 0;  ///< depth images, in order
@@ -77,6 +83,8 @@ class Recording {
 ///   `trajectory`, and groundtruth.txt `truth`. truth_mesh.ply is the true surface.
 /// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
 /// - ICL-NUIM: associations.txt with whole frame numbers instead of seconds.
+/// A calibration (given, or calibration.toml in the folder) is applied to every picture: rectified, depth
+/// corrected, depth registered to the colour camera. A given camera replaces the folder's calibration.
 /// Nothing that fits is an error saying what was looked for.
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});

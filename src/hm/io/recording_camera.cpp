@@ -3,9 +3,7 @@
 #include "hm/io/recording_listing.hpp"
 
 namespace hm::detail {
-namespace {
 
-/// A file beside the recording's pictures; for a sequence of 7-Scenes also in the folder above.
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(folder / name, ignored)) return folder / name;
@@ -15,6 +13,8 @@ std::optional<std::filesystem::path> find_beside(const std::filesystem::path& fo
   if (std::filesystem::is_regular_file(above, ignored)) return above;
   return std::nullopt;
 }
+
+namespace {
 
 Result<void> checked_option(const PinholeCamera& camera) {
   PinholeCamera sized = camera;

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "hm/io/frame_calibration.hpp"
 #include "hm/io/recording.hpp"
+#include "hm/sensors/rgbd_calibration.hpp"
 
 /// What lies in a recording folder, before any picture is decoded: one function per layout.
 namespace hm::detail {
@@ -44,6 +46,20 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
 /// Compares the camera's size with the first depth picture that can be read, and scales the camera where
 /// they differ by a common ratio.
 Result<void> fit_camera_to_pictures(RecordingListing& listing);
+
+/// A file beside the recording's pictures; for a sequence of 7-Scenes also in the folder above.
+std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name);
+
+struct FoundCalibration {
+  std::filesystem::path path;
+  RgbdCalibration calibration;
+};
+/// The calibration that is given or lies in the folder; its camera of the raw depth pictures becomes the
+/// given one.
+Result<std::optional<FoundCalibration>> find_calibration(const std::filesystem::path& folder,
+                                                         RecordingOptions& options);
+/// Makes the listing that of calibrated frames: their camera, and the poses of that camera.
+Result<FrameCalibration> apply_calibration(const FoundCalibration& found, RecordingListing& listing);
 
 void add_note(RecordingInfo& info, std::string_view note);
 void add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped);

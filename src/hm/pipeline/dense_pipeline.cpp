@@ -1,5 +1,7 @@
 #include "hm/pipeline/dense_pipeline.hpp"
 
+#include <algorithm>
+
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/mesh/simplify.hpp"
@@ -8,6 +10,8 @@
 
 namespace hm {
 namespace {
+
+constexpr std::uint8_t kAllLayers = 0x3f;
 
 /// Why a frame cannot be integrated whatever it shows, or nothing.
 std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
@@ -29,7 +33,8 @@ struct DensePipeline::Impl {
         loop(threads),
         grid(Integrator::make_grid(all.tsdf)),
         integrator(all.tsdf, all.depth_noise, its_camera, loop),
-        mesher(all.mesh, loop) {}
+        mesher(all.mesh, loop),
+        aligner(all.alignment, all.tsdf, all.depth_noise, its_camera) {}
 
   Parameters parameters;
   PinholeCamera camera;
@@ -37,7 +42,29 @@ struct DensePipeline::Impl {
   VolumeGrid grid;
   Integrator integrator;
   IncrementalMesher mesher;
+  struct Aside {
+    VolumeGrid grid;
+    Integrator integrator;
+  };
+  std::unique_ptr<Aside> aside;
+  DenseAligner aligner;
+  SE3 T_map_given;
+  RgbdFrame aligned;  ///< a frame with its corrected pose
+
+  const RgbdFrame& align(const RgbdFrame& frame, FrameOutcome& outcome);
 };
+
+/// The frame with the pose that it is to be integrated with.
+const RgbdFrame& DensePipeline::Impl::align(const RgbdFrame& frame, FrameOutcome& outcome) {
+  const SE3& T_given_camera = *frame.T_world_camera;
+  const AlignmentPrior prior = prior_of_given_pose(parameters.alignment, T_map_given * T_given_camera);
+  outcome.alignment = aligner.align(grid, frame.depth, prior);
+  if (outcome.alignment->status == AlignmentStatus::kAccepted)
+    T_map_given = outcome.alignment->T_world_camera * T_given_camera.inverse();
+  aligned = frame;
+  aligned.T_world_camera = outcome.alignment->T_world_camera;
+  return aligned;
+}
 
 DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
     : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
@@ -49,6 +76,8 @@ const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
+const SE3& DensePipeline::T_map_given() const { return impl_->T_map_given; }
+void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->T_map_given = T_map_given; }
 
 void DensePipeline::adopt(VolumeGrid grid) {
   HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
@@ -61,7 +90,9 @@ FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
   FrameOutcome outcome;
   outcome.skipped_because = unusable_because(frame, impl_->camera);
   if (!outcome.skipped_because.empty()) return outcome;
-  outcome.scan = impl_->integrator.integrate(impl_->grid, frame);
+  const RgbdFrame& posed = impl_->parameters.reconstruction.align ? impl_->align(frame, outcome) : frame;
+  outcome.T_world_camera = *posed.T_world_camera;
+  outcome.scan = impl_->integrator.integrate(impl_->grid, posed);
   outcome.skipped_because = outcome.scan.nothing_integrated_because;
   outcome.integrated = outcome.skipped_because.empty();
   impl_->mesher.mark_changed(outcome.scan.changed);
@@ -75,6 +106,49 @@ FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
   impl_->grid.pack_idle();
   outcome.pack_ms = packing.milliseconds();
   return outcome;
+}
+
+void DensePipeline::release(std::span<const VolumeKey> keys) {
+  std::vector<ChangedVolume> changed;
+  for (const VolumeKey& key : keys) {
+    if (!impl_->grid.contains(key)) continue;
+    impl_->grid.release(key);
+    changed.push_back({key, kAllLayers, true});
+  }
+  impl_->mesher.mark_changed(changed);
+}
+
+void DensePipeline::begin_aside() {
+  impl_->aside = std::make_unique<Impl::Aside>(Impl::Aside{
+      Integrator::make_grid(impl_->parameters.tsdf),
+      Integrator(impl_->parameters.tsdf, impl_->parameters.depth_noise, impl_->camera, impl_->loop)});
+}
+
+bool DensePipeline::process_aside(const RgbdFrame& frame) {
+  HM_CHECK(impl_->aside, "begin_aside() comes first");
+  if (!unusable_because(frame, impl_->camera).empty()) return false;
+  const ScanStats scan = impl_->aside->integrator.integrate(impl_->aside->grid, frame);
+  impl_->aside->grid.pack_idle();
+  return scan.nothing_integrated_because.empty();
+}
+
+void DensePipeline::take_aside(std::span<const VolumeKey> keys) {
+  HM_CHECK(impl_->aside, "begin_aside() comes first");
+  release(keys);
+  const VolumeGrid& from = impl_->aside->grid;
+  std::vector<ChangedVolume> changed;
+  for (const VolumeKey& key : keys) {
+    const Volume* source = from.find(key);
+    Volume* volume = source ? impl_->grid.allocate(key) : nullptr;
+    if (!volume) continue;
+    std::copy_n(source->voxels, kVolumeVoxels, volume->voxels);
+    if (source->colors && impl_->grid.allocate_colors(*volume))
+      std::copy_n(source->colors, kVolumeVoxels, volume->colors);
+    impl_->grid.set_may_hold_interior(key, from.may_hold_interior(key));
+    changed.push_back({key, kAllLayers, false});
+  }
+  impl_->mesher.mark_changed(changed);
+  impl_->aside.reset();
 }
 
 TriangleMesh DensePipeline::finished_mesh() {

@@ -1,5 +1,7 @@
 #pragma once
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "hm/core/parallel.hpp"
@@ -8,6 +10,7 @@
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/dense_alignment.hpp"
 #include "hm/tsdf/scan_stats.hpp"
 #include "hm/tsdf/volume_grid.hpp"
 
@@ -16,7 +19,9 @@ namespace hm {
 /// What became of one frame.
 struct FrameOutcome {
   bool integrated = false;
-  std::string skipped_because;  ///< in words, when it was not integrated
+  std::string skipped_because;               ///< in words, when it was not integrated
+  SE3 T_world_camera;                        ///< with which it was integrated
+  std::optional<AlignmentResult> alignment;  ///< nothing where poses are taken as given
   ScanStats scan;
   double mesh_ms = 0;
   double pack_ms = 0;               ///< packing volumes that are out of sight
@@ -36,10 +41,26 @@ class DensePipeline {
   /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame and, with live_mesh, meshes what changed within the budget. A frame without a
-  /// pose, with a pose that is not rigid or finite, with pictures of the wrong size, or without a reading
-  /// in range is skipped, with the reason.
+  /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_given()) and, with
+  /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
+  /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
+
+  // ---- rebuilding a part of the map (correct_map) ----
+  /// Takes volumes out of the map.
+  void release(std::span<const VolumeKey> keys);
+  /// Begins an empty grid beside the map; process_aside() integrates into it as process() does, without
+  /// meshing; take_aside() puts those volumes of it that are asked for in the place of the map's, and ends
+  /// it.
+  void begin_aside();
+  bool process_aside(const RgbdFrame& frame);
+  void take_aside(std::span<const VolumeKey> keys);
+  /// What alignment has found out so far about the world of the given poses: a given pose is believed to be
+  /// T_map_given() * T_given_camera, and that is corrected by the depth picture. So the motion between given
+  /// poses is kept where nothing can be aligned. Identity at first.
+  [[nodiscard]] const SE3& T_map_given() const;
+  /// For going on with a map.
+  void set_T_map_given(const SE3& T_map_given);
 
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace hm {
 namespace {
@@ -48,14 +49,75 @@ void add_laser(ParamList& list, LaserParameters& laser) {
   list.add("mvog", laser.mvog);
 }
 
+void add_calibration(ParamList& list, Parameters& parameters) {
+  list.add("board", parameters.board);
+  list.add("camera_fit", parameters.camera_fit);
+  list.add("stereo_fit", parameters.stereo_fit);
+  list.add("depth_fit", parameters.depth_fit);
+  list.add("noise_fit", parameters.noise_fit);
+  list.add("calibration_simulation", parameters.calibration_simulation);
+}
+
+void add_slam(ParamList& list, Parameters& parameters) {
+  list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
+  list.add("odometry_published", parameters.odometry.published);
+  list.add("slam", parameters.slam);
+  list.add("places", parameters.loops.search);
+  list.add("place_verifier", parameters.loops.verifier);
+  list.add("keyframe_loops", parameters.loops);
+  list.add("keyframe_solver", parameters.loops.solver);
+}
+
+/// The words of a list with commas between; an error names one that is not known.
+Result<std::vector<std::string>> words_of(const std::string& text, std::string_view parameter,
+                                          std::span<const std::string_view> known) {
+  std::vector<std::string> words;
+  std::string word;
+  for (const char c : text + ",") {
+    if (c != ',' && c != ' ') {
+      word += c;
+    } else if (!word.empty()) {
+      if (std::find(known.begin(), known.end(), word) == known.end())
+        return fail(ErrorCode::kUsage, "parameters", "{} names '{}'; known are {}", parameter, word,
+                    fmt::join(known, ", "));
+      words.push_back(std::move(word));
+      word.clear();
+    }
+  }
+  return words;
+}
+
 }  // namespace
 
 ParamList list_reconstruction(Parameters& parameters) {
   ParamList list;
   list.add("tsdf", parameters.tsdf);
   list.add("depth_noise", parameters.depth_noise);
+  list.add("alignment", parameters.alignment);
   list.add("mesh", parameters.mesh);
   list.add("reconstruction", parameters.reconstruction);
+  return list;
+}
+
+ParamList list_odometry(Parameters& parameters) {
+  ParamList list;
+  list.add("odometry", parameters.odometry);
+  list.add("odometry_features", parameters.odometry.features);
+  list.add("odometry_tracker", parameters.odometry.tracker);
+  list.add("odometry_published", parameters.odometry.published);
+  list.add("reconstruction", parameters.reconstruction);
+  list.add("trajectory_error", parameters.trajectory_error);
+  return list;
+}
+
+ParamList list_slam(Parameters& parameters) {
+  ParamList list = list_reconstruction(parameters);
+  add_slam(list, parameters);
+  list.add("mvog", parameters.laser.mvog);
+  list.add("mesh_error", parameters.mesh_error);
+  list.add("trajectory_error", parameters.trajectory_error);
   return list;
 }
 
@@ -69,9 +131,11 @@ ParamList list_laser(Parameters& parameters) {
 
 ParamList list_all(Parameters& parameters) {
   ParamList list = list_reconstruction(parameters);
+  add_slam(list, parameters);
   add_laser(list, parameters.laser);
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);
+  add_calibration(list, parameters);
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);
@@ -83,7 +147,8 @@ std::vector<std::string> map_parameters(const Parameters& parameters) {
   const ParamList list = list_reconstruction(copy);
   std::vector<std::string> lines;
   for (const ParamRef& param : list.all()) {
-    const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.");
+    const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.") ||
+                        param.name.starts_with("alignment.") || param.name == "reconstruction.align";
     if (of_map && std::find(kFreeOfMap.begin(), kFreeOfMap.end(), param.name) == kFreeOfMap.end())
       lines.push_back(fmt::format("{} = {}", param.name, value_text(param)));
   }
@@ -94,6 +159,7 @@ Result<void> check_parameters(const Parameters& parameters) {
   if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));
   if (const auto formats = mesh_formats(parameters.reconstruction); !formats) return forward_error(formats);
+  if (const auto maps = map_kinds(parameters.slam); !maps) return forward_error(maps);
   if (const auto mvog = check_params(parameters.laser.mvog); !mvog)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(mvog.error()));
   if (parameters.laser.run.slice_top_m < parameters.laser.run.slice_bottom_m)
@@ -102,20 +168,13 @@ Result<void> check_parameters(const Parameters& parameters) {
 }
 
 Result<std::vector<std::string>> mesh_formats(const ReconstructionParams& params) {
-  std::vector<std::string> formats;
-  std::string word;
-  for (const char c : params.mesh_formats + ",") {
-    if (c != ',' && c != ' ') {
-      word += c;
-    } else if (!word.empty()) {
-      if (word != "ply" && word != "glb" && word != "obj")
-        return fail(ErrorCode::kUsage, "parameters",
-                    "reconstruction.mesh_formats names '{}'; known are ply, glb, obj", word);
-      formats.push_back(std::move(word));
-      word.clear();
-    }
-  }
-  return formats;
+  constexpr std::array<std::string_view, 3> kFormats{"ply", "glb", "obj"};
+  return words_of(params.mesh_formats, "reconstruction.mesh_formats", kFormats);
+}
+
+Result<std::vector<std::string>> map_kinds(const SlamParams& params) {
+  constexpr std::array<std::string_view, 3> kKinds{"points", "octomap", "mvog"};
+  return words_of(params.maps, "slam.maps", kKinds);
 }
 
 std::string to_markdown(const ParamList& list) {

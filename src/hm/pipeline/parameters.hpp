@@ -2,15 +2,25 @@
 #include <string>
 #include <vector>
 
+#include "hm/calibration/board.hpp"
+#include "hm/calibration/camera_fit.hpp"
+#include "hm/calibration/depth_fit.hpp"
+#include "hm/calibration/noise_fit.hpp"
+#include "hm/calibration/stereo_fit.hpp"
 #include "hm/core/params.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/mesh/mesh_params.hpp"
+#include "hm/odometry/odometry_params.hpp"
+#include "hm/pipeline/calibration_simulation.hpp"
 #include "hm/pipeline/laser_params.hpp"
+#include "hm/pipeline/slam_params.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sim/laser_simulation.hpp"
 #include "hm/sim/simulation.hpp"
+#include "hm/slam/rgbd/rgbd_loop_params.hpp"
+#include "hm/tsdf/alignment_params.hpp"
 #include "hm/tsdf/tsdf_params.hpp"
 
 namespace hm {
@@ -21,6 +31,7 @@ struct ReconstructionParams {
   int frame_limit = 0;
   int frame_stride = 1;
   int prefetch_frames = 4;
+  bool align = false;
   bool live_mesh = true;
   double mesh_budget_ms = 15.0;
   double save_interval_s = 20.0;
@@ -34,6 +45,7 @@ struct ReconstructionParams {
     v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all"}, self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame"}, self.frame_stride);
     v(ParamDoc{"prefetch_frames", {1, 1000}, "pictures decoded ahead"}, self.prefetch_frames);
+    v(ParamDoc{"align", {}, "correct each given pose by aligning its depth picture to the map"}, self.align);
     v(ParamDoc{"live_mesh",
                {},
                "keep the mesh up to date while scanning; it is complete at the end in any case"},
@@ -56,11 +68,21 @@ struct ReconstructionParams {
 struct Parameters {
   TsdfParams tsdf;
   DepthNoise depth_noise;
+  AlignmentParams alignment;
   MeshParams mesh;
   ReconstructionParams reconstruction;
+  OdometryParams odometry;
+  RgbdLoopParams loops;
+  SlamParams slam;
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
+  BoardParams board;
+  CameraFitParams camera_fit;
+  StereoFitParams stereo_fit;
+  DepthFitParams depth_fit;
+  NoiseFitParams noise_fit;
+  CalibrationSimulationParams calibration_simulation;
   MeshErrorParams mesh_error;
   TrajectoryErrorParams trajectory_error;
   RelationErrorParams relation_error;
@@ -69,15 +91,23 @@ struct Parameters {
 /// References to all parameters, sections named as the members of Parameters (those of the laser system as in
 /// list_laser).
 ParamList list_all(Parameters& parameters);
-/// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise, mesh,
-/// reconstruction.
+/// Those that decide what a reconstruction looks like and how it is run: tsdf, depth_noise,
+/// alignment, mesh, reconstruction.
 ParamList list_reconstruction(Parameters& parameters);
+/// Those that decide what visual odometry does: odometry, reconstruction (which frames are used),
+/// trajectory_error.
+ParamList list_odometry(Parameters& parameters);
+/// Those that decide what the whole RGB-D system does: odometry, slam, places, place_verifier,
+/// keyframe_loops, keyframe_solver, those of a reconstruction, mvog, mesh_error, trajectory_error.
+ParamList list_slam(Parameters& parameters);
+/// The maps named in SlamParams::maps; an error names an unknown one.
+Result<std::vector<std::string>> map_kinds(const SlamParams& params);
 /// Those that decide what a laser run does: laser, scan_projection, matcher, height, state, fusion, tilt,
 /// the filters as published (thesis, pose_alpha_beta, height_alpha_beta), mvog, and those of the comparison
 /// with the truth.
 ParamList list_laser(Parameters& parameters);
-/// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel) and
-/// depth_noise. As "name = value" lines.
+/// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel),
+/// depth_noise, whether poses are aligned, and how. As "name = value" lines.
 std::vector<std::string> map_parameters(const Parameters& parameters);
 
 /// What contradicts, all of it in one error; ranges are checked by ParamList::check().

@@ -6,8 +6,12 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser_recording.hpp"
+#include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/pipeline/frame_range.hpp"
 #include "hm/pipeline/map_store.hpp"
+#include "hm/pipeline/odometry_run.hpp"
 #include "hm/pipeline/process_memory.hpp"
 #include "hm/pipeline/reconstruction_output.hpp"
 #include "hm/pipeline/reconstruction_state.hpp"
@@ -15,27 +19,13 @@
 namespace hm {
 namespace {
 
-/// The frames of a recording that a run uses: begin, begin + stride ... below end.
-struct FrameRange {
-  std::size_t begin = 0, end = 0, stride = 1;
-  [[nodiscard]] std::size_t count() const { return end > begin ? (end - begin + stride - 1) / stride : 0; }
-};
-
-FrameRange frame_range(const ReconstructionParams& params, std::size_t frame_count) {
-  FrameRange range{static_cast<std::size_t>(params.begin_frame), frame_count,
-                   static_cast<std::size_t>(params.frame_stride)};
-  if (params.frame_limit > 0)
-    range.end =
-        std::min(range.end, range.begin + static_cast<std::size_t>(params.frame_limit) * range.stride);
-  return range;
-}
-
 /// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
 class Run {
  public:
-  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording)
+  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording, Trajectory poses)
       : options_(options),
         recording_(std::move(recording)),
+        poses_(std::move(poses)),
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
         pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
@@ -46,7 +36,10 @@ class Run {
  private:
   [[nodiscard]] MapHeader header() const;
   Result<void> continue_map(const std::filesystem::path& path);
+  [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
+  Result<void> check_poses(const std::filesystem::path& map) const;
   void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
+  void note_alignment(const FrameOutcome& outcome, FrameRecord& record);
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
   Result<void> save_some();
   Result<void> begin_save();
@@ -56,6 +49,7 @@ class Run {
 
   const ReconstructionOptions& options_;
   std::unique_ptr<Recording> recording_;
+  Trajectory poses_;  ///< instead of the recording's; empty: none
   FrameRange range_;
   DensePipeline pipeline_;
   ReconstructionState state_;
@@ -106,7 +100,9 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   saver_.emplace(std::move(*file));
   saver_->restore_marks(*grid, state->interior_marks);
   pipeline_.adopt(std::move(*grid));
+  pipeline_.set_T_map_given(state->T_map_given);
   state_ = std::move(*state);
+  if (const auto same = check_poses(path); !same) return same;
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
   if (options_.run.log)
@@ -115,14 +111,30 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   return {};
 }
 
+std::optional<SE3> Run::given_pose(Time stamp) const {
+  return pose_at(poses_, stamp, Duration::from_seconds(options_.recording_options.max_pose_gap_s));
+}
+
+/// An error when the map was begun with other poses than those given now.
+Result<void> Run::check_poses(const std::filesystem::path& map) const {
+  if (poses_.empty() || state_.trajectory.empty()) return {};
+  const StampedPose& last = state_.trajectory.back();
+  const std::optional<SE3> now = given_pose(last.stamp);
+  constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
+  if (now && (now->inverse() * last.T_world_base).log().norm() < kSame) return {};
+  return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
+              options_.poses.string());
+}
+
 Result<void> Run::integrate_all() {
   FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
                              range_.stride,
                              static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
   while (!options_.run.stop.stop_requested()) {
     const Stopwatch wait;
-    const auto frame = prefetcher.next();
+    auto frame = prefetcher.next();
     if (!frame) return {};
+    if (*frame && !poses_.empty()) (*frame)->T_world_camera = given_pose((*frame)->stamp);
     FrameRecord record;
     record.wait_ms = wait.milliseconds();
     take(state_.next_frame, *frame, record);
@@ -150,10 +162,11 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
     warn_of_memory_cap(outcome.scan, index);
     if (outcome.integrated) {
       ++state_.frames_integrated;
-      state_.trajectory.push_back({frame->stamp, *frame->T_world_camera});
+      state_.trajectory.push_back({frame->stamp, outcome.T_world_camera});
     } else {
       state_.skipped.push_back({index, outcome.skipped_because});
     }
+    note_alignment(outcome, record);
     record.scan_ms = outcome.scan.total_ms;
     record.allocate_ms = outcome.scan.allocate_ms;
     record.integrate_ms = outcome.scan.integrate_ms;
@@ -165,6 +178,22 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
   record.map_bytes = pipeline_.grid().map_bytes();
   record.mesh_bytes = pipeline_.mesher().bytes();
   record.resident_bytes = resident_bytes();
+}
+
+void Run::note_alignment(const FrameOutcome& outcome, FrameRecord& record) {
+  if (!outcome.alignment) return;
+  const AlignmentResult& alignment = *outcome.alignment;
+  const bool first = state_.frames_integrated + (outcome.integrated ? 0u : 1u) == 1;  // nothing to align to
+  if (!first)
+    ++(alignment.status == AlignmentStatus::kAccepted ? state_.frames_aligned : state_.frames_not_aligned);
+  const SE3 T_map_given_before = std::exchange(state_.T_map_given, pipeline_.T_map_given());
+  record.align_ms = alignment.milliseconds;
+  record.alignment = alignment.status;
+  record.shift_m =
+      (outcome.T_world_camera.translation() -
+       T_map_given_before * (state_.T_map_given.inverse() * outcome.T_world_camera.translation()))
+          .norm();
+  record.rms_before_m = alignment.before.rms_m, record.rms_after_m = alignment.after.rms_m;
 }
 
 void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
@@ -242,6 +271,9 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.frames_integrated = state_.frames_integrated;
   summary_.skipped = state_.skipped;
   summary_.trajectory = state_.trajectory;
+  if (options_.parameters.reconstruction.align)
+    summary_.alignment =
+        summarise_alignment(state_, recording_->info(), options_.parameters, summary_.records);
   summary_.volumes = pipeline_.grid().volume_count();
   summary_.map_bytes = pipeline_.grid().map_bytes();
   summary_.map_file_bytes = saver_->file().file_bytes();
@@ -255,16 +287,22 @@ Result<ReconstructionSummary> Run::finish() {
 
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
-  auto recording = open_recording(options.recording, options.recording_options);
-  if (!recording && is_laser_recording(options.recording))
-    return fail(ErrorCode::kUnsupported, options.recording.string(),
-                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
+  auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  Trajectory poses;
+  if (!options.poses.empty()) {
+    auto read = read_trajectory(options.poses);
+    if (!read) return forward_error(read);
+    poses = std::move(*read);
+  } else if ((*recording)->info().posed_count == 0) {
+    return fail(ErrorCode::kInvalidValue, options.recording.string(),
+                "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
+  }
   std::error_code code;
   std::filesystem::create_directories(options.output, code);
   if (code)
     return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
-  Run run(options, std::move(*recording));
+  Run run(options, std::move(*recording), std::move(poses));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();

@@ -10,6 +10,7 @@
 #include "hm/io/recording.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/pipeline/run_context.hpp"
+#include "hm/tsdf/dense_alignment.hpp"
 
 namespace hm {
 
@@ -17,6 +18,7 @@ namespace hm {
 struct ReconstructionOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
+  std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
   bool resume = false;  ///< go on with output/map.hmap
@@ -33,9 +35,22 @@ struct SkippedFrame {
 struct FrameRecord {
   std::size_t index = 0;
   double time_s = 0;  ///< since the start of the run
-  double wait_ms = 0, allocate_ms = 0, integrate_ms = 0, carve_ms = 0, mesh_ms = 0, pack_ms = 0, save_ms = 0;
-  double scan_ms = 0;  ///< all of the integration
+  double wait_ms = 0, align_ms = 0, allocate_ms = 0, integrate_ms = 0, carve_ms = 0, mesh_ms = 0, pack_ms = 0,
+         save_ms = 0;
+  double scan_ms = 0;                        ///< all of the integration
+  std::optional<AlignmentStatus> alignment;  ///< with reconstruction.align
+  double shift_m = 0;                        ///< by which alignment corrected the pose, since the last frame
+  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth picture from the map
   std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
+};
+
+/// What alignment made of the given poses.
+struct AlignmentSummary {
+  std::size_t accepted = 0, not_accepted = 0;  ///< frames, of all runs into this map
+  Summary ms;                                  ///< of this run
+  Trajectory given;                            ///< the poses as given, of the integrated frames
+  /// Absolute trajectory error (rmse) of the given and of the aligned poses, where the true ones are known.
+  std::optional<double> given_ate_m, aligned_ate_m;
 };
 
 /// What a run gave.
@@ -57,8 +72,9 @@ struct ReconstructionSummary {
   std::size_t volumes = 0, map_bytes = 0, map_file_bytes = 0, volumes_refused = 0;
   std::size_t vertices = 0, triangles = 0;
   Box3 bounds_m;
-  Trajectory trajectory;           ///< T_world_camera of the integrated frames
-  std::optional<MeshError> error;  ///< for a recording with a true mesh
+  Trajectory trajectory;                      ///< T_world_camera of the integrated frames
+  std::optional<AlignmentSummary> alignment;  ///< with reconstruction.align
+  std::optional<MeshError> error;             ///< for a recording with a true mesh
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };
@@ -68,9 +84,9 @@ struct ReconstructionSummary {
 /// trajectory.tum, parameters.toml, report.json, report.html and pictures/. A run that was killed or
 /// stopped and then resumed gives the same bits as one that was not.
 ///
-/// Errors: recording or output folder unusable, parameters that contradict, a map that does not fit the
-/// parameters or the recording, nothing integrated at all. A frame that cannot be used is none: it is named
-/// in `skipped`.
+/// Errors: recording, poses or output folder unusable, no poses at all, parameters that contradict, a map
+/// that does not fit the parameters, the poses or the recording, nothing integrated at all. A frame that
+/// cannot be used is none: it is named in `skipped`.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.

@@ -1,13 +1,11 @@
 #include "hm/pipeline/reconstruction_output.hpp"
 
-#include <numbers>
-
-#include "hm/evaluation/mesh_renderer.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/json.hpp"
-#include "hm/io/mesh_file.hpp"
 #include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/pipeline/mesh_output.hpp"
 #include "hm/pipeline/process_memory.hpp"
 #include "hm/pipeline/reconstruction_report.hpp"
 
@@ -44,6 +42,10 @@ void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& s
     summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
                                            summary.frames_total, summary.skipped.front().index,
                                            summary.skipped.front().reason));
+  if (summary.alignment) {
+    std::string warning = alignment_warning(*summary.alignment, summary.records);
+    if (!warning.empty()) summary.warnings.push_back(std::move(warning));
+  }
   if (summary.volumes_refused > 0)
     summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
                                            summary.parameters.tsdf.max_map_mb, summary.volumes_refused));
@@ -63,34 +65,6 @@ void summarise_times(ReconstructionSummary& summary) {
   summary.integrate_ms = summarise(scan);
   summary.mesh_ms = summarise(mesh);
   if (summary.run_s > 0) summary.frames_per_s = static_cast<double>(summary.records.size()) / summary.run_s;
-}
-
-Result<void> write_meshes(const TriangleMesh& mesh, const ReconstructionOptions& options,
-                          ReconstructionSummary& summary) {
-  const auto formats = mesh_formats(options.parameters.reconstruction);
-  if (!formats) return forward_error(formats);
-  MeshWriteOptions write;
-  write.program = "housemartin " + options.run.program_version;
-  for (const std::string& format : *formats) {
-    const auto path = options.output / ("mesh." + format);
-    if (const auto written = write_mesh(path, mesh, write); !written) return written;
-    summary.outputs.push_back(path);
-  }
-  return {};
-}
-
-MeshPictureOptions picture_options(const ReconstructionSummary& summary) {
-  MeshPictureOptions draw;
-  draw.trajectory = &summary.trajectory;
-  draw.up = up_of_cameras(summary.trajectory);
-  if (summary.trajectory.empty()) return draw;
-  draw.T_world_camera = summary.trajectory[summary.trajectory.size() / 2].T_world_base;
-  if (summary.recording.camera.fy < 0) {
-    // The picture is turned over: the camera's y axis points up (ICL-NUIM).
-    draw.up = -draw.up;
-    draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, std::numbers::pi)), Vec3::Zero());
-  }
-  return draw;
 }
 
 Result<void> write_texts(const ReconstructionOptions& options, const ReportMaterial& material,
@@ -118,7 +92,9 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   if (mesh.triangles.empty())
     summary.warnings.push_back("the mesh is empty: no surface was seen clearly enough");
   summarise_times(summary);
-  if (const auto written = write_meshes(mesh, options, summary); !written) return as_run_failure(written);
+  const auto meshes = write_mesh_files(mesh, {options.output, options.run.program_version},
+                                       options.parameters.reconstruction, summary.outputs);
+  if (!meshes) return as_run_failure(meshes);
   ReportMaterial material;
   material.program_version = options.run.program_version;
   Parameters parameters = options.parameters;
@@ -127,7 +103,7 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   add_warnings(options, summary);
   if (options.parameters.reconstruction.pictures) {
     say(options, "drawing pictures");
-    const MeshPictureOptions draw = picture_options(summary);
+    const MeshPictureOptions draw = picture_options(summary.recording.camera, summary.trajectory);
     material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
     if (material.truth)
       if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))

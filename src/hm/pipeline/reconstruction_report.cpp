@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hm/evaluation/plot.hpp"
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/process_memory.hpp"
 
 namespace hm {
@@ -13,7 +14,8 @@ struct Stage {
   const char* name;
   double FrameRecord::*ms;
 };
-constexpr std::array<Stage, 7> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
+constexpr std::array<Stage, 8> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
+                                        {"aligning", &FrameRecord::align_ms},
                                         {"allocating volumes", &FrameRecord::allocate_ms},
                                         {"integrating", &FrameRecord::integrate_ms},
                                         {"carving", &FrameRecord::carve_ms},
@@ -155,6 +157,7 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
   if (!material.pictures.empty()) report.begin_section("Pictures");
   for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
   if (summary.error) add_error_histogram(report, *summary.error);
+  add_alignment_section(report, summary);
   add_time_section(report, summary);
   add_memory_section(report, summary);
   add_recording_section(report, summary);
@@ -180,6 +183,7 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   };
   add("time_s", values_of(summary, &FrameRecord::time_s));
   add("wait_ms", values_of(summary, &FrameRecord::wait_ms));
+  add("align_ms", values_of(summary, &FrameRecord::align_ms));
   add("allocate_ms", values_of(summary, &FrameRecord::allocate_ms));
   add("integrate_ms", values_of(summary, &FrameRecord::integrate_ms));
   add("carve_ms", values_of(summary, &FrameRecord::carve_ms));

@@ -84,6 +84,9 @@ std::string state_to_json(const ReconstructionState& state) {
                                          {"frames_read", state.frames_read},
                                          {"frames_integrated", state.frames_integrated},
                                          {"volumes_refused", state.volumes_refused},
+                                         {"frames_aligned", state.frames_aligned},
+                                         {"frames_not_aligned", state.frames_not_aligned},
+                                         {"T_map_given", pose_to_json({{}, state.T_map_given})},
                                          {"skipped", std::move(skipped)},
                                          {"trajectory", std::move(trajectory)},
                                          {"interior_marks", std::move(marks)}}),
@@ -105,6 +108,14 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
   state.frames_read = count_of(*json, "frames_read");
   state.frames_integrated = count_of(*json, "frames_integrated");
   state.volumes_refused = count_of(*json, "volumes_refused");
+  state.frames_aligned = count_of(*json, "frames_aligned");
+  state.frames_not_aligned = count_of(*json, "frames_not_aligned");
+  if (const JsonValue* motion = json->find("T_map_given")) {
+    StampedPose pose;
+    if (!pose_from_json(*motion, pose))
+      return fail(ErrorCode::kCorrupted, where, "T_map_given of its state is damaged");
+    state.T_map_given = pose.T_world_base;
+  }
   if (const JsonValue* skipped = json->find("skipped"); skipped && skipped->as_array())
     for (const JsonValue& frame : *skipped->as_array())
       state.skipped.push_back({count_of(frame, "index"), text_of(frame, "reason")});

@@ -1,3 +1,4 @@
+#include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/file_check.hpp"
 #include "hm/pipeline/reconstruction.hpp"
 
@@ -40,6 +41,7 @@ JsonValue to_json(const ReconstructionSummary& summary) {
   json["vertices"] = summary.vertices;
   json["triangles"] = summary.triangles;
   json["bounds_m"] = to_json(summary.bounds_m);
+  if (summary.alignment) json["alignment"] = to_json(*summary.alignment);
   json["path_length_m"] = path_length(summary.trajectory);
   if (summary.error) {
     const MeshAccuracy& accuracy = summary.error->accuracy;
@@ -62,6 +64,7 @@ std::string to_text(const ReconstructionSummary& summary) {
       summary.integrate_ms.median, summary.integrate_ms.p99, summary.mesh_ms.median, summary.volumes,
       summary.parameters.tsdf.voxel_size_m * 1e3, static_cast<double>(summary.map_bytes) * 1e-6,
       summary.vertices, summary.triangles);
+  if (summary.alignment) text += to_text(*summary.alignment);
   if (!summary.bounds_m.isEmpty()) {
     const Vec3 size = summary.bounds_m.sizes();
     text += fmt::format("size         {:.2f} x {:.2f} x {:.2f} m\n", size.x(), size.y(), size.z());

@@ -10,14 +10,16 @@ JsonValue vector_json(const Vec3& v) { return JsonValue(JsonValue::Array{v.x(), 
 JsonValue camera_json(const RecordingInfo& info) {
   const PinholeCamera& c = info.camera;
   const LensDistortion& d = c.distortion;
-  return JsonValue::object({{"source", info.camera_source},
-                            {"width_px", c.width},
-                            {"height_px", c.height},
-                            {"fx_px", c.fx},
-                            {"fy_px", c.fy},
-                            {"cx_px", c.cx},
-                            {"cy_px", c.cy},
-                            {"distortion", JsonValue(JsonValue::Array{d.k1, d.k2, d.p1, d.p2, d.k3})}});
+  return JsonValue::object(
+      {{"source", info.camera_source},
+       {"calibration", info.calibration.empty() ? JsonValue() : JsonValue(info.calibration)},
+       {"width_px", c.width},
+       {"height_px", c.height},
+       {"fx_px", c.fx},
+       {"fy_px", c.fy},
+       {"cx_px", c.cx},
+       {"cy_px", c.cy},
+       {"distortion", JsonValue(JsonValue::Array{d.k1, d.k2, d.p1, d.p2, d.k3})}});
 }
 
 JsonValue depth_json(const RecordingReport& report) {
@@ -41,6 +43,7 @@ std::string camera_text(const RecordingInfo& info) {
   if (!d.is_zero())
     text += fmt::format("\n           lens distortion k1 {} k2 {} p1 {} p2 {} k3 {}, removed when read", d.k1,
                         d.k2, d.p1, d.p2, d.k3);
+  if (!info.calibration.empty()) text += fmt::format("\n           {}", info.calibration);
   return text;
 }
 

@@ -7,6 +7,7 @@
 #include "hm/evaluation/plot.hpp"
 #include "hm/io/recording.hpp"
 #include "hm/io/trajectory_file.hpp"
+#include "hm/pipeline/path_plots.hpp"
 
 namespace hm {
 namespace {
@@ -26,6 +27,18 @@ Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecordin
 
 constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 
+void add_relative(JsonValue& json, const std::string& name, const RelativeErrors& errors) {
+  if (errors.spans.empty()) return;
+  json[name + "_m"] = errors.translation_m.rmse;
+  json[name + "_rad"] = errors.rotation_rad.rmse;
+}
+
+std::string relative_text(const char* span, const RelativeErrors& errors) {
+  if (errors.spans.empty()) return {};
+  return fmt::format("  over {:<18} rmse {:.4f} m and {:.3f} deg ({} spans)\n", span,
+                     errors.translation_m.rmse, errors.rotation_rad.rmse * kDegrees, errors.spans.size());
+}
+
 }  // namespace
 
 Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
@@ -39,27 +52,38 @@ Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& e
 }
 
 JsonValue to_json(const TrajectoryError& error) {
-  return JsonValue::object({{"ate_rmse_m", error.position_m.rmse},
-                            {"ate_mean_m", error.position_m.mean},
-                            {"ate_median_m", error.position_m.median},
-                            {"ate_max_m", error.position_m.max},
-                            {"rotation_rmse_rad", error.rotation_rad.rmse},
-                            {"rpe_translation_rmse_m", error.rpe_translation_m.rmse},
-                            {"rpe_rotation_rmse_rad", error.rpe_rotation_rad.rmse},
-                            {"pairs", error.pairs},
-                            {"relative_pairs", error.relative.size()},
-                            {"truth_path_m", error.truth_path_m},
-                            {"alignment_scale_ratio", error.alignment.scale},
-                            {"alignment_degenerate", error.alignment_degenerate}});
+  auto json = JsonValue::object({{"ate_rmse_m", error.position_m.rmse},
+                                 {"ate_mean_m", error.position_m.mean},
+                                 {"ate_median_m", error.position_m.median},
+                                 {"ate_max_m", error.position_m.max},
+                                 {"rotation_rmse_rad", error.rotation_rad.rmse},
+                                 {"rpe_translation_rmse_m", error.relative.translation_m.rmse},
+                                 {"rpe_rotation_rmse_rad", error.relative.rotation_rad.rmse},
+                                 {"pairs", error.pairs},
+                                 {"relative_pairs", error.relative.spans.size()},
+                                 {"truth_path_m", error.truth_path_m},
+                                 {"alignment_scale_ratio", error.alignment.scale},
+                                 {"alignment_degenerate", error.alignment_degenerate}});
+  add_relative(json, "rpe_frame", error.per_frame);
+  add_relative(json, "rpe_second", error.per_second);
+  add_relative(json, "rpe_metre", error.per_metre);
+  return json;
 }
 
 std::string to_text(const TrajectoryError& error) {
   std::string text = fmt::format(
       "{} pairs of poses, true path {:.2f} m\n"
       "absolute error (ATE)    rmse {:.4f} m, median {:.4f} m, max {:.4f} m\n"
-      "relative error (RPE)    rmse {:.4f} m and {:.3f} deg\n",
+      "orientation             rmse {:.3f} deg, max {:.3f} deg\n"
+      "relative error (RPE)\n",
       error.pairs, error.truth_path_m, error.position_m.rmse, error.position_m.median, error.position_m.max,
-      error.rpe_translation_m.rmse, error.rpe_rotation_rad.rmse * kDegrees);
+      error.rotation_rad.rmse * kDegrees, error.rotation_rad.max * kDegrees);
+  text += relative_text("a frame", error.per_frame) + relative_text("a second", error.per_second) +
+          relative_text("a metre", error.per_metre);
+  if (error.relative.delta != 1) {
+    const auto unit = kRpeUnitNames[static_cast<std::size_t>(error.relative.unit)];
+    text += relative_text(fmt::format("{:g} {}", error.relative.delta, unit).c_str(), error.relative);
+  }
   if (error.alignment.scale != 1.0)
     text += fmt::format("scale of the fit        {:.5f}\n", error.alignment.scale);
   if (error.alignment_degenerate)
@@ -73,32 +97,20 @@ std::string trajectory_report_html(const TrajectoryError& error, const std::stri
                      fmt::format("The path of {:.1f} m is off by {:.1f} mm (rmse of {} positions).",
                                  error.truth_path_m, error.position_m.rmse * 1e3, error.pairs));
   report.add_card({"ATE", fmt::format("{:.4f}", error.position_m.rmse), "m", "rmse after alignment"});
-  report.add_card({"RPE", fmt::format("{:.4f}", error.rpe_translation_m.rmse), "m", "rmse, translation"});
-  report.add_card(
-      {"RPE", fmt::format("{:.3f}", error.rpe_rotation_rad.rmse * kDegrees), "deg", "rmse, rotation"});
-  Trajectory truth, estimate;
-  PlotSeries position{"position error", {}, error.position_errors_m, SeriesStyle::kLine};
-  for (const PosePair& pair : error.matched) {
-    truth.push_back({pair.stamp, pair.T_world_truth});
-    estimate.push_back({pair.stamp, pair.T_world_estimate});
-    position.x.push_back((pair.stamp - error.matched.front().stamp).seconds());
+  if (!error.per_second.spans.empty()) {
+    report.add_card(
+        {"RPE", fmt::format("{:.4f}", error.per_second.translation_m.rmse), "m", "rmse, a second"});
+    report.add_card({"RPE", fmt::format("{:.3f}", error.per_second.rotation_rad.rmse * kDegrees), "deg",
+                     "rmse, a second"});
   }
-  PlotSeries relative{"relative error", {}, {}, SeriesStyle::kLine};
-  for (const RelativeError& span : error.relative) {
-    relative.x.push_back((span.stamp - error.matched.front().stamp).seconds());
-    relative.y.push_back(span.translation_m);
-  }
-  report.begin_section("From above");
+  const Trajectory truth = matched_truth(error), estimate = matched_estimate(error);
+  report.begin_section("Path");
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};
-  PlotOptions map;
-  map.equal_aspect = true;
-  map.x.label = "x (m)", map.y.label = "y (m)";
-  report.add_svg(trajectory_svg(paths, map), "Both paths, the estimate aligned.");
+  add_path_views(report, paths, "The estimate is fitted to the truth.");
+  report.begin_section("Relative errors", "Of the motion over spans of one length, not divided by it.");
+  add_relative_table(report, error);
   report.begin_section("Over time");
-  PlotOptions over_time;
-  over_time.x.label = "time (s)", over_time.y.label = "error (m)";
-  report.add_svg(plot_svg(std::span(&position, 1), over_time), "Absolute position error.");
-  report.add_svg(plot_svg(std::span(&relative, 1), over_time), "Relative translation error of each span.");
+  add_error_plots(report, error);
   return report.html();
 }
 

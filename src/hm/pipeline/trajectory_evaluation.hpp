@@ -13,7 +13,8 @@ Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& e
                                                   const std::filesystem::path& truth,
                                                   const TrajectoryErrorParams& params);
 
-/// ate_rmse_m, rpe_translation_rmse_m, rpe_rotation_rmse_rad, pairs ...
+/// ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_metre_m, rpe_second_rad ... (those without a span are left
+/// out), rpe_translation_rmse_m and rpe_rotation_rmse_rad over the parameters' span, pairs ...
 JsonValue to_json(const TrajectoryError& error);
 /// The same as lines for a terminal.
 std::string to_text(const TrajectoryError& error);

@@ -227,6 +227,10 @@ std::optional<VolumeGrid::Sample> VolumeGrid::sample(const Vec3& p_world) const 
     if (found.weight() == 0) return std::nullopt;
     d[static_cast<std::size_t>(corner)] = found.sdf() * sdf_unit_m_;
   }
+  return blend(d, f, voxel_size_m_);
+}
+
+VolumeGrid::Sample VolumeGrid::blend(const std::array<double, 8>& d, const Vec3& f, double voxel_size_m) {
   const auto lerp = [](double a, double b, double t) { return a + (b - a) * t; };
   // Along x for the four (y, z) edges, then y, then z; differences on the way give the gradient.
   const double x00 = lerp(d[0], d[1], f.x()), x10 = lerp(d[2], d[3], f.x());
@@ -235,7 +239,7 @@ std::optional<VolumeGrid::Sample> VolumeGrid::sample(const Vec3& p_world) const 
   const double dx0 = lerp(d[1] - d[0], d[3] - d[2], f.y()), dx1 = lerp(d[5] - d[4], d[7] - d[6], f.y());
   Sample sample;
   sample.distance_m = lerp(y0, y1, f.z());
-  sample.gradient = Vec3(lerp(dx0, dx1, f.z()), lerp(x10 - x00, x11 - x01, f.z()), y1 - y0) / voxel_size_m_;
+  sample.gradient = Vec3(lerp(dx0, dx1, f.z()), lerp(x10 - x00, x11 - x01, f.z()), y1 - y0) / voxel_size_m;
   return sample;
 }
 

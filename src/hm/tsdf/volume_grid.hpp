@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -87,6 +88,9 @@ class VolumeGrid {
     Vec3 gradient = Vec3::Zero();
   };
   [[nodiscard]] std::optional<Sample> sample(const Vec3& p_world) const;
+  /// The same from the distances (metres) of the eight voxels around a place, x fastest, then y, then z;
+  /// `fraction` (0 to 1 on each axis) tells where between them it is.
+  static Sample blend(const std::array<double, 8>& corners_m, const Vec3& fraction, double voxel_size_m);
 
   // ---- packing ----
   /// To be called after every scan: packs pages in which nothing was integrated or unpacked during the last

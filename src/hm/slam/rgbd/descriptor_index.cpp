@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
-#include <queue>
 #include <tuple>
 
 #include "hm/core/check.hpp"
@@ -20,8 +18,9 @@ constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 struct TreeNode {
   std::vector<BinaryDescriptor> centres;
   std::size_t first_child = kNone;
-  std::vector<std::uint32_t> members;  ///< of a leaf
-  std::size_t limit = 0;               ///< a leaf with more members is split
+  std::vector<std::uint32_t> members;         ///< of a leaf
+  std::vector<BinaryDescriptor> descriptors;  ///< of the members, side by side: searching reads them in a row
+  std::size_t limit = 0;                      ///< a leaf with more members is split
   [[nodiscard]] bool is_leaf() const { return first_child == kNone; }
 };
 
@@ -65,22 +64,24 @@ struct DescriptorIndex::Impl {
   std::vector<std::vector<TreeNode>> trees;  ///< each tree's first node is its root
   Rng rng{kSeed};
 
-  /// (distance to the centre, tree, node): branches not gone down yet.
-  using Branch = std::tuple<int, std::uint32_t, std::size_t>;
-  using Branches = std::priority_queue<Branch, std::vector<Branch>, std::greater<>>;
+  /// A branch not gone down yet: distance to its centre, tree, node, in one number that sorts by distance.
+  using Branch = std::uint64_t;
+  static Branch branch(int bits, std::uint32_t tree, std::size_t node) {
+    return (static_cast<Branch>(bits) << 48) | (static_cast<Branch>(tree) << 40) | node;
+  }
 
   void insert(std::vector<TreeNode>& tree, std::uint32_t id);
   void split(std::vector<TreeNode>& tree, std::size_t node);
   int descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor, const Query& query,
-              Branches& open, BestList& best) const;
-  void compare(std::span<const std::uint32_t> ids, const BinaryDescriptor& descriptor, const Query& query,
+              std::vector<Branch>& open, BestList& best) const;
+  void compare(const TreeNode& leaf, const BinaryDescriptor& descriptor, const Query& query,
                BestList& best) const;
 };
 
 DescriptorIndex::DescriptorIndex(const DescriptorIndexParams& params) : impl_(std::make_unique<Impl>()) {
-  HM_CHECK(
-      params.trees > 0 && params.branches > 1 && params.branches <= 64 && params.leaf_size >= params.branches,
-      "{} trees of {}, {} a leaf", params.trees, params.branches, params.leaf_size);
+  HM_CHECK(params.trees > 0 && params.trees < 256 && params.branches > 1 && params.branches <= 64 &&
+               params.leaf_size >= params.branches,
+           "{} trees of {}, {} a leaf", params.trees, params.branches, params.leaf_size);
   impl_->params = params;
   TreeNode root;
   root.limit = static_cast<std::size_t>(params.leaf_size);
@@ -102,6 +103,7 @@ void DescriptorIndex::Impl::insert(std::vector<TreeNode>& tree, std::uint32_t id
   while (!tree[at].is_leaf())
     at = tree[at].first_child + detail::nearest_of(descriptors[id], tree[at].centres);
   tree[at].members.push_back(id);
+  tree[at].descriptors.push_back(descriptors[id]);
   if (tree[at].members.size() > tree[at].limit) split(tree, at);
 }
 
@@ -125,11 +127,15 @@ void DescriptorIndex::Impl::split(std::vector<TreeNode>& tree, std::size_t node)
   tree.resize(first + centres.size());
   for (std::size_t c = 0; c < centres.size(); ++c)
     tree[first + c].limit = static_cast<std::size_t>(params.leaf_size);
-  for (const std::uint32_t id : members)
-    tree[first + detail::nearest_of(descriptors[id], centres)].members.push_back(id);
+  for (const std::uint32_t id : members) {
+    TreeNode& leaf = tree[first + detail::nearest_of(descriptors[id], centres)];
+    leaf.members.push_back(id);
+    leaf.descriptors.push_back(descriptors[id]);
+  }
   tree[node].centres = std::move(centres);
   tree[node].first_child = first;
   tree[node].members = {};
+  tree[node].descriptors = {};
 }
 
 std::size_t DescriptorIndex::size() const { return impl_->descriptors.size(); }
@@ -140,13 +146,14 @@ std::size_t DescriptorIndex::memory_bytes() const {
   for (const auto& tree : impl_->trees)
     for (const TreeNode& node : tree)
       bytes += sizeof(TreeNode) + node.centres.capacity() * sizeof(BinaryDescriptor) +
-               node.members.capacity() * sizeof(std::uint32_t);
+               node.members.capacity() * sizeof(std::uint32_t) +
+               node.descriptors.capacity() * sizeof(BinaryDescriptor);
   return bytes;
 }
 
 /// Goes down to the leaf that is nearest, remembering the branches passed by; the descriptors compared there.
 int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor,
-                                   const Query& query, Branches& open, BestList& best) const {
+                                   const Query& query, std::vector<Branch>& open, BestList& best) const {
   const std::vector<TreeNode>& nodes = trees[tree];
   std::array<std::uint16_t, 64> bits{};
   int checks = 0;
@@ -158,36 +165,43 @@ int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const B
     const std::size_t nearest = static_cast<std::size_t>(
         std::min_element(bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(count)) - bits.begin());
     for (std::size_t c = 0; c < count; ++c)
-      if (c != nearest) open.emplace(bits[c], tree, inner.first_child + c);
+      if (c != nearest) open.push_back(branch(bits[c], tree, inner.first_child + c));
     node = inner.first_child + nearest;
   }
-  compare(nodes[node].members, descriptor, query, best);
+  compare(nodes[node], descriptor, query, best);
   return checks + static_cast<int>(nodes[node].members.size());
 }
 
-void DescriptorIndex::Impl::compare(std::span<const std::uint32_t> ids, const BinaryDescriptor& descriptor,
+void DescriptorIndex::Impl::compare(const TreeNode& leaf, const BinaryDescriptor& descriptor,
                                     const Query& query, BestList& best) const {
   std::array<std::uint16_t, 64> bits{};
-  while (!ids.empty()) {
-    const auto chunk = ids.first(std::min(ids.size(), bits.size()));
-    detail::hamming_numbered(descriptor, descriptors, chunk, std::span(bits).first(chunk.size()));
-    for (std::size_t i = 0; i < chunk.size(); ++i)
-      if (best.wants(bits[i]) && !is_excluded(owners[chunk[i]], query))
-        best.offer({owners[chunk[i]], bits[i]});
-    ids = ids.subspan(chunk.size());
+  for (std::size_t first = 0; first < leaf.members.size(); first += bits.size()) {
+    const std::size_t count = std::min(leaf.members.size() - first, bits.size());
+    detail::hamming_row(descriptor, std::span(leaf.descriptors).subspan(first, count),
+                        std::span(bits).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!best.wants(bits[i])) continue;
+      const DescriptorOwner& owner = owners[leaf.members[first + i]];
+      if (!is_excluded(owner, query)) best.offer({owner, bits[i]});
+    }
   }
 }
 
 std::vector<DescriptorNeighbour> DescriptorIndex::nearest(const BinaryDescriptor& descriptor,
                                                           const Query& query) const {
   BestList best(query.neighbours, query.max_bits);
-  Impl::Branches open;
+  std::vector<Impl::Branch> open;
+  open.reserve(256);
   int checks = 0;
   for (std::uint32_t tree = 0; tree < impl_->trees.size(); ++tree)
     checks += impl_->descend(tree, 0, descriptor, query, open, best);
   while (checks < query.max_checks && !open.empty()) {
-    const auto [bits, tree, node] = open.top();
-    open.pop();
+    // Few branches are gone down: looking for the nearest costs less than keeping them in order.
+    const auto nearest_branch = std::min_element(open.begin(), open.end());
+    const auto tree = static_cast<std::uint32_t>((*nearest_branch >> 40) & 0xff);
+    const auto node = static_cast<std::size_t>(*nearest_branch & ((Impl::Branch{1} << 40) - 1));
+    *nearest_branch = open.back();
+    open.pop_back();
     checks += impl_->descend(tree, node, descriptor, query, open, best);
   }
   return best.take();

@@ -23,7 +23,7 @@ struct DescriptorNeighbour {
 struct DescriptorIndexParams {
   int trees = 4;
   int branches = 8;
-  int leaf_size = 48;
+  int leaf_size = 256;
 };
 
 /// Nearest neighbours among binary descriptors that keep coming: a few random trees of cluster centres, grown
@@ -44,7 +44,7 @@ class DescriptorIndex {
   struct Query {
     int neighbours = 4;
     int max_bits = 256;                       ///< neighbours further away are left out
-    int max_checks = 256;                     ///< descriptors compared, about
+    int max_checks = 512;                     ///< descriptors compared, about
     std::uint32_t exclude_from = UINT32_MAX;  ///< keyframes from here ...
     std::uint32_t exclude_to = 0;             ///< ... to here (included) are left out
   };

@@ -23,19 +23,6 @@ HM_WITH_POPCOUNT void hamming_row(const BinaryDescriptor& descriptor,
   }
 }
 
-HM_WITH_POPCOUNT void hamming_numbered(const BinaryDescriptor& descriptor,
-                                       std::span<const BinaryDescriptor> all,
-                                       std::span<const std::uint32_t> numbers,
-                                       std::span<std::uint16_t> bits) {
-  HM_CHECK(bits.size() == numbers.size(), "{} places for {} distances", bits.size(), numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const BinaryDescriptor& other = all[numbers[i]];
-    int sum = 0;
-    for (std::size_t w = 0; w < descriptor.size(); ++w) sum += __builtin_popcountll(descriptor[w] ^ other[w]);
-    bits[i] = static_cast<std::uint16_t>(sum);
-  }
-}
-
 HM_WITH_POPCOUNT std::size_t nearest_of(const BinaryDescriptor& descriptor,
                                         std::span<const BinaryDescriptor> others) {
   HM_CHECK(!others.empty());

@@ -10,10 +10,6 @@ namespace hm::detail {
 void hamming_row(const BinaryDescriptor& descriptor, std::span<const BinaryDescriptor> others,
                  std::span<std::uint16_t> bits);
 
-/// The same to those of `all` that are numbered.
-void hamming_numbered(const BinaryDescriptor& descriptor, std::span<const BinaryDescriptor> all,
-                      std::span<const std::uint32_t> numbers, std::span<std::uint16_t> bits);
-
 /// The number of the nearest of `others` (the first of equals); `others` must not be empty.
 std::size_t nearest_of(const BinaryDescriptor& descriptor, std::span<const BinaryDescriptor> others);
 

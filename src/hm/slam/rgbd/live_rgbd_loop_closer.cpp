@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 
 struct LiveRgbdLoopCloser::Impl {
@@ -89,6 +91,12 @@ RgbdAlignmentReport LiveRgbdLoopCloser::finish() {
   const RgbdAlignmentReport report = impl_->closer.finish();
   impl_->publish();
   return report;
+}
+
+const PoseGraph3D& LiveRgbdLoopCloser::graph() const {
+  const std::lock_guard lock(impl_->mutex);
+  HM_CHECK(impl_->queue.empty() && !impl_->busy, "keyframes are waiting");
+  return impl_->closer.graph();
 }
 
 }  // namespace hm

@@ -29,6 +29,8 @@ class LiveRgbdLoopCloser {
   [[nodiscard]] Snapshot snapshot() const;
   /// Waits until all keyframes are worked in, then RgbdLoopCloser::finish(). More keyframes may follow.
   RgbdAlignmentReport finish();
+  /// The pose graph; only when no keyframe is waiting, as after finish().
+  [[nodiscard]] const PoseGraph3D& graph() const;
 
  private:
   struct Impl;

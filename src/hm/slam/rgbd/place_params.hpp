@@ -10,7 +10,7 @@ struct PlaceSearchParams {
   int max_descriptor_bits = 64;
   int min_votes = 4;
   int min_keyframes_apart = 2;
-  int max_checks = 256;
+  int max_checks = 512;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -35,8 +35,11 @@ struct PlaceVerifierParams {
   double max_match_chi2 = 11.34;
   double max_match_distance_m = 0.15;
   int min_inliers = 30;
-  double min_inlier_ratio = 0.25;
+  int min_seeds = 8;
+  double min_seed_ratio = 0.2;
+  int max_guided_bits = 80;
   double rival_ratio = 0.6;
+  double max_conflict_ratio = 0.1;
   double sigma_floor_m = 0.003, sigma_floor_rad = 0.002;
 
   template <class Self, class Visitor>
@@ -53,12 +56,20 @@ struct PlaceVerifierParams {
       self.max_match_chi2);
     v(ParamDoc{"max_match_distance_m", {0, 10}, "distance of an inlier at most, however uncertain it is"},
       self.max_match_distance_m);
-    v(ParamDoc{"min_inliers", {4, 100000}, "matches that agree on a motion"}, self.min_inliers);
-    v(ParamDoc{"min_inlier_ratio", {0, 1}, "of all matches"}, self.min_inlier_ratio);
+    v(ParamDoc{"min_seeds", {4, 100000}, "matches by look that agree on a motion"}, self.min_seeds);
+    v(ParamDoc{"min_seed_ratio", {0, 1}, "of all matches by look"}, self.min_seed_ratio);
+    v(ParamDoc{"min_inliers", {4, 100000}, "matches that agree once the motion guides the search for them"},
+      self.min_inliers);
+    v(ParamDoc{"max_guided_bits", {0, 256}, "descriptors of a guided match differ by at most so many bits"},
+      self.max_guided_bits);
     v(ParamDoc{"rival_ratio",
                {0, 1},
                "no answer when another motion explains this part of the inliers with other matches"},
       self.rival_ratio);
+    v(ParamDoc{"max_conflict_ratio",
+               {0, 1},
+               "share of the features that would lie before or behind what the other keyframe sees there"},
+      self.max_conflict_ratio);
     v(ParamDoc{"sigma_floor_m", {0, 1}, "added to a registration: what it does not know of itself"},
       self.sigma_floor_m);
     v(ParamDoc{"sigma_floor_rad", {0, 1}, "added to a registration"}, self.sigma_floor_rad);

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -94,7 +95,10 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   Rng rng(kSeed);
   std::optional<SE3> best;
   std::size_t most = 3;
-  double needed = params.max_iterations;
+  // As many samples as a motion needs that would be believed at all.
+  const auto wanted = static_cast<std::size_t>(
+      std::max<double>(params.min_seeds, params.min_seed_ratio * static_cast<double>(points.size())));
+  double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.confidence_ratio);
   for (int i = 0; i < params.max_iterations && i < needed; ++i) {
     const auto sample = draw(rng, points, params.max_match_distance_m);
     if (!sample) continue;
@@ -108,7 +112,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
     if (near <= most) continue;
     most = near;
     best = T_a_b;
-    needed = samples_needed(most, points.size(), params.confidence_ratio);
+    needed = std::min(needed, samples_needed(most, points.size(), params.confidence_ratio));
   }
   return best;
 }
@@ -173,6 +177,73 @@ std::optional<MotionHypothesis> register_features(const FeatureSet& a, const Fea
   }
   if (best.inliers.size() < 4) return std::nullopt;
   return best;
+}
+
+std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b,
+                                      const PlaceVerifierParams& params) {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  struct Best {
+    int bits;
+    std::uint32_t other = UINT32_MAX;
+  };
+  std::vector<Best> of_a(a.size(), {params.max_guided_bits + 1}),
+      of_b(b.size(), {params.max_guided_bits + 1});
+  const double cap_m = params.max_match_distance_m;
+  std::vector<std::pair<double, std::uint32_t>> by_x;
+  for (std::uint32_t i = 0; i < a.size(); ++i)
+    if (a[i].has_depth) by_x.emplace_back(a[i].p_camera.x(), i);
+  std::sort(by_x.begin(), by_x.end());
+  for (std::uint32_t j = 0; j < b.size(); ++j) {
+    if (!b[j].has_depth) continue;
+    const Vec3 expected = T_a_b * b[j].p_camera;
+    auto near = std::lower_bound(by_x.begin(), by_x.end(), std::pair(expected.x() - cap_m, std::uint32_t{0}));
+    for (; near != by_x.end() && near->first <= expected.x() + cap_m; ++near) {
+      const std::uint32_t i = near->second;
+      if ((a[i].p_camera - expected).squaredNorm() > cap_m * cap_m) continue;
+      const int bits = hamming_distance(a[i].descriptor, b[j].descriptor);
+      if (bits >= of_a[i].bits && bits >= of_b[j].bits) continue;
+      if (match_chi2(a[i], b[j], T_a_b) > params.max_match_chi2) continue;
+      if (bits < of_a[i].bits) of_a[i] = {bits, j};
+      if (bits < of_b[j].bits) of_b[j] = {bits, i};
+    }
+  }
+  std::vector<FeaturePair> matches;
+  for (std::uint32_t i = 0; i < a.size(); ++i)
+    if (of_a[i].other != kNone && of_b[of_a[i].other].other == i) matches.emplace_back(i, of_a[i].other);
+  return matches;
+}
+
+void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifierParams& params,
+                   MotionHypothesis& hypothesis) {
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<FeaturePair> guided = match_guided(a, b, hypothesis.T_a_b, params);
+    if (guided.size() < hypothesis.inliers.size() && round == 0 && guided.size() < 4) return;
+    for (int i = 0; i < 2; ++i) hypothesis.information = improve(a, b, guided, hypothesis.T_a_b);
+    hypothesis.inliers = inliers_of(a, b, guided, hypothesis.T_a_b, params);
+  }
+}
+
+double conflict_ratio(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b) {
+  // Surfaces may slope, features be a few pixels apart.
+  constexpr double kTolerance_m = 0.05, kToleranceRatio = 0.03, kNear_m = 0.3;
+  int agreeing = 0, conflicting = 0;
+  for (const Feature& feature : b) {
+    if (!feature.has_depth) continue;
+    const Vec3 p = T_a_b * feature.p_camera;
+    if (p.z() < kNear_m) continue;
+    const Vec2 direction = p.head<2>() / p.z();
+    bool has_neighbour = false, agrees = false;
+    for (const Feature& other : a) {
+      if (!other.has_depth) continue;
+      const Vec2 apart = other.p_camera.head<2>() / other.p_camera.z() - direction;
+      if (apart.squaredNorm() > kSameDirection_rad * kSameDirection_rad) continue;
+      has_neighbour = true;
+      agrees |= std::abs(p.z() - other.p_camera.z()) < kTolerance_m + kToleranceRatio * p.z();
+    }
+    agreeing += has_neighbour && agrees ? 1 : 0;
+    conflicting += has_neighbour && !agrees ? 1 : 0;
+  }
+  return agreeing + conflicting == 0 ? 0 : static_cast<double>(conflicting) / (agreeing + conflicting);
 }
 
 }  // namespace hm

@@ -32,6 +32,21 @@ std::optional<MotionHypothesis> register_features(const FeatureSet& a, const Fea
                                                   std::span<const FeaturePair> matches,
                                                   const PlaceVerifierParams& params);
 
+/// Matches by place rather than by look: for each feature of b the most alike of a that a motion puts it on
+/// (chi2 and cap as above), and the other way round, at most params.max_guided_bits apart. Sorted.
+std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b,
+                                      const PlaceVerifierParams& params);
+
+/// Improves a hypothesis by guided matches and weighted least squares, twice.
+void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifierParams& params,
+                   MotionHypothesis& hypothesis);
+
+/// The share of b's features that a motion puts clearly before or behind what a sees in that direction (its
+/// features within kSameDirection_rad), of all that have such a neighbour. Large where look-alikes agree on a
+/// motion but the rooms around them differ.
+inline constexpr double kSameDirection_rad = 0.03;
+double conflict_ratio(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b);
+
 /// Squared Mahalanobis distance of a match under a motion.
 double match_chi2(const Feature& a, const Feature& b, const SE3& T_a_b);
 

@@ -5,6 +5,7 @@
 #include "hm/odometry/keyframe.hpp"
 #include "hm/slam/rgbd/descriptor_index.hpp"
 #include "hm/slam/rgbd/place_params.hpp"
+#include "hm/slam/rgbd/place_verifier.hpp"
 
 namespace hm {
 
@@ -12,6 +13,8 @@ namespace hm {
 struct PlaceCandidate {
   std::uint32_t keyframe = 0;  ///< number of add()
   int votes = 0;
+  /// The features that voted: of the candidate, of the keyframe that asks; each at most once. Sorted.
+  std::vector<FeaturePair> pairs = {};
 };
 
 /// The heuristic of dissertation 3.3.2: every feature of a keyframe votes for the keyframes of its k nearest
@@ -35,6 +38,13 @@ class PlaceSearch {
   [[nodiscard]] const DescriptorIndex& index() const { return index_; }
 
  private:
+  struct Vote {
+    std::uint32_t keyframe, feature_there, feature_here;
+    int bits;
+  };
+  [[nodiscard]] std::vector<Vote> all_votes(const Keyframe& keyframe, std::uint32_t self) const;
+  [[nodiscard]] DescriptorIndex::Query query_without(const Keyframe& keyframe, std::uint32_t self) const;
+
   PlaceSearchParams params_;
   DescriptorIndex index_;
   std::vector<int> submaps_;
@@ -42,5 +52,13 @@ class PlaceSearch {
 
 /// The n largest counts of a row as candidates.
 std::vector<PlaceCandidate> top_candidates(const std::vector<int>& votes, int n, int min_votes);
+
+/// Verifies a candidate for a keyframe by the features that voted. When that fails, by all features, if it is
+/// among the first kThoroughCandidates or kPromisingInliers of the votes agree on a motion. `rank` is the
+/// place in the list of candidates.
+inline constexpr std::size_t kThoroughCandidates = 3;
+inline constexpr int kPromisingInliers = 5;
+PlaceMatch verify_candidate(const Keyframe& there, const Keyframe& here, const PlaceCandidate& candidate,
+                            std::size_t rank, const PlaceVerifierParams& params);
 
 }  // namespace hm

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "hm/slam/rgbd/hamming_rows.hpp"
 
@@ -52,7 +53,7 @@ bool differs(const SE3& a, const SE3& b) {
 }
 
 /// Whether the matches that the motion leaves over agree on another one.
-bool has_rival(const FeatureSet& a, const FeatureSet& b, const std::vector<FeaturePair>& matches,
+bool has_rival(const FeatureSet& a, const FeatureSet& b, std::span<const FeaturePair> matches,
                const MotionHypothesis& best, const PlaceVerifierParams& params) {
   const auto wanted = static_cast<std::size_t>(params.rival_ratio * static_cast<double>(best.inliers.size()));
   std::vector<FeaturePair> rest;
@@ -81,6 +82,8 @@ std::string_view to_string(PlaceOutcome outcome) {
       return "few matches";
     case PlaceOutcome::kNoMotion:
       return "no motion";
+    case PlaceOutcome::kConflict:
+      return "conflict";
     case PlaceOutcome::kAmbiguous:
       return "ambiguous";
     case PlaceOutcome::kDegenerate:
@@ -112,25 +115,35 @@ std::vector<FeaturePair> match_features(const FeatureSet& a, const FeatureSet& b
 }
 
 PlaceMatch verify_place(const Keyframe& a, const Keyframe& b, const PlaceVerifierParams& params) {
+  return verify_matches(a, b, match_features(a.features, b.features, params), params);
+}
+
+PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const FeaturePair> matches,
+                          const PlaceVerifierParams& params) {
   PlaceMatch result;
-  const std::vector<FeaturePair> matches = match_features(a.features, b.features, params);
   result.matches = static_cast<int>(matches.size());
-  if (result.matches < params.min_inliers) return result;
+  if (result.matches < params.min_seeds) return result;
   result.outcome = PlaceOutcome::kNoMotion;
-  const auto best = register_features(a.features, b.features, matches, params);
+  auto best = register_features(a.features, b.features, matches, params);
   if (!best) return result;
   result.inliers = static_cast<int>(best->inliers.size());
+  const auto seeds = static_cast<double>(best->inliers.size());
+  if (seeds < params.min_seeds || seeds < params.min_seed_ratio * result.matches) return result;
+  const bool is_rivalled = has_rival(a.features, b.features, matches, *best, params);
+  refine_guided(a.features, b.features, params, *best);
+  result.inliers = static_cast<int>(best->inliers.size());
   result.T_a_b = best->T_a_b;
-  result.pairs = best->inliers;
-  const double ratio = static_cast<double>(result.inliers) / static_cast<double>(result.matches);
-  if (result.inliers < params.min_inliers || ratio < params.min_inlier_ratio) return result;
+  if (result.inliers < params.min_inliers) return result;
+  result.pairs = std::move(best->inliers);
   result.covariance = best->information.ldlt().solve(Mat6::Identity());
   const double floor_m2 = params.sigma_floor_m * params.sigma_floor_m;
   const double floor_rad2 = params.sigma_floor_rad * params.sigma_floor_rad;
   result.covariance.diagonal() += (Vec6() << Vec3::Constant(floor_m2), Vec3::Constant(floor_rad2)).finished();
-  result.outcome = !is_certain(result.covariance)                              ? PlaceOutcome::kDegenerate
-                   : has_rival(a.features, b.features, matches, *best, params) ? PlaceOutcome::kAmbiguous
-                                                                               : PlaceOutcome::kSamePlace;
+  result.outcome = !is_certain(result.covariance) ? PlaceOutcome::kDegenerate
+                   : is_rivalled                  ? PlaceOutcome::kAmbiguous
+                   : conflict_ratio(a.features, b.features, result.T_a_b) > params.max_conflict_ratio
+                       ? PlaceOutcome::kConflict
+                       : PlaceOutcome::kSamePlace;
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -13,6 +14,7 @@ enum class PlaceOutcome {
   kSamePlace,
   kFewMatches,  ///< less than min_inliers features look alike
   kNoMotion,    ///< no motion explains enough of them
+  kConflict,    ///< the motion puts what one sees before or behind what the other sees
   kAmbiguous,   ///< another motion explains nearly as many
   kDegenerate,  ///< the inliers do not determine a motion (all on a line)
 };
@@ -37,5 +39,9 @@ std::vector<FeaturePair> match_features(const FeatureSet& a, const FeatureSet& b
 /// them, inliers by Mahalanobis distance with a cap, weighted least squares (dissertation 3.3.1). The result
 /// depends on the arguments only. Swapping a and b inverts the motion, and little else.
 PlaceMatch verify_place(const Keyframe& a, const Keyframe& b, const PlaceVerifierParams& params = {});
+
+/// The same from matches that somebody else has found; sorted, all with depth.
+PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const FeaturePair> matches,
+                          const PlaceVerifierParams& params = {});
 
 }  // namespace hm

@@ -54,10 +54,14 @@ RgbdLoopCloser& RgbdLoopCloser::operator=(RgbdLoopCloser&&) noexcept = default;
 std::vector<LoopProposal> RgbdLoopCloser::Impl::propose(std::size_t node, RgbdLoopStep& step) {
   std::vector<LoopProposal> proposals;
   const Keyframe& keyframe = graph.keyframe(node);
-  for (const PlaceCandidate& candidate : search.candidates(keyframe, static_cast<std::uint32_t>(node))) {
+  const std::vector<PlaceCandidate> candidates =
+      search.candidates(keyframe, static_cast<std::uint32_t>(node));
+  for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
+    const PlaceCandidate& candidate = candidates[rank];
     ++step.candidates;
     ++statistics.candidates;
-    PlaceMatch match = verify_place(graph.keyframe(candidate.keyframe), keyframe, params.verifier);
+    PlaceMatch match =
+        verify_candidate(graph.keyframe(candidate.keyframe), keyframe, candidate, rank, params.verifier);
     if (match.is_same_place())
       proposals.push_back({candidate.keyframe, node, std::move(match)});
     else

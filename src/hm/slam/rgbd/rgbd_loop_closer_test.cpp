@@ -50,5 +50,87 @@ TEST(RgbdLoopCloser, RingIsClosed) {
   EXPECT_GT(report.landmarks, 1000U);
 }
 
+test::KeyframesOfWay ring_walk(std::uint64_t seed, double drift_rad_m = 0.003) {
+  Rng rng(seed);
+  const test::LandmarkWorld world = test::ring(8, 60, rng);
+  return test::walk(world, test::way_around(8, 0.5, 1.4), drift_rad_m, rng);
+}
+
+TEST(RgbdLoopCloser, SameKeyframesSameBitsAndLiveAgrees) {
+  const test::KeyframesOfWay way = ring_walk(2);
+  RgbdLoopCloser one(landmark_camera()), other(landmark_camera());
+  LiveRgbdLoopCloser live(landmark_camera());
+  EXPECT_NE(live.snapshot().corrected, nullptr);
+  for (const auto& keyframe : way.keyframes) {
+    one.add(keyframe);
+    other.add(keyframe);
+    live.add(keyframe);
+  }
+  one.finish();
+  other.finish();
+  live.finish();
+  const LiveRgbdLoopCloser::Snapshot snapshot = live.snapshot();
+  EXPECT_EQ(snapshot.waiting_keyframes, 0U);
+  EXPECT_EQ(snapshot.statistics.accepted, one.statistics().accepted);
+  EXPECT_GT(snapshot.solutions, 1U);
+  for (std::size_t i = 0; i < way.keyframes.size(); ++i) {
+    const Mat4 expected = one.corrected().keyframes()[i].T_map_camera.matrix();
+    EXPECT_EQ(other.corrected().keyframes()[i].T_map_camera.matrix(), expected);
+    EXPECT_EQ(snapshot.corrected->keyframes()[i].T_map_camera.matrix(), expected);
+  }
+}
+
+/// Tracking is lost and begins anew somewhere else, with a pose that means nothing: the submaps are apart
+/// until places are seen again, then one map with centimetres of error.
+TEST(RgbdLoopCloser, SubmapsGetConnected) {
+  test::KeyframesOfWay way = ring_walk(3);
+  const std::size_t lost_at = way.keyframes.size() / 2;
+  const SE3 jump = SE3::exp((Vec6() << 3, -2, 1, 0.2, 1.5, -0.3).finished());
+  for (std::size_t i = lost_at; i < way.keyframes.size(); ++i) {
+    Keyframe moved = *way.keyframes[i];
+    moved.submap = 4;
+    moved.T_odom_camera = jump * moved.T_odom_camera;
+    way.keyframes[i] = std::make_shared<const Keyframe>(std::move(moved));
+  }
+  RgbdLoopCloser closer(landmark_camera());
+  for (std::size_t i = 0; i < way.keyframes.size(); ++i) {
+    closer.add(way.keyframes[i]);
+    if (i != lost_at) continue;
+    EXPECT_EQ(closer.statistics().maps, 2U);
+    EXPECT_EQ(closer.corrected().keyframes().back().map, 1);
+    EXPECT_LT(closer.T_map_odom().log().norm(), 1e-9);
+  }
+  closer.finish();
+  EXPECT_EQ(closer.statistics().submaps, 2U);
+  EXPECT_EQ(closer.statistics().maps, 1U);
+  EXPECT_EQ(closer.corrected().keyframes().back().map, 0);
+  EXPECT_LT(error_m(closer.corrected(), way.truth), 0.06);
+}
+
+TEST(RgbdLoopCloser, DisabledAndEmpty) {
+  RgbdLoopParams params;
+  params.enabled = params.bundle_adjustment = false;
+  RgbdLoopCloser closer(landmark_camera(), params);
+  EXPECT_FALSE(closer.finish().adjusted);
+  EXPECT_EQ(closer.T_map_odom().matrix(), Mat4(Mat4::Identity()));
+  const test::KeyframesOfWay way = ring_walk(2);
+  for (const auto& keyframe : way.keyframes) EXPECT_FALSE(closer.add(keyframe).solved);
+  closer.finish();
+  EXPECT_EQ(closer.statistics().candidates, 0U);
+  for (std::size_t i = 0; i < way.keyframes.size(); ++i)
+    EXPECT_LT((closer.corrected().keyframes()[i].T_map_camera.inverse() * way.keyframes[i]->T_odom_camera)
+                  .log()
+                  .norm(),
+              1e-9);
+}
+
+/// Tracking goes on while the closer works: handing over takes no time, whatever is in work.
+TEST(LiveRgbdLoopCloser, EndsWithKeyframesWaiting) {
+  const test::KeyframesOfWay way = ring_walk(4);
+  LiveRgbdLoopCloser live(landmark_camera());
+  for (const auto& keyframe : way.keyframes) live.add(keyframe);
+  EXPECT_LE(live.snapshot().corrected->keyframes().size(), way.keyframes.size());
+}
+
 }  // namespace
 }  // namespace hm

@@ -22,11 +22,10 @@ struct RgbdLoopParams {
   double max_loop_chi2 = 40;
   PoseGraphSolverParams solver{50, 9};
 
+  /// Its own; search, verifier and solver are sections of their own (some of their names are the same).
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"enabled", {}, "look for places seen before"}, self.enabled);
-    PlaceSearchParams::visit(self.search, v);
-    PlaceVerifierParams::visit(self.verifier, v);
     v(ParamDoc{"loops_per_solution", {1, 100000}, "new loops after which the graph is solved"},
       self.loops_per_solution);
     v(ParamDoc{"bundle_adjustment", {}, "at the end, adjust keyframes and their features together"},
@@ -55,7 +54,6 @@ struct RgbdLoopParams {
       self.max_waiting_keyframes);
     v(ParamDoc{"max_loop_chi2", {0, 1e9}, "loops that disagree more with the solved graph are taken out"},
       self.max_loop_chi2);
-    PoseGraphSolverParams::visit(self.solver, v);
   }
 };
 

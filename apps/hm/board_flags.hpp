@@ -1,0 +1,18 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+
+#include "hm/calibration/board.hpp"
+#include "hm/core/result.hpp"
+
+/// Options of verbs that look for a calibration board. What is not given comes from the board.toml of the
+/// pictures.
+struct BoardFlags {
+  std::string kind, corners;
+  double square_m = 0;
+
+  void add_to(CLI::App& command);
+  /// The folder's board, with what the flags say.
+  [[nodiscard]] hm::Result<void> apply(const std::filesystem::path& folder, hm::BoardParams& board) const;
+};

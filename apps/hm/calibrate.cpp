@@ -1,0 +1,91 @@
+#include "calibrate.hpp"
+
+#include "hm/pipeline/calibration_extrinsics.hpp"
+#include "hm/pipeline/calibration_intrinsics.hpp"
+
+hm::Result<hm::Parameters> parameters_of(const CalibrateFlags& flags, const Session& session) {
+  hm::Parameters parameters;
+  if (const auto board = flags.board.apply(flags.input, parameters.board); !board)
+    return hm::forward_error(board);
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  return parameters;
+}
+
+void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
+                          CalibrationStart start) {
+  command.add_option("-o,--output", flags->output, "folder for the results")->default_str(name);
+  command.parse_complete_callback([flags, name] {
+    if (flags->output.empty()) flags->output = name;
+  });
+  if (start == CalibrationStart::kNone) return;
+  command
+      .add_option("--calibration", flags->start,
+                  "calibration.toml (or its folder) that the result is added to")
+      ->required(start == CalibrationStart::kRequired);
+}
+
+namespace {
+
+hm::Result<Outcome> run_intrinsics(const CalibrateFlags& flags, Session& session) {
+  const auto parameters = parameters_of(flags, session);
+  if (!parameters) return hm::forward_error(parameters);
+  hm::IntrinsicsOptions options{flags.input,
+                                flags.start,
+                                flags.output,
+                                hm::CalibratedCamera::kColor,
+                                parameters->board,
+                                parameters->camera_fit,
+                                {}};
+  if (flags.camera == "depth") options.camera = hm::CalibratedCamera::kDepth;
+  options.run = session.interruptible_context(kCalibrationStopped);
+  return outcome_of(hm::calibrate_intrinsics(options));
+}
+
+hm::Result<Outcome> run_extrinsics(const CalibrateFlags& flags, Session& session) {
+  const auto parameters = parameters_of(flags, session);
+  if (!parameters) return hm::forward_error(parameters);
+  const hm::ExtrinsicsOptions options{flags.input,
+                                      flags.second_input,
+                                      flags.start,
+                                      flags.output,
+                                      parameters->board,
+                                      parameters->stereo_fit,
+                                      session.interruptible_context(kCalibrationStopped)};
+  return outcome_of(hm::calibrate_extrinsics(options));
+}
+
+}  // namespace
+
+void add_calibrate(Program& program) {
+  program.add({"calibrate",
+               "Pictures of a board become cameras, their places, depth correction and noise.",
+               "  hm calibrate intrinsics set/color -o color\n"
+               "  hm calibrate noise set/depth -o noise",
+               {}});
+  auto flags = std::make_shared<CalibrateFlags>();
+  CLI::App& intrinsics =
+      program.add({"calibrate intrinsics", "Focal lengths, centre and distortion of one camera.",
+                   "  hm calibrate intrinsics set/color -o color\n"
+                   "  hm calibrate intrinsics set/ir -o both --camera depth --calibration color",
+                   [flags](Session& session) { return run_intrinsics(*flags, session); }});
+  intrinsics.add_option("pictures", flags->input, "folder of pictures of a board (.png, .jpg)")->required();
+  add_calibrate_output(intrinsics, flags, "calibration", CalibrationStart::kOptional);
+  intrinsics
+      .add_option("--camera", flags->camera, "whose pictures they are: color (default) or depth (infrared)")
+      ->check(CLI::IsMember({"color", "depth"}));
+  flags->board.add_to(intrinsics);
+
+  CLI::App& extrinsics =
+      program.add({"calibrate extrinsics", "The motion from the depth camera to the colour camera.",
+                   "  hm calibrate extrinsics set/stereo/ir set/stereo/color --calibration both -o rig",
+                   [flags](Session& session) { return run_extrinsics(*flags, session); }});
+  extrinsics.add_option("depth_pictures", flags->input, "folder of infrared pictures of the board")
+      ->required();
+  extrinsics
+      .add_option("color_pictures", flags->second_input, "folder of colour pictures, of the same names")
+      ->required();
+  add_calibrate_output(extrinsics, flags, "calibration", CalibrationStart::kRequired);
+  flags->board.add_to(extrinsics);
+  add_calibrate_depth(program, flags);
+}

@@ -1,0 +1,37 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "board_flags.hpp"
+#include "hm/pipeline/parameters.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+
+/// What the words of `hm calibrate` share.
+struct CalibrateFlags {
+  std::string input, second_input, start, output, camera = "color", from = "static";
+  double depth_units_per_m = 1000;
+  int frames = 300;
+  BoardFlags board;
+  RecordingFlags of_recording;
+};
+
+inline constexpr const char* kCalibrationStopped = "nothing is written";
+
+/// The parameters of a run: the folder's board, flags, then --params and --set.
+hm::Result<hm::Parameters> parameters_of(const CalibrateFlags& flags, const Session& session);
+
+/// Options that every word has: -o, and --calibration (the start) where `start` says so.
+enum class CalibrationStart { kNone, kOptional, kRequired };
+void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
+                          CalibrationStart start);
+
+/// What a verb gives back, of a summary.
+template <class Summary>
+hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
+}
+
+/// `hm calibrate depth` and `noise` (calibrate_depth.cpp).
+void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>& flags);

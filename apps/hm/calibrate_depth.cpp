@@ -1,0 +1,70 @@
+#include "calibrate.hpp"
+#include "hm/pipeline/calibration_depth.hpp"
+#include "hm/pipeline/calibration_noise.hpp"
+
+namespace {
+
+hm::Result<Outcome> run_depth(const CalibrateFlags& flags, Session& session) {
+  const auto parameters = parameters_of(flags, session);
+  if (!parameters) return hm::forward_error(parameters);
+  const hm::DepthCalibrationOptions options{flags.input,
+                                            flags.start,
+                                            flags.output,
+                                            flags.depth_units_per_m,
+                                            parameters->board,
+                                            parameters->depth_fit,
+                                            session.interruptible_context(kCalibrationStopped)};
+  return outcome_of(hm::calibrate_depth(options));
+}
+
+hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
+  const auto parameters = parameters_of(flags, session);
+  if (!parameters) return hm::forward_error(parameters);
+  const auto recording = flags.of_recording.options();
+  if (!recording) return hm::forward_error(recording);
+  hm::NoiseCalibrationOptions options;
+  options.input = flags.input;
+  options.recording_options = *recording;
+  options.source = flags.from == "planes" ? hm::NoiseSource::kPlanes : hm::NoiseSource::kStatic;
+  if (flags.of_recording.depth_units_per_m > 0)
+    options.depth_units_per_m = flags.of_recording.depth_units_per_m;
+  options.frame_limit = flags.frames;
+  options.output = flags.output;
+  options.fit = parameters->noise_fit;
+  options.run = session.interruptible_context(kCalibrationStopped);
+  return outcome_of(hm::calibrate_noise(options));
+}
+
+}  // namespace
+
+void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>& flags) {
+  CLI::App& depth = program.add(
+      {"calibrate depth", "What depth is wrong by, from boards at many distances.",
+       "  hm calibrate depth set/depth --calibration rig -o corrected\n"
+       "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic",
+       [flags](Session& session) { return run_depth(*flags, session); }});
+  depth
+      .add_option("set", flags->input, "folder of poses (color.png, depth*.png each), or of train/ and test/")
+      ->required();
+  add_calibrate_output(depth, flags, "calibration", CalibrationStart::kRequired);
+  depth
+      .add_option("--depth-units-per-m", flags->depth_units_per_m,
+                  "number in the depth pictures for one metre (default: 1000)")
+      ->check(CLI::PositiveNumber);
+  flags->board.add_to(depth);
+
+  CLI::App& noise = program.add({"calibrate noise", "Noise of depth against distance, for --params.",
+                                 "  hm calibrate noise set/depth -o noise\n"
+                                 "  hm calibrate noise recording --from planes -o noise_of_planes",
+                                 [flags](Session& session) { return run_noise(*flags, session); }});
+  noise.add_option("input", flags->input, "recording, or folder of poses as for `calibrate depth`")
+      ->required();
+  add_calibrate_output(noise, flags, "noise", CalibrationStart::kNone);
+  noise
+      .add_option("--from", flags->from,
+                  "static: nothing moves (default); planes: what smooth surfaces scatter by")
+      ->check(CLI::IsMember({"static", "planes"}));
+  noise.add_option("--frames", flags->frames, "frames of a recording at most (default: 300)")
+      ->check(CLI::PositiveNumber);
+  flags->of_recording.add_to(noise);
+}

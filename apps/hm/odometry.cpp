@@ -1,0 +1,57 @@
+#include <memory>
+
+#include "hm/pipeline/odometry_run.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+
+namespace {
+
+struct Flags {
+  std::string recording, output, method;
+  RecordingFlags of_recording;
+};
+
+/// NAME_odometry in the current folder.
+std::filesystem::path default_output(const std::filesystem::path& recording) {
+  auto name = std::filesystem::absolute(recording).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();
+  return name.filename().string() + "_odometry";
+}
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  hm::OdometryRunOptions options;
+  options.recording = flags.recording;
+  options.output =
+      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  auto list = hm::list_all(options.parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  for (std::size_t i = 0; i < hm::kOdometryMethodNames.size(); ++i)
+    if (flags.method == hm::kOdometryMethodNames[i])
+      options.parameters.odometry.method = static_cast<hm::OdometryMethod>(i);
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  options.recording_options = *recording_options;
+  options.run = session.interruptible_context("finishing with what there is");
+  const auto summary = hm::run_odometry(options);
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+}
+
+}  // namespace
+
+void add_odometry(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command =
+      program.add({"odometry", "Depth and colour pictures become the motion of their camera.",
+                   "  hm odometry recording -o result\n"
+                   "  hm odometry recording -o published --method published_ransac_icp --json\n"
+                   "  hm odometry recording -o sparse --set reconstruction.frame_stride=5",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
+      ->required();
+  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_odometry)");
+  command.add_option("--method", flags->method, "how poses are found (odometry.method; default: tracker)")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
+  flags->of_recording.add_to(command);
+}

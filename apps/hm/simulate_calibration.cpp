@@ -1,0 +1,31 @@
+#include "simulate_calibration.hpp"
+
+#include "hm/pipeline/parameters.hpp"
+
+hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, Session& session) {
+  hm::Parameters parameters;
+  hm::CalibrationSimulationParams& simulation = parameters.calibration_simulation;
+  if (flags.seed >= 0) simulation.seed = flags.seed;
+  if (flags.perfect) simulation.noise_quadratic_per_m = simulation.gray_sigma = simulation.warp_at_4m_m = 0;
+  auto list = hm::list_all(parameters);
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const hm::CalibrationSimulationOptions options{
+      simulation, parameters.board, flags.output,
+      session.interruptible_context("what was written is removed")};
+  const auto summary = hm::simulate_calibration(options);
+  if (!summary) return hm::forward_error(summary);
+  Outcome outcome;
+  outcome.text =
+      fmt::format("{}: {} colour and {} infrared pictures, {} pairs, {} + {} poses with {} depth images\n",
+                  options.output.string(), summary->color_pictures, summary->ir_pictures, summary->pairs,
+                  summary->train_poses, summary->test_poses, summary->depth_images);
+  outcome.json = hm::JsonValue::object({{"color_pictures", summary->color_pictures},
+                                        {"ir_pictures", summary->ir_pictures},
+                                        {"pairs", summary->pairs},
+                                        {"train_poses", summary->train_poses},
+                                        {"test_poses", summary->test_poses},
+                                        {"depth_images", summary->depth_images},
+                                        {"seed", simulation.seed}});
+  outcome.outputs = summary->outputs;
+  return outcome;
+}

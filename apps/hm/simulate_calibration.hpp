@@ -1,0 +1,14 @@
+#pragma once
+#include <string>
+
+#include "program.hpp"
+
+/// What of the flags of `hm simulate` goes into a set of calibration pictures.
+struct CalibrationSetFlags {
+  std::string output;
+  int seed = -1;         ///< negative: the parameter's
+  bool perfect = false;  ///< no bias, no noise
+};
+
+/// `hm simulate calibration`.
+hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, Session& session);

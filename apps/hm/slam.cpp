@@ -1,0 +1,59 @@
+#include <memory>
+
+#include "hm/pipeline/slam_run.hpp"
+#include "program.hpp"
+#include "recording_flags.hpp"
+
+namespace {
+
+struct Flags {
+  std::string recording, output, maps;
+  double voxel_m = 0;
+  RecordingFlags of_recording;
+};
+
+/// NAME_slam in the current folder.
+std::filesystem::path default_output(const std::filesystem::path& recording) {
+  auto name = std::filesystem::absolute(recording).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();
+  return name.filename().string() + "_slam";
+}
+
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  hm::SlamRunOptions options;
+  options.recording = flags.recording;
+  options.output =
+      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  auto list = hm::list_all(options.parameters);
+  if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
+  if (!flags.maps.empty()) options.parameters.slam.maps = flags.maps;
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  options.recording_options = *recording_options;
+  options.run = session.interruptible_context("finishing with what there is");
+  const auto summary = hm::run_slam(options);
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+}
+
+}  // namespace
+
+void add_slam(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command =
+      program.add({"slam", "Depth and colour pictures without poses become a trajectory, loops and a map.",
+                   "  hm slam recording -o result\n"
+                   "  hm slam recording -o fine --voxel 0.01\n"
+                   "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
+                   [flags](Session& session) { return run(*flags, session); }});
+  command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
+      ->required();
+  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_slam)");
+  command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
+      ->check(CLI::PositiveNumber);
+  command.add_option(
+      "--maps", flags->maps,
+      "maps to write besides the mesh: any of points, octomap, mvog, with commas between (slam.maps)");
+  flags->of_recording.add_to(command);
+}

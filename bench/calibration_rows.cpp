@@ -1,0 +1,147 @@
+// Rows about calibration: a simulated Xtion from pictures to a corrected depth, and the time of the
+// correction.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "hm/core/rng.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/calibration_file.hpp"
+#include "hm/io/frame_calibration.hpp"
+#include "hm/io/temporary_folder_test_support.hpp"
+#include "hm/pipeline/calibration_depth.hpp"
+#include "hm/pipeline/calibration_extrinsics.hpp"
+#include "hm/pipeline/calibration_intrinsics.hpp"
+#include "hm/pipeline/calibration_simulation.hpp"
+#include "measurement.hpp"
+
+namespace hm::bench {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+/// Everything that `hm calibrate` does, one after the other, on a set in `folder`.
+Result<DepthCalibrationSummary> calibrate_all(const fs::path& folder, const BoardParams& large,
+                                              const RunContext& run) {
+  const fs::path set = folder / "set";
+  for (const CalibratedCamera camera : {CalibratedCamera::kColor, CalibratedCamera::kDepth}) {
+    const bool color = camera == CalibratedCamera::kColor;
+    IntrinsicsOptions options{set / (color ? "color" : "ir"),
+                              color ? fs::path() : folder / "color",
+                              folder / (color ? "color" : "both"),
+                              camera,
+                              {},
+                              {},
+                              run};
+    if (auto board = read_board_of(options.pictures, options.board); !board) return forward_error(board);
+    if (auto done = calibrate_intrinsics(options); !done) return forward_error(done);
+  }
+  ExtrinsicsOptions rig{
+      set / "stereo/ir", set / "stereo/color", folder / "both", folder / "rig", {}, {}, run};
+  if (auto board = read_board_of(rig.depth_pictures, rig.board); !board) return forward_error(board);
+  if (auto done = calibrate_extrinsics(rig); !done) return forward_error(done);
+  DepthCalibrationOptions depth{set / "depth", folder / "rig", folder / "corrected", 1000, large, {}, run};
+  return calibrate_depth(depth);
+}
+
+double worst_percent(const PinholeCamera& a, const PinholeCamera& b) {
+  return 100 * std::max({std::abs(a.fx / b.fx - 1), std::abs(a.fy / b.fy - 1), std::abs(a.cx / b.cx - 1),
+                         std::abs(a.cy / b.cy - 1)});
+}
+
+/// Milliseconds of one VGA frame: the fastest of many.
+template <class Work>
+double fastest_ms(int rounds, Work&& work) {
+  double best = 1e9;
+  for (int i = 0; i < rounds; ++i) {
+    const Stopwatch watch;
+    work();
+    best = std::min(best, watch.milliseconds());
+  }
+  return best;
+}
+
+DepthImage some_depth() {
+  Rng rng(1);
+  DepthImage depth{Image<std::uint16_t>(640, 480), 1e-3};
+  for (auto& units : depth.units.pixels())
+    units = static_cast<std::uint16_t>(rng.below(10) == 0 ? 0 : 800 + rng.below(3500));
+  return depth;
+}
+
+JsonValue distances_json(const DepthCalibrationSummary& summary) {
+  auto list = JsonValue::array();
+  for (const DistanceError& error : summary.by_distance)
+    list.push_back(JsonValue::object({{"distance_m", error.distance_m},
+                                      {"before_mm", 1e3 * error.before_rms_m},
+                                      {"after_mm", 1e3 * error.after_rms_m},
+                                      {"noise_mm", 1e3 * error.noise_m}}));
+  return list;
+}
+
+void add_times(const RgbdCalibration& calibration, int rounds, BenchResult& result) {
+  const DepthCorrection correction(*calibration.depth_correction, 640, 480);
+  DepthImage depth = some_depth();
+  result.rows.push_back(
+      {"depth_correction_time", fastest_ms(50 * rounds, [&] { correction.apply(depth); }), std::nullopt});
+  const auto frames = FrameCalibration::make(calibration, 640, 480);
+  const DepthImage raw = some_depth();
+  if (frames)
+    result.details["rectify_correct_register_ms"] =
+        fastest_ms(10 * rounds, [&] { (void)frames->calibrate(raw); });
+}
+
+}  // namespace
+
+Result<BenchResult> bench_depth_calibration(const BenchOptions& options) {
+  const TemporaryFolder folder;
+  CalibrationSimulationOptions simulation;
+  simulation.output = folder / "set";
+  simulation.params.depth_images = 30;
+  if (options.frame_limit > 0) simulation.params.depth_images = options.frame_limit;
+  RunContext run;
+  run.threads = options.threads;
+  if (auto made = simulate_calibration(simulation); !made) return forward_error(made);
+  const auto summary = calibrate_all(folder.path(), simulation.board, run);
+  if (!summary) return forward_error(summary);
+  const CalibrationRig truth = rig_of(simulation.params);
+  const RgbdCalibration& found = summary->calibration;
+
+  double worst = 0, before_3m = 0, after_3m = 0, samples_3m = 0;
+  for (const DistanceError& error : summary->by_distance) {
+    const double sigma = truth.noise.sigma_m(error.distance_m) / std::sqrt(simulation.params.depth_images);
+    worst = std::max(worst, error.after_rms_m / (1.2 * sigma + 1e-3));
+    if (std::abs(error.distance_m - 3) > 0.5) continue;
+    const auto n = static_cast<double>(error.samples);
+    before_3m += n * error.before_rms_m * error.before_rms_m;
+    after_3m += n * error.after_rms_m * error.after_rms_m;
+    samples_3m += n;
+  }
+  const SE3 off = truth.T_color_depth.inverse() * *found.T_color_depth;
+  BenchResult result;
+  result.rows = {
+      {"depth_calibration", worst, std::nullopt},
+      {"depth_calibration_3m", 1e3 * std::sqrt(after_3m / samples_3m),
+       1e3 * std::sqrt(before_3m / samples_3m)},
+      {"depth_calibration_intrinsics",
+       std::max(worst_percent(*found.color_camera, truth.color_camera),
+                worst_percent(*found.depth_camera, truth.depth_camera)),
+       std::nullopt},
+      {"depth_calibration_translation",
+       1e3 * (found.T_color_depth->translation() - truth.T_color_depth.translation()).norm(), std::nullopt},
+      {"depth_calibration_rotation", off.angle() * kDegrees, std::nullopt}};
+  add_times(found, options.rounds, result);
+  result.details["spline"] = distances_json(*summary);
+  for (const DepthFitMode mode : {DepthFitMode::kQuadratic, DepthFitMode::kQuadraticZero,
+                                  DepthFitMode::kLinear, DepthFitMode::kLinearZero}) {
+    DepthCalibrationOptions depth{
+        folder / "set" / "depth", folder / "rig", folder / "thesis", 1000, simulation.board, {}, run};
+    depth.fit.mode = mode;
+    const auto thesis = calibrate_depth(depth);
+    if (thesis) result.details[kDepthFitModeNames[static_cast<std::size_t>(mode)]] = distances_json(*thesis);
+  }
+  return result;
+}
+
+}  // namespace hm::bench

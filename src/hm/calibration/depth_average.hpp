@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+/// Mean and deviation of each pixel over depth images of a scene that does not move (Welford 1962).
+/// Pixels without a reading (0) do not count.
+class DepthAverage {
+ public:
+  DepthAverage() = default;
+  DepthAverage(int width, int height);
+  /// Adds an image of the same size, whatever its units.
+  void add(const DepthImage& depth);
+
+  [[nodiscard]] int width() const { return mean_m_.width(); }
+  [[nodiscard]] int height() const { return mean_m_.height(); }
+  [[nodiscard]] int images() const { return images_; }
+  [[nodiscard]] int count(int x, int y) const { return count_(x, y); }
+  /// Metres; 0 where there was no reading.
+  [[nodiscard]] double mean_m(int x, int y) const { return mean_m_(x, y); }
+  /// Sample standard deviation, metres; 0 for fewer than two readings.
+  [[nodiscard]] double sigma_m(int x, int y) const;
+
+ private:
+  Image<double> mean_m_, squares_;
+  Image<std::int32_t> count_;
+  int images_ = 0;
+};
+
+}  // namespace hm

@@ -1,0 +1,18 @@
+#pragma once
+#include "hm/calibration/depth_fit.hpp"
+
+/// The two kinds of fit behind fit_depth_correction().
+namespace hm::detail {
+
+/// The range of readings that a fit is trained on: all but the outermost thousandth at each end.
+struct TrainedRange {
+  double min_m = 0, max_m = 0;
+};
+TrainedRange trained_range(std::span<const DepthView> views);
+
+DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model,
+                    const DepthFitParams& params);
+DepthFit fit_each_pixel(std::span<const DepthView> views, DepthCorrectionModel model,
+                        const DepthFitParams& params);
+
+}  // namespace hm::detail

@@ -1,0 +1,27 @@
+#pragma once
+#include <span>
+
+#include "hm/evaluation/html_report.hpp"
+#include "hm/pipeline/reconstruction.hpp"
+#include "hm/pipeline/reconstruction_state.hpp"
+
+namespace hm {
+
+/// Counts, times, and the errors of the given and of the aligned poses where the recording knows the true
+/// ones.
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const RecordingInfo& info,
+                                     const Parameters& parameters, std::span<const FrameRecord> records);
+
+/// What there is to warn of: most frames could not be aligned. Empty: nothing.
+std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);
+
+/// accepted, not_accepted, align_ms{}, ate_given_m, ate_aligned_m.
+JsonValue to_json(const AlignmentSummary& alignment);
+/// A line or two for a terminal.
+std::string to_text(const AlignmentSummary& alignment);
+
+/// The section of the report: both paths (and the true one), the distance from the map before and after, the
+/// corrections.
+void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summary);
+
+}  // namespace hm

@@ -1,0 +1,209 @@
+#include "hm/pipeline/calibration_depth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "hm/calibration/camera_fit.hpp"
+#include "hm/core/parallel.hpp"
+#include "hm/io/image_file.hpp"
+#include "hm/pipeline/depth_pose_set.hpp"
+
+namespace hm {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One pose after all of its pictures were read: samples, or why there are none.
+struct Compared {
+  std::optional<DepthViewResult> result;
+  std::string left_out;
+};
+
+/// One run of calibrate_depth().
+class Run {
+ public:
+  Run(const DepthCalibrationOptions& options, RgbdCalibration start)
+      : options_(options), start_(std::move(start)), rectified_(start_.depth_camera->without_distortion()) {}
+  Result<DepthCalibrationSummary> run();
+
+ private:
+  Result<void> list();
+  [[nodiscard]] Compared compare(const DepthPoseFolder& pose) const;
+  Result<void> compare_all();
+  void warn();
+  void gather_by_distance();
+
+  const DepthCalibrationOptions& options_;
+  RgbdCalibration start_;
+  PinholeCamera rectified_;
+  std::vector<DepthPoseFolder> folders_;
+  std::vector<bool> is_test_;
+  std::vector<DepthView> train_, test_;
+  DepthCalibrationSummary summary_;
+};
+
+Result<void> Run::list() {
+  std::error_code code;
+  summary_.has_test_folder = fs::is_directory(options_.set / "train", code);
+  if (!summary_.has_test_folder) {
+    auto poses = list_depth_poses(options_.set);
+    if (!poses) return forward_error(poses);
+    folders_ = std::move(*poses);
+    for (std::size_t i = 0; i < folders_.size(); ++i)
+      is_test_.push_back(i % static_cast<std::size_t>(options_.fit.hold_out_every) ==
+                         static_cast<std::size_t>(options_.fit.hold_out_every) / 2);
+    return {};
+  }
+  auto train = list_depth_poses(options_.set / "train", "train/");
+  if (!train) return forward_error(train);
+  auto test = list_depth_poses(options_.set / "test", "test/");
+  if (!test) return forward_error(test);
+  folders_ = std::move(*train);
+  is_test_.assign(folders_.size(), false);
+  is_test_.resize(folders_.size() + test->size(), true);
+  folders_.insert(folders_.end(), test->begin(), test->end());
+  return {};
+}
+
+/// The board's pose comes from the colour picture alone; depth only from the depth pictures.
+Compared Run::compare(const DepthPoseFolder& pose) const {
+  const auto out = [&](const std::string& why) { return Compared{std::nullopt, pose.name + ": " + why}; };
+  if (pose.color.empty()) return out("no colour picture");
+  const auto picture = read_color_image(pose.color);
+  if (!picture) return out(to_string(picture.error()));
+  if (picture->width() != start_.color_camera->width || picture->height() != start_.color_camera->height)
+    return out(fmt::format("the colour picture is {} x {}, the calibration's camera {} x {}",
+                           picture->width(), picture->height(), start_.color_camera->width,
+                           start_.color_camera->height));
+  const BoardDetection detection = find_board(*picture, options_.board);
+  if (detection.search != BoardSearch::kFound) return out("no board in " + pose.color.filename().string());
+  const auto T_color_board = board_pose(detection.view, options_.board, *start_.color_camera);
+  if (!T_color_board) return out("the corners tell no pose");
+  const auto average = average_depth(pose, options_.depth_units_per_m, &*start_.depth_camera);
+  if (!average) return out(to_string(average.error()));
+  const SE3 T_depth_board = start_.T_color_depth->inverse() * *T_color_board;
+  auto result =
+      compare_with_board({*average, rectified_, T_depth_board, options_.board}, options_.fit.gate_m);
+  if (result.view.samples.empty()) return out("no depth reading on the board");
+  result.view.name = pose.name;
+  return {std::move(result), {}};
+}
+
+Result<void> Run::compare_all() {
+  const ParallelLoop loop(options_.run.threads);
+  const auto chunk = static_cast<std::size_t>(options_.run.threads);
+  for (std::size_t begin = 0; begin < folders_.size(); begin += chunk) {
+    if (options_.run.stop.stop_requested())
+      return fail(ErrorCode::kCancelled, "", "stopped while reading poses");
+    std::vector<Compared> compared(std::min(chunk, folders_.size() - begin));
+    loop.for_ranges(compared.size(), 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) compared[i] = compare(folders_[begin + i]);
+    });
+    for (std::size_t i = 0; i < compared.size(); ++i) {
+      if (!compared[i].result) {
+        summary_.left_out.push_back(compared[i].left_out);
+        continue;
+      }
+      summary_.no_reading += compared[i].result->no_reading;
+      summary_.off_plane += compared[i].result->off_plane;
+      (is_test_[begin + i] ? test_ : train_).push_back(std::move(compared[i].result->view));
+    }
+    if (options_.run.progress)
+      options_.run.progress({"reading poses", begin + compared.size(), folders_.size(), {}});
+  }
+  summary_.poses = folders_.size();
+  if (!train_.empty() && !test_.empty()) return {};
+  return fail(ErrorCode::kInvalidValue, options_.set, "of {} poses {} can be trained on and {} tested{}",
+              folders_.size(), train_.size(), test_.size(),
+              summary_.left_out.empty() ? "" : " (" + summary_.left_out.front() + " ...)");
+}
+
+void Run::gather_by_distance() {
+  constexpr double kStep_m = 0.25;
+  struct Sum {
+    double z = 0, before = 0, after = 0, noise = 0;
+    std::size_t samples = 0;
+  };
+  std::map<int, Sum> sums;
+  for (const DepthViewError& error : summary_.test) {
+    Sum& sum = sums[static_cast<int>(error.distance_m / kStep_m)];
+    const auto n = static_cast<double>(error.samples);
+    sum.z += n * error.distance_m;
+    sum.before += n * error.before_rms_m * error.before_rms_m;
+    sum.after += n * error.after_rms_m * error.after_rms_m;
+    sum.noise += n * error.noise_m * error.noise_m;
+    sum.samples += error.samples;
+  }
+  for (const auto& [bin, sum] : sums) {
+    const auto n = static_cast<double>(sum.samples);
+    summary_.by_distance.push_back({sum.z / n, sum.samples, std::sqrt(sum.before / n),
+                                    std::sqrt(sum.after / n), std::sqrt(sum.noise / n)});
+  }
+}
+
+void Run::warn() {
+  auto& warnings = summary_.warnings;
+  if (!summary_.left_out.empty())
+    warnings.push_back(fmt::format("{} of {} poses left out: {}", summary_.left_out.size(), summary_.poses,
+                                   fmt::join(summary_.left_out, "; ")));
+  if (train_.size() < 15)
+    warnings.push_back(fmt::format("only {} poses to train on: take 40, at all distances, all over the image",
+                                   train_.size()));
+  if (summary_.fit.fitted_pixel_ratio < 0.9)
+    warnings.push_back(
+        fmt::format("the boards covered {:.0f} % of the depth image: elsewhere the correction is a guess "
+                    "from its neighbours",
+                    100 * summary_.fit.fitted_pixel_ratio));
+  if (summary_.off_plane > 0)
+    warnings.push_back(
+        fmt::format("{} readings are farther than {} m from the board's plane, and were not used",
+                    summary_.off_plane, options_.fit.gate_m));
+  for (const DistanceError& error : summary_.by_distance)
+    if (error.after_rms_m > error.before_rms_m)
+      warnings.push_back(fmt::format("at {:.2f} m the test poses are worse with the correction than without",
+                                     error.distance_m));
+}
+
+Result<DepthCalibrationSummary> Run::run() {
+  if (auto listed = list(); !listed) return forward_error(listed);
+  if (auto compared = compare_all(); !compared) return forward_error(compared);
+  if (options_.run.progress) options_.run.progress({"fitting", 0, 0, {}});
+  auto fit = fit_depth_correction(train_, rectified_.width, rectified_.height, options_.fit);
+  if (!fit) {
+    fit.error().where = options_.set;
+    return forward_error(fit);
+  }
+  summary_.fit = std::move(*fit);
+  const auto judge = [&](const std::vector<DepthView>& views, std::vector<DepthViewError>& errors) {
+    for (const DepthView& view : views) errors.push_back(evaluate_correction(view, summary_.fit.model));
+    std::ranges::sort(errors, {}, &DepthViewError::distance_m);
+  };
+  judge(train_, summary_.train);
+  judge(test_, summary_.test);
+  gather_by_distance();
+  warn();
+  summary_.calibration = std::move(start_);
+  summary_.calibration.depth_correction = summary_.fit.model;
+  const auto written =
+      write_calibration_output({options_.output, summary_.calibration, to_json(summary_), to_html(summary_)});
+  if (!written) return forward_error(written);
+  summary_.outputs = *written;
+  return std::move(summary_);
+}
+
+}  // namespace
+
+Result<DepthCalibrationSummary> calibrate_depth(const DepthCalibrationOptions& options) {
+  auto start = read_start(options.start);
+  if (!start) return forward_error(start);
+  if (!start->registers_depth())
+    return fail(ErrorCode::kUsage, options.start,
+                "a calibration with both cameras and the motion between them is needed (--calibration): `hm "
+                "calibrate "
+                "intrinsics` and `hm calibrate extrinsics`");
+  if (auto checked = check_params(options.board); !checked) return forward_error(checked);
+  return Run(options, std::move(*start)).run();
+}
+
+}  // namespace hm

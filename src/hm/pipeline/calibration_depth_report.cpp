@@ -1,0 +1,163 @@
+#include <cmath>
+
+#include "hm/evaluation/plot.hpp"
+#include "hm/io/image_file.hpp"
+#include "hm/pipeline/calibration_depth.hpp"
+#include "hm/pipeline/calibration_pictures.hpp"
+
+namespace hm {
+namespace {
+
+struct Totals {
+  double before_rms_m = 0, after_rms_m = 0;
+};
+
+Totals totals(const std::vector<DepthViewError>& errors) {
+  double before = 0, after = 0, n = 0;
+  for (const DepthViewError& error : errors) {
+    const auto samples = static_cast<double>(error.samples);
+    before += samples * error.before_rms_m * error.before_rms_m;
+    after += samples * error.after_rms_m * error.after_rms_m;
+    n += samples;
+  }
+  return n > 0 ? Totals{std::sqrt(before / n), std::sqrt(after / n)} : Totals{};
+}
+
+JsonValue views_json(const std::vector<DepthViewError>& errors) {
+  auto list = JsonValue::array();
+  for (const DepthViewError& error : errors)
+    list.push_back(JsonValue::object({{"name", error.name},
+                                      {"distance_m", error.distance_m},
+                                      {"samples", error.samples},
+                                      {"before_rms_m", error.before_rms_m},
+                                      {"after_rms_m", error.after_rms_m},
+                                      {"before_mean_m", error.before_mean_m},
+                                      {"after_mean_m", error.after_mean_m},
+                                      {"noise_m", error.noise_m}}));
+  return list;
+}
+
+/// Fig. 3.7: RMS against distance, before and after.
+std::string rms_plot(const DepthCalibrationSummary& summary) {
+  std::vector<PlotSeries> series(5);
+  series[0].name = "before", series[1].name = "after", series[2].name = "noise of the readings";
+  for (const DistanceError& error : summary.by_distance) {
+    for (std::size_t i = 0; i < 3; ++i) series[i].x.push_back(error.distance_m);
+    series[0].y.push_back(1e3 * error.before_rms_m);
+    series[1].y.push_back(1e3 * error.after_rms_m);
+    series[2].y.push_back(1e3 * error.noise_m);
+  }
+  series[3] = {"before, each pose", {}, {}, SeriesStyle::kScatter};
+  series[4] = {"after, each pose", {}, {}, SeriesStyle::kScatter};
+  for (const DepthViewError& error : summary.test) {
+    series[3].x.push_back(error.distance_m), series[3].y.push_back(1e3 * error.before_rms_m);
+    series[4].x.push_back(error.distance_m), series[4].y.push_back(1e3 * error.after_rms_m);
+  }
+  PlotOptions plot;
+  plot.x.label = "distance of the board (m)", plot.y.label = "RMS error of depth (mm)";
+  return plot_svg(series, plot);
+}
+
+void add_maps(HtmlReport& report, const DepthCorrectionModel& model) {
+  report.begin_section("The correction over the image",
+                       "What is added to readings near, in the middle of and at the far end of "
+                       "the trained range; beyond it the correction is held.");
+  const double full_m = largest_correction_m(model);
+  for (const double z : {model.min_depth_m, (model.min_depth_m + model.max_depth_m) / 2, model.max_depth_m})
+    report.add_picture(encode_png(draw_correction(model, z, full_m)), "correction over the image",
+                       fmt::format("Readings of {:.2f} m.", z));
+}
+
+}  // namespace
+
+JsonValue to_json(const DepthCalibrationSummary& summary) {
+  const Totals test = totals(summary.test), train = totals(summary.train);
+  const DepthCorrectionModel& model = summary.fit.model;
+  JsonValue json = JsonValue::object({{"poses", JsonValue::object({{"total", summary.poses},
+                                                                   {"train", summary.train.size()},
+                                                                   {"test", summary.test.size()},
+                                                                   {"left_out", summary.left_out.size()}})}});
+  auto left_out = JsonValue::array();
+  for (const std::string& pose : summary.left_out) left_out.push_back(pose);
+  json["left_out"] = std::move(left_out);
+  json["pixels"] = JsonValue::object(
+      {{"used", summary.fit.samples}, {"no_reading", summary.no_reading}, {"off_plane", summary.off_plane}});
+  json["before_rms_m"] = test.before_rms_m;
+  json["after_rms_m"] = test.after_rms_m;
+  json["train_before_rms_m"] = train.before_rms_m;
+  json["train_after_rms_m"] = train.after_rms_m;
+  auto distances = JsonValue::array();
+  for (const DistanceError& error : summary.by_distance)
+    distances.push_back(JsonValue::object({{"distance_m", error.distance_m},
+                                           {"samples", error.samples},
+                                           {"before_rms_m", error.before_rms_m},
+                                           {"after_rms_m", error.after_rms_m},
+                                           {"noise_m", error.noise_m}}));
+  json["distances"] = std::move(distances);
+  json["model"] = JsonValue::object({{"mode", kDepthFitModeNames[static_cast<std::size_t>(model.mode)]},
+                                     {"columns", model.columns},
+                                     {"rows", model.rows},
+                                     {"terms", model.terms},
+                                     {"min_depth_m", model.min_depth_m},
+                                     {"max_depth_m", model.max_depth_m},
+                                     {"largest_m", largest_correction_m(model)},
+                                     {"covered_ratio", summary.fit.fitted_pixel_ratio}});
+  json["test_poses"] = views_json(summary.test);
+  json["train_poses"] = views_json(summary.train);
+  return json;
+}
+
+std::string to_text(const DepthCalibrationSummary& summary) {
+  const Totals test = totals(summary.test);
+  const DepthCorrectionModel& model = summary.fit.model;
+  std::string text = fmt::format("{} poses to train on, {} to test, {} left out\n", summary.train.size(),
+                                 summary.test.size(), summary.left_out.size());
+  text += fmt::format("correction: {}, trained from {:.2f} to {:.2f} m, at most {:.1f} mm\n",
+                      kDepthFitModeNames[static_cast<std::size_t>(model.mode)], model.min_depth_m,
+                      model.max_depth_m, 1e3 * largest_correction_m(model));
+  text += "test poses  distance   before    after    noise (RMS, mm)\n";
+  for (const DistanceError& error : summary.by_distance)
+    text += fmt::format("            {:6.2f} m {:8.2f} {:8.2f} {:8.2f}\n", error.distance_m,
+                        1e3 * error.before_rms_m, 1e3 * error.after_rms_m, 1e3 * error.noise_m);
+  text +=
+      fmt::format("            all      {:8.2f} {:8.2f}\n", 1e3 * test.before_rms_m, 1e3 * test.after_rms_m);
+  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
+  return text;
+}
+
+std::string to_html(const DepthCalibrationSummary& summary) {
+  const Totals test = totals(summary.test);
+  HtmlReport report("Correction of depth");
+  const bool good = summary.warnings.empty() && test.after_rms_m < test.before_rms_m;
+  report.set_verdict(
+      good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
+      fmt::format("On poses that the fit did not see, the error of depth goes from {:.1f} to {:.1f} mm.",
+                  1e3 * test.before_rms_m, 1e3 * test.after_rms_m));
+  report.add_card({"before", fmt::format("{:.1f}", 1e3 * test.before_rms_m), "mm", "RMS, test poses"});
+  report.add_card({"after", fmt::format("{:.1f}", 1e3 * test.after_rms_m), "mm", "RMS, test poses"});
+  report.add_card(
+      {"trained",
+       fmt::format("{:.1f} - {:.1f}", summary.fit.model.min_depth_m, summary.fit.model.max_depth_m), "m",
+       fmt::format("{} poses", summary.train.size())});
+  if (!summary.warnings.empty()) {
+    report.begin_section("What to mend");
+    report.add_list(summary.warnings);
+  }
+  report.begin_section("Error against distance",
+                       "Depth against the plane that the colour camera saw, over the pixels of the board.");
+  report.add_svg(rms_plot(summary),
+                 summary.has_test_folder ? "Poses of the folder test." : "Poses that were held out.");
+  add_maps(report, summary.fit.model);
+  report.begin_section("Test poses");
+  std::vector<std::vector<std::string>> rows;
+  for (const DepthViewError& error : summary.test)
+    rows.push_back(
+        {error.name, fmt::format("{:.2f}", error.distance_m), fmt::format("{:.2f}", 1e3 * error.before_rms_m),
+         fmt::format("{:.2f}", 1e3 * error.after_rms_m), fmt::format("{:+.2f}", 1e3 * error.after_mean_m),
+         fmt::format("{:.2f}", 1e3 * error.noise_m), std::to_string(error.samples)});
+  report.add_table(
+      {"pose", "distance (m)", "before (mm)", "after (mm)", "mean after (mm)", "noise (mm)", "pixels"}, rows);
+  return report.html();
+}
+
+}  // namespace hm

@@ -1,0 +1,135 @@
+#include "hm/pipeline/slam_report.hpp"
+
+#include <array>
+
+#include "hm/evaluation/plot.hpp"
+#include "hm/pipeline/odometry_report.hpp"
+#include "hm/pipeline/path_plots.hpp"
+
+namespace hm {
+namespace {
+
+void add_cards(HtmlReport& report, const SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  add_tracking_cards(report, state.track);
+  report.add_card({"loops",
+                   std::to_string(state.loops.accepted),
+                   {},
+                   fmt::format("of {} candidates; largest correction {:.2f} m", state.loops.candidates,
+                               state.largest_shift_m)});
+  add_error_cards(report, summary.error);
+  if (summary.mesh_error)
+    report.add_card({"surface error",
+                     fmt::format("{:.1f}", summary.mesh_error->accuracy.distance_m.mean * 1e3), "mm",
+                     "mean distance from the true surface"});
+}
+
+void add_path(HtmlReport& report, const SlamSummary& summary) {
+  report.begin_section("Path");
+  const SlamPipeline::State& state = summary.state;
+  if (!summary.error || !summary.odometry_error) {
+    const std::array<NamedTrajectory, 2> paths{
+        {{"corrected", &state.corrected}, {"odometry", &state.track.trajectory}}};
+    return add_path_views(report, paths, "Before and after loops were closed.");
+  }
+  const Trajectory truth = matched_truth(*summary.error), corrected = matched_estimate(*summary.error),
+                   odometry = matched_estimate(*summary.odometry_error);
+  const std::array<NamedTrajectory, 3> paths{
+      {{"truth", &truth}, {"corrected", &corrected}, {"odometry", &odometry}}};
+  add_path_views(report, paths, "Each is fitted to the recording's own poses.");
+  report.begin_section("Error", "Of the corrected trajectory, against the recording's own poses.");
+  report.add_table({"trajectory", "ATE (m)", "largest (m)"},
+                   {{"odometry", fmt::format("{:.4f}", summary.odometry_error->position_m.rmse),
+                     fmt::format("{:.4f}", summary.odometry_error->position_m.max)},
+                    {"corrected", fmt::format("{:.4f}", summary.error->position_m.rmse),
+                     fmt::format("{:.4f}", summary.error->position_m.max)}});
+  add_relative_table(report, *summary.error);
+  add_error_plots(report, *summary.error);
+}
+
+void add_loops(HtmlReport& report, const SlamSummary& summary, const SlamReportMaterial& material) {
+  const SlamPipeline::State& state = summary.state;
+  const RgbdLoopStatistics& loops = state.loops;
+  report.begin_section("Loops", "Places that were seen again, on a thread of its own.");
+  const auto count = [](std::size_t number) { return std::to_string(number); };
+  report.add_table({"what", "number"}, {{"keyframes", count(state.track.keyframes.size())},
+                                        {"candidates", count(loops.candidates)},
+                                        {"accepted", count(loops.accepted)},
+                                        {"no motion explains the matches", count(loops.not_verified)},
+                                        {"further off than odometry can be", count(loops.too_far)},
+                                        {"ambiguous", count(loops.ambiguous)},
+                                        {"not confirmed by another", count(loops.unconfirmed)},
+                                        {"taken out again", count(loops.taken_out)},
+                                        {"submaps", count(loops.submaps)},
+                                        {"maps after connecting", count(loops.maps)}});
+  if (state.alignment.adjusted)
+    report.add_paragraph(fmt::format("Bundle adjustment of {} landmarks: {:.2f} px before, {:.2f} px after.",
+                                     state.alignment.landmarks, state.alignment.error_before_px,
+                                     state.alignment.error_after_px));
+  for (const MeshPicture& picture : material.matrices) add_picture(report, picture);
+}
+
+std::string mm(const std::optional<MeshError>& error) {
+  return error ? fmt::format("{:.2f}", error->accuracy.distance_m.mean * 1e3) : std::string("-");
+}
+std::string percent(const std::optional<MeshError>& error) {
+  return error ? fmt::format("{:.1f}", error->completeness.ratio * 100) : std::string("-");
+}
+
+void add_map(HtmlReport& report, const SlamSummary& summary, const SlamReportMaterial& material) {
+  const MapCorrection& correction = summary.state.correction;
+  report.begin_section(
+      "Map",
+      fmt::format("After loops were closed, {} of {} volumes were rebuilt from the recording in {:.1f} s: "
+                  "{} frames had moved (by up to {:.3f} m at a depth of 3 m), {} others had seen the same.",
+                  correction.volumes_rebuilt, correction.volumes_before, correction.seconds,
+                  correction.frames_moved, correction.largest_shift_m, correction.frames_replayed));
+  if (summary.mesh_error)
+    report.add_table(
+        {"mesh", "mean distance from the true surface (mm)", "complete (%)"},
+        {{"with odometry's poses", mm(summary.odometry_mesh_error), percent(summary.odometry_mesh_error)},
+         {"with corrected poses", mm(summary.mesh_error), percent(summary.mesh_error)}});
+  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  if (!material.maps.empty()) report.begin_section("Maps of keyframes");
+  for (const MeshPicture& picture : material.maps) add_picture(report, picture);
+}
+
+}  // namespace
+
+std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material) {
+  using Verdict = HtmlReport::Verdict;
+  const SlamPipeline::State& state = summary.state;
+  HtmlReport report("SLAM of " + summary.recording.path.filename().string());
+  report.set_verdict(
+      summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+      fmt::format("{} of {} frames are in the map, over a path of {:.1f} m; {} loops were closed.",
+                  state.corrected.size(), state.frames_total, path_length(state.corrected),
+                  state.loops.accepted));
+  add_cards(report, summary);
+  if (!summary.warnings.empty()) {
+    report.begin_section("Warnings");
+    report.add_list(summary.warnings);
+  }
+  add_map(report, summary, material);
+  add_path(report, summary);
+  add_loops(report, summary, material);
+  add_tracking_sections(report, state.track);
+  add_rgbd_recording_section(report, summary.recording);
+  report.begin_section("Parameters");
+  report.add_collapsible("parameters.toml", material.parameters_toml);
+  report.set_footer("housemartin " + material.program_version);
+  return report.html();
+}
+
+JsonValue slam_report_json(const SlamSummary& summary, const std::string& program_version) {
+  auto json = to_json(summary);
+  json["version"] = program_version;
+  json["recording"] = summary.recording.path.string();
+  auto warnings = JsonValue::array();
+  for (const std::string& warning : summary.warnings) warnings.push_back(warning);
+  json["warnings"] = std::move(warnings);
+  json["series"] = tracking_series_json(summary.state.track);
+  return json;
+}
+
+}  // namespace hm

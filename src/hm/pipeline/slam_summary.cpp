@@ -1,0 +1,94 @@
+#include "hm/pipeline/file_check.hpp"
+#include "hm/pipeline/mesh_evaluation.hpp"
+#include "hm/pipeline/slam_run.hpp"
+
+namespace hm {
+namespace {
+
+JsonValue loops_to_json(const RgbdLoopStatistics& loops) {
+  return JsonValue::object({{"candidates", loops.candidates},
+                            {"accepted", loops.accepted},
+                            {"not_verified", loops.not_verified},
+                            {"too_far", loops.too_far},
+                            {"ambiguous", loops.ambiguous},
+                            {"unconfirmed", loops.unconfirmed},
+                            {"taken_out", loops.taken_out},
+                            {"maps", loops.maps},
+                            {"solutions", loops.solutions}});
+}
+
+JsonValue adjustment_to_json(const RgbdAlignmentReport& report) {
+  return JsonValue::object({{"adjusted", report.adjusted},
+                            {"landmarks", report.landmarks},
+                            {"observations", report.observations},
+                            {"error_before_px", report.error_before_px},
+                            {"error_after_px", report.error_after_px}});
+}
+
+JsonValue correction_to_json(const MapCorrection& correction) {
+  return JsonValue::object({{"frames_moved", correction.frames_moved},
+                            {"frames_replayed", correction.frames_replayed},
+                            {"frames_removed", correction.frames_removed},
+                            {"volumes_before", correction.volumes_before},
+                            {"volumes_rebuilt", correction.volumes_rebuilt},
+                            {"volumes_after", correction.volumes_after},
+                            {"seconds", correction.seconds}});
+}
+
+}  // namespace
+
+JsonValue to_json(const SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  auto json = JsonValue::object();
+  json["method"] = kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)];
+  add_json(json, state.track);
+  json["loops"] = loops_to_json(state.loops);
+  json["bundle_adjustment"] = adjustment_to_json(state.alignment);
+  add_json(json, summary.error);
+  if (summary.odometry_error) {
+    auto odometry = JsonValue::object();
+    add_json(odometry, summary.odometry_error);
+    json["odometry"] = std::move(odometry);
+  }
+  json["largest_correction_m"] = state.largest_shift_m;
+  json["frames_mapped"] = state.frames_mapped;
+  json["frames_apart"] = state.frames_apart;
+  json["map_correction"] = correction_to_json(state.correction);
+  json["volumes"] = summary.volumes;
+  json["map_bytes"] = summary.map_bytes;
+  json["mesh"] = JsonValue::object({{"vertices", summary.vertices}, {"triangles", summary.triangles}});
+  json["bounds_m"] = to_json(summary.bounds_m);
+  if (summary.mesh_error) json["mesh_error"] = to_json(*summary.mesh_error, summary.parameters.mesh_error);
+  if (summary.odometry_mesh_error)
+    json["odometry_mesh_error"] = to_json(*summary.odometry_mesh_error, summary.parameters.mesh_error);
+  json["interrupted"] = state.interrupted;
+  json["run_s"] = summary.run_s;
+  return json;
+}
+
+std::string to_text(const SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  std::string text = to_text(state.track);
+  text += fmt::format("loops     {} of {} candidates accepted, largest correction {:.3f} m\n",
+                      state.loops.accepted, state.loops.candidates, state.largest_shift_m);
+  if (state.alignment.adjusted)
+    text +=
+        fmt::format("bundle    {} landmarks, {:.2f} px before, {:.2f} px after\n", state.alignment.landmarks,
+                    state.alignment.error_before_px, state.alignment.error_after_px);
+  text += to_text_line(summary.odometry_error, "odometry") + to_text_line(summary.error, "corrected");
+  const MapCorrection& correction = state.correction;
+  text += fmt::format("map       {} frames, {} volumes, {} triangles; {} of {} volumes rebuilt in {:.1f} s\n",
+                      state.frames_mapped, summary.volumes, summary.triangles, correction.volumes_rebuilt,
+                      correction.volumes_before, correction.seconds);
+  if (summary.odometry_mesh_error)
+    text += fmt::format("surface error before loops were closed {:.2f} mm\n",
+                        summary.odometry_mesh_error->accuracy.distance_m.mean * 1e3);
+  if (summary.mesh_error)
+    text += fmt::format("surface error {:.2f} mm (mean), {:.1f} % complete\n",
+                        summary.mesh_error->accuracy.distance_m.mean * 1e3,
+                        summary.mesh_error->completeness.ratio * 100);
+  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
+  return text;
+}
+
+}  // namespace hm

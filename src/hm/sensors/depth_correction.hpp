@@ -1,0 +1,79 @@
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/se3.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+/// How a depth correction was fitted: a smooth one, or the dissertation's polynomials for each pixel (3.1.2).
+enum class DepthFitMode { kSpline, kLinear, kLinearZero, kQuadratic, kQuadraticZero };
+inline constexpr std::string_view kDepthFitModeNames[] = {"spline", "linear", "linear_zero", "quadratic",
+                                                          "quadratic_zero"};
+
+/// What a depth camera's readings are wrong by, over its (rectified) image and over depth: to a reading of d
+/// metres is added
+///
+///     sum_k c_k(x, y) s^k,   s = (2 d - min - max) / (max - min), held at the ends of the trained range.
+///
+/// kSpline: c_k are uniform bicubic B-splines with columns x rows control points; control point (i, j) has
+/// its peak at ((i - 1) width / (columns - 3) - 0.5, (j - 1) height / (rows - 3) - 0.5) px. All other modes:
+/// one set of coefficients for each pixel (columns = width, rows = height), each with a range of s of its
+/// own.
+struct DepthCorrectionModel {
+  static constexpr int kMaxTerms = 4;
+
+  DepthFitMode mode = DepthFitMode::kSpline;
+  int width = 0, height = 0;  ///< of the image that it was fitted on
+  int columns = 0, rows = 0;
+  int terms = 0;                            ///< of the polynomial: its degree plus one
+  double min_depth_m = 0, max_depth_m = 0;  ///< trained range of readings
+  std::vector<float> coefficients;          ///< metres; plane by plane: [term][row][column]
+  std::vector<float> lowest_s, highest_s;   ///< of each pixel; empty for kSpline: -1 and 1
+
+  /// What is added to a reading at a pixel, metres; the slow reference, in double precision.
+  [[nodiscard]] double correction_m(const Vec2& pixel, double depth_m) const;
+};
+
+/// An error when sizes, ranges or numbers cannot be those of a model.
+Result<void> check_model(const DepthCorrectionModel& model);
+
+namespace detail {
+/// Coefficients and ranges of s along a row of an image.
+struct RowTerms {
+  const float* term[DepthCorrectionModel::kMaxTerms];
+  const float* low;
+  const float* high;
+};
+}  // namespace detail
+
+/// Applies a model to depth images. Const members may be used from any thread; the same bits on every CPU.
+class DepthCorrection {
+ public:
+  /// For images of this size, which may differ from the model's by a common ratio.
+  DepthCorrection(DepthCorrectionModel model, int width, int height);
+  /// Corrects every reading in place; 0 (no reading) stays 0, results are rounded and kept within 1 .. 65535.
+  void apply(DepthImage& depth) const;
+  [[nodiscard]] const DepthCorrectionModel& model() const { return model_; }
+
+ private:
+  struct Knot {
+    int span;  ///< index of the first of the four control points
+    float weight[4];
+  };
+  void apply_spline(DepthImage& depth) const;
+  void apply_pixels(DepthImage& depth) const;
+  void cubics_of_row(int y, std::span<float> blended, std::span<float> cubics) const;
+  void row_of_pixels(int y, std::vector<float>& terms) const;
+  [[nodiscard]] detail::RowTerms row_in_place(int y) const;
+
+  DepthCorrectionModel model_;
+  int width_, height_;
+  std::vector<Knot> knots_of_row_;
+  std::vector<int> span_begin_;  ///< first pixel of each span of columns, and the width
+};
+
+}  // namespace hm

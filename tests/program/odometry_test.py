@@ -1,0 +1,136 @@
+"""hm odometry: a simulated room end to end, broken pictures, Ctrl-C, wrong input, real recordings where they are."""
+import json
+import shutil
+import signal
+import time
+
+import support
+
+KEYS = {"frames", "track_ms", "path_length_m", "keyframes", "loops", "model_points", "lost_stretches"}
+TRUTH_KEYS = {"ate_rmse_m", "rpe_frame_m", "rpe_second_m", "rpe_second_rad"}
+FILES = ["trajectory.tum", "parameters.toml", "report.json", "report.html"]
+# Recording -> (frames, largest ATE in metres, options).
+REAL = {"tum_fr1_xyz": (101, 0.03, []), "icl_of_kt3": (30, 0.02, []),
+        "sevenscenes_a": (60, 0.05, ["--set", "reconstruction.frame_limit=60"])}
+
+
+class Odometry(support.ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if not hasattr(Odometry, "recording"):
+            Odometry.keeper = Odometry("run_hm")  # its folder outlives the single tests
+            support.ProgramTest.setUp(Odometry.keeper)
+            Odometry.keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
+            Odometry.recording = Odometry.keeper.folder / "room"
+
+    @classmethod
+    def tearDownClass(cls):
+        if hasattr(cls, "keeper"):
+            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+
+    def check_files(self, result):
+        for name in FILES:
+            self.assertGreater((self.folder / result / name).stat().st_size, 20, name)
+        page = (self.folder / result / "report.html").read_text()
+        self.assertNotRegex(page, r"<script|<link|src=[\"']?http|url\(http", "the page is not self-contained")
+        for word in ("<svg", "From above", "From the side", "Model and data", "Duration of each frame"):
+            self.assertIn(word, page)
+        json.loads((self.folder / result / "report.json").read_text())
+        self.run_hm("params", "check", f"{result}/parameters.toml")
+
+    def test_room_end_to_end(self):
+        run = self.run_json("odometry", self.recording, "-o", "result")
+        self.assertLessEqual(KEYS | TRUTH_KEYS, set(run))
+        self.assertEqual(run["frames"], {"total": 60, "read": 60, "tracked": 60, "lost": 0, "unused": 0})
+        self.assertLess(run["ate_rmse_m"], 0.02)
+        self.assertLess(abs(run["path_length_m"] - run["truth_path_m"]), 0.15 * run["truth_path_m"] + 0.05)
+        self.assertGreater(run["keyframes"], 0)
+        self.assertGreater(run["model_points"], 50)
+        self.assertGreaterEqual(run["track_ms"]["p99"], run["track_ms"]["median"])
+        self.check_files("result")
+        lines = (self.folder / "result/trajectory.tum").read_text().splitlines()
+        self.assertEqual(len(lines), 60)
+        again = self.run_json("evaluate", "trajectory", "result/trajectory.tum", self.recording)
+        self.assertAlmostEqual(again["ate_rmse_m"], run["ate_rmse_m"], places=6)
+        self.assertAlmostEqual(again["rpe_second_m"], run["rpe_second_m"], places=6)
+        # Its poses are what a reconstruction can be made of, and the same again.
+        mesh = self.run_json("reconstruct", self.recording, "-o", "mesh", "--poses", "result/trajectory.tum", "--voxel",
+                             "0.05", "--set", "reconstruction.pictures=false")
+        self.assertEqual(mesh["frames"]["integrated"], 60)
+        self.run_hm("odometry", self.recording, "-o", "twice", "--quiet")
+        self.assertEqual((self.folder / "twice/trajectory.tum").read_text().splitlines(), lines)
+
+    def test_published_methods(self):
+        for method in ("published_icp", "published_ransac_icp", "frame_to_frame"):
+            with self.subTest(method):
+                run = self.run_json("odometry", self.recording, "-o", method, "--method", method)
+                self.assertEqual(run["method"], method)
+                self.assertGreater(run["frames"]["tracked"], 30)
+        self.run_hm("odometry", self.recording, "--method", "guessing", expect=2)
+
+    def test_unreadable_and_black_frames_are_named(self):
+        folder = self.folder / "broken"
+        shutil.copytree(self.recording, folder)
+        depth = sorted((folder / "depth").iterdir())
+        depth[20].write_bytes(b"this is no picture")
+        depth[30].unlink()
+        run = self.run_json("odometry", "broken", "-o", "result")
+        self.assertEqual([frame["index"] for frame in run["unused_frames"]], [20, 30])
+        self.assertEqual(run["frames"]["read"], 58)
+        self.assertEqual(run["frames"]["tracked"] + run["frames"]["lost"], 58)
+        self.assertGreater(run["frames"]["tracked"], 50)
+        self.assertTrue(any("could not be used" in warning for warning in run["warnings"]))
+        self.assertIn("Unused frames", (self.folder / "result/report.html").read_text())
+
+    def test_interrupt_finishes_with_what_there_is(self):
+        process = self.start("odometry", self.recording, "-o", "stopped", "--json", "--method", "published_icp")
+        self.addCleanup(process.kill)
+        deadline = time.monotonic() + 60
+        while not (self.folder / "stopped").is_dir() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=60)
+        document = json.loads(output)
+        if process.returncode == 1:  # stopped before the first pose
+            self.assertIn("stopped before", document["error"]["message"])
+            return
+        self.assertEqual(process.returncode, 0, errors)
+        if document["interrupted"]:  # else it was faster
+            self.assertLess(document["frames"]["read"], document["frames"]["total"])
+            self.assertTrue(any("stopped after" in warning for warning in document["warnings"]))
+        self.check_files("stopped")
+
+    def test_wrong_input(self):
+        self.run_json("odometry", "nowhere", expect=3)
+        (self.folder / "empty").mkdir()
+        self.run_json("odometry", "empty", expect=3)
+        (self.folder / "file").write_text("")
+        self.run_json("odometry", self.recording, "-o", "file/result", expect=2)
+        self.run_json("odometry", self.recording, "--set", "odometry.methd=tracker", expect=2)
+        document = self.run_json("odometry", self.recording, "-o", "late", "--set",
+                                 "reconstruction.begin_frame=1000", expect=3)
+        self.assertIn("range of frames is empty", document["error"]["message"])
+        dark = self.folder / "dark"  # colour pictures without anything in them
+        shutil.copytree(self.recording, dark)
+        for name in ("rgb.txt", "associations.txt"):
+            (dark / name).unlink(missing_ok=True)
+        shutil.rmtree(dark / "rgb")
+        document = self.run_json("odometry", "dark", "-o", "result", expect=3)
+        self.assertRegex(document["error"]["message"], "not one of 60 frames|no colour|nothing")
+
+    def test_real_recordings(self):
+        data = support.real_data()
+        if not data:
+            self.skipTest("no real recordings in $HM_DATA or ../shared/data")
+        for name, (frames, ate_m, options) in REAL.items():
+            with self.subTest(name):
+                run = self.run_json("odometry", data / "rgbd" / name, "-o", name, *options)
+                self.assertEqual(run["frames"]["total"], frames)
+                self.assertEqual(run["frames"]["tracked"], frames)
+                self.assertLess(run["ate_rmse_m"], ate_m)
+                self.check_files(name)
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,108 @@
+"""hm slam: a walk around a simulated room end to end, its maps, the same again, wrong input, a real recording."""
+import json
+import shutil
+
+import support
+
+KEYS = {"frames", "track_ms", "path_length_m", "keyframes", "loops", "model_points", "map_correction", "mesh",
+        "bundle_adjustment", "ate_rmse_m", "rpe_second_m", "rpe_second_rad", "odometry", "frames_mapped"}
+FILES = ["trajectory.tum", "odometry.tum", "keyframes.tum", "graph.g2o", "mesh.ply", "mesh.glb", "map.hmap",
+         "parameters.toml", "report.json", "report.html"]
+COARSE = ["--voxel", "0.05", "--set", "mesh_error.samples=50000"]
+
+
+class Slam(support.ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if not hasattr(Slam, "recording"):
+            Slam.keeper = Slam("run_hm")  # its folder outlives the single tests
+            support.ProgramTest.setUp(Slam.keeper)
+            Slam.keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "70", "--quiet")
+            Slam.recording = Slam.keeper.folder / "room"
+
+    @classmethod
+    def tearDownClass(cls):
+        if hasattr(cls, "keeper"):
+            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+
+    def check_files(self, result, names):
+        for name in names:
+            self.assertGreater((self.folder / result / name).stat().st_size, 20, name)
+        page = (self.folder / result / "report.html").read_text()
+        self.assertNotRegex(page, r"<script|<link|src=[\"']?http|url\(http", "the page is not self-contained")
+        for word in ("<svg", "data:image", "From above", "Loops", "volumes were rebuilt"):
+            self.assertIn(word, page)
+        json.loads((self.folder / result / "report.json").read_text())
+        self.run_hm("params", "check", f"{result}/parameters.toml")
+
+    def test_room_end_to_end_with_maps(self):
+        run = self.run_json("slam", self.recording, "-o", "result", "--maps", "points,octomap,mvog", *COARSE)
+        self.assertLessEqual(KEYS | {"mesh_error"}, set(run))
+        self.assertEqual(run["frames"]["tracked"], 70)
+        self.assertEqual(run["frames_mapped"], 70)
+        self.assertLess(run["ate_rmse_m"], 0.03)
+        self.assertLess(run["mesh_error"]["accuracy_mm"]["mean"], 25)
+        self.assertGreater(run["mesh"]["triangles"], 1000)
+        self.assertLessEqual(run["loops"]["accepted"], run["loops"]["candidates"])
+        self.check_files("result", FILES + ["points.ply", "occupancy.ot", "volumes.mvog"])
+        poses = self.run_json("evaluate", "trajectory", "result/trajectory.tum", self.recording)
+        self.assertAlmostEqual(poses["ate_rmse_m"], run["ate_rmse_m"], places=6)
+        before = self.run_json("evaluate", "trajectory", "result/odometry.tum", self.recording)
+        self.assertAlmostEqual(before["ate_rmse_m"], run["odometry"]["ate_rmse_m"], places=6)
+        graph = (self.folder / "result/graph.g2o").read_text()
+        self.assertEqual(graph.count("VERTEX_SE3"), run["keyframes"])
+        self.assertGreaterEqual(graph.count("EDGE_SE3"), run["keyframes"] - 1)
+        head = (self.folder / "result/occupancy.ot").read_bytes()[:200]
+        self.assertIn(b"id ColorOcTree", head)
+        self.assertIn(b"res 0.05", head)
+        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
+
+    def test_same_result_again(self):
+        # Loops are closed on a thread of their own; what comes out must not depend on its pace.
+        for name, threads in (("one", 1), ("two", 2)):
+            self.run_hm("slam", self.recording, "-o", name, "--threads", threads, "--quiet", *COARSE, "--set",
+                        "reconstruction.pictures=false", "--set", "reconstruction.frame_limit=40", "--set",
+                        "slam.matrices=false")
+        for name in ("trajectory.tum", "odometry.tum", "keyframes.tum", "graph.g2o", "mesh.ply"):
+            self.assertEqual((self.folder / "one" / name).read_bytes(), (self.folder / "two" / name).read_bytes(), name)
+
+    def test_a_recording_without_poses(self):
+        bare = self.folder / "bare"
+        shutil.copytree(self.recording, bare)
+        for name in ("groundtruth.txt", "poses.txt", "truth_mesh.ply", "truth_visible.ply"):
+            (bare / name).unlink(missing_ok=True)
+        document = self.run_json("reconstruct", "bare", expect=3)
+        self.assertIn("hm slam", document["error"]["message"])
+        run = self.run_json("slam", "bare", "-o", "result", *COARSE, "--set", "reconstruction.frame_limit=30")
+        self.assertNotIn("ate_rmse_m", run)
+        self.assertEqual(run["frames"]["tracked"], 30)
+        self.check_files("result", FILES)
+        # Held level: the room's floor lies below the first camera, its walls to the sides.
+        low, high = run["bounds_m"]["min"], run["bounds_m"]["max"]
+        self.assertLess(low[2], -0.5)
+        self.assertGreater(high[0], 1)
+        mesh = self.run_json("reconstruct", "bare", "-o", "mesh", "--poses", "result/trajectory.tum", *COARSE, "--set",
+                             "reconstruction.pictures=false", "--set", "reconstruction.frame_limit=30")
+        self.assertEqual(mesh["frames"]["integrated"], 30)
+        document = self.run_json("reconstruct", "bare", "-o", "mesh2", "--poses", "nowhere.tum", expect=3)
+        self.assertIn("nowhere.tum", json.dumps(document["error"]))
+
+    def test_wrong_input(self):
+        self.run_json("slam", "nowhere", expect=3)
+        document = self.run_json("slam", self.recording, "--maps", "points,globe", expect=2)
+        self.assertIn("globe", document["error"]["message"])
+        (self.folder / "file").write_text("")
+        self.run_json("slam", self.recording, "-o", "file/result", expect=2)
+
+    def test_real_recording(self):
+        data = support.real_data()
+        if not data:
+            self.skipTest("no real recordings in $HM_DATA or ../shared/data")
+        run = self.run_json("slam", data / "rgbd/tum_fr1_xyz", "-o", "xyz", "--voxel", "0.03")
+        self.assertEqual(run["frames"]["tracked"], 101)
+        self.assertLess(run["ate_rmse_m"], 0.03)
+        self.check_files("xyz", FILES)
+
+
+if __name__ == "__main__":
+    support.main()
