@@ -60,9 +60,9 @@ Result<Outcome> judge(const Method& method, const Trajectory& truth) {
   if (!by_second) return forward_error(by_second);
   return Outcome{method.name,
                  by_frame->position_m.rmse,
-                 by_frame->rpe_translation_m.rmse,
-                 by_second->rpe_translation_m.rmse,
-                 by_second->rpe_rotation_rad.rmse,
+                 by_frame->relative.translation_m.rmse,
+                 by_second->relative.translation_m.rmse,
+                 by_second->relative.rotation_rad.rmse,
                  method.cpu_ms / method.frames,
                  method.frames - static_cast<int>(method.estimate.size())};
 }

@@ -59,7 +59,7 @@ JsonValue details_of(const Run& run, const TrajectoryError& error) {
                             {"lost", run.lost},
                             {"path_m", error.truth_path_m},
                             {"ate_cm", error.position_m.rmse * 100},
-                            {"rpe_frame_mm", error.rpe_translation_m.rmse * 1e3}});
+                            {"rpe_mm", error.relative.translation_m.rmse * 1e3}});
 }
 
 Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options) {
@@ -91,7 +91,7 @@ Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options) {
   result.rows = {{"vo_time", sum / static_cast<double>(sorted.size()), {}},
                  {"vo_time_p99", sorted[sorted.size() * 99 / 100], {}},
                  {"vo_sevenscenes", error->position_m.rmse * 100, {}},
-                 {"vo_sevenscenes_rpe", error->rpe_translation_m.rmse * 100, {}},
+                 {"vo_sevenscenes_rpe", error->relative.translation_m.rmse * 100, {}},
                  {"vo_sevenscenes_lost", static_cast<double>(run->lost), {}}};
   result.details = details_of(*run, *error);
   return result;
@@ -116,7 +116,7 @@ Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options) {
   if (!error) return forward_error(error);
   BenchResult result;
   result.rows = {{"vo_tum_xyz", error->position_m.rmse * 100, {}},
-                 {"vo_tum_xyz_rpe", error->rpe_translation_m.rmse * 100, {}}};
+                 {"vo_tum_xyz_rpe", error->relative.translation_m.rmse * 100, {}}};
   result.details = details_of(*run, *error);
   return result;
 }
