@@ -147,6 +147,22 @@ ROWS = [
     Row("slam_house_ate", "cm", 5, 2, "at_most", "slam_house", 2, "ATE after global alignment; peer: odometry alone"),
     Row("mesh_from_slam", "times", 1.5, 1.1, "at_most", "slam_house", 2,
         "mean surface error of its mesh against that of the mesh from true poses (2 cm, every fifth frame)"),
+    Row("vo_time", "ms of CPU a frame", 12, 8, "at_most", "vo_sevenscenes", 1, "default odometry, VGA, sevenscenes_a",
+        ("vo_time_p99",)),
+    Row("vo_time_p99", "ms of CPU a frame", 33, None, "at_most", "vo_sevenscenes", 1, "99 % of it"),
+    Row("vo_sevenscenes", "cm", 5.0, 3.5, "at_most", "vo_sevenscenes", 1, "default odometry on sevenscenes_a: ATE",
+        ("vo_sevenscenes_rpe", "vo_sevenscenes_lost")),
+    Row("vo_sevenscenes_rpe", "cm", 3.5, 2.5, "at_most", "vo_sevenscenes", 1, "RPE per second"),
+    Row("vo_sevenscenes_lost", "frames", 6, 0, "at_most", "vo_sevenscenes", 1, "frames without a pose, of 600"),
+    Row("vo_every_5th", "cm", 6, 4, "at_most", "vo_every_5th", 1, "every 5th frame of it: ATE", ("vo_every_5th_lost",)),
+    Row("vo_every_5th_lost", "frames", 6, 0, "at_most", "vo_every_5th", 1, "frames without a pose, of 120"),
+    Row("vo_tum_xyz", "cm", 1.5, 1.0, "at_most", "vo_tum_xyz", 1, "TUM fr1/xyz part: ATE", ("vo_tum_xyz_rpe",)),
+    Row("vo_tum_xyz_rpe", "cm", 2.2, 1.6, "at_most", "vo_tum_xyz", 1, "RPE per second"),
+    Row("vo_icl", "cm", 1.0, 0.5, "at_most", "vo_icl", 1, "ICL-NUIM office part: ATE"),
+    Row("vo_hour", "percent", 1, None, "at_most", "vo_hour", 1,
+        "an hour of odometry: the most that model and keyframes held after the first quarter, above the most before",
+        ("vo_hour_process",)),
+    Row("vo_hour_process", "MB", 5, None, "at_most", "vo_hour", 1, "growth of the process after the first quarter"),
     Row("seams", "edges", 0, None, "at_most", "seams", 2, "open edges inside observed space"),
 ]
 NAMES = [row.name for row in ROWS]
@@ -155,6 +171,9 @@ NEED_RECORDING = dict.fromkeys(["scalable", "voxelblock", "simd", "threads", "ca
                                 "mesh_incremental", "mesh_whole", "fidelity"], "rgbd/sevenscenes_a")
 NEED_RECORDING["align_sevenscenes"] = "rgbd/sevenscenes_a"
 NEED_RECORDING["vo_vs_opencv"] = NEED_RECORDING["vo_published"] = "rgbd/sevenscenes_a"
+NEED_RECORDING["vo_sevenscenes"] = NEED_RECORDING["vo_every_5th"] = NEED_RECORDING["vo_hour"] = "rgbd/sevenscenes_a"
+NEED_RECORDING["vo_tum_xyz"] = "rgbd/tum_fr1_xyz"
+NEED_RECORDING["vo_icl"] = "rgbd/icl_of_kt3"
 NEED_RECORDING["intel_relations"] = "laser/flirt_intel-lab.log"
 NEED_RECORDING["plicp_bag"] = "bags/scan_tools_laser_demo.bag"
 NEED_RECORDING["mvog"] = "laser/ncd_QuadTree_Alog.alog"

@@ -20,8 +20,6 @@ constexpr int kPyramidLevels = 5;
 constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kMinInlierRatio = 0.2;  // of the matches: fewer agree by chance
 constexpr double kFewInliersRatio = 0.3;
-constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
-constexpr double kSharedErrors = 2.5;  // landmarks of one frame err together: over seeds, this is honest
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
@@ -162,7 +160,7 @@ class Tracker final : public VisualOdometry {
       attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, tolerant);
     }
     const int needed = std::max(params_.tracker.min_inliers, static_cast<int>(kMinInlierRatio * matches));
-    const double sigma_m = worst_sigma_m(attempt.registration);
+    const double sigma_m = position_sigma_m(attempt.registration);
     if (attempt.registration.inliers < needed)
       attempt.refusal = fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
                                     attempt.registration.inliers, attempt.matches.size(), needed,
@@ -171,13 +169,6 @@ class Tracker final : public VisualOdometry {
       attempt.refusal = fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
                                     params_.tracker.lost_sigma_m, attempt.registration.inliers);
     return attempt;
-  }
-
-  [[nodiscard]] static double worst_sigma_m(const Registration& registration) {
-    Mat6 information = registration.information;
-    information.diagonal().array() += 1e-6;
-    const Mat3 covariance = information.inverse().topLeftCorner<3, 3>();
-    return std::sqrt(std::max(0.0, covariance.eigenvalues().real().maxCoeff()));
   }
 
   static void note(const Attempt& attempt, TrackedFrame& out) {
@@ -224,13 +215,7 @@ class Tracker final : public VisualOdometry {
       of_model += map_.find(map_.landmark(match.landmark).anchor)->covariance;
       inliers += 1;
     }
-    Mat6 information = attempt.registration.information;
-    information.diagonal().array() += 1e-3;
-    const Mat6 to_odom = adjoint(attempt.registration.T_odom_camera);
-    const double scale =
-        kSharedErrors * std::clamp(attempt.registration.variance_scale, kLeastVarianceScale, 16.0);
-    return to_odom * (scale * information.inverse()) * to_odom.transpose() +
-           of_model / std::max(1.0, inliers);
+    return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
   }
 
   bool keyframe_due(const SE3& T, int inliers) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 
 namespace hm {
 namespace {
@@ -9,8 +10,10 @@ namespace {
 constexpr double kConverged = 2e-5;     // metres and radians
 constexpr int kWideGateIterations = 2;  // of the surface's association
 constexpr double kWideGate_m = 0.03;
-constexpr double kMaxVarianceScale = 16;  // worse than that is no noise but a wrong pose
-constexpr double kDamping = 1e-3;         // keeps the solver regular where nothing is seen
+constexpr double kMaxVarianceScale = 16;      // worse than that is no noise but a wrong pose
+constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
+constexpr double kSharedErrors = 2.5;         // landmarks of one frame err together: honest over seeds
+constexpr double kDamping = 1e-3;             // keeps the solver regular where nothing is seen
 
 PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
                                const RegistrationParams& params, double extra_gate_m) {
@@ -64,6 +67,23 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     result.inliers += match.inlier ? 1 : 0;
   }
   return result;
+}
+
+double position_sigma_m(const Registration& registration) {
+  Mat6 information = registration.information;
+  information.diagonal().array() += 1e-6;
+  const Mat3 covariance = information.inverse().topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
+
+Mat6 covariance_in_odom(const Registration& registration) {
+  Mat6 information = registration.information;
+  information.diagonal().array() += kDamping;
+  const double scale =
+      kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
+  const Mat6 to_odom = adjoint(registration.T_odom_camera);
+  return to_odom * (scale * information.inverse()) * to_odom.transpose();
 }
 
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad) {

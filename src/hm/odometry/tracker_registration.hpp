@@ -28,6 +28,13 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
                             std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
                             const PinholeCamera& camera, const RegistrationParams& params);
 
+/// The standard deviation of the position in its least certain direction, if all residuals were as expected.
+double position_sigma_m(const Registration& registration);
+
+/// The covariance of the pose against the model (left perturbation in odom, as in TrackedFrame): the inverse
+/// of the information, scaled by how large the residuals are.
+Mat6 covariance_in_odom(const Registration& registration);
+
 /// The normal equations of a pose from the direction away from gravity.
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad);
 

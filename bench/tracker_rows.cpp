@@ -1,0 +1,165 @@
+// Rows about the default visual odometry: its error on real recordings, its time, its drift on a walk through
+// the simulated house and its memory over an hour.
+#include <algorithm>
+#include <ctime>
+#include <fstream>
+
+#include "hm/evaluation/trajectory_error.hpp"
+#include "hm/odometry/visual_odometry.hpp"
+#include "measurement.hpp"
+#include "scene_frames.hpp"
+
+namespace hm::bench {
+namespace {
+
+constexpr const char* kRoom = "sevenscenes_a";
+constexpr std::size_t kHourOfFrames = 108000;
+
+double thread_cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+/// What the tracker made of some frames.
+struct Run {
+  Trajectory truth, estimate;
+  std::vector<double> cpu_ms;
+  int lost = 0;
+};
+
+Result<Run> track_all(FrameSource& source) {
+  Run run;
+  const auto odometry = make_visual_odometry({}, source.camera());
+  while (true) {
+    const auto chunk = source.next_chunk();
+    if (!chunk) return forward_error(chunk);
+    if (chunk->empty()) return run;
+    for (const RgbdFrame& frame : *chunk) {
+      const double begin = thread_cpu_ms();
+      const TrackedFrame tracked = odometry->track(frame);
+      run.cpu_ms.push_back(thread_cpu_ms() - begin);
+      if (frame.T_world_camera) run.truth.push_back({frame.stamp, *frame.T_world_camera});
+      if (tracked.T_odom_camera)
+        run.estimate.push_back({frame.stamp, *tracked.T_odom_camera});
+      else
+        ++run.lost;
+    }
+  }
+}
+
+Result<TrajectoryError> judge(const Run& run, RpeUnit unit) {
+  TrajectoryErrorParams params;
+  params.rpe_unit = unit;
+  return evaluate_trajectory(run.truth, run.estimate, params);
+}
+
+JsonValue details_of(const Run& run, const TrajectoryError& error) {
+  return JsonValue::object({{"frames", run.cpu_ms.size()},
+                            {"lost", run.lost},
+                            {"path_m", error.truth_path_m},
+                            {"ate_cm", error.position_m.rmse * 100},
+                            {"rpe_frame_mm", error.rpe_translation_m.rmse * 1e3}});
+}
+
+Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options) {
+  const auto source = open_frames(name, {static_cast<std::size_t>(options.frame_limit), stride, 40});
+  if (!source) return forward_error(source);
+  return track_all(**source);
+}
+
+/// Resident memory of the process, MB.
+double resident_mb() {
+  std::ifstream file("/proc/self/statm");
+  double pages = 0, resident = 0;
+  file >> pages >> resident;
+  return resident * 4096 / 1e6;
+}
+
+}  // namespace
+
+Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options) {
+  const auto run = track_recording(kRoom, 1, options);
+  if (!run) return forward_error(run);
+  const auto error = judge(*run, RpeUnit::kSeconds);
+  if (!error) return forward_error(error);
+  std::vector<double> sorted = run->cpu_ms;
+  std::sort(sorted.begin(), sorted.end());
+  double sum = 0;
+  for (const double ms : sorted) sum += ms;
+  BenchResult result;
+  result.rows = {{"vo_time", sum / static_cast<double>(sorted.size()), {}},
+                 {"vo_time_p99", sorted[sorted.size() * 99 / 100], {}},
+                 {"vo_sevenscenes", error->position_m.rmse * 100, {}},
+                 {"vo_sevenscenes_rpe", error->rpe_translation_m.rmse * 100, {}},
+                 {"vo_sevenscenes_lost", static_cast<double>(run->lost), {}}};
+  result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_every_5th(const BenchOptions& options) {
+  const auto run = track_recording(kRoom, 5, options);
+  if (!run) return forward_error(run);
+  const auto error = judge(*run, RpeUnit::kFrames);
+  if (!error) return forward_error(error);
+  BenchResult result;
+  result.rows = {{"vo_every_5th", error->position_m.rmse * 100, {}},
+                 {"vo_every_5th_lost", static_cast<double>(run->lost), {}}};
+  result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options) {
+  const auto run = track_recording("tum_fr1_xyz", 1, options);
+  if (!run) return forward_error(run);
+  const auto error = judge(*run, RpeUnit::kSeconds);
+  if (!error) return forward_error(error);
+  BenchResult result;
+  result.rows = {{"vo_tum_xyz", error->position_m.rmse * 100, {}},
+                 {"vo_tum_xyz_rpe", error->rpe_translation_m.rmse * 100, {}}};
+  result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_icl(const BenchOptions& options) {
+  const auto run = track_recording("icl_of_kt3", 1, options);
+  if (!run) return forward_error(run);
+  const auto error = judge(*run, RpeUnit::kFrames);
+  if (!error) return forward_error(error);
+  BenchResult result;
+  result.rows = {{"vo_icl", error->position_m.rmse * 100, {}}};
+  result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_hour(const BenchOptions& options) {
+  const auto source = open_frames(kRoom, {200, 1, 200});
+  if (!source) return forward_error(source);
+  const auto frames = (*source)->next_chunk();
+  if (!frames) return forward_error(frames);
+  const std::size_t count =
+      options.frame_limit ? static_cast<std::size_t>(options.frame_limit) : kHourOfFrames;
+  const auto odometry = make_visual_odometry({}, (*source)->camera());
+  std::size_t early_bytes = 0, late_bytes = 0;
+  double early_mb = 0;
+  int lost = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t turn = i % (2 * frames->size() - 2);  // forth and back
+    RgbdFrame frame = (*frames)[turn < frames->size() ? turn : 2 * frames->size() - 2 - turn];
+    frame.stamp = frame.color_stamp = Time::from_seconds(static_cast<double>(i) / 30);
+    lost += odometry->track(frame).T_odom_camera ? 0 : 1;
+    (i < count / 4 ? early_bytes : late_bytes) =
+        std::max(i < count / 4 ? early_bytes : late_bytes, odometry->memory_bytes());
+    if (i == count / 4) early_mb = resident_mb();
+  }
+  BenchResult result;
+  const double growth = static_cast<double>(late_bytes) / static_cast<double>(early_bytes) - 1;
+  result.rows = {{"vo_hour", 100 * growth, {}}, {"vo_hour_process", resident_mb() - early_mb, {}}};
+  result.details =
+      JsonValue::object({{"frames", count},
+                         {"lost", lost},
+                         {"peak_mb", static_cast<double>(std::max(early_bytes, late_bytes)) / 1e6}});
+  return result;
+}
+
+}  // namespace hm::bench
