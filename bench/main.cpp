@@ -47,14 +47,14 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"align_sevenscenes", hm::bench::bench_align_sevenscenes},
                                               {"places", hm::bench::bench_places},
                                               {"depth_calibration", hm::bench::bench_depth_calibration},
-                                              {"covariance", hm::bench::bench_covariance},
-                                              {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
-                                              {"vo_published", hm::bench::bench_vo_published},
                                               {"vo_sevenscenes", hm::bench::bench_vo_sevenscenes},
                                               {"vo_every_5th", hm::bench::bench_vo_every_5th},
                                               {"vo_tum_xyz", hm::bench::bench_vo_tum_xyz},
                                               {"vo_icl", hm::bench::bench_vo_icl},
-                                              {"vo_hour", hm::bench::bench_vo_hour}});
+                                              {"vo_hour", hm::bench::bench_vo_hour},
+                                              {"covariance", hm::bench::bench_covariance},
+                                              {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
+                                              {"vo_published", hm::bench::bench_vo_published}});
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

@@ -58,11 +58,11 @@ Result<BenchResult> bench_places(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_vo_published(const BenchOptions& options);
+Result<BenchResult> bench_slam_house(const BenchOptions& options);
 Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options);
 Result<BenchResult> bench_vo_every_5th(const BenchOptions& options);
 Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options);
 Result<BenchResult> bench_vo_icl(const BenchOptions& options);
 Result<BenchResult> bench_vo_hour(const BenchOptions& options);
-Result<BenchResult> bench_slam_house(const BenchOptions& options);
 
 }  // namespace hm::bench

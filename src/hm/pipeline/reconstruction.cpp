@@ -1,7 +1,7 @@
 #include "hm/pipeline/reconstruction.hpp"
 
 #include <algorithm>
-#include <map>
+#include <utility>
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
@@ -45,7 +45,6 @@ class Run {
   Result<void> begin_save();
   [[nodiscard]] bool save_is_due() const;
   void show_progress() const;
-  [[nodiscard]] Error nothing_integrated() const;
 
   const ReconstructionOptions& options_;
   std::unique_ptr<Recording> recording_;
@@ -121,7 +120,7 @@ Result<void> Run::check_poses(const std::filesystem::path& map) const {
   const StampedPose& last = state_.trajectory.back();
   const std::optional<SE3> now = given_pose(last.stamp);
   constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
-  if (now && (now->inverse() * last.T_world_base).log().norm() < kSame) return {};
+  if (now && ((state_.T_map_given * *now).inverse() * last.T_world_base).log().norm() < kSame) return {};
   return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
               options_.poses.string());
 }
@@ -242,26 +241,16 @@ void Run::show_progress() const {
                                      last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
 }
 
-Error Run::nothing_integrated() const {
-  if (summary_.interrupted)
-    return {ErrorCode::kCancelled, "stopped before the first frame was integrated", {}};
-  std::map<std::string, std::size_t> reasons;
-  for (const SkippedFrame& frame : state_.skipped) ++reasons[frame.reason];
-  std::string most = "the range of frames is empty";
-  std::size_t count = 0;
-  for (const auto& [reason, frames] : reasons)
-    if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
-  return {ErrorCode::kInvalidValue,
-          fmt::format("not one of {} frames could be integrated ({}); `hm info` may say why", range_.count(),
-                      most),
-          options_.recording.string()};
-}
-
 Result<ReconstructionSummary> Run::finish() {
   auto saved = begin_save();
   if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
   if (!saved) return forward_error(saved);
-  if (state_.frames_integrated == 0) return tl::make_unexpected(nothing_integrated());
+  if (state_.frames_integrated == 0 && summary_.interrupted)
+    return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
+  if (state_.frames_integrated == 0)
+    return fail(ErrorCode::kInvalidValue, options_.recording.string(),
+                "not one of {} frames could be integrated ({}); `hm info` may say why", range_.count(),
+                commonest_reason(state_.skipped));
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
   summary_.parameters = options_.parameters;

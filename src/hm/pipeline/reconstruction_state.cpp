@@ -1,6 +1,7 @@
 #include "hm/pipeline/reconstruction_state.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "hm/io/json.hpp"
 
@@ -163,6 +164,16 @@ Result<void> check_resumable(const MapHeader& header, const ReconstructionState&
                 "the map was made from another recording ({}, from {:.3f} s, {} frames done)",
                 state.recording, state.first_stamp.seconds(), state.next_frame);
   return {};
+}
+
+std::string commonest_reason(const std::vector<SkippedFrame>& skipped) {
+  std::map<std::string, std::size_t> frames_of;
+  for (const SkippedFrame& frame : skipped) ++frames_of[frame.reason];
+  std::string most = "the range of frames is empty";
+  std::size_t count = 0;
+  for (const auto& [reason, frames] : frames_of)
+    if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
+  return most;
 }
 
 }  // namespace hm

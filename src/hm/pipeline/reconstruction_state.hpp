@@ -28,6 +28,9 @@ std::string state_to_json(const ReconstructionState& state);
 /// Reads what state_to_json wrote, exactly; `where` names the map in errors.
 Result<ReconstructionState> state_from_json(std::string_view text, const std::string& where);
 
+/// The most frequent reason, with its number ("12 x no pose"); of an empty list: that there was no frame.
+std::string commonest_reason(const std::vector<SkippedFrame>& skipped);
+
 /// An error that says what differs when a map was made with other parameters or from another recording.
 Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
                              const RecordingInfo& info, const Parameters& parameters,
