@@ -24,8 +24,8 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics", "calibrate extrinsics",
-              "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
+HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics",
+              "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 SET = "calibration_simulation"
@@ -73,7 +73,8 @@ def prepare(folder, program):
     (Path(folder) / "hm").symlink_to(Path(program).resolve())
     lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
              "hm reconstruct recording -o result --quiet --set reconstruction.pictures=false",
-             "hm simulate room -o my_flight --sensor laser_mav --frames 200 --quiet", "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
+             "hm simulate room -o my_flight --sensor laser_mav --frames 200 --quiet", "cp -r my_flight second_flight",
+             "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
     for line in lines:
         if wrong := run_line(line, folder):
             return f"{line}: {wrong}"

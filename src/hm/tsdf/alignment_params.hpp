@@ -8,7 +8,7 @@ struct AlignmentParams {
   int coarsest_stride_px = 8;
   int finest_stride_px = 4;
   int smoothing_px = 2;
-  int independent_px = 64;
+  int independent_px = 8;
   int max_iterations = 10;
   double robust_sigmas_ratio = 1.5;
   double inlier_sigmas_ratio = 2.5;
@@ -19,8 +19,8 @@ struct AlignmentParams {
   double min_overlap_ratio = 0.25;
   double max_shift_m = 0.25;
   double max_turn_rad = 0.2;
-  double prior_shift_sigma_m = 0.005;
-  double prior_turn_sigma_rad = 0.003;
+  double prior_shift_sigma_m = 0.01;
+  double prior_turn_sigma_rad = 0.01;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
