@@ -197,8 +197,8 @@ Result<JsonValue> errors_of(const Run& run, double& aligned_ate_cm) {
                             {"aligned", run.accepted},
                             {"ate_cm_odometry", odometry->position_m.rmse * 100},
                             {"ate_cm_aligned", aligned->position_m.rmse * 100},
-                            {"rpe_second_cm_odometry", odometry->rpe_translation_m.rmse * 100},
-                            {"rpe_second_cm_aligned", aligned->rpe_translation_m.rmse * 100},
+                            {"rpe_second_cm_odometry", odometry->relative.translation_m.rmse * 100},
+                            {"rpe_second_cm_aligned", aligned->relative.translation_m.rmse * 100},
                             {"ms_median", summarise(run.ms).median},
                             {"ms_p99", summarise(run.ms).p99}});
 }

@@ -7,7 +7,7 @@ files lead somewhere and pictures are small.
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
-`recording` (a simulated room) and `my_flight` (a laser's flight through it), and after `prepare` also `result`, as the
+`recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), and after `prepare` also `result`, as the
 texts assume; that of --help also `set`, pictures of calibration boards.
 """
 import argparse
