@@ -4,24 +4,18 @@
 #include <array>
 #include <cmath>
 
-#include <toml++/toml.h>
-
 #include "hm/io/file_bytes.hpp"
+#include "hm/io/toml_reader_inl.hpp"
 
 namespace hm {
 namespace {
 
-/// Reads one file; the first mistake is kept and everything after it ignored.
-class CalibrationReader {
+class CalibrationReader : private TomlReader {
  public:
-  explicit CalibrationReader(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit CalibrationReader(const std::filesystem::path& path) : TomlReader(path) {}
   Result<RgbdCalibration> read(const toml::table& file);
 
  private:
-  const toml::table* table(const toml::table& parent, std::string_view key,
-                           std::initializer_list<std::string_view> known);
-  void check_keys(const toml::table& table, std::string_view what,
-                  std::initializer_list<std::string_view> known);
   template <std::size_t kCount>
   std::array<double, kCount> numbers(const toml::table& table, std::string_view key, bool needed);
   double number(const toml::table& table, std::string_view key);
@@ -29,36 +23,7 @@ class CalibrationReader {
   std::optional<SE3> motion(const toml::table& file);
   void read_correction(const toml::table& file, RgbdCalibration& calibration);
   void read_poses_of(const toml::table& file, RgbdCalibration& calibration);
-
-  template <class... Args>
-  void mistake(const toml::source_region& place, fmt::format_string<Args...> format, Args&&... args) {
-    if (!error_)
-      error_ = Error{ErrorCode::kInvalidValue, fmt::format(format, std::forward<Args>(args)...),
-                     fmt::format("{}:{}", path_.string(), place.begin.line)};
-  }
-
-  std::filesystem::path path_;
-  std::optional<Error> error_;
 };
-
-void CalibrationReader::check_keys(const toml::table& table, std::string_view what,
-                                   std::initializer_list<std::string_view> known) {
-  for (const auto& [key, value] : table)
-    if (std::ranges::find(known, key.str()) == known.end())
-      mistake(value.source(), "unknown key `{}`{}; known are {}", key.str(), what, fmt::join(known, ", "));
-}
-
-const toml::table* CalibrationReader::table(const toml::table& parent, std::string_view key,
-                                            std::initializer_list<std::string_view> known) {
-  const toml::node* node = parent.get(key);
-  if (node == nullptr) return nullptr;
-  const toml::table* found = node->as_table();
-  if (found == nullptr)
-    mistake(node->source(), "`{}` is a table: write [{}]", key, key);
-  else
-    check_keys(*found, fmt::format(" in [{}]", key), known);
-  return found;
-}
 
 template <std::size_t kCount>
 std::array<double, kCount> CalibrationReader::numbers(const toml::table& table, std::string_view key,
@@ -184,17 +149,9 @@ std::string motion_text(const SE3& motion) {
 }  // namespace
 
 Result<RgbdCalibration> read_calibration(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-  const auto bytes = read_file_bytes(path, kMostBytes);
-  if (!bytes) return forward_error(bytes);
-  try {
-    const toml::table file =
-        toml::parse(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
-    return CalibrationReader(path).read(file);
-  } catch (const toml::parse_error& error) {
-    return fail(ErrorCode::kCorrupted, fmt::format("{}:{}", path.string(), error.source().begin.line), "{}",
-                error.description());
-  }
+  const auto file = parse_toml_file(path);
+  if (!file) return forward_error(file);
+  return CalibrationReader(path).read(*file);
 }
 
 Result<void> write_calibration(const std::filesystem::path& path, const RgbdCalibration& calibration) {

@@ -7,64 +7,28 @@
 #include <string>
 #include <string_view>
 
-#include <toml++/toml.h>
-
 #include "hm/geometry/se2.hpp"
-#include "hm/io/file_bytes.hpp"
 #include "hm/io/output_file.hpp"
+#include "hm/io/toml_reader_inl.hpp"
 
 namespace hm {
 namespace {
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
-/// Reads one file; the first mistake is kept and everything after it ignored.
-class RigReader {
+class RigReader : private TomlReader {
  public:
-  explicit RigReader(std::string name) : name_(std::move(name)) {}
+  explicit RigReader(const std::filesystem::path& path) : TomlReader(path) {}
   Result<LaserRig> read(const toml::table& file);
 
  private:
-  const toml::table* table(const toml::table& parent, std::string_view key,
-                           std::initializer_list<std::string_view> known);
-  void check_keys(const toml::table& table, std::string_view what,
-                  std::initializer_list<std::string_view> known);
   Vec3 vector(const toml::table& table, std::string_view key);
   SE3 pose(const toml::table& table);
   BeamRange beams(const toml::table& table, std::string_view what);
   std::optional<LaserRig::Mirror> mirror(const toml::table& file, std::string_view key,
                                          const SE3& T_base_laser);
   void check_overlap(const LaserRig& rig, const toml::table& file);
-
-  template <class... Args>
-  void mistake(const toml::source_region& place, fmt::format_string<Args...> format, Args&&... args) {
-    if (error_) return;
-    error_ = Error{ErrorCode::kInvalidValue, fmt::format(format, std::forward<Args>(args)...),
-                   fmt::format("{}:{}", name_, place.begin.line)};
-  }
-
-  std::string name_;
-  std::optional<Error> error_;
 };
-
-void RigReader::check_keys(const toml::table& table, std::string_view what,
-                           std::initializer_list<std::string_view> known) {
-  for (const auto& [key, value] : table)
-    if (std::ranges::find(known, key.str()) == known.end())
-      mistake(value.source(), "unknown key `{}`{}; known are {}", key.str(), what, fmt::join(known, ", "));
-}
-
-const toml::table* RigReader::table(const toml::table& parent, std::string_view key,
-                                    std::initializer_list<std::string_view> known) {
-  const toml::node* node = parent.get(key);
-  if (node == nullptr) return nullptr;
-  const toml::table* found = node->as_table();
-  if (found == nullptr)
-    mistake(node->source(), "`{}` is a table: write [{}]", key, key);
-  else
-    check_keys(*found, fmt::format(" in [{}]", key), known);
-  return found;
-}
 
 Vec3 RigReader::vector(const toml::table& table, std::string_view key) {
   const toml::node* node = table.get(key);
@@ -159,17 +123,9 @@ std::string mirror_text(std::string_view name, const LaserRig::Mirror& mirror, c
 }  // namespace
 
 Result<LaserRig> read_laser_rig(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-  const auto bytes = read_file_bytes(path, kMostBytes);
-  if (!bytes) return forward_error(bytes);
-  try {
-    const toml::table file =
-        toml::parse(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
-    return RigReader(path.string()).read(file);
-  } catch (const toml::parse_error& error) {
-    return fail(ErrorCode::kCorrupted, fmt::format("{}:{}", path.string(), error.source().begin.line), "{}",
-                error.description());
-  }
+  const auto file = parse_toml_file(path);
+  if (!file) return forward_error(file);
+  return RigReader(path).read(*file);
 }
 
 Result<void> write_laser_rig(const std::filesystem::path& path, const LaserRig& rig) {
