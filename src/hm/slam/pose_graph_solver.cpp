@@ -2,26 +2,17 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <cmath>
-#include <memory>
-
 #include "hm/core/check.hpp"
+#include "hm/slam/graph_problem.hpp"
 
 namespace hm {
 namespace {
 
-/// The square root of an information matrix, also of one that is not of full rank.
-Mat3 root_of(const Mat3& information) {
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(information);
-  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
-}
-
 /// root * pose_edge_error, with its derivatives.
 class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
  public:
-  explicit EdgeCost(const PoseEdge2D& edge) : edge_(edge), root_(root_of(edge.information)) {}
+  explicit EdgeCost(const PoseEdge2D& edge)
+      : edge_(edge), root_(detail::information_root(edge.information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const SE2 T_map_from(parameters[0][0], parameters[0][1], parameters[0][2]);
@@ -54,10 +45,8 @@ void add_edges(const PoseGraph2D& graph, const PoseGraphSolverParams& params, st
   for (const PoseEdge2D& edge : graph.edges) {
     HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
              "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
-    ceres::LossFunction* loss = nullptr;
-    if (edge.kind == PoseEdgeKind::kLoop && params.loop_loss_chi2 > 0)
-      loss = new ceres::CauchyLoss(std::sqrt(params.loop_loss_chi2));
-    problem.AddResidualBlock(new EdgeCost(edge), loss, states[edge.from].data(), states[edge.to].data());
+    problem.AddResidualBlock(new EdgeCost(edge), detail::new_edge_loss(edge.kind, params),
+                             states[edge.from].data(), states[edge.to].data());
   }
 }
 
@@ -89,20 +78,7 @@ PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverPara
   for (const SE2& node : graph.T_map_node) states.push_back(node.vector());
   ceres::Problem problem;
   add_edges(graph, params, states, problem);
-  if (problem.HasParameterBlock(states.front().data()))
-    problem.SetParameterBlockConstant(states.front().data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.num_threads = 1;
-  options.max_num_iterations = params.max_iterations;
-  options.function_tolerance = 1e-8;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  solution.message = summary.message;
-  solution.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  solution.converged = summary.termination_type == ceres::CONVERGENCE;
-  if (!summary.IsSolutionUsable()) return solution;
+  if (!detail::solve_graph_problem(problem, states.front().data(), params, solution)) return solution;
   for (std::size_t i = 0; i < states.size(); ++i)
     graph.T_map_node[i] = SE2(states[i].x(), states[i].y(), states[i].z());
   solution.final_chi2 = pose_graph_chi2(graph);

@@ -2,13 +2,11 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
-#include <memory>
 #include <numeric>
 
 #include "hm/core/check.hpp"
+#include "hm/slam/graph_problem.hpp"
 #include "hm/slam/pose_manifold.hpp"
 
 namespace hm {
@@ -16,16 +14,11 @@ namespace {
 
 using detail::PoseState;
 
-/// The square root of an information matrix, also of one that is not of full rank.
-Mat6 root_of(const Mat6& information) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(information);
-  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
-}
-
 /// root * pose_edge_error, with its derivatives by moves.
 class EdgeCost : public ceres::SizedCostFunction<6, 7, 7> {
  public:
-  explicit EdgeCost(const PoseEdge3D& edge) : edge_(edge), root_(root_of(edge.information)) {}
+  explicit EdgeCost(const PoseEdge3D& edge)
+      : edge_(edge), root_(detail::information_root(edge.information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const SE3 T_map_from = detail::pose_of(parameters[0]), T_map_to = detail::pose_of(parameters[1]);
@@ -58,10 +51,8 @@ void add_edges(const PoseGraph3D& graph, const PoseGraphSolverParams& params, st
   for (const PoseEdge3D& edge : graph.edges) {
     HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
              "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
-    ceres::LossFunction* loss = nullptr;
-    if (edge.kind == PoseEdgeKind::kLoop && params.loop_loss_chi2 > 0)
-      loss = new ceres::CauchyLoss(std::sqrt(params.loop_loss_chi2));
-    problem.AddResidualBlock(new EdgeCost(edge), loss, states[edge.from].data(), states[edge.to].data());
+    problem.AddResidualBlock(new EdgeCost(edge), detail::new_edge_loss(edge.kind, params),
+                             states[edge.from].data(), states[edge.to].data());
   }
 }
 
@@ -115,20 +106,7 @@ PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverPara
   for (PoseState& state : states)
     if (problem.HasParameterBlock(state.data()))
       problem.SetManifold(state.data(), detail::new_pose_manifold());
-  if (problem.HasParameterBlock(states.front().data()))
-    problem.SetParameterBlockConstant(states.front().data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.num_threads = 1;
-  options.max_num_iterations = params.max_iterations;
-  options.function_tolerance = 1e-8;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  solution.message = summary.message;
-  solution.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  solution.converged = summary.termination_type == ceres::CONVERGENCE;
-  if (!summary.IsSolutionUsable()) return solution;
+  if (!detail::solve_graph_problem(problem, states.front().data(), params, solution)) return solution;
   for (std::size_t i = 0; i < states.size(); ++i)
     if (problem.HasParameterBlock(states[i].data()) && i > 0)
       graph.T_map_node[i] = detail::pose_of(states[i].data());
