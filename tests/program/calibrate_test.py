@@ -16,21 +16,13 @@ TRUE_IR = {"fx_px": 578.853, "fy_px": 574.608, "cx_px": 316.004, "cy_px": 246.04
 TRUE_XYZ = [-0.026010, -0.000053, 0.000568]
 
 
-class Calibrate(support.ProgramTest):
-    def setUp(self):
-        super().setUp()
-        if not hasattr(Calibrate, "folder_of_set"):
-            Calibrate.keeper = Calibrate("run_hm")  # its folder outlives the single tests
-            support.ProgramTest.setUp(Calibrate.keeper)
-            simulated = Calibrate.keeper.run_json("simulate", "calibration", "-o", "set", "--quiet", *SMALL)
-            assert simulated["color_pictures"] == 12 and simulated["pairs"] == 8, simulated
-            Calibrate.folder_of_set = Calibrate.keeper.folder / "set"
-            Calibrate.chain(Calibrate.keeper)
-
+class Calibrate(support.SharedFolderTest):
     @classmethod
-    def tearDownClass(cls):
-        if hasattr(cls, "keeper"):
-            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+    def prepare(cls, keeper):
+        simulated = keeper.run_json("simulate", "calibration", "-o", "set", "--quiet", *SMALL)
+        assert simulated["color_pictures"] == 12 and simulated["pairs"] == 8, simulated
+        Calibrate.folder_of_set = keeper.folder / "set"
+        Calibrate.chain(keeper)
 
     @staticmethod
     def chain(test):

@@ -14,29 +14,14 @@ REAL = {"tum_fr1_xyz": (101, 0.03, []), "icl_of_kt3": (30, 0.02, []),
         "sevenscenes_a": (60, 0.05, ["--set", "reconstruction.frame_limit=60"])}
 
 
-class Odometry(support.ProgramTest):
-    def setUp(self):
-        super().setUp()
-        if not hasattr(Odometry, "recording"):
-            Odometry.keeper = Odometry("run_hm")  # its folder outlives the single tests
-            support.ProgramTest.setUp(Odometry.keeper)
-            Odometry.keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
-            Odometry.recording = Odometry.keeper.folder / "room"
-
+class Odometry(support.SharedFolderTest):
     @classmethod
-    def tearDownClass(cls):
-        if hasattr(cls, "keeper"):
-            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+    def prepare(cls, keeper):
+        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
+        Odometry.recording = keeper.folder / "room"
 
     def check_files(self, result):
-        for name in FILES:
-            self.assertGreater((self.folder / result / name).stat().st_size, 20, name)
-        page = (self.folder / result / "report.html").read_text()
-        self.assertNotRegex(page, r"<script|<link|src=[\"']?http|url\(http", "the page is not self-contained")
-        for word in ("<svg", "From above", "From the side", "Model and data", "Duration of each frame"):
-            self.assertIn(word, page)
-        json.loads((self.folder / result / "report.json").read_text())
-        self.run_hm("params", "check", f"{result}/parameters.toml")
+        self.check_results(result, FILES, ("<svg", "From above", "From the side", "Model and data", "Duration of each frame"))
 
     def test_room_end_to_end(self):
         run = self.run_json("odometry", self.recording, "-o", "result")

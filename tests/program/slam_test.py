@@ -11,29 +11,14 @@ FILES = ["trajectory.tum", "odometry.tum", "keyframes.tum", "graph.g2o", "mesh.p
 COARSE = ["--voxel", "0.05", "--set", "mesh_error.samples=50000"]
 
 
-class Slam(support.ProgramTest):
-    def setUp(self):
-        super().setUp()
-        if not hasattr(Slam, "recording"):
-            Slam.keeper = Slam("run_hm")  # its folder outlives the single tests
-            support.ProgramTest.setUp(Slam.keeper)
-            Slam.keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "70", "--quiet")
-            Slam.recording = Slam.keeper.folder / "room"
-
+class Slam(support.SharedFolderTest):
     @classmethod
-    def tearDownClass(cls):
-        if hasattr(cls, "keeper"):
-            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+    def prepare(cls, keeper):
+        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "70", "--quiet")
+        Slam.recording = keeper.folder / "room"
 
     def check_files(self, result, names):
-        for name in names:
-            self.assertGreater((self.folder / result / name).stat().st_size, 20, name)
-        page = (self.folder / result / "report.html").read_text()
-        self.assertNotRegex(page, r"<script|<link|src=[\"']?http|url\(http", "the page is not self-contained")
-        for word in ("<svg", "data:image", "From above", "Loops", "volumes were rebuilt"):
-            self.assertIn(word, page)
-        json.loads((self.folder / result / "report.json").read_text())
-        self.run_hm("params", "check", f"{result}/parameters.toml")
+        self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "volumes were rebuilt"))
 
     def test_room_end_to_end_with_maps(self):
         run = self.run_json("slam", self.recording, "-o", "result", "--maps", "points,octomap,mvog", *COARSE)

@@ -57,6 +57,35 @@ class ProgramTest(unittest.TestCase):
         self.run_hm("simulate", world, "-o", name, "--frames", frames, "--quiet", *more)
         return self.folder / name
 
+    def check_results(self, result, names, words):
+        """The files of a run are there; its page is self-contained and holds the words; its parameters read back."""
+        for name in names:
+            self.assertGreater((self.folder / result / name).stat().st_size, 20, name)
+        page = (self.folder / result / "report.html").read_text()
+        self.assertNotRegex(page, r"<script|<link|src=[\"']?http|url\(http", "the page is not self-contained")
+        for word in words:
+            self.assertIn(word, page)
+        json.loads((self.folder / result / "report.json").read_text())
+        self.run_hm("params", "check", f"{result}/parameters.toml")
+
+
+class SharedFolderTest(ProgramTest):
+    """Tests that share what `prepare(keeper)` makes once in the folder of the keeper, which outlives them."""
+
+    def setUp(self):
+        super().setUp()
+        cls = type(self)
+        if not hasattr(cls, "prepared"):
+            cls.keeper = cls("run_hm")
+            ProgramTest.setUp(cls.keeper)
+            cls.prepare(cls.keeper)
+            cls.prepared = True
+
+    @classmethod
+    def tearDownClass(cls):
+        if hasattr(cls, "keeper"):
+            shutil.rmtree(cls.keeper.folder, ignore_errors=True)
+
 
 def main():
     unittest.main(argv=[sys.argv[0], "-v", *sys.argv[1:]])
