@@ -28,6 +28,13 @@ class JsonValue {
   JsonValue(std::string value) : data_(std::move(value)) {}
   JsonValue(Array value) : data_(std::move(value)) {}
   static JsonValue array() { return JsonValue(Array{}); }
+  /// An array of the values of a range (numbers, words).
+  template <class Range>
+  static JsonValue array_of(const Range& values) {
+    auto list = array();
+    for (const auto& value : values) list.push_back(value);
+    return list;
+  }
   static JsonValue object(std::initializer_list<std::pair<std::string, JsonValue>> members = {});
 
   /// The member with this key, made (as null) if missing; a null value becomes an object first.

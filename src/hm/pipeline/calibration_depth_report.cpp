@@ -77,9 +77,7 @@ JsonValue to_json(const DepthCalibrationSummary& summary) {
                                                                    {"train", summary.train.size()},
                                                                    {"test", summary.test.size()},
                                                                    {"left_out", summary.left_out.size()}})}});
-  auto left_out = JsonValue::array();
-  for (const std::string& pose : summary.left_out) left_out.push_back(pose);
-  json["left_out"] = std::move(left_out);
+  json["left_out"] = JsonValue::array_of(summary.left_out);
   json["pixels"] = JsonValue::object(
       {{"used", summary.fit.samples}, {"no_reading", summary.no_reading}, {"off_plane", summary.off_plane}});
   json["before_rms_m"] = test.before_rms_m;

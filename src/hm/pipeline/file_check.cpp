@@ -80,8 +80,6 @@ JsonValue to_json(const Box3& box) {
 }
 
 JsonValue to_json(const MapReport& report) {
-  auto problems = JsonValue::array();
-  for (const std::string& problem : report.problems) problems.push_back(problem);
   return JsonValue::object({{"format_version", report.header.format_version},
                             {"program_version", report.header.program_version},
                             {"voxel_size_m", report.header.voxel_size_m},
@@ -95,7 +93,7 @@ JsonValue to_json(const MapReport& report) {
                             {"file_bytes", report.file_bytes},
                             {"frames_integrated", report.frames_integrated},
                             {"next_frame", report.next_frame},
-                            {"problems", std::move(problems)},
+                            {"problems", JsonValue::array_of(report.problems)},
                             {"parameters_toml", report.header.parameters_toml}});
 }
 

@@ -5,6 +5,7 @@
 
 #include "hm/evaluation/plot.hpp"
 #include "hm/pipeline/laser_map_report.hpp"
+#include "hm/pipeline/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -190,12 +191,6 @@ void add_failures(HtmlReport& report, const LaserSummary& summary) {
   report.add_table({"reason", "scans"}, rows);
 }
 
-JsonValue to_array(const std::vector<double>& values) {
-  auto list = JsonValue::array();
-  for (const double value : values) list.push_back(value);
-  return list;
-}
-
 }  // namespace
 
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
@@ -205,10 +200,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
                      fmt::format("{} of {} scans have a pose; the map covers {:.0f} m2.",
                                  summary.trajectory.size(), summary.scans_total, summary.mvog.area_m2));
   add_cards(report, summary);
-  if (!summary.warnings.empty()) {
-    report.begin_section("Warnings");
-    report.add_list(summary.warnings);
-  }
+  add_warnings_section(report, summary.warnings);
   if (!material.pictures.empty()) report.begin_section("Map");
   for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
   add_path_section(report, summary);
@@ -219,10 +211,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
   add_failures(report, summary);
   report.begin_section("Recording", fmt::format("{} ({})", summary.recording.string(), summary.kind));
   report.add_list(summary.choices);
-  report.begin_section("Parameters");
-  report.add_collapsible("parameters.toml", material.parameters_toml);
-  report.set_footer("housemartin " + material.program_version);
-  return report.html();
+  return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
 
 JsonValue laser_report_json(const LaserSummary& summary, const std::string& program_version) {
@@ -233,7 +222,8 @@ JsonValue laser_report_json(const LaserSummary& summary, const std::string& prog
   const auto add = [&](const char* key, Getter get) {
     const PlotSeries values = series_of(summary, key, get);
     if (values.x.empty()) return;
-    series[key] = JsonValue::object({{"time_s", to_array(values.x)}, {"value", to_array(values.y)}});
+    series[key] = JsonValue::object(
+        {{"time_s", JsonValue::array_of(values.x)}, {"value", JsonValue::array_of(values.y)}});
   };
   add("match_ms", match_ms_of);
   add("height_m", height_of);

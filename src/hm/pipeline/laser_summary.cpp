@@ -91,9 +91,7 @@ JsonValue to_json(const LaserSummary& summary) {
   json["laser"] = summary.laser;
   json["poses"] = summary.matched_scans ? "scans" : "odometry";
   json["pace"] = summary.pace == LaserPace::kRealtime ? "realtime" : "fast";
-  auto choices = JsonValue::array();
-  for (const std::string& choice : summary.choices) choices.push_back(choice);
-  json["choices"] = std::move(choices);
+  json["choices"] = JsonValue::array_of(summary.choices);
   json["scans"] = JsonValue::object({{"total", summary.scans_total},
                                      {"read", summary.scans_read},
                                      {"posed", summary.trajectory.size()},

@@ -5,6 +5,7 @@
 
 #include "hm/evaluation/plot.hpp"
 #include "hm/pipeline/path_plots.hpp"
+#include "hm/pipeline/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -123,12 +124,6 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
   add_error_plots(report, *summary.error);
 }
 
-JsonValue to_array(const std::vector<double>& values) {
-  auto list = JsonValue::array();
-  for (const double value : values) list.push_back(value);
-  return list;
-}
-
 }  // namespace
 
 void add_tracking_cards(HtmlReport& report, const VisualTrack& track) {
@@ -180,16 +175,16 @@ void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info) {
 
 JsonValue tracking_series_json(const VisualTrack& track) {
   auto json = JsonValue::object();
-  json["frame"] =
-      to_array(series_of(track, {}, [](const VisualFrame& f) { return static_cast<double>(f.index); }).y);
+  json["frame"] = JsonValue::array_of(
+      series_of(track, {}, [](const VisualFrame& f) { return static_cast<double>(f.index); }).y);
   for (const Part& part : kStages)
-    json[std::string(part.name) + "_ms"] = to_array(series_of(track, {}, part.get).y);
-  json["total_ms"] = to_array(series_of(track, {}, total_ms_of).y);
-  json["features"] = to_array(series_of(track, {}, kCounts[0].get).y);
-  json["features_with_depth"] = to_array(series_of(track, {}, kCounts[1].get).y);
-  json["matches"] = to_array(series_of(track, {}, kCounts[2].get).y);
-  json["inliers"] = to_array(series_of(track, {}, kCounts[3].get).y);
-  json["model_points"] = to_array(series_of(track, {}, model_points_of).y);
+    json[std::string(part.name) + "_ms"] = JsonValue::array_of(series_of(track, {}, part.get).y);
+  json["total_ms"] = JsonValue::array_of(series_of(track, {}, total_ms_of).y);
+  json["features"] = JsonValue::array_of(series_of(track, {}, kCounts[0].get).y);
+  json["features_with_depth"] = JsonValue::array_of(series_of(track, {}, kCounts[1].get).y);
+  json["matches"] = JsonValue::array_of(series_of(track, {}, kCounts[2].get).y);
+  json["inliers"] = JsonValue::array_of(series_of(track, {}, kCounts[3].get).y);
+  json["model_points"] = JsonValue::array_of(series_of(track, {}, model_points_of).y);
   auto status = JsonValue::array();
   for (const VisualFrame& frame : track.frames)
     if (frame.status != TrackingStatus::kSkipped) status.push_back(to_string(frame.status));
@@ -206,26 +201,18 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
                                  track.frames_tracked, track.frames_total, path_length(track.trajectory)));
   add_tracking_cards(report, track);
   add_error_cards(report, summary.error);
-  if (!summary.warnings.empty()) {
-    report.begin_section("Warnings");
-    report.add_list(summary.warnings);
-  }
+  add_warnings_section(report, summary.warnings);
   add_path_section(report, summary);
   add_tracking_sections(report, track);
   add_rgbd_recording_section(report, summary.recording);
-  report.begin_section("Parameters");
-  report.add_collapsible("parameters.toml", material.parameters_toml);
-  report.set_footer("housemartin " + material.program_version);
-  return report.html();
+  return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
 
 JsonValue odometry_report_json(const OdometrySummary& summary, const std::string& program_version) {
   auto json = to_json(summary);
   json["version"] = program_version;
   json["recording"] = summary.recording.path.string();
-  auto warnings = JsonValue::array();
-  for (const std::string& warning : summary.warnings) warnings.push_back(warning);
-  json["warnings"] = std::move(warnings);
+  json["warnings"] = JsonValue::array_of(summary.warnings);
   json["series"] = tracking_series_json(summary.track);
   return json;
 }

@@ -6,6 +6,7 @@
 #include "hm/evaluation/plot.hpp"
 #include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/process_memory.hpp"
+#include "hm/pipeline/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -150,10 +151,7 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
                           grouped(summary.frames_integrated), grouped(summary.triangles),
                           summary.parameters.tsdf.voxel_size_m * 1e3, summary.frames_per_s));
   add_cards(report, summary);
-  if (!summary.warnings.empty()) {
-    report.begin_section("Warnings");
-    report.add_list(summary.warnings);
-  }
+  add_warnings_section(report, summary.warnings);
   if (!material.pictures.empty()) report.begin_section("Pictures");
   for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
   if (summary.error) add_error_histogram(report, *summary.error);
@@ -162,10 +160,7 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
   add_memory_section(report, summary);
   add_recording_section(report, summary);
   add_skipped(report, summary);
-  report.begin_section("Parameters");
-  report.add_collapsible("parameters.toml", material.parameters_toml);
-  report.set_footer("housemartin " + material.program_version);
-  return report.html();
+  return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
 
 JsonValue report_json(const ReconstructionSummary& summary, const std::string& program_version) {
@@ -177,9 +172,7 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   for (const FrameRecord& record : summary.records) frames.push_back(record.index);
   series["frame"] = std::move(frames);
   const auto add = [&](const char* key, const std::vector<double>& values) {
-    auto list = JsonValue::array();
-    for (const double value : values) list.push_back(value);
-    series[key] = std::move(list);
+    series[key] = JsonValue::array_of(values);
   };
   add("time_s", values_of(summary, &FrameRecord::time_s));
   add("wait_ms", values_of(summary, &FrameRecord::wait_ms));

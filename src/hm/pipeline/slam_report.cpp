@@ -5,6 +5,7 @@
 #include "hm/evaluation/plot.hpp"
 #include "hm/pipeline/odometry_report.hpp"
 #include "hm/pipeline/path_plots.hpp"
+#include "hm/pipeline/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -106,28 +107,20 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
                   state.corrected.size(), state.frames_total, path_length(state.corrected),
                   state.loops.accepted));
   add_cards(report, summary);
-  if (!summary.warnings.empty()) {
-    report.begin_section("Warnings");
-    report.add_list(summary.warnings);
-  }
+  add_warnings_section(report, summary.warnings);
   add_map(report, summary, material);
   add_path(report, summary);
   add_loops(report, summary, material);
   add_tracking_sections(report, state.track);
   add_rgbd_recording_section(report, summary.recording);
-  report.begin_section("Parameters");
-  report.add_collapsible("parameters.toml", material.parameters_toml);
-  report.set_footer("housemartin " + material.program_version);
-  return report.html();
+  return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
 
 JsonValue slam_report_json(const SlamSummary& summary, const std::string& program_version) {
   auto json = to_json(summary);
   json["version"] = program_version;
   json["recording"] = summary.recording.path.string();
-  auto warnings = JsonValue::array();
-  for (const std::string& warning : summary.warnings) warnings.push_back(warning);
-  json["warnings"] = std::move(warnings);
+  json["warnings"] = JsonValue::array_of(summary.warnings);
   json["series"] = tracking_series_json(summary.state.track);
   return json;
 }
