@@ -10,6 +10,13 @@ namespace {
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20u;
 }
 
+Result<void> make_folder(const std::filesystem::path& folder) {
+  std::error_code status;
+  std::filesystem::create_directories(folder, status);
+  if (status) return fail(ErrorCode::kUsage, folder, "cannot make this folder: {}", status.message());
+  return {};
+}
+
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), partial_path_(path_) {
   partial_path_ += ".partial";
   file_.reset(std::fopen(partial_path_.c_str(), "wb"));

@@ -12,6 +12,10 @@
 
 namespace hm {
 
+/// Makes a folder, and those above it, where it is not there yet. An error (kUsage) names it and says why
+/// not.
+Result<void> make_folder(const std::filesystem::path& folder);
+
 /// A file that appears whole or not at all: bytes go in large chunks to `PATH.partial`, which finish()
 /// renames to PATH. Destroyed without finish(), it leaves nothing. After a failed write the rest is ignored,
 /// and finish() says what happened. Numbers are written as they lie in memory (little endian on every

@@ -7,6 +7,7 @@
 #include "hm/io/camera_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/io/text_lines.hpp"
 
 namespace hm {
@@ -36,13 +37,6 @@ Image<std::uint16_t> in_units(const DepthImage& depth, double units_per_m) {
     return value < 65535.0 ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
   });
   return result;
-}
-
-Result<void> make_folder(const fs::path& folder) {
-  std::error_code status;
-  fs::create_directories(folder, status);
-  if (status) return fail(ErrorCode::kUsage, folder, "cannot make this folder: {}", status.message());
-  return {};
 }
 
 }  // namespace

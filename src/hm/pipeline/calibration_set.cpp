@@ -10,6 +10,7 @@
 #include "hm/io/file_name.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/json.hpp"
+#include "hm/io/output_file.hpp"
 
 namespace hm {
 namespace {
@@ -118,9 +119,7 @@ Result<RgbdCalibration> read_start(const fs::path& path) {
 }
 
 Result<std::vector<fs::path>> write_calibration_output(const CalibrationOutput& output) {
-  std::error_code code;
-  fs::create_directories(output.folder, code);
-  if (code) return fail(ErrorCode::kUsage, output.folder, "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(output.folder); !made) return forward_error(made);
   std::vector<fs::path> written;
   const auto text = [&](const std::string& name, const std::string& content) -> Result<void> {
     auto result = as_run_failure(write_file_text(output.folder / name, content));
@@ -151,11 +150,8 @@ Result<std::vector<fs::path>> write_calibration_output(const CalibrationOutput& 
 
 JsonValue to_json(const FoundBoards& found) {
   auto json = JsonValue::object({{"pictures", found.pictures}, {"boards", found.views.size()}});
-  auto unreadable = JsonValue::array(), without = JsonValue::array();
-  for (const std::string& name : found.unreadable) unreadable.push_back(name);
-  for (const std::string& name : found.without_board) without.push_back(name);
-  json["unreadable"] = std::move(unreadable);
-  json["without_board"] = std::move(without);
+  json["unreadable"] = JsonValue::array_of(found.unreadable);
+  json["without_board"] = JsonValue::array_of(found.without_board);
   return json;
 }
 

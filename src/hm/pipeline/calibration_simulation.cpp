@@ -6,6 +6,7 @@
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
+#include "hm/io/output_file.hpp"
 
 namespace hm {
 namespace {
@@ -284,8 +285,7 @@ Result<CalibrationSimulationSummary> simulate_calibration(const CalibrationSimul
   if (fs::exists(options.output, code) && !fs::is_empty(options.output, code))
     return fail(ErrorCode::kUsage, options.output, "is there already, and not empty");
   const bool is_new = !fs::exists(options.output, code);
-  fs::create_directories(options.output, code);
-  if (code) return fail(ErrorCode::kUsage, options.output, "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   auto summary = as_run_failure(Simulation(options).run());
   if (summary) return summary;
   if (is_new) {

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/io/relations_file.hpp"
 #include "hm/pipeline/laser_choices.hpp"
 #include "hm/pipeline/laser_events.hpp"
@@ -262,10 +263,7 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
   if (saved_map && !run.matches_scans())
     return fail(ErrorCode::kUsage, options.recording.string(),
                 "a place in a map is found by scan matching, and here poses come from odometry");
-  std::error_code code;
-  std::filesystem::create_directories(options.output, code);
-  if (code)
-    return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   run.process_all();
   return run.finish();
 }

@@ -9,6 +9,7 @@
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/laser_rig_file.hpp"
 #include "hm/io/mesh_file.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/simulation_marks.hpp"
 #include "hm/pipeline/simulation_recording.hpp"
@@ -39,9 +40,7 @@ Result<void> check_folder(const fs::path& folder) {
     if (fs::exists(folder / name, code))
       return fail(ErrorCode::kUsage, folder.string(),
                   "there is a recording already ({}); choose another folder", name);
-  fs::create_directories(folder, code);
-  if (code) return fail(ErrorCode::kUsage, folder.string(), "cannot make this folder: {}", code.message());
-  return {};
+  return make_folder(folder);
 }
 
 Result<void> check_not_stopped(const std::stop_token& stop, std::size_t done, std::size_t count) {

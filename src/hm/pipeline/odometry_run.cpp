@@ -4,6 +4,7 @@
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/json.hpp"
 #include "hm/io/laser_recording.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/frame_range.hpp"
 #include "hm/pipeline/odometry_report.hpp"
@@ -74,10 +75,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  std::error_code code;
-  std::filesystem::create_directories(options.output, code);
-  if (code)
-    return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters, info.camera.without_distortion(),

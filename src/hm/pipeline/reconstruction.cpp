@@ -6,6 +6,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser_recording.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/io/trajectory_file.hpp"
 #include "hm/pipeline/alignment_summary.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
@@ -287,10 +288,7 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     return fail(ErrorCode::kInvalidValue, options.recording.string(),
                 "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
   }
-  std::error_code code;
-  std::filesystem::create_directories(options.output, code);
-  if (code)
-    return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   Run run(options, std::move(*recording), std::move(poses));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (const auto done = run.integrate_all(); !done) return forward_error(done);

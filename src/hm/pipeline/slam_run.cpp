@@ -1,6 +1,7 @@
 #include "hm/pipeline/slam_run.hpp"
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/output_file.hpp"
 #include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/odometry_run.hpp"
@@ -45,10 +46,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  std::error_code code;
-  std::filesystem::create_directories(options.output, code);
-  if (code)
-    return fail(ErrorCode::kUsage, options.output.string(), "cannot make this folder: {}", code.message());
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const Stopwatch watch;
   SlamPipeline pipeline(**recording, options.parameters, options.run);
   pipeline.track_and_map();
