@@ -14,7 +14,7 @@ struct AlignmentParams {
   double inlier_sigmas_ratio = 2.5;
   double map_sigma_voxel = 0.2;
   double search_voxel = 8.0;
-  double min_observability_ratio = 0.01;
+  double min_observability_ratio = 0.002;
   double min_inlier_ratio = 0.6;
   double min_overlap_ratio = 0.25;
   double max_shift_m = 0.25;

@@ -207,9 +207,8 @@ AlignmentTerms terms_of(const std::array<double, kAlignmentSums>& total) {
 AlignmentView::AlignmentView(const SE3& T_world_camera, const Vec3& p_world_centre, const VolumeGrid& grid,
                              double distance_limit_m)
     : voxel_size_m(static_cast<float>(grid.voxel_size_m())) {
-  // Up to three quarters of the largest distance told, few of the eight voxels are saturated.
-  near_surface_units = static_cast<float>(0.75 * distance_limit_m / grid.sdf_unit_m());
-  min_slope2_units = static_cast<float>(std::pow(0.3 * grid.voxel_size_m() / grid.sdf_unit_m(), 2));
+  near_surface_units = static_cast<float>(kNearSurface_ratio * distance_limit_m / grid.sdf_unit_m());
+  min_slope2_units = static_cast<float>(std::pow(kLeastSlope * grid.voxel_size_m() / grid.sdf_unit_m(), 2));
   const Vec3 centre = p_world_centre / grid.voxel_size_m() - Vec3::Constant(0.5);
   const Vec3 t = T_world_camera.translation() - p_world_centre;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {

@@ -7,6 +7,11 @@
 
 namespace hm {
 
+/// Of the largest distance that an observation tells: up to here few of the eight voxels are saturated.
+inline constexpr double kNearSurface_ratio = 0.75;
+/// Slopes of the distance below this are no surface.
+inline constexpr double kLeastSlope = 0.3;
+
 /// A camera pose as the terms need it: single precision relative to voxels nearby, so that it does not matter
 /// how far from the world's origin the camera is.
 struct AlignmentView {
