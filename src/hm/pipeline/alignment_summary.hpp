@@ -7,9 +7,14 @@
 
 namespace hm {
 
-/// Counts, times, and the errors of the given and of the aligned poses where the recording knows the true
-/// ones.
-AlignmentSummary summarise_alignment(const ReconstructionState& state, const RecordingInfo& info,
+/// What the aligned poses are compared with.
+struct AlignmentReferences {
+  Trajectory given;         ///< the poses that were aligned, at the stamps of the integrated frames
+  const Trajectory& truth;  ///< empty: not known
+};
+
+/// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
+AlignmentSummary summarise_alignment(const ReconstructionState& state, AlignmentReferences references,
                                      const Parameters& parameters, std::span<const FrameRecord> records);
 
 /// What there is to warn of: most frames could not be aligned. Empty: nothing.

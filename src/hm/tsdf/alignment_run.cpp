@@ -17,8 +17,8 @@ constexpr double kFirstRoundSigma_voxel = 0.6, kFirstRoundSigmas = 2.5;
 /// With fewer readings than this near a surface, surfaces are sought along the rays.
 constexpr double kSearchBelow_ratio = 0.75, kFullyOnMap_ratio = 0.95;
 /// How far along a free axis the map is compared with itself, and how far that may tilt the axis (radians).
-constexpr double kStraightenReach_m = 0.5, kMostTilt = 0.1;
-constexpr int kStraightenPasses = 3;
+constexpr double kStraightenReach_m = 0.5, kMostTilt = 0.1, kLeastTilt = 2e-5;
+constexpr int kStraightenPasses = 8;
 /// A step this small ends a round: metres, and radians times the readings' typical distance.
 constexpr double kSmallestStep_m = 5e-5;
 
@@ -63,10 +63,7 @@ AlignmentFit AlignmentRun::fit_of(const AlignmentTerms& terms, std::size_t count
   fit.cost = terms.cost / all;
   fit.overlap_ratio = terms.on_map / all;
   fit.inlier_ratio = terms.on_map > 0 ? terms.agreeing / terms.on_map : 0.0;
-  if (terms.agreeing > 0) {
-    fit.rms_m = std::sqrt(terms.square_m2 / terms.agreeing);
-    fit.rms_sigmas = width_sigmas_ * std::sqrt(terms.square_width / terms.agreeing);
-  }
+  if (terms.agreeing > 0) fit.rms_m = std::sqrt(terms.square_m2 / terms.agreeing);
   return fit;
 }
 
@@ -147,7 +144,7 @@ Vec3 AlignmentRun::tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose
   const double near_m = kNearSurface_ratio * tsdf_.distance_limit_m();
   Mat3 H = Mat3::Zero();
   Vec3 b = Vec3::Zero();
-  for (std::size_t i = 0; i < points_.round_end.back(); ++i) {
+  for (std::size_t i = 0; i < points_.round_end.front(); ++i) {
     const Vec3 p = pose * Vec3(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
     const auto here = lookup_.sample(p);
     if (!here || std::abs(here->distance_m) > near_m) continue;
@@ -174,10 +171,14 @@ void AlignmentRun::straighten(const SE3& pose, Observability& seen) {
     across -= seen.directions.col(i).head<3>() * seen.directions.col(i).head<3>().transpose();
   for (int i = 0; i < seen.free_shifts; ++i) {
     Vec3 axis = seen.directions.col(i).head<3>();
+    double scale = 1, last = kMostTilt;
     for (int pass = 0; pass < kStraightenPasses; ++pass) {
       const Vec3 tilt = tilt_of(axis, across, pose);
-      if (!(tilt.norm() < kMostTilt)) break;
-      axis = (axis + tilt).normalized();
+      const double size = tilt.norm();
+      if (!(size < kMostTilt) || size < kLeastTilt) break;
+      if (size > 0.5 * last) scale *= 0.5;  // it overshoots
+      axis = (axis + scale * tilt).normalized();
+      last = size;
     }
     seen.directions.col(i).head<3>() = axis;
   }
