@@ -46,15 +46,12 @@ class DensePipeline {
   /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
 
-  // ---- rebuilding a part of the map (correct_map) ----
-  /// Takes volumes out of the map.
-  void release(std::span<const VolumeKey> keys);
-  /// Begins an empty grid beside the map; process_aside() integrates into it as process() does, without
-  /// meshing; take_aside() puts those volumes of it that are asked for in the place of the map's, and ends
-  /// it.
-  void begin_aside();
-  bool process_aside(const RgbdFrame& frame);
-  void take_aside(std::span<const VolumeKey> keys);
+  // ---- a map that was made again beside this one (MapRebuild) ----
+  /// Puts these volumes of another grid in the place of the map's; those that it does not have are released.
+  void replace(std::span<const VolumeKey> keys, const VolumeGrid& from);
+  /// Exchanges the whole map. The mesh of the old one stays until the new one's is made, as after process().
+  void swap_grid(VolumeGrid& other);
+
   /// What alignment has found out so far about the world of the given poses: a given pose is believed to be
   /// T_map_given() * T_given_camera, and that is corrected by the depth picture. So the motion between given
   /// poses is kept where nothing can be aligned. Identity at first.

@@ -10,6 +10,7 @@ struct SlamParams {
   bool start_at_pose = true;
   int map_stride = 1;
   double rebuild_shift_voxel = 0.25;
+  bool rebuild_online = true;
   bool matrices = true;
   std::string maps;
   double map_depth_m = 4.0;
@@ -31,6 +32,10 @@ struct SlamParams {
                {0, 100},
                "what frames saw is rebuilt when loops move them by more than this, measured at 3 m"},
       self.rebuild_shift_voxel);
+    v(ParamDoc{"rebuild_online",
+               {},
+               "bring the map to corrected poses while tracking, on a thread of its own; else at the end only"},
+      self.rebuild_online);
     v(ParamDoc{"matrices", {}, "draw the matrices of place recognition"}, self.matrices);
     v(
         ParamDoc{

@@ -16,14 +16,13 @@ struct SlamRunOptions {
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
-  RunContext run;  ///< asked to stop, it finishes with what there is
+  RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
 /// What a run gave.
 struct SlamSummary {
   RecordingInfo recording;
   Parameters parameters;
-  int threads = 1;
   double run_s = 0;
   SlamPipeline::State state;
 
