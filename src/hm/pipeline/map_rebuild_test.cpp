@@ -1,11 +1,13 @@
-#include "hm/pipeline/map_correction.hpp"
+#include "hm/pipeline/map_rebuild.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <thread>
 
+#include "hm/pipeline/live_map_correction.hpp"
 #include "hm/sim/simulation.hpp"
 
 namespace hm {
@@ -51,19 +53,22 @@ using Poses = std::function<std::optional<SE3>(std::size_t)>;
 
 struct Map {
   explicit Map(const Recording& recording) : pipeline(coarse(), recording.info().camera, 1) {}
-  void integrate(const Recording& recording, const Poses& poses) {
-    for (std::size_t i = 0; i < recording.info().frame_count; ++i) {
+  void integrate(const Recording& recording, const Poses& poses, std::size_t begin = 0,
+                 std::size_t end = ~std::size_t{0}) {
+    for (std::size_t i = begin; i < std::min(end, recording.info().frame_count); ++i) {
       auto frame = recording.read(i);
       const auto pose = poses(i);
       if (!frame || !pose) continue;
       frame->T_world_camera = *pose;
       const FrameOutcome outcome = pipeline.process(*frame);
       ASSERT_TRUE(outcome.integrated) << outcome.skipped_because;
-      log.note({i, frame->stamp, *pose}, outcome.scan.changed);
+      log.note({i, frame->stamp, 0, *pose, *pose}, outcome.scan.changed);
+      changed = outcome.scan.changed;
     }
   }
   DensePipeline pipeline;
   ObservationLog log;
+  std::vector<ChangedVolume> changed;  ///< by the last frame
 };
 
 bool same_volume(const Volume* a, const Volume* b) {
@@ -83,14 +88,44 @@ std::size_t different_volumes(const VolumeGrid& a, const VolumeGrid& b) {
 
 const SE3 kShift(so3_exp(Vec3(0, 0, 0.05)), Vec3(0.1, -0.05, 0.02));
 
+MapRebuildOptions extent(RebuildExtent which) {
+  MapRebuildOptions options;
+  options.extent = which;
+  return options;
+}
+
+MapCorrection correct(Map& map, const Recording& recording, const Poses& poses,
+                      RebuildExtent which = RebuildExtent::kMoved, const RunContext& run = {}) {
+  MapRebuild rebuild(coarse(), recording, extent(which));
+  return correct_map(
+      map.pipeline, map.log, rebuild, [&](const Observation& o) { return poses(o.frame_index); }, run);
+}
+
+/// Voxels that both know well, and how many of them differ by more than a centimetre; volumes that one lacks.
+struct Difference {
+  std::size_t compared = 0, far = 0, missing = 0;
+};
+Difference difference(const VolumeGrid& got, const VolumeGrid& wanted) {
+  Difference result;
+  for (const VolumeKey& key : wanted.sorted_keys()) {
+    const Volume *a = got.find(key), *b = wanted.find(key);
+    result.missing += !a;
+    for (int v = 0; a && v < kVolumeVoxels; ++v) {
+      if (a->voxels[v].weight() < 2 * kWeightOne || b->voxels[v].weight() < 2 * kWeightOne) continue;
+      ++result.compared;
+      result.far += std::abs(a->voxels[v].sdf() - b->voxels[v].sdf()) * wanted.sdf_unit_m() > 0.01;
+    }
+  }
+  return result;
+}
+
 TEST(MapCorrection, NothingMovedNothingChanges) {
   const SimulatedFrames recording(30, 4);
   Map map(recording), same(recording);
   const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
   map.integrate(recording, truth);
   same.integrate(recording, truth);
-  const MapCorrection done = correct_map(map.pipeline, map.log, recording,
-                                         [&](const Observation& o) { return truth(o.frame_index); }, {}, {});
+  const MapCorrection done = correct(map, recording, truth);
   EXPECT_EQ(done.frames, 30u);
   EXPECT_EQ(done.frames_moved + done.frames_replayed + done.frames_removed, 0u);
   EXPECT_EQ(done.volumes_rebuilt, 0u);
@@ -104,8 +139,7 @@ TEST(MapCorrection, AllMovedIsTheMapOfTheNewPoses) {
   drifted.integrate(recording, [&](std::size_t i) { return std::optional(kShift * recording.pose(i)); });
   wanted.integrate(recording, truth);
   EXPECT_GT(different_volumes(drifted.pipeline.grid(), wanted.pipeline.grid()), 100u);
-  const MapCorrection done = correct_map(drifted.pipeline, drifted.log, recording,
-                                         [&](const Observation& o) { return truth(o.frame_index); }, {}, {});
+  const MapCorrection done = correct(drifted, recording, truth);
   EXPECT_EQ(done.frames_moved, 40u);
   EXPECT_EQ(done.frames_replayed, 0u);
   EXPECT_NEAR(done.largest_shift_m, kShift.translation().norm() + 0.05 * 3, 0.2);
@@ -121,19 +155,19 @@ TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
   const Poses drifting = [&](std::size_t i) {
     return std::optional(i < 30 ? recording.pose(i) : kShift * recording.pose(i));
   };
-  Map map(recording), before(recording), wanted(recording), first_half(recording);
+  Map map(recording), before(recording), wanted(recording);
   map.integrate(recording, drifting);
   before.integrate(recording, drifting);
   wanted.integrate(recording, truth);
-  const MapCorrection done = correct_map(map.pipeline, map.log, recording,
-                                         [&](const Observation& o) { return truth(o.frame_index); }, {}, {});
+  const MapCorrection done = correct(map, recording, truth);
   EXPECT_EQ(done.frames, 60u);
   EXPECT_EQ(done.frames_moved, 30u);
   EXPECT_GT(done.frames_replayed, 0u);
   std::map<VolumeKey, bool> seen_by_moved;
+  before.log.close();
   for (const auto& group : before.log.groups())
-    for (const VolumeKey& key : group.volumes)
-      seen_by_moved[key] = seen_by_moved[key] || group.observations.front().frame_index >= 30;
+    for (const VolumeKey& key : group->volumes)
+      seen_by_moved[key] = seen_by_moved[key] || group->observations.front().frame_index >= 30;
   std::size_t kept = 0;
   for (const auto& [key, moved] : seen_by_moved) {
     if (moved || !before.pipeline.grid().contains(key)) continue;
@@ -141,21 +175,95 @@ TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
     kept += same_volume(map.pipeline.grid().find(key), before.pipeline.grid().find(key));
   }
   EXPECT_GT(kept, 50u);
-  // The surface is that of the true poses: the same volumes, distances within what the order of weighted
-  // averages and their caps leave.
-  const VolumeGrid &got = map.pipeline.grid(), &should = wanted.pipeline.grid();
-  std::size_t compared = 0, far = 0;
-  for (const VolumeKey& key : should.sorted_keys()) {
-    const Volume *a = got.find(key), *b = should.find(key);
-    if (!a) continue;
-    for (int v = 0; v < kVolumeVoxels; ++v) {
-      if (a->voxels[v].weight() < 2 * kWeightOne || b->voxels[v].weight() < 2 * kWeightOne) continue;
-      ++compared;
-      far += std::abs(a->voxels[v].sdf() - b->voxels[v].sdf()) * should.sdf_unit_m() > 0.01;
-    }
+  // The surface is that of the true poses, distances within what the order of weighted averages and their
+  // caps leave.
+  const Difference left = difference(map.pipeline.grid(), wanted.pipeline.grid());
+  EXPECT_GT(left.compared, 10000u);
+  EXPECT_LT(100 * left.far, left.compared);
+  // A whole correction leaves nothing of that: the map of these poses to the bit.
+  EXPECT_EQ(correct(map, recording, truth, RebuildExtent::kWhole).frames_replayed, 60u);
+  EXPECT_EQ(different_volumes(map.pipeline.grid(), wanted.pipeline.grid()), 0u);
+}
+
+TEST(MapCorrection, ToldToStopLeavesTheMapAsItIs) {
+  const SimulatedFrames recording(40, 6);
+  const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
+  const Poses drifted = [&](std::size_t i) { return std::optional(kShift * recording.pose(i)); };
+  Map map(recording), before(recording);
+  map.integrate(recording, drifted);
+  before.integrate(recording, drifted);
+  for (const std::size_t after : {0, 1, 25}) {
+    std::stop_source stop;
+    RunContext run;
+    run.stop = stop.get_token();
+    run.progress = [&](const Progress& progress) {
+      if (progress.done >= after) stop.request_stop();
+    };
+    if (after == 0) stop.request_stop();
+    const MapCorrection done = correct(map, recording, truth, RebuildExtent::kWhole, run);
+    EXPECT_TRUE(done.interrupted);
+    EXPECT_EQ(done.frames_moved, after);
+    EXPECT_EQ(different_volumes(map.pipeline.grid(), before.pipeline.grid()), 0u);
+    EXPECT_EQ(map.log.frames_mapped(), 40u);
+    const SE3 T = *map.log.groups().front()->observations.front().T_map_camera;
+    EXPECT_EQ(T.matrix(), drifted(0)->matrix());
   }
-  EXPECT_GT(compared, 10000u);
-  EXPECT_LT(static_cast<double>(far), 0.01 * static_cast<double>(compared));
+  EXPECT_FALSE(correct(map, recording, truth, RebuildExtent::kWhole).interrupted);
+}
+
+/// The map is corrected while frames come in (at corrected poses) and is whole all the time.
+void correct_while_frames_come(std::size_t first_moved) {
+  constexpr std::size_t kBegin = 60, kFrames = 80;
+  const SimulatedFrames recording(kFrames, 3);
+  const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
+  const Poses drifting = [&](std::size_t i) {
+    return std::optional(i >= first_moved && i < kBegin ? kShift * recording.pose(i) : recording.pose(i));
+  };
+  Map map(recording), wanted(recording);
+  wanted.integrate(recording, truth);
+  map.integrate(recording, drifting, 0, kBegin);
+  LiveMapCorrection live(coarse(), recording, extent(RebuildExtent::kMoved));
+  EXPECT_EQ(live.take(), nullptr);
+  live.start(map.log, [&](const Observation& o) { return truth(o.frame_index); });
+  for (std::size_t i = kBegin; i < kFrames; ++i) {
+    map.integrate(recording, truth, i, i + 1);
+    live.follow({i, recording.info().stamps[i], 0, *truth(i), *truth(i)}, map.changed);
+  }
+  std::unique_ptr<MapRebuild> done;
+  while (!(done = live.take())) {
+    EXPECT_TRUE(live.busy());
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_FALSE(live.busy());
+  done->put_into(map.pipeline, map.log);
+  EXPECT_EQ(done->report().frames_moved, kBegin - first_moved);
+  EXPECT_LE(done->report().frames_replayed, first_moved + kFrames - kBegin);
+  EXPECT_GT(done->report().frames_replayed, 0u);
+  live.discard(std::move(done));
+  const Difference left = difference(map.pipeline.grid(), wanted.pipeline.grid());
+  EXPECT_EQ(left.missing, 0u);
+  EXPECT_GT(left.compared, 10000u);
+  EXPECT_LT(100 * left.far, left.compared);
+  for (const Observation& o : map.log.observations())
+    EXPECT_EQ(o.T_map_camera->matrix(), truth(o.frame_index)->matrix());
+  EXPECT_EQ(map.log.frames_mapped(), kFrames);
+  // It can go on, and nothing is left to be done.
+  live.start(map.log, [&](const Observation& o) { return truth(o.frame_index); });
+  while (!(done = live.take())) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(done->is_empty());
+}
+
+TEST(LiveMapCorrection, OfAPartWhileFramesCome) { correct_while_frames_come(45); }
+TEST(LiveMapCorrection, OfTheWholeWhileFramesCome) { correct_while_frames_come(15); }
+
+TEST(LiveMapCorrection, EndsInTheMiddle) {
+  const SimulatedFrames recording(40, 6);
+  Map map(recording);
+  map.integrate(recording, [&](std::size_t i) { return std::optional(kShift * recording.pose(i)); });
+  LiveMapCorrection live(coarse(), recording, extent(RebuildExtent::kMoved));
+  live.start(map.log, [&](const Observation& o) { return std::optional(recording.pose(o.frame_index)); });
+  while (live.state().frames_done < 3 && live.busy() && !live.take())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 TEST(MapCorrection, FramesThatBelongElsewhereAreTakenOut) {
@@ -167,14 +275,13 @@ TEST(MapCorrection, FramesThatBelongElsewhereAreTakenOut) {
   Map map(recording), wanted(recording);
   map.integrate(recording, truth);
   wanted.integrate(recording, first);
-  const MapCorrection done = correct_map(map.pipeline, map.log, recording,
-                                         [&](const Observation& o) { return first(o.frame_index); }, {}, {});
+  const MapCorrection done = correct(map, recording, first);
   EXPECT_EQ(done.frames_removed, 25u);
   EXPECT_EQ(done.frames_moved, 0u);
   // Everything is rebuilt from the frames that stay, in their order. Voxels that others carved come back.
   EXPECT_EQ(map.pipeline.grid().volume_count(), wanted.pipeline.grid().volume_count());
   EXPECT_EQ(different_volumes(map.pipeline.grid(), wanted.pipeline.grid()), 0u);
-  EXPECT_EQ(map.log.groups().size(), 1u);
+  EXPECT_EQ(map.log.frames_mapped(), 15u);
 }
 
 TEST(MapCorrection, SurvivesUnreadableFramesAndGaps) {
@@ -185,8 +292,7 @@ TEST(MapCorrection, SurvivesUnreadableFramesAndGaps) {
   });
   recording.unreadable = 8;
   const MapCorrection done =
-      correct_map(map.pipeline, map.log, recording,
-                  [&](const Observation& o) { return std::optional(recording.pose(o.frame_index)); }, {}, {});
+      correct(map, recording, [&](std::size_t i) { return std::optional(recording.pose(i)); });
   EXPECT_EQ(done.frames, 33u);
   EXPECT_EQ(done.frames_lost, 1u);
   EXPECT_EQ(done.frames_moved, 32u);

@@ -43,6 +43,9 @@ struct SlamSummary {
 /// cannot be used is none: it is named in `state.track.unused`.
 Result<SlamSummary> run_slam(const SlamRunOptions& options);
 
+/// The longest that tracking waited for a correction of the map while frames came in; 0 without any.
+double longest_stall_ms(const SlamPipeline::State& state);
+
 /// frames{read,tracked,lost}, track_ms{median,mean,p99}, loops{candidates,accepted} ... (the keys of
 /// `hm slam --json`).
 JsonValue to_json(const SlamSummary& summary);
