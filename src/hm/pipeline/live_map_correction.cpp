@@ -13,9 +13,12 @@
 namespace hm {
 namespace {
 
+constexpr std::size_t kPicturesKept = 8;  ///< of frames that wait; others are read again
+constexpr std::size_t kFollowedByTaker = 2;
+
 /// Lets the calling thread (and those that it starts) yield to tracking. Refused, it is only less polite.
 void lower_priority() {
-  constexpr int kNice = 10;
+  constexpr int kNice = 4;
   (void)setpriority(PRIO_PROCESS, 0, kNice);  // 0: on Linux, of the calling thread alone
 }
 
@@ -29,6 +32,7 @@ struct LiveMapCorrection::Impl {
   struct Late {
     Observation observation;
     std::vector<VolumeKey> changed;
+    std::optional<RgbdFrame> pictures;
   };
 
   Impl(const Parameters& all, const Recording& its_recording, const MapRebuildOptions& its_options)
@@ -70,11 +74,11 @@ void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const
       changed.wait(lock, stop, [this] { return !complete || !late.empty(); });
       continue;
     }
-    const Late next = std::move(late.front());
+    Late next = std::move(late.front());
     late.pop_front();
     auto mine = std::move(complete);  // not to be taken meanwhile
     lock.unlock();
-    mine->follow(next.observation, next.changed);
+    mine->follow(next.observation, next.changed, std::move(next.pictures));
     lock.lock();
     complete = std::move(mine);
   }
@@ -119,21 +123,27 @@ void LiveMapCorrection::start(ObservationLog& log, PoseOfObservation pose_now) {
   impl_->changed.notify_all();
 }
 
-void LiveMapCorrection::follow(const Observation& observation, std::span<const ChangedVolume> changed) {
-  Impl::Late late{observation, {}};
+void LiveMapCorrection::follow(const Observation& observation, std::span<const ChangedVolume> changed,
+                               RgbdFrame&& frame) {
+  Impl::Late late{observation, {}, {}};
   for (const ChangedVolume& volume : changed) late.changed.push_back(volume.key);
   const std::scoped_lock lock(impl_->mutex);
   if (!impl_->busy) return;
+  if (impl_->late.size() < kPicturesKept) late.pictures = std::move(frame);
   impl_->late.push_back(std::move(late));
   impl_->changed.notify_all();
 }
 
 std::unique_ptr<MapRebuild> LiveMapCorrection::take() {
-  const std::scoped_lock lock(impl_->mutex);
-  if (!impl_->complete || !impl_->late.empty()) return nullptr;
+  std::unique_lock lock(impl_->mutex);
+  if (!impl_->complete || impl_->late.size() > kFollowedByTaker) return nullptr;
   impl_->busy = false;
+  auto taken = std::move(impl_->complete);
+  auto late = std::exchange(impl_->late, {});
   impl_->changed.notify_all();
-  return std::move(impl_->complete);
+  lock.unlock();
+  for (Impl::Late& next : late) taken->follow(next.observation, next.changed, std::move(next.pictures));
+  return taken;
 }
 
 void LiveMapCorrection::discard(std::unique_ptr<MapRebuild> rebuild) {

@@ -22,9 +22,10 @@ class LiveMapCorrection {
   /// Begins a rebuild; not while busy. `pose_now` is called on the other thread. The log is closed by it.
   void start(ObservationLog& log, PoseOfObservation pose_now);
   /// To be told of every frame that comes into the map while busy.
-  void follow(const Observation& observation, std::span<const ChangedVolume> changed);
-  /// The rebuild when it is complete and has caught up with all frames, ready to be put into the map; nothing
-  /// before. It is not busy afterwards.
+  void follow(const Observation& observation, std::span<const ChangedVolume> changed, RgbdFrame&& frame);
+  /// The rebuild when it is complete, ready to be put into the map; nothing before. The last frame or two
+  /// that it has not caught up with are followed here, so that it ends on a machine with other work too. It
+  /// is not busy afterwards.
   std::unique_ptr<MapRebuild> take();
   /// Frees a rebuild, with the grid that it has taken out of the map, on the other thread.
   void discard(std::unique_ptr<MapRebuild> rebuild);

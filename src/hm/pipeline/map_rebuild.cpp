@@ -134,9 +134,10 @@ bool MapRebuild::replay(const ObservationLog& log, const PoseOfObservation& pose
   return !report_.interrupted;
 }
 
-void MapRebuild::follow(const Observation& observation, std::span<const VolumeKey> changed) {
+void MapRebuild::follow(const Observation& observation, std::span<const VolumeKey> changed,
+                        std::optional<RgbdFrame> pictures) {
   if (!observation.T_map_camera || is_empty() || (!whole_ && !any_of(changed, wanted_))) return;
-  auto frame = recording_.read(observation.frame_index);
+  auto frame = pictures ? Result<RgbdFrame>(std::move(*pictures)) : recording_.read(observation.frame_index);
   if (!frame) {
     ++report_.frames_lost;
     return;

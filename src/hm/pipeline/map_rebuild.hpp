@@ -60,8 +60,10 @@ class MapRebuild {
   bool replay(const ObservationLog& log, const PoseOfObservation& pose_now, const RunContext& run);
   /// Nothing has moved far enough: there is nothing to put.
   [[nodiscard]] bool is_empty() const { return !whole_ && rebuilt_.empty(); }
-  /// Takes in a frame that came into the map after replay() was given its log, with what it has changed.
-  void follow(const Observation& observation, std::span<const VolumeKey> changed);
+  /// Takes in a frame that came into the map after replay() was given its log, with what it has changed
+  /// and its pictures; without them it is read again.
+  void follow(const Observation& observation, std::span<const VolumeKey> changed,
+              std::optional<RgbdFrame> pictures);
   /// Puts what was rebuilt in the place of the map's; the log follows. All frames that came after replay()'s
   /// log must have been followed. What was there is freed with this object.
   void put_into(DensePipeline& map, ObservationLog& log);

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <thread>
 
@@ -227,7 +226,7 @@ void correct_while_frames_come(std::size_t first_moved) {
   live.start(map.log, [&](const Observation& o) { return truth(o.frame_index); });
   for (std::size_t i = kBegin; i < kFrames; ++i) {
     map.integrate(recording, truth, i, i + 1);
-    live.follow({i, recording.info().stamps[i], 0, *truth(i), *truth(i)}, map.changed);
+    live.follow({i, recording.info().stamps[i], 0, *truth(i), *truth(i)}, map.changed, *recording.read(i));
   }
   std::unique_ptr<MapRebuild> done;
   while (!(done = live.take())) {
@@ -246,7 +245,6 @@ void correct_while_frames_come(std::size_t first_moved) {
   EXPECT_LT(100 * left.far, left.compared);
   for (const Observation& o : map.log.observations())
     EXPECT_EQ(o.T_map_camera->matrix(), truth(o.frame_index)->matrix());
-  EXPECT_EQ(map.log.frames_mapped(), kFrames);
   // It can go on, and nothing is left to be done.
   live.start(map.log, [&](const Observation& o) { return truth(o.frame_index); });
   while (!(done = live.take())) std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/pipeline/live_map_correction.hpp"
@@ -15,6 +16,12 @@ MapRebuildOptions rebuild_options(const Parameters& parameters) {
   options.least_shift_m = parameters.slam.rebuild_shift_voxel * parameters.tsdf.voxel_size_m;
   options.prefetch_frames = static_cast<std::size_t>(parameters.reconstruction.prefetch_frames);
   return options;
+}
+
+/// Frames come into the map where the log says.
+Parameters without_alignment(Parameters parameters) {
+  parameters.reconstruction.align = false;
+  return parameters;
 }
 
 /// Where loops put a frame; nothing in a map that nothing connects with the first. A submap of which loops
@@ -36,7 +43,7 @@ struct SlamMap::Impl {
         recording(its_recording),
         run(its_run),
         options(rebuild_options(all)),
-        dense(all, its_recording.info().camera.without_distortion(), its_run.threads) {
+        dense(without_alignment(all), its_recording.info().camera.without_distortion(), its_run.threads) {
     run.stop = {};  // who asks to stop gets what there is, and that is right
   }
 
@@ -76,13 +83,11 @@ std::string SlamMap::progress() const {
 }
 
 void SlamMap::Impl::exchange(MapRebuild& rebuild, const RgbdFrame& frame) {
-  const Stopwatch watch;
   rebuild.put_into(dense, log);
   if (rebuild.report().volumes_rebuilt == 0 && rebuild.report().frames_moved == 0) return;
   under_way.frame_index = frame.index;
   under_way.stamp = frame.stamp;
   under_way.map = rebuild.report();
-  under_way.stall_ms += watch.milliseconds();
   corrections.push_back(under_way);
 }
 
@@ -104,11 +109,13 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
   Impl& impl = *impl_;
   if (!impl.parameters.slam.rebuild_online) return;
   impl.now = now;
-  if (impl.live)
-    if (auto rebuild = impl.live->take()) {
-      impl.exchange(*rebuild, frame);
-      impl.live->discard(std::move(rebuild));
-    }
+  const Stopwatch watch;
+  if (auto rebuild = impl.live ? impl.live->take() : nullptr) {
+    const std::size_t before = impl.corrections.size();
+    impl.exchange(*rebuild, frame);
+    impl.live->discard(std::move(rebuild));
+    if (impl.corrections.size() > before) impl.corrections.back().stall_ms += watch.milliseconds();
+  }
   if (now.solutions != impl.solutions_begun && !(impl.live && impl.live->busy())) impl.begin(frame);
 }
 
@@ -129,7 +136,7 @@ void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   const FrameOutcome outcome = impl.dense.process(frame);
   if (!outcome.integrated) return;
   impl.log.note(observation, outcome.scan.changed);
-  if (impl.live) impl.live->follow(observation, outcome.scan.changed);
+  if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
 }
 
 /// One decision for all frames, so that it does not depend on what was in the map at which moment.

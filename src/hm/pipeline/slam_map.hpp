@@ -28,7 +28,8 @@ class SlamMap {
 
   /// To be called before every frame with what loops say now (slam.rebuild_online).
   void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
-  /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it.
+  /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it. Its
+  /// pictures may be taken away.
   void add(RgbdFrame& frame, const TrackedFrame& tracked);
   /// Brings the map to its final poses: those of odometry if loops have moved nothing by more than
   /// slam.rebuild_shift_voxel. It is made again unless it is already there. Gives up what follow() has begun.
