@@ -10,7 +10,6 @@ namespace {
 
 Parameters without_mesh(Parameters parameters) {
   parameters.reconstruction.live_mesh = false;
-  parameters.reconstruction.align = false;
   return parameters;
 }
 
@@ -85,7 +84,7 @@ void MapRebuild::integrate_frame(std::size_t place, Observation& observation, Re
     return;
   }
   frame->T_world_camera = observation.T_map_camera;
-  const FrameOutcome outcome = aside_.process(*frame);
+  const FrameOutcome outcome = aside_.process_in_map(*frame);
   ++(moved ? report_.frames_moved : report_.frames_replayed);
   ObservationLog::Group& group = rebuilt_.at(place);
   for (const ChangedVolume& volume : outcome.scan.changed) {
@@ -143,7 +142,7 @@ void MapRebuild::follow(const Observation& observation, std::span<const VolumeKe
     return;
   }
   frame->T_world_camera = observation.T_map_camera;
-  aside_.process(*frame);
+  aside_.process_in_map(*frame);
   ++report_.frames_replayed;
 }
 

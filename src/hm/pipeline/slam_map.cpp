@@ -18,12 +18,6 @@ MapRebuildOptions rebuild_options(const Parameters& parameters) {
   return options;
 }
 
-/// Frames come into the map where the log says.
-Parameters without_alignment(Parameters parameters) {
-  parameters.reconstruction.align = false;
-  return parameters;
-}
-
 /// Where loops put a frame; nothing in a map that nothing connects with the first. A submap of which loops
 /// have not heard yet stays as it is.
 std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation& observation) {
@@ -43,7 +37,7 @@ struct SlamMap::Impl {
         recording(its_recording),
         run(its_run),
         options(rebuild_options(all)),
-        dense(without_alignment(all), its_recording.info().camera.without_distortion(), its_run.threads) {
+        dense(all, its_recording.info().camera.without_distortion(), its_run.threads) {
     run.stop = {};  // who asks to stop gets what there is, and that is right
   }
 
@@ -133,7 +127,7 @@ void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
                                 impl.pose_of_new_frame(tracked)};
   if (!observation.T_map_camera) return impl.log.note(observation, {});
   frame.T_world_camera = observation.T_map_camera;
-  const FrameOutcome outcome = impl.dense.process(frame);
+  const FrameOutcome outcome = impl.dense.process_in_map(frame);
   if (!outcome.integrated) return;
   impl.log.note(observation, outcome.scan.changed);
   if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));

@@ -30,9 +30,12 @@ struct SlamPipeline::Impl {
         tracking(all, camera,
                  {range.count(), first_camera(recording.info(), range.begin, all.slam.start_at_pose)}),
         closer(camera, all.loops),
-        map(all, recording, its_run) {}
+        map(all, recording, its_run) {
+    if (all.slam.align) alignment.emplace(all, camera);
+  }
 
   void take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
+  void align(const RgbdFrame& frame, TrackedFrame& tracked);
   [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
   void place_trajectory();
@@ -45,6 +48,9 @@ struct SlamPipeline::Impl {
   VisualTracking tracking;
   LiveRgbdLoopCloser closer;
   SlamMap map;
+  std::optional<SlamAlignment> alignment;
+  Trajectory aligned;  ///< instead of the tracking's, with alignment; and its keyframes
+  std::vector<std::shared_ptr<const Keyframe>> aligned_keyframes;
   std::vector<double> frame_ms;
   State state;
 };
@@ -57,6 +63,14 @@ const SlamPipeline::State& SlamPipeline::state() const { return impl_->state; }
 SlamPipeline::State& SlamPipeline::state() { return impl_->state; }
 DensePipeline& SlamPipeline::dense() { return impl_->map.dense(); }
 
+/// From here on odometry is what alignment made of it.
+void SlamPipeline::Impl::align(const RgbdFrame& frame, TrackedFrame& tracked) {
+  if (!alignment || !tracked.T_odom_camera) return;
+  alignment->align(frame, tracked);
+  aligned.push_back({frame.stamp, *tracked.T_odom_camera});
+  if (tracked.new_keyframe) aligned_keyframes.push_back(tracked.new_keyframe);
+}
+
 /// Of the frames with a pose, the last one included.
 bool SlamPipeline::Impl::is_for_map() const {
   return (tracking.track().frames_tracked - 1) % static_cast<std::size_t>(parameters.slam.map_stride) == 0;
@@ -64,7 +78,8 @@ bool SlamPipeline::Impl::is_for_map() const {
 
 void SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms) {
   const Stopwatch watch;
-  const TrackedFrame tracked = tracking.take(index, frame, wait_ms);
+  TrackedFrame tracked = tracking.take(index, frame, wait_ms);
+  if (frame) align(*frame, tracked);
   if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
   if (frame) {
     frame->index = index;
@@ -131,6 +146,11 @@ void SlamPipeline::close_loops() {
   impl.state.loops = snapshot.statistics;
   impl.state.graph = impl.closer.graph();
   impl.state.track = impl.tracking.finish();
+  if (impl.alignment) {
+    impl.state.track.trajectory = std::move(impl.aligned);
+    impl.state.track.keyframes = std::move(impl.aligned_keyframes);
+    impl.state.dense_alignment = impl.alignment->summary();
+  }
   impl.place_trajectory();
   impl.state.close_seconds = watch.seconds();
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "hm/pipeline/slam_alignment.hpp"
 #include "hm/pipeline/slam_map.hpp"
 #include "hm/pipeline/visual_tracking.hpp"
 
@@ -31,7 +32,8 @@ class SlamPipeline {
   void correct_dense_map();
 
   struct State {
-    VisualTrack track;     ///< T_odom_camera; complete after close_loops()
+    VisualTrack track;  ///< T_odom_camera, with slam.align as aligned; complete after close_loops()
+    std::optional<SlamAlignmentSummary> dense_alignment;  ///< with slam.align
     Trajectory corrected;  ///< T_map_camera of the same frames; those of unconnected maps are left out
     std::shared_ptr<const CorrectedKeyframes> keyframes;
     RgbdLoopStatistics loops;

@@ -47,7 +47,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   if (options.parameters.reconstruction.align)
     return fail(ErrorCode::kUsage, "reconstruction.align",
-                "it corrects given poses (hm reconstruct); slam finds its own");
+                "it corrects given poses (hm reconstruct); for those of odometry there is slam.align");
   auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   if (const auto made = make_folder(options.output); !made) return forward_error(made);

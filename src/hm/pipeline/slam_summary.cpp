@@ -72,6 +72,11 @@ JsonValue to_json(const SlamSummary& summary) {
     json["odometry"] = std::move(odometry);
   }
   json["largest_correction_m"] = state.largest_shift_m;
+  if (state.dense_alignment)
+    json["alignment"] = JsonValue::object({{"accepted", state.dense_alignment->accepted},
+                                           {"not_accepted", state.dense_alignment->not_accepted},
+                                           {"mean_ms", state.dense_alignment->milliseconds.mean},
+                                           {"p99_ms", state.dense_alignment->milliseconds.p99}});
   json["frames_mapped"] = state.frames_mapped;
   json["frames_apart"] = state.frames_apart;
   json["map_correction"] = correction_to_json(state.correction);
