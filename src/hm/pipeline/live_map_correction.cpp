@@ -1,7 +1,5 @@
 #include "hm/pipeline/live_map_correction.hpp"
 
-#include <sys/resource.h>
-
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -14,13 +12,7 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kPicturesKept = 8;  ///< of frames that wait; others are read again
-constexpr std::size_t kFollowedByTaker = 2;
-
-/// Lets the calling thread (and those that it starts) yield to tracking. Refused, it is only less polite.
-void lower_priority() {
-  constexpr int kNice = 4;
-  (void)setpriority(PRIO_PROCESS, 0, kNice);  // 0: on Linux, of the calling thread alone
-}
+constexpr std::size_t kFollowedByTaker = 3;
 
 }  // namespace
 
@@ -85,7 +77,6 @@ void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const
 }
 
 void LiveMapCorrection::Impl::work(const std::stop_token& stop) {
-  lower_priority();
   std::unique_lock lock(mutex);
   while (true) {
     changed.wait(lock, stop, [this] { return task || !discarded.empty(); });

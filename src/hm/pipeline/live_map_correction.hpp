@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// Rebuilds what loops have moved beside the map on a thread of its own, at low priority, while frames go on
+/// Rebuilds what loops have moved beside the map on a thread of its own while frames go on
 /// coming into the map. All functions are called from the map's thread; none of them waits for a rebuild, but
 /// the destructor, for one frame of it.
 class LiveMapCorrection {
