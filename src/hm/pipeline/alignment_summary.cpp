@@ -30,10 +30,28 @@ PlotSeries series_of(const ReconstructionSummary& summary, const char* name, dou
   return series;
 }
 
+/// The poses as they were given, of the integrated frames.
+Trajectory given_trajectory(const Trajectory& integrated, const GivenPoses& given,
+                            const RecordingInfo& info) {
+  Trajectory trajectory;
+  std::size_t next = 0;  // both lists are in order of time
+  for (const StampedPose& pose : integrated) {
+    while (next < info.stamps.size() && info.stamps[next] < pose.stamp) ++next;
+    std::optional<SE3> its;
+    if (!given.poses.empty())
+      its = pose_at(given.poses, pose.stamp, given.max_gap);
+    else if (next < info.frame_poses.size())
+      its = info.frame_poses[next];
+    if (its) trajectory.push_back({pose.stamp, *its});
+  }
+  return trajectory;
+}
+
 }  // namespace
 
-AlignmentSummary summarise_alignment(const ReconstructionState& state, AlignmentReferences references,
-                                     const Parameters& parameters, std::span<const FrameRecord> records) {
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records) {
   AlignmentSummary summary;
   summary.accepted = state.frames_aligned;
   summary.not_accepted = state.frames_not_aligned;
@@ -41,9 +59,9 @@ AlignmentSummary summarise_alignment(const ReconstructionState& state, Alignment
   for (const FrameRecord& record : records)
     if (record.alignment) ms.push_back(record.align_ms);
   summary.ms = summarise(ms);
-  summary.given = std::move(references.given);
-  summary.given_ate_m = ate_m(references.truth, summary.given, parameters);
-  summary.aligned_ate_m = ate_m(references.truth, state.trajectory, parameters);
+  summary.given = given_trajectory(state.trajectory, given, info);
+  summary.given_ate_m = ate_m(info.truth, summary.given, parameters);
+  summary.aligned_ate_m = ate_m(info.truth, state.trajectory, parameters);
   return summary;
 }
 

@@ -7,15 +7,16 @@
 
 namespace hm {
 
-/// What the aligned poses are compared with.
-struct AlignmentReferences {
-  Trajectory given;         ///< the poses that were aligned, at the stamps of the integrated frames
-  const Trajectory& truth;  ///< empty: not known
+/// Poses from a file that took the place of the recording's; none: the recording's own were aligned.
+struct GivenPoses {
+  const Trajectory& poses;
+  Duration max_gap;  ///< between two poses that others are interpolated from
 };
 
 /// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
-AlignmentSummary summarise_alignment(const ReconstructionState& state, AlignmentReferences references,
-                                     const Parameters& parameters, std::span<const FrameRecord> records);
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records);
 
 /// What there is to warn of: most frames could not be aligned. Empty: nothing.
 std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);

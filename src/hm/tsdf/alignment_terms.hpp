@@ -35,9 +35,8 @@ struct AlignmentTerms {
   double weight = 0;  ///< sum of the readings' weights: H of one direction that all of them see fully
   double cost = 0;    ///< sum of robust costs, 1 for each reading that does not agree or has no surface near
   double on_map = 0;  ///< readings near enough to a surface to be compared
-  double agreeing = 0;      ///< of them, within the width of the robust function
-  double square_m2 = 0;     ///< of the agreeing ones, sum of squared distances
-  double square_width = 0;  ///< the same in squared widths
+  double agreeing = 0;   ///< of them, within the width of the robust function
+  double square_m2 = 0;  ///< of the agreeing ones, sum of squared distances
 };
 
 /// The terms of the first `count` readings. The corners of readings that moved on to other voxels are looked
