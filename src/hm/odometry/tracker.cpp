@@ -8,6 +8,8 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/coarse_alignment.hpp"
+#include "hm/odometry/frame_check.hpp"
+#include "hm/odometry/motion_filter.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
 #include "hm/odometry/tracker_matching.hpp"
 #include "hm/odometry/tracker_relocalisation.hpp"
@@ -40,6 +42,7 @@ class Tracker final : public VisualOdometry {
         detector_(params.features, camera, {params.max_depth_m, params.max_depth_sigma_m}),
         map_(static_cast<std::size_t>(params.tracker.max_model_points),
              static_cast<std::size_t>(params.tracker.max_keyframes)),
+        filter_(params.features.depth_noise),
         T_odom_last_(T_odom_first_camera) {
     matching_.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
     matching_.max_depth_m = params.max_depth_m;
@@ -52,7 +55,7 @@ class Tracker final : public VisualOdometry {
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
     const Stopwatch total;
     TrackedFrame out;
-    out.reason = reason_to_skip(frame);
+    out.reason = reason_to_skip(frame, camera_, last_stamp_);
     if (out.reason.empty()) {
       last_stamp_ = frame.stamp;
       const TrackerFrame view = make_view(frame, hint, out);
@@ -75,23 +78,10 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const override {
-    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes();
+    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes();
   }
 
  private:
-  [[nodiscard]] std::string reason_to_skip(const RgbdFrame& frame) const {
-    if (frame.color.empty()) return "no colour image";
-    if (frame.color.width() != camera_.width || frame.color.height() != camera_.height ||
-        frame.depth.width() != camera_.width || frame.depth.height() != camera_.height)
-      return fmt::format("images of {}x{} (colour) and {}x{} (depth), camera of {}x{}", frame.color.width(),
-                         frame.color.height(), frame.depth.width(), frame.depth.height(), camera_.width,
-                         camera_.height);
-    if (last_stamp_ && !(frame.stamp > *last_stamp_))
-      return fmt::format("stamp {:.6f} s is not after {:.6f} s", frame.stamp.seconds(),
-                         last_stamp_->seconds());
-    return {};
-  }
-
   TrackerFrame make_view(const RgbdFrame& frame, const MotionHint& hint, TrackedFrame& out) const {
     const Stopwatch watch;
     TrackerFrame view;
@@ -120,6 +110,7 @@ class Tracker final : public VisualOdometry {
     map_.clear();
     velocity_ = Vec6::Zero();
     add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, submap_}, out);
+    filter_.restart(view.grid, T_odom_last_);
     out.status = TrackingStatus::kStarted;
     out.T_odom_camera = T_odom_last_;
     out.covariance = covariance_last_;
@@ -190,6 +181,9 @@ class Tracker final : public VisualOdometry {
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
     T_odom_last_ = T;
     covariance_last_ = covariance_of(attempt);
+    out.T_odom_camera = publish(view, T, status);
+    out.covariance = covariance_last_;
+    if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     if (keyframe_due(T, attempt.registration.inliers)) {
       add_keyframe({&view, detector_.detect(view.pyramid.level(0), view.frame->depth),
                     std::move(attempt.matches), T, covariance_last_, submap_},
@@ -197,13 +191,19 @@ class Tracker final : public VisualOdometry {
       adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
       map_.forget_unproven();
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      filter_.model_moved(T_odom_last_);
     } else {
       fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
     }
     out.status = status;
-    out.T_odom_camera = T_odom_last_;
-    out.covariance = covariance_last_;
     out.numbers.model_ms = watch.milliseconds();
+  }
+
+  [[nodiscard]] SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
+    if (!params_.tracker.motion_filter) return T;
+    if (status == TrackingStatus::kTracked) return filter_.update(view.grid, T);
+    filter_.restart(view.grid, T);
+    return T;
   }
 
   /// That of the registration, and that of the keyframes in which its landmarks were first seen.
@@ -272,7 +272,8 @@ class Tracker final : public VisualOdometry {
   FeatureDetector detector_;
   LocalMap map_;
   CoarseReference reference_;  ///< the last frame with a pose
-  SE3 T_odom_last_;
+  MotionFilter filter_;
+  SE3 T_odom_last_;  ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
   Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
   std::optional<Vec3> up_odom_;
