@@ -25,6 +25,7 @@ constexpr double kFewInliersRatio = 0.3;
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
+constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
 
 /// A registration that was looked at, and why it is not accepted (empty: it is).
 struct Attempt {
@@ -65,6 +66,7 @@ class Tracker final : public VisualOdometry {
         follow(view, hint, out);
       if (out.T_odom_camera) {
         lost_frames_ = 0;
+        posed_stamp_ = frame.stamp;
         if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
         reference_ = CoarseReference(view.pyramid, view.grid, camera_, kCoarsePixels);
       }
@@ -135,7 +137,10 @@ class Tracker final : public VisualOdometry {
     std::vector<SE3> guesses{velocity, SE3{}};
     if (hint.R_last_current && lost_frames_ == 0)
       guesses.insert(guesses.begin(), SE3(*hint.R_last_current, velocity.translation()));
-    return T_odom_last_ * align_coarsely(reference_, view.pyramid, guesses).T_ref_cur;
+    CoarseResult coarse = align_coarsely(reference_, view.pyramid, guesses);
+    if ((view.frame->stamp - posed_stamp_).seconds() > kLongGap_s)
+      coarse = search_turns(reference_, view.pyramid, coarse, {guesses.front()});
+    return T_odom_last_ * coarse.T_ref_cur;
   }
 
   [[nodiscard]] Attempt attempt_at(const TrackerFrame& view, const SE3& T_guess,
@@ -278,6 +283,7 @@ class Tracker final : public VisualOdometry {
   Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
   std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
+  Time posed_stamp_;
   int submap_ = 0;
   int lost_frames_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe
