@@ -7,6 +7,7 @@
 #include <map>
 
 #include "hm/core/statistics.hpp"
+#include "hm/sensors/spline_basis.hpp"
 
 namespace hm::detail {
 namespace {
@@ -51,12 +52,6 @@ std::vector<BlockMean> block_means(const DepthView& view) {
   return means;
 }
 
-std::array<double, 4> weights_at(double t) {
-  const double u = 1 - t;
-  return {u * u * u / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
-          t * t * t / 6};
-}
-
 /// The control points that a place depends on, as a row of the linear system.
 struct Row {
   std::vector<std::pair<Eigen::Index, double>> entries;
@@ -92,20 +87,16 @@ Row System::row_of(const BlockMean& mean) const {
   const double s = std::clamp((2 * mean.measured_m - model_.min_depth_m - model_.max_depth_m) /
                                   (model_.max_depth_m - model_.min_depth_m),
                               -1.0, 1.0);
-  const auto place = [](double pixel, int size, int points) {
-    const double at = std::clamp((pixel + 0.5) / size, 0.0, 1.0) * (points - 3);
-    const int span = std::clamp(static_cast<int>(at), 0, points - 4);
-    return std::pair(span, weights_at(at - span));
-  };
-  const auto [column, across] = place(mean.pixel.x(), model_.width, model_.columns);
-  const auto [row, down] = place(mean.pixel.y(), model_.height, model_.rows);
+  const SplinePlace u = spline_place(mean.pixel.x(), model_.width, model_.columns);
+  const SplinePlace v = spline_place(mean.pixel.y(), model_.height, model_.rows);
+  const auto across = spline_weights(u.t), down = spline_weights(v.t);
   Row result;
   double power = 1;
   for (int k = 0; k < model_.terms; ++k, power *= s)
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 4; ++i)
         result.entries.emplace_back(
-            index(k, row + j, column + i),
+            index(k, v.span + j, u.span + i),
             power * across[static_cast<std::size_t>(i)] * down[static_cast<std::size_t>(j)]);
   return result;
 }
@@ -160,15 +151,15 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
     const auto of_view = block_means(view);
     means.insert(means.end(), of_view.begin(), of_view.end());
   }
+  const System priors(model, params);
+  std::vector<Row> rows;
+  for (const BlockMean& mean : means) rows.push_back(priors.row_of(mean));
   std::vector<double> trust(means.size(), 1.0);
   Eigen::VectorXd solution;
   for (int round = 0; round < kRobustRounds; ++round) {
-    System system(model, params);
-    std::vector<Row> rows;
-    for (std::size_t i = 0; i < means.size(); ++i) {
-      rows.push_back(system.row_of(means[i]));
-      system.add(rows.back(), means[i].error_m, trust[i] / (means[i].sigma_m * means[i].sigma_m));
-    }
+    System system = priors;
+    for (std::size_t i = 0; i < means.size(); ++i)
+      system.add(rows[i], means[i].error_m, trust[i] / (means[i].sigma_m * means[i].sigma_m));
     solution = system.solve();
     // Huber: what is far off (a hand before the board, an edge) counts less in the next round.
     std::vector<double> off(means.size());
@@ -182,10 +173,8 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
     model.coefficients[static_cast<std::size_t>(i)] = static_cast<float>(solution[i]);
   std::vector<char> touched(static_cast<std::size_t>((model.columns - 3) * (model.rows - 3)), 0);
   for (const BlockMean& mean : means) {
-    const auto x =
-        std::min(static_cast<int>(mean.pixel.x() / model.width * (model.columns - 3)), model.columns - 4);
-    const auto y =
-        std::min(static_cast<int>(mean.pixel.y() / model.height * (model.rows - 3)), model.rows - 4);
+    const int x = spline_place(mean.pixel.x(), model.width, model.columns).span;
+    const int y = spline_place(mean.pixel.y(), model.height, model.rows).span;
     touched[static_cast<std::size_t>(y * (model.columns - 3) + x)] = 1;
   }
   fit.fitted_pixel_ratio =

@@ -45,12 +45,11 @@ class PictureRecording final : public Recording {
 };
 
 Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem::path& path) const {
-  auto depth = read_depth_png(path);
+  auto depth = read_depth_picture(path);
   if (!depth) return depth;
   if (depth->width() != info_.camera.width || depth->height() != info_.camera.height)
     return fail(ErrorCode::kCorrupted, path, "is {} x {}, the recording's camera {} x {}", depth->width(),
                 depth->height(), info_.camera.width, info_.camera.height);
-  std::ranges::replace(depth->pixels(), std::uint16_t{65535}, std::uint16_t{0});
   return depth;
 }
 
