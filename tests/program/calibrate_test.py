@@ -74,6 +74,22 @@ class Calibrate(support.SharedFolderTest):
         self.assertEqual(thesis["model"]["mode"], "quadratic_zero")
         self.assertLess(thesis["after_rms_m"], thesis["before_rms_m"])
 
+    def test_cameras_are_adjusted_with_the_correction(self):
+        run = self.run_json("calibrate", "depth", self.folder_of_set / "depth", "--calibration", self.results / "rig",
+                            "-o", "refined", "--set", "depth_fit.refine=cameras")
+        refined = run["refined"]
+        self.assertLess(refined["corners_after"], refined["corners_before"])
+        before, after = (abs(camera["fx_px"] / TRUE_RGB["fx_px"] - 1)
+                         for camera in (self.color["camera"], refined["color_camera"]))
+        self.assertLess(after, before + 5e-4)
+        self.assertLess(run["after_rms_m"], 1.05 * self.depth["after_rms_m"])
+        written = tomllib.loads((self.folder / "refined/calibration.toml").read_text())
+        self.assertAlmostEqual(written["color_camera"]["fx_px"], refined["color_camera"]["fx_px"], places=6)
+        wrong = self.run_json("calibrate", "depth", self.folder_of_set / "depth", "--calibration",
+                              self.results / "rig", "-o", "x", "--set", "depth_fit.refine=cameras", "--set",
+                              "depth_fit.mode=quadratic", expect=2)
+        self.assertIn("spline", wrong["error"]["message"])
+
     def test_noise(self):
         for source in ("static", "planes"):
             run = self.run_json("calibrate", "noise", self.folder_of_set / "depth", "-o", source, "--from", source)

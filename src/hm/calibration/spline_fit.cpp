@@ -18,40 +18,6 @@ constexpr double kAssumedNoise_per_m = 1.5e-3;  // sigma = this z^2, where a sin
 constexpr double kLargestCorrection_m = 0.3;    // weak prior on every coefficient
 constexpr int kRobustRounds = 3;
 
-/// Mean of the readings of one view within a square of pixels.
-struct BlockMean {
-  Vec2 pixel = Vec2::Zero();
-  double measured_m = 0, error_m = 0;  ///< error: true minus measured
-  double sigma_m = 0;
-};
-
-std::vector<BlockMean> block_means(const DepthView& view) {
-  struct Sum {
-    double x = 0, y = 0, measured = 0, error = 0, variance = 0;
-    int count = 0;
-  };
-  std::map<std::pair<int, int>, Sum> sums;
-  for (const DepthSample& sample : view.samples) {
-    Sum& sum = sums[{sample.y / kBlock_px, sample.x / kBlock_px}];
-    const auto measured = static_cast<double>(sample.measured_m), truth = static_cast<double>(sample.true_m);
-    const double sigma =
-        sample.sigma_m > 0 ? static_cast<double>(sample.sigma_m) : kAssumedNoise_per_m * truth * truth;
-    sum.x += sample.x, sum.y += sample.y;
-    sum.measured += measured;
-    sum.error += truth - measured;
-    sum.variance += sigma * sigma;
-    ++sum.count;
-  }
-  std::vector<BlockMean> means;
-  for (const auto& [place, sum] : sums) {
-    const double n = sum.count, z = sum.measured / n;
-    const double reference = kReferenceRatio * z;
-    means.push_back({Vec2(sum.x / n, sum.y / n), z, sum.error / n,
-                     std::sqrt(sum.variance / (n * n) + reference * reference)});
-  }
-  return means;
-}
-
 /// The control points that a place depends on, as a row of the linear system.
 struct Row {
   std::vector<std::pair<Eigen::Index, double>> entries;
@@ -132,6 +98,33 @@ double dot(const Row& row, const Eigen::VectorXd& solution) {
 
 }  // namespace
 
+std::vector<BlockMean> block_means(const DepthView& view, int block_px) {
+  struct Sum {
+    double x = 0, y = 0, measured = 0, error = 0, variance = 0;
+    int count = 0;
+  };
+  std::map<std::pair<int, int>, Sum> sums;
+  for (const DepthSample& sample : view.samples) {
+    Sum& sum = sums[{sample.y / block_px, sample.x / block_px}];
+    const auto measured = static_cast<double>(sample.measured_m), truth = static_cast<double>(sample.true_m);
+    const double sigma =
+        sample.sigma_m > 0 ? static_cast<double>(sample.sigma_m) : kAssumedNoise_per_m * truth * truth;
+    sum.x += sample.x, sum.y += sample.y;
+    sum.measured += measured;
+    sum.error += truth - measured;
+    sum.variance += sigma * sigma;
+    ++sum.count;
+  }
+  std::vector<BlockMean> means;
+  for (const auto& [place, sum] : sums) {
+    const double n = sum.count, z = sum.measured / n;
+    const double reference = kReferenceRatio * z;
+    means.push_back({Vec2(sum.x / n, sum.y / n), z, sum.error / n,
+                     std::sqrt(sum.variance / (n * n) + reference * reference)});
+  }
+  return means;
+}
+
 TrainedRange trained_range(std::span<const DepthView> views) {
   std::vector<double> depths;
   for (const DepthView& view : views)
@@ -148,7 +141,7 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
   std::vector<BlockMean> means;
   for (const DepthView& view : views) {
     fit.samples += view.samples.size();
-    const auto of_view = block_means(view);
+    const auto of_view = block_means(view, kBlock_px);
     means.insert(means.end(), of_view.begin(), of_view.end());
   }
   const System priors(model, params);
