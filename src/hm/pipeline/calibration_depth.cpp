@@ -74,7 +74,9 @@ Result<void> Run::list() {
 
 /// The board's pose comes from the colour picture alone; depth only from the depth pictures.
 Compared Run::compare(const DepthPoseFolder& pose) const {
-  const auto out = [&](const std::string& why) { return Compared{std::nullopt, pose.name + ": " + why}; };
+  const auto out = [&](const std::string& why) {
+    return Compared{std::nullopt, pose.name + ": " + why, {}, {}};
+  };
   if (pose.color.empty()) return out("no colour picture");
   const auto picture = read_color_image(pose.color);
   if (!picture) return out(to_string(picture.error()));
