@@ -78,7 +78,9 @@ class Calibrate(support.SharedFolderTest):
         run = self.run_json("calibrate", "depth", self.folder_of_set / "depth", "--calibration", self.results / "rig",
                             "-o", "refined", "--set", "depth_fit.refine=cameras")
         refined = run["refined"]
-        self.assertLess(refined["corners_after"], refined["corners_before"])
+        # Every board's pose had the least error of its own corners before: now they share it with the depth.
+        self.assertLess(refined["corners_after"], 0.5)
+        self.assertLess(refined["depth_after"], refined["depth_before"])
         before, after = (abs(camera["fx_px"] / TRUE_RGB["fx_px"] - 1)
                          for camera in (self.color["camera"], refined["color_camera"]))
         self.assertLess(after, before + 5e-4)
