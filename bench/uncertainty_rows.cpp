@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "hm/calibration/depth_average.hpp"
 #include "hm/odometry/feature_detection.hpp"
 #include "hm/sim/simulation.hpp"
 #include "measurement.hpp"
@@ -16,36 +17,11 @@ constexpr int kViews = 5;
 constexpr int kFrames = 300;
 constexpr std::size_t kPredictions = 3;  ///< single frames of a view from which deviations are predicted
 
-/// Mean and deviation of every pixel (Welford 1962); pixels without a reading do not count.
-class PixelStatistics {
- public:
-  PixelStatistics(int width, int height) : pixels_(width, height) {}
-  void add(const DepthImage& depth) {
-    for (int y = 0; y < depth.height(); ++y) {
-      for (int x = 0; x < depth.width(); ++x) {
-        if (depth.units(x, y) == 0) continue;
-        Pixel& pixel = pixels_(x, y);
-        ++pixel.count;
-        const double difference = depth.depth_m(x, y) - pixel.mean;
-        pixel.mean += difference / pixel.count;
-        pixel.squares += difference * (depth.depth_m(x, y) - pixel.mean);
-      }
-    }
-  }
-  /// Nothing where less than half of the frames have a reading.
-  [[nodiscard]] std::optional<double> deviation_m(int x, int y) const {
-    const Pixel& pixel = pixels_(x, y);
-    if (pixel.count < kFrames / 2) return std::nullopt;
-    return std::sqrt(pixel.squares / (pixel.count - 1));
-  }
-
- private:
-  struct Pixel {
-    int count = 0;
-    double mean = 0, squares = 0;
-  };
-  Image<Pixel> pixels_;
-};
+/// Deviation of a pixel over time; nothing where less than half of the frames have a reading.
+std::optional<double> deviation_m(const DepthAverage& average, int x, int y) {
+  if (average.count(x, y) < kFrames / 2) return std::nullopt;
+  return average.sigma_m(x, y);
+}
 
 /// Sums of squares of something, and how much of it.
 struct Squares {
@@ -115,7 +91,7 @@ class Experiment {
     const std::size_t place = (2 * view_number + 1) * simulation_.frame_count() / (2 * kViews);
     const PinholeCamera& camera = simulation_.camera();
     const RenderedView view = renderer_.render(camera, simulation_.true_pose(place), ParallelLoop(1));
-    PixelStatistics statistics(camera.width, camera.height);
+    DepthAverage statistics(camera.width, camera.height);
     std::vector<DepthImage> singles;
     for (int i = 0; i < kFrames; ++i) {
       Rng rng(view_number, static_cast<std::uint64_t>(i));
@@ -130,7 +106,7 @@ class Experiment {
   [[nodiscard]] const Normalised& normalised() const { return normalised_; }
 
  private:
-  void compare(const RenderedView& view, const PixelStatistics& truth, const DepthImage& single) {
+  void compare(const RenderedView& view, const DepthAverage& truth, const DepthImage& single) {
     Image<bool_byte> at_feature(single.width(), single.height(), 0);
     FeatureDetector detector(features_, simulation_.camera(), {100, 100});
     for (const Feature& feature : detector.detect(to_gray(view.color), single)) {
@@ -142,7 +118,7 @@ class Experiment {
     }
     for (int y = 0; y < single.height(); ++y) {
       for (int x = 0; x < single.width(); ++x) {
-        const auto deviation = truth.deviation_m(x, y);
+        const auto deviation = deviation_m(truth, x, y);
         if (!deviation || single.units(x, y) == 0) continue;
         const bool edge = is_edge(view, x, y, 1), plane = is_plane(view, x, y);
         for (Model& model : models_) {
