@@ -273,6 +273,8 @@ CalibrationRig rig_of(const CalibrationSimulationParams& params) {
   CalibrationRig rig = xtion_rig();
   rig.warp_at_4m_m = params.warp_at_4m_m;
   rig.noise = {params.noise_quadratic_per_m, 0, 0};
+  if (params.sensor != CalibrationSensor::kXtion)
+    rig = device_rig(static_cast<SensorPreset>(static_cast<int>(params.sensor) - 1));
   rig.gray_sigma = params.gray_sigma;
   return rig;
 }
