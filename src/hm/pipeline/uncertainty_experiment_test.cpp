@@ -29,7 +29,7 @@ class UncertaintyExperiment : public testing::Test {
     Rng rng(4);
     for (int i = 0; i < frames; ++i) {
       RgbdFrame frame;
-      frame.stamp = Time::from_seconds(0.1 * i);
+      frame.stamp = frame.color_stamp = Time::from_seconds(0.1 * (i + 1));
       frame.depth = {Image<std::uint16_t>(kWidth, kHeight), 1e-4};
       frame.color = Image<Rgb8>(kWidth, kHeight, Rgb8{100, 100, 100});
       for (int y = 0; y < kHeight; ++y)
@@ -38,7 +38,8 @@ class UncertaintyExperiment : public testing::Test {
           const double z = (pillar ? 1.0 : 2.0) + rng.normal(0, sigma_m);
           frame.depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z / 1e-4));
         }
-      ASSERT_TRUE(writer->add(frame));
+      const auto added = writer->add(frame);
+      ASSERT_TRUE(added) << to_string(added.error());
     }
     ASSERT_TRUE(writer->finish());
   }
@@ -106,7 +107,7 @@ TEST_F(UncertaintyExperiment, TooFewFramesAreAnError) {
 
 TEST(SimulatedUncertainty, PlanesDeviateAsTheSensorDoes) {
   SimulationParams scene;
-  scene.world = WorldKind::kRoom;
+  scene.world = WorldKind::kHouse;
   scene.sensor = SensorPreset::kTangoTablet;
   FeatureParams features;
   features.depth_noise = sensor_model(scene.sensor).noise;
