@@ -28,7 +28,9 @@ std::size_t LocalMap::memory_bytes() const {
     bytes += sizeof(MapKeyframe) + keyframe.pyramid.memory_bytes() + keyframe.surface.memory_bytes();
     bytes += keyframe.sightings.capacity() * sizeof(Sighting);
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
-    if (keyframe.record) bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature);
+    if (keyframe.record)
+      bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
+               keyframe.record->sights.capacity() * sizeof(LandmarkSight);
   }
   return bytes;
 }
@@ -113,6 +115,7 @@ std::optional<std::size_t> LocalMap::add_landmark(const Landmark& landmark) {
     free_.pop_back();
     landmarks_[index] = landmark;
   }
+  landmarks_[index].identity = next_landmark_++;
   landmarks_[index].alive = true;
   ++alive_;
   return index;

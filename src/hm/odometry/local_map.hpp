@@ -22,6 +22,7 @@ struct Sighting {
 
 /// A point of the persistent model, with the keyframe in which it looks as it is looked for.
 struct Landmark {
+  std::uint64_t identity = 0;  ///< counts up from 1, given by the map
   Vec3 p_odom = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2, odom
   Vec3 normal_odom = Vec3::Zero();
@@ -98,6 +99,7 @@ class LocalMap {
 
   std::size_t max_landmarks_, max_keyframes_;
   std::size_t next_identity_ = 1;
+  std::uint64_t next_landmark_ = 1;
   std::size_t alive_ = 0;
   std::vector<Landmark> landmarks_;
   std::vector<std::size_t> free_;

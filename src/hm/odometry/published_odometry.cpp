@@ -254,7 +254,7 @@ void PublishedOdometry::take_in(const FeatureSet& features, TrackingNumbers& num
 void PublishedOdometry::make_keyframe(const RgbdFrame& frame, TrackedFrame& result) {
   T_odom_keyframe_ = T_odom_camera_;
   result.new_keyframe = std::make_shared<const Keyframe>(
-      Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_});
+      Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}});
 }
 
 }  // namespace

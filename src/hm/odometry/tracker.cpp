@@ -119,7 +119,8 @@ class Tracker final : public VisualOdometry {
     }
     map_.clear();
     velocity_ = Vec6::Zero();
-    add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, submap_}, out);
+    add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
+                 out);
     out.status = TrackingStatus::kStarted;
     out.T_odom_camera = T_odom_last_;
     out.covariance = covariance_last_;
@@ -191,10 +192,10 @@ class Tracker final : public VisualOdometry {
     T_odom_last_ = T;
     covariance_last_ = covariance_of(attempt);
     if (keyframe_due(T, attempt.registration.inliers)) {
-      add_keyframe({&view, detector_.detect(view.pyramid.level(0), view.frame->depth),
-                    std::move(attempt.matches), T, covariance_last_, submap_},
-                   out);
-      adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
+      add_keyframe(
+          {&view, detector_.detect(view.pyramid.level(0), view.frame->depth), std::move(attempt.matches), T,
+           covariance_last_, covariance_in_camera(attempt.registration), submap_},
+          out);
       map_.forget_unproven();
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
     } else {
@@ -229,7 +230,10 @@ class Tracker final : public VisualOdometry {
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
-    out.new_keyframe = insert_keyframe(map_, std::move(parts), camera_, registration_, matching_.limit);
+    const auto record = insert_keyframe(map_, std::move(parts), camera_, registration_, matching_.limit);
+    adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
+    record->T_odom_camera = map_.keyframes().back().T_odom_camera;
+    out.new_keyframe = record;
     best_inliers_ = 0;
   }
 

@@ -56,14 +56,26 @@ void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, 
   keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
 }
 
+std::vector<LandmarkSight> sights_of(const LocalMap& map, const MapKeyframe& keyframe) {
+  std::vector<LandmarkSight> sights;
+  for (const Sighting& s : keyframe.sightings)
+    sights.push_back(
+        {map.landmark(s.landmark).identity, s.pixel, s.pixel_covariance, s.depth_m, s.depth_variance_m2});
+  return sights;
+}
+
 }  // namespace
 
-std::shared_ptr<const Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts,
-                                                const PinholeCamera& camera, const RegistrationParams& params,
-                                                std::size_t target_landmarks) {
+std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
+                                          const RegistrationParams& params, std::size_t target_landmarks) {
   const RgbdFrame& frame = *parts.frame->frame;
-  auto record = std::make_shared<const Keyframe>(
-      Keyframe{frame.index, frame.stamp, parts.submap, parts.T_odom_camera, std::move(parts.features)});
+  auto record = std::make_shared<Keyframe>();
+  record->frame_index = frame.index;
+  record->stamp = frame.stamp;
+  record->submap = parts.submap;
+  record->T_odom_camera = parts.T_odom_camera;
+  record->features = std::move(parts.features);
+  record->motion_covariance = parts.motion_covariance;
   MapKeyframe keyframe;
   keyframe.T_odom_camera = parts.T_odom_camera;
   keyframe.covariance = parts.covariance;
@@ -83,6 +95,7 @@ std::shared_ptr<const Keyframe> insert_keyframe(LocalMap& map, KeyframeParts par
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
   MapKeyframe& added = map.add_keyframe(std::move(keyframe));
   for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera);
+  record->sights = sights_of(map, added);
   return record;
 }
 

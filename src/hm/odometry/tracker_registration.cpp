@@ -77,13 +77,17 @@ double position_sigma_m(const Registration& registration) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
 }
 
-Mat6 covariance_in_odom(const Registration& registration) {
+Mat6 covariance_in_camera(const Registration& registration) {
   Mat6 information = registration.information;
   information.diagonal().array() += kDamping;
   const double scale =
       kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
+  return scale * information.inverse();
+}
+
+Mat6 covariance_in_odom(const Registration& registration) {
   const Mat6 to_odom = adjoint(registration.T_odom_camera);
-  return to_odom * (scale * information.inverse()) * to_odom.transpose();
+  return to_odom * covariance_in_camera(registration) * to_odom.transpose();
 }
 
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad) {

@@ -31,8 +31,11 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
 /// The standard deviation of the position in its least certain direction, if all residuals were as expected.
 double position_sigma_m(const Registration& registration);
 
-/// The covariance of the pose against the model (left perturbation in odom, as in TrackedFrame): the inverse
-/// of the information, scaled by how large the residuals are.
+/// The covariance of the pose against the model, by a move in the camera's frame: the inverse of the
+/// information, scaled by how large the residuals are.
+Mat6 covariance_in_camera(const Registration& registration);
+
+/// The same (left perturbation in odom, as in TrackedFrame).
 Mat6 covariance_in_odom(const Registration& registration);
 
 /// The normal equations of a pose from the direction away from gravity.
