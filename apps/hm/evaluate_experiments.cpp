@@ -61,7 +61,7 @@ void add_uncertainty(Program& program) {
   CLI::App& command = program.add(
       {"evaluate uncertainty", "Models of depth's deviation against what many frames of a still scene show.",
        "  hm evaluate uncertainty -o simulated\n"
-       "  hm evaluate uncertainty still_recording -o deviations --frames 100 --json",
+       "  hm evaluate uncertainty recording -o deviations --frames 100 --json",
        [flags](Session& session) { return run_uncertainty(*flags, session); }});
   command.add_option("recording", flags->recording,
                      "folder of a recording in which neither camera nor scene moves (default: a simulated "
@@ -85,7 +85,7 @@ void add_experiments(Program& program) {
                    "  hm simulate calibration -o boards --sensor tango_phone\n"
                    "  hm calibrate depth boards/depth --calibration boards/truth -o phone\n"
                    "  hm simulate house -o walk --sensor tango_phone\n"
-                   "  hm evaluate depth-compensation walk --calibration phone -o compared",
+                   "  hm evaluate depth-compensation walk --calibration phone/calibration.toml -o compared",
                    [flags](Session& session) { return run_compensation(*flags, session); }});
   compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
   compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")
