@@ -270,11 +270,9 @@ Result<CalibrationSimulationSummary> Simulation::run() {
 }  // namespace
 
 CalibrationRig rig_of(const CalibrationSimulationParams& params) {
-  CalibrationRig rig = xtion_rig();
-  rig.warp_at_4m_m = params.warp_at_4m_m;
-  rig.noise = {params.noise_quadratic_per_m, 0, 0};
-  if (params.sensor != CalibrationSensor::kXtion)
-    rig = device_rig(static_cast<SensorPreset>(static_cast<int>(params.sensor) - 1));
+  const bool is_xtion = params.sensor == CalibrationSensor::kXtion;
+  CalibrationRig rig = is_xtion ? xtion_rig() : device_rig(SensorPreset(static_cast<int>(params.sensor) - 1));
+  if (is_xtion) rig.warp_at_4m_m = params.warp_at_4m_m, rig.noise = {params.noise_quadratic_per_m, 0, 0};
   rig.gray_sigma = params.gray_sigma;
   return rig;
 }
