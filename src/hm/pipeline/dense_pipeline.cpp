@@ -47,24 +47,10 @@ struct DensePipeline::Impl {
     Integrator integrator;
   };
   std::unique_ptr<Aside> aside;
-  DenseAligner aligner;
-  SE3 T_map_given;
-  RgbdFrame aligned;  ///< a frame with its corrected pose
+  TrajectoryAligner aligner;
 
-  const RgbdFrame& align(const RgbdFrame& frame, FrameOutcome& outcome);
+  void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
 };
-
-/// The frame with the pose that it is to be integrated with.
-const RgbdFrame& DensePipeline::Impl::align(const RgbdFrame& frame, FrameOutcome& outcome) {
-  const SE3& T_given_camera = *frame.T_world_camera;
-  const AlignmentPrior prior = prior_of_given_pose(parameters.alignment, T_map_given * T_given_camera);
-  outcome.alignment = aligner.align(grid, frame.depth, prior);
-  if (outcome.alignment->status == AlignmentStatus::kAccepted)
-    T_map_given = outcome.alignment->T_world_camera * T_given_camera.inverse();
-  aligned = frame;
-  aligned.T_world_camera = outcome.alignment->T_world_camera;
-  return aligned;
-}
 
 DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
     : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
@@ -76,8 +62,8 @@ const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
-const SE3& DensePipeline::T_map_given() const { return impl_->T_map_given; }
-void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->T_map_given = T_map_given; }
+const SE3& DensePipeline::T_map_given() const { return impl_->aligner.T_map_odom(); }
+void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->aligner.set_T_map_odom(T_map_given); }
 
 void DensePipeline::adopt(VolumeGrid grid) {
   HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
@@ -86,26 +72,41 @@ void DensePipeline::adopt(VolumeGrid grid) {
   impl_->mesher.mark_all(impl_->grid);
 }
 
-FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
+FrameOutcome DensePipeline::process(const RgbdFrame& frame, const Mat6& covariance) {
+  if (!impl_->parameters.reconstruction.align) return process_in_map(frame);
   FrameOutcome outcome;
   outcome.skipped_because = unusable_because(frame, impl_->camera);
   if (!outcome.skipped_because.empty()) return outcome;
-  const RgbdFrame& posed = impl_->parameters.reconstruction.align ? impl_->align(frame, outcome) : frame;
-  outcome.T_world_camera = *posed.T_world_camera;
-  outcome.scan = impl_->integrator.integrate(impl_->grid, posed);
+  outcome.alignment = impl_->aligner.align(impl_->grid, frame.depth, {*frame.T_world_camera, covariance});
+  outcome.T_world_camera = outcome.alignment->T_world_camera;
+  impl_->integrate(frame, outcome);
+  return outcome;
+}
+
+FrameOutcome DensePipeline::process_in_map(const RgbdFrame& frame) {
+  FrameOutcome outcome;
+  outcome.skipped_because = unusable_because(frame, impl_->camera);
+  if (!outcome.skipped_because.empty()) return outcome;
+  outcome.T_world_camera = *frame.T_world_camera;
+  impl_->integrate(frame, outcome);
+  return outcome;
+}
+
+/// Integrates and meshes with the outcome's pose.
+void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcome) {
+  outcome.scan = integrator.integrate(grid, {frame, outcome.T_world_camera});
   outcome.skipped_because = outcome.scan.nothing_integrated_because;
   outcome.integrated = outcome.skipped_because.empty();
-  impl_->mesher.mark_changed(outcome.scan.changed);
-  const ReconstructionParams& params = impl_->parameters.reconstruction;
+  mesher.mark_changed(outcome.scan.changed);
+  const ReconstructionParams& params = parameters.reconstruction;
   if (params.live_mesh) {
-    const MeshUpdateStats mesh = impl_->mesher.update(impl_->grid, params.mesh_budget_ms);
+    const MeshUpdateStats mesh = mesher.update(grid, params.mesh_budget_ms);
     outcome.mesh_ms = mesh.update_ms;
     outcome.volumes_waiting = mesh.volumes_waiting;
   }
   const Stopwatch packing;
-  impl_->grid.pack_idle();
+  grid.pack_idle();
   outcome.pack_ms = packing.milliseconds();
-  return outcome;
 }
 
 void DensePipeline::release(std::span<const VolumeKey> keys) {

@@ -10,8 +10,8 @@
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/parameters.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
-#include "hm/tsdf/dense_alignment.hpp"
 #include "hm/tsdf/scan_stats.hpp"
+#include "hm/tsdf/trajectory_aligner.hpp"
 #include "hm/tsdf/volume_grid.hpp"
 
 namespace hm {
@@ -44,7 +44,11 @@ class DensePipeline {
   /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_given()) and, with
   /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
   /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
-  FrameOutcome process(const RgbdFrame& frame);
+  FrameOutcome process(const RgbdFrame& frame) { return process(frame, Mat6::Zero()); }
+  /// The same when the covariance of the pose is known, see OdometryPose.
+  FrameOutcome process(const RgbdFrame& frame, const Mat6& covariance);
+  /// The same with a pose that is in the map already: nothing is aligned.
+  FrameOutcome process_in_map(const RgbdFrame& frame);
 
   // ---- rebuilding a part of the map (correct_map) ----
   /// Takes volumes out of the map.
@@ -55,11 +59,9 @@ class DensePipeline {
   void begin_aside();
   bool process_aside(const RgbdFrame& frame);
   void take_aside(std::span<const VolumeKey> keys);
-  /// What alignment has found out so far about the world of the given poses: a given pose is believed to be
-  /// T_map_given() * T_given_camera, and that is corrected by the depth picture. So the motion between given
-  /// poses is kept where nothing can be aligned. Identity at first.
+  /// What alignment has found out so far about the world of the given poses (TrajectoryAligner::T_map_odom).
   [[nodiscard]] const SE3& T_map_given() const;
-  /// For going on with a map.
+  /// For going on with a map, or after a loop was closed.
   void set_T_map_given(const SE3& T_map_given);
 
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters

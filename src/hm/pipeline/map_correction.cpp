@@ -143,7 +143,7 @@ void Correction::replay_still(const Plan& plan) {
 
 void Correction::integrate_moved(const Plan& plan, ObservationLog& log) {
   for_each_frame(plan.moved, [&](const Observation& observation, const RgbdFrame& frame) {
-    const FrameOutcome outcome = pipeline_.process(frame);
+    const FrameOutcome outcome = pipeline_.process_in_map(frame);
     if (!outcome.integrated) return;
     ++result_.frames_moved;
     log.note(observation, outcome.scan.changed);

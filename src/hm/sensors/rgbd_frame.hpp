@@ -32,4 +32,10 @@ struct RgbdFrame {
   std::optional<SE3> T_world_camera;
 };
 
+/// A frame at a pose, which need not be the frame's own. Valid while the frame is.
+struct PosedFrame {
+  const RgbdFrame& frame;
+  SE3 T_world_camera;
+};
+
 }  // namespace hm

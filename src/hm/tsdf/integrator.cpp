@@ -11,7 +11,8 @@ namespace {
 constexpr double kFarthestPose_m = 1e5;
 
 /// Why a frame cannot be integrated at all, or nothing.
-std::string refusal(const RgbdFrame& frame, const PinholeCamera& camera) {
+std::string refusal(const PosedFrame& posed, const PinholeCamera& camera) {
+  const RgbdFrame& frame = posed.frame;
   if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
     return fmt::format("the depth image is {} x {}, the camera {} x {}", frame.depth.width(),
                        frame.depth.height(), camera.width, camera.height);
@@ -19,10 +20,9 @@ std::string refusal(const RgbdFrame& frame, const PinholeCamera& camera) {
     return fmt::format("the colour image is {} x {}, the camera {} x {}", frame.color.width(),
                        frame.color.height(), camera.width, camera.height);
   if (!(frame.depth.unit_m > 0)) return fmt::format("the depth unit is {} m", frame.depth.unit_m);
-  if (!frame.T_world_camera) return "it has no pose";
-  if (!is_rigid(*frame.T_world_camera)) return "its pose is not a finite rigid motion";
-  if (frame.T_world_camera->translation().cwiseAbs().maxCoeff() > kFarthestPose_m)
-    return fmt::format("its pose is {:.3g} m from the origin", frame.T_world_camera->translation().norm());
+  if (!is_rigid(posed.T_world_camera)) return "its pose is not a finite rigid motion";
+  if (posed.T_world_camera.translation().cwiseAbs().maxCoeff() > kFarthestPose_m)
+    return fmt::format("its pose is {:.3g} m from the origin", posed.T_world_camera.translation().norm());
   return {};
 }
 
@@ -63,13 +63,20 @@ VolumeGrid Integrator::make_grid(const TsdfParams& params) {
 }
 
 ScanStats Integrator::integrate(VolumeGrid& grid, const RgbdFrame& frame) {
+  if (frame.T_world_camera) return integrate(grid, {frame, *frame.T_world_camera});
   ScanStats stats;
-  stats.nothing_integrated_because = refusal(frame, impl_->camera);
+  stats.nothing_integrated_because = "it has no pose";
+  return stats;
+}
+
+ScanStats Integrator::integrate(VolumeGrid& grid, const PosedFrame& posed) {
+  ScanStats stats;
+  stats.nothing_integrated_because = refusal(posed, impl_->camera);
   if (!stats.nothing_integrated_because.empty()) return stats;
   if (impl_->params.method == IntegrationMethod::kProjection)
-    impl_->projection.integrate(grid, frame, *impl_->loop, stats);
+    impl_->projection.integrate(grid, posed, *impl_->loop, stats);
   else
-    impl_->traversal.integrate(grid, frame, impl_->camera, *impl_->loop, stats);
+    impl_->traversal.integrate(grid, posed, impl_->camera, *impl_->loop, stats);
   if (stats.voxels_updated == 0) stats.nothing_integrated_because = explanation(stats, impl_->params);
   return stats;
 }

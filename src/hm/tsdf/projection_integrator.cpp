@@ -17,10 +17,10 @@ ProjectionIntegrator::ProjectionIntegrator(const TsdfParams& params, const Depth
                                            const PinholeCamera& camera)
     : params_(params), noise_(noise), camera_(camera) {}
 
-void ProjectionIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, const ParallelLoop& loop,
+void ProjectionIntegrator::integrate(VolumeGrid& grid, const PosedFrame& posed, const ParallelLoop& loop,
                                      ScanStats& stats) {
   const Stopwatch total;
-  const SE3& T_world_camera = *frame.T_world_camera;
+  const auto& [frame, T_world_camera] = posed;
   const bool with_color = params_.color && !frame.color.empty();
   RawDepth raw(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m));
   if (with_color) raw.color = &frame.color;

@@ -19,7 +19,7 @@ class ProjectionIntegrator {
   ProjectionIntegrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera);
 
   /// The frame must have a rigid pose and the camera's size.
-  void integrate(VolumeGrid& grid, const RgbdFrame& frame, const ParallelLoop& loop, ScanStats& stats);
+  void integrate(VolumeGrid& grid, const PosedFrame& posed, const ParallelLoop& loop, ScanStats& stats);
 
  private:
   void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);

@@ -12,9 +12,9 @@ namespace hm {
 TraversalIntegrator::TraversalIntegrator(const TsdfParams& params, const DepthNoise& noise)
     : params_(params), truncation_(params, noise) {}
 
-void TraversalIntegrator::integrate(VolumeGrid& grid, const RgbdFrame& frame, const PinholeCamera& camera,
+void TraversalIntegrator::integrate(VolumeGrid& grid, const PosedFrame& posed, const PinholeCamera& camera,
                                     const ParallelLoop& loop, ScanStats& stats) {
-  const SE3& T_world_camera = *frame.T_world_camera;
+  const auto& [frame, T_world_camera] = posed;
   points_.clear();
   colors_.clear();
   for (int y = 0; y < frame.depth.height(); ++y)

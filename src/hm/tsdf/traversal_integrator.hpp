@@ -22,7 +22,7 @@ class TraversalIntegrator {
 
   void integrate(VolumeGrid& grid, const PointScan& scan, const ParallelLoop& loop, ScanStats& stats);
   /// Every valid pixel as a point.
-  void integrate(VolumeGrid& grid, const RgbdFrame& frame, const PinholeCamera& camera,
+  void integrate(VolumeGrid& grid, const PosedFrame& posed, const PinholeCamera& camera,
                  const ParallelLoop& loop, ScanStats& stats);
 
  private:

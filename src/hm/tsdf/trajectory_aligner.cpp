@@ -1,0 +1,18 @@
+#include "hm/tsdf/trajectory_aligner.hpp"
+
+namespace hm {
+
+TrajectoryAligner::TrajectoryAligner(const AlignmentParams& params, const TsdfParams& tsdf,
+                                     const DepthNoise& noise, const PinholeCamera& camera)
+    : params_(params), aligner_(params, tsdf, noise, camera) {}
+
+AlignmentResult TrajectoryAligner::align(const VolumeGrid& map, const DepthImage& depth,
+                                         const OdometryPose& pose) {
+  AlignmentResult found =
+      aligner_.align(map, depth, prior_of_given_pose(params_, T_map_odom_ * pose.T_odom_camera));
+  if (found.status == AlignmentStatus::kAccepted)
+    T_map_odom_ = found.T_world_camera * pose.T_odom_camera.inverse();
+  return found;
+}
+
+}  // namespace hm
