@@ -2,8 +2,8 @@
 // correction.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/calibration_file.hpp"
@@ -19,7 +19,6 @@ namespace hm::bench {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Everything that `hm calibrate` does, one after the other, on a set in `folder`.
 Result<DepthCalibrationSummary> calibrate_all(const fs::path& folder, const BoardParams& large,
@@ -130,7 +129,7 @@ Result<BenchResult> bench_depth_calibration(const BenchOptions& options) {
        std::nullopt},
       {"depth_calibration_translation",
        1e3 * (found.T_color_depth->translation() - truth.T_color_depth.translation()).norm(), std::nullopt},
-      {"depth_calibration_rotation", off.angle() * kDegrees, std::nullopt}};
+      {"depth_calibration_rotation", off.angle() * kDegreesPerRadian, std::nullopt}};
   add_times(found, options.rounds, result);
   result.details["spline"] = distances_json(*summary);
   for (const DepthFitMode mode : {DepthFitMode::kQuadratic, DepthFitMode::kQuadraticZero,

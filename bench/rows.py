@@ -203,10 +203,13 @@ def combine(entries):
             by_name[row.name]["holds"] = by_name[row.name]["holds"] and all(other is not False for other in others)
 
 
-def benches_of(names):
-    """(bench, threads) of the rows asked for, each once, in order; a companion's bench with its row's."""
+def benches_of(names, skip=()):
+    """(bench, threads) of the rows asked for (none: all), each once, in order, and the rows that this measures; a
+    companion's bench with its row's. Skipping a row skips whatever its bench measures."""
+    skipped = {row.bench for row in ROWS if row.name in skip}
     wanted = list(dict.fromkeys(names or NAMES))
     for row in ROWS:
         if row.name in wanted:
             wanted += [name for name in row.with_rows if name not in wanted]
-    return list(dict.fromkeys((row.bench, row.threads) for row in ROWS if row.name in wanted)), wanted
+    chosen = [row for row in ROWS if row.name in wanted and row.bench not in skipped]
+    return list(dict.fromkeys((row.bench, row.threads) for row in chosen)), [row.name for row in chosen]

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <numbers>
 
 #include <opencv2/calib3d.hpp>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/statistics.hpp"
 
 namespace hm {
 namespace {
 
 constexpr int kCellsX = 12, kCellsY = 9;
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct PointSets {
   std::vector<std::vector<cv::Point3f>> board;
@@ -116,7 +115,7 @@ void warn(CameraFit& fit) {
         fmt::format("the boards cover {:.0f} % of the image: show the board in the corners and along "
                     "the edges too, there the lens distorts most",
                     100 * fit.covered_ratio));
-  const auto tilted = std::ranges::count_if(tilts, [](double tilt) { return tilt > 15 * kDegree; });
+  const auto tilted = std::ranges::count_if(tilts, [](double tilt) { return tilt > 15 * kRadiansPerDegree; });
   if (tilted * 3 < static_cast<std::ptrdiff_t>(tilts.size()) || tilted < 4)
     warnings.push_back(
         fmt::format("the board is tilted by more than 15 degrees in {} of {} pictures only: without "

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
@@ -14,7 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSquare_px = 40;
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// One run of simulate_calibration().
 class Simulation {
@@ -101,7 +101,7 @@ SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, 
         where.distance_m * (1 + std::max(0.0, towards_middle - 1) * 0.3) * rng_.uniform(0.98, 1.02);
     view.tilt_rad = where.most_tilt_rad * rng_.uniform(0.3, 1);
     view.tilt_axis_rad = rng_.uniform(0, 2 * std::numbers::pi);
-    view.roll_rad = rng_.uniform(-12, 12) * kDegree;
+    view.roll_rad = rng_.uniform(-12, 12) * kRadiansPerDegree;
     T = place_picture(camera, picture, view);
     if (sees_whole(camera, picture, T, margin_px(picture, camera, view.distance_m))) break;
   }
@@ -270,9 +270,9 @@ Result<CalibrationSimulationSummary> Simulation::run() {
 }  // namespace
 
 CalibrationRig rig_of(const CalibrationSimulationParams& params) {
-  CalibrationRig rig = xtion_rig();
-  rig.warp_at_4m_m = params.warp_at_4m_m;
-  rig.noise = {params.noise_quadratic_per_m, 0, 0};
+  const bool is_xtion = params.sensor == CalibrationSensor::kXtion;
+  CalibrationRig rig = is_xtion ? xtion_rig() : device_rig(SensorPreset(static_cast<int>(params.sensor) - 1));
+  if (is_xtion) rig.warp_at_4m_m = params.warp_at_4m_m, rig.noise = {params.noise_quadratic_per_m, 0, 0};
   rig.gray_sigma = params.gray_sigma;
   return rig;
 }
