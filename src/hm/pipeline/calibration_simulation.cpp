@@ -111,7 +111,7 @@ SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, 
 Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer& renderer,
                                           std::size_t& count) {
   const fs::path path = options_.output / folder;
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, small_); !written) return written;
   const int views = options_.params.camera_views;
   for (int i = 0; i < views; ++i) {
@@ -136,8 +136,8 @@ Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer
 
 Result<void> Simulation::write_pairs() {
   const fs::path path = options_.output / "stereo";
-  fs::create_directories(path / "color");
-  fs::create_directories(path / "ir");
+  for (const char* name : {"color", "ir"})
+    if (auto made = make_folder(path / name); !made) return made;
   if (auto written = write_board(path, small_); !written) return written;
   const int views = options_.params.stereo_views;
   for (int i = 0; i < views; ++i) {
@@ -206,7 +206,7 @@ std::vector<Simulation::Place> Simulation::test_places() {
 }
 
 Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_picture) {
-  fs::create_directories(folder);
+  if (auto made = make_folder(folder); !made) return made;
   if (auto written = picture(folder / "color.png", color_, large(), T_color_picture); !written)
     return written;
   const Image<float> truth = ir_.depth_m(large(), rig_.T_color_depth.inverse() * T_color_picture);
@@ -223,7 +223,7 @@ Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_p
 Result<void> Simulation::write_depth(const char* folder, const std::vector<Place>& places,
                                      std::size_t& count) {
   const fs::path path = options_.output / "depth";
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, options_.board); !written) return written;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (auto go_on = step("simulating depth", i, places.size()); !go_on) return go_on;
@@ -241,7 +241,7 @@ Result<void> Simulation::write_depth(const char* folder, const std::vector<Place
 
 Result<void> Simulation::write_truth() {
   const fs::path path = options_.output / "truth";
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   RgbdCalibration truth;
   truth.depth_camera = rig_.depth_camera;
   truth.color_camera = rig_.color_camera;
