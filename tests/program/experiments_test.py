@@ -60,7 +60,7 @@ class Experiments(support.ProgramTest):
         for name in ("actual", "color", "quadratic", "corrected_mixture"):
             self.assertTrue((self.folder / f"simulated/pictures/{name}.png").exists())
         # A camera that is carried is no still scene, and it is said.
-        self.simulate("walk", 12, "room", "--sensor", "kinect")
+        self.simulate("walk", 12, "room", "--sensor", "kinect", "--set", "simulation.frame_stride=15")
         moving = self.run_json("evaluate", "uncertainty", "walk", "-o", "moving")
         self.assertIn("did camera or scene move?", " ".join(moving["warnings"]))
         self.simulate("short", 4)
