@@ -96,12 +96,7 @@ void Output::write_map_file() {
 
 void Output::write_occupancy(const KeyframeMaps& maps) {
   const auto voxels = maps.occupancy->voxels();
-  std::vector<Rgb8> colors;
-  constexpr Rgb8 kWithout{255, 255, 255};  // as OctoMap has it
-  for (const OccupancyVoxel& voxel : voxels)
-    colors.push_back(voxel.state == Occupancy::kOccupied
-                         ? maps.colors->color_at(voxel.p_world_centre, kWithout)
-                         : kWithout);
+  const std::vector<Rgb8> colors = voxel_colors(maps, voxels);
   const double resolution_m = options_.parameters.slam.octomap_resolution_m;
   file("occupancy.ot",
        [&](const auto& path) { return write_color_octomap(path, voxels, colors, resolution_m); });
