@@ -86,7 +86,9 @@ TEST(DenseAligner, APlaneLeavesThreeDirectionsAtThePrior) {
 }
 
 TEST(DenseAligner, ACorridorLeavesItsAxisAtThePrior) {
-  Alignment bench(kCorridor);
+  AlignmentParams true_camera;
+  true_camera.systematic_per_m = 0;
+  Alignment bench(kCorridor, true_camera);
   const SE3 truth = looking_along_x(Vec3(0.05, 0.01, 0));
   const SE3 prior = disturbed(truth, Vec3(0.03, 0.012, -0.012), Vec3(0.01, -0.008, 0.012));
   const auto found = bench.align(truth, prior);
