@@ -20,8 +20,7 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr std::size_t kCoarsePixels = 2000;
-constexpr double kMinInlierRatio = 0.2;  // of the matches: fewer agree by chance
-constexpr double kFewInliersRatio = 0.3;
+constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
@@ -172,9 +171,7 @@ class Tracker final : public VisualOdometry {
     out.numbers.features = static_cast<int>(attempt.looked_for.size());
     out.numbers.matches = static_cast<int>(attempt.matches.size());
     out.numbers.inliers = attempt.registration.inliers;
-    out.numbers.features_with_depth = 0;
-    for (const LandmarkMatch& match : attempt.matches)
-      out.numbers.features_with_depth += match.observation.depth_m > 0 ? 1 : 0;
+    out.numbers.features_with_depth = count_with_depth(attempt.matches);
   }
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
@@ -205,11 +202,10 @@ class Tracker final : public VisualOdometry {
     out.numbers.model_ms = watch.milliseconds();
   }
 
-  [[nodiscard]] SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
+  SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
     if (!params_.tracker.motion_filter) return T;
-    if (status == TrackingStatus::kTracked) return filter_.update(view.grid, T);
-    filter_.restart(view.grid, T);
-    return T;
+    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
+    return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
   }
 
   /// That of the registration, and that of the keyframes in which its landmarks were first seen.
@@ -288,8 +284,7 @@ class Tracker final : public VisualOdometry {
   std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
-  int submap_ = 0;
-  int lost_frames_ = 0;
+  int submap_ = 0, lost_frames_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe
   double keyframe_depth_m_ = 2;
 };
