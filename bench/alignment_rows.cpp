@@ -1,8 +1,8 @@
 // Rows about dense alignment: poses disturbed in scenes in closed form, and visual odometry corrected by it.
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/core/stopwatch.hpp"
@@ -17,8 +17,7 @@
 namespace hm::bench {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kShift_m = 0.02, kTurn_rad = 1.0 * kDegree;
+constexpr double kShift_m = 0.02, kTurn_rad = 1.0 * kRadiansPerDegree;
 
 Vec3 random_direction(Rng& rng) { return Vec3(rng.normal(), rng.normal(), rng.normal()).normalized(); }
 
@@ -44,7 +43,7 @@ struct Left {
     }
     const SE3 error = truth.inverse() * result.T_world_camera;
     shift_mm.push_back(error.translation().norm() * 1e3);
-    turn_deg.push_back(error.angle() / kDegree);
+    turn_deg.push_back(error.angle() / kRadiansPerDegree);
   }
   [[nodiscard]] JsonValue json() const {
     const Summary shift = summarise(shift_mm), turn = summarise(turn_deg);

@@ -1,8 +1,12 @@
-"""The table on a terminal and docs/benchmarks.md."""
+"""The table on a terminal, what was measured (docs/benchmarks.json), and docs/benchmarks.md that is made of it."""
+import collections
 import datetime
 import json
 import os
 import re
+import subprocess
+from pathlib import Path
+
 import rows
 
 
@@ -31,7 +35,7 @@ def machine():
     except OSError:
         model = None
     name = model[1].strip() if model else "unknown processor"
-    return f"{name}, {len(os.sched_getaffinity(0))} cores for this process, load {os.getloadavg()[0]:.1f} at the end"
+    return f"{name}, {len(os.sched_getaffinity(0))} cores for this process"
 
 
 def kernel_section(details):
@@ -61,18 +65,62 @@ def kernel_section(details):
     return "\n".join(lines) + "\n"
 
 
-def document(entries, details, skipped):
-    today = datetime.date.today().isoformat()
-    lines = ["# Benchmarks", "", "Written by `bench/run`; do not edit.", "", f"{today}, {machine()}.", "",
-             "```sh manual", "bench/run                     # every row, this file", "bench/run simd threads --json",
-             "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```", "",
-             "| row | ours | peer | ratio | bar | aim | unit | |", "|---|---|---|---|---|---|---|---|"]
+def occasion(root):
+    """When, of what, where and at what load (at the end of the run) something was measured."""
+    def git(*words):
+        done = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, check=False)
+        return done.stdout.strip() if done.returncode == 0 else ""
+    commit = git("rev-parse", "--short=7", "HEAD") or "unknown"
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs")
+    return {"date": datetime.date.today().isoformat(), "commit": commit + ("+" if changed else ""), "machine": machine(),
+            "load": round(os.getloadavg()[0], 1)}
+
+
+def load(path):
+    """What was measured so far: `rows` by name (ours, peer, date, commit, machine, load) and `details` by bench."""
+    if not Path(path).exists():
+        return {"rows": {}, "details": {}}
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
+def merged(stored, found, details, when):
+    """`stored` with the rows (name -> (ours, peer)) and details of a new run instead of older ones of the same names;
+    rows and benches that there are no more are left out."""
+    measured = {**stored["rows"], **{name: {"ours": ours, "peer": peer, **when} for name, (ours, peer) in found.items()}}
+    kept = {name: measured[name] for name in rows.NAMES if name in measured}
+    benches = {row.bench for row in rows.ROWS} | {"kernel_limit"}
+    everything = {**stored["details"], **details}
+    return {"rows": kept, "details": {key: value for key, value in everything.items()
+                                      if key in benches or re.sub(r"_\d+$", "", key) in benches}}
+
+
+def document(stored):
+    """docs/benchmarks.md: every stored row judged by the bars of today, with the day and commit it was measured at."""
+    measured = stored["rows"]
+    entries = [rows.judged(row, measured[row.name]["ours"], measured[row.name]["peer"])
+               for row in rows.ROWS if row.name in measured]
+    rows.combine(entries)
+    machines = collections.defaultdict(list)
+    for row in measured.values():
+        machines[row["machine"]].append(row["load"])
+    lines = ["# Benchmarks", "", "Written by `bench/run` from `benchmarks.json`; do not edit.", ""]
+    lines += [f"{len(loads)} rows: {name}, load {min(loads)} to {max(loads)} at the end of the runs."
+              for name, loads in machines.items()]
+    lines += ["", "```sh manual", "bench/run                     # every row; writes this file",
+              "bench/run --skip vo_hour      # every row but these, which stay as they were",
+              "bench/run --update simd       # these rows only, and the others stay as they were",
+              "bench/run simd threads --json # writes no file",
+              "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```", "",
+              "| row | ours | peer | ratio | bar | aim | unit | | measured |", "|---|---|---|---|---|---|---|---|---|"]
     for e in entries:
+        when = measured[e["name"]]
         lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} |")
-    lines += [f"\nLeft out: {reason}." for reason in skipped]
-    lines += ["", "`ratio` is peer over ours, more is better; without a peer `ours` is judged. A row that has companions below it",
-              "(`open3d_scalable` and `open3d_scalable_depth`) holds only if they do.", "", "## How it is measured", "",
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} |")
+    if missing := [name for name in rows.NAMES if name not in measured]:
+        lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
+    lines += ["", "`measured`: the day and the commit; a + after it: with changes that are not in it. `ratio` is peer over ours, more",
+              "is better; without a peer `ours` is judged. A row that has companions below it (`open3d_scalable` and",
+              "`open3d_scalable_depth`) holds only if they do.", "", "## How it is measured", "",
               "Recordings lie in `$HM_DATA`, else in `../shared/data`; 600 frames of `sevenscenes_a`, 640x480, voxels of 2 cm, a",
               "band of 8 cm and depth to 4 m for both sides. Frames are loaded a chunk of 40 at a time; then everybody integrates",
               "the chunk in turn, and again for every round, each round into a map of its own; a frame counts with its fastest round,",
@@ -80,6 +128,6 @@ def document(entries, details, skipped):
               "they come, and has carving, colour (unless depth only) and the edge filter on. Each bench is a process of its own;",
               "`OMP_NUM_THREADS` and TBB's limit hold the peer to as many threads as ours.", "", "| row | what |", "|---|---|"]
     lines += [f"| `{row.name}` | {row.what} |" for row in rows.ROWS]
-    lines += ["", kernel_section(details.get("kernel_limit")), "## Everything else that was measured", "", "```json",
-              json.dumps({key: value for key, value in details.items() if key != "kernel_limit"}, indent=1), "```", ""]
+    lines += ["", kernel_section(stored["details"].get("kernel_limit")), "## Everything else that was measured", "", "```json",
+              json.dumps({key: value for key, value in stored["details"].items() if key != "kernel_limit"}, indent=1), "```", ""]
     return "\n".join(lines)

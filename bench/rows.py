@@ -107,7 +107,7 @@ ROWS = [
     Row("depth_calibration", "times the allowed", 1, None, "at_most", "depth_calibration", 2,
         "simulated Xtion, bias to 10 cm at 4 m: RMS of held-out boards by 1.2 sigma + 1 mm of 30 averaged images, worst distance",
         ("depth_calibration_3m", "depth_calibration_intrinsics", "depth_calibration_translation",
-         "depth_calibration_rotation", "depth_correction_time")),
+         "depth_calibration_rotation", "depth_correction_time", "depth_chain_time")),
     Row("depth_calibration_3m", "mm", 5, None, "ratio", "depth_calibration", 2, "its RMS at 3 m; peer: uncorrected"),
     Row("depth_calibration_intrinsics", "percent", 0.3, None, "at_most", "depth_calibration", 2,
         "worst focal length or centre of both cameras"),
@@ -115,6 +115,8 @@ ROWS = [
     Row("depth_calibration_rotation", "deg", 0.1, None, "at_most", "depth_calibration", 2, "between the cameras"),
     Row("depth_correction_time", "ms", 0.3, 0.15, "at_most", "depth_calibration", 2,
         "correction of a VGA depth image, one thread"),
+    Row("depth_chain_time", "ms", 0.3, None, "at_most", "depth_calibration", 2,
+        "rectify, correct and register a VGA depth image of scattered readings, one thread"),
     Row("places", "percent", 95, 99, "at_least", "places", 1,
         "simulated house, Kinect noise, 150 keyframes, n = 10, k = 4: candidates that the brute force would associate",
         ("places_associations", "places_false", "places_speed")),
@@ -201,10 +203,13 @@ def combine(entries):
             by_name[row.name]["holds"] = by_name[row.name]["holds"] and all(other is not False for other in others)
 
 
-def benches_of(names):
-    """(bench, threads) of the rows asked for, each once, in order; a companion's bench with its row's."""
+def benches_of(names, skip=()):
+    """(bench, threads) of the rows asked for (none: all), each once, in order, and the rows that this measures; a
+    companion's bench with its row's. Skipping a row skips whatever its bench measures."""
+    skipped = {row.bench for row in ROWS if row.name in skip}
     wanted = list(dict.fromkeys(names or NAMES))
     for row in ROWS:
         if row.name in wanted:
             wanted += [name for name in row.with_rows if name not in wanted]
-    return list(dict.fromkeys((row.bench, row.threads) for row in ROWS if row.name in wanted)), wanted
+    chosen = [row for row in ROWS if row.name in wanted and row.bench not in skipped]
+    return list(dict.fromkeys((row.bench, row.threads) for row in chosen)), [row.name for row in chosen]

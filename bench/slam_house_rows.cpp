@@ -82,7 +82,7 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   SlamPipeline pipeline(recording, parameters, run);
   pipeline.track_and_map();
   pipeline.close_loops();
-  const TriangleMesh before = pipeline.dense().finished_mesh();
+  const TriangleMesh before = pipeline.mesh_of_odometry();
   pipeline.correct_dense_map();
   const SlamPipeline::State& state = pipeline.state();
 

@@ -2,10 +2,10 @@
 // the simulated house and its memory over an hour.
 #include <algorithm>
 #include <ctime>
-#include <fstream>
 
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/visual_odometry.hpp"
+#include "hm/pipeline/process_memory.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 
@@ -68,13 +68,7 @@ Result<Run> track_recording(const char* name, std::size_t stride, const BenchOpt
   return track_all(**source);
 }
 
-/// Resident memory of the process, MB.
-double resident_mb() {
-  std::ifstream file("/proc/self/statm");
-  double pages = 0, resident = 0;
-  file >> pages >> resident;
-  return resident * 4096 / 1e6;
-}
+double resident_mb() { return static_cast<double>(resident_bytes()) * 1e-6; }
 
 }  // namespace
 

@@ -35,7 +35,7 @@ FENCES = {
     "ceres": ["calibration", "slam"],
     "embree3": ["sim", "evaluation"],
     "boost": ["station"],
-    "hwy": ["tsdf", "mesh"],
+    "hwy": ["sensors", "io", "tsdf", "mesh"],
     "meshoptimizer.h": ["mesh"],
     "CLI": ["apps"],
     "google": [],

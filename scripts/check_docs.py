@@ -25,7 +25,8 @@ MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "ben
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
 HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics",
-              "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh", "convert",
+              "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh",
+              "evaluate uncertainty", "evaluate depth-compensation", "convert",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 SET = "calibration_simulation"
@@ -50,6 +51,8 @@ def shortened(line):
             return line + " " + " ".join(SHORT[words[1]])
     if words[1:3] == ["simulate", "calibration"] and f"{SET}.depth_steps" not in line:
         return line + f" --set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.camera_views=12"
+    if words[1:3] == ["evaluate", "uncertainty"] and "--frames" not in words:
+        return line + " --views 1 --frames 20"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
         return line + " --frames 20"
     return line

@@ -26,12 +26,5 @@ enum class CalibrationStart { kNone, kOptional, kRequired };
 void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start);
 
-/// What a verb gives back, of a summary.
-template <class Summary>
-hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
-  if (!summary) return hm::forward_error(summary);
-  return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
-}
-
 /// `hm calibrate depth` and `noise` (calibrate_depth.cpp).
 void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>& flags);

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "evaluate_experiments.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
@@ -93,4 +94,5 @@ void add_evaluate(Program& program) {
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
                    [flags](Session& session) { return run_mesh(*flags, session); }}),
       "mesh: .ply .obj .glb", "true mesh, or the folder of a simulated recording");
+  add_experiments(program);
 }

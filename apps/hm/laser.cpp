@@ -10,28 +10,18 @@ struct Flags {
   hm::LaserRecordingOptions topics;
 };
 
-/// NAME_laser in the current folder.
-std::filesystem::path default_output(const std::filesystem::path& recording) {
-  auto name = std::filesystem::absolute(recording).lexically_normal();
-  if (!name.has_filename()) name = name.parent_path();
-  return name.stem().string() + "_laser";
-}
-
 hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::LaserRunOptions options;
   options.recording = flags.recording;
   options.recording_options = flags.topics;
-  options.output =
-      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  options.output = output_folder(flags.output, flags.recording, "laser");
   options.relations = flags.relations;
   options.saved_map = flags.saved_map;
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
   auto list = hm::list_all(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("finishing with what there is");
-  const auto summary = hm::run_laser(options);
-  if (!summary) return hm::forward_error(summary);
-  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+  return outcome_of(hm::run_laser(options));
 }
 
 }  // namespace

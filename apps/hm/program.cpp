@@ -28,6 +28,16 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
 
 }  // namespace
 
+std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
+                                    const std::string& suffix) {
+  if (!asked.empty()) return asked;
+  auto name = std::filesystem::absolute(recording).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();
+  std::error_code code;
+  const bool is_file = std::filesystem::is_regular_file(name, code);
+  return (is_file ? name.stem() : name.filename()).string() + "_" + suffix;
+}
+
 Program::Program() : app_("housemartin: live 3D reconstruction of buildings on an ordinary CPU", "hm") {
   app_.set_version_flag("--version", std::string("housemartin ") + kVersion);
   app_.require_subcommand(1);

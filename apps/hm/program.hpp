@@ -28,6 +28,18 @@ struct Outcome {
   std::vector<std::filesystem::path> outputs;  ///< files and folders that were written
 };
 
+/// What a run's summary gives: its lines, its keys, its warnings, its files.
+template <class Summary>
+hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
+}
+
+/// The folder that was asked for; empty: NAME_suffix in the current folder, after the recording's name
+/// (without the extension of a file's).
+std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
+                                    const std::string& suffix);
+
 /// What a verb may use while it runs.
 class Session {
  public:

@@ -13,18 +13,10 @@ struct Flags {
   RecordingFlags of_recording;
 };
 
-/// NAME_reconstruction in the current folder.
-std::filesystem::path default_output(const std::filesystem::path& recording) {
-  auto name = std::filesystem::absolute(recording).lexically_normal();
-  if (!name.has_filename()) name = name.parent_path();
-  return name.filename().string() + "_reconstruction";
-}
-
 hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::ReconstructionOptions options;
   options.recording = flags.recording;
-  options.output =
-      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  options.output = output_folder(flags.output, flags.recording, "reconstruction");
   std::error_code code;
   if (flags.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
     const auto of_map = hm::parameters_of_map(options.output / "map.hmap");
@@ -41,9 +33,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   options.poses = flags.poses;
   options.resume = flags.resume;
   options.run = session.interruptible_context("finishing with what there is");
-  const auto summary = hm::reconstruct(options);
-  if (!summary) return hm::forward_error(summary);
-  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+  return outcome_of(hm::reconstruct(options));
 }
 
 }  // namespace

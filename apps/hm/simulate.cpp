@@ -8,7 +8,7 @@
 
 namespace {
 
-constexpr std::string_view kLaserMav = "laser_mav";
+constexpr std::string_view kLaserMav = "laser_mav", kXtion = "xtion";
 constexpr const char* kStopped = "what was written is removed";
 
 struct Flags {
@@ -91,22 +91,29 @@ hm::Result<Outcome> run_laser(const Flags& flags, Session& session) {
   return outcome;
 }
 
+hm::Result<Outcome> run(const Flags& flags, Session& session) {
+  const bool boards = flags.world == "calibration";
+  if (boards && flags.sensor == kLaserMav)
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no pictures of boards");
+  if (!boards && flags.sensor == kXtion)
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "an xtion takes pictures of boards only");
+  if (boards)
+    return simulate_calibration_set({output_of(flags), flags.sensor, flags.seed, flags.perfect}, session);
+  return flags.sensor == kLaserMav ? run_laser(flags, session) : run_camera(flags, session);
+}
+
 }  // namespace
 
 void add_simulate(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command = program.add(
-      {"simulate", "Generate a recording with exact truth.",
-       "  hm simulate room -o recording --frames 40\n"
-       "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
-       "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
-       "  hm simulate corridor -o drifting --drift --seed 7 --frames 50\n"
-       "  hm simulate calibration -o boards --set calibration_simulation.depth_images=4",
-       [flags](Session& session) {
-         if (flags->world == "calibration")
-           return simulate_calibration_set({output_of(*flags), flags->seed, flags->perfect}, session);
-         return flags->sensor == kLaserMav ? run_laser(*flags, session) : run_camera(*flags, session);
-       }});
+  CLI::App& command =
+      program.add({"simulate", "Generate a recording with exact truth.",
+                   "  hm simulate room -o recording --frames 40\n"
+                   "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
+                   "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
+                   "  hm simulate corridor -o drifting --drift --seed 7 --frames 50\n"
+                   "  hm simulate calibration -o boards --set calibration_simulation.depth_images=4",
+                   [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option(
           "world", flags->world,
@@ -115,9 +122,9 @@ void add_simulate(Program& program) {
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command
       .add_option("--sensor", flags->sensor,
-                  "tango_tablet (default), tango_phone or kinect, carried; or laser_mav: a quadrotor flies a "
-                  "laser and an IMU")
-      ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav"}));
+                  "tango_tablet (default), tango_phone or kinect, carried; laser_mav: a quadrotor flies a "
+                  "laser and an IMU; xtion (calibration only, default there)")
+      ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav", "xtion"}));
   command.add_option("--frames", flags->frames, "frames or scans at most (default: the whole way)")
       ->check(CLI::PositiveNumber);
   command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")

@@ -6,6 +6,12 @@ hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, S
   hm::Parameters parameters;
   hm::CalibrationSimulationParams& simulation = parameters.calibration_simulation;
   if (flags.seed >= 0) simulation.seed = flags.seed;
+  for (std::size_t i = 0; i < std::size(hm::kCalibrationSensorNames); ++i)
+    if (flags.sensor == hm::kCalibrationSensorNames[i])
+      simulation.sensor = static_cast<hm::CalibrationSensor>(i);
+  if (flags.perfect && simulation.sensor != hm::CalibrationSensor::kXtion)
+    return hm::fail(hm::ErrorCode::kUsage, "--perfect", "the pictures of a {} come with its errors",
+                    flags.sensor);
   if (flags.perfect) simulation.noise_quadratic_per_m = simulation.gray_sigma = simulation.warp_at_4m_m = 0;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);

@@ -5,7 +5,7 @@
 
 /// What of the flags of `hm simulate` goes into a set of calibration pictures.
 struct CalibrationSetFlags {
-  std::string output;
+  std::string output, sensor;
   int seed = -1;         ///< negative: the parameter's
   bool perfect = false;  ///< no bias, no noise
 };

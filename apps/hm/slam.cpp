@@ -12,18 +12,10 @@ struct Flags {
   RecordingFlags of_recording;
 };
 
-/// NAME_slam in the current folder.
-std::filesystem::path default_output(const std::filesystem::path& recording) {
-  auto name = std::filesystem::absolute(recording).lexically_normal();
-  if (!name.has_filename()) name = name.parent_path();
-  return name.filename().string() + "_slam";
-}
-
 hm::Result<Outcome> run(const Flags& flags, Session& session) {
   hm::SlamRunOptions options;
   options.recording = flags.recording;
-  options.output =
-      flags.output.empty() ? default_output(flags.recording) : std::filesystem::path(flags.output);
+  options.output = output_folder(flags.output, flags.recording, "slam");
   auto list = hm::list_all(options.parameters);
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (!flags.maps.empty()) options.parameters.slam.maps = flags.maps;
@@ -32,9 +24,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
   options.run = session.interruptible_context("finishing with what there is");
-  const auto summary = hm::run_slam(options);
-  if (!summary) return hm::forward_error(summary);
-  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+  return outcome_of(hm::run_slam(options));
 }
 
 }  // namespace

@@ -1,10 +1,14 @@
 """bench/run knows every row of the table, and judges them as it says. Nothing is timed."""
+import json
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
+sys.dont_write_bytecode = True
+import report  # noqa: E402
 import rows  # noqa: E402
 
 WANTED = """open3d_scalable open3d_voxelblock simd threads carving mesh_incremental mesh_whole map_memory tango house_memory steady
@@ -17,7 +21,9 @@ def run(*words):
 
 listed = run("--list")
 assert listed.returncode == 0 and set(WANTED) <= set(listed.stdout.split()), listed
-assert run("no_such_row").returncode == 2
+for wrong in (["no_such_row"], ["--skip", "no_such_row"], ["--update", "no_such_row"], ["simd", "--skip", "threads"],
+              ["--skip", "simd", "--update", "threads"]):
+    assert run(*wrong).returncode == 2, wrong
 
 by_name = {row.name: row for row in rows.ROWS}
 assert len(by_name) == len(rows.ROWS)
@@ -31,4 +37,43 @@ assert rows.judged(by_name["open3d_scalable"], 1.0, None)["holds"] is None
 assert rows.judged(by_name["carving"], 1.2, None)["holds"] is False
 assert rows.judged(by_name["completeness"], 97.5, None)["holds"] is True
 assert rows.judged(by_name["fidelity_covered"], 98.9, 99.3)["holds"] is False
+
+# What is measured: a row brings what it needs to hold; skipping one skips all that its bench measures.
+benches, wanted = rows.benches_of(["slam_house"])
+assert benches == [("slam_house", 2)] and wanted == ["slam_house", "slam_house_ate"], (benches, wanted)
+benches, wanted = rows.benches_of([], ["mesh_from_slam", "vo_hour"])
+assert "slam_house" not in dict(benches) and "slam_house_ate" not in wanted and "vo_hour_process" not in wanted
+assert set(wanted) == {row.name for row in rows.ROWS if row.bench not in ("slam_house", "vo_hour")}
+assert rows.benches_of([]) == (rows.benches_of(rows.NAMES)[0], rows.NAMES)
+
+# What was measured before stays, with its day and commit, and is judged by the bars of today.
+day_one = {"date": "2026-01-02", "commit": "aaaaaaa", "machine": "old box", "load": 0.3}
+day_two = {"date": "2026-02-03", "commit": "bbbbbbb+", "machine": "new box", "load": 1.5}
+first = report.merged({"rows": {}, "details": {}}, {"simd": (1.0, 4.0), "carving": (1.04, None), "gone": (1.0, None)},
+                      {"simd": {"a": 1}, "gone": {"b": 2}, "carving": {"c": 3}, "voxelblock_2": {"d": 4}}, day_one)
+assert list(first["rows"]) == ["simd", "carving"], "in the table's order, without rows that there are no more"
+assert first["details"] == {"simd": {"a": 1}, "carving": {"c": 3}, "voxelblock_2": {"d": 4}}
+second = report.merged(first, {"carving": (1.2, None)}, {"carving": {"c": 5}}, day_two)
+assert second["rows"]["simd"] == {"ours": 1.0, "peer": 4.0, **day_one}
+assert second["rows"]["carving"] == {"ours": 1.2, "peer": None, **day_two}
+assert second["details"]["carving"] == {"c": 5} and first["details"]["carving"] == {"c": 3}
+page = report.document(second)
+assert "| `simd` | 1 | 4 | 4 | 3 | 6 | ms a frame | holds | 2026-01-02 aaaaaaa |" in page, page
+assert "| `carving` | 1.2 | - | - | 1.1 | 1.05 | times the time without | DOES NOT HOLD | 2026-02-03 bbbbbbb+ |" in page
+assert "1 rows: old box, load 0.3 to 0.3" in page and "1 rows: new box, load 1.5 to 1.5" in page
+assert "Not measured: `open3d_scalable`" in page and "`simd`" not in page[page.index("Not measured"):page.index("`measured`:")]
+assert "## The integration kernel" not in page
+with tempfile.TemporaryDirectory() as folder:
+    path = Path(folder) / "stored.json"
+    assert report.load(path) == {"rows": {}, "details": {}}
+    path.write_text(json.dumps(second))
+    assert report.load(path) == second
+when = report.occasion(ROOT)
+assert set(when) == {"date", "commit", "machine", "load"} and len(when["date"]) == 10 and when["commit"], when
+
+# The document in the repository has the stored numbers.
+stored = report.load(ROOT / "docs" / "benchmarks.json")
+page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+for name, row in stored["rows"].items():
+    assert f"| `{name}` | {report.number(row['ours'])} | {report.number(row['peer'])} |" in page, name
 print("bench rows: good")

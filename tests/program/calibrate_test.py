@@ -5,6 +5,7 @@ import math
 import shutil
 import signal
 import time
+import tomllib
 
 import support
 
@@ -73,6 +74,24 @@ class Calibrate(support.SharedFolderTest):
         self.assertEqual(thesis["model"]["mode"], "quadratic_zero")
         self.assertLess(thesis["after_rms_m"], thesis["before_rms_m"])
 
+    def test_cameras_are_adjusted_with_the_correction(self):
+        run = self.run_json("calibrate", "depth", self.folder_of_set / "depth", "--calibration", self.results / "rig",
+                            "-o", "refined", "--set", "depth_fit.refine=cameras")
+        refined = run["refined"]
+        # Every board's pose had the least error of its own corners before: now they share it with the depth.
+        self.assertLess(refined["corners_after"], 0.5)
+        self.assertLess(refined["depth_after"], refined["depth_before"])
+        before, after = (abs(camera["fx_px"] / TRUE_RGB["fx_px"] - 1)
+                         for camera in (self.color["camera"], refined["color_camera"]))
+        self.assertLess(after, before + 5e-4)
+        self.assertLess(run["after_rms_m"], 1.05 * self.depth["after_rms_m"])
+        written = tomllib.loads((self.folder / "refined/calibration.toml").read_text())
+        self.assertAlmostEqual(written["color_camera"]["fx_px"], refined["color_camera"]["fx_px"], places=6)
+        wrong = self.run_json("calibrate", "depth", self.folder_of_set / "depth", "--calibration",
+                              self.results / "rig", "-o", "x", "--set", "depth_fit.refine=cameras", "--set",
+                              "depth_fit.mode=quadratic", expect=2)
+        self.assertIn("spline", wrong["error"]["message"])
+
     def test_noise(self):
         for source in ("static", "planes"):
             run = self.run_json("calibrate", "noise", self.folder_of_set / "depth", "-o", source, "--from", source)
@@ -80,12 +99,31 @@ class Calibrate(support.SharedFolderTest):
             for z in (1.0, 2.0, 4.0):
                 fitted = noise["quadratic_per_m"] * z * z + noise["linear_ratio"] * z + noise["constant_m"]
                 self.assertLess(abs(fitted / (0.001425 * z * z) - 1), 0.12, (source, z))
-        self.run_hm("params", "check", "static/noise.toml")
+
+    def test_noise_is_read_by_the_truncation_model(self):
+        run = self.run_json("calibrate", "noise", self.folder_of_set / "depth", "-o", "noise")
+        self.run_hm("params", "check", "noise/noise.toml")
         recording = self.simulate(frames=3)
-        self.run_hm("reconstruct", recording, "-o", "r", "--quiet", "--params", "static/noise.toml",
-                    "--set", "reconstruction.pictures=false")
-        self.assertIn(f"quadratic_per_m = {run['depth_noise']['quadratic_per_m']:.4f}"[:22],
-                      (self.folder / "r/parameters.toml").read_text())
+        noise = {key: repr(value) for key, value in run["depth_noise"].items()}
+        ways = {"by_file": ["--params", "noise/noise.toml"],
+                "by_set": [word for key, value in noise.items() for word in ("--set", f"depth_noise.{key}={value}")],
+                "noisier": ["--params", "noise/noise.toml", "--set", "depth_noise.quadratic_per_m=0.02"]}
+        meshes = {}
+        for name, words in ways.items():
+            self.run_hm("reconstruct", recording, "-o", name, "--quiet", "--set", "reconstruction.pictures=false",
+                        *words)
+            meshes[name] = (self.folder / name / "mesh.ply").read_bytes()
+        used = tomllib.loads((self.folder / "by_file/parameters.toml").read_text())["depth_noise"]
+        for key, value in run["depth_noise"].items():
+            self.assertAlmostEqual(used[key], value, delta=1e-9 + 1e-5 * abs(value), msg=key)
+        self.assertEqual(meshes["by_file"], meshes["by_set"])
+        self.assertNotEqual(meshes["by_file"], meshes["noisier"], "the truncation does not depend on it")
+
+    def test_a_folder_that_cannot_be_made_is_an_error(self):
+        (self.folder / "file").write_text("")
+        for output in ("file", "file/set"):
+            wrong = self.run_json("simulate", "calibration", "-o", output, *SMALL, expect=2)
+            self.assertIn("file", wrong["error"]["where"])
 
     def as_recording(self, pose):
         """A pose of the board as a TUM recording of raw pictures."""

@@ -1,11 +1,17 @@
 """hm slam: a walk around a simulated room end to end, its maps, the same again, wrong input, a real recording."""
 import json
 import shutil
+import signal
+import time
 
 import support
 
 KEYS = {"frames", "track_ms", "path_length_m", "keyframes", "loops", "model_points", "map_correction", "mesh",
-        "bundle_adjustment", "ate_rmse_m", "rpe_second_m", "rpe_second_rad", "odometry", "frames_mapped"}
+        "bundle_adjustment", "ate_rmse_m", "rpe_frame_m", "rpe_second_m", "rpe_second_rad", "odometry", "frames_mapped",
+        "live_corrections", "longest_stall_ms", "frame_ms"}
+PARTS = {"frames": {"read", "tracked", "lost"}, "track_ms": {"median", "mean", "p99"},
+         "loops": {"candidates", "accepted"}, "frame_ms": {"median", "mean", "p99"},
+         "odometry": {"ate_rmse_m", "rpe_frame_m", "rpe_second_m", "rpe_second_rad"}}
 FILES = ["trajectory.tum", "odometry.tum", "keyframes.tum", "graph.g2o", "mesh.ply", "mesh.glb", "map.hmap",
          "parameters.toml", "report.json", "report.html"]
 COARSE = ["--voxel", "0.05", "--set", "mesh_error.samples=50000"]
@@ -23,6 +29,10 @@ class Slam(support.SharedFolderTest):
     def test_room_end_to_end_with_maps(self):
         run = self.run_json("slam", self.recording, "-o", "result", "--maps", "points,octomap,mvog", *COARSE)
         self.assertLessEqual(KEYS | {"mesh_error"}, set(run))
+        for key, parts in PARTS.items():
+            self.assertLessEqual(parts, set(run[key]), key)
+        for key in ("path_length_m", "keyframes", "model_points"):
+            self.assertGreater(run[key], 1, key)
         self.assertEqual(run["frames"]["tracked"], 70)
         self.assertEqual(run["frames_mapped"], 70)
         self.assertLess(run["ate_rmse_m"], 0.03)
@@ -51,6 +61,29 @@ class Slam(support.SharedFolderTest):
         for name in ("trajectory.tum", "odometry.tum", "keyframes.tum", "graph.g2o", "mesh.ply"):
             self.assertEqual((self.folder / "one" / name).read_bytes(), (self.folder / "two" / name).read_bytes(), name)
 
+    def test_stopped(self):
+        process = self.start("slam", self.recording, "-o", "stopped", "--maps", "points,octomap,mvog", "--json", *COARSE,
+                             "--set", "reconstruction.pictures=false")
+        self.addCleanup(process.kill)
+        for line in process.stderr:
+            if line.startswith("tracking"):
+                break
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=300)
+        self.assertEqual(process.returncode, 0, errors)
+        run = json.loads(output)
+        self.assertTrue(run["interrupted"])
+        self.assertIn("finishing with what there is", errors)
+        self.assertRegex(" ".join(run["warnings"]), r"stopped after \d+ of 70 frames")
+        # All that was tracked is in the map, and every file is there.
+        self.assertGreater(run["frames_mapped"], 0)
+        self.assertEqual(run["frames_mapped"], run["frames"]["tracked"])
+        self.assertGreater(run["volumes"], 10)
+        self.assertGreater(run["mesh"]["triangles"], 1000)
+        for name in ("mesh.ply", "map.hmap", "points.ply", "occupancy.ot", "volumes.mvog"):
+            self.assertGreater((self.folder / "stopped" / name).stat().st_size, 1000, name)
+
     def test_a_recording_without_poses(self):
         bare = self.folder / "bare"
         shutil.copytree(self.recording, bare)
@@ -76,6 +109,8 @@ class Slam(support.SharedFolderTest):
         self.run_json("slam", "nowhere", expect=3)
         document = self.run_json("slam", self.recording, "--maps", "points,globe", expect=2)
         self.assertIn("globe", document["error"]["message"])
+        document = self.run_json("slam", self.recording, "--set", "reconstruction.align=true", expect=2)
+        self.assertIn("hm reconstruct", document["error"]["message"])
         (self.folder / "file").write_text("")
         self.run_json("slam", self.recording, "-o", "file/result", expect=2)
 

@@ -3,7 +3,8 @@ import unittest
 
 import support
 
-VERBS = ["demo", "info", "simulate", "reconstruct", "odometry", "slam", "evaluate trajectory", "evaluate mesh", "convert",
+VERBS = ["demo", "info", "simulate", "reconstruct", "odometry", "slam", "evaluate trajectory", "evaluate mesh",
+         "evaluate uncertainty", "evaluate depth-compensation", "convert",
          "params show", "params check", "params explain", "params diff"]
 
 

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <numbers>
 
 #include <opencv2/calib3d.hpp>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/statistics.hpp"
 
 namespace hm {
 namespace {
 
 constexpr int kCellsX = 12, kCellsY = 9;
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct PointSets {
   std::vector<std::vector<cv::Point3f>> board;
@@ -84,13 +83,8 @@ ViewFit judge(const BoardView& view, const BoardParams& board, const PinholeCame
               const SE3& T_camera_board) {
   ViewFit fit;
   fit.T_camera_board = T_camera_board;
-  double sum = 0;
-  for (std::size_t i = 0; i < view.size(); ++i) {
-    const Vec2 seen = camera.project(T_camera_board * corner_on_board(board, view.corners[i]));
-    fit.corners.push_back({view.pixels[i], view.pixels[i] - seen});
-    sum += fit.corners.back().error_px.squaredNorm();
-  }
-  fit.rms_px = std::sqrt(sum / static_cast<double>(view.size()));
+  fit.corners = corner_residuals(view, board, camera, T_camera_board);
+  fit.rms_px = rms_px(fit.corners);
   const int last = board.corners_x * board.corners_y - 1;
   const Vec3 middle = T_camera_board * Vec3(0.5 * corner_on_board(board, last));
   fit.distance_m = middle.norm();
@@ -121,7 +115,7 @@ void warn(CameraFit& fit) {
         fmt::format("the boards cover {:.0f} % of the image: show the board in the corners and along "
                     "the edges too, there the lens distorts most",
                     100 * fit.covered_ratio));
-  const auto tilted = std::ranges::count_if(tilts, [](double tilt) { return tilt > 15 * kDegree; });
+  const auto tilted = std::ranges::count_if(tilts, [](double tilt) { return tilt > 15 * kRadiansPerDegree; });
   if (tilted * 3 < static_cast<std::ptrdiff_t>(tilts.size()) || tilted < 4)
     warnings.push_back(
         fmt::format("the board is tilted by more than 15 degrees in {} of {} pictures only: without "
@@ -141,6 +135,22 @@ void warn(CameraFit& fit) {
 }
 
 }  // namespace
+
+std::vector<CornerResidual> corner_residuals(const BoardView& view, const BoardParams& board,
+                                             const PinholeCamera& camera, const SE3& T_camera_board) {
+  std::vector<CornerResidual> corners;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const Vec2 seen = camera.project(T_camera_board * corner_on_board(board, view.corners[i]));
+    corners.push_back({view.pixels[i], view.pixels[i] - seen});
+  }
+  return corners;
+}
+
+double rms_px(std::span<const CornerResidual> corners) {
+  double sum = 0;
+  for (const CornerResidual& corner : corners) sum += corner.error_px.squaredNorm();
+  return corners.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(corners.size()));
+}
 
 std::optional<SE3> board_pose(const BoardView& view, const BoardParams& board, const PinholeCamera& camera) {
   if (view.size() < 4) return std::nullopt;

@@ -16,6 +16,12 @@ struct CornerResidual {
   Vec2 error_px = Vec2::Zero();
 };
 
+/// Of every corner of a view, in its order.
+std::vector<CornerResidual> corner_residuals(const BoardView& view, const BoardParams& board,
+                                             const PinholeCamera& camera, const SE3& T_camera_board);
+/// 0 without corners.
+double rms_px(std::span<const CornerResidual> corners);
+
 /// One view of the board under a fitted camera.
 struct ViewFit {
   SE3 T_camera_board;

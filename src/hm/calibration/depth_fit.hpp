@@ -6,6 +6,10 @@
 
 namespace hm {
 
+/// What is fitted along with the correction.
+enum class DepthRefine { kNone, kCameras };
+inline constexpr std::string_view kDepthRefineNames[] = {"none", "cameras"};
+
 struct DepthFitParams {
   DepthFitMode mode = DepthFitMode::kSpline;
   int columns = 16, rows = 12;
@@ -14,6 +18,10 @@ struct DepthFitParams {
   int window_px = 21;
   double gate_m = 0.5;
   int hold_out_every = 4;
+  DepthRefine refine = DepthRefine::kNone;
+  double prior_intrinsics_px = 1;
+  double prior_translation_m = 0.001;
+  double prior_rotation_rad = 0.001;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -36,6 +44,19 @@ struct DepthFitParams {
                {2, 1000},
                "every so many-th pose is for testing, where no folder test/ is given"},
       self.hold_out_every);
+    v(
+        ParamDoc{
+            "refine",
+            {},
+            "cameras: focal lengths, centres and the motion between the cameras are adjusted together with "
+            "the boards and the correction"},
+        self.refine, kDepthRefineNames);
+    v(ParamDoc{"prior_intrinsics_px", {1e-3, 100}, "refine: how well focal lengths and centres are known"},
+      self.prior_intrinsics_px);
+    v(ParamDoc{"prior_translation_m", {1e-6, 1}, "refine: how well the distance of the cameras is known"},
+      self.prior_translation_m);
+    v(ParamDoc{"prior_rotation_rad", {1e-6, 1}, "refine: how well the rotation between them is known"},
+      self.prior_rotation_rad);
   }
 };
 

@@ -82,12 +82,12 @@ PixelSums sum_up(std::span<const DepthView> views, int width, int height) {
 /// Every pixel gets what `combine` makes of the pixels of its window, along x, then along y.
 template <class T, class Combine>
 Image<T> over_window(const Image<T>& from, int half, Combine combine) {
-  Image<T> across = from, both = from;
+  Image<T> across = from;
   for (int y = 0; y < from.height(); ++y)
     for (int x = 0; x < from.width(); ++x)
       for (int i = std::max(0, x - half); i <= std::min(from.width() - 1, x + half); ++i)
         if (i != x) combine(across(x, y), from(i, y));
-  both = across;
+  Image<T> both = across;
   for (int y = 0; y < from.height(); ++y)
     for (int x = 0; x < from.width(); ++x)
       for (int j = std::max(0, y - half); j <= std::min(from.height() - 1, y + half); ++j)
@@ -102,7 +102,7 @@ DepthFit fit_each_pixel(std::span<const DepthView> views, DepthCorrectionModel m
   model.columns = model.width, model.rows = model.height;
   model.terms = 3;
   const int half = params.window_px / 2;
-  PixelSums sums = sum_up(views, model.width, model.height);
+  const PixelSums sums = sum_up(views, model.width, model.height);
   DepthFit fit;
   for (const DepthView& view : views) fit.samples += view.samples.size();
   const auto moments = over_window(sums.moments, half, [](Moments& a, const Moments& b) { a += b; });

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "hm/core/statistics.hpp"
+#include "hm/sensors/spline_basis.hpp"
 
 namespace hm::detail {
 namespace {
@@ -16,46 +17,6 @@ constexpr double kReferenceRatio = 5e-4;        // error of the board's plane, b
 constexpr double kAssumedNoise_per_m = 1.5e-3;  // sigma = this z^2, where a single image tells none
 constexpr double kLargestCorrection_m = 0.3;    // weak prior on every coefficient
 constexpr int kRobustRounds = 3;
-
-/// Mean of the readings of one view within a square of pixels.
-struct BlockMean {
-  Vec2 pixel = Vec2::Zero();
-  double measured_m = 0, error_m = 0;  ///< error: true minus measured
-  double sigma_m = 0;
-};
-
-std::vector<BlockMean> block_means(const DepthView& view) {
-  struct Sum {
-    double x = 0, y = 0, measured = 0, error = 0, variance = 0;
-    int count = 0;
-  };
-  std::map<std::pair<int, int>, Sum> sums;
-  for (const DepthSample& sample : view.samples) {
-    Sum& sum = sums[{sample.y / kBlock_px, sample.x / kBlock_px}];
-    const auto measured = static_cast<double>(sample.measured_m), truth = static_cast<double>(sample.true_m);
-    const double sigma =
-        sample.sigma_m > 0 ? static_cast<double>(sample.sigma_m) : kAssumedNoise_per_m * truth * truth;
-    sum.x += sample.x, sum.y += sample.y;
-    sum.measured += measured;
-    sum.error += truth - measured;
-    sum.variance += sigma * sigma;
-    ++sum.count;
-  }
-  std::vector<BlockMean> means;
-  for (const auto& [place, sum] : sums) {
-    const double n = sum.count, z = sum.measured / n;
-    const double reference = kReferenceRatio * z;
-    means.push_back({Vec2(sum.x / n, sum.y / n), z, sum.error / n,
-                     std::sqrt(sum.variance / (n * n) + reference * reference)});
-  }
-  return means;
-}
-
-std::array<double, 4> weights_at(double t) {
-  const double u = 1 - t;
-  return {u * u * u / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
-          t * t * t / 6};
-}
 
 /// The control points that a place depends on, as a row of the linear system.
 struct Row {
@@ -92,20 +53,16 @@ Row System::row_of(const BlockMean& mean) const {
   const double s = std::clamp((2 * mean.measured_m - model_.min_depth_m - model_.max_depth_m) /
                                   (model_.max_depth_m - model_.min_depth_m),
                               -1.0, 1.0);
-  const auto place = [](double pixel, int size, int points) {
-    const double at = std::clamp((pixel + 0.5) / size, 0.0, 1.0) * (points - 3);
-    const int span = std::clamp(static_cast<int>(at), 0, points - 4);
-    return std::pair(span, weights_at(at - span));
-  };
-  const auto [column, across] = place(mean.pixel.x(), model_.width, model_.columns);
-  const auto [row, down] = place(mean.pixel.y(), model_.height, model_.rows);
+  const SplinePlace u = spline_place(mean.pixel.x(), model_.width, model_.columns);
+  const SplinePlace v = spline_place(mean.pixel.y(), model_.height, model_.rows);
+  const auto across = spline_weights(u.t), down = spline_weights(v.t);
   Row result;
   double power = 1;
   for (int k = 0; k < model_.terms; ++k, power *= s)
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 4; ++i)
         result.entries.emplace_back(
-            index(k, row + j, column + i),
+            index(k, v.span + j, u.span + i),
             power * across[static_cast<std::size_t>(i)] * down[static_cast<std::size_t>(j)]);
   return result;
 }
@@ -141,6 +98,33 @@ double dot(const Row& row, const Eigen::VectorXd& solution) {
 
 }  // namespace
 
+std::vector<BlockMean> block_means(const DepthView& view, int block_px) {
+  struct Sum {
+    double x = 0, y = 0, measured = 0, error = 0, variance = 0;
+    int count = 0;
+  };
+  std::map<std::pair<int, int>, Sum> sums;
+  for (const DepthSample& sample : view.samples) {
+    Sum& sum = sums[{sample.y / block_px, sample.x / block_px}];
+    const auto measured = static_cast<double>(sample.measured_m), truth = static_cast<double>(sample.true_m);
+    const double sigma =
+        sample.sigma_m > 0 ? static_cast<double>(sample.sigma_m) : kAssumedNoise_per_m * truth * truth;
+    sum.x += sample.x, sum.y += sample.y;
+    sum.measured += measured;
+    sum.error += truth - measured;
+    sum.variance += sigma * sigma;
+    ++sum.count;
+  }
+  std::vector<BlockMean> means;
+  for (const auto& [place, sum] : sums) {
+    const double n = sum.count, z = sum.measured / n;
+    const double reference = kReferenceRatio * z;
+    means.push_back({Vec2(sum.x / n, sum.y / n), z, sum.error / n,
+                     std::sqrt(sum.variance / (n * n) + reference * reference)});
+  }
+  return means;
+}
+
 TrainedRange trained_range(std::span<const DepthView> views) {
   std::vector<double> depths;
   for (const DepthView& view : views)
@@ -157,18 +141,18 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
   std::vector<BlockMean> means;
   for (const DepthView& view : views) {
     fit.samples += view.samples.size();
-    const auto of_view = block_means(view);
+    const auto of_view = block_means(view, kBlock_px);
     means.insert(means.end(), of_view.begin(), of_view.end());
   }
+  const System priors(model, params);
+  std::vector<Row> rows;
+  for (const BlockMean& mean : means) rows.push_back(priors.row_of(mean));
   std::vector<double> trust(means.size(), 1.0);
   Eigen::VectorXd solution;
   for (int round = 0; round < kRobustRounds; ++round) {
-    System system(model, params);
-    std::vector<Row> rows;
-    for (std::size_t i = 0; i < means.size(); ++i) {
-      rows.push_back(system.row_of(means[i]));
-      system.add(rows.back(), means[i].error_m, trust[i] / (means[i].sigma_m * means[i].sigma_m));
-    }
+    System system = priors;
+    for (std::size_t i = 0; i < means.size(); ++i)
+      system.add(rows[i], means[i].error_m, trust[i] / (means[i].sigma_m * means[i].sigma_m));
     solution = system.solve();
     // Huber: what is far off (a hand before the board, an edge) counts less in the next round.
     std::vector<double> off(means.size());
@@ -182,10 +166,8 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
     model.coefficients[static_cast<std::size_t>(i)] = static_cast<float>(solution[i]);
   std::vector<char> touched(static_cast<std::size_t>((model.columns - 3) * (model.rows - 3)), 0);
   for (const BlockMean& mean : means) {
-    const auto x =
-        std::min(static_cast<int>(mean.pixel.x() / model.width * (model.columns - 3)), model.columns - 4);
-    const auto y =
-        std::min(static_cast<int>(mean.pixel.y() / model.height * (model.rows - 3)), model.rows - 4);
+    const int x = spline_place(mean.pixel.x(), model.width, model.columns).span;
+    const int y = spline_place(mean.pixel.y(), model.height, model.rows).span;
     touched[static_cast<std::size_t>(y * (model.columns - 3) + x)] = 1;
   }
   fit.fitted_pixel_ratio =

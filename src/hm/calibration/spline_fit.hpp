@@ -4,6 +4,14 @@
 /// The two kinds of fit behind fit_depth_correction().
 namespace hm::detail {
 
+/// Mean of the readings of one view within a square of pixels.
+struct BlockMean {
+  Vec2 pixel = Vec2::Zero();
+  double measured_m = 0, error_m = 0;  ///< error: true minus measured
+  double sigma_m = 0;
+};
+std::vector<BlockMean> block_means(const DepthView& view, int block_px);
+
 /// The range of readings that a fit is trained on: all but the outermost thousandth at each end.
 struct TrainedRange {
   double min_m = 0, max_m = 0;

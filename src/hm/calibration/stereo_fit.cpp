@@ -67,24 +67,14 @@ detail::StereoSolution solve(const std::vector<UsablePair>& pairs, const BoardPa
   return detail::solve_stereo(views, board, with_intrinsics, state);
 }
 
-double judge(const BoardView& view, const BoardParams& board, const PinholeCamera& camera,
-             const SE3& T_camera_board, std::vector<CornerResidual>& corners) {
-  double sum = 0;
-  for (std::size_t i = 0; i < view.size(); ++i) {
-    const Vec2 seen = camera.project(T_camera_board * corner_on_board(board, view.corners[i]));
-    corners.push_back({view.pixels[i], view.pixels[i] - seen});
-    sum += corners.back().error_px.squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(view.size()));
-}
-
 PairFit judge(const UsablePair& pair, const BoardParams& board, const detail::StereoState& state,
               const SE3& T_color_board) {
   PairFit fit;
   fit.T_color_board = T_color_board;
-  fit.color_rms_px = judge(pair.color_view, board, state.color_camera, T_color_board, fit.color_corners);
-  fit.depth_rms_px = judge(pair.depth_view, board, state.depth_camera,
-                           state.T_color_depth.inverse() * T_color_board, fit.depth_corners);
+  fit.color_corners = corner_residuals(pair.color_view, board, state.color_camera, T_color_board);
+  fit.depth_corners = corner_residuals(pair.depth_view, board, state.depth_camera,
+                                       state.T_color_depth.inverse() * T_color_board);
+  fit.color_rms_px = rms_px(fit.color_corners), fit.depth_rms_px = rms_px(fit.depth_corners);
   return fit;
 }
 

@@ -1,54 +1,12 @@
 #include "hm/calibration/stereo_problem.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <Eigen/Cholesky>
+
+#include "hm/calibration/board_motion.hpp"
 
 namespace hm::detail {
 namespace {
-
-/// A rigid motion as Ceres varies it: rotation vector, translation.
-using Motion = std::array<double, 6>;
-/// fx fy cx cy.
-using Intrinsics = std::array<double, 4>;
-
-Motion to_motion(const SE3& T) {
-  const Vec3 r = so3_log(T.rotation()), &t = T.translation();
-  return {r.x(), r.y(), r.z(), t.x(), t.y(), t.z()};
-}
-
-SE3 to_se3(const Motion& m) { return {so3_exp(Vec3(m[0], m[1], m[2])), Vec3(m[3], m[4], m[5])}; }
-
-template <class T>
-void move(const T* motion, const T* point, T* moved) {
-  ceres::AngleAxisRotatePoint(motion, point, moved);
-  for (int i = 0; i < 3; ++i) moved[i] += motion[3 + i];
-}
-
-/// Seen minus projected; the plumb-bob model of PinholeCamera::project.
-template <class T>
-void residual_px(const T* intrinsics, const LensDistortion& d, const Vec2& seen, const T* p, T* residual) {
-  const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-  const T radial = 1.0 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3));
-  const T u = x * radial + 2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x);
-  const T v = y * radial + d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y;
-  residual[0] = intrinsics[0] * u + intrinsics[2] - seen.x();
-  residual[1] = intrinsics[1] * v + intrinsics[3] - seen.y();
-}
-
-struct ColorCorner {
-  Vec3 point;
-  Vec2 seen;
-  LensDistortion distortion;
-  template <class T>
-  bool operator()(const T* board, const T* intrinsics, T* residual) const {
-    const T on_board[3] = {T(point.x()), T(point.y()), T(point.z())};
-    T p[3];
-    move(board, on_board, p);
-    residual_px(intrinsics, distortion, seen, p, residual);
-    return true;
-  }
-};
 
 struct DepthCorner {
   Vec3 point;
@@ -83,7 +41,7 @@ void add_view(ceres::Problem& problem, const StereoView& from, const BoardParams
                                    point, from.view->pixels[i], state.depth_camera.distortion}),
                                loss, pose, blocks.motion.data(), blocks.depth.data());
     } else {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ColorCorner, 2, 6, 4>(new ColorCorner{
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CornerInCamera, 2, 6, 4>(new CornerInCamera{
                                    point, from.view->pixels[i], state.color_camera.distortion}),
                                loss, pose, blocks.color.data());
     }
@@ -127,7 +85,6 @@ StereoSolution solve_stereo(std::span<const StereoView> views, const BoardParams
                             StereoState& state) {
   Blocks blocks;
   blocks.motion = to_motion(state.T_color_depth.inverse());
-  const auto intrinsics_of = [](const PinholeCamera& c) { return Intrinsics{c.fx, c.fy, c.cx, c.cy}; };
   blocks.depth = intrinsics_of(state.depth_camera);
   blocks.color = intrinsics_of(state.color_camera);
   for (const SE3& T : state.T_color_board) blocks.boards.push_back(to_motion(T));
@@ -150,9 +107,6 @@ StereoSolution solve_stereo(std::span<const StereoView> views, const BoardParams
   solution.rms_px = std::sqrt(2 * summary.final_cost / std::max(1, summary.num_residuals / 2));
   state.T_color_depth = to_se3(blocks.motion).inverse();
   for (std::size_t i = 0; i < blocks.boards.size(); ++i) state.T_color_board[i] = to_se3(blocks.boards[i]);
-  const auto set_intrinsics = [](PinholeCamera& c, const Intrinsics& k) {
-    c.fx = k[0], c.fy = k[1], c.cx = k[2], c.cy = k[3];
-  };
   set_intrinsics(state.depth_camera, blocks.depth);
   set_intrinsics(state.color_camera, blocks.color);
   if (!solution.converged) return solution;

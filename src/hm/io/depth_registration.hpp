@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cstdint>
+#include <vector>
 
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
@@ -9,7 +11,8 @@ namespace hm {
 
 /// Brings depth images into the view of another camera: every reading goes to the nearest pixel (rounded, not
 /// cut) that sees its point, the nearest reading wins, and holes of one pixel between readings that agree are
-/// filled (dissertation 3.1.2). Const members may be used from any thread.
+/// filled (dissertation 3.1.2). In single precision: a reading within some 1e-3 px of the border between two
+/// pixels may go to either. Const members may be used from any thread; the same bits on every CPU.
 class DepthRegistration {
  public:
   /// Both cameras without distortion; T_color_depth takes points of the depth camera into the colour camera.
@@ -18,9 +21,31 @@ class DepthRegistration {
   /// Depth along the colour camera's axis, of its size, in the same units.
   [[nodiscard]] Image<std::uint16_t> apply(const Image<std::uint16_t>& depth, double unit_m) const;
 
+  /// One image, row by row: what apply() consists of.
+  class Canvas {
+   public:
+    Canvas(const DepthRegistration& registration, double unit_m);
+    /// Rows of the depth camera in any order, each once; `depth` has kRowSlack_px readable pixels after it.
+    void add_row(int y, const std::uint16_t* depth);
+    /// After the last row: writes an image of the colour camera's size.
+    void finish(Image<std::uint16_t>& registered);
+
+   private:
+    const DepthRegistration& registration_;
+    std::array<float, 3> origin_;         ///< of the depth camera, in cells and units
+    int stride_;                          ///< cells of a row: pixels, and a border of one
+    std::vector<std::uint16_t> nearest_;  ///< depth less 1
+    std::vector<std::int32_t> cells_;     ///< of the readings of a row
+    std::vector<std::uint16_t> nearness_;
+  };
+  static constexpr int kRowSlack_px = 32;
+
  private:
-  PinholeCamera depth_camera_, color_camera_;
-  SE3 T_color_depth_;
+  int width_, height_;  ///< of the depth camera
+  PinholeCamera color_camera_;
+  /// A pixel's direction in cells is of_column_[.][x] + of_row_[.][y]; origin_m_ is the translation.
+  std::array<std::vector<float>, 3> of_column_, of_row_;
+  Vec3 origin_m_;
 };
 
 }  // namespace hm

@@ -1,5 +1,6 @@
 #include "hm/io/frame_calibration.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "hm/io/depth_registration.hpp"
@@ -8,13 +9,17 @@
 namespace hm {
 
 struct FrameCalibration::Impl {
+  int width = 0, height = 0;
   PinholeCamera camera;
-  std::optional<LensMap> depth_lens, color_lens;
+  std::shared_ptr<const LensMap> depth_lens, color_lens;  ///< one for both where they are one camera
   std::optional<DepthCorrection> correction;
   std::optional<DepthRegistration> registration;
 };
 
 namespace {
+
+constexpr std::size_t kRowSlack_px =
+    std::max({LensMap::kRowSlack_px, DepthCorrection::kRowSlack_px, DepthRegistration::kRowSlack_px});
 
 /// The camera at another size, if that has the same shape.
 Result<PinholeCamera> fitted(const PinholeCamera& camera, const char* name, int width, int height) {
@@ -37,6 +42,7 @@ FrameCalibration::~FrameCalibration() = default;
 
 Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibration, int width, int height) {
   auto impl = std::make_unique<Impl>();
+  impl->width = width, impl->height = height;
   const auto& given_depth = calibration.depth_camera ? calibration.depth_camera : calibration.color_camera;
   const auto& given_color = calibration.color_camera ? calibration.color_camera : calibration.depth_camera;
   if (!given_depth) return fail(ErrorCode::kInvalidValue, "", "the calibration names no camera");
@@ -51,8 +57,11 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
                   model->height, width, height);
     impl->correction.emplace(*model, width, height);
   }
-  if (!depth->distortion.is_zero()) impl->depth_lens.emplace(*depth);
-  if (!color->distortion.is_zero()) impl->color_lens.emplace(*color);
+  if (!depth->distortion.is_zero()) impl->depth_lens = std::make_shared<const LensMap>(*depth);
+  if (&given_depth == &given_color)
+    impl->color_lens = impl->depth_lens;
+  else if (!color->distortion.is_zero())
+    impl->color_lens = std::make_shared<const LensMap>(*color);
   impl->camera = depth->without_distortion();
   if (calibration.registers_depth()) {
     impl->registration.emplace(depth->without_distortion(), color->without_distortion(),
@@ -64,16 +73,42 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
 
 const PinholeCamera& FrameCalibration::camera() const { return impl_->camera; }
 
-DepthImage FrameCalibration::calibrate(const DepthImage& raw) const {
-  DepthImage depth = raw;
-  if (impl_->depth_lens) depth.units = impl_->depth_lens->undistort(depth.units);
-  if (impl_->correction) impl_->correction->apply(depth);
-  if (impl_->registration) depth.units = impl_->registration->apply(depth.units, depth.unit_m);
+/// Row by row, so that everything between the first reading and the last writing stays near the processor.
+DepthImage FrameCalibration::calibrate(DepthImage depth) const {
+  const Impl& impl = *impl_;
+  if (!impl.depth_lens && !impl.correction && !impl.registration) return depth;
+  const int width = depth.width(), height = depth.height();
+  HM_CHECK(width == impl.width && height == impl.height, "{} x {}", width, height);
+  std::optional<DepthCorrection::Rows> correction;
+  if (impl.correction) correction.emplace(*impl.correction, depth.unit_m);
+  std::optional<DepthRegistration::Canvas> canvas;
+  if (impl.registration) canvas.emplace(*impl.registration, depth.unit_m);
+  Image<std::uint16_t> rectified;
+  if (!canvas) rectified = Image<std::uint16_t>(width, height);
+  std::vector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
+  for (int y = 0; y < height; ++y) {
+    if (impl.depth_lens)
+      impl.depth_lens->undistort_row(depth.units, y, row.data());
+    else
+      std::ranges::copy(depth.units.row(y), row.begin());
+    if (correction) {
+      correction->apply(y, row.data(), corrected.data());
+      row.swap(corrected);
+    }
+    if (canvas)
+      canvas->add_row(y, row.data());
+    else
+      std::copy_n(row.data(), width, rectified.row(y).data());
+  }
+  if (canvas)
+    canvas->finish(depth.units);
+  else
+    depth.units = std::move(rectified);
   return depth;
 }
 
-Image<Rgb8> FrameCalibration::calibrate(const Image<Rgb8>& raw) const {
-  return impl_->color_lens ? impl_->color_lens->undistort(raw) : raw;
+Image<Rgb8> FrameCalibration::calibrate(Image<Rgb8> color) const {
+  return impl_->color_lens ? impl_->color_lens->undistort(color) : color;
 }
 
 }  // namespace hm

@@ -22,8 +22,9 @@ class FrameCalibration {
 
   /// The camera of the pictures given back, without distortion.
   [[nodiscard]] const PinholeCamera& camera() const;
-  [[nodiscard]] DepthImage calibrate(const DepthImage& raw) const;
-  [[nodiscard]] Image<Rgb8> calibrate(const Image<Rgb8>& raw) const;
+  /// Of the size that it was made for. Moved into it, a picture is not copied.
+  [[nodiscard]] DepthImage calibrate(DepthImage raw) const;
+  [[nodiscard]] Image<Rgb8> calibrate(Image<Rgb8> raw) const;
 
  private:
   struct Impl;

@@ -2,11 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <hwy/targets.h>
 #include <cmath>
 
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/depth_registration.hpp"
 #include "hm/io/lens_map.hpp"
+#include "hm/io/registration_kernels.hpp"
 #include "hm/io/testing_recordings.hpp"
 
 namespace hm {
@@ -55,6 +57,99 @@ TEST(DepthRegistration, APlaneStaysThePlane) {
   // mean.
   EXPECT_LT(worst, 0.0035);
   EXPECT_LT(std::abs(sum / inside), 2e-4);
+}
+
+/// Registration in double precision, one reading after the other. Readings within `margin` of where another
+/// pixel or another unit begins are taken out of `depth`: single precision may decide differently there.
+Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_m, double margin) {
+  Image<std::uint16_t> registered(kColorCamera.width, kColorCamera.height);
+  const auto near_border = [&](double value) {
+    const double fraction = value + 0.5 - std::floor(value + 0.5);
+    return fraction < margin || fraction > 1 - margin;
+  };
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      if (depth(x, y) == 0) continue;
+      const Vec3 p = kMotion * kDepthCamera.unproject(Vec2(x, y), depth(x, y) * unit_m);
+      const double z = p.z() / unit_m;
+      const Vec2 pixel = kColorCamera.project(p);
+      if (near_border(z) || near_border(pixel.x()) || near_border(pixel.y())) {
+        depth(x, y) = 0;
+        continue;
+      }
+      if (z < 0.5 || z >= 65534.5 || !kColorCamera.contains(pixel)) continue;
+      std::uint16_t& place =
+          registered(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+      const auto units = static_cast<std::uint16_t>(std::lround(z));
+      if (place == 0 || units < place) place = units;
+    }
+  Image<std::uint16_t> filled = registered;
+  const auto between = [](std::uint16_t a, std::uint16_t b) {
+    const int mean = (a + b + 1) / 2;
+    return static_cast<std::uint16_t>(a == 0 || b == 0 || std::abs(a - b) > mean * 1966 / 65536 ? 0 : mean);
+  };
+  for (int y = 0; y < filled.height(); ++y)
+    for (int x = 0; x < filled.width(); ++x) {
+      if (registered(x, y) != 0) continue;
+      if (x > 0 && x + 1 < filled.width()) filled(x, y) = between(registered(x - 1, y), registered(x + 1, y));
+      if (filled(x, y) == 0 && y > 0 && y + 1 < filled.height())
+        filled(x, y) = between(registered(x, y - 1), registered(x, y + 1));
+    }
+  return filled;
+}
+
+TEST(DepthRegistration, EveryPixelIsThatOfTheSlowReference) {
+  const DepthRegistration registration(kDepthCamera, kColorCamera, kMotion);
+  for (const double unit_m : {1e-3, 2e-4}) {
+    Rng rng(3);
+    for (const double scatter : {0.0, 0.01, 1.0}) {
+      Image<std::uint16_t> depth(160, 120);
+      for (int y = 0; y < 120; ++y)
+        for (int x = 0; x < 160; ++x)
+          if (rng.below(8) != 0)
+            depth(x, y) = static_cast<std::uint16_t>(
+                std::clamp((1.2 + 0.01 * x + scatter * rng.normal()) / unit_m, 0.0, 65535.0));
+      const auto wanted = registered_slowly(depth, unit_m, 2e-3);
+      EXPECT_TRUE(same_pixels(registration.apply(depth, unit_m), wanted)) << unit_m << ", " << scatter;
+    }
+  }
+}
+
+TEST(DepthRegistration, VectorsOfEveryKindGiveThePlainBits) {
+  constexpr int kWidth = 77, kStride = 83, kSlack = DepthRegistration::kRowSlack_px;
+  Rng rng(8);
+  std::vector<float> columns[3];
+  for (auto& list : columns)
+    for (int x = 0; x < kWidth + kSlack; ++x) list.push_back(static_cast<float>(rng.uniform(-90, 90)));
+  detail::ProjectedRow row;
+  row.width = kWidth, row.stride = kStride, row.last_x = kStride - 1, row.last_y = 50;
+  for (std::size_t i = 0; i < 3; ++i) {
+    row.of_column[i] = columns[i].data();
+    row.of_row[i] = static_cast<float>(rng.uniform(-1, 1));
+    row.origin[i] = i < 2 ? static_cast<float>(rng.uniform(-9000, 9000)) : 0.0F;  // 0 / 0 is among them
+  }
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    for (int round = 0; round < 50; ++round) {
+      std::vector<std::uint16_t> depth(kWidth + kSlack), near_plain(depth), near_fast(depth);
+      std::vector<std::int32_t> cells_plain(depth.size()), cells_fast(depth.size());
+      for (auto& units : depth) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
+      detail::project_row_plain(row, depth.data(), cells_plain.data(), near_plain.data());
+      detail::project_row_simd(row, depth.data(), cells_fast.data(), near_fast.data());
+      for (std::size_t x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(near_plain[x], near_fast[x]) << x << ", " << hwy::TargetName(left & -left);
+        ASSERT_EQ(cells_plain[x], cells_fast[x]) << x << ", " << hwy::TargetName(left & -left);
+        ASSERT_TRUE(cells_fast[x] >= 0 && cells_fast[x] < 51 * kStride) << cells_fast[x];
+      }
+      std::vector<std::uint16_t> cells(3 * kStride + 2 * kSlack), fill_plain(kWidth), fill_fast(kWidth);
+      for (auto& cell : cells)
+        cell = static_cast<std::uint16_t>(rng.below(3) == 0 ? 65535 : rng.below(60) + 900 * (round % 70));
+      detail::fill_row_plain(cells.data() + kStride + 1, kStride, kWidth, fill_plain.data());
+      detail::fill_row_simd(cells.data() + kStride + 1, kStride, kWidth, fill_fast.data());
+      ASSERT_EQ(fill_plain, fill_fast) << hwy::TargetName(left & -left);
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(DepthRegistration, NearestReadingWins) {

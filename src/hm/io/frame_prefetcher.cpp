@@ -15,20 +15,19 @@ struct FramePrefetcher::Impl {
   bool finished = false;
   std::jthread reader;  // last: it stops before the rest goes
 
-  void read_all(const std::stop_token& stop, const Recording& recording, std::size_t begin, std::size_t end,
-                std::size_t stride, std::size_t ahead);
+  void read_all(const std::stop_token& stop, const Recording& recording,
+                const std::vector<std::size_t>& indices, std::size_t ahead);
 };
 
 void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const Recording& recording,
-                                     std::size_t begin, std::size_t end, std::size_t stride,
-                                     std::size_t ahead) {
-  for (std::size_t i = begin; i < end; i += std::min(stride, end - i)) {
+                                     const std::vector<std::size_t>& indices, std::size_t ahead) {
+  for (const std::size_t index : indices) {
     {
       // Room first, then decoding: so that never more than `ahead` frames are held.
       std::unique_lock lock(mutex);
       if (!changed.wait(lock, stop, [&] { return ready.size() < ahead; })) return;
     }
-    auto frame = recording.read(i);
+    auto frame = recording.read(index);
     const std::scoped_lock lock(mutex);
     ready.push_back(std::move(frame));
     changed.notify_all();
@@ -38,15 +37,28 @@ void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const Recordin
   changed.notify_all();
 }
 
+namespace {
+
+std::vector<std::size_t> every(std::size_t stride, std::size_t begin, std::size_t end) {
+  HM_CHECK(stride >= 1, "stride = {}", stride);
+  std::vector<std::size_t> indices;
+  for (std::size_t i = begin; i < end; i += std::min(stride, end - i)) indices.push_back(i);
+  return indices;
+}
+
+}  // namespace
+
 FramePrefetcher::FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end,
                                  std::size_t stride, std::size_t ahead)
+    : FramePrefetcher(recording, every(stride, begin, std::min(end, recording.info().frame_count)), ahead) {}
+
+FramePrefetcher::FramePrefetcher(const Recording& recording, std::vector<std::size_t> indices,
+                                 std::size_t ahead)
     : impl_(std::make_unique<Impl>()) {
-  HM_CHECK(stride >= 1 && ahead >= 1, "stride = {}, ahead = {}", stride, ahead);
-  end = std::min(end, recording.info().frame_count);
+  HM_CHECK(ahead >= 1, "ahead = {}", ahead);
   impl_->reader =
-      std::jthread([impl = impl_.get(), &recording, begin, end, stride, ahead](const std::stop_token& stop) {
-        impl->read_all(stop, recording, begin, end, stride, ahead);
-      });
+      std::jthread([impl = impl_.get(), &recording, indices = std::move(indices),
+                    ahead](const std::stop_token& stop) { impl->read_all(stop, recording, indices, ahead); });
 }
 
 FramePrefetcher::~FramePrefetcher() = default;

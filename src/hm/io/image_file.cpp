@@ -68,6 +68,12 @@ Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path) {
   return decode_depth_png(*bytes, path);
 }
 
+Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path) {
+  auto depth = read_depth_png(path);
+  if (depth) std::ranges::replace(depth->pixels(), std::uint16_t{65535}, std::uint16_t{0});
+  return depth;
+}
+
 Result<void> write_png(const std::filesystem::path& path, const Image<Rgb8>& image, PngEffort effort) {
   if (image.empty()) return fail(ErrorCode::kInvalidValue, path, "an empty picture cannot be written");
   return write_file_bytes(path, encode_png(image, effort));

@@ -32,6 +32,9 @@ Result<PictureSize> read_picture_size(const std::filesystem::path& path);
 Result<Image<Rgb8>> read_color_image(const std::filesystem::path& path);
 /// A depth picture: a 16-bit gray PNG, in the file's own units. 8-bit or colour pictures are an error.
 Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path);
+/// The same of a sensor: 65535 (7-Scenes' mark of no reading) becomes 0, as DepthImage wants it. What every
+/// reader of depth uses.
+Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `where` names them in errors.
 Result<Image<Rgb8>> decode_color_image(std::span<const std::uint8_t> bytes, const std::string& where);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "hm/core/rng.hpp"
@@ -230,6 +231,18 @@ TEST(PictureFile, AHeaderThatClaimsTooMuchIsRefusedBeforeMemoryIsAskedFor) {
   put_u32(16, 16000);
   put_u32(20, 16000);
   EXPECT_FALSE(decode_depth_png(huge, "huge"));
+}
+
+TEST(DepthPicture, TheMarkOfNoReadingBecomes0) {
+  const TemporaryFolder folder;
+  Image<std::uint16_t> depth(5, 2, 1234);
+  depth(1, 0) = 65535, depth(2, 1) = 65534, depth(4, 1) = 0;
+  ASSERT_TRUE(write_png(folder.path() / "d.png", depth));
+  const auto read = read_depth_picture(folder.path() / "d.png");
+  ASSERT_TRUE(read);
+  depth(1, 0) = 0;
+  EXPECT_TRUE(std::ranges::equal(read->pixels(), depth.pixels()));
+  EXPECT_FALSE(read_depth_picture(folder.path() / "none.png"));
 }
 
 }  // namespace

@@ -65,6 +65,28 @@ TEST(LensMap, DepthIsNeverMixed) {
   for (const std::uint16_t d : flat.pixels()) ASSERT_TRUE(d == 0 || d == 5000);
 }
 
+/// Rows are copied in runs of neighbours: the same as looking every pixel up.
+TEST(LensMap, EveryPixelOfDepthIsTheNearest) {
+  PinholeCamera weak = kFr1;
+  weak.distortion = {-0.02542, 0.000217, -0.000929, 0.000197, 0};
+  for (const PinholeCamera& camera : {kFr1, weak}) {
+    const auto depth = testing_recordings::random_depth(camera.width, camera.height, 5).units;
+    const auto flat = LensMap(camera).undistort(depth);
+    const PinholeCamera ideal = camera.without_distortion();
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        const Vec2 place = camera.project(ideal.unproject(Vec2(x, y), 1.0));
+        const bool inside = place.allFinite() && camera.contains(place);
+        const auto nearest = [](double value, int size) {
+          return std::min(static_cast<int>(std::floor(value + 0.5)), size - 1);
+        };
+        ASSERT_EQ(flat(x, y),
+                  inside ? depth(nearest(place.x(), camera.width), nearest(place.y(), camera.height)) : 0)
+            << x << " " << y;
+      }
+  }
+}
+
 TEST(LensMap, PicturesOfOnePixel) {
   PinholeCamera tiny{1, 1, 1, 1, 0, 0, {0.1, 0, 0, 0, 0}};
   EXPECT_EQ(LensMap(tiny).undistort(Image<Rgb8>(1, 1, {1, 2, 3}))(0, 0), (Rgb8{1, 2, 3}));

@@ -6,7 +6,6 @@
 #include "hm/io/frame_calibration.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/laser_recording.hpp"
-#include "hm/io/lens_map.hpp"
 #include "hm/io/recording_listing.hpp"
 
 namespace hm {
@@ -32,9 +31,7 @@ class PictureRecording final : public Recording {
   PictureRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
       : info_(std::move(listing.info)),
         frames_(std::move(listing.frames)),
-        calibration_(std::move(calibration)) {
-    if (!info_.camera.distortion.is_zero()) lens_.emplace(info_.camera);
-  }
+        calibration_(std::move(calibration)) {}
   [[nodiscard]] const RecordingInfo& info() const override { return info_; }
   [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
 
@@ -44,18 +41,15 @@ class PictureRecording final : public Recording {
 
   RecordingInfo info_;
   std::vector<detail::ListedFrame> frames_;
-  std::optional<LensMap> lens_;
-  std::optional<FrameCalibration> calibration_;
+  std::optional<FrameCalibration> calibration_;  ///< of a calibration, or of a camera with distortion
 };
 
 Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem::path& path) const {
-  auto depth = read_depth_png(path);
+  auto depth = read_depth_picture(path);
   if (!depth) return depth;
   if (depth->width() != info_.camera.width || depth->height() != info_.camera.height)
     return fail(ErrorCode::kCorrupted, path, "is {} x {}, the recording's camera {} x {}", depth->width(),
                 depth->height(), info_.camera.width, info_.camera.height);
-  std::ranges::replace(depth->pixels(), std::uint16_t{65535}, std::uint16_t{0});
-  if (lens_) return lens_->undistort(*depth);
   return depth;
 }
 
@@ -64,8 +58,7 @@ Result<Image<Rgb8>> PictureRecording::read_color(const std::filesystem::path& pa
   if (!color) return color;
   if (color->width() != info_.camera.width || color->height() != info_.camera.height)
     color = resampled(*color, info_.camera.width, info_.camera.height);
-  if (lens_) return lens_->undistort(*color);
-  if (calibration_) return calibration_->calibrate(*color);
+  if (calibration_) return calibration_->calibrate(std::move(*color));
   return color;
 }
 
@@ -80,7 +73,7 @@ Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
   auto depth = read_depth(listed.depth);
   if (!depth) return forward_error(depth);
   frame.depth = {std::move(*depth), info_.depth_unit_m};
-  if (calibration_) frame.depth = calibration_->calibrate(frame.depth);
+  if (calibration_) frame.depth = calibration_->calibrate(std::move(frame.depth));
   if (listed.color.empty()) return frame;
   auto color = read_color(listed.color);
   if (!color) return forward_error(color);
@@ -200,6 +193,12 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
     auto applied = detail::apply_calibration(**found, *listing);
     if (!applied) return forward_error(applied);
     calibration = std::move(*applied);
+  } else if (!listing->info.camera.distortion.is_zero()) {
+    RgbdCalibration lens;
+    lens.color_camera = listing->info.camera;
+    auto rectified = FrameCalibration::make(lens, lens.color_camera->width, lens.color_camera->height);
+    if (!rectified) return forward_error(rectified);
+    calibration = std::move(*rectified);
   }
   count_frames(*listing);
   return std::make_unique<PictureRecording>(std::move(*listing), std::move(calibration));

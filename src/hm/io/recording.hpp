@@ -95,6 +95,8 @@ class FramePrefetcher {
  public:
   FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end, std::size_t stride = 1,
                   std::size_t ahead = 4);
+  /// The frames with these indices.
+  FramePrefetcher(const Recording& recording, std::vector<std::size_t> indices, std::size_t ahead = 4);
   ~FramePrefetcher();
   FramePrefetcher(const FramePrefetcher&) = delete;
   FramePrefetcher& operator=(const FramePrefetcher&) = delete;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 #include "hm/odometry/tracker.hpp"
 
@@ -38,6 +39,60 @@ TEST(TrackerCovariance, IsHonestOverSeeds) {
   EXPECT_LT(sum / count, 12) << "promises too much";
   EXPECT_GT(sum / count, 2) << "promises too little";
   EXPECT_LT(worst, 60);
+}
+
+/// The same of the motion between keyframes, and of the places where they saw landmarks: seen again by
+/// another keyframe at its true pose, a landmark is where both say, within what both say of themselves.
+TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
+  double motions = 0, sights = 0;
+  int motion_count = 0, sight_count = 0, far_off = 0;
+  const PinholeCamera camera = room_camera();
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    Rng rng(seed);
+    TexturedRoom room;
+    room.seed = static_cast<std::uint32_t>(100 * seed);
+    const SE3 start(so3_exp(Vec3(0, 0.7 * static_cast<double>(seed), 0)), Vec3::Zero());
+    const auto odometry = make_tracker({}, camera, start * path_pose(0));
+    std::shared_ptr<const Keyframe> last;
+    SE3 last_truth;
+    for (int i = 0; i < 14; ++i) {
+      const SE3 truth = start * path_pose(i * 0.2);
+      const TrackedFrame tracked = odometry->track(
+          render_room(room, camera, truth, Time::from_seconds(1 + i * 0.2), {true, 2.0, {}}, &rng));
+      const auto now = tracked.new_keyframe;
+      if (!now) continue;
+      EXPECT_EQ(now->T_odom_camera.matrix(), tracked.T_odom_camera->matrix());
+      EXPECT_EQ(last == nullptr, now->motion_covariance.isZero(0));
+      if (last) {
+        const PoseEdge3D edge{0, 1, last->T_odom_camera.inverse() * now->T_odom_camera};
+        const Vec6 error = pose_edge_error(edge, last_truth, truth);
+        motions += error.dot(now->motion_covariance.ldlt().solve(error));
+        ++motion_count;
+        for (const LandmarkSight& before : last->sights)
+          for (const LandmarkSight& after : now->sights) {
+            if (before.landmark != after.landmark || !(before.depth_m > 0)) continue;
+            const SE3 T_now_last = truth.inverse() * last_truth;
+            const Vec2 pixel = camera.project(T_now_last * camera.unproject(before.pixel, before.depth_m));
+            const Vec2 apart = pixel - after.pixel;
+            const Eigen::Matrix2d covariance = before.pixel_covariance + after.pixel_covariance;
+            const double squared = apart.dot(covariance.inverse() * apart);
+            far_off += squared > 25 ? 1 : 0;
+            sights += std::min(squared, 25.0);
+            ++sight_count;
+          }
+      }
+      last = now;
+      last_truth = truth;
+    }
+  }
+  ASSERT_GT(motion_count, 15);
+  ASSERT_GT(sight_count, 1000);
+  RecordProperty("motion", std::to_string(motions / motion_count / 6));
+  RecordProperty("sights", std::to_string(sights / sight_count / 2));
+  EXPECT_LT(motions / motion_count, 2.5 * 6);
+  EXPECT_GT(motions / motion_count, 0.3 * 6);
+  EXPECT_LT(sights / sight_count, 2);  // this room is kinder than TrackerParams::pixel_sigma_px expects
+  EXPECT_LT(far_off, sight_count / 50);
 }
 
 TEST(TrackerCovariance, GrowsAlongThePathAndIsSymmetric) {

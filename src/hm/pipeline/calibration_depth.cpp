@@ -18,6 +18,8 @@ namespace fs = std::filesystem;
 struct Compared {
   std::optional<DepthViewResult> result;
   std::string left_out;
+  BoardView view;
+  SE3 T_color_board;
 };
 
 /// One run of calibrate_depth().
@@ -31,6 +33,8 @@ class Run {
   Result<void> list();
   [[nodiscard]] Compared compare(const DepthPoseFolder& pose) const;
   Result<void> compare_all();
+  Result<DepthFit> fit() const;
+  Result<void> refine();
   void warn();
   void gather_by_distance();
 
@@ -40,6 +44,8 @@ class Run {
   std::vector<DepthPoseFolder> folders_;
   std::vector<bool> is_test_;
   std::vector<DepthView> train_, test_;
+  std::vector<BoardView> corners_;  ///< of train_
+  std::vector<SE3> T_color_board_;  ///< of train_
   DepthCalibrationSummary summary_;
 };
 
@@ -68,7 +74,9 @@ Result<void> Run::list() {
 
 /// The board's pose comes from the colour picture alone; depth only from the depth pictures.
 Compared Run::compare(const DepthPoseFolder& pose) const {
-  const auto out = [&](const std::string& why) { return Compared{std::nullopt, pose.name + ": " + why}; };
+  const auto out = [&](const std::string& why) {
+    return Compared{std::nullopt, pose.name + ": " + why, {}, {}};
+  };
   if (pose.color.empty()) return out("no colour picture");
   const auto picture = read_color_image(pose.color);
   if (!picture) return out(to_string(picture.error()));
@@ -87,10 +95,13 @@ Compared Run::compare(const DepthPoseFolder& pose) const {
       compare_with_board({*average, rectified_, T_depth_board, options_.board}, options_.fit.gate_m);
   if (result.view.samples.empty()) return out("no depth reading on the board");
   result.view.name = pose.name;
-  return {std::move(result), {}};
+  return {std::move(result), {}, detection.view, *T_color_board};
 }
 
 Result<void> Run::compare_all() {
+  summary_.left_out.clear();
+  summary_.no_reading = summary_.off_plane = 0;
+  train_.clear(), test_.clear(), corners_.clear(), T_color_board_.clear();
   const ParallelLoop loop(options_.run.threads);
   const auto chunk = static_cast<std::size_t>(options_.run.threads);
   for (std::size_t begin = 0; begin < folders_.size(); begin += chunk) {
@@ -108,6 +119,9 @@ Result<void> Run::compare_all() {
       summary_.no_reading += compared[i].result->no_reading;
       summary_.off_plane += compared[i].result->off_plane;
       (is_test_[begin + i] ? test_ : train_).push_back(std::move(compared[i].result->view));
+      if (is_test_[begin + i]) continue;
+      corners_.push_back(std::move(compared[i].view));
+      T_color_board_.push_back(compared[i].T_color_board);
     }
     if (options_.run.progress)
       options_.run.progress({"reading poses", begin + compared.size(), folders_.size(), {}});
@@ -117,6 +131,35 @@ Result<void> Run::compare_all() {
   return fail(ErrorCode::kInvalidValue, options_.set, "of {} poses {} can be trained on and {} tested{}",
               folders_.size(), train_.size(), test_.size(),
               summary_.left_out.empty() ? "" : " (" + summary_.left_out.front() + " ...)");
+}
+
+Result<DepthFit> Run::fit() const {
+  if (options_.run.progress) options_.run.progress({"fitting", 0, 0, {}});
+  auto fit = fit_depth_correction(train_, rectified_.width, rectified_.height, options_.fit);
+  if (!fit) fit.error().where = options_.set;
+  return fit;
+}
+
+/// Adjusts the cameras together with boards and correction, and compares all poses anew.
+Result<void> Run::refine() {
+  const auto first = fit();
+  if (!first) return forward_error(first);
+  std::vector<DepthPose> poses;
+  for (std::size_t i = 0; i < train_.size(); ++i)
+    poses.push_back({std::move(corners_[i]), T_color_board_[i], std::move(train_[i])});
+  auto refined = refine_geometry(poses, options_.board,
+                                 {*start_.depth_camera, *start_.color_camera, *start_.T_color_depth},
+                                 first->model, options_.fit);
+  if (!refined) {
+    if (refined.error().where.empty()) refined.error().where = options_.set;
+    return forward_error(refined);
+  }
+  start_.depth_camera = refined->geometry.depth_camera;
+  start_.color_camera = refined->geometry.color_camera;
+  start_.T_color_depth = refined->geometry.T_color_depth;
+  rectified_ = start_.depth_camera->without_distortion();
+  summary_.refinement = std::move(*refined);
+  return compare_all();
 }
 
 void Run::gather_by_distance() {
@@ -168,13 +211,11 @@ void Run::warn() {
 Result<DepthCalibrationSummary> Run::run() {
   if (auto listed = list(); !listed) return forward_error(listed);
   if (auto compared = compare_all(); !compared) return forward_error(compared);
-  if (options_.run.progress) options_.run.progress({"fitting", 0, 0, {}});
-  auto fit = fit_depth_correction(train_, rectified_.width, rectified_.height, options_.fit);
-  if (!fit) {
-    fit.error().where = options_.set;
-    return forward_error(fit);
-  }
-  summary_.fit = std::move(*fit);
+  if (options_.fit.refine != DepthRefine::kNone)
+    if (auto refined = refine(); !refined) return forward_error(refined);
+  auto fitted = fit();
+  if (!fitted) return forward_error(fitted);
+  summary_.fit = std::move(*fitted);
   const auto judge = [&](const std::vector<DepthView>& views, std::vector<DepthViewError>& errors) {
     for (const DepthView& view : views) errors.push_back(evaluate_correction(view, summary_.fit.model));
     std::ranges::sort(errors, {}, &DepthViewError::distance_m);

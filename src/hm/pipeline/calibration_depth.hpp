@@ -1,5 +1,5 @@
 #pragma once
-#include "hm/calibration/depth_fit.hpp"
+#include "hm/calibration/depth_refine.hpp"
 #include "hm/pipeline/calibration_set.hpp"
 
 namespace hm {
@@ -30,6 +30,7 @@ struct DepthCalibrationSummary {
   std::vector<DepthViewError> train, test;
   std::vector<DistanceError> by_distance;  ///< of test poses
   bool has_test_folder = false;
+  std::optional<DepthRefinement> refinement;  ///< where the cameras were adjusted too
   DepthFit fit;
   RgbdCalibration calibration;  ///< with the correction
   std::vector<std::string> warnings;

@@ -92,6 +92,13 @@ JsonValue to_json(const DepthCalibrationSummary& summary) {
                                            {"after_rms_m", error.after_rms_m},
                                            {"noise_m", error.noise_m}}));
   json["distances"] = std::move(distances);
+  if (const auto& refined = summary.refinement)
+    json["refined"] = JsonValue::object({{"depth_camera", to_json(refined->geometry.depth_camera)},
+                                         {"color_camera", to_json(refined->geometry.color_camera)},
+                                         {"corners_before", refined->corners_before},
+                                         {"corners_after", refined->corners_after},
+                                         {"depth_before", refined->depth_before},
+                                         {"depth_after", refined->depth_after}});
   json["model"] = JsonValue::object({{"mode", kDepthFitModeNames[static_cast<std::size_t>(model.mode)]},
                                      {"columns", model.columns},
                                      {"rows", model.rows},
@@ -113,6 +120,10 @@ std::string to_text(const DepthCalibrationSummary& summary) {
   text += fmt::format("correction: {}, trained from {:.2f} to {:.2f} m, at most {:.1f} mm\n",
                       kDepthFitModeNames[static_cast<std::size_t>(model.mode)], model.min_depth_m,
                       model.max_depth_m, 1e3 * largest_correction_m(model));
+  if (const auto& refined = summary.refinement)
+    text += fmt::format(
+        "cameras adjusted: corners from {:.2f} to {:.2f}, depth from {:.2f} to {:.2f} expected deviations\n",
+        refined->corners_before, refined->corners_after, refined->depth_before, refined->depth_after);
   text += "test poses  distance   before    after    noise (RMS, mm)\n";
   for (const DistanceError& error : summary.by_distance)
     text += fmt::format("            {:6.2f} m {:8.2f} {:8.2f} {:8.2f}\n", error.distance_m,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <map>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/pipeline/calibration_pictures.hpp"
 
@@ -11,7 +11,6 @@ namespace hm {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Pictures of both folders that have a partner, in the same order.
 struct PairedFiles {
@@ -80,8 +79,8 @@ std::string html_of(const ExtrinsicsSummary& summary) {
   report.add_card(
       {"distance", fmt::format("{:.2f}", t_mm.norm()), "mm",
        fmt::format("+- {:.2f} mm along each axis at most", 1e3 * fit.translation_sigma_m.maxCoeff())});
-  report.add_card({"rotation", fmt::format("{:.3f}", fit.T_color_depth.angle() * kDegrees), "deg",
-                   fmt::format("+- {:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegrees)});
+  report.add_card({"rotation", fmt::format("{:.3f}", fit.T_color_depth.angle() * kDegreesPerRadian), "deg",
+                   fmt::format("+- {:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian)});
   report.add_card({"reprojection error", fmt::format("{:.3f}", fit.rms_px), "px", "both cameras"});
   if (!summary.warnings.empty()) {
     report.begin_section("What to mend");
@@ -194,8 +193,8 @@ std::string to_text(const ExtrinsicsSummary& summary) {
   std::string text = fmt::format("{} pairs, reprojection error {:.3f} px\n", fit.pairs.size(), fit.rms_px);
   text += fmt::format(
       "T_color_depth: ({:.2f} +- {:.2f}, {:.2f} +- {:.2f}, {:.2f} +- {:.2f}) mm, {:.3f} deg +- {:.3f} deg\n",
-      t_mm.x(), s_mm.x(), t_mm.y(), s_mm.y(), t_mm.z(), s_mm.z(), fit.T_color_depth.angle() * kDegrees,
-      fit.rotation_sigma_rad.maxCoeff() * kDegrees);
+      t_mm.x(), s_mm.x(), t_mm.y(), s_mm.y(), t_mm.z(), s_mm.z(),
+      fit.T_color_depth.angle() * kDegreesPerRadian, fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian);
   for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
   return text;
 }

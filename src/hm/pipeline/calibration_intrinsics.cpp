@@ -1,15 +1,12 @@
 #include "hm/pipeline/calibration_intrinsics.hpp"
 
-#include <numbers>
-
+#include "hm/core/angle.hpp"
 #include "hm/evaluation/plot.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/pipeline/calibration_pictures.hpp"
 
 namespace hm {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::vector<CornerResidual> used_corners(const CameraFit& fit) {
   std::vector<CornerResidual> corners;
@@ -78,9 +75,9 @@ std::string html_of(const IntrinsicsSummary& summary) {
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
     const ViewFit& view = fit.views[i];
-    rows.push_back({summary.found.names[i], fmt::format("{:.3f}", view.rms_px),
-                    fmt::format("{:.2f}", view.distance_m), fmt::format("{:.0f}", view.tilt_rad * kDegrees),
-                    view.is_outlier ? "left out" : ""});
+    rows.push_back(
+        {summary.found.names[i], fmt::format("{:.3f}", view.rms_px), fmt::format("{:.2f}", view.distance_m),
+         fmt::format("{:.0f}", view.tilt_rad * kDegreesPerRadian), view.is_outlier ? "left out" : ""});
   }
   report.add_table({"picture", "error (px)", "distance (m)", "tilt (deg)", ""}, rows);
   return report.html();

@@ -74,7 +74,7 @@ Result<void> Gatherer::from_poses(const std::vector<DepthPoseFolder>& poses) {
       continue;
     }
     for (const fs::path& path : poses[i].depth) {
-      auto units = read_depth_png(path);
+      auto units = read_depth_picture(path);
       if (!units) {
         unreadable(units.error());
         continue;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
@@ -14,7 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSquare_px = 40;
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// One run of simulate_calibration().
 class Simulation {
@@ -101,7 +101,7 @@ SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, 
         where.distance_m * (1 + std::max(0.0, towards_middle - 1) * 0.3) * rng_.uniform(0.98, 1.02);
     view.tilt_rad = where.most_tilt_rad * rng_.uniform(0.3, 1);
     view.tilt_axis_rad = rng_.uniform(0, 2 * std::numbers::pi);
-    view.roll_rad = rng_.uniform(-12, 12) * kDegree;
+    view.roll_rad = rng_.uniform(-12, 12) * kRadiansPerDegree;
     T = place_picture(camera, picture, view);
     if (sees_whole(camera, picture, T, margin_px(picture, camera, view.distance_m))) break;
   }
@@ -111,7 +111,7 @@ SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, 
 Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer& renderer,
                                           std::size_t& count) {
   const fs::path path = options_.output / folder;
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, small_); !written) return written;
   const int views = options_.params.camera_views;
   for (int i = 0; i < views; ++i) {
@@ -136,8 +136,8 @@ Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer
 
 Result<void> Simulation::write_pairs() {
   const fs::path path = options_.output / "stereo";
-  fs::create_directories(path / "color");
-  fs::create_directories(path / "ir");
+  for (const char* name : {"color", "ir"})
+    if (auto made = make_folder(path / name); !made) return made;
   if (auto written = write_board(path, small_); !written) return written;
   const int views = options_.params.stereo_views;
   for (int i = 0; i < views; ++i) {
@@ -206,7 +206,7 @@ std::vector<Simulation::Place> Simulation::test_places() {
 }
 
 Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_picture) {
-  fs::create_directories(folder);
+  if (auto made = make_folder(folder); !made) return made;
   if (auto written = picture(folder / "color.png", color_, large(), T_color_picture); !written)
     return written;
   const Image<float> truth = ir_.depth_m(large(), rig_.T_color_depth.inverse() * T_color_picture);
@@ -223,7 +223,7 @@ Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_p
 Result<void> Simulation::write_depth(const char* folder, const std::vector<Place>& places,
                                      std::size_t& count) {
   const fs::path path = options_.output / "depth";
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, options_.board); !written) return written;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (auto go_on = step("simulating depth", i, places.size()); !go_on) return go_on;
@@ -241,7 +241,7 @@ Result<void> Simulation::write_depth(const char* folder, const std::vector<Place
 
 Result<void> Simulation::write_truth() {
   const fs::path path = options_.output / "truth";
-  fs::create_directories(path);
+  if (auto made = make_folder(path); !made) return made;
   RgbdCalibration truth;
   truth.depth_camera = rig_.depth_camera;
   truth.color_camera = rig_.color_camera;
@@ -270,9 +270,9 @@ Result<CalibrationSimulationSummary> Simulation::run() {
 }  // namespace
 
 CalibrationRig rig_of(const CalibrationSimulationParams& params) {
-  CalibrationRig rig = xtion_rig();
-  rig.warp_at_4m_m = params.warp_at_4m_m;
-  rig.noise = {params.noise_quadratic_per_m, 0, 0};
+  const bool is_xtion = params.sensor == CalibrationSensor::kXtion;
+  CalibrationRig rig = is_xtion ? xtion_rig() : device_rig(SensorPreset(static_cast<int>(params.sensor) - 1));
+  if (is_xtion) rig.warp_at_4m_m = params.warp_at_4m_m, rig.noise = {params.noise_quadratic_per_m, 0, 0};
   rig.gray_sigma = params.gray_sigma;
   return rig;
 }

@@ -8,8 +8,15 @@
 
 namespace hm {
 
-/// A set of calibration pictures: how many, of which boards. The sensor is xtion_rig().
+/// Whose pictures are simulated: an Xtion with two cameras (xtion_rig()), or a device of `hm simulate`, whose
+/// recordings have the same bias (in the order of SensorPreset).
+enum class CalibrationSensor { kXtion, kTangoTablet, kTangoPhone, kKinect };
+inline constexpr std::string_view kCalibrationSensorNames[] = {"xtion", "tango_tablet", "tango_phone",
+                                                               "kinect"};
+
+/// A set of calibration pictures: of which sensor, how many, of which boards.
 struct CalibrationSimulationParams {
+  CalibrationSensor sensor = CalibrationSensor::kXtion;
   int camera_views = 24;
   int stereo_views = 16;
   int depth_steps = 7;
@@ -25,6 +32,8 @@ struct CalibrationSimulationParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"sensor", {}, "xtion: colour and infrared camera; the others as in simulation.sensor"},
+      self.sensor, kCalibrationSensorNames);
     v(ParamDoc{"camera_views", {3, 1000}, "pictures for each camera's intrinsics"}, self.camera_views);
     v(ParamDoc{"stereo_views", {1, 1000}, "pairs of pictures for the motion between the cameras"},
       self.stereo_views);
@@ -34,8 +43,8 @@ struct CalibrationSimulationParams {
     v(ParamDoc{"depth_images", {1, 1000}, "depth images at each place"}, self.depth_images);
     v(ParamDoc{"min_distance_m", {0.5, 10}, "nearest board of the depth images"}, self.min_distance_m);
     v(ParamDoc{"max_distance_m", {0.6, 20}, "farthest board of the depth images"}, self.max_distance_m);
-    v(ParamDoc{"warp_at_4m_m", {0, 1}, "largest bias of depth at 4 m"}, self.warp_at_4m_m);
-    v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "axial noise of depth: factor of z^2"},
+    v(ParamDoc{"warp_at_4m_m", {0, 1}, "xtion: largest bias of depth at 4 m"}, self.warp_at_4m_m);
+    v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "xtion: axial noise of depth, factor of z^2"},
       self.noise_quadratic_per_m);
     v(ParamDoc{"gray_sigma", {0, 50}, "noise of pictures, grey levels"}, self.gray_sigma);
     v(ParamDoc{"small_corners_x", {3, 50}, "inner corners along a row of the board for both cameras"},

@@ -42,11 +42,6 @@ struct DensePipeline::Impl {
   VolumeGrid grid;
   Integrator integrator;
   IncrementalMesher mesher;
-  struct Aside {
-    VolumeGrid grid;
-    Integrator integrator;
-  };
-  std::unique_ptr<Aside> aside;
   TrajectoryAligner aligner;
 
   void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
@@ -109,47 +104,29 @@ void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcom
   outcome.pack_ms = packing.milliseconds();
 }
 
-void DensePipeline::release(std::span<const VolumeKey> keys) {
+void DensePipeline::replace(std::span<const VolumeKey> keys, const VolumeGrid& from) {
+  VolumeGrid& grid = impl_->grid;
   std::vector<ChangedVolume> changed;
   for (const VolumeKey& key : keys) {
-    if (!impl_->grid.contains(key)) continue;
-    impl_->grid.release(key);
-    changed.push_back({key, kAllLayers, true});
-  }
-  impl_->mesher.mark_changed(changed);
-}
-
-void DensePipeline::begin_aside() {
-  impl_->aside = std::make_unique<Impl::Aside>(Impl::Aside{
-      Integrator::make_grid(impl_->parameters.tsdf),
-      Integrator(impl_->parameters.tsdf, impl_->parameters.depth_noise, impl_->camera, impl_->loop)});
-}
-
-bool DensePipeline::process_aside(const RgbdFrame& frame) {
-  HM_CHECK(impl_->aside, "begin_aside() comes first");
-  if (!unusable_because(frame, impl_->camera).empty()) return false;
-  const ScanStats scan = impl_->aside->integrator.integrate(impl_->aside->grid, frame);
-  impl_->aside->grid.pack_idle();
-  return scan.nothing_integrated_because.empty();
-}
-
-void DensePipeline::take_aside(std::span<const VolumeKey> keys) {
-  HM_CHECK(impl_->aside, "begin_aside() comes first");
-  release(keys);
-  const VolumeGrid& from = impl_->aside->grid;
-  std::vector<ChangedVolume> changed;
-  for (const VolumeKey& key : keys) {
+    const bool was_there = grid.contains(key);
+    if (was_there) grid.release(key);
     const Volume* source = from.find(key);
-    Volume* volume = source ? impl_->grid.allocate(key) : nullptr;
+    Volume* volume = source ? grid.allocate(key) : nullptr;
+    if (!volume && !was_there) continue;
+    changed.push_back({key, kAllLayers, volume == nullptr});
     if (!volume) continue;
     std::copy_n(source->voxels, kVolumeVoxels, volume->voxels);
-    if (source->colors && impl_->grid.allocate_colors(*volume))
+    if (source->colors && grid.allocate_colors(*volume))
       std::copy_n(source->colors, kVolumeVoxels, volume->colors);
-    impl_->grid.set_may_hold_interior(key, from.may_hold_interior(key));
-    changed.push_back({key, kAllLayers, false});
+    grid.set_may_hold_interior(key, from.may_hold_interior(key));
   }
   impl_->mesher.mark_changed(changed);
-  impl_->aside.reset();
+}
+
+void DensePipeline::swap_grid(VolumeGrid& other) {
+  HM_CHECK(!impl_->grid.snapshot_under_way(), "the map is being saved");
+  std::swap(impl_->grid, other);
+  impl_->mesher.mark_all(impl_->grid);
 }
 
 TriangleMesh DensePipeline::finished_mesh() {

@@ -50,15 +50,12 @@ class DensePipeline {
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);
 
-  // ---- rebuilding a part of the map (correct_map) ----
-  /// Takes volumes out of the map.
-  void release(std::span<const VolumeKey> keys);
-  /// Begins an empty grid beside the map; process_aside() integrates into it as process() does, without
-  /// meshing; take_aside() puts those volumes of it that are asked for in the place of the map's, and ends
-  /// it.
-  void begin_aside();
-  bool process_aside(const RgbdFrame& frame);
-  void take_aside(std::span<const VolumeKey> keys);
+  // ---- a map that was made again beside this one (MapRebuild) ----
+  /// Puts these volumes of another grid in the place of the map's; those that it does not have are released.
+  void replace(std::span<const VolumeKey> keys, const VolumeGrid& from);
+  /// Exchanges the whole map. The mesh of the old one stays until the new one's is made, as after process().
+  void swap_grid(VolumeGrid& other);
+
   /// What alignment has found out so far about the world of the given poses (TrajectoryAligner::T_map_odom).
   [[nodiscard]] const SE3& T_map_given() const;
   /// For going on with a map, or after a loop was closed.

@@ -48,9 +48,8 @@ Result<DepthAverage> average_depth(const DepthPoseFolder& pose, double units_per
   DepthAverage average;
   std::optional<LensMap> lens;
   for (const fs::path& path : pose.depth) {
-    auto units = read_depth_png(path);
+    auto units = read_depth_picture(path);
     if (!units) return forward_error(units);
-    std::ranges::replace(units->pixels(), std::uint16_t{65535}, std::uint16_t{0});
     if (camera != nullptr && (units->width() != camera->width || units->height() != camera->height))
       return fail(ErrorCode::kInvalidValue, path, "is {} x {}, the calibration's depth camera {} x {}",
                   units->width(), units->height(), camera->width, camera->height);

@@ -170,4 +170,14 @@ KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyfr
   return maps;
 }
 
+std::vector<Rgb8> voxel_colors(const KeyframeMaps& maps, std::span<const OccupancyVoxel> voxels) {
+  constexpr Rgb8 kWithout{255, 255, 255};
+  std::vector<Rgb8> colors;
+  for (const OccupancyVoxel& voxel : voxels)
+    colors.push_back(voxel.state == Occupancy::kOccupied
+                         ? maps.colors->color_at(voxel.p_world_centre, kWithout)
+                         : kWithout);
+  return colors;
+}
+
 }  // namespace hm

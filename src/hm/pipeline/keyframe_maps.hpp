@@ -65,4 +65,7 @@ struct KeyframeMaps {
 KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
                                 const Parameters& parameters, const RunContext& run);
 
+/// What each of the occupancy map's voxels looks like: white unless it is occupied, as OctoMap has it.
+std::vector<Rgb8> voxel_colors(const KeyframeMaps& maps, std::span<const OccupancyVoxel> voxels);
+
 }  // namespace hm

@@ -1,14 +1,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/pipeline/laser_check.hpp"
 
 namespace hm {
 namespace {
-
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 JsonValue sentinels_json(const LaserReport& laser) {
   JsonValue list = JsonValue::array();

@@ -1,14 +1,13 @@
 #include "hm/pipeline/path_plots.hpp"
 
 #include <array>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/evaluation/mesh_renderer.hpp"
 
 namespace hm {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
 /// Which axes lie to the right and upwards on the paper.
@@ -114,8 +113,8 @@ void add_relative_table(HtmlReport& report, const TrajectoryError& error) {
                     fmt::format("{:.4f}", errors.translation_m.rmse),
                     fmt::format("{:.4f}", errors.translation_m.median),
                     fmt::format("{:.4f}", errors.translation_m.max),
-                    fmt::format("{:.3f}", errors.rotation_rad.rmse * kDegrees),
-                    fmt::format("{:.3f}", errors.rotation_rad.max * kDegrees)});
+                    fmt::format("{:.3f}", errors.rotation_rad.rmse * kDegreesPerRadian),
+                    fmt::format("{:.3f}", errors.rotation_rad.max * kDegreesPerRadian)});
   };
   add(error.per_frame);
   add(error.per_second);

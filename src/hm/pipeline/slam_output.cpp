@@ -96,12 +96,7 @@ void Output::write_map_file() {
 
 void Output::write_occupancy(const KeyframeMaps& maps) {
   const auto voxels = maps.occupancy->voxels();
-  std::vector<Rgb8> colors;
-  constexpr Rgb8 kWithout{255, 255, 255};  // as OctoMap has it
-  for (const OccupancyVoxel& voxel : voxels)
-    colors.push_back(voxel.state == Occupancy::kOccupied
-                         ? maps.colors->color_at(voxel.p_world_centre, kWithout)
-                         : kWithout);
+  const std::vector<Rgb8> colors = voxel_colors(maps, voxels);
   const double resolution_m = options_.parameters.slam.octomap_resolution_m;
   file("occupancy.ot",
        [&](const auto& path) { return write_color_octomap(path, voxels, colors, resolution_m); });
@@ -112,11 +107,18 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
 }
 
 void Output::write_keyframe_maps() {
+  RunContext finishing = options_.run;  // asked to stop, the maps of what there is are whole nevertheless
+  finishing.stop = {};
   const KeyframeMaps maps =
-      make_keyframe_maps(recording_, *summary_.state.keyframes, options_.parameters, options_.run);
+      make_keyframe_maps(recording_, *summary_.state.keyframes, options_.parameters, finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));
+  if (maps.keyframes == 0) {
+    if (maps.points || maps.occupancy || maps.volumes)
+      summary_.warnings.emplace_back("no maps of keyframes: not one keyframe could be read for them");
+    return;
+  }
   MeshWriteOptions write;
   write.frame = "map", write.program = "housemartin " + options_.run.program_version;
   if (maps.points)

@@ -10,6 +10,9 @@ struct SlamParams {
   bool start_at_pose = true;
   int map_stride = 1;
   double rebuild_shift_voxel = 0.25;
+  bool rebuild_online = true;
+  bool align = false;
+  int align_memory_frames = 300;
   bool matrices = true;
   std::string maps;
   double map_depth_m = 4.0;
@@ -31,6 +34,20 @@ struct SlamParams {
                {0, 100},
                "what frames saw is rebuilt when loops move them by more than this, measured at 3 m"},
       self.rebuild_shift_voxel);
+    v(
+        ParamDoc{
+            "rebuild_online",
+            {},
+            "bring the map to corrected poses while tracking, on a thread of its own; else at the end only"},
+        self.rebuild_online);
+    v(
+        ParamDoc{
+            "align", {}, "correct odometry's poses by aligning depth pictures to what was seen just before"},
+        self.align);
+    v(
+        ParamDoc{
+            "align_memory_frames", {0, 1e6}, "what was seen so many frames ago is forgotten; 0: nothing is"},
+        self.align_memory_frames);
     v(ParamDoc{"matrices", {}, "draw the matrices of place recognition"}, self.matrices);
     v(
         ParamDoc{

@@ -30,10 +30,13 @@ struct SlamPipeline::Impl {
         tracking(all, camera,
                  {range.count(), first_camera(recording.info(), range.begin, all.slam.start_at_pose)}),
         closer(camera, all.loops),
-        dense(all, camera, its_run.threads) {}
+        map(all, recording, its_run) {
+    if (all.slam.align) alignment.emplace(all, camera);
+  }
 
   void take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
-  void map(RgbdFrame& frame, const TrackedFrame& tracked);
+  void align(const RgbdFrame& frame, TrackedFrame& tracked);
+  [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
   void place_trajectory();
 
@@ -44,10 +47,11 @@ struct SlamPipeline::Impl {
   FrameRange range;
   VisualTracking tracking;
   LiveRgbdLoopCloser closer;
-  DensePipeline dense;
-  ObservationLog log;
-  std::vector<Observation> later;  ///< frames of later submaps: in the map once a loop has connected them
-  std::vector<double> map_ms;
+  SlamMap map;
+  std::optional<SlamAlignment> alignment;
+  Trajectory aligned;  ///< instead of the tracking's, with alignment; and its keyframes
+  std::vector<std::shared_ptr<const Keyframe>> aligned_keyframes;
+  std::vector<double> frame_ms;
   State state;
 };
 
@@ -57,28 +61,31 @@ SlamPipeline::~SlamPipeline() = default;
 
 const SlamPipeline::State& SlamPipeline::state() const { return impl_->state; }
 SlamPipeline::State& SlamPipeline::state() { return impl_->state; }
-DensePipeline& SlamPipeline::dense() { return impl_->dense; }
-const ObservationLog& SlamPipeline::observations() const { return impl_->log; }
+DensePipeline& SlamPipeline::dense() { return impl_->map.dense(); }
 
-/// A frame of the first submap goes into the map at once, those of later ones when their place is known.
-void SlamPipeline::Impl::map(RgbdFrame& frame, const TrackedFrame& tracked) {
-  if ((tracking.track().frames_tracked - 1) % static_cast<std::size_t>(parameters.slam.map_stride) != 0)
-    return;
-  const Observation observation{frame.index, frame.stamp, *tracked.T_odom_camera};
-  if (tracked.submap > 0) return later.push_back(observation);
-  const Stopwatch watch;
-  frame.T_world_camera = tracked.T_odom_camera;
-  const FrameOutcome outcome = dense.process(frame);
-  if (outcome.integrated) log.note(observation, outcome.scan.changed);
-  map_ms.push_back(watch.milliseconds());
+/// From here on odometry is what alignment made of it.
+void SlamPipeline::Impl::align(const RgbdFrame& frame, TrackedFrame& tracked) {
+  if (!alignment || !tracked.T_odom_camera) return;
+  alignment->align(frame, tracked);
+  aligned.push_back({frame.stamp, *tracked.T_odom_camera});
+  if (tracked.new_keyframe) aligned_keyframes.push_back(tracked.new_keyframe);
+}
+
+/// Of the frames with a pose, the last one included.
+bool SlamPipeline::Impl::is_for_map() const {
+  return (tracking.track().frames_tracked - 1) % static_cast<std::size_t>(parameters.slam.map_stride) == 0;
 }
 
 void SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms) {
-  const TrackedFrame tracked = tracking.take(index, frame, wait_ms);
+  const Stopwatch watch;
+  TrackedFrame tracked = tracking.take(index, frame, wait_ms);
+  if (frame) align(*frame, tracked);
   if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
-  if (frame && tracked.T_odom_camera) {
+  if (frame) {
     frame->index = index;
-    map(*frame, tracked);
+    map.follow(closer.snapshot(), *frame);
+    if (tracked.T_odom_camera && is_for_map()) map.add(*frame, tracked);
+    frame_ms.push_back(watch.milliseconds());
   }
   show_progress();
 }
@@ -87,10 +94,9 @@ void SlamPipeline::Impl::show_progress() const {
   if (!run.progress) return;
   const VisualTrack& track = tracking.track();
   const auto loops = closer.snapshot();
-  run.progress(
-      {"tracking", track.frames_read + track.unused.size(), track.frames_total,
-       fmt::format("{} keyframes, {} loops, {} lost, map {} MB", track.keyframes.size(),
-                   loops.statistics.accepted, track.frames_lost, dense.grid().map_bytes() / 1'000'000)});
+  run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
+                fmt::format("{} keyframes, {} loops, {} lost, {}", track.keyframes.size(),
+                            loops.statistics.accepted, track.frames_lost, map.progress())});
 }
 
 void SlamPipeline::track_and_map() {
@@ -108,7 +114,8 @@ void SlamPipeline::track_and_map() {
   }
   impl.state.frames_total = impl.range.count();
   impl.state.interrupted = index < impl.range.end;
-  impl.state.map_ms = summarise(impl.map_ms);
+  impl.state.frame_ms = summarise(impl.frame_ms);
+  impl.state.live_corrections = impl.map.corrections();
   impl.state.seconds = watch.seconds();
 }
 
@@ -139,31 +146,21 @@ void SlamPipeline::close_loops() {
   impl.state.loops = snapshot.statistics;
   impl.state.graph = impl.closer.graph();
   impl.state.track = impl.tracking.finish();
+  if (impl.alignment) {
+    impl.state.track.trajectory = std::move(impl.aligned);
+    impl.state.track.keyframes = std::move(impl.aligned_keyframes);
+    impl.state.dense_alignment = impl.alignment->summary();
+  }
   impl.place_trajectory();
   impl.state.close_seconds = watch.seconds();
 }
 
+TriangleMesh SlamPipeline::mesh_of_odometry() { return impl_->map.mesh_of_odometry(); }
+
 void SlamPipeline::correct_dense_map() {
   Impl& impl = *impl_;
-  const CorrectedKeyframes& corrected = *impl.state.keyframes;
-  const Trajectory& odometry = impl.state.track.trajectory;
-  const auto pose_now = [&](const Observation& observation) -> std::optional<SE3> {
-    if (corrected.map_at(observation.stamp) != 0) return std::nullopt;
-    const auto at = std::lower_bound(odometry.begin(), odometry.end(), observation.stamp,
-                                     [](const StampedPose& pose, Time stamp) { return pose.stamp < stamp; });
-    if (at == odometry.end() || at->stamp != observation.stamp) return std::nullopt;
-    const auto placed = corrected.T_map_camera(at->stamp, at->T_world_base);
-    return placed ? *placed : at->T_world_base;
-  };
-  MapCorrectionOptions options;
-  options.least_shift_m = impl.parameters.slam.rebuild_shift_voxel * impl.parameters.tsdf.voxel_size_m;
-  options.prefetch_frames = static_cast<std::size_t>(impl.parameters.reconstruction.prefetch_frames);
-  impl.log.add_unmapped(impl.later);
-  impl.later.clear();
-  impl.state.correction = correct_map(impl.dense, impl.log, impl.recording, pose_now, options, impl.run);
-  impl.state.interrupted = impl.state.interrupted || impl.state.correction.interrupted;
-  impl.state.frames_mapped = 0;
-  for (const auto& group : impl.log.groups()) impl.state.frames_mapped += group.observations.size();
+  impl.state.correction = impl.map.correct(*impl.state.keyframes);
+  impl.state.frames_mapped = impl.map.frames_mapped();
 }
 
 }  // namespace hm

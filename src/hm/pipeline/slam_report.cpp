@@ -77,14 +77,36 @@ std::string percent(const std::optional<MeshError>& error) {
   return error ? fmt::format("{:.1f}", error->completeness.ratio * 100) : std::string("-");
 }
 
+/// Corrections while tracking: when, how much, how far, how long.
+void add_live_corrections(HtmlReport& report, const SlamPipeline::State& state) {
+  if (state.live_corrections.empty()) return;
+  report.add_paragraph(fmt::format(
+      "While tracking went on, what loops had moved was rebuilt beside the map {} times and then put "
+      "in its place; tracking waited {:.1f} ms at most for one of them.",
+      state.live_corrections.size(), longest_stall_ms(state)));
+  std::vector<std::vector<std::string>> rows;
+  for (const LiveCorrection& live : state.live_corrections)
+    rows.push_back({std::to_string(live.frame_index),
+                    fmt::format("{:.1f}", (live.stamp - live.begun).seconds()),
+                    std::to_string(live.map.frames_moved), std::to_string(live.map.frames_replayed),
+                    fmt::format("{} of {}", live.map.volumes_rebuilt, live.map.volumes_before),
+                    fmt::format("{:.3f}", live.map.largest_shift_m), fmt::format("{:.2f}", live.map.seconds),
+                    fmt::format("{:.1f}", live.stall_ms)});
+  report.add_table({"in place at frame", "after (s of the recording)", "frames moved", "others replayed",
+                    "volumes rebuilt", "largest shift at 3 m (m)", "rebuilt in (s)", "tracking waited (ms)"},
+                   rows);
+}
+
 void add_map(HtmlReport& report, const SlamSummary& summary, const SlamReportMaterial& material) {
   const MapCorrection& correction = summary.state.correction;
   report.begin_section(
       "Map",
-      fmt::format("After loops were closed, {} of {} volumes were rebuilt from the recording in {:.1f} s: "
-                  "{} frames had moved (by up to {:.3f} m at a depth of 3 m), {} others had seen the same.",
-                  correction.volumes_rebuilt, correction.volumes_before, correction.seconds,
-                  correction.frames_moved, correction.largest_shift_m, correction.frames_replayed));
+      fmt::format(
+          "At the end, {} of {} volumes were rebuilt from the recording in {:.1f} s: {} frames had moved "
+          "(by up to {:.3f} m at a depth of 3 m), {} others had seen the same.",
+          correction.volumes_rebuilt, correction.volumes_before, correction.seconds, correction.frames_moved,
+          correction.largest_shift_m, correction.frames_replayed));
+  add_live_corrections(report, summary.state);
   if (summary.mesh_error)
     report.add_table(
         {"mesh", "mean distance from the true surface (mm)", "complete (%)"},

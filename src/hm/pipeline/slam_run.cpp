@@ -1,8 +1,9 @@
 #include "hm/pipeline/slam_run.hpp"
 
+#include <utility>
+
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/output_file.hpp"
-#include "hm/pipeline/dense_pipeline.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/odometry_run.hpp"
 #include "hm/pipeline/slam_output.hpp"
@@ -44,6 +45,9 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
 
 Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  if (options.parameters.reconstruction.align)
+    return fail(ErrorCode::kUsage, "reconstruction.align",
+                "it corrects given poses (hm reconstruct); for those of odometry there is slam.align");
   auto recording = open_rgbd_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   if (const auto made = make_folder(options.output); !made) return forward_error(made);
@@ -55,13 +59,12 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
     return tl::make_unexpected(nothing_tracked(options, pipeline.state()));
   TriangleMesh before;
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
-  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.dense().finished_mesh();
+  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   pipeline.correct_dense_map();
   SlamSummary summary;
   summary.recording = (*recording)->info();
   summary.parameters = options.parameters;
-  summary.threads = options.run.threads;
-  summary.state = pipeline.state();
+  summary.state = std::move(pipeline.state());
   summary.run_s = watch.seconds();
   compare_trajectories(summary);
   add_warnings(options, summary);

@@ -16,14 +16,13 @@ struct SlamRunOptions {
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
-  RunContext run;  ///< asked to stop, it finishes with what there is
+  RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
 /// What a run gave.
 struct SlamSummary {
   RecordingInfo recording;
   Parameters parameters;
-  int threads = 1;
   double run_s = 0;
   SlamPipeline::State state;
 
@@ -43,6 +42,9 @@ struct SlamSummary {
 /// Errors: recording or output folder unusable, parameters that contradict, not a single pose. A frame that
 /// cannot be used is none: it is named in `state.track.unused`.
 Result<SlamSummary> run_slam(const SlamRunOptions& options);
+
+/// The longest that tracking waited for a correction of the map while frames came in; 0 without any.
+double longest_stall_ms(const SlamPipeline::State& state);
 
 /// frames{read,tracked,lost}, track_ms{median,mean,p99}, loops{candidates,accepted} ... (the keys of
 /// `hm slam --json`).

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "hm/pipeline/file_check.hpp"
 #include "hm/pipeline/mesh_evaluation.hpp"
 #include "hm/pipeline/slam_run.hpp"
@@ -32,10 +34,29 @@ JsonValue correction_to_json(const MapCorrection& correction) {
                             {"volumes_before", correction.volumes_before},
                             {"volumes_rebuilt", correction.volumes_rebuilt},
                             {"volumes_after", correction.volumes_after},
+                            {"largest_shift_m", correction.largest_shift_m},
                             {"seconds", correction.seconds}});
 }
 
+JsonValue live_corrections_to_json(const std::vector<LiveCorrection>& corrections) {
+  auto list = JsonValue::array();
+  for (const LiveCorrection& live : corrections) {
+    auto one = correction_to_json(live.map);
+    one["frame"] = live.frame_index;
+    one["after_s"] = (live.stamp - live.begun).seconds();
+    one["stall_ms"] = live.stall_ms;
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
 }  // namespace
+
+double longest_stall_ms(const SlamPipeline::State& state) {
+  double longest_ms = 0;
+  for (const LiveCorrection& live : state.live_corrections) longest_ms = std::max(longest_ms, live.stall_ms);
+  return longest_ms;
+}
 
 JsonValue to_json(const SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
@@ -51,9 +72,20 @@ JsonValue to_json(const SlamSummary& summary) {
     json["odometry"] = std::move(odometry);
   }
   json["largest_correction_m"] = state.largest_shift_m;
+  if (state.dense_alignment)
+    json["alignment"] = JsonValue::object({{"accepted", state.dense_alignment->accepted},
+                                           {"not_accepted", state.dense_alignment->not_accepted},
+                                           {"mean_ms", state.dense_alignment->milliseconds.mean},
+                                           {"p99_ms", state.dense_alignment->milliseconds.p99}});
   json["frames_mapped"] = state.frames_mapped;
   json["frames_apart"] = state.frames_apart;
   json["map_correction"] = correction_to_json(state.correction);
+  json["live_corrections"] = live_corrections_to_json(state.live_corrections);
+  json["longest_stall_ms"] = longest_stall_ms(state);
+  json["frame_ms"] = JsonValue::object({{"median", state.frame_ms.median},
+                                        {"mean", state.frame_ms.mean},
+                                        {"p99", state.frame_ms.p99},
+                                        {"max", state.frame_ms.max}});
   json["volumes"] = summary.volumes;
   json["map_bytes"] = summary.map_bytes;
   json["mesh"] = JsonValue::object({{"vertices", summary.vertices}, {"triangles", summary.triangles}});
@@ -80,6 +112,9 @@ std::string to_text(const SlamSummary& summary) {
   text += fmt::format("map       {} frames, {} volumes, {} triangles; {} of {} volumes rebuilt in {:.1f} s\n",
                       state.frames_mapped, summary.volumes, summary.triangles, correction.volumes_rebuilt,
                       correction.volumes_before, correction.seconds);
+  if (!state.live_corrections.empty())
+    text += fmt::format("          corrected {} times while tracking, which waited {:.1f} ms at most\n",
+                        state.live_corrections.size(), longest_stall_ms(state));
   if (summary.odometry_mesh_error)
     text += fmt::format("surface error before loops were closed {:.2f} mm\n",
                         summary.odometry_mesh_error->accuracy.distance_m.mean * 1e3);

@@ -1,8 +1,8 @@
 #include "hm/pipeline/trajectory_evaluation.hpp"
 
 #include <array>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/evaluation/html_report.hpp"
 #include "hm/evaluation/plot.hpp"
 #include "hm/io/recording.hpp"
@@ -25,8 +25,6 @@ Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecordin
   return which == PosesOfRecording::kTrue && !info.truth.empty() ? info.truth : info.trajectory;
 }
 
-constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
-
 void add_relative(JsonValue& json, const std::string& name, const RelativeErrors& errors) {
   if (errors.spans.empty()) return;
   json[name + "_m"] = errors.translation_m.rmse;
@@ -36,7 +34,8 @@ void add_relative(JsonValue& json, const std::string& name, const RelativeErrors
 std::string relative_text(const char* span, const RelativeErrors& errors) {
   if (errors.spans.empty()) return {};
   return fmt::format("  over {:<18} rmse {:.4f} m and {:.3f} deg ({} spans)\n", span,
-                     errors.translation_m.rmse, errors.rotation_rad.rmse * kDegrees, errors.spans.size());
+                     errors.translation_m.rmse, errors.rotation_rad.rmse * kDegreesPerRadian,
+                     errors.spans.size());
 }
 
 }  // namespace
@@ -77,7 +76,7 @@ std::string to_text(const TrajectoryError& error) {
       "orientation             rmse {:.3f} deg, max {:.3f} deg\n"
       "relative error (RPE)\n",
       error.pairs, error.truth_path_m, error.position_m.rmse, error.position_m.median, error.position_m.max,
-      error.rotation_rad.rmse * kDegrees, error.rotation_rad.max * kDegrees);
+      error.rotation_rad.rmse * kDegreesPerRadian, error.rotation_rad.max * kDegreesPerRadian);
   text += relative_text("a frame", error.per_frame) + relative_text("a second", error.per_second) +
           relative_text("a metre", error.per_metre);
   if (error.relative.delta != 1) {
@@ -100,8 +99,8 @@ std::string trajectory_report_html(const TrajectoryError& error, const std::stri
   if (!error.per_second.spans.empty()) {
     report.add_card(
         {"RPE", fmt::format("{:.4f}", error.per_second.translation_m.rmse), "m", "rmse, a second"});
-    report.add_card({"RPE", fmt::format("{:.3f}", error.per_second.rotation_rad.rmse * kDegrees), "deg",
-                     "rmse, a second"});
+    report.add_card({"RPE", fmt::format("{:.3f}", error.per_second.rotation_rad.rmse * kDegreesPerRadian),
+                     "deg", "rmse, a second"});
   }
   const Trajectory truth = matched_truth(error), estimate = matched_estimate(error);
   report.begin_section("Path");

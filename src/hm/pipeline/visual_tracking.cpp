@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
+#include "hm/core/angle.hpp"
 
 namespace hm {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 
 bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_value(); }
 
@@ -180,7 +178,7 @@ std::string to_text_line(const std::optional<TrajectoryError>& error, const char
     text += fmt::format(", RPE {:.4f} m a frame", error->per_frame.translation_m.rmse);
   if (!error->per_second.spans.empty())
     text += fmt::format(", {:.4f} m and {:.2f} deg a second", error->per_second.translation_m.rmse,
-                        error->per_second.rotation_rad.rmse * kDegrees);
+                        error->per_second.rotation_rad.rmse * kDegreesPerRadian);
   return text + "\n";
 }
 

@@ -5,36 +5,17 @@
 #include <cmath>
 
 #include "hm/sensors/depth_kernels.hpp"
+#include "hm/sensors/narrow_correction.hpp"
+#include "hm/sensors/spline_basis.hpp"
 
 namespace hm {
 namespace {
 
-using detail::kBlock;
 using detail::Kernels;
 using detail::RowScale;
-using detail::RowTerms;
-using detail::SpanShape;
-
-/// The four cubic B-spline weights at t in [0, 1] of a span.
-template <class T>
-std::array<T, 4> spline_weights(T t) {
-  const T u = 1 - t;
-  return {u * u * u / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
-          t * t * t / 6};
-}
-
-struct SplinePlace {
-  int span = 0;
-  double t = 0;
-};
-
-/// Where a coordinate of the image lies among the spans of `points` control points.
-SplinePlace spline_place(double x_px, int size_px, int points) {
-  const int spans = points - 3;
-  const double place = std::clamp((x_px + 0.5) / size_px, 0.0, 1.0) * spans;
-  const int span = std::clamp(static_cast<int>(place), 0, spans - 1);
-  return {span, place - span};
-}
+using detail::spline_place;
+using detail::spline_weights;
+using detail::SplinePlace;
 
 RowScale row_scale(const DepthCorrectionModel& model, double unit_m) {
   const double span_m = model.max_depth_m - model.min_depth_m;
@@ -103,125 +84,146 @@ Result<void> check_model(const DepthCorrectionModel& model) {
   return {};
 }
 
-DepthCorrection::DepthCorrection(DepthCorrectionModel model, int width, int height)
+namespace detail {
+
+/// A model in single precision, row by row: for numbers that NarrowCorrection cannot hold.
+class WideCorrection {
+ public:
+  WideCorrection(DepthCorrectionModel model, int width, int height);
+  void apply_row(int y, const std::uint16_t* from, std::uint16_t* to, double unit_m) const;
+
+ private:
+  void spline_row(int y, const std::uint16_t* from, std::uint16_t* to, const RowScale& scale) const;
+  void pixel_row(int y, const std::uint16_t* from, std::uint16_t* to, const RowScale& scale) const;
+  void cubics_of_row(int y, std::vector<float>& cubics) const;
+
+  DepthCorrectionModel model_;
+  int width_, height_;
+  std::vector<int> span_begin_;
+};
+
+WideCorrection::WideCorrection(DepthCorrectionModel model, int width, int height)
     : model_(std::move(model)), width_(width), height_(height) {
-  const auto checked = check_model(model_);
-  HM_CHECK(checked.has_value(), "{}", checked.error().message);
-  HM_CHECK(width > 0 && height > 0, "{} x {}", width, height);
-  if (model_.mode != DepthFitMode::kSpline) return;
-  for (int y = 0; y < height; ++y) {
-    const SplinePlace place = spline_place(y, height, model_.rows);
-    const auto weights = spline_weights(static_cast<float>(place.t));
-    knots_of_row_.push_back({place.span, {weights[0], weights[1], weights[2], weights[3]}});
-  }
-  for (int x = 0, span = -1; x < width; ++x)
-    for (const int here = spline_place(x, width, model_.columns).span; span < here; ++span)
-      span_begin_.push_back(x);
-  span_begin_.resize(static_cast<std::size_t>(model_.columns - 2),
-                     width);  // spans without a pixel, and the end
+  if (model_.mode == DepthFitMode::kSpline) span_begin_ = spline_span_begins(width, model_.columns);
+}
+
+void WideCorrection::apply_row(int y, const std::uint16_t* from, std::uint16_t* to, double unit_m) const {
+  const RowScale scale = row_scale(model_, unit_m);
+  if (model_.mode == DepthFitMode::kSpline)
+    spline_row(y, from, to, scale);
+  else
+    pixel_row(y, from, to, scale);
 }
 
 /// The cubics of a row: four rows of control points become one by the row's weights, and every four
 /// neighbours of that a cubic of the place between them. Written as [span][term][power].
-void DepthCorrection::cubics_of_row(int y, std::span<float> blended, std::span<float> cubics) const {
-  const Knot& knot = knots_of_row_[static_cast<std::size_t>(y)];
+void WideCorrection::cubics_of_row(int y, std::vector<float>& cubics) const {
+  const SplinePlace place = spline_place(y, height_, model_.rows);
+  const auto weight = spline_weights(static_cast<float>(place.t));
   const int columns = model_.columns, spans = columns - 3, terms = model_.terms;
+  cubics.resize(static_cast<std::size_t>(terms * spans * 4));
+  std::vector<float> c(static_cast<std::size_t>(columns));
   for (int k = 0; k < terms; ++k) {
-    const float* point = model_.coefficients.data() + k * columns * model_.rows + knot.span * columns;
-    float* out = blended.data() + k * columns;
+    const float* point = model_.coefficients.data() + (k * model_.rows + place.span) * columns;
     for (int i = 0; i < columns; ++i)
-      out[i] = knot.weight[0] * point[i] + knot.weight[1] * point[i + columns] +
-               knot.weight[2] * point[i + 2 * columns] + knot.weight[3] * point[i + 3 * columns];
-  }
-  for (int k = 0; k < terms; ++k)
+      c[static_cast<std::size_t>(i)] = weight[0] * point[i] + weight[1] * point[i + columns] +
+                                       weight[2] * point[i + 2 * columns] +
+                                       weight[3] * point[i + 3 * columns];
     for (int i = 0; i < spans; ++i) {
-      const float* c = blended.data() + k * columns + i;
+      const float* p = c.data() + i;
       float* a = cubics.data() + (i * terms + k) * 4;
-      a[0] = (c[0] + 4 * c[1] + c[2]) / 6;
-      a[1] = (c[2] - c[0]) / 2;
-      a[2] = (c[0] - 2 * c[1] + c[2]) / 2;
-      a[3] = (c[3] - c[0] + 3 * (c[1] - c[2])) / 6;
+      a[0] = (p[0] + 4 * p[1] + p[2]) / 6;
+      a[1] = (p[2] - p[0]) / 2;
+      a[2] = (p[0] - 2 * p[1] + p[2]) / 2;
+      a[3] = (p[3] - p[0] + 3 * (p[1] - p[2])) / 6;
     }
+  }
 }
 
-/// A row of the model itself.
-detail::RowTerms DepthCorrection::row_in_place(int y) const {
-  const auto offset = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
-  const auto plane = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  RowTerms row{};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(model_.terms); ++k)
-    row.term[k] = model_.coefficients.data() + k * plane + offset;
-  row.low = model_.lowest_s.data() + offset;
-  row.high = model_.highest_s.data() + offset;
-  return row;
+void WideCorrection::spline_row(int y, const std::uint16_t* from, std::uint16_t* to,
+                                const RowScale& scale) const {
+  const Kernels& kernels = kernels_for(model_.terms);
+  const int spans = model_.columns - 3;
+  const float step = static_cast<float>(spans) / static_cast<float>(width_);
+  std::vector<float> cubics;
+  cubics_of_row(y, cubics);
+  for (int span = 0; span < spans; ++span) {
+    const int begin = span_begin_[static_cast<std::size_t>(span)];
+    const SpanShape shape{span_begin_[static_cast<std::size_t>(span) + 1] - begin,
+                          (static_cast<float>(begin) + 0.5F) * step - static_cast<float>(span), step};
+    kernels.span(from + begin, to + begin, shape, cubics.data() + span * model_.terms * 4, scale);
+  }
 }
 
-/// A row of an image of another size than the model's.
-void DepthCorrection::row_of_pixels(int y, std::vector<float>& terms) const {
+/// An image of another size than the model's takes the pixel at the same place.
+void WideCorrection::pixel_row(int y, const std::uint16_t* from, std::uint16_t* to,
+                               const RowScale& scale) const {
   const int from_y = static_cast<int>((2 * static_cast<std::int64_t>(y) + 1) * model_.height / (2 * height_));
-  const auto copy = [&](const std::vector<float>& plane, std::size_t offset, std::size_t to) {
-    for (int x = 0; x < width_; ++x) {
-      const auto from_x = (2 * static_cast<std::int64_t>(x) + 1) * model_.width / (2 * width_);
-      terms[to * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)] =
-          plane[offset + static_cast<std::size_t>(from_y * model_.width + from_x)];
-    }
-  };
   const auto plane = static_cast<std::size_t>(model_.width) * static_cast<std::size_t>(model_.height);
-  const auto count = static_cast<std::size_t>(model_.terms);
-  for (std::size_t k = 0; k < count; ++k) copy(model_.coefficients, k * plane, k);
-  copy(model_.lowest_s, 0, count);
-  copy(model_.highest_s, 0, count + 1);
+  const auto count = static_cast<std::size_t>(model_.terms), width = static_cast<std::size_t>(width_);
+  const auto offset = static_cast<std::size_t>(from_y) * static_cast<std::size_t>(model_.width);
+  std::vector<const float*> planes;
+  for (std::size_t k = 0; k < count; ++k) planes.push_back(model_.coefficients.data() + k * plane + offset);
+  planes.push_back(model_.lowest_s.data() + offset);
+  planes.push_back(model_.highest_s.data() + offset);
+  std::vector<float> resampled;
+  if (width_ != model_.width) {
+    resampled.resize(planes.size() * width);
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+      for (int x = 0; x < width_; ++x)
+        resampled[k * width + static_cast<std::size_t>(x)] =
+            planes[k][(2 * static_cast<std::int64_t>(x) + 1) * model_.width / (2 * width_)];
+      planes[k] = resampled.data() + k * width;
+    }
+  }
+  RowTerms row{};
+  std::copy_n(planes.begin(), count, row.term);
+  row.low = planes[count], row.high = planes[count + 1];
+  std::copy_n(from, width, to);
+  kernels_for(model_.terms).row(to, width_, row, scale);
+}
+
+}  // namespace detail
+
+DepthCorrection::DepthCorrection(DepthCorrectionModel model, int width, int height)
+    : width_(width), height_(height) {
+  const auto checked = check_model(model);
+  HM_CHECK(checked.has_value(), "{}", checked.error().message);
+  HM_CHECK(width > 0 && height > 0, "{} x {}", width, height);
+  if (auto narrow = detail::NarrowCorrection::make(model, width, height))
+    narrow_ = std::make_unique<const detail::NarrowCorrection>(std::move(*narrow));
+  wide_ = std::make_unique<const detail::WideCorrection>(std::move(model), width, height);
+}
+
+DepthCorrection::DepthCorrection(DepthCorrection&&) noexcept = default;
+DepthCorrection& DepthCorrection::operator=(DepthCorrection&&) noexcept = default;
+DepthCorrection::~DepthCorrection() = default;
+
+DepthCorrection::Rows::Rows(const DepthCorrection& correction, double unit_m)
+    : correction_(correction), unit_m_(unit_m) {
+  if (!correction.narrow_) return;
+  if (const auto scale = correction.narrow_->scale_for(unit_m))
+    narrow_ = std::make_unique<const detail::NarrowScale>(*scale);
+}
+
+DepthCorrection::Rows::~Rows() = default;
+
+void DepthCorrection::Rows::apply(int y, const std::uint16_t* from, std::uint16_t* to) const {
+  if (narrow_)
+    detail::correct_row_simd(correction_.narrow_->row(y), *narrow_, from, to);
+  else
+    correction_.wide_->apply_row(y, from, to, unit_m_);
 }
 
 void DepthCorrection::apply(DepthImage& depth) const {
   HM_CHECK(depth.width() == width_ && depth.height() == height_, "{} x {}", depth.width(), depth.height());
-  if (model_.mode == DepthFitMode::kSpline)
-    apply_spline(depth);
-  else
-    apply_pixels(depth);
-}
-
-void DepthCorrection::apply_spline(DepthImage& depth) const {
-  const RowScale scale = row_scale(model_, depth.unit_m);
-  const Kernels& kernels = detail::kernels_for(model_.terms);
-  const int spans = model_.columns - 3;
-  const float step = static_cast<float>(spans) / static_cast<float>(width_);
-  const auto terms = static_cast<std::size_t>(model_.terms);
-  std::vector<float> blended(terms * static_cast<std::size_t>(model_.columns));
-  std::vector<float> cubics(terms * static_cast<std::size_t>(spans) * 4);
-  // Whole blocks reach over the end of a span into the next one, which then writes the right values.
-  std::vector<std::uint16_t> from(static_cast<std::size_t>(width_ + kBlock)), to(from.size());
+  const Rows rows(*this, depth.unit_m);
+  std::vector<std::uint16_t> from(static_cast<std::size_t>(width_ + kRowSlack_px)), to(from.size());
   for (int y = 0; y < height_; ++y) {
     const auto row = depth.units.row(y);
-    std::copy(row.begin(), row.end(), from.begin());
-    cubics_of_row(y, blended, cubics);
-    for (int span = 0; span < spans; ++span) {
-      const int begin = span_begin_[static_cast<std::size_t>(span)];
-      const SpanShape shape{span_begin_[static_cast<std::size_t>(span) + 1] - begin,
-                            (static_cast<float>(begin) + 0.5F) * step - static_cast<float>(span), step};
-      kernels.span(from.data() + begin, to.data() + begin, shape,
-                   cubics.data() + static_cast<std::size_t>(span) * terms * 4, scale);
-    }
+    std::ranges::copy(row, from.begin());
+    rows.apply(y, from.data(), to.data());
     std::copy_n(to.begin(), row.size(), row.begin());
-  }
-}
-
-void DepthCorrection::apply_pixels(DepthImage& depth) const {
-  const RowScale scale = row_scale(model_, depth.unit_m);
-  const Kernels& kernels = detail::kernels_for(model_.terms);
-  const bool in_place = width_ == model_.width && height_ == model_.height;
-  const auto count = static_cast<std::size_t>(model_.terms), stride = static_cast<std::size_t>(width_);
-  std::vector<float> terms((count + 2) * stride);
-  RowTerms row{};
-  for (std::size_t k = 0; k < count; ++k) row.term[k] = terms.data() + k * stride;
-  row.low = terms.data() + count * stride;
-  row.high = terms.data() + (count + 1) * stride;
-  for (int y = 0; y < height_; ++y) {
-    if (in_place)
-      row = row_in_place(y);
-    else
-      row_of_pixels(y, terms);
-    kernels.row(depth.units.row(y).data(), width_, row, scale);
   }
 }
 

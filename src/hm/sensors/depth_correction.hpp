@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -42,38 +44,45 @@ struct DepthCorrectionModel {
 Result<void> check_model(const DepthCorrectionModel& model);
 
 namespace detail {
-/// Coefficients and ranges of s along a row of an image.
-struct RowTerms {
-  const float* term[DepthCorrectionModel::kMaxTerms];
-  const float* low;
-  const float* high;
-};
+class NarrowCorrection;
+class WideCorrection;
+struct NarrowScale;
 }  // namespace detail
 
 /// Applies a model to depth images. Const members may be used from any thread; the same bits on every CPU.
+/// Models of up to some 30 cm are applied in whole numbers, within 0.1 mm of correction_m(); larger ones in
+/// single precision.
 class DepthCorrection {
  public:
   /// For images of this size, which may differ from the model's by a common ratio.
   DepthCorrection(DepthCorrectionModel model, int width, int height);
+  DepthCorrection(DepthCorrection&&) noexcept;
+  DepthCorrection& operator=(DepthCorrection&&) noexcept;
+  ~DepthCorrection();
   /// Corrects every reading in place; 0 (no reading) stays 0, results are rounded and kept within 1 .. 65535.
   void apply(DepthImage& depth) const;
-  [[nodiscard]] const DepthCorrectionModel& model() const { return model_; }
+
+  /// Rows of one image, one after the other: what apply() consists of. Not to be shared between threads.
+  class Rows {
+   public:
+    Rows(const DepthCorrection& correction, double unit_m);
+    Rows(const Rows&) = delete;
+    Rows& operator=(const Rows&) = delete;
+    ~Rows();
+    /// Corrects a row; `from` and `to` have kRowSlack_px pixels of room after it, and do not overlap.
+    void apply(int y, const std::uint16_t* from, std::uint16_t* to) const;
+
+   private:
+    const DepthCorrection& correction_;
+    double unit_m_;
+    std::unique_ptr<const detail::NarrowScale> narrow_;
+  };
+  static constexpr int kRowSlack_px = 32;
 
  private:
-  struct Knot {
-    int span;  ///< index of the first of the four control points
-    float weight[4];
-  };
-  void apply_spline(DepthImage& depth) const;
-  void apply_pixels(DepthImage& depth) const;
-  void cubics_of_row(int y, std::span<float> blended, std::span<float> cubics) const;
-  void row_of_pixels(int y, std::vector<float>& terms) const;
-  [[nodiscard]] detail::RowTerms row_in_place(int y) const;
-
-  DepthCorrectionModel model_;
   int width_, height_;
-  std::vector<Knot> knots_of_row_;
-  std::vector<int> span_begin_;  ///< first pixel of each span of columns, and the width
+  std::unique_ptr<const detail::NarrowCorrection> narrow_;  ///< where the model's numbers fit
+  std::unique_ptr<const detail::WideCorrection> wide_;
 };
 
 }  // namespace hm

@@ -2,16 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <hwy/targets.h>
 #include <cmath>
 
 #include "hm/core/rng.hpp"
+#include "hm/sensors/narrow_correction.hpp"
 
 namespace hm {
 namespace {
 
-/// A model with random coefficients of a few centimetres.
-DepthCorrectionModel random_model(DepthFitMode mode, int width, int height, std::uint64_t seed = 1) {
-  Rng rng(seed);
+/// A model with random coefficients; by default too large for whole numbers of 16 bits.
+DepthCorrectionModel random_model(DepthFitMode mode, int width, int height, double largest_m = 0.15) {
+  Rng rng(1);
   DepthCorrectionModel model;
   model.mode = mode;
   model.width = width, model.height = height;
@@ -21,7 +23,7 @@ DepthCorrectionModel random_model(DepthFitMode mode, int width, int height, std:
   model.min_depth_m = 0.8, model.max_depth_m = 4.0;
   const auto plane = static_cast<std::size_t>(model.columns * model.rows);
   for (std::size_t i = 0; i < 3 * plane; ++i)
-    model.coefficients.push_back(static_cast<float>(rng.uniform(-0.05, 0.05)));
+    model.coefficients.push_back(static_cast<float>(rng.uniform(-largest_m, largest_m)));
   for (std::size_t i = 0; i < plane && !smooth; ++i) {
     model.lowest_s.push_back(static_cast<float>(rng.uniform(-1, -0.5)));
     model.highest_s.push_back(static_cast<float>(rng.uniform(0, 1)));
@@ -35,6 +37,14 @@ DepthImage random_depth(int width, int height, std::uint64_t seed) {
   for (auto& units : depth.units.pixels())
     units = static_cast<std::uint16_t>(rng.below(5) == 0 ? 0 : 300 + rng.below(6000));
   return depth;
+}
+
+/// Every instruction set that this CPU has.
+std::vector<std::int64_t> vector_targets() {
+  std::vector<std::int64_t> targets;
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
+    targets.push_back(left & -left);
+  return targets;
 }
 
 class EveryMode : public testing::TestWithParam<DepthFitMode> {};
@@ -53,7 +63,7 @@ TEST_P(EveryMode, FastPathIsTheReference) {
           continue;
         }
         const double d = before.depth_m(x, y);
-        const double wanted = (d + model.correction_m(Vec2(x, y), d)) / before.unit_m;
+        const double wanted = std::max(1.0, (d + model.correction_m(Vec2(x, y), d)) / before.unit_m);
         ASSERT_NEAR(after.units(x, y), wanted, 0.51) << x << ", " << y;
       }
   }
@@ -78,6 +88,68 @@ TEST_P(EveryMode, SmallerImagesGetTheSameCorrectionAtTheSamePlace) {
       const Vec2 place(2 * x + 0.5, 2 * y + 0.5);  // pixel cells: two by two become one
       EXPECT_NEAR(depth.units(x, y), 2000 + 1000 * model.correction_m(place, 2.0), 0.51);
     }
+}
+
+/// Small models are applied in whole numbers: within 0.1 mm of the reference, whatever the unit, and to the
+/// last bit what the plain code does on every instruction set.
+TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
+  for (const double unit_m : {1e-3, 2e-4, 1e-4, 2.5e-3})
+    for (const auto& [width, height] : {std::pair{61, 37}, {640, 48}}) {
+      const DepthCorrectionModel model = random_model(GetParam(), width, height, 0.02);
+      const auto narrow = detail::NarrowCorrection::make(model, width, height);
+      ASSERT_TRUE(narrow);
+      EXPECT_TRUE(narrow->scale_for(unit_m)) << unit_m;
+      Rng rng(5);
+      DepthImage before{Image<std::uint16_t>(width, height), unit_m};
+      for (auto& units : before.units.pixels())
+        units = static_cast<std::uint16_t>(rng.below(5) == 0 ? 0 : rng.uniform(0.5, 6.0) / unit_m);
+      DepthImage after = before;
+      DepthCorrection(model, width, height).apply(after);
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+          const double d = before.depth_m(x, y);
+          if (d == 0) {
+            ASSERT_EQ(after.units(x, y), 0);
+          } else {
+            const double wanted = std::min(d + model.correction_m(Vec2(x, y), d), 65535 * unit_m);
+            ASSERT_NEAR(after.depth_m(x, y), wanted, 0.5 * unit_m + 1e-4) << x << ", " << y;
+          }
+        }
+    }
+}
+
+TEST_P(EveryMode, VectorsOfEveryKindGiveThePlainBits) {
+  const int width = 201, height = 9;
+  for (const int terms : {1, 2, 3, 4}) {
+    DepthCorrectionModel model = random_model(GetParam(), width, height, 0.02);
+    model.terms = terms;
+    model.coefficients.resize(static_cast<std::size_t>(terms * model.columns * model.rows), 0.003F);
+    const auto narrow = detail::NarrowCorrection::make(model, width, height);
+    ASSERT_TRUE(narrow);
+    const detail::NarrowScale scale = *narrow->scale_for(1e-3);
+    for (const std::int64_t target : vector_targets()) {
+      hwy::SetSupportedTargetsForTest(target);
+      Rng rng(static_cast<std::uint64_t>(target));
+      for (int y = 0; y < height; ++y) {
+        std::vector<std::uint16_t> from(width + DepthCorrection::kRowSlack_px), plain(from), fast(from);
+        for (auto& units : from) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
+        detail::correct_row_plain(narrow->row(y), scale, from.data(), plain.data());
+        detail::correct_row_simd(narrow->row(y), scale, from.data(), fast.data());
+        plain.resize(width), fast.resize(width);
+        ASSERT_EQ(plain, fast) << "row " << y << ", " << terms << " terms, " << hwy::TargetName(target);
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
+TEST_P(EveryMode, LargeModelsAndStrangeUnitsAreLeftToSinglePrecision) {
+  EXPECT_FALSE(detail::NarrowCorrection::make(random_model(GetParam(), 64, 48), 64, 48));
+  const DepthCorrectionModel small = random_model(GetParam(), 64, 48, 0.02);
+  EXPECT_FALSE(detail::NarrowCorrection::make(small, 64, 48)->scale_for(2e-5)) << "80 m in 16 bits";
+  DepthImage depth{Image<std::uint16_t>(64, 48, 3), 1.0};  // whole metres
+  DepthCorrection(small, 64, 48).apply(depth);
+  EXPECT_EQ(depth.units(5, 5), 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, EveryMode, testing::Values(DepthFitMode::kSpline, DepthFitMode::kQuadratic),

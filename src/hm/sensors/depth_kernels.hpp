@@ -3,8 +3,15 @@
 
 #include "hm/sensors/depth_correction.hpp"
 
-/// The inner loops of DepthCorrection, for several instruction sets.
+/// The inner loops of DepthCorrection in single precision, for several instruction sets.
 namespace hm::detail {
+
+/// Coefficients and ranges of s along a row of an image.
+struct RowTerms {
+  const float* term[DepthCorrectionModel::kMaxTerms];
+  const float* low;
+  const float* high;
+};
 
 /// Pixels of a row that are corrected together.
 inline constexpr int kBlock = 16;

@@ -53,7 +53,19 @@ CalibrationRig xtion_rig() {
   return rig;
 }
 
+CalibrationRig device_rig(SensorPreset preset) {
+  const SensorModel sensor = sensor_model(preset);
+  CalibrationRig rig;
+  rig.device = sensor;
+  rig.color_camera = rig.depth_camera = sensor.camera;
+  rig.noise = sensor.noise;
+  rig.min_depth_m = sensor.min_depth_m, rig.max_depth_m = sensor.max_depth_m;
+  return rig;
+}
+
 double simulated_warp_m(const CalibrationRig& rig, const Vec2& pixel, double depth_m) {
+  if (rig.device)
+    return depth_bias_m(*rig.device, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()), depth_m);
   const double u = 2 * pixel.x() / (rig.depth_camera.width - 1) - 1;
   const double v = 2 * pixel.y() / (rig.depth_camera.height - 1) - 1;
   constexpr double kLargest = 0.8;  // of the shape within the image

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "hm/geometry/se3.hpp"
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/sim/depth_sensor.hpp"
 
 namespace hm {
 
@@ -18,6 +20,8 @@ struct CalibrationRig {
   SE3 T_color_depth;
   DepthNoise noise;           ///< axial
   double warp_at_4m_m = 0.1;  ///< largest bias at 4 m
+  /// A device of depth_sensor.hpp, whose bias is made then: that of the recordings it is simulated with.
+  std::optional<SensorModel> device;
   double min_depth_m = 0.4, max_depth_m = 6;
   double depth_unit_m = 1e-3;
   double dropout_ratio = 0.02;  ///< readings that are missing
@@ -28,8 +32,11 @@ struct CalibrationRig {
 /// axial noise 0.001425 z^2 (dissertation 3.1.3).
 CalibrationRig xtion_rig();
 
+/// A device whose colour camera is its depth camera, with the bias and the noise that its recordings have.
+CalibrationRig device_rig(SensorPreset preset);
+
 /// What the depth camera reads too much at a (raw) pixel and a true depth: smooth over the image, growing
-/// with depth, at most warp_at_4m_m at 4 m.
+/// with depth, at most warp_at_4m_m at 4 m; or the device's bias.
 double simulated_warp_m(const CalibrationRig& rig, const Vec2& pixel, double depth_m);
 
 /// A flat picture in space: x right, y down from its top left corner, z = 0.

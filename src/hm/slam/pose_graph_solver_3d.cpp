@@ -7,34 +7,13 @@
 
 #include "hm/core/check.hpp"
 #include "hm/slam/graph_problem.hpp"
+#include "hm/slam/pose_edge_cost.hpp"
 #include "hm/slam/pose_manifold.hpp"
 
 namespace hm {
 namespace {
 
 using detail::PoseState;
-
-/// root * pose_edge_error, with its derivatives by moves.
-class EdgeCost : public ceres::SizedCostFunction<6, 7, 7> {
- public:
-  explicit EdgeCost(const PoseEdge3D& edge)
-      : edge_(edge), root_(detail::information_root(edge.information)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const SE3 T_map_from = detail::pose_of(parameters[0]), T_map_to = detail::pose_of(parameters[1]);
-    Eigen::Map<Vec6>(residuals, 6) = root_ * pose_edge_error(edge_, T_map_from, T_map_to);
-    if (jacobians == nullptr) return true;
-    const Eigen::Matrix<double, 6, 12> jacobian = root_ * pose_edge_jacobian(edge_, T_map_from, T_map_to);
-    for (int side = 0; side < 2; ++side)
-      if (jacobians[side] != nullptr)
-        detail::write_by_move<6>(jacobian.middleCols<6>(6 * side), jacobians[side]);
-    return true;
-  }
-
- private:
-  PoseEdge3D edge_;
-  Mat6 root_;
-};
 
 bool all_finite(const PoseGraph3D& graph) {
   for (const SE3& node : graph.T_map_node)
@@ -51,7 +30,7 @@ void add_edges(const PoseGraph3D& graph, const PoseGraphSolverParams& params, st
   for (const PoseEdge3D& edge : graph.edges) {
     HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
              "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
-    problem.AddResidualBlock(new EdgeCost(edge), detail::new_edge_loss(edge.kind, params),
+    problem.AddResidualBlock(detail::new_pose_edge_cost(edge), detail::new_edge_loss(edge.kind, params),
                              states[edge.from].data(), states[edge.to].data());
   }
 }

@@ -2,10 +2,13 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
+#include <limits>
+#include <memory>
 
 #include "hm/core/check.hpp"
+#include "hm/slam/pose_edge_cost.hpp"
 #include "hm/slam/pose_manifold.hpp"
 
 namespace hm {
@@ -19,10 +22,10 @@ constexpr double kMinDepth_m = 0.05;
 /// [u; v; depth] beyond what was observed, each in its deviations.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
-  ObservationCost(const PinholeCamera& camera, const LandmarkObservation& seen, double pixel_sigma_px)
+  ObservationCost(const PinholeCamera& camera, const LandmarkObservation& seen)
       : camera_(camera), seen_(seen) {
-    const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
-    weights_ << 1 / pixel_sigma_px, 1 / pixel_sigma_px, has_depth ? 1 / seen.depth_sigma_m : 0;
+    whiten_.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
+    if (seen.depth_m > 0 && seen.depth_sigma_m > 0) whiten_(2, 2) = 1 / seen.depth_sigma_m;
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
@@ -32,10 +35,9 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
     if (p_camera.z() < kMinDepth_m) return false;
     const Vec2 pixel = camera_.project(p_camera);
     const Vec3 error(pixel.x() - seen_.pixel.x(), pixel.y() - seen_.pixel.y(), p_camera.z() - seen_.depth_m);
-    Eigen::Map<Vec3>(residuals, 3) = weights_.cwiseProduct(error);
+    Eigen::Map<Vec3>(residuals, 3) = whiten_ * error;
     if (jacobians == nullptr) return true;
-    const Eigen::Matrix<double, 3, 9> jacobian =
-        weights_.asDiagonal() * observation_jacobian(camera_, T_map_camera, p_map);
+    const Eigen::Matrix<double, 3, 9> jacobian = whiten_ * observation_jacobian(camera_, T_map_camera, p_map);
     if (jacobians[0] != nullptr) detail::write_by_move<3>(jacobian.leftCols<6>(), jacobians[0]);
     using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
     if (jacobians[1] != nullptr) Eigen::Map<RowMajor>(jacobians[1], 3, 3) = jacobian.rightCols<3>();
@@ -45,43 +47,81 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  private:
   PinholeCamera camera_;
   LandmarkObservation seen_;
-  Vec3 weights_;
+  Mat3 whiten_ = Mat3::Zero();
 };
 
-/// Root mean square over observations in front of their cameras, pixels.
-double reprojection_error_px(const PinholeCamera& camera, const std::vector<SE3>& poses,
-                             const std::vector<Landmark>& landmarks) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const Landmark& landmark : landmarks)
+/// The median over observations, those behind their camera infinitely far off.
+double reprojection_error_px(const Bundle& bundle) {
+  std::vector<double> errors;
+  for (const Landmark& landmark : bundle.landmarks)
     for (const LandmarkObservation& seen : landmark.observations) {
-      const Vec3 p_camera = poses[seen.keyframe].inverse() * landmark.p_map;
-      if (p_camera.z() < kMinDepth_m) continue;
-      sum += (camera.project(p_camera) - seen.pixel).squaredNorm();
-      ++count;
+      const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
+      errors.push_back(p_camera.z() < kMinDepth_m ? std::numeric_limits<double>::infinity()
+                                                  : (bundle.camera.project(p_camera) - seen.pixel).norm());
     }
-  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
+  if (errors.empty()) return 0;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
 }
 
-/// The unknowns as Ceres has them.
+/// The unknowns as Ceres has them, and what it is told of them.
 struct Unknowns {
+  explicit Unknowns(const Bundle& bundle) {
+    for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
+    for (const Landmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
+  }
   std::vector<PoseState> poses;
   std::vector<Vec3> points;
+  ceres::Problem problem;
 };
 
-std::size_t add_observations(const PinholeCamera& camera, const std::vector<Landmark>& landmarks,
-                             const BundleParams& params, Unknowns& unknowns, ceres::Problem& problem) {
+std::size_t add_observations(const Bundle& bundle, const BundleParams& params, Unknowns& unknowns) {
   std::size_t count = 0;
-  for (std::size_t l = 0; l < landmarks.size(); ++l)
-    for (const LandmarkObservation& seen : landmarks[l].observations) {
+  for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
+    for (const LandmarkObservation& seen : bundle.landmarks[l].observations) {
       HM_CHECK(seen.keyframe < unknowns.poses.size(), "keyframe {} of {}", seen.keyframe,
                unknowns.poses.size());
-      problem.AddResidualBlock(new ObservationCost(camera, seen, params.pixel_sigma_px),
-                               params.loss_sigmas > 0 ? new ceres::HuberLoss(params.loss_sigmas) : nullptr,
-                               unknowns.poses[seen.keyframe].data(), unknowns.points[l].data());
+      unknowns.problem.AddResidualBlock(
+          new ObservationCost(bundle.camera, seen),
+          params.loss_sigmas > 0 ? new ceres::CauchyLoss(params.loss_sigmas) : nullptr,
+          unknowns.poses[seen.keyframe].data(), unknowns.points[l].data());
       ++count;
     }
   return count;
+}
+
+void add_edges(const Bundle& bundle, Unknowns& unknowns) {
+  for (const PoseEdge3D& edge : bundle.edges) {
+    HM_CHECK(edge.from < unknowns.poses.size() && edge.to < unknowns.poses.size() && edge.from != edge.to,
+             "edge from {} to {} of {} keyframes", edge.from, edge.to, unknowns.poses.size());
+    unknowns.problem.AddResidualBlock(detail::new_pose_edge_cost(edge), nullptr,
+                                      unknowns.poses[edge.from].data(), unknowns.poses[edge.to].data());
+  }
+}
+
+/// Landmarks are eliminated first; which keyframes move, and how.
+std::shared_ptr<ceres::ParameterBlockOrdering> order(const Bundle& bundle, Unknowns& unknowns) {
+  const auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (Vec3& point : unknowns.points) ordering->AddElementToGroup(point.data(), 0);
+  for (PoseState& pose : unknowns.poses) {
+    if (!unknowns.problem.HasParameterBlock(pose.data())) continue;
+    unknowns.problem.SetManifold(pose.data(), detail::new_pose_manifold());
+    ordering->AddElementToGroup(pose.data(), 1);
+  }
+  for (const std::size_t keyframe : bundle.fixed)
+    if (double* pose = unknowns.poses[keyframe].data(); unknowns.problem.HasParameterBlock(pose))
+      unknowns.problem.SetParameterBlockConstant(pose);
+  return ordering;
+}
+
+void write_back(Unknowns& unknowns, Bundle& bundle) {
+  for (std::size_t i = 0; i < bundle.T_map_camera.size(); ++i) {
+    const double* pose = unknowns.poses[i].data();
+    if (unknowns.problem.HasParameterBlock(pose) && !unknowns.problem.IsParameterBlockConstant(pose))
+      bundle.T_map_camera[i] = detail::pose_of(pose);
+  }
+  for (std::size_t l = 0; l < bundle.landmarks.size(); ++l) bundle.landmarks[l].p_map = unknowns.points[l];
 }
 
 }  // namespace
@@ -98,52 +138,33 @@ Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, co
   return jacobian;
 }
 
-BundleResult adjust_bundle(const PinholeCamera& camera, std::vector<SE3>& T_map_camera,
-                           std::vector<Landmark>& landmarks, std::span<const std::size_t> fixed,
-                           const BundleParams& params) {
+BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params) {
   BundleResult result;
-  result.error_before_px = result.error_after_px = reprojection_error_px(camera, T_map_camera, landmarks);
-  if (landmarks.empty()) {
+  result.error_before_px = result.error_after_px = reprojection_error_px(bundle);
+  if (bundle.landmarks.empty()) {
     result.message = "no landmarks";
     return result;
   }
-  Unknowns unknowns;
-  for (const SE3& T : T_map_camera) unknowns.poses.push_back(detail::pose_state(T));
-  for (const Landmark& landmark : landmarks) unknowns.points.push_back(landmark.p_map);
-  ceres::Problem problem;
-  result.observations = add_observations(camera, landmarks, params, unknowns, problem);
-  auto* ordering = new ceres::ParameterBlockOrdering;
-  for (Vec3& point : unknowns.points) ordering->AddElementToGroup(point.data(), 0);
-  for (PoseState& pose : unknowns.poses) {
-    if (!problem.HasParameterBlock(pose.data())) continue;
-    problem.SetManifold(pose.data(), detail::new_pose_manifold());
-    ordering->AddElementToGroup(pose.data(), 1);
-  }
-  for (const std::size_t keyframe : fixed)
-    if (double* pose = unknowns.poses[keyframe].data(); problem.HasParameterBlock(pose))
-      problem.SetParameterBlockConstant(pose);
+  Unknowns unknowns(bundle);
+  result.observations = add_observations(bundle, params, unknowns);
+  add_edges(bundle, unknowns);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
-  options.linear_solver_ordering.reset(ordering);
+  options.linear_solver_ordering = order(bundle, unknowns);
   options.num_threads = 1;
   options.max_num_iterations = params.max_iterations;
   options.function_tolerance = 1e-5;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  ceres::Solve(options, &unknowns.problem, &summary);
   result.message = summary.message;
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   result.initial_cost = summary.initial_cost;
   result.final_cost = summary.final_cost;
   result.converged = summary.IsSolutionUsable();
   if (!result.converged) return result;
-  for (std::size_t i = 0; i < T_map_camera.size(); ++i) {
-    const double* pose = unknowns.poses[i].data();
-    if (problem.HasParameterBlock(pose) && !problem.IsParameterBlockConstant(pose))
-      T_map_camera[i] = detail::pose_of(pose);
-  }
-  for (std::size_t l = 0; l < landmarks.size(); ++l) landmarks[l].p_map = unknowns.points[l];
-  result.error_after_px = reprojection_error_px(camera, T_map_camera, landmarks);
+  write_back(unknowns, bundle);
+  result.error_after_px = reprojection_error_px(bundle);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
+#include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/keyframe.hpp"
 
 namespace hm {
@@ -19,24 +20,44 @@ struct FeatureLink {
 struct LandmarkObservation {
   std::uint32_t keyframe = 0;
   Vec2 pixel = Vec2::Zero();
+  Eigen::Matrix2d pixel_covariance = Eigen::Matrix2d::Identity();
   double depth_m = 0;  ///< 0: none
   double depth_sigma_m = 0;
 };
 
 struct Landmark {
   Vec3 p_map = Vec3::Zero();
-  std::vector<LandmarkObservation> observations;  ///< at most one of a keyframe
+  std::vector<LandmarkObservation> observations;  ///< at most one of a keyframe, ascending
 };
 
-/// Merges linked features into landmarks. One that would have two features of a keyframe is ambiguous and
-/// left out. Placed at the weighted mean of what its keyframes see.
-std::vector<Landmark> make_landmarks(std::span<const Keyframe* const> keyframes,
-                                     std::span<const SE3> T_map_camera, std::span<const FeatureLink> links);
+/// Keyframes and landmarks that are adjusted together.
+struct Bundle {
+  PinholeCamera camera;
+  std::vector<SE3> T_map_camera;
+  std::vector<Landmark> landmarks;
+  std::vector<std::size_t> fixed;  ///< keyframes that stay
+  /// What else is known of motions between keyframes, as in a pose graph.
+  std::vector<PoseEdge3D> edges;
+};
+
+struct LandmarkNoise {
+  double feature_sigma_px = 0.5;  ///< of the pixels of linked features
+  double shared_depth_ratio =
+      1.5;  ///< readings of a landmark share errors: each counts as so much less certain
+};
+
+/// The landmarks of keyframes at bundle.T_map_camera. Odometry's are taken as it saw them
+/// (Keyframe::sights). A link adds its younger feature to the older one's landmark as a further sight, or the
+/// other way round; links between features that are of none become landmarks of their own, left out when they
+/// would have two features of a keyframe. Placed at the
+/// weighted mean of what keyframes see; those that only one sees, and those never seen with depth, are left
+/// out.
+void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
+                    std::span<const FeatureLink> links, const LandmarkNoise& noise = {});
 
 struct BundleParams {
   int max_iterations = 30;
-  double pixel_sigma_px = 1.0;
-  double loss_sigmas = 2.0;  ///< beyond, an observation loses its influence (Huber)
+  double loss_sigmas = 2.5;  ///< beyond, an observation loses its influence (Cauchy); 0: never
 };
 
 struct BundleResult {
@@ -44,16 +65,14 @@ struct BundleResult {
   int iterations = 0;
   std::size_t observations = 0;
   double initial_cost = 0, final_cost = 0;         ///< half the sum of the robust squares
-  double error_before_px = 0, error_after_px = 0;  ///< reprojection, RMS over observations
+  double error_before_px = 0, error_after_px = 0;  ///< reprojection, median over observations
   std::string message;
 };
 
 /// Moves keyframes and landmarks to the robust least squares optimum of reprojection and depth (Triggs et al.
-/// 1999; depth residual (z - reading) / sigma). Keyframes of `fixed` stay, and those without landmarks. Schur
-/// complement, analytic Jacobians, one thread, deterministic. Nothing moves when it fails.
-BundleResult adjust_bundle(const PinholeCamera& camera, std::vector<SE3>& T_map_camera,
-                           std::vector<Landmark>& landmarks, std::span<const std::size_t> fixed,
-                           const BundleParams& params = {});
+/// 1999; depth residual (z - reading) / sigma) and of the edges. Keyframes without landmarks and edges stay.
+/// Schur complement, analytic Jacobians, one thread, deterministic. Nothing moves when it fails.
+BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params = {});
 
 /// Derivatives of the residual [u; v; depth] by the keyframe's move (moved_by) and by the landmark: 3 x 9.
 Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, const SE3& T_map_camera,

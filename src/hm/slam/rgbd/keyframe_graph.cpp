@@ -7,13 +7,16 @@
 
 namespace hm {
 
-Mat6 odometry_covariance(const SE3& motion, const RgbdLoopParams& params) {
-  const double way_m = motion.translation().norm();
-  const double sigma_m = params.odometry_sigma_m + params.odometry_drift_ratio * way_m;
-  const double sigma_rad = params.odometry_sigma_rad + params.odometry_drift_rad_m * way_m;
+Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params) {
+  const double way_m = T_last_now.translation().norm();
+  const bool is_known = !now.motion_covariance.isZero(0);
+  const double sigma_m = is_known ? params.odometry_floor_m + params.odometry_floor_ratio * way_m
+                                  : params.odometry_sigma_m + params.odometry_drift_ratio * way_m;
+  const double sigma_rad = is_known ? params.odometry_floor_rad + params.odometry_floor_rad_m * way_m
+                                    : params.odometry_sigma_rad + params.odometry_drift_rad_m * way_m;
   Vec6 variances;
   variances << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
-  return variances.asDiagonal();
+  return now.motion_covariance + Mat6(variances.asDiagonal());
 }
 
 std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
@@ -27,7 +30,7 @@ std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
   if (last != nullptr && last->submap == keyframe->submap) {
     PoseEdge3D edge{node - 1, node, last->T_odom_camera.inverse() * keyframe->T_odom_camera, Mat6::Identity(),
                     PoseEdgeKind::kOdometry};
-    edge.information = odometry_covariance(edge.T_from_to, params_).inverse();
+    edge.information = odometry_covariance(edge.T_from_to, *keyframe, params_).inverse();
     graph_.T_map_node.push_back(graph_.T_map_node.back() * edge.T_from_to);
     graph_.edges.push_back(edge);
     map_of_.push_back(map_of_.back());

@@ -42,7 +42,9 @@ class KeyframeGraph {
   PoseGraph3D graph_;
 };
 
-/// What odometry is believed to know of a motion between keyframes: covariance of its move.
-Mat6 odometry_covariance(const SE3& motion, const RgbdLoopParams& params);
+/// What odometry is believed to know of its motion from a keyframe to the next one, `now`: covariance of the
+/// move. Its own word (Keyframe::motion_covariance) and a share of the way that it cannot know of; where it
+/// says nothing, more.
+Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params);
 
 }  // namespace hm

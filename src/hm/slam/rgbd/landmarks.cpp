@@ -3,12 +3,16 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 namespace hm {
 namespace {
+
+/// A feature this near to a sight of a landmark is of the landmark.
+constexpr double kSameSpot_px = 1.5;
 
 /// Disjoint sets of features; a set's number is that of its first member.
 class FeatureSets {
@@ -30,68 +34,160 @@ class FeatureSets {
   std::vector<std::size_t> parent_;
 };
 
-LandmarkObservation observation_of(std::uint32_t keyframe, const Feature& feature) {
-  LandmarkObservation sight{keyframe, feature.pixel, 0, 0};
-  if (!feature.has_depth) return sight;
-  sight.depth_m = feature.p_camera.z();
-  sight.depth_sigma_m = std::sqrt(feature.covariance(2, 2));
-  return sight;
+LandmarkObservation observation_of(std::uint32_t keyframe, const LandmarkSight& sight,
+                                   const LandmarkNoise& noise) {
+  return {keyframe, sight.pixel, sight.pixel_covariance, sight.depth_m,
+          noise.shared_depth_ratio * std::sqrt(sight.depth_variance_m2)};
 }
 
-/// Mean of the places that keyframes with depth give, weighted by their information.
-class WeightedPlace {
+LandmarkObservation observation_of(std::uint32_t keyframe, const Feature& feature,
+                                   const LandmarkNoise& noise) {
+  const double variance = noise.feature_sigma_px * noise.feature_sigma_px;
+  LandmarkObservation seen{keyframe, feature.pixel, variance * Eigen::Matrix2d::Identity(), 0, 0};
+  if (!feature.has_depth) return seen;
+  seen.depth_m = feature.p_camera.z();
+  seen.depth_sigma_m = noise.shared_depth_ratio * std::sqrt(feature.covariance(2, 2));
+  return seen;
+}
+
+using Tracks = std::map<std::uint64_t, std::vector<LandmarkObservation>>;
+
+bool is_seen_by(const std::vector<LandmarkObservation>& track, std::uint32_t keyframe) {
+  return std::any_of(track.begin(), track.end(),
+                     [keyframe](const LandmarkObservation& seen) { return seen.keyframe == keyframe; });
+}
+
+/// Collects what is seen of odometry's landmarks and of those that links make.
+class TrackMaker {
  public:
-  void add(const SE3& T_map_camera, const Feature& feature) {
-    if (!feature.has_depth) return;
-    const Mat3 turned = T_map_camera.rotation() * feature.covariance * T_map_camera.rotation().transpose();
-    const Mat3 weight = turned.inverse();
-    weights_ += weight;
-    sum_ += weight * (T_map_camera * feature.p_camera);
+  TrackMaker(std::span<const Keyframe* const> keyframes, const LandmarkNoise& noise)
+      : keyframes_(keyframes),
+        noise_(noise),
+        landmark_of_(keyframes.size()),
+        first_(first_features(keyframes)),
+        sets_(first_.back()),
+        linked_(first_.back(), false) {
+    for (std::uint32_t k = 0; k < keyframes.size(); ++k)
+      for (const LandmarkSight& sight : keyframes[k]->sights)
+        of_odometry_[sight.landmark].push_back(observation_of(k, sight, noise));
   }
-  [[nodiscard]] Vec3 mean() const { return weights_.inverse() * sum_; }
+
+  void add(const FeatureLink& link) {
+    const std::uint64_t of_a = landmark_of(link.keyframe_a, link.feature_a),
+                        of_b = landmark_of(link.keyframe_b, link.feature_b);
+    if (of_a != 0) return see(of_a, link.keyframe_b, link.feature_b);
+    if (of_b != 0) return see(of_b, link.keyframe_a, link.feature_a);
+    const std::size_t a = first_[link.keyframe_a] + link.feature_a,
+                      b = first_[link.keyframe_b] + link.feature_b;
+    sets_.merge(a, b);
+    linked_[a] = linked_[b] = true;
+  }
+
+  Tracks take_of_odometry() { return std::move(of_odometry_); }
+
+  /// Those of linked features alone; two features of a keyframe in one of them: nobody knows which it is.
+  Tracks of_links() {
+    Tracks tracks;
+    for (std::uint32_t k = 0; k < keyframes_.size(); ++k)
+      for (std::size_t f = first_[k]; f < first_[k + 1]; ++f)
+        if (linked_[f])
+          tracks[sets_.set_of(f)].push_back(
+              observation_of(k, keyframes_[k]->features[f - first_[k]], noise_));
+    std::erase_if(tracks, [](const auto& entry) {
+      const auto& track = entry.second;
+      return std::adjacent_find(track.begin(), track.end(), [](const auto& a, const auto& b) {
+               return a.keyframe == b.keyframe;
+             }) != track.end();
+    });
+    return tracks;
+  }
 
  private:
-  Mat3 weights_ = Mat3::Zero();
-  Vec3 sum_ = Vec3::Zero();
+  static std::vector<std::size_t> first_features(std::span<const Keyframe* const> keyframes) {
+    std::vector<std::size_t> first{0};
+    for (const Keyframe* keyframe : keyframes) first.push_back(first.back() + keyframe->features.size());
+    return first;
+  }
+
+  void see(std::uint64_t landmark, std::uint32_t keyframe, std::uint32_t feature) {
+    std::vector<LandmarkObservation>& track = of_odometry_[landmark];
+    if (!is_seen_by(track, keyframe))
+      track.push_back(observation_of(keyframe, keyframes_[keyframe]->features[feature], noise_));
+  }
+
+  /// Odometry's landmark that a feature is of; 0: none.
+  std::uint64_t landmark_of(std::uint32_t keyframe, std::uint32_t feature) {
+    std::vector<std::uint64_t>& known = landmark_of_[keyframe];
+    if (known.empty())
+      for (const Feature& one : keyframes_[keyframe]->features) known.push_back(nearest(keyframe, one));
+    return known[feature];
+  }
+
+  [[nodiscard]] std::uint64_t nearest(std::uint32_t keyframe, const Feature& feature) const {
+    std::uint64_t landmark = 0;
+    double least = kSameSpot_px * kSameSpot_px;
+    for (const LandmarkSight& sight : keyframes_[keyframe]->sights)
+      if (const double apart = (sight.pixel - feature.pixel).squaredNorm(); apart < least) {
+        least = apart;
+        landmark = sight.landmark;
+      }
+    return landmark;
+  }
+
+  std::span<const Keyframe* const> keyframes_;
+  LandmarkNoise noise_;
+  Tracks of_odometry_;
+  std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< of the features of keyframes that links name
+  std::vector<std::size_t> first_;                       ///< number of each keyframe's first feature
+  FeatureSets sets_;
+  std::vector<bool> linked_;
 };
 
-bool sees_twice(const Landmark& landmark) {
-  for (std::size_t i = 1; i < landmark.observations.size(); ++i)
-    if (landmark.observations[i].keyframe == landmark.observations[i - 1].keyframe) return true;
-  return false;
+/// The mean of the places that sights with depth give, weighted by their information; nothing without any.
+std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<LandmarkObservation>& track) {
+  const PinholeCamera& camera = bundle.camera;
+  Mat3 weights = Mat3::Zero();
+  Vec3 sum = Vec3::Zero();
+  for (const LandmarkObservation& seen : track) {
+    if (!(seen.depth_m > 0) || !(seen.depth_sigma_m > 0)) continue;
+    Mat3 by_reading;  // of the place by [u; v; depth]
+    by_reading << seen.depth_m / camera.fx, 0, (seen.pixel.x() - camera.cx) / camera.fx,  //
+        0, seen.depth_m / camera.fy, (seen.pixel.y() - camera.cy) / camera.fy,            //
+        0, 0, 1;
+    Mat3 noise = Mat3::Zero();
+    noise.topLeftCorner<2, 2>() = seen.pixel_covariance;
+    noise(2, 2) = seen.depth_sigma_m * seen.depth_sigma_m;
+    const SE3& T_map_camera = bundle.T_map_camera[seen.keyframe];
+    const Mat3 turned = T_map_camera.rotation() * by_reading;
+    const Mat3 weight = (turned * noise * turned.transpose()).inverse();
+    weights += weight;
+    sum += weight * (T_map_camera * camera.unproject(seen.pixel, seen.depth_m));
+  }
+  const Vec3 place = weights.inverse() * sum;
+  if (!place.allFinite()) return std::nullopt;
+  return place;
+}
+
+void take_over(Bundle& bundle, Tracks tracks) {
+  for (auto& [number, track] : tracks) {
+    if (track.size() < 2) continue;
+    const std::optional<Vec3> place = place_of(bundle, track);
+    if (!place) continue;
+    std::sort(track.begin(), track.end(),
+              [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
+    bundle.landmarks.push_back({*place, std::move(track)});
+  }
 }
 
 }  // namespace
 
-std::vector<Landmark> make_landmarks(std::span<const Keyframe* const> keyframes,
-                                     std::span<const SE3> T_map_camera, std::span<const FeatureLink> links) {
-  std::vector<std::size_t> first(keyframes.size() + 1, 0);
-  for (std::size_t k = 0; k < keyframes.size(); ++k) first[k + 1] = first[k] + keyframes[k]->features.size();
-  FeatureSets sets(first.back());
-  std::vector<bool> linked(first.back(), false);
-  for (const FeatureLink& link : links) {
-    const std::size_t a = first[link.keyframe_a] + link.feature_a,
-                      b = first[link.keyframe_b] + link.feature_b;
-    sets.merge(a, b);
-    linked[a] = linked[b] = true;
-  }
-  std::map<std::size_t, std::pair<Landmark, WeightedPlace>> by_set;
-  for (std::uint32_t k = 0; k < keyframes.size(); ++k)
-    for (std::size_t f = first[k]; f < first[k + 1]; ++f) {
-      if (!linked[f]) continue;
-      const Feature& feature = keyframes[k]->features[f - first[k]];
-      auto& [landmark, place] = by_set[sets.set_of(f)];
-      landmark.observations.push_back(observation_of(k, feature));
-      place.add(T_map_camera[k], feature);
-    }
-  std::vector<Landmark> landmarks;
-  for (auto& [set, entry] : by_set) {
-    auto& [landmark, place] = entry;
-    if (landmark.observations.size() < 2 || sees_twice(landmark)) continue;
-    landmark.p_map = place.mean();
-    if (landmark.p_map.allFinite()) landmarks.push_back(std::move(landmark));
-  }
-  return landmarks;
+void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
+                    std::span<const FeatureLink> links, const LandmarkNoise& noise) {
+  TrackMaker maker(keyframes, noise);
+  for (const FeatureLink& link : links) maker.add(link);
+  bundle.landmarks.clear();
+  take_over(bundle, maker.take_of_odometry());
+  take_over(bundle, maker.of_links());
 }
 
 }  // namespace hm

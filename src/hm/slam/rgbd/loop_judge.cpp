@@ -46,6 +46,10 @@ std::vector<LoopJudge::Heard> LoopJudge::against_odometry(const KeyframeGraph& g
       const SE3 T_from_node = between(graph, from, node);
       const Vec6 error = apart(T_from_node, one.proposal.match.T_a_b);
       const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen[from]));
+      one.proposal.news_ratio = one.proposal.match.covariance.llt()
+                                    .solve(inverse_covariance(T_from_node.inverse(), seen[from].covariance))
+                                    .trace() /
+                                6;
       one.chi2 = chi2_of(error, expected + one.proposal.match.covariance);
       one.is_large = error.head<3>().norm() > params_.large_correction_m ||
                      error.tail<3>().norm() > params_.large_correction_rad;

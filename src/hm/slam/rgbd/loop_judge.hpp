@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "hm/slam/pose_uncertainty_3d.hpp"
@@ -13,6 +14,9 @@ namespace hm {
 struct LoopProposal {
   std::size_t from = 0, to = 0;  ///< nodes: the older, the newer
   PlaceMatch match;
+  /// How much more certain the loop is of the motion than the graph was before, as a ratio of variances, mean
+  /// over its directions; infinite between maps.
+  double news_ratio = std::numeric_limits<double>::infinity();
 };
 
 /// What was decided when a keyframe's proposals were heard.

@@ -75,7 +75,8 @@ void RgbdLoopCloser::Impl::link(std::size_t a, std::size_t b, const PlaceMatch& 
     links.push_back({static_cast<std::uint32_t>(a), feature_a, static_cast<std::uint32_t>(b), feature_b});
 }
 
-/// Features seen again by the next keyframes, where odometry agrees.
+/// Features seen again by the next keyframes, where odometry agrees: for odometry that does not say where it
+/// saw its landmarks.
 void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
   for (std::size_t back = 1; back <= std::min(node, kLinkedBefore); ++back) {
     const Keyframe &before = graph.keyframe(node - back), &now = graph.keyframe(node);
@@ -88,8 +89,15 @@ void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
   }
 }
 
+/// Links the features of what is believed; an edge is made of what tells more than the graph knows.
 void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
   for (const LoopProposal& loop : loops) {
+    link(loop.from, loop.to, loop.match);
+    ++statistics.accepted;
+    if (loop.news_ratio < params.min_news_ratio) {
+      ++statistics.redundant;
+      continue;
+    }
     const SE3 error = loop.match.T_a_b.inverse() *
                       (graph.graph().T_map_node[loop.from].inverse() * graph.graph().T_map_node[loop.to]);
     large_correction |= graph.map_of(loop.from) != graph.map_of(loop.to) ||
@@ -97,8 +105,6 @@ void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
                         error.angle() > params.large_correction_rad;
     graph.add_loop(
         {loop.from, loop.to, loop.match.T_a_b, loop.match.covariance.inverse(), PoseEdgeKind::kLoop});
-    link(loop.from, loop.to, loop.match);
-    ++statistics.accepted;
     ++new_loops;
   }
 }
@@ -129,7 +135,7 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   Impl& m = *impl_;
   RgbdLoopStep step;
   step.node = m.graph.add(std::move(keyframe));
-  if (m.params.bundle_adjustment) m.link_with_last(step.node);
+  if (m.params.bundle_adjustment && m.graph.keyframe(step.node).sights.empty()) m.link_with_last(step.node);
   if (m.params.enabled) {
     const LoopVerdict verdict = m.judge.hear(m.graph, m.propose(step.node, step));
     m.search.add(m.graph.keyframe(step.node));
@@ -146,15 +152,20 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
 void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
   std::vector<const Keyframe*> keyframes;
   for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
-  std::vector<SE3> poses = graph.graph().T_map_node;
-  std::vector<Landmark> landmarks = make_landmarks(keyframes, poses, links);
-  const BundleResult result = adjust_bundle(camera, poses, landmarks, graph.first_nodes());
-  report.landmarks = landmarks.size();
+  Bundle bundle{camera, graph.graph().T_map_node, {}, graph.first_nodes(), {}};
+  make_landmarks(bundle, keyframes, links);
+  for (PoseEdge3D edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kOdometry) continue;
+    edge.information *= params.bundle_edge_ratio;
+    bundle.edges.push_back(edge);
+  }
+  const BundleResult result = adjust_bundle(bundle);
+  report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
   report.error_before_px = result.error_before_px;
   report.error_after_px = result.error_after_px;
   report.adjusted = result.converged && result.final_cost < result.initial_cost;
-  if (report.adjusted) graph.graph().T_map_node = std::move(poses);
+  if (report.adjusted) graph.graph().T_map_node = std::move(bundle.T_map_camera);
 }
 
 RgbdAlignmentReport RgbdLoopCloser::finish() {

@@ -14,7 +14,8 @@ namespace hm {
 /// What became of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
 struct RgbdLoopStatistics {
   std::size_t candidates = 0;         ///< compared with their keyframe
-  std::size_t accepted = 0;           ///< became edges of the graph
+  std::size_t accepted = 0;           ///< believed: their features are linked
+  std::size_t redundant = 0;          ///< of the accepted: no edges, the graph knew better
   std::size_t waiting = 0;            ///< not yet confirmed by another loop
   std::size_t not_verified = 0;       ///< no motion explains enough matches
   std::size_t too_far = 0;            ///< further off than odometry can be
@@ -38,7 +39,7 @@ struct RgbdAlignmentReport {
   PoseGraphSolution graph;
   bool adjusted = false;  ///< bundle adjustment ran and was kept
   std::size_t landmarks = 0, observations = 0;
-  double error_before_px = 0, error_after_px = 0;  ///< reprojection, RMS
+  double error_before_px = 0, error_after_px = 0;  ///< reprojection, median
 };
 
 /// Corrects the drift of RGB-D odometry (dissertation 3.3): keyframes are nodes of a pose graph; places seen

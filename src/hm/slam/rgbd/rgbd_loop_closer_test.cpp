@@ -107,6 +107,36 @@ TEST(RgbdLoopCloser, SubmapsGetConnected) {
   EXPECT_LT(error_m(closer.corrected(), way.truth), 0.06);
 }
 
+/// Odometry that is right, and says so, is not made worse by loops that know less: they become no edges. One
+/// that says nothing of itself is taken for worse, and loops for edges.
+TEST(RgbdLoopCloser, CertainOdometryIsLeftInPeace) {
+  double error_of_uncertain_m = 0;
+  for (const bool is_certain : {false, true}) {
+    test::KeyframesOfWay way = ring_walk(5, 0.0);
+    if (is_certain)
+      for (std::size_t i = 1; i < way.keyframes.size(); ++i) {
+        Keyframe sure = *way.keyframes[i];
+        sure.motion_covariance = 1e-8 * Mat6::Identity();
+        way.keyframes[i] = std::make_shared<const Keyframe>(std::move(sure));
+      }
+    RgbdLoopParams params;
+    params.bundle_adjustment = false;
+    RgbdLoopCloser closer(landmark_camera(), params);
+    for (const auto& keyframe : way.keyframes) closer.add(keyframe);
+    closer.finish();
+    const RgbdLoopStatistics loops = closer.statistics();
+    EXPECT_GT(loops.accepted, 20U);
+    if (is_certain) {
+      EXPECT_GT(loops.redundant, loops.accepted / 2);
+      EXPECT_LT(error_m(closer.corrected(), way.truth), 0.002);
+      EXPECT_LT(error_m(closer.corrected(), way.truth), error_of_uncertain_m / 2);
+    } else {
+      error_of_uncertain_m = error_m(closer.corrected(), way.truth);
+      EXPECT_LT(loops.redundant, loops.accepted / 2);
+    }
+  }
+}
+
 TEST(RgbdLoopCloser, DisabledAndEmpty) {
   RgbdLoopParams params;
   params.enabled = params.bundle_adjustment = false;

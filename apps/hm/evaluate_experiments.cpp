@@ -1,0 +1,96 @@
+#include "evaluate_experiments.hpp"
+
+#include <memory>
+
+#include "hm/pipeline/depth_compensation.hpp"
+#include "hm/pipeline/uncertainty_experiment.hpp"
+#include "recording_flags.hpp"
+
+namespace {
+
+struct Flags {
+  std::string recording, output;
+  double voxel_m = 0;
+  int frames = 0, views = 0;
+  RecordingFlags of_recording;
+};
+
+hm::Result<Outcome> run_compensation(const Flags& flags, Session& session) {
+  hm::DepthCompensationOptions options;
+  options.recording = flags.recording;
+  options.output = flags.output;
+  auto list = hm::list_all(options.parameters);
+  options.parameters.tsdf.voxel_size_m = 0.03;
+  options.parameters.slam.points_voxel_m = 0.03;
+  options.parameters.slam.map_top_m = 2.2;  // below ceilings, so that one sees into the rooms
+  if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  options.recording_options = *recording_options;
+  options.run = session.interruptible_context("what was made so far stays");
+  const auto summary = hm::compare_depth_compensation(options);
+  if (!summary) return hm::forward_error(summary);
+  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+}
+
+hm::Result<Outcome> run_uncertainty(const Flags& flags, Session& session) {
+  hm::Parameters parameters;
+  auto list = hm::list_all(parameters);
+  parameters.simulation.sensor = hm::SensorPreset::kKinect;
+  if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
+  const hm::FeatureParams& features = parameters.odometry.features;
+  hm::UncertaintyExperimentParams params;
+  if (flags.frames > 0) params.frames = flags.frames;
+  if (flags.views > 0) params.views = flags.views;
+  const auto recording_options = flags.of_recording.options();
+  if (!recording_options) return hm::forward_error(recording_options);
+  const hm::RunContext run = session.interruptible_context("nothing is written");
+  const auto result =
+      flags.recording.empty()
+          ? hm::simulate_uncertainty(parameters.simulation, features, params, run)
+          : hm::record_uncertainty(flags.recording, *recording_options, features, params, run);
+  if (!result) return hm::forward_error(result);
+  auto outputs = hm::write_uncertainty(*result, flags.output, run);
+  if (!outputs) return hm::forward_error(outputs);
+  return Outcome{hm::to_text(*result), hm::to_json(*result), result->warnings, std::move(*outputs)};
+}
+
+void add_uncertainty(Program& program) {
+  auto flags = std::make_shared<Flags>();
+  CLI::App& command = program.add(
+      {"evaluate uncertainty", "Models of depth's deviation against what many frames of a still scene show.",
+       "  hm evaluate uncertainty -o simulated\n"
+       "  hm evaluate uncertainty recording -o deviations --frames 100 --json",
+       [flags](Session& session) { return run_uncertainty(*flags, session); }});
+  command.add_option("recording", flags->recording,
+                     "folder of a recording in which neither camera nor scene moves (default: a simulated "
+                     "Kinect stands still at five places of a house; section simulation)");
+  command.add_option("-o,--output", flags->output, "folder for the page and the pictures")->required();
+  command.add_option("--frames", flags->frames, "frames of each place (default: 300)")
+      ->check(CLI::Range(10, 100000));
+  command.add_option("--views", flags->views, "places of the simulation (default: 5)")
+      ->check(CLI::Range(1, 1000));
+  flags->of_recording.add_to(command);
+}
+
+}  // namespace
+
+void add_experiments(Program& program) {
+  add_uncertainty(program);
+  auto flags = std::make_shared<Flags>();
+  CLI::App& compensation =
+      program.add({"evaluate depth-compensation",
+                   "A map with and without the calibration's depth correction, side by side.",
+                   "  hm simulate calibration -o boards --sensor tango_phone\n"
+                   "  hm calibrate depth boards/depth --calibration boards/truth -o phone\n"
+                   "  hm simulate house -o walk --sensor tango_phone\n"
+                   "  hm evaluate depth-compensation walk --calibration phone/calibration.toml -o compared",
+                   [flags](Session& session) { return run_compensation(*flags, session); }});
+  compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
+  compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")
+      ->required();
+  compensation.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (default here: 0.03)")
+      ->check(CLI::PositiveNumber);
+  flags->of_recording.add_to(compensation);
+}
