@@ -10,14 +10,19 @@ namespace {
 using Vec6f = Eigen::Matrix<float, 6, 1>;
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
-constexpr int kFinestLevel = 2;  // where a pixel is a cell of the depth grid
+constexpr int kGridLevel = 2;      // where a pixel is a cell of the depth grid
+constexpr int kMinWidth_px = 120;  // of the finest level used: what is smaller has lost its pattern
 constexpr float kMinGradient = 4.0f;
 constexpr int kIterations = 8;
 constexpr double kMinOverlapRatio = 0.25;
+constexpr double kTurnStep_px = 3, kMaxTurn_rad = 0.2;  // of the search for turns, finest level
+constexpr double kMinSearchOverlapRatio = 0.4;
+constexpr std::size_t kTurnsKept = 6;
+constexpr double kClearlyBetter = 0.85;  // than what the guesses led to
 
 /// The depth of a pixel of a level: of the middle cell under it, or the first of those around that has one.
 float depth_of(const Image<float>& cells, int x, int y, int shift) {
-  if (shift == 0) return cells(x, y);
+  if (shift <= 0) return cells.contains(x >> -shift, y >> -shift) ? cells(x >> -shift, y >> -shift) : 0;
   const int side = 1 << shift;
   const int x0 = x * side + side / 2 - 1, y0 = y * side + side / 2 - 1;
   for (int dy = 0; dy < 2; ++dy)
@@ -42,13 +47,13 @@ CoarseReference::Level make_level(const Image<std::uint8_t>& image, const DepthG
                                   std::size_t max_pixels) {
   CoarseReference::Level out;
   out.level = level;
-  out.camera = grid.camera.scaled(1.0 / (1 << (level - kFinestLevel)));
+  out.camera = grid.camera.scaled(std::pow(0.5, level - kGridLevel));
   for (int y = 1; y + 1 < image.height(); ++y)
     for (int x = 1; x + 1 < image.width(); ++x) {
       const float gx = 0.5f * static_cast<float>(image(x + 1, y) - image(x - 1, y));
       const float gy = 0.5f * static_cast<float>(image(x, y + 1) - image(x, y - 1));
       if (gx * gx + gy * gy < kMinGradient * kMinGradient) continue;
-      const float z = depth_of(grid.depth_m, x, y, level - kFinestLevel);
+      const float z = depth_of(grid.depth_m, x, y, level - kGridLevel);
       if (z > 0)
         out.pixels.push_back(
             make_pixel(out.camera, Vec2(x, y), z, {static_cast<float>(image(x, y)), gx, gy}));
@@ -171,7 +176,9 @@ SE3 best_start(const CoarseReference::Level& level, const Image<std::uint8_t>& i
 CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid,
                                  const PinholeCamera& camera, std::size_t max_pixels) {
   HM_CHECK(camera.width / DepthGrid::kCell_px == grid.camera.width, "{} {}", camera.width, grid.camera.width);
-  for (int level = pyramid.levels() - 1; level >= kFinestLevel; --level)
+  int finest = kGridLevel;
+  while (finest > 0 && pyramid.level(finest).width() < kMinWidth_px) --finest;
+  for (int level = pyramid.levels() - 1; level >= finest; --level)
     levels_.push_back(make_level(pyramid.level(level), grid, level, max_pixels));
 }
 
@@ -199,6 +206,36 @@ CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid
   result.residual = left.mean_abs;
   result.overlap_ratio = left.overlap_ratio;
   return result;
+}
+
+CoarseResult search_turns(const CoarseReference& reference, const ImagePyramid& current,
+                          const CoarseResult& result, const std::vector<SE3>& guesses_T_ref_cur) {
+  if (reference.levels().empty()) return result;
+  const auto& level = reference.levels().back();
+  const auto& image = current.level(level.level);
+  const double step_rad = kTurnStep_px / level.camera.fx;
+  const int steps = static_cast<int>(kMaxTurn_rad / step_rad);
+  std::vector<std::pair<double, SE3>> starts;
+  for (const SE3& guess : guesses_T_ref_cur)
+    for (int yaw = -steps; yaw <= steps; ++yaw)
+      for (int pitch = -steps / 2; pitch <= steps / 2; ++pitch) {
+        const SE3 turned = guess * SE3(so3_exp(Vec3(pitch * step_rad, yaw * step_rad, 0)), Vec3::Zero());
+        const Differences differences = differences_at(level, image, turned.inverse());
+        if (differences.overlap_ratio >= kMinSearchOverlapRatio)
+          starts.emplace_back(differences.mean_abs, turned);
+      }
+  const std::size_t kept = std::min(kTurnsKept, starts.size());
+  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(kept), starts.end(),
+                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  CoarseResult best = result;
+  for (std::size_t i = 0; i < kept; ++i) {
+    const SE3 T_ref_cur = align_level(level, image, starts[i].second);
+    const Differences left = differences_at(level, image, T_ref_cur.inverse());
+    if (left.overlap_ratio >= kMinSearchOverlapRatio &&
+        left.mean_abs < std::min(best.residual, kClearlyBetter * result.residual))
+      best = {T_ref_cur, left.mean_abs, left.overlap_ratio};
+  }
+  return best;
 }
 
 }  // namespace hm

@@ -20,7 +20,8 @@ class CoarseReference {
     PinholeCamera camera;
     std::vector<Pixel> pixels;
   };
-  /// At most `max_pixels` per level, evenly taken from those with enough gradient. Levels 2 and coarser.
+  /// At most `max_pixels` per level, evenly taken from those with enough gradient. Levels 2 and coarser; of
+  /// small pictures finer ones too.
   CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid, const PinholeCamera& camera,
                   std::size_t max_pixels);
   CoarseReference() = default;
@@ -42,5 +43,11 @@ struct CoarseResult {
 /// from the best of the guesses.
 CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid& current,
                             const std::vector<SE3>& guesses_T_ref_cur);
+
+/// The same for a camera that may have turned far since the reference, as at a few frames a second: patterns
+/// that repeat (wallpaper, tiles) then lead the search from a guess to a neighbour. Compares the pictures at
+/// turns of up to 0.2 rad around a guess and goes on from the best few; never worse than `result`.
+CoarseResult search_turns(const CoarseReference& reference, const ImagePyramid& current,
+                          const CoarseResult& result, const std::vector<SE3>& guesses_T_ref_cur);
 
 }  // namespace hm

@@ -7,8 +7,10 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/feature_detection.hpp"
+#include "hm/odometry/frame_check.hpp"
 #include "hm/odometry/frame_to_frame.hpp"
 #include "hm/odometry/model_registration.hpp"
+#include "hm/odometry/pose_equations.hpp"
 
 namespace hm {
 
@@ -21,15 +23,6 @@ struct Answer {
   SE3 T_odom_camera;
   Mat6 covariance = Mat6::Zero();
 };
-
-/// Moves left perturbations of a motion to the frame that T leads to.
-Mat6 adjoint(const SE3& T) {
-  Mat6 result = Mat6::Zero();
-  result.topLeftCorner<3, 3>() = T.rotation();
-  result.topRightCorner<3, 3>() = skew(T.translation()) * T.rotation();
-  result.bottomRightCorner<3, 3>() = T.rotation();
-  return result;
-}
 
 /// The motion, in odom, without what the constraint takes for impossible.
 SE3 constrained(const SE3& motion, MotionConstraint constraint) {
@@ -75,7 +68,6 @@ class PublishedOdometry final : public VisualOdometry {
   }
 
  private:
-  [[nodiscard]] std::string unusable(const RgbdFrame& frame) const;
   FeatureSet detect(const RgbdFrame& frame, TrackingNumbers& numbers);
   void start(const RgbdFrame& frame, FeatureSet features, TrackedFrame& result);
   Answer register_frame(const FeatureSet& features, TrackingNumbers& numbers);
@@ -107,21 +99,6 @@ class PublishedOdometry final : public VisualOdometry {
   SE3 T_odom_keyframe_;
 };
 
-std::string PublishedOdometry::unusable(const RgbdFrame& frame) const {
-  if (frame.color.empty()) return "the frame has no colour image";
-  if (frame.color.width() != camera_.width || frame.color.height() != camera_.height ||
-      frame.depth.width() != camera_.width || frame.depth.height() != camera_.height) {
-    return fmt::format("colour is {} x {}, depth {} x {}, the camera {} x {}", frame.color.width(),
-                       frame.color.height(), frame.depth.width(), frame.depth.height(), camera_.width,
-                       camera_.height);
-  }
-  if (last_stamp_ && frame.stamp <= *last_stamp_) {
-    return fmt::format("its time, {:.6f} s, is not after the last frame's, {:.6f} s", frame.stamp.seconds(),
-                       last_stamp_->seconds());
-  }
-  return {};
-}
-
 FeatureSet PublishedOdometry::detect(const RgbdFrame& frame, TrackingNumbers& numbers) {
   const Stopwatch stopwatch;
   const Image<std::uint8_t> gray = to_gray(frame.color);
@@ -139,7 +116,7 @@ TrackedFrame PublishedOdometry::track(const RgbdFrame& frame, const MotionHint& 
   TrackedFrame result;
   result.submap = submap_;
   result.numbers.model_points = model_.points().size();
-  result.reason = unusable(frame);
+  result.reason = reason_to_skip(frame, camera_, last_stamp_);
   if (!result.reason.empty()) {
     result.status = TrackingStatus::kSkipped;
     return result;

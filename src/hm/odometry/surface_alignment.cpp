@@ -39,10 +39,67 @@ struct RowSums {
   }
 };
 
-struct Reading {
-  const SurfaceElement* element;
-  Eigen::Vector3f p_cur, p_ref;
+/// Compares readings with elements at a motion and sums what they say, row by row.
+class Comparison {
+ public:
+  Comparison(const SE3& T_ref_cur, const SurfaceMatching& matching)
+      : rotation_(T_ref_cur.rotation().cast<float>()),
+        translation_(T_ref_cur.translation().cast<float>()),
+        matching_(matching),
+        gate_(static_cast<float>(matching.gate_sigmas)),
+        extra_(static_cast<float>(matching.extra_gate_m)) {}
+
+  [[nodiscard]] Eigen::Vector3f in_reference(const Eigen::Vector3f& p_cur) const {
+    return rotation_ * p_cur + translation_;
+  }
+  [[nodiscard]] Eigen::Vector3f in_current(const Eigen::Vector3f& p_ref) const {
+    return rotation_.transpose() * (p_ref - translation_);
+  }
+
+  void add(const SurfaceElement& element, const Eigen::Vector3f& p_cur, const Eigen::Vector3f& p_ref) {
+    const float residual = element.normal.dot(p_ref - element.point);
+    const Eigen::Vector3f normal_cur = rotation_.transpose() * element.normal;
+    const float sigma_z = static_cast<float>(matching_.noise.sigma_m(static_cast<double>(p_cur.z())));
+    const float cosine = normal_cur.z();
+    const float variance = element.sigma_m * element.sigma_m + sigma_z * sigma_z * cosine * cosine;
+    const float sigma = std::sqrt(variance);
+    if (std::abs(residual) > gate_ * sigma + extra_) return;
+    const float normalised = residual / (kCauchySigmas * sigma);
+    const float robust = 1 / (1 + normalised * normalised);
+    Vec6f jacobian;
+    jacobian.head<3>() = normal_cur;
+    jacobian.tail<3>() = p_cur.cross(normal_cur);
+    sums_.add(jacobian, robust / variance, residual);
+    cost_ += static_cast<double>(std::log1p(normalised * normalised));
+    ++equations_.terms;
+  }
+
+  void end_row() {
+    sums_.flush_into(equations_);
+    sums_ = {};
+  }
+
+  PoseEquations finish() {
+    end_row();
+    equations_.cost = 0.5 * static_cast<double>(kCauchySigmas * kCauchySigmas) * cost_;
+    equations_.information = equations_.information.selfadjointView<Eigen::Upper>();
+    return equations_;
+  }
+
+ private:
+  Eigen::Matrix3f rotation_;
+  Eigen::Vector3f translation_;
+  const SurfaceMatching& matching_;
+  float gate_, extra_;
+  RowSums sums_;
+  PoseEquations equations_;
+  double cost_ = 0;
 };
+
+Eigen::Vector3f unproject(const PinholeF& camera, int x, int y, float z) {
+  return {(static_cast<float>(x) - camera.cx) / camera.fx * z,
+          (static_cast<float>(y) - camera.cy) / camera.fy * z, z};
+}
 
 /// The element of the reference that a reading falls on; null when it falls on none.
 const SurfaceElement* element_at(const SurfaceGrid& reference, const PinholeF& camera,
@@ -59,44 +116,38 @@ const SurfaceElement* element_at(const SurfaceGrid& reference, const PinholeF& c
 
 PoseEquations surface_equations(const SurfaceGrid& reference, const DepthGrid& current, const SE3& T_ref_cur,
                                 const SurfaceMatching& matching) {
-  PoseEquations equations;
-  const Eigen::Matrix3f rotation = T_ref_cur.rotation().cast<float>();
-  const Eigen::Vector3f translation = T_ref_cur.translation().cast<float>();
+  Comparison comparison(T_ref_cur, matching);
   const PinholeF ref_camera(reference.camera), cur_camera(current.camera);
-  const float gate = static_cast<float>(matching.gate_sigmas);
-  const float extra = static_cast<float>(matching.extra_gate_m);
-  double cost = 0;
   for (int y = matching.stride / 2; y < current.depth_m.height(); y += matching.stride) {
-    RowSums sums;
     for (int x = matching.stride / 2; x < current.depth_m.width(); x += matching.stride) {
       const float z = current.depth_m(x, y);
       if (!(z > 0)) continue;
-      const Eigen::Vector3f p_cur((static_cast<float>(x) - cur_camera.cx) / cur_camera.fx * z,
-                                  (static_cast<float>(y) - cur_camera.cy) / cur_camera.fy * z, z);
-      const Eigen::Vector3f p_ref = rotation * p_cur + translation;
-      const SurfaceElement* element = element_at(reference, ref_camera, p_ref);
-      if (!element) continue;
-      const float residual = element->normal.dot(p_ref - element->point);
-      const Eigen::Vector3f normal_cur = rotation.transpose() * element->normal;
-      const float sigma_z = static_cast<float>(matching.noise.sigma_m(static_cast<double>(z)));
-      const float cosine = normal_cur.z();
-      const float variance = element->sigma_m * element->sigma_m + sigma_z * sigma_z * cosine * cosine;
-      const float sigma = std::sqrt(variance);
-      if (std::abs(residual) > gate * sigma + extra) continue;
-      const float normalised = residual / (kCauchySigmas * sigma);
-      const float robust = 1 / (1 + normalised * normalised);
-      Vec6f jacobian;
-      jacobian.head<3>() = normal_cur;
-      jacobian.tail<3>() = p_cur.cross(normal_cur);
-      sums.add(jacobian, robust / variance, residual);
-      cost += static_cast<double>(std::log1p(normalised * normalised));
-      ++equations.terms;
+      const Eigen::Vector3f p_cur = unproject(cur_camera, x, y, z);
+      const Eigen::Vector3f p_ref = comparison.in_reference(p_cur);
+      if (const SurfaceElement* element = element_at(reference, ref_camera, p_ref))
+        comparison.add(*element, p_cur, p_ref);
     }
-    sums.flush_into(equations);
+    comparison.end_row();
   }
-  equations.cost = 0.5 * static_cast<double>(kCauchySigmas * kCauchySigmas) * cost;
-  equations.information = equations.information.selfadjointView<Eigen::Upper>();
-  return equations;
+  return comparison.finish();
+}
+
+PoseEquations surface_equations(std::span<const SurfaceElement> reference, const DepthGrid& current,
+                                const SE3& T_ref_cur, const SurfaceMatching& matching) {
+  constexpr std::size_t kRow = 128;  // summed in single precision before they are added up
+  Comparison comparison(T_ref_cur, matching);
+  const PinholeF camera(current.camera);
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const Eigen::Vector3f expected = comparison.in_current(reference[i].point);
+    if (expected.z() < 0.05f) continue;
+    const int x = static_cast<int>(std::lround(camera.fx * expected.x() / expected.z() + camera.cx));
+    const int y = static_cast<int>(std::lround(camera.fy * expected.y() / expected.z() + camera.cy));
+    if (!current.depth_m.contains(x, y) || !(current.depth_m(x, y) > 0)) continue;
+    const Eigen::Vector3f p_cur = unproject(camera, x, y, current.depth_m(x, y));
+    comparison.add(reference[i], p_cur, comparison.in_reference(p_cur));
+    if (i % kRow == kRow - 1) comparison.end_row();
+  }
+  return comparison.finish();
 }
 
 }  // namespace hm

@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "hm/odometry/pose_equations.hpp"
 #include "hm/odometry/surface_grid.hpp"
 
@@ -17,5 +19,10 @@ struct SurfaceMatching {
 /// each weighted by its variance, robust (Cauchy).
 PoseEquations surface_equations(const SurfaceGrid& reference, const DepthGrid& current, const SE3& T_ref_cur,
                                 const SurfaceMatching& matching);
+
+/// The same with every element looked up among the current readings (the stride does not count): for a few
+/// elements that need not lie on a grid.
+PoseEquations surface_equations(std::span<const SurfaceElement> reference, const DepthGrid& current,
+                                const SE3& T_ref_cur, const SurfaceMatching& matching);
 
 }  // namespace hm

@@ -71,6 +71,25 @@ TEST(SurfaceAlignment, GradientIsTheNumericOne) {
   }
 }
 
+TEST(SurfaceAlignment, SampledElementsSayTheSame) {
+  const DepthGrid current = grid_at(kView);
+  const std::vector<SurfaceElement> samples = sample_surface(current, kNoise, 2);
+  const SE3 T_ref_cur = SE3::exp((Vec6() << 0.004, -0.003, 0.002, 0.001, 0.002, -0.001).finished());
+  SurfaceMatching matching;
+  const PoseEquations all =
+      surface_equations(make_surface_grid(current, kNoise), current, T_ref_cur, matching);
+  const PoseEquations equations = surface_equations(samples, current, T_ref_cur, matching);
+  EXPECT_GT(equations.terms, 3000);
+  EXPECT_LT((equations.information - all.information).norm(), 0.1 * all.information.norm());
+  for (int i = 0; i < 6; ++i) {
+    const Vec6 step = 2e-5 * Vec6::Unit(i);
+    const double numeric = (surface_equations(samples, current, T_ref_cur * SE3::exp(step), matching).cost -
+                            surface_equations(samples, current, T_ref_cur * SE3::exp(-step), matching).cost) /
+                           4e-5;
+    EXPECT_NEAR(equations.gradient[i], numeric, 0.1 * equations.gradient.norm()) << i;
+  }
+}
+
 TEST(SurfaceAlignment, FindsTheMotionInACorner) {
   Rng rng(3);
   const SurfaceGrid surface = make_surface_grid(grid_at(kView, &rng), kNoise);

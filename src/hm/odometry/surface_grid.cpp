@@ -121,4 +121,13 @@ SurfaceGrid make_surface_grid(const DepthGrid& grid, const DepthNoise& noise) {
   return surface;
 }
 
+std::vector<SurfaceElement> sample_surface(const DepthGrid& grid, const DepthNoise& noise, int stride) {
+  std::vector<SurfaceElement> elements;
+  for (int y = kHalfWindow; y < grid.depth_m.height() - kHalfWindow; y += stride)
+    for (int x = kHalfWindow; x < grid.depth_m.width() - kHalfWindow; x += stride)
+      if (const SurfaceElement element = fit_element(grid, x, y, noise); element.sigma_m > 0)
+        elements.push_back(element);
+  return elements;
+}
+
 }  // namespace hm

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
@@ -34,5 +33,7 @@ struct SurfaceGrid {
   [[nodiscard]] std::size_t memory_bytes() const { return elements.size() * sizeof(SurfaceElement); }
 };
 SurfaceGrid make_surface_grid(const DepthGrid& grid, const DepthNoise& noise);
+/// The elements of every `stride`-th cell in both directions, those with a surface alone.
+std::vector<SurfaceElement> sample_surface(const DepthGrid& grid, const DepthNoise& noise, int stride);
 
 }  // namespace hm

@@ -8,6 +8,8 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/coarse_alignment.hpp"
+#include "hm/odometry/frame_check.hpp"
+#include "hm/odometry/motion_filter.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
 #include "hm/odometry/tracker_matching.hpp"
 #include "hm/odometry/tracker_relocalisation.hpp"
@@ -18,11 +20,11 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr std::size_t kCoarsePixels = 2000;
-constexpr double kMinInlierRatio = 0.2;  // of the matches: fewer agree by chance
-constexpr double kFewInliersRatio = 0.3;
+constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
+constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
 
 /// A registration that was looked at, and why it is not accepted (empty: it is).
 struct Attempt {
@@ -40,6 +42,7 @@ class Tracker final : public VisualOdometry {
         detector_(params.features, camera, {params.max_depth_m, params.max_depth_sigma_m}),
         map_(static_cast<std::size_t>(params.tracker.max_model_points),
              static_cast<std::size_t>(params.tracker.max_keyframes)),
+        filter_(params.features.depth_noise),
         T_odom_last_(T_odom_first_camera) {
     matching_.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
     matching_.max_depth_m = params.max_depth_m;
@@ -52,7 +55,7 @@ class Tracker final : public VisualOdometry {
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
     const Stopwatch total;
     TrackedFrame out;
-    out.reason = reason_to_skip(frame);
+    out.reason = reason_to_skip(frame, camera_, last_stamp_);
     if (out.reason.empty()) {
       last_stamp_ = frame.stamp;
       const TrackerFrame view = make_view(frame, hint, out);
@@ -62,6 +65,7 @@ class Tracker final : public VisualOdometry {
         follow(view, hint, out);
       if (out.T_odom_camera) {
         lost_frames_ = 0;
+        posed_stamp_ = frame.stamp;
         if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
         reference_ = CoarseReference(view.pyramid, view.grid, camera_, kCoarsePixels);
       }
@@ -75,23 +79,10 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const override {
-    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes();
+    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes();
   }
 
  private:
-  [[nodiscard]] std::string reason_to_skip(const RgbdFrame& frame) const {
-    if (frame.color.empty()) return "no colour image";
-    if (frame.color.width() != camera_.width || frame.color.height() != camera_.height ||
-        frame.depth.width() != camera_.width || frame.depth.height() != camera_.height)
-      return fmt::format("images of {}x{} (colour) and {}x{} (depth), camera of {}x{}", frame.color.width(),
-                         frame.color.height(), frame.depth.width(), frame.depth.height(), camera_.width,
-                         camera_.height);
-    if (last_stamp_ && !(frame.stamp > *last_stamp_))
-      return fmt::format("stamp {:.6f} s is not after {:.6f} s", frame.stamp.seconds(),
-                         last_stamp_->seconds());
-    return {};
-  }
-
   TrackerFrame make_view(const RgbdFrame& frame, const MotionHint& hint, TrackedFrame& out) const {
     const Stopwatch watch;
     TrackerFrame view;
@@ -121,6 +112,7 @@ class Tracker final : public VisualOdometry {
     velocity_ = Vec6::Zero();
     add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
                  out);
+    filter_.restart(view.grid, T_odom_last_);
     out.status = TrackingStatus::kStarted;
     out.T_odom_camera = T_odom_last_;
     out.covariance = covariance_last_;
@@ -145,7 +137,10 @@ class Tracker final : public VisualOdometry {
     std::vector<SE3> guesses{velocity, SE3{}};
     if (hint.R_last_current && lost_frames_ == 0)
       guesses.insert(guesses.begin(), SE3(*hint.R_last_current, velocity.translation()));
-    return T_odom_last_ * align_coarsely(reference_, view.pyramid, guesses).T_ref_cur;
+    CoarseResult coarse = align_coarsely(reference_, view.pyramid, guesses);
+    if ((view.frame->stamp - posed_stamp_).seconds() > kLongGap_s)
+      coarse = search_turns(reference_, view.pyramid, coarse, {guesses.front()});
+    return T_odom_last_ * coarse.T_ref_cur;
   }
 
   [[nodiscard]] Attempt attempt_at(const TrackerFrame& view, const SE3& T_guess,
@@ -176,9 +171,7 @@ class Tracker final : public VisualOdometry {
     out.numbers.features = static_cast<int>(attempt.looked_for.size());
     out.numbers.matches = static_cast<int>(attempt.matches.size());
     out.numbers.inliers = attempt.registration.inliers;
-    out.numbers.features_with_depth = 0;
-    for (const LandmarkMatch& match : attempt.matches)
-      out.numbers.features_with_depth += match.observation.depth_m > 0 ? 1 : 0;
+    out.numbers.features_with_depth = count_with_depth(attempt.matches);
   }
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
@@ -191,20 +184,28 @@ class Tracker final : public VisualOdometry {
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
     T_odom_last_ = T;
     covariance_last_ = covariance_of(attempt);
+    out.T_odom_camera = publish(view, T, status);
+    out.covariance = covariance_last_;
+    if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     if (keyframe_due(T, attempt.registration.inliers)) {
       add_keyframe(
           {&view, detector_.detect(view.pyramid.level(0), view.frame->depth), std::move(attempt.matches), T,
            covariance_last_, covariance_in_camera(attempt.registration), submap_},
           out);
       map_.forget_unproven();
-      T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      T_odom_last_ = *(out.T_odom_camera = map_.keyframes().back().T_odom_camera);
+      filter_.pin(T_odom_last_);
     } else {
       fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
     }
     out.status = status;
-    out.T_odom_camera = T_odom_last_;
-    out.covariance = covariance_last_;
     out.numbers.model_ms = watch.milliseconds();
+  }
+
+  SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
+    if (!params_.tracker.motion_filter) return T;
+    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
+    return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
   }
 
   /// That of the registration, and that of the keyframes in which its landmarks were first seen.
@@ -276,13 +277,14 @@ class Tracker final : public VisualOdometry {
   FeatureDetector detector_;
   LocalMap map_;
   CoarseReference reference_;  ///< the last frame with a pose
-  SE3 T_odom_last_;
+  MotionFilter filter_;
+  SE3 T_odom_last_;  ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
   Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
   std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
-  int submap_ = 0;
-  int lost_frames_ = 0;
+  Time posed_stamp_;
+  int submap_ = 0, lost_frames_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe
   double keyframe_depth_m_ = 2;
 };

@@ -48,4 +48,10 @@ std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFra
   return matches;
 }
 
+int count_with_depth(const std::vector<LandmarkMatch>& matches) {
+  int count = 0;
+  for (const LandmarkMatch& match : matches) count += match.observation.depth_m > 0 ? 1 : 0;
+  return count;
+}
+
 }  // namespace hm

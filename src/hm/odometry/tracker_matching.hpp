@@ -21,4 +21,7 @@ std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFra
                                            const MatchingParams& params,
                                            std::vector<std::size_t>& looked_for);
 
+/// How many of the matches have a depth reading.
+int count_with_depth(const std::vector<LandmarkMatch>& matches);
+
 }  // namespace hm

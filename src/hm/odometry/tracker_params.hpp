@@ -15,6 +15,7 @@ struct TrackerParams {
   double keyframe_angle_rad = 0.20;
   double pixel_sigma_px = 0.5;
   double surface_weight_ratio = 0.03;
+  bool motion_filter = true;
   double lost_sigma_m = 0.05;
   int submap_after_frames = 60;
 
@@ -37,6 +38,8 @@ struct TrackerParams {
       self.pixel_sigma_px);
     v(ParamDoc{"surface_weight_ratio", {0, 10}, "weight of the distances to the keyframe's surface"},
       self.surface_weight_ratio);
+    v(ParamDoc{"motion_filter", {}, "poses follow the depth's surfaces from frame to frame"},
+      self.motion_filter);
     v(ParamDoc{"lost_sigma_m", {1e-3, 10}, "a pose less certain than this counts as lost"},
       self.lost_sigma_m);
     v(ParamDoc{"submap_after_frames", {1, 1e6}, "frames after which a new submap begins when lost"},
