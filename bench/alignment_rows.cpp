@@ -8,9 +8,9 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/visual_odometry.hpp"
-#include "hm/tsdf/dense_alignment.hpp"
 #include "hm/tsdf/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
+#include "hm/tsdf/trajectory_aligner.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 
@@ -143,23 +143,19 @@ struct Run {
   std::size_t accepted = 0, lost = 0;
 };
 
-Result<Run> follow(const std::string& recording, const TsdfParams& tsdf, const BenchOptions& options) {
-  auto source = open_frames(recording, {static_cast<std::size_t>(options.frame_limit), 1, 20});
-  if (!source) return forward_error(source);
-  const PinholeCamera camera = (*source)->camera();
+Result<Run> follow(FrameSource& source, const TsdfParams& tsdf, const BenchOptions& options) {
+  const PinholeCamera camera = source.camera();
   const ParallelLoop loop(options.threads);
-  const AlignmentParams params;
   Integrator integrator(tsdf, {}, camera, loop);
   VolumeGrid grid = Integrator::make_grid(tsdf);
-  DenseAligner aligner(params, tsdf, {}, camera);
+  TrajectoryAligner aligner({}, tsdf, {}, camera);
   std::unique_ptr<VisualOdometry> odometry;
-  SE3 T_map_odom;
   Run run;
   while (true) {
-    const auto chunk = (*source)->next_chunk();
+    const auto chunk = source.next_chunk();
     if (!chunk) return forward_error(chunk);
     if (chunk->empty()) return run;
-    for (RgbdFrame frame : *chunk) {
+    for (const RgbdFrame& frame : *chunk) {
       if (!frame.T_world_camera) continue;
       const SE3 truth = *frame.T_world_camera;
       if (!odometry) odometry = make_visual_odometry({}, camera, truth);
@@ -169,18 +165,31 @@ Result<Run> follow(const std::string& recording, const TsdfParams& tsdf, const B
         continue;
       }
       const AlignmentResult found =
-          aligner.align(grid, frame.depth, prior_of_given_pose(params, T_map_odom * *tracked.T_odom_camera));
+          aligner.align(grid, frame.depth, {*tracked.T_odom_camera, tracked.covariance});
       if (found.status == AlignmentStatus::kAccepted) ++run.accepted;
-      T_map_odom = found.T_world_camera * tracked.T_odom_camera->inverse();
       run.ms.push_back(found.milliseconds);
       run.truth.push_back({frame.stamp, truth});
       run.odometry.push_back({frame.stamp, *tracked.T_odom_camera});
       run.aligned.push_back({frame.stamp, found.T_world_camera});
-      frame.T_world_camera = found.T_world_camera;
-      frame.color = {};
-      integrator.integrate(grid, frame);
+      integrator.integrate(grid, {frame, found.T_world_camera});
     }
   }
+}
+
+Result<Run> follow(const std::string& recording, const TsdfParams& tsdf, const BenchOptions& options) {
+  const auto source = open_frames(recording, {static_cast<std::size_t>(options.frame_limit), 1, 20});
+  if (!source) return forward_error(source);
+  return follow(**source, tsdf, options);
+}
+
+/// The beginning of a walk through a simulated world with a Kinect.
+Result<Run> follow(WorldKind world, const TsdfParams& tsdf, const BenchOptions& options) {
+  SimulationParams scene;
+  scene.world = world;
+  scene.sensor = SensorPreset::kKinect;
+  const Simulation simulation(scene);
+  const auto source = simulated_frames(simulation, {300, 1, 20});
+  return follow(*source, tsdf, options);
 }
 
 Result<JsonValue> errors_of(const Run& run, double& aligned_ate_cm) {
@@ -235,6 +244,14 @@ Result<BenchResult> bench_align_sevenscenes(const BenchOptions& options) {
     const auto run = follow(other, tsdf, options);
     if (!run) continue;  // not there: the row does not need it
     if (auto its_errors = errors_of(*run, other_cm)) result.details[other] = std::move(*its_errors);
+  }
+  for (const WorldKind world : {WorldKind::kRoom, WorldKind::kHouse}) {
+    const auto run = follow(world, tsdf, options);
+    if (!run) return forward_error(run);
+    auto its_errors = errors_of(*run, other_cm);
+    if (!its_errors) return forward_error(its_errors);
+    result.details[fmt::format("simulated_{}", kWorldKindNames[static_cast<std::size_t>(world)])] =
+        std::move(*its_errors);
   }
   return result;
 }

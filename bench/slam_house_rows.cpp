@@ -16,6 +16,7 @@ Parameters house_parameters(const BenchOptions& options) {
   parameters.reconstruction.live_mesh = false;
   parameters.reconstruction.frame_limit = options.frame_limit;
   parameters.slam.map_stride = kMapStride;
+  parameters.slam.rebuild_online = false;  // the same result, and each frame is rendered once less
   return parameters;
 }
 

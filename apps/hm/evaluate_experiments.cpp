@@ -82,10 +82,10 @@ void add_experiments(Program& program) {
   CLI::App& compensation =
       program.add({"evaluate depth-compensation",
                    "A map with and without the calibration's depth correction, side by side.",
-                   "  hm simulate calibration -o boards --sensor tango_phone\n"
-                   "  hm calibrate depth boards/depth --calibration boards/truth -o phone\n"
-                   "  hm simulate house -o walk --sensor tango_phone\n"
-                   "  hm evaluate depth-compensation walk --calibration phone/calibration.toml -o compared",
+                   "  hm simulate calibration -o phone_boards --sensor tango_phone\n"
+                   "  hm calibrate depth phone_boards/depth --calibration phone_boards/truth -o phone\n"
+                   "  hm simulate house -o phone_walk --sensor tango_phone\n"
+                   "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
                    [flags](Session& session) { return run_compensation(*flags, session); }});
   compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
   compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")

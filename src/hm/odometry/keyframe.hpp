@@ -18,8 +18,8 @@ struct LandmarkSight {
 struct Keyframe {
   std::size_t frame_index = 0;
   Time stamp;
-  int submap = 0;  ///< a new one begins where tracking was lost and found no place again
-  SE3 T_odom_camera;
+  int submap = 0;       ///< a new one begins where tracking was lost and found no place again
+  SE3 T_odom_camera;    ///< the model's; TrackedFrame::T_odom_camera follows it smoothly
   FeatureSet features;  ///< all of the frame, with descriptors; those without depth too
   /// Of the motion since the keyframe before, by a move [dt; dw] in this camera's frame; zero: not known.
   Mat6 motion_covariance = Mat6::Zero();

@@ -94,13 +94,9 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
   return T_odom_last_;
 }
 
-void MotionFilter::pin(const SE3& T_odom_camera) {
+void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
   T_odom_last_ = T_odom_model_ = T_odom_camera;
   covariance_ = model_information().inverse();
-}
-
-void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
-  pin(T_odom_camera);
   surface_ = sample_surface(grid, noise_, kStride);
 }
 

@@ -19,8 +19,8 @@ class MotionFilter {
 
   /// The pose of a frame, from the model's pose of it.
   SE3 update(const DepthGrid& grid, const SE3& T_odom_camera);
-  /// Puts the last frame where the model now has it: a keyframe is where its landmarks are.
-  void pin(const SE3& T_odom_camera);
+  /// The model has moved that frame's pose: the next motion is compared from there.
+  void model_moved(const SE3& T_odom_camera) { T_odom_model_ = T_odom_camera; }
   /// Begins anew with a frame at a pose.
   void restart(const DepthGrid& grid, const SE3& T_odom_camera);
   /// Of the last pose against the model's (left perturbation in odom): what the trembling leaves.

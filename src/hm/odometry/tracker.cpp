@@ -193,8 +193,8 @@ class Tracker final : public VisualOdometry {
            covariance_last_, covariance_in_camera(attempt.registration), submap_},
           out);
       map_.forget_unproven();
-      T_odom_last_ = *(out.T_odom_camera = map_.keyframes().back().T_odom_camera);
-      filter_.pin(T_odom_last_);
+      T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      filter_.model_moved(T_odom_last_);
     } else {
       fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
     }

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hm/evaluation/plot.hpp"
+#include "hm/pipeline/path_plots.hpp"
 
 namespace hm {
 namespace {
@@ -29,10 +30,28 @@ PlotSeries series_of(const ReconstructionSummary& summary, const char* name, dou
   return series;
 }
 
+/// The poses as they were given, of the integrated frames.
+Trajectory given_trajectory(const Trajectory& integrated, const GivenPoses& given,
+                            const RecordingInfo& info) {
+  Trajectory trajectory;
+  std::size_t next = 0;  // both lists are in order of time
+  for (const StampedPose& pose : integrated) {
+    while (next < info.stamps.size() && info.stamps[next] < pose.stamp) ++next;
+    std::optional<SE3> its;
+    if (!given.poses.empty())
+      its = pose_at(given.poses, pose.stamp, given.max_gap);
+    else if (next < info.frame_poses.size())
+      its = info.frame_poses[next];
+    if (its) trajectory.push_back({pose.stamp, *its});
+  }
+  return trajectory;
+}
+
 }  // namespace
 
-AlignmentSummary summarise_alignment(const ReconstructionState& state, const RecordingInfo& info,
-                                     const Parameters& parameters, std::span<const FrameRecord> records) {
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records) {
   AlignmentSummary summary;
   summary.accepted = state.frames_aligned;
   summary.not_accepted = state.frames_not_aligned;
@@ -40,12 +59,7 @@ AlignmentSummary summarise_alignment(const ReconstructionState& state, const Rec
   for (const FrameRecord& record : records)
     if (record.alignment) ms.push_back(record.align_ms);
   summary.ms = summarise(ms);
-  std::size_t next = 0;  // both lists are in order of time
-  for (const StampedPose& pose : state.trajectory) {
-    while (next < info.stamps.size() && info.stamps[next] < pose.stamp) ++next;
-    if (next < info.frame_poses.size() && info.frame_poses[next])
-      summary.given.push_back({pose.stamp, *info.frame_poses[next]});
-  }
+  summary.given = given_trajectory(state.trajectory, given, info);
   summary.given_ate_m = ate_m(info.truth, summary.given, parameters);
   summary.aligned_ate_m = ate_m(info.truth, state.trajectory, parameters);
   return summary;
@@ -101,10 +115,7 @@ void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summ
   report.begin_section("Alignment", lead);
   std::vector<NamedTrajectory> paths{{"as given", &alignment.given}, {"aligned", &summary.trajectory}};
   if (!summary.recording.truth.empty()) paths.push_back({"truth", &summary.recording.truth});
-  PlotOptions map;
-  map.equal_aspect = true;
-  map.x.label = "x (m)", map.y.label = "y (m)";
-  report.add_svg(trajectory_svg(paths, map), "The paths from above.");
+  add_path_views(report, paths, "Poses as given and aligned.");
   PlotOptions over_time;
   over_time.x.label = "frame", over_time.y.label = "distance (mm)";
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &FrameRecord::rms_before_m),

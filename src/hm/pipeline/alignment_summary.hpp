@@ -7,10 +7,16 @@
 
 namespace hm {
 
-/// Counts, times, and the errors of the given and of the aligned poses where the recording knows the true
-/// ones.
-AlignmentSummary summarise_alignment(const ReconstructionState& state, const RecordingInfo& info,
-                                     const Parameters& parameters, std::span<const FrameRecord> records);
+/// Poses from a file that took the place of the recording's; none: the recording's own were aligned.
+struct GivenPoses {
+  const Trajectory& poses;
+  Duration max_gap;  ///< between two poses that others are interpolated from
+};
+
+/// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records);
 
 /// What there is to warn of: most frames could not be aligned. Empty: nothing.
 std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);

@@ -38,6 +38,10 @@ class Run {
   [[nodiscard]] MapHeader header() const;
   Result<void> continue_map(const std::filesystem::path& path);
   [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
+  [[nodiscard]] GivenPoses given_poses() const { return {poses_, max_pose_gap()}; }
+  [[nodiscard]] Duration max_pose_gap() const {
+    return Duration::from_seconds(options_.recording_options.max_pose_gap_s);
+  }
   Result<void> check_poses(const std::filesystem::path& map) const;
   void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
   void note_alignment(const FrameOutcome& outcome, FrameRecord& record);
@@ -111,9 +115,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   return {};
 }
 
-std::optional<SE3> Run::given_pose(Time stamp) const {
-  return pose_at(poses_, stamp, Duration::from_seconds(options_.recording_options.max_pose_gap_s));
-}
+std::optional<SE3> Run::given_pose(Time stamp) const { return pose_at(poses_, stamp, max_pose_gap()); }
 
 /// An error when the map was begun with other poses than those given now.
 Result<void> Run::check_poses(const std::filesystem::path& map) const {
@@ -263,7 +265,7 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.trajectory = state_.trajectory;
   if (options_.parameters.reconstruction.align)
     summary_.alignment =
-        summarise_alignment(state_, recording_->info(), options_.parameters, summary_.records);
+        summarise_alignment(state_, given_poses(), recording_->info(), options_.parameters, summary_.records);
   summary_.volumes = pipeline_.grid().volume_count();
   summary_.map_bytes = pipeline_.grid().map_bytes();
   summary_.map_file_bytes = saver_->file().file_bytes();

@@ -40,7 +40,7 @@ Reading reading_of(const AlignmentView& view, const AlignmentPoints& points, std
   const Vec3 normal = sample.gradient / slope;
   Reading reading;
   reading.jacobian << normal, arm.cast<double>().cross(normal);
-  reading.weight = std::pow((1 - r * r) * inverse_width, 2);
+  reading.weight = static_cast<double>(points.share[i]) * std::pow((1 - r * r) * inverse_width, 2);
   return reading;
 }
 

@@ -14,7 +14,8 @@ struct AlignmentParams {
   double inlier_sigmas_ratio = 2.5;
   double map_sigma_voxel = 0.2;
   double search_voxel = 8.0;
-  double min_observability_ratio = 0.01;
+  double systematic_per_m = 0.005;
+  double min_observability_ratio = 0.002;
   double min_inlier_ratio = 0.6;
   double min_overlap_ratio = 0.25;
   double max_shift_m = 0.25;
@@ -42,6 +43,10 @@ struct AlignmentParams {
     v(ParamDoc{"map_sigma_voxel", {0, 2}, "standard deviation of the map's surface"}, self.map_sigma_voxel);
     v(ParamDoc{"search_voxel", {0, 64}, "how far along a ray the surface is sought when the pose is bad"},
       self.search_voxel);
+    v(ParamDoc{"systematic_per_m",
+               {0, 1},
+               "error that all readings of a depth share, at 1 m, in metres; grows with its square"},
+      self.systematic_per_m);
     v(ParamDoc{"min_observability_ratio",
                {0, 1},
                "share of the readings that must see a direction for the pose to move in it"},

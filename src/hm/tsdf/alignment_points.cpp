@@ -43,14 +43,16 @@ double smooth_depth_m(const EdgeRule& rule, const DepthImage& depth, int x, int 
 }
 
 void clear(AlignmentPoints& points) {
-  for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2}) list->clear();
+  for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2, &points.share})
+    list->clear();
   points.round_end.clear();
 }
 
 /// Room for whole blocks, nothing known of the map yet.
 void fill_up(AlignmentPoints& points) {
   const std::size_t padded = (points.size() + kAlignmentLanes - 1) / kAlignmentLanes * kAlignmentLanes;
-  for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2}) list->resize(padded, 0.0f);
+  for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2, &points.share})
+    list->resize(padded, 0.0f);
   points.inverse_width.assign(padded, 0.0f);
   for (auto* list : {&points.cell_x, &points.cell_y, &points.cell_z})
     list->assign(padded, AlignmentPoints::kNoCell);
@@ -94,7 +96,10 @@ void AlignmentSampler::choose_row(const EdgeRule& rule, const DepthImage& depth,
     points.x_m.push_back(static_cast<float>((x - camera_.cx) / camera_.fx * z));
     points.y_m.push_back(static_cast<float>((y - camera_.cy) / camera_.fy * z));
     points.z_m.push_back(static_cast<float>(z));
-    points.variance_m2.push_back(static_cast<float>(sigma * sigma + map_variance_m2));
+    const double variance_m2 = sigma * sigma + map_variance_m2;
+    const double systematic_m = params_.systematic_per_m * z * z;
+    points.variance_m2.push_back(static_cast<float>(variance_m2));
+    points.share.push_back(static_cast<float>(variance_m2 / (variance_m2 + systematic_m * systematic_m)));
   }
 }
 

@@ -21,6 +21,7 @@ inline constexpr std::size_t kAlignmentLanes = 16;
 struct AlignmentPoints {
   std::vector<float> x_m, y_m, z_m;  ///< camera frame
   std::vector<float> variance_m2;    ///< of the reading's distance from the map's surface
+  std::vector<float> share;          ///< how much of a reading counts, as it errs with its neighbours
   std::vector<float> inverse_width;  ///< 1/m; where the robust function ends, for the round under way
   std::vector<std::size_t> round_end;
 

@@ -15,7 +15,10 @@ namespace {
 /// distance is saturated.
 constexpr double kFirstRoundSigma_voxel = 0.6, kFirstRoundSigmas = 2.5;
 /// With fewer readings than this near a surface, surfaces are sought along the rays.
-constexpr double kSearchBelow_ratio = 0.75;
+constexpr double kSearchBelow_ratio = 0.75, kFullyOnMap_ratio = 0.95;
+/// How far along a free axis the map is compared with itself, and how far that may tilt the axis (radians).
+constexpr double kStraightenReach_m = 0.5, kMostTilt = 0.1, kLeastTilt = 2e-5;
+constexpr int kStraightenPasses = 8;
 /// A step this small ends a round: metres, and radians times the readings' typical distance.
 constexpr double kSmallestStep_m = 5e-5;
 
@@ -24,13 +27,15 @@ constexpr double kSmallestStep_m = 5e-5;
 void AlignmentRun::place_centre() {
   const std::size_t count = points_.round_end.front();
   Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < count; ++i) sum += Vec3(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
-  const Vec3 centroid = sum / static_cast<double>(count);
-  double square_m2 = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    square_m2 += (Vec3(points_.x_m[i], points_.y_m[i], points_.z_m[i]) - centroid).squaredNorm();
+  double square_m2 = 0, weights = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
+    const double weight = 1.0 / static_cast<double>(points_.variance_m2[i]);
+    sum += weight * p, square_m2 += weight * p.squaredNorm(), weights += weight;
+  }
+  const Vec3 centroid = sum / weights;
   centre_.p_world = prior_.T_world_camera * centroid;
-  centre_.arm_m = std::max(std::sqrt(square_m2 / static_cast<double>(count)), 1e-2);
+  centre_.arm_m = std::max(std::sqrt(std::max(square_m2 / weights - centroid.squaredNorm(), 0.0)), 1e-2);
   // Where nobody knows anything of a direction, the camera's own position and orientation stay: a metre, a
   // radian.
   AlignmentParams weak;
@@ -58,10 +63,7 @@ AlignmentFit AlignmentRun::fit_of(const AlignmentTerms& terms, std::size_t count
   fit.cost = terms.cost / all;
   fit.overlap_ratio = terms.on_map / all;
   fit.inlier_ratio = terms.on_map > 0 ? terms.agreeing / terms.on_map : 0.0;
-  if (terms.agreeing > 0) {
-    fit.rms_m = std::sqrt(terms.square_m2 / terms.agreeing);
-    fit.rms_sigmas = width_sigmas_ * std::sqrt(terms.square_width / terms.agreeing);
-  }
+  if (terms.agreeing > 0) fit.rms_m = std::sqrt(terms.square_m2 / terms.agreeing);
   return fit;
 }
 
@@ -86,7 +88,7 @@ double AlignmentRun::objective(const AlignmentTerms& terms, const SE3& pose, dou
 SE3 AlignmentRun::search_from(const SE3& start, int& iterations) {
   SurfaceSearch search;
   search.reach_m = params_.search_voxel * grid_.voxel_size_m();
-  search.near_surface_m = 0.75 * tsdf_.distance_limit_m();
+  search.near_surface_m = kNearSurface_ratio * tsdf_.distance_limit_m();
   search.width_m = 2.0 * search.near_surface_m;
   search.count = points_.round_end.front();
   search.every = std::max<std::size_t>(1, search.count / 1200);
@@ -95,9 +97,9 @@ SE3 AlignmentRun::search_from(const SE3& start, int& iterations) {
     const AlignmentTerms terms = sum_search_terms(search, points_, {pose, centre_.p_world}, lookup_);
     const double scale = 1.0 / (search.width_m * search.width_m);
     const Vec6 from_prior = centre_.between(prior_.T_world_camera, pose);
-    Vec6 step = damped_step(
-        with_prior({scale * terms.H, scale * terms.b}, observability_of(terms), from_prior), 1e-3);
-    pose = centre_.moved(pose, step);
+    const Observability seen = observability_of(terms);
+    Vec6 step = damped_step(with_prior({scale * terms.H, scale * terms.b}, seen, from_prior), 1e-3);
+    pose = seen.held(centre_.moved(pose, step), prior_.T_world_camera);
     step.tail<3>() *= centre_.arm_m;
     if (step.norm() < 0.02 * grid_.voxel_size_m()) break;
   }
@@ -113,7 +115,7 @@ SE3 AlignmentRun::refine(SE3 pose, std::size_t round, int& iterations) {
   for (int i = 0; i < params_.max_iterations; ++i) {
     const Vec6 from_prior = centre_.between(prior_.T_world_camera, pose);
     Vec6 step = damped_step(with_prior({scale * terms.H, scale * terms.b}, seen, from_prior), damping);
-    const SE3 moved = centre_.moved(pose, step);
+    const SE3 moved = seen.held(centre_.moved(pose, step), prior_.T_world_camera);
     step.tail<3>() *= centre_.arm_m;
     if (!(step.norm() >= kSmallestStep_m)) break;
     ++iterations;
@@ -138,6 +140,50 @@ Observability AlignmentRun::seen_at(const SE3& pose) {
   return observability(pairs.H, pairs.weight, centre_.arm_m, params_.min_observability_ratio);
 }
 
+Vec3 AlignmentRun::tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose) {
+  const double near_m = kNearSurface_ratio * tsdf_.distance_limit_m();
+  Mat3 H = Mat3::Zero();
+  Vec3 b = Vec3::Zero();
+  for (std::size_t i = 0; i < points_.round_end.front(); ++i) {
+    const Vec3 p = pose * Vec3(points_.x_m[i], points_.y_m[i], points_.z_m[i]);
+    const auto here = lookup_.sample(p);
+    if (!here || std::abs(here->distance_m) > near_m) continue;
+    const double slope = here->gradient.norm();
+    for (const double reach_m : {-kStraightenReach_m, kStraightenReach_m}) {
+      const auto there = lookup_.sample(p + reach_m * axis);
+      if (!there || std::abs(there->distance_m) > near_m) continue;
+      const double its_slope = there->gradient.norm();
+      if (!(there->gradient.dot(here->gradient) > 0.7 * slope * its_slope)) continue;  // another surface
+      const Vec3 normal = there->gradient / its_slope;
+      const double weight = reach_m / static_cast<double>(points_.variance_m2[i]);
+      H += weight * reach_m * normal * normal.transpose();
+      b += weight * (there->distance_m / its_slope - here->distance_m / slope) * normal;
+    }
+  }
+  H = across * H * across;
+  H.diagonal().array() += 1e-6 * H.trace() + 1e-9;
+  return -(across * H.ldlt().solve(across * b));
+}
+
+void AlignmentRun::straighten(const SE3& pose, Observability& seen) {
+  Mat3 across = Mat3::Identity();
+  for (int i = 0; i < seen.free_shifts; ++i)
+    across -= seen.directions.col(i).head<3>() * seen.directions.col(i).head<3>().transpose();
+  for (int i = 0; i < seen.free_shifts; ++i) {
+    Vec3 axis = seen.directions.col(i).head<3>();
+    double scale = 1, last = kMostTilt;
+    for (int pass = 0; pass < kStraightenPasses; ++pass) {
+      const Vec3 tilt = tilt_of(axis, across, pose);
+      const double size = tilt.norm();
+      if (!(size < kMostTilt) || size < kLeastTilt) break;
+      if (size > 0.5 * last) scale *= 0.5;  // it overshoots
+      axis = (axis + scale * tilt).normalized();
+      last = size;
+    }
+    seen.directions.col(i).head<3>() = axis;
+  }
+}
+
 void AlignmentRun::run(AlignmentResult& result) {
   const std::size_t first = points_.round_end.front(), last = points_.round_end.size() - 1;
   SE3 pose = prior_.T_world_camera;
@@ -146,7 +192,10 @@ void AlignmentRun::run(AlignmentResult& result) {
   const double first_sigma_m = kFirstRoundSigma_voxel * grid_.voxel_size_m();
   set_widths(kFirstRoundSigmas, first_sigma_m);
   const AlignmentTerms wide = terms_at(pose, first);
-  if (wide.on_map < kSearchBelow_ratio * static_cast<double>(first) && params_.search_voxel > 0) {
+  // Also where a part of the picture is out of reach and with it, it seems, a direction.
+  const double on_map_ratio = wide.on_map / static_cast<double>(first);
+  const bool part_is_off = on_map_ratio < kFullyOnMap_ratio && seen_at(pose).unobservable > 0;
+  if ((on_map_ratio < kSearchBelow_ratio || part_is_off) && params_.search_voxel > 0) {
     result.searched = true;
     const SE3 found = search_from(pose, result.iterations);
     if (terms_at(found, first).cost < wide.cost) pose = found;
@@ -175,7 +224,9 @@ Information AlignmentRun::with_prior(const Information& geometry, const Observab
 
 void AlignmentRun::describe(std::size_t round, AlignmentResult& result) {
   const AlignmentTerms terms = terms_at(result.T_world_found, points_.round_end[round]);
-  const Observability seen = seen_at(result.T_world_found);
+  Observability seen = seen_at(result.T_world_found);
+  straighten(result.T_world_found, seen);
+  result.T_world_found = seen.held(result.T_world_found, prior_.T_world_camera);
   result.observability = seen.share;
   result.directions = seen.directions;
   result.unobservable_directions = seen.unobservable;

@@ -36,6 +36,11 @@ class AlignmentRun {
   /// Seeks surfaces along the rays when the prior is too far off for gradients.
   [[nodiscard]] SE3 search_from(const SE3& start, int& iterations);
   [[nodiscard]] SE3 refine(SE3 pose, std::size_t round, int& iterations);
+  /// Straightens the free shifts: a corridor's map is the same half a metre on, which tells the axis better
+  /// than its normals do.
+  void straighten(const SE3& pose, Observability& seen);
+  /// By how much an axis is to be tilted, within the projection `across`, for that.
+  [[nodiscard]] Vec3 tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose);
   void judge(AlignmentResult& result) const;
   void describe(std::size_t round, AlignmentResult& result);
 

@@ -20,7 +20,7 @@ std::optional<Plane> surface_at(const Vec3& p_world, const Vec3& ray, double nea
   const auto sample = lookup.sample(p_world);
   if (!sample || std::abs(sample->distance_m) > near_surface_m) return std::nullopt;
   const double slope = sample->gradient.norm();
-  if (slope < 0.3 || sample->gradient.dot(ray) >= 0) return std::nullopt;
+  if (slope < kLeastSlope || sample->gradient.dot(ray) >= 0) return std::nullopt;
   return Plane{p_world, sample->gradient / slope, sample->distance_m / slope};
 }
 

@@ -38,11 +38,31 @@ Observability observability(const Mat6& H, double weight, double arm_m, double m
   if (!(weight > 0) || !H.allFinite()) return seen;
   const Vec6 scale = turn_scale(arm_m);
   const Mat6 scaled = scale.asDiagonal() * H * scale.asDiagonal() / weight;
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(scaled);
+  const Eigen::SelfAdjointEigenSolver<Mat3> shifts(scaled.topLeftCorner<3, 3>());
+  seen.free_shifts = static_cast<int>((shifts.eigenvalues().array() < min_share).count());
+  // The free shifts are known; what couples them with the rest is noise. Of the rest, the eigenvectors.
+  Mat6 basis = Mat6::Identity();
+  basis.topLeftCorner<3, 3>() = shifts.eigenvectors();
+  Mat6 rest = basis.transpose() * scaled * basis;
+  for (int i = 0; i < seen.free_shifts; ++i) {
+    rest.row(i).setZero(), rest.col(i).setZero();
+    rest(i, i) = shifts.eigenvalues()[i] - 1e3;  // before all others
+  }
+  const Eigen::SelfAdjointEigenSolver<Mat6> solver(rest);
   seen.share = solver.eigenvalues();
-  seen.directions = solver.eigenvectors();
+  seen.share.head(seen.free_shifts).array() += 1e3;
+  seen.directions = basis * solver.eigenvectors();
   seen.unobservable = static_cast<int>((seen.share.array() < min_share).count());
   return seen;
+}
+
+SE3 Observability::held(const SE3& T_world_camera, const SE3& T_world_prior) const {
+  Vec3 t = T_world_camera.translation();
+  for (int i = 0; i < free_shifts; ++i) {
+    const Vec3 axis = directions.col(i).head<3>();
+    t -= axis * axis.dot(T_world_camera.translation() - T_world_prior.translation());
+  }
+  return {T_world_camera.rotation(), t};
 }
 
 Information observable_part(const Information& geometry, const Observability& seen, double arm_m) {

@@ -20,10 +20,19 @@ struct TurningCentre {
 
 /// Which directions of motion the geometry sees, from normal equations whose every reading has a Jacobian of
 /// about unit length.
+///
+/// Shifts that no reading sees (along a corridor, across a wall) come first and are pure: found among shifts
+/// alone, their direction is far more certain than that of an eigenvector that noise mixes with weak turns.
+/// Then, of what is left, the eigenvectors.
 struct Observability {
-  Vec6 share = Vec6::Zero();       ///< eigenvalues of H over the sum of weights, ascending
+  Vec6 share = Vec6::Zero();       ///< of H over the sum of weights, ascending; free shifts, then the others
   Mat6 directions = Mat6::Zero();  ///< [shift; turn * arm_m], orthonormal columns
-  int unobservable = 6;            ///< of them, below the least share
+  int free_shifts = 3;
+  int unobservable = 6;  ///< directions below the least share, free shifts among them
+
+  /// `T_world_camera` with the camera put back to where `T_world_prior` has it along the free shifts: turning
+  /// about something far away moves a camera, and nothing that was seen asks for that.
+  [[nodiscard]] SE3 held(const SE3& T_world_camera, const SE3& T_world_prior) const;
 };
 Observability observability(const Mat6& H, double weight, double arm_m, double min_share);
 

@@ -17,7 +17,7 @@
 namespace hm {
 inline constexpr std::size_t kAlignmentBlock = 256;
 /// 21 of H (upper triangle, row by row), 6 of b, then the sums in the order of AlignmentTerms.
-inline constexpr std::size_t kAlignmentSums = 33;
+inline constexpr std::size_t kAlignmentSums = 32;
 
 /// A block of readings at a pose.
 struct AlignmentBlock {
@@ -119,7 +119,7 @@ HWY_INLINE SurfaceLanes Surface(const AlignmentView& view, const AlignmentPoints
 
 /// Adds a vector of readings, of which the lanes `counted` count, to the sums.
 HWY_INLINE void AddReadings(const AlignmentBlock& block, std::size_t i, const SurfaceLanes& at,
-                            VF inverse_width, MF counted, float* sums) {
+                            VF inverse_width, VF share, MF counted, float* sums) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const VF r = hn::Mul(at.distance_m, inverse_width);  // in widths of the robust function
@@ -129,7 +129,7 @@ HWY_INLINE void AddReadings(const AlignmentBlock& block, std::size_t i, const Su
   // Tukey's biweight: cost 1 - (1 - r^2)^3, weight (1 - r^2)^2.
   const VF rest = hn::IfThenElseZero(agreeing, hn::Sub(one, r2));
   const VF rest2 = hn::Mul(rest, rest);
-  const VF weight = hn::Mul(rest2, hn::Mul(inverse_width, inverse_width));
+  const VF weight = hn::Mul(hn::Mul(rest2, share), hn::Mul(inverse_width, inverse_width));
   const VF ax = hn::Load(d, block.arm[0] + i), ay = hn::Load(d, block.arm[1] + i),
            az = hn::Load(d, block.arm[2] + i);
   const VF nx = at.normal[0], ny = at.normal[1], nz = at.normal[2];
@@ -150,11 +150,10 @@ HWY_INLINE void AddReadings(const AlignmentBlock& block, std::size_t i, const Su
     add(21 + row, hn::Mul(weighted, at.distance_m));
   }
   add(27, weight);
-  add(28, hn::IfThenElseZero(counted, hn::Sub(one, hn::Mul(rest2, rest))));
+  add(28, hn::IfThenElseZero(counted, hn::Mul(share, hn::Sub(one, hn::Mul(rest2, rest)))));
   add(29, hn::IfThenElseZero(on_map, one));
   add(30, hn::IfThenElseZero(agreeing, one));
   add(31, hn::IfThenElseZero(agreeing, hn::Mul(at.distance_m, at.distance_m)));
-  add(32, hn::IfThenElseZero(agreeing, r2));
 }
 
 /// Sums up the readings [begin, end), which PlaceReadings() placed.
@@ -168,7 +167,8 @@ void SumReadings(const AlignmentView& view, std::size_t begin, std::size_t end, 
     const SurfaceLanes at = Surface(view, points, block, begin, i);
     // The place of a lane's sum depends on the reading, not on the width of the vector.
     float* const sums = &block.sums[0][i % kAlignmentLanes];
-    AddReadings(block, i, at, hn::LoadU(d, points.inverse_width.data() + begin + i), counted, sums);
+    AddReadings(block, i, at, hn::LoadU(d, points.inverse_width.data() + begin + i),
+                hn::LoadU(d, points.share.data() + begin + i), counted, sums);
   }
 }
 
@@ -198,7 +198,7 @@ AlignmentTerms terms_of(const std::array<double, kAlignmentSums>& total) {
     terms.b[row] = total[21 + static_cast<std::size_t>(row)];
   }
   terms.weight = total[27], terms.cost = total[28], terms.on_map = total[29], terms.agreeing = total[30];
-  terms.square_m2 = total[31], terms.square_width = total[32];
+  terms.square_m2 = total[31];
   return terms;
 }
 
@@ -207,9 +207,8 @@ AlignmentTerms terms_of(const std::array<double, kAlignmentSums>& total) {
 AlignmentView::AlignmentView(const SE3& T_world_camera, const Vec3& p_world_centre, const VolumeGrid& grid,
                              double distance_limit_m)
     : voxel_size_m(static_cast<float>(grid.voxel_size_m())) {
-  // Up to three quarters of the largest distance told, few of the eight voxels are saturated.
-  near_surface_units = static_cast<float>(0.75 * distance_limit_m / grid.sdf_unit_m());
-  min_slope2_units = static_cast<float>(std::pow(0.3 * grid.voxel_size_m() / grid.sdf_unit_m(), 2));
+  near_surface_units = static_cast<float>(kNearSurface_ratio * distance_limit_m / grid.sdf_unit_m());
+  min_slope2_units = static_cast<float>(std::pow(kLeastSlope * grid.voxel_size_m() / grid.sdf_unit_m(), 2));
   const Vec3 centre = p_world_centre / grid.voxel_size_m() - Vec3::Constant(0.5);
   const Vec3 t = T_world_camera.translation() - p_world_centre;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {

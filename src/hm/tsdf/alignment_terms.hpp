@@ -7,6 +7,11 @@
 
 namespace hm {
 
+/// Of the largest distance that an observation tells: up to here few of the eight voxels are saturated.
+inline constexpr double kNearSurface_ratio = 0.75;
+/// Slopes of the distance below this are no surface.
+inline constexpr double kLeastSlope = 0.3;
+
 /// A camera pose as the terms need it: single precision relative to voxels nearby, so that it does not matter
 /// how far from the world's origin the camera is.
 struct AlignmentView {
@@ -30,9 +35,8 @@ struct AlignmentTerms {
   double weight = 0;  ///< sum of the readings' weights: H of one direction that all of them see fully
   double cost = 0;    ///< sum of robust costs, 1 for each reading that does not agree or has no surface near
   double on_map = 0;  ///< readings near enough to a surface to be compared
-  double agreeing = 0;      ///< of them, within the width of the robust function
-  double square_m2 = 0;     ///< of the agreeing ones, sum of squared distances
-  double square_width = 0;  ///< the same in squared widths
+  double agreeing = 0;   ///< of them, within the width of the robust function
+  double square_m2 = 0;  ///< of the agreeing ones, sum of squared distances
 };
 
 /// The terms of the first `count` readings. The corners of readings that moved on to other voxels are looked

@@ -36,8 +36,7 @@ AlignmentPrior prior_of_given_pose(const AlignmentParams& params, const SE3& T_w
 /// How well a pose explains a scan.
 struct AlignmentFit {
   double rms_m = 0;          ///< distance from the map's surface, of the readings that agree with it
-  double rms_sigmas = 0;     ///< the same in standard deviations
-  double cost = 0;           ///< mean robust cost of all readings, between 0 and 1
+  double cost = 0;           ///< mean robust cost of the readings by what they count, between 0 and 1
   double overlap_ratio = 0;  ///< readings near enough to the map's surface to be compared, of all
   double inlier_ratio = 0;   ///< readings that agree with the map, of those
 };
