@@ -23,8 +23,8 @@ Result<BenchResult> bench_covariance(const BenchOptions& options) {
                  {"covariance_edges", better(PixelSet::kEdges), {}},
                  {"covariance_features", better(PixelSet::kFeatures), {}}};
   const JsonValue json = to_json(*experiment);
-  for (const char* key : {"views", "frames", "plane_features", "normalised_error_of_mixture_mean", "pixels",
-                          "rms_error_mm"})
+  for (const char* key :
+       {"views", "frames", "plane_features", "normalised_error_of_mixture_mean", "pixels", "rms_error_mm"})
     result.details[key] = *json.find(key);
   return result;
 }

@@ -79,14 +79,14 @@ void add_uncertainty(Program& program) {
 void add_experiments(Program& program) {
   add_uncertainty(program);
   auto flags = std::make_shared<Flags>();
-  CLI::App& compensation =
-      program.add({"evaluate depth-compensation",
-                   "A map with and without the calibration's depth correction, side by side.",
-                   "  hm simulate calibration -o phone_boards --sensor tango_phone\n"
-                   "  hm calibrate depth phone_boards/depth --calibration phone_boards/truth -o phone\n"
-                   "  hm simulate house -o phone_walk --sensor tango_phone\n"
-                   "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
-                   [flags](Session& session) { return run_compensation(*flags, session); }});
+  CLI::App& compensation = program.add(
+      {"evaluate depth-compensation",
+       "A map with and without the calibration's depth correction, side by side.",
+       "  hm simulate calibration -o phone_boards --sensor tango_phone\n"
+       "  hm calibrate depth phone_boards/depth --calibration phone_boards/truth -o phone\n"
+       "  hm simulate house -o phone_walk --sensor tango_phone\n"
+       "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
+       [flags](Session& session) { return run_compensation(*flags, session); }});
   compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
   compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")
       ->required();

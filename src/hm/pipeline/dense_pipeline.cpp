@@ -67,12 +67,12 @@ void DensePipeline::adopt(VolumeGrid grid) {
   impl_->mesher.mark_all(impl_->grid);
 }
 
-FrameOutcome DensePipeline::process(const RgbdFrame& frame, const Mat6& covariance) {
+FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
   if (!impl_->parameters.reconstruction.align) return process_in_map(frame);
   FrameOutcome outcome;
   outcome.skipped_because = unusable_because(frame, impl_->camera);
   if (!outcome.skipped_because.empty()) return outcome;
-  outcome.alignment = impl_->aligner.align(impl_->grid, frame.depth, {*frame.T_world_camera, covariance});
+  outcome.alignment = impl_->aligner.align(impl_->grid, frame.depth, *frame.T_world_camera);
   outcome.T_world_camera = outcome.alignment->T_world_camera;
   impl_->integrate(frame, outcome);
   return outcome;

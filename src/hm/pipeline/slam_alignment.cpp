@@ -56,7 +56,7 @@ void SlamAlignment::Impl::begin_submap(int number) {
 }
 
 void SlamAlignment::Impl::remember(const RgbdFrame& frame, const SE3& T_odom_camera) {
-  const ScanStats scan = integrator.integrate(grid, PosedFrame{frame, T_odom_camera});
+  const ScanStats scan = integrator.integrate(grid, {frame, T_odom_camera});
   ++frames;
   for (const ChangedVolume& volume : scan.changed)
     if (volume.released)
@@ -77,8 +77,7 @@ void SlamAlignment::align(const RgbdFrame& frame, TrackedFrame& tracked) {
   Impl& impl = *impl_;
   if (tracked.submap != impl.submap) impl.begin_submap(tracked.submap);
   const bool first = impl.grid.volume_count() == 0;
-  const AlignmentResult found =
-      impl.aligner.align(impl.grid, frame.depth, {*tracked.T_odom_camera, tracked.covariance});
+  const AlignmentResult found = impl.aligner.align(impl.grid, frame.depth, *tracked.T_odom_camera);
   const bool accepted = found.status == AlignmentStatus::kAccepted;
   if (!first) ++(accepted ? impl.counts.accepted : impl.counts.not_accepted);
   tracked.T_odom_camera = found.T_world_camera;

@@ -3,18 +3,11 @@
 
 namespace hm {
 
-/// A pose as odometry, a visual-inertial tracker or a file tells it.
-struct OdometryPose {
-  SE3 T_odom_camera;
-  /// Of [translation; rotation] of a left perturbation exp(xi) T_odom_camera in `odom`, as
-  /// TrackedFrame::covariance is; zero: not known, then prior_*_sigma of the parameters alone hold.
-  Mat6 covariance = Mat6::Zero();
-};
-
 /// Aligns the poses of a trajectory one after the other to the map that grows of them (dissertation 4.2.8).
 /// Odometry drifts: what it tells well is the motion between two frames. So a pose is believed to be where
-/// the last aligned one was, moved as odometry says, and the depth picture corrects that; the correction
-/// stays with all poses that follow. Not thread safe; the same bits on every instruction set.
+/// the last aligned one was, moved as odometry says, with the parameters' prior_*_sigma, and the depth
+/// picture corrects that; the correction stays with all poses that follow. Not thread safe; the same bits on
+/// every instruction set.
 class TrajectoryAligner {
  public:
   /// `camera` must have no lens distortion; `tsdf` must be what the maps are made with.
@@ -23,7 +16,7 @@ class TrajectoryAligner {
 
   /// The next frame, before it is integrated. The answer's T_world_camera is in the map: found, or, when it
   /// is not accepted, T_map_odom() * T_odom_camera.
-  AlignmentResult align(const VolumeGrid& map, const DepthImage& depth, const OdometryPose& pose);
+  AlignmentResult align(const VolumeGrid& map, const DepthImage& depth, const SE3& T_odom_camera);
 
   /// Where alignment has found `odom` to be: identity at first.
   [[nodiscard]] const SE3& T_map_odom() const { return T_map_odom_; }
