@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "hm/sensors/vectors_inl.hpp"
+
 #ifndef HM_IO_REGISTRATION_NUMBERS
 #define HM_IO_REGISTRATION_NUMBERS
 namespace hm::detail {
@@ -24,11 +26,7 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::RebindToSigned<DF>;
 using DU16 = hn::Rebind<std::uint16_t, DF>;  // as many as there are floats
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
 
 /// z (column + row) + origin
 HWY_INLINE VF Along(const detail::ProjectedRow& row, int axis, int x, VF z) {
@@ -66,38 +64,38 @@ void ProjectRow(const detail::ProjectedRow& row, const std::uint16_t* HWY_RESTRI
   }
 }
 
-using DU = hn::CappedTag<std::uint16_t, 32>;
-using VU = hn::Vec<DU>;
+using DRow = hn::CappedTag<std::uint16_t, 32>;
+using VRow = hn::Vec<DRow>;
 
-HWY_INLINE VU DepthAt(const std::uint16_t* cells) {
-  return hn::Add(hn::LoadU(DU(), cells), hn::Set(DU(), std::uint16_t{1}));
+HWY_INLINE VRow DepthAt(const std::uint16_t* cells) {
+  return hn::Add(hn::LoadU(DRow(), cells), hn::Set(DRow(), std::uint16_t{1}));
 }
 
-HWY_INLINE VU Between(VU a, VU b) {
-  const VU mean = hn::AverageRound(a, b), apart = hn::Sub(hn::Max(a, b), hn::Min(a, b));
-  const VU allowed = hn::MulHigh(mean, hn::Set(DU(), detail::kSameSurface));
-  const auto is_hole = hn::Or(hn::Eq(hn::Min(a, b), hn::Zero(DU())), hn::Gt(apart, allowed));
+HWY_INLINE VRow Between(VRow a, VRow b) {
+  const VRow mean = hn::AverageRound(a, b), apart = hn::Sub(hn::Max(a, b), hn::Min(a, b));
+  const VRow allowed = hn::MulHigh(mean, hn::Set(DRow(), detail::kSameSurface));
+  const auto is_hole = hn::Or(hn::Eq(hn::Min(a, b), hn::Zero(DRow())), hn::Gt(apart, allowed));
   return hn::IfThenZeroElse(is_hole, mean);
 }
 
-HWY_INLINE VU Filled(const std::uint16_t* cells, int stride) {
-  const VU across = Between(DepthAt(cells - 1), DepthAt(cells + 1));
-  const VU along = Between(DepthAt(cells - stride), DepthAt(cells + stride));
-  return hn::IfThenElse(hn::Eq(across, hn::Zero(DU())), along, across);
+HWY_INLINE VRow Filled(const std::uint16_t* cells, int stride) {
+  const VRow across = Between(DepthAt(cells - 1), DepthAt(cells + 1));
+  const VRow along = Between(DepthAt(cells - stride), DepthAt(cells + stride));
+  return hn::IfThenElse(hn::Eq(across, hn::Zero(DRow())), along, across);
 }
 
 void FillRow(const std::uint16_t* HWY_RESTRICT cells, int stride, int width,
              std::uint16_t* HWY_RESTRICT depth) {
-  const int lanes = static_cast<int>(hn::Lanes(DU()));
+  const int lanes = static_cast<int>(hn::Lanes(DRow()));
   for (int x = 0; x < width; x += lanes) {
-    VU value = DepthAt(cells + x);
-    const auto is_hole = hn::Eq(value, hn::Zero(DU()));
-    if (!hn::AllFalse(DU(), is_hole)) value = hn::IfThenElse(is_hole, Filled(cells + x, stride), value);
+    VRow value = DepthAt(cells + x);
+    const auto is_hole = hn::Eq(value, hn::Zero(DRow()));
+    if (!hn::AllFalse(DRow(), is_hole)) value = hn::IfThenElse(is_hole, Filled(cells + x, stride), value);
     if (x + lanes <= width) {
-      hn::StoreU(value, DU(), depth + x);
+      hn::StoreU(value, DRow(), depth + x);
     } else {
       HWY_ALIGN std::uint16_t rest[32];
-      hn::Store(value, DU(), rest);
+      hn::Store(value, DRow(), rest);
       std::copy_n(rest, width - x, depth + x);
     }
   }

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "hm/tsdf/vectors_inl.hpp"
+#include "hm/sensors/vectors_inl.hpp"
 
 #ifndef HM_TSDF_CENTRES
 #define HM_TSDF_CENTRES

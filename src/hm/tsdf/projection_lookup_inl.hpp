@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "hm/tsdf/projection_scan.hpp"
-#include "hm/tsdf/vectors_inl.hpp"
+#include "hm/sensors/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {

@@ -10,7 +10,7 @@
 
 #include "hm/tsdf/projection_lookup_inl.hpp"
 #include "hm/tsdf/update_filters_inl.hpp"
-#include "hm/tsdf/vectors_inl.hpp"
+#include "hm/sensors/vectors_inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {

@@ -1,10 +1,10 @@
-// The vectors that distance field code works with (Highway). Included once per instruction set, which is why
+// Vectors of floats and integers, as many of each (Highway). Included once per instruction set, which is why
 // the guard toggles.
-#if defined(HM_TSDF_VECTORS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef HM_TSDF_VECTORS_INL
-#undef HM_TSDF_VECTORS_INL
+#if defined(HM_SENSORS_VECTORS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HM_SENSORS_VECTORS_INL
+#undef HM_SENSORS_VECTORS_INL
 #else
-#define HM_TSDF_VECTORS_INL
+#define HM_SENSORS_VECTORS_INL
 #endif
 
 #include <hwy/highway.h>
