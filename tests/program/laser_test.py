@@ -2,7 +2,6 @@
 import json
 import math
 import shutil
-import signal
 import time
 from pathlib import Path
 
@@ -162,11 +161,7 @@ class Laser(support.SharedFolderTest):
                              "laser.pictures=false")
         self.addCleanup(process.kill)
         time.sleep(4)
-        process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 0, errors)
-        document = json.loads(output)
-        self.assertTrue(document["interrupted"])
+        document, _ = self.interrupt(process)
         self.assertLess(document["scans"]["read"], document["scans"]["total"])
         self.assertTrue(any("stopped after" in warning for warning in document["warnings"]))
         self.check_files("stopped", FILES)

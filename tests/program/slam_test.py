@@ -1,7 +1,6 @@
 """hm slam: a walk around a simulated room end to end, its maps, the same again, wrong input, a real recording."""
 import json
 import shutil
-import signal
 import time
 
 import support
@@ -69,11 +68,7 @@ class Slam(support.SharedFolderTest):
             if line.startswith("tracking"):
                 break
         time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=300)
-        self.assertEqual(process.returncode, 0, errors)
-        run = json.loads(output)
-        self.assertTrue(run["interrupted"])
+        run, errors = self.interrupt(process, timeout=300)
         self.assertIn("finishing with what there is", errors)
         self.assertRegex(" ".join(run["warnings"]), r"stopped after \d+ of 70 frames")
         # All that was tracked is in the map, and every file is there.

@@ -2,6 +2,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -56,6 +57,15 @@ class ProgramTest(unittest.TestCase):
     def simulate(self, name="recording", frames=24, world="room", *more):
         self.run_hm("simulate", world, "-o", name, "--frames", frames, "--quiet", *more)
         return self.folder / name
+
+    def interrupt(self, process, timeout=60):
+        """Ctrl-C: the run finishes with what there is; what it prints, and what it says."""
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=timeout)
+        self.assertEqual(process.returncode, 0, errors)
+        run = json.loads(output)
+        self.assertTrue(run["interrupted"])
+        return run, errors
 
     def check_results(self, result, names, words):
         """The files of a run are there; its page is self-contained and holds the words; its parameters read back."""

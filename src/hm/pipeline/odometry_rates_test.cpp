@@ -53,17 +53,21 @@ Drift walk(const SimulationParams& params, bool half_size) {
   return drift;
 }
 
+/// Nothing is lost on the way, and the worst error is less than this share of it.
+void expect_drift_below(double ratio, const Drift& drift) {
+  testing::Test::RecordProperty("worst_mm", std::to_string(1000 * drift.worst_m));
+  EXPECT_EQ(drift.lost, 0);
+  EXPECT_GT(drift.path_m, 3);
+  EXPECT_LT(drift.worst_m, ratio * drift.path_m);
+}
+
 /// 320 x 180 pixels at 5 Hz, twice a Kinect's noise, and a wallpaper whose columns repeat by less than the
 /// camera moves from frame to frame: earlier the odometry went from one column to the next without a word.
 TEST(OdometryRates, FollowsATabletAtFiveHertzPastWallpaper) {
   SimulationParams params;
   params.world = WorldKind::kRoom;
   params.frame_limit = 70;
-  const Drift drift = walk(params, false);
-  RecordProperty("worst_mm", std::to_string(1000 * drift.worst_m));
-  EXPECT_EQ(drift.lost, 0);
-  EXPECT_GT(drift.path_m, 3);
-  EXPECT_LT(drift.worst_m, 0.03 * drift.path_m);
+  expect_drift_below(0.03, walk(params, false));
 }
 
 TEST(OdometryRates, FollowsAHalvedKinectAtFiveHertz) {
@@ -72,11 +76,7 @@ TEST(OdometryRates, FollowsAHalvedKinectAtFiveHertz) {
   params.sensor = SensorPreset::kKinect;
   params.frame_stride = 6;
   params.frame_limit = 50;
-  const Drift drift = walk(params, true);
-  RecordProperty("worst_mm", std::to_string(1000 * drift.worst_m));
-  EXPECT_EQ(drift.lost, 0);
-  EXPECT_GT(drift.path_m, 3);
-  EXPECT_LT(drift.worst_m, 0.01 * drift.path_m);
+  expect_drift_below(0.01, walk(params, true));
 }
 
 }  // namespace
