@@ -7,32 +7,20 @@
 #include <cmath>
 
 #include "hm/core/stopwatch.hpp"
-#include "hm/odometry/coarse_alignment.hpp"
 #include "hm/odometry/frame_check.hpp"
 #include "hm/odometry/motion_filter.hpp"
+#include "hm/odometry/relocalisation.hpp"
+#include "hm/odometry/tracker_attempt.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
-#include "hm/odometry/tracker_matching.hpp"
-#include "hm/odometry/tracker_relocalisation.hpp"
+#include "hm/odometry/tracker_prediction.hpp"
 #include "hm/odometry/window_adjustment.hpp"
 
 namespace hm {
 namespace {
 
 constexpr int kPyramidLevels = 5;
-constexpr std::size_t kCoarsePixels = 2000;
-constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
 constexpr int kMinStartFeatures = 30;
-constexpr std::size_t kKeyframesPerSearch = 4;
-constexpr double kRelocalisedShift_px = 16;
 constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
-
-/// A registration that was looked at, and why it is not accepted (empty: it is).
-struct Attempt {
-  Registration registration;
-  std::vector<LandmarkMatch> matches;
-  std::vector<std::size_t> looked_for;
-  std::string refusal;
-};
 
 class Tracker final : public VisualOdometry {
  public:
@@ -44,12 +32,14 @@ class Tracker final : public VisualOdometry {
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
         T_odom_last_(T_odom_first_camera) {
-    matching_.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
-    matching_.max_depth_m = params.max_depth_m;
-    matching_.max_depth_sigma_m = params.max_depth_sigma_m;
-    matching_.noise = registration_.noise = params.features.depth_noise;
-    matching_.pixel_sigma_px = params.tracker.pixel_sigma_px;
-    registration_.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempt_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    attempt_.matching.max_depth_m = params.max_depth_m;
+    attempt_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
+    attempt_.matching.noise = attempt_.registration.noise = noise();
+    attempt_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    attempt_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempt_.min_inliers = params.tracker.min_inliers;
+    attempt_.lost_sigma_m = params.tracker.lost_sigma_m;
   }
 
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
@@ -64,10 +54,10 @@ class Tracker final : public VisualOdometry {
       else
         follow(view, hint, out);
       if (out.T_odom_camera) {
-        lost_frames_ = 0;
+        lost_.found();
         posed_stamp_ = frame.stamp;
         if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
-        reference_ = CoarseReference(view.pyramid, view.grid, camera_, kCoarsePixels);
+        reference_ = make_prediction_reference(view, camera_);
       }
     } else {
       out.status = TrackingStatus::kSkipped;
@@ -88,7 +78,7 @@ class Tracker final : public VisualOdometry {
     TrackerFrame view;
     view.frame = &frame;
     view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
-    view.grid = make_depth_grid(frame.depth, camera_, registration_.noise, params_.max_depth_m);
+    view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
     if (hint.up_camera && up_odom_) view.up = UpPrior{*up_odom_, *hint.up_camera};
     out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
@@ -123,9 +113,10 @@ class Tracker final : public VisualOdometry {
     const SE3 T_predicted = predict(view, hint);
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
-    Attempt attempt = attempt_at(view, T_predicted, matching_);
+    Attempt attempt = attempt_at(map_, view, T_predicted, camera_, attempt_);
+    if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
-    note(attempt, out);
+    note(attempt, out.numbers);
     if (attempt.refusal.empty())
       accept(view, attempt, TrackingStatus::kTracked, out);
     else
@@ -133,57 +124,33 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] SE3 predict(const TrackerFrame& view, const MotionHint& hint) const {
-    const SE3 velocity = SE3::exp(velocity_);
-    std::vector<SE3> guesses{velocity, SE3{}};
-    if (hint.R_last_current && lost_frames_ == 0)
-      guesses.insert(guesses.begin(), SE3(*hint.R_last_current, velocity.translation()));
-    CoarseResult coarse = align_coarsely(reference_, view.pyramid, guesses);
-    if ((view.frame->stamp - posed_stamp_).seconds() > kLongGap_s)
-      coarse = search_turns(reference_, view.pyramid, coarse, {guesses.front()});
-    return T_odom_last_ * coarse.T_ref_cur;
+    MotionGuess guess{SE3::exp(velocity_), std::nullopt, false};
+    if (!lost_.lost()) guess.R_ref_cur = hint.R_last_current;
+    guess.may_have_turned_far = (view.frame->stamp - posed_stamp_).seconds() > kLongGap_s;
+    return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
-  [[nodiscard]] Attempt attempt_at(const TrackerFrame& view, const SE3& T_guess,
-                                   const MatchingParams& matching) const {
-    Attempt attempt;
-    attempt.matches = match_landmarks(map_, view, T_guess, camera_, matching, attempt.looked_for);
-    attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, registration_);
-    const double matches = static_cast<double>(attempt.matches.size());
-    if (attempt.registration.inliers < kFewInliersRatio * matches) {
-      // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
-      RegistrationParams tolerant = registration_;
-      tolerant.adapt_variance = true;
-      attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, tolerant);
+  /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
+  void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
+    const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
+    for (const SE3& motion : motions_by_surface(reference_, view, guesses, noise())) {
+      Attempt next = attempt_at(map_, view, T_odom_last_ * motion, camera_, attempt_.widened());
+      if (!next.refusal.empty()) continue;
+      attempt = std::move(next);
+      return;
     }
-    const int needed = std::max(params_.tracker.min_inliers, static_cast<int>(kMinInlierRatio * matches));
-    const double sigma_m = position_sigma_m(attempt.registration);
-    if (attempt.registration.inliers < needed)
-      attempt.refusal = fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
-                                    attempt.registration.inliers, attempt.matches.size(), needed,
-                                    attempt.looked_for.size());
-    else if (!(sigma_m < params_.tracker.lost_sigma_m))
-      attempt.refusal = fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
-                                    params_.tracker.lost_sigma_m, attempt.registration.inliers);
-    return attempt;
-  }
-
-  static void note(const Attempt& attempt, TrackedFrame& out) {
-    out.numbers.features = static_cast<int>(attempt.looked_for.size());
-    out.numbers.matches = static_cast<int>(attempt.matches.size());
-    out.numbers.inliers = attempt.registration.inliers;
-    out.numbers.features_with_depth = count_with_depth(attempt.matches);
   }
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    velocity_ = status == TrackingStatus::kTracked && lost_frames_ == 0 ? (T_odom_last_.inverse() * T).log()
-                                                                        : Vec6::Zero();
+    velocity_ = status == TrackingStatus::kTracked && !lost_.lost() ? (T_odom_last_.inverse() * T).log()
+                                                                    : Vec6::Zero();
     for (const std::size_t index : attempt.looked_for) map_.landmark(index).looked_for += 1;
     for (const LandmarkMatch& match : attempt.matches)
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
     T_odom_last_ = T;
-    covariance_last_ = covariance_of(attempt);
+    covariance_last_ = covariance_of(map_, attempt);
     out.T_odom_camera = publish(view, T, status);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
@@ -196,7 +163,7 @@ class Tracker final : public VisualOdometry {
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
       filter_.model_moved(T_odom_last_);
     } else {
-      fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
+      fuse_depths(map_, attempt.matches, T, camera_, noise());
     }
     out.status = status;
     out.numbers.model_ms = watch.milliseconds();
@@ -206,18 +173,6 @@ class Tracker final : public VisualOdometry {
     if (!params_.tracker.motion_filter) return T;
     if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
     return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
-  }
-
-  /// That of the registration, and that of the keyframes in which its landmarks were first seen.
-  [[nodiscard]] Mat6 covariance_of(const Attempt& attempt) const {
-    Mat6 of_model = Mat6::Zero();
-    double inliers = 0;
-    for (const LandmarkMatch& match : attempt.matches) {
-      if (!match.inlier) continue;
-      of_model += map_.find(map_.landmark(match.landmark).anchor)->covariance;
-      inliers += 1;
-    }
-    return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
   }
 
   bool keyframe_due(const SE3& T, int inliers) {
@@ -231,7 +186,8 @@ class Tracker final : public VisualOdometry {
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
-    const auto record = insert_keyframe(map_, std::move(parts), camera_, registration_, matching_.limit);
+    const auto record =
+        insert_keyframe(map_, std::move(parts), camera_, attempt_.registration, attempt_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
     record->T_odom_camera = map_.keyframes().back().T_odom_camera;
     out.new_keyframe = record;
@@ -242,26 +198,22 @@ class Tracker final : public VisualOdometry {
   void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
     FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
     int matches = 0;
-    const std::size_t first = static_cast<std::size_t>(lost_frames_) * kKeyframesPerSearch;
-    const auto found =
-        find_again(map_, features, {first, kKeyframesPerSearch, params_.tracker.min_inliers}, matches);
-    if (found) {
-      MatchingParams wide = matching_;
-      wide.search.first_level = 2;
-      wide.search.max_shift_px = kRelocalisedShift_px;
-      Attempt attempt = attempt_at(view, found->T_odom_camera, wide);
+    if (const auto found = search_keyframes(features, view.frame->stamp, matches)) {
+      Attempt attempt = attempt_at(map_, view, found->T_odom_camera, camera_, attempt_.widened());
       if (attempt.refusal.empty()) {
-        note(attempt, out);
+        note(attempt, out.numbers);
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
-    ++lost_frames_;
+    lost_.count(view.frame->stamp);
     velocity_ = Vec6::Zero();
     out.status = TrackingStatus::kLost;
     out.reason = fmt::format(
         "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
         features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
-    if (lost_frames_ < params_.tracker.submap_after_frames) return;
+    if (lost_.frames() < params_.tracker.submap_after_frames &&
+        lost_.duration_s() < params_.tracker.submap_after_s)
+      return;
     const std::string reason = std::exchange(out.reason, {});
     submap_ += 1;
     begin_submap(view, std::move(features), out);
@@ -270,13 +222,22 @@ class Tracker final : public VisualOdometry {
     out.reason = reason + "; " + out.reason;
   }
 
+  std::optional<Relocalisation> search_keyframes(const FeatureSet& features, Time stamp, int& matches) {
+    std::vector<KnownPlace> places;
+    for (const MapKeyframe& keyframe : map_.keyframes())
+      places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+    return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempt_.min_inliers),
+                      matches);
+  }
+
+  [[nodiscard]] const DepthNoise& noise() const { return params_.features.depth_noise; }
+
   OdometryParams params_;
   PinholeCamera camera_;
-  MatchingParams matching_;
-  RegistrationParams registration_;
+  AttemptParams attempt_;
   FeatureDetector detector_;
   LocalMap map_;
-  CoarseReference reference_;  ///< the last frame with a pose
+  PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
   SE3 T_odom_last_;  ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
@@ -284,7 +245,8 @@ class Tracker final : public VisualOdometry {
   std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
-  int submap_ = 0, lost_frames_ = 0;
+  LostState lost_;
+  int submap_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe
   double keyframe_depth_m_ = 2;
 };
