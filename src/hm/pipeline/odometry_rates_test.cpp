@@ -79,7 +79,7 @@ TEST(OdometryRates, FollowsATabletThatStepsBackFromPaperedWalls) {
     params.world = WorldKind::kRoom;
     params.seed = seed;
     params.frame_limit = 210;
-    expect_drift_below(0.03, walk(params, false, 135));
+    expect_drift_below(0.03, walk(params, false, 110));
   }
 }
 
