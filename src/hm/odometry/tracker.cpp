@@ -32,14 +32,14 @@ class Tracker final : public VisualOdometry {
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
         T_odom_last_(T_odom_first_camera) {
-    attempt_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
-    attempt_.matching.max_depth_m = params.max_depth_m;
-    attempt_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
-    attempt_.matching.noise = attempt_.registration.noise = noise();
-    attempt_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
-    attempt_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
-    attempt_.min_inliers = params.tracker.min_inliers;
-    attempt_.lost_sigma_m = params.tracker.lost_sigma_m;
+    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    attempts_.matching.max_depth_m = params.max_depth_m;
+    attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
+    attempts_.matching.noise = attempts_.registration.noise = noise();
+    attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempts_.min_inliers = params.tracker.min_inliers;
+    attempts_.max_sigma_m = params.tracker.lost_sigma_m;
   }
 
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
@@ -113,7 +113,7 @@ class Tracker final : public VisualOdometry {
     const SE3 T_predicted = predict(view, hint);
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
-    Attempt attempt = attempt_at(map_, view, T_predicted, camera_, attempt_);
+    Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
     if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out.numbers);
@@ -134,7 +134,7 @@ class Tracker final : public VisualOdometry {
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
     const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
     for (const SE3& motion : motions_by_surface(reference_, view, guesses, noise())) {
-      Attempt next = attempt_at(map_, view, T_odom_last_ * motion, camera_, attempt_.widened());
+      Attempt next = attempt_pose(map_, view, T_odom_last_ * motion, camera_, attempts_.widened());
       if (!next.refusal.empty()) continue;
       attempt = std::move(next);
       return;
@@ -187,7 +187,7 @@ class Tracker final : public VisualOdometry {
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
     const auto record =
-        insert_keyframe(map_, std::move(parts), camera_, attempt_.registration, attempt_.matching.limit);
+        insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
     record->T_odom_camera = map_.keyframes().back().T_odom_camera;
     out.new_keyframe = record;
@@ -199,7 +199,7 @@ class Tracker final : public VisualOdometry {
     FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
     int matches = 0;
     if (const auto found = search_keyframes(features, view.frame->stamp, matches)) {
-      Attempt attempt = attempt_at(map_, view, found->T_odom_camera, camera_, attempt_.widened());
+      Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
       if (attempt.refusal.empty()) {
         note(attempt, out.numbers);
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
@@ -226,7 +226,7 @@ class Tracker final : public VisualOdometry {
     std::vector<KnownPlace> places;
     for (const MapKeyframe& keyframe : map_.keyframes())
       places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
-    return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempt_.min_inliers),
+    return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempts_.min_inliers),
                       matches);
   }
 
@@ -234,7 +234,7 @@ class Tracker final : public VisualOdometry {
 
   OdometryParams params_;
   PinholeCamera camera_;
-  AttemptParams attempt_;
+  AttemptParams attempts_;
   FeatureDetector detector_;
   LocalMap map_;
   PredictionReference reference_;  ///< the last frame with a pose

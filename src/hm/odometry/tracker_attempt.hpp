@@ -8,28 +8,29 @@
 
 namespace hm {
 
-/// A registration that was looked at, and why it is not accepted (empty: it is).
-struct Attempt {
-  Registration registration;
-  std::vector<LandmarkMatch> matches;
-  std::vector<std::size_t> looked_for;
-  std::string refusal;
-};
-
-/// How a frame is registered and what is asked of the answer.
+/// How landmarks are looked for, and what a pose needs to be believed.
 struct AttemptParams {
   MatchingParams matching;
   RegistrationParams registration;
   int min_inliers = 15;
-  double lost_sigma_m = 0.05;
-  /// The same for a guess that may be some pixels off.
+  double max_sigma_m = 0.05;  ///< of the position, in its least certain direction
+  /// The same for a guess that may be many pixels off.
   [[nodiscard]] AttemptParams widened() const;
 };
 
-/// Looks for the model's landmarks where the guess puts them, registers the frame to what was found and
-/// judges the result. Nothing is written to the model.
-Attempt attempt_at(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_camera_guess,
-                   const PinholeCamera& camera, const AttemptParams& params);
+/// A frame registered to the model, and why it is not accepted (empty: it is).
+struct Attempt {
+  Registration registration;
+  std::vector<LandmarkMatch> matches;
+  std::vector<std::size_t> looked_for;  ///< landmarks, by index
+  std::string refusal;
+};
+
+/// Looks for the model's landmarks around where the guess puts them and registers the frame. When few are
+/// found the guess may have been off (bars in front of a floor, a quick turn): they are looked for once more,
+/// from where the first ones put the camera. The model is only read.
+Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                     const PinholeCamera& camera, const AttemptParams& params);
 
 /// What an attempt says about the frame.
 void note(const Attempt& attempt, TrackingNumbers& numbers);
