@@ -17,7 +17,8 @@ DepthGrid grid_at(const SE3& T_world_camera, const TexturedRoom& room = {}) {
                          10);
 }
 
-std::optional<SE3> motion_between(const DepthGrid& reference, const DepthGrid& current, const SE3& guess) {
+std::optional<SurfaceMotion> motion_between(const DepthGrid& reference, const DepthGrid& current,
+                                            const SE3& guess) {
   const auto surface = sample_surface(reference, kNoise, 2);
   return follow_surface(surface, current, guess, kNoise);
 }
@@ -33,8 +34,9 @@ TEST(SurfaceFollowing, FindsALargeMotionWithoutAnyTexture) {
     const SE3 motion = SE3::exp(twist);
     const auto found = motion_between(reference, grid_at(kCorner * motion), {});
     ASSERT_TRUE(found) << i;
-    EXPECT_LT((found->translation() - motion.translation()).norm(), 0.004) << i;
-    EXPECT_LT((found->inverse() * motion).angle(), 0.003) << i;
+    EXPECT_TRUE(found->held);
+    EXPECT_LT((found->T_ref_cur.translation() - motion.translation()).norm(), 0.004) << i;
+    EXPECT_LT((found->T_ref_cur.inverse() * motion).angle(), 0.003) << i;
   }
 }
 
@@ -47,9 +49,10 @@ TEST(SurfaceFollowing, KeepsTheGuessWhereAWallLeavesTheCameraFree) {
   const SE3 guess(Mat3::Identity(), Vec3(0.03, -0.02, 0));
   const auto found = motion_between(reference, current, guess);
   ASSERT_TRUE(found);
-  EXPECT_NEAR(found->translation().x(), 0.03, 1e-3);
-  EXPECT_NEAR(found->translation().y(), -0.02, 1e-3);
-  EXPECT_NEAR(found->translation().z(), 0.08, 0.004);
+  EXPECT_FALSE(found->held);
+  EXPECT_NEAR(found->T_ref_cur.translation().x(), 0.03, 1e-3);
+  EXPECT_NEAR(found->T_ref_cur.translation().y(), -0.02, 1e-3);
+  EXPECT_NEAR(found->T_ref_cur.translation().z(), 0.08, 0.004);
 }
 
 TEST(SurfaceFollowing, SaysNothingWithoutReadingsOrElsewhere) {

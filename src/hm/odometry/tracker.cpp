@@ -22,6 +22,15 @@ constexpr int kPyramidLevels = 5;
 constexpr int kMinStartFeatures = 30;
 constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
 
+// A few landmarks are enough where the surfaces, which hold the camera by themselves, say the same.
+constexpr int kMinWithSurface = 6;
+constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
+
+bool agree(const SE3& a, const SE3& b) {
+  const SE3 difference = a.inverse() * b;
+  return difference.translation().norm() < kAgree_m && difference.angle() < kAgree_rad;
+}
+
 class Tracker final : public VisualOdometry {
  public:
   Tracker(const OdometryParams& params, const PinholeCamera& camera, const SE3& T_odom_first_camera)
@@ -133,9 +142,14 @@ class Tracker final : public VisualOdometry {
   /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
     const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
-    for (const SE3& motion : motions_by_surface(reference_, view, guesses, noise())) {
-      Attempt next = attempt_pose(map_, view, T_odom_last_ * motion, camera_, attempts_.widened());
-      if (!next.refusal.empty()) continue;
+    for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
+      const SE3 T_guess = T_odom_last_ * motion.T_ref_cur;
+      AttemptParams params = attempts_.widened();
+      if (motion.held) params.min_inliers = std::min(params.min_inliers, kMinWithSurface);
+      Attempt next = attempt_pose(map_, view, T_guess, camera_, params);
+      if (!next.refusal.empty() || (next.registration.inliers < attempts_.min_inliers &&
+                                    !agree(next.registration.T_odom_camera, T_guess)))
+        continue;
       attempt = std::move(next);
       return;
     }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/odometry/surface_following.hpp"
-
 namespace hm {
 namespace {
 
@@ -23,11 +21,12 @@ PredictionReference make_prediction_reference(const TrackerFrame& frame, const P
   return {CoarseReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
 }
 
-std::vector<SE3> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
-                                    const std::vector<SE3>& guesses_T_ref_cur, const DepthNoise& noise) {
+std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
+                                              const std::vector<SE3>& guesses_T_ref_cur,
+                                              const DepthNoise& noise) {
   const std::vector<SurfaceElement> surface =
       sample_surface(reference.grid, noise, surface_stride(reference.grid));
-  std::vector<SE3> motions;
+  std::vector<SurfaceMotion> motions;
   for (const SE3& guess : guesses_T_ref_cur)
     if (const auto motion = follow_surface(surface, frame.grid, guess, noise)) motions.push_back(*motion);
   return motions;
@@ -40,7 +39,9 @@ SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& fra
   const CoarseResult coarse = align_coarsely(reference.picture, frame.pyramid, guesses);
   if (!guess.may_have_turned_far) return coarse.T_ref_cur;
   const CoarseResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
-  const std::vector<SE3> motions = motions_by_surface(reference, frame, guesses, noise);
+  std::vector<SE3> motions;
+  for (const SurfaceMotion& motion : motions_by_surface(reference, frame, guesses, noise))
+    motions.push_back(motion.T_ref_cur);
   if (motions.empty()) return turned.T_ref_cur;
   const CoarseResult by_surface = align_coarsely(reference.picture, frame.pyramid, motions);
   return by_surface.residual < kClearlyBetter * turned.residual ? by_surface.T_ref_cur : turned.T_ref_cur;

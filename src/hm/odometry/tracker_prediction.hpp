@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "hm/odometry/coarse_alignment.hpp"
+#include "hm/odometry/surface_following.hpp"
 #include "hm/odometry/tracker_frame.hpp"
 
 namespace hm {
@@ -31,7 +32,8 @@ SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& fra
                    const DepthNoise& noise);
 
 /// The motions that the surfaces of the two depth pictures lead to from the guesses (surface_following.hpp).
-std::vector<SE3> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
-                                    const std::vector<SE3>& guesses_T_ref_cur, const DepthNoise& noise);
+std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
+                                              const std::vector<SE3>& guesses_T_ref_cur,
+                                              const DepthNoise& noise);
 
 }  // namespace hm
