@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <hwy/targets.h>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <thread>
 
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/depth_registration.hpp"
@@ -115,32 +118,58 @@ TEST(DepthRegistration, EveryPixelIsThatOfTheSlowReference) {
   }
 }
 
+/// Rows for one step, of random numbers.
+struct StepRows {
+  static constexpr int kWidth = 96, kStride = 83, kRows = 51;
+  explicit StepRows(Rng& rng) : nearest(kStride * kRows) {
+    for (auto* list : {&columns[0], &columns[1], &columns[2]})
+      for (int x = 0; x < kWidth; ++x) list->push_back(static_cast<float>(rng.uniform(-90, 90)));
+    for (int x = kWidth - 7; x < kWidth; ++x)
+      columns[2][static_cast<std::size_t>(x)] = std::numeric_limits<float>::quiet_NaN();
+    for (auto& units : depth) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
+    for (auto& cell : before_cells) cell = static_cast<std::uint32_t>(rng.below(kStride * kRows));
+    for (auto& less : before_nearness) less = static_cast<std::uint16_t>(rng.below(65536));
+    for (auto& less : nearest) less = static_cast<std::uint16_t>(rng.below(65536));
+    step.projection.width = kWidth, step.projection.stride = kStride;
+    step.projection.last_x = kStride - 1, step.projection.last_y = kRows - 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      step.projection.of_row[i] = static_cast<float>(rng.uniform(-1, 1));
+      step.projection.origin[i] =
+          i < 2 ? static_cast<float>(rng.uniform(-9000, 9000)) : 0.0F;  // 0 / 0 is among them
+    }
+  }
+  /// With the addresses of this object.
+  detail::RegistrationStep& at_home() {
+    for (std::size_t i = 0; i < 3; ++i) step.projection.of_column[i] = columns[i].data();
+    step.depth = depth.data();
+    step.placed = {cells.data(), nearness.data()};
+    step.splatted = {before_cells.data(), before_nearness.data()};
+    step.nearest = nearest.data();
+    return step;
+  }
+  detail::RegistrationStep step;
+  AlignedVector<float> columns[3];
+  AlignedVector<std::uint16_t> nearest;
+  AlignedVector<std::uint16_t> depth = AlignedVector<std::uint16_t>(kWidth);
+  AlignedVector<std::uint32_t> cells = AlignedVector<std::uint32_t>(kWidth), before_cells = cells;
+  AlignedVector<std::uint16_t> nearness = depth, before_nearness = depth;
+};
+
 TEST(DepthRegistration, VectorsOfEveryKindGiveThePlainBits) {
   constexpr int kWidth = 77, kStride = 83, kSlack = DepthRegistration::kRowSlack_px;
   Rng rng(8);
-  std::vector<float> columns[3];
-  for (auto& list : columns)
-    for (int x = 0; x < kWidth + kSlack; ++x) list.push_back(static_cast<float>(rng.uniform(-90, 90)));
-  detail::ProjectedRow row;
-  row.width = kWidth, row.stride = kStride, row.last_x = kStride - 1, row.last_y = 50;
-  for (std::size_t i = 0; i < 3; ++i) {
-    row.of_column[i] = columns[i].data();
-    row.of_row[i] = static_cast<float>(rng.uniform(-1, 1));
-    row.origin[i] = i < 2 ? static_cast<float>(rng.uniform(-9000, 9000)) : 0.0F;  // 0 / 0 is among them
-  }
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left & -left);
     for (int round = 0; round < 50; ++round) {
-      std::vector<std::uint16_t> depth(kWidth + kSlack), near_plain(depth), near_fast(depth);
-      std::vector<std::int32_t> cells_plain(depth.size()), cells_fast(depth.size());
-      for (auto& units : depth) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
-      detail::project_row_plain(row, depth.data(), cells_plain.data(), near_plain.data());
-      detail::project_row_simd(row, depth.data(), cells_fast.data(), near_fast.data());
-      for (std::size_t x = 0; x < kWidth; ++x) {
-        ASSERT_EQ(near_plain[x], near_fast[x]) << x << ", " << hwy::TargetName(left & -left);
-        ASSERT_EQ(cells_plain[x], cells_fast[x]) << x << ", " << hwy::TargetName(left & -left);
-        ASSERT_TRUE(cells_fast[x] >= 0 && cells_fast[x] < 51 * kStride) << cells_fast[x];
-      }
+      StepRows plain(rng), fast = plain;
+      detail::register_step_plain(plain.at_home());
+      detail::register_step_simd(fast.at_home());
+      ASSERT_EQ(plain.cells, fast.cells) << hwy::TargetName(left & -left);
+      ASSERT_EQ(plain.nearness, fast.nearness) << hwy::TargetName(left & -left);
+      ASSERT_EQ(plain.nearest, fast.nearest) << hwy::TargetName(left & -left);
+      for (const std::uint32_t cell : fast.cells) ASSERT_LT(cell, fast.nearest.size());
+      for (std::size_t x = StepRows::kWidth - 7; x < StepRows::kWidth; ++x)
+        ASSERT_EQ(fast.nearness[x], detail::kNone) << "beyond the image";
       std::vector<std::uint16_t> cells(3 * kStride + 2 * kSlack), fill_plain(kWidth), fill_fast(kWidth);
       for (auto& cell : cells)
         cell = static_cast<std::uint16_t>(rng.below(3) == 0 ? 65535 : rng.below(60) + 900 * (round % 70));
@@ -150,6 +179,22 @@ TEST(DepthRegistration, VectorsOfEveryKindGiveThePlainBits) {
     }
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+/// Widths that are no whole vectors, and a colour camera with fewer cells than the depth camera has columns.
+TEST(DepthRegistration, CamerasOfAnySize) {
+  for (const auto& [width, height, color_width, color_height] :
+       {std::array{157, 119, 160, 120}, {33, 5, 97, 70}, {160, 7, 3, 2}, {1, 1, 40, 30}}) {
+    const int cx = width / 2, cy = height / 2, color_cx = color_width / 2, color_cy = color_height / 2;
+    const PinholeCamera from{width, height, 145, 144, double(cx), double(cy), {}};
+    const PinholeCamera to{color_width, color_height, 145, 144, double(color_cx), double(color_cy), {}};
+    const Image<std::uint16_t> depth(width, height, 2000);
+    const auto registered = DepthRegistration(from, to, SE3()).apply(depth, 1e-3);
+    for (int y = 0; y < color_height; ++y)
+      for (int x = 0; x < color_width; ++x)
+        ASSERT_EQ(registered(x, y), depth.contains(x - color_cx + cx, y - color_cy + cy) ? 2000 : 0)
+            << x << ", " << y << ": " << width << " to " << color_width;
+  }
 }
 
 TEST(DepthRegistration, NearestReadingWins) {
@@ -199,6 +244,31 @@ RgbdCalibration whole_calibration() {
   for (int i = 0; i < 60; ++i) model.coefficients.push_back(static_cast<float>(rng.uniform(-0.2, 0.2)));
   calibration.depth_correction = model;
   return calibration;
+}
+
+/// Canvases are used again: nothing of an image remains for the next, from whatever thread.
+TEST(FrameCalibration, FramesDoNotDependOnTheOnesBefore) {
+  const RgbdCalibration calibration = whole_calibration();
+  const auto frames = FrameCalibration::make(calibration, 160, 120);
+  ASSERT_TRUE(frames);
+  std::vector<DepthImage> raw, wanted;
+  for (int i = 0; i < 6; ++i) {
+    raw.push_back(testing_recordings::random_depth(160, 120, static_cast<std::uint64_t>(i) + 4));
+    if (i % 2 == 1) std::ranges::fill(raw.back().units.pixels(), std::uint16_t{0});
+    wanted.push_back(FrameCalibration::make(calibration, 160, 120)->calibrate(raw.back()));
+  }
+  for (const DepthImage& image : wanted) EXPECT_EQ(image.width(), 160);
+  std::vector<int> wrong(3);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < wrong.size(); ++t)
+    threads.emplace_back([&, t] {
+      for (std::size_t i = 0; i < 24; ++i) {
+        const std::size_t k = (i + t) % raw.size();
+        wrong[t] += same_pixels(frames->calibrate(raw[k]).units, wanted[k].units) ? 0 : 1;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_THAT(wrong, testing::Each(0));
 }
 
 /// Rectify, correct, register: any other order gives another image.
