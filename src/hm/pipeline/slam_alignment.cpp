@@ -63,6 +63,8 @@ void SlamAlignment::Impl::begin_submap(int number) {
 
 void SlamAlignment::Impl::note(const Poses& poses, const AlignmentResult& found) {
   ++(found.status == AlignmentStatus::kAccepted ? counts.accepted : counts.not_accepted);
+  if (found.status != AlignmentStatus::kAccepted)
+    counts.first_reason.try_emplace(found.status, fmt::format("frame {}: {}", poses.index, found.reason));
   const Vec3& at = found.T_world_camera.translation();
   counts.frames.push_back({poses.index, found.status, (at - poses.before.translation()).norm(),
                            (at - poses.odometry.translation()).norm(), found.before.rms_m,

@@ -1,5 +1,8 @@
 #pragma once
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/html_report.hpp"
@@ -24,6 +27,7 @@ struct SlamAlignmentSummary {
   std::size_t accepted = 0, not_accepted = 0;  ///< frames; the first of a submap has nothing to be aligned to
   Summary milliseconds;                        ///< a frame: alignment and its own map
   std::vector<SlamAlignedFrame> frames;        ///< those that were counted
+  std::map<AlignmentStatus, std::string> first_reason;  ///< of the first frame not accepted so, in words
 };
 
 /// accepted, not_accepted, refused{why: frames}, moved_m{}, mean_ms, p99_ms.

@@ -7,11 +7,11 @@
 namespace hm {
 namespace {
 
-/// Frames that kept odometry's motion, by reason.
-std::map<std::string, std::size_t> refused(const SlamAlignmentSummary& summary) {
-  std::map<std::string, std::size_t> counts;
+/// Frames that kept odometry's motion.
+std::map<AlignmentStatus, std::size_t> refused(const SlamAlignmentSummary& summary) {
+  std::map<AlignmentStatus, std::size_t> counts;
   for (const SlamAlignedFrame& frame : summary.frames)
-    if (frame.status != AlignmentStatus::kAccepted) ++counts[std::string(to_string(frame.status))];
+    if (frame.status != AlignmentStatus::kAccepted) ++counts[frame.status];
   return counts;
 }
 
@@ -37,7 +37,7 @@ PlotSeries series_of(const SlamAlignmentSummary& summary, const char* name,
 JsonValue to_json(const SlamAlignmentSummary& summary) {
   auto json = JsonValue::object({{"accepted", summary.accepted}, {"not_accepted", summary.not_accepted}});
   auto reasons = JsonValue::object();
-  for (const auto& [reason, frames] : refused(summary)) reasons[reason] = frames;
+  for (const auto& [status, frames] : refused(summary)) reasons[std::string(to_string(status))] = frames;
   json["refused"] = std::move(reasons);
   const Summary moved = moved_m(summary);
   json["moved_m"] = JsonValue::object({{"median", moved.median}, {"p99", moved.p99}, {"max", moved.max}});
@@ -57,9 +57,10 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
           summary.accepted, summary.frames.size(), moved.median * 1e3, moved.max * 1e3,
           summary.milliseconds.mean, summary.milliseconds.p99));
   if (summary.frames.empty()) return;
-  std::vector<std::vector<std::string>> rows{{"aligned", std::to_string(summary.accepted)}};
-  for (const auto& [reason, frames] : refused(summary)) rows.push_back({reason, std::to_string(frames)});
-  report.add_table({"outcome", "frames"}, rows);
+  std::vector<std::vector<std::string>> rows{{"aligned", std::to_string(summary.accepted), ""}};
+  for (const auto& [status, frames] : refused(summary))
+    rows.push_back({std::string(to_string(status)), std::to_string(frames), summary.first_reason.at(status)});
+  report.add_table({"outcome", "frames", "the first, why"}, rows);
   PlotOptions plot;
   plot.x.label = "frame", plot.y.label = "distance (mm)";
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &SlamAlignedFrame::rms_before_m),
