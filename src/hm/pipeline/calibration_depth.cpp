@@ -219,7 +219,7 @@ void Run::gather_by_distance() {
   };
   std::map<int, Sum> sums;
   for (const DepthViewError& error : summary_.test) {
-    Sum& sum = sums[static_cast<int>(error.distance_m / kStep_m)];
+    Sum& sum = sums[static_cast<int>(std::lround(error.distance_m / kStep_m))];
     const auto n = static_cast<double>(error.samples);
     sum.z += n * error.distance_m;
     sum.before += n * error.before_rms_m * error.before_rms_m;

@@ -24,7 +24,7 @@ struct DistanceError {
   double distance_m = 0;
   std::size_t samples = 0;
   double before_rms_m = 0, after_rms_m = 0;
-  double noise_m = 0;  ///< RMS deviation expected of the averaged readings
+  double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: single images tell none
 };
 
 /// What raw disparity was found to mean.

@@ -24,6 +24,11 @@ Totals totals(const std::vector<DepthViewError>& errors) {
   return n > 0 ? Totals{std::sqrt(before / n), std::sqrt(after / n)} : Totals{};
 }
 
+/// Of poses with a single image there is none to tell.
+std::string noise_text(double noise_m) {
+  return noise_m > 0 ? fmt::format("{:.2f}", 1e3 * noise_m) : std::string("-");
+}
+
 JsonValue views_json(const std::vector<DepthViewError>& errors) {
   auto list = JsonValue::array();
   for (const DepthViewError& error : errors)
@@ -43,9 +48,11 @@ std::string rms_plot(const DepthCalibrationSummary& summary) {
   std::vector<PlotSeries> series(5);
   series[0].name = "before", series[1].name = "after", series[2].name = "noise of the readings";
   for (const DistanceError& error : summary.by_distance) {
-    for (std::size_t i = 0; i < 3; ++i) series[i].x.push_back(error.distance_m);
+    for (std::size_t i = 0; i < 2; ++i) series[i].x.push_back(error.distance_m);
     series[0].y.push_back(1e3 * error.before_rms_m);
     series[1].y.push_back(1e3 * error.after_rms_m);
+    if (error.noise_m <= 0) continue;
+    series[2].x.push_back(error.distance_m);
     series[2].y.push_back(1e3 * error.noise_m);
   }
   series[3] = {"before, each pose", {}, {}, SeriesStyle::kScatter};
@@ -55,6 +62,7 @@ std::string rms_plot(const DepthCalibrationSummary& summary) {
     series[4].x.push_back(error.distance_m), series[4].y.push_back(1e3 * error.after_rms_m);
   }
   PlotOptions plot;
+  if (series[2].x.empty()) series.erase(series.begin() + 2);
   plot.x.label = "distance of the board (m)", plot.y.label = "RMS error of depth (mm)";
   return plot_svg(series, plot);
 }
@@ -196,8 +204,8 @@ std::string to_text(const DepthCalibrationSummary& summary) {
         refined->corners_before, refined->corners_after, refined->depth_before, refined->depth_after);
   text += "test poses  distance   before    after    noise (RMS, mm)\n";
   for (const DistanceError& error : summary.by_distance)
-    text += fmt::format("            {:6.2f} m {:8.2f} {:8.2f} {:8.2f}\n", error.distance_m,
-                        1e3 * error.before_rms_m, 1e3 * error.after_rms_m, 1e3 * error.noise_m);
+    text += fmt::format("            {:6.2f} m {:8.2f} {:8.2f} {:>8}\n", error.distance_m,
+                        1e3 * error.before_rms_m, 1e3 * error.after_rms_m, noise_text(error.noise_m));
   text +=
       fmt::format("            all      {:8.2f} {:8.2f}\n", 1e3 * test.before_rms_m, 1e3 * test.after_rms_m);
   for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
@@ -234,7 +242,7 @@ std::string to_html(const DepthCalibrationSummary& summary) {
     rows.push_back(
         {error.name, fmt::format("{:.2f}", error.distance_m), fmt::format("{:.2f}", 1e3 * error.before_rms_m),
          fmt::format("{:.2f}", 1e3 * error.after_rms_m), fmt::format("{:+.2f}", 1e3 * error.after_mean_m),
-         fmt::format("{:.2f}", 1e3 * error.noise_m), std::to_string(error.samples)});
+         noise_text(error.noise_m), std::to_string(error.samples)});
   report.add_table(
       {"pose", "distance (m)", "before (mm)", "after (mm)", "mean after (mm)", "noise (mm)", "pixels"}, rows);
   return report.html();
