@@ -10,8 +10,8 @@
 #include "hm/odometry/coarse_alignment.hpp"
 #include "hm/odometry/frame_check.hpp"
 #include "hm/odometry/motion_filter.hpp"
+#include "hm/odometry/tracker_attempt.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
-#include "hm/odometry/tracker_matching.hpp"
 #include "hm/odometry/tracker_relocalisation.hpp"
 #include "hm/odometry/window_adjustment.hpp"
 
@@ -20,19 +20,10 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr std::size_t kCoarsePixels = 2000;
-constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
 constexpr int kMinStartFeatures = 30;
 constexpr std::size_t kKeyframesPerSearch = 4;
 constexpr double kRelocalisedShift_px = 16;
 constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
-
-/// A registration that was looked at, and why it is not accepted (empty: it is).
-struct Attempt {
-  Registration registration;
-  std::vector<LandmarkMatch> matches;
-  std::vector<std::size_t> looked_for;
-  std::string refusal;
-};
 
 class Tracker final : public VisualOdometry {
  public:
@@ -44,12 +35,14 @@ class Tracker final : public VisualOdometry {
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
         T_odom_last_(T_odom_first_camera) {
-    matching_.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
-    matching_.max_depth_m = params.max_depth_m;
-    matching_.max_depth_sigma_m = params.max_depth_sigma_m;
-    matching_.noise = registration_.noise = params.features.depth_noise;
-    matching_.pixel_sigma_px = params.tracker.pixel_sigma_px;
-    registration_.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    attempts_.matching.max_depth_m = params.max_depth_m;
+    attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
+    attempts_.matching.noise = attempts_.registration.noise = params.features.depth_noise;
+    attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempts_.min_inliers = params.tracker.min_inliers;
+    attempts_.max_sigma_m = params.tracker.lost_sigma_m;
   }
 
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
@@ -88,7 +81,7 @@ class Tracker final : public VisualOdometry {
     TrackerFrame view;
     view.frame = &frame;
     view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
-    view.grid = make_depth_grid(frame.depth, camera_, registration_.noise, params_.max_depth_m);
+    view.grid = make_depth_grid(frame.depth, camera_, attempts_.registration.noise, params_.max_depth_m);
     if (hint.up_camera && up_odom_) view.up = UpPrior{*up_odom_, *hint.up_camera};
     out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
@@ -123,7 +116,7 @@ class Tracker final : public VisualOdometry {
     const SE3 T_predicted = predict(view, hint);
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
-    Attempt attempt = attempt_at(view, T_predicted, matching_);
+    Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out);
     if (attempt.refusal.empty())
@@ -141,30 +134,6 @@ class Tracker final : public VisualOdometry {
     if ((view.frame->stamp - posed_stamp_).seconds() > kLongGap_s)
       coarse = search_turns(reference_, view.pyramid, coarse, {guesses.front()});
     return T_odom_last_ * coarse.T_ref_cur;
-  }
-
-  [[nodiscard]] Attempt attempt_at(const TrackerFrame& view, const SE3& T_guess,
-                                   const MatchingParams& matching) const {
-    Attempt attempt;
-    attempt.matches = match_landmarks(map_, view, T_guess, camera_, matching, attempt.looked_for);
-    attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, registration_);
-    const double matches = static_cast<double>(attempt.matches.size());
-    if (attempt.registration.inliers < kFewInliersRatio * matches) {
-      // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
-      RegistrationParams tolerant = registration_;
-      tolerant.adapt_variance = true;
-      attempt.registration = register_frame(map_, view, attempt.matches, T_guess, camera_, tolerant);
-    }
-    const int needed = std::max(params_.tracker.min_inliers, static_cast<int>(kMinInlierRatio * matches));
-    const double sigma_m = position_sigma_m(attempt.registration);
-    if (attempt.registration.inliers < needed)
-      attempt.refusal = fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
-                                    attempt.registration.inliers, attempt.matches.size(), needed,
-                                    attempt.looked_for.size());
-    else if (!(sigma_m < params_.tracker.lost_sigma_m))
-      attempt.refusal = fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
-                                    params_.tracker.lost_sigma_m, attempt.registration.inliers);
-    return attempt;
   }
 
   static void note(const Attempt& attempt, TrackedFrame& out) {
@@ -196,7 +165,7 @@ class Tracker final : public VisualOdometry {
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
       filter_.model_moved(T_odom_last_);
     } else {
-      fuse_depths(map_, attempt.matches, T, camera_, registration_.noise);
+      fuse_depths(map_, attempt.matches, T, camera_, attempts_.registration.noise);
     }
     out.status = status;
     out.numbers.model_ms = watch.milliseconds();
@@ -231,7 +200,8 @@ class Tracker final : public VisualOdometry {
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
-    const auto record = insert_keyframe(map_, std::move(parts), camera_, registration_, matching_.limit);
+    const auto record =
+        insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
     record->T_odom_camera = map_.keyframes().back().T_odom_camera;
     out.new_keyframe = record;
@@ -246,10 +216,10 @@ class Tracker final : public VisualOdometry {
     const auto found =
         find_again(map_, features, {first, kKeyframesPerSearch, params_.tracker.min_inliers}, matches);
     if (found) {
-      MatchingParams wide = matching_;
-      wide.search.first_level = 2;
-      wide.search.max_shift_px = kRelocalisedShift_px;
-      Attempt attempt = attempt_at(view, found->T_odom_camera, wide);
+      AttemptParams wide = attempts_;
+      wide.matching.search.first_level = 2;
+      wide.matching.search.max_shift_px = kRelocalisedShift_px;
+      Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, wide);
       if (attempt.refusal.empty()) {
         note(attempt, out);
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
@@ -272,8 +242,7 @@ class Tracker final : public VisualOdometry {
 
   OdometryParams params_;
   PinholeCamera camera_;
-  MatchingParams matching_;
-  RegistrationParams registration_;
+  AttemptParams attempts_;
   FeatureDetector detector_;
   LocalMap map_;
   CoarseReference reference_;  ///< the last frame with a pose

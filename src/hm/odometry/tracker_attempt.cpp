@@ -1,0 +1,61 @@
+#include "hm/odometry/tracker_attempt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hm {
+namespace {
+
+constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
+constexpr double kFewFoundRatio = 0.3;                           // of the landmarks looked for
+constexpr int kMinForSecondLook = 6;                             // fewer do not say where the camera is
+
+Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                  const PinholeCamera& camera, const AttemptParams& params) {
+  Attempt attempt;
+  attempt.matches = match_landmarks(map, frame, T_odom_guess, camera, params.matching, attempt.looked_for);
+  attempt.registration =
+      register_frame(map, frame, attempt.matches, T_odom_guess, camera, params.registration);
+  return attempt;
+}
+
+bool few_were_found(const Attempt& attempt) {
+  return attempt.registration.inliers < kFewFoundRatio * static_cast<double>(attempt.looked_for.size());
+}
+
+std::string refusal_of(const Attempt& attempt, const AttemptParams& params) {
+  const double matches = static_cast<double>(attempt.matches.size());
+  const int needed = std::max(params.min_inliers, static_cast<int>(kMinInlierRatio * matches));
+  if (attempt.registration.inliers < needed)
+    return fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
+                       attempt.registration.inliers, attempt.matches.size(), needed,
+                       attempt.looked_for.size());
+  const double sigma_m = position_sigma_m(attempt.registration);
+  if (!(sigma_m < params.max_sigma_m))
+    return fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
+                       params.max_sigma_m, attempt.registration.inliers);
+  return {};
+}
+
+}  // namespace
+
+Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                     const PinholeCamera& camera, const AttemptParams& params) {
+  Attempt attempt = look_from(map, frame, T_odom_guess, camera, params);
+  if (attempt.registration.inliers >= kMinForSecondLook && few_were_found(attempt)) {
+    Attempt again = look_from(map, frame, attempt.registration.T_odom_camera, camera, params);
+    if (again.registration.inliers > attempt.registration.inliers) attempt = std::move(again);
+  }
+  if (attempt.registration.inliers < kFewInliersRatio * static_cast<double>(attempt.matches.size())) {
+    // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
+    RegistrationParams tolerant = params.registration;
+    tolerant.adapt_variance = true;
+    attempt.registration = register_frame(map, frame, attempt.matches, T_odom_guess, camera, tolerant);
+  }
+  attempt.refusal = refusal_of(attempt, params);
+  return attempt;
+}
+
+}  // namespace hm
