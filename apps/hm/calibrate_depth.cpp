@@ -46,8 +46,7 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
   CLI::App& depth = program.add(
       {"calibrate depth", "What depth is wrong by, from boards at many distances.",
        "  hm calibrate depth set/depth --calibration rig -o corrected\n"
-       "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic\n"
-       "  hm calibrate depth kinect_set --calibration color -o corrected --raw-disparity",
+       "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic",
        [flags](Session& session) { return run_depth(*flags, session); }});
   depth
       .add_option("set", flags->input,

@@ -245,25 +245,6 @@ TEST(FrameCalibration, OnlyWhatIsThereIsApplied) {
   EXPECT_FALSE(FrameCalibration::make(RgbdCalibration{}, 160, 120));
 }
 
-TEST(FrameCalibration, RawDisparityBecomesDepthBeforeAnythingElse) {
-  RgbdCalibration calibration;
-  calibration.depth_camera = kDepthCamera;
-  calibration.depth_camera->distortion = {0.05, -0.1, 0.001, 0, 0};
-  const auto without = FrameCalibration::make(calibration, 160, 120);
-  calibration.disparity = DisparityModel{3.2, -0.0029};
-  const auto with = FrameCalibration::make(calibration, 160, 120);
-  ASSERT_TRUE(with && without);
-  DepthImage raw{Image<std::uint16_t>(160, 120), 1e-3};
-  for (std::size_t i = 0; i < raw.units.size(); ++i)
-    raw.units.data()[i] = i % 7 == 0 ? 2047 : static_cast<std::uint16_t>(500 + i % 500);
-  DepthImage depth = raw;
-  for (std::uint16_t& pixel : depth.units.pixels())
-    pixel = pixel == 2047
-                ? std::uint16_t{0}
-                : static_cast<std::uint16_t>(std::lround(1e3 * calibration.disparity->depth_m(pixel)));
-  EXPECT_TRUE(same_pixels(with->calibrate(raw).units, without->calibrate(depth).units));
-}
-
 /// A recording with calibration.toml in its folder gives calibrated frames; without it the raw ones.
 TEST(FrameCalibration, RecordingsAreCalibrated) {
   const TemporaryFolder folder;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
@@ -45,7 +44,6 @@ class Run {
   Result<void> fit_disparity();
   Result<void> refine();
   void warn();
-  void gather_by_distance();
 
   const DepthCalibrationOptions& options_;
   RgbdCalibration start_;
@@ -211,29 +209,6 @@ Result<void> Run::refine() {
   return compare_all();
 }
 
-void Run::gather_by_distance() {
-  constexpr double kStep_m = 0.25;
-  struct Sum {
-    double z = 0, before = 0, after = 0, noise = 0;
-    std::size_t samples = 0;
-  };
-  std::map<int, Sum> sums;
-  for (const DepthViewError& error : summary_.test) {
-    Sum& sum = sums[static_cast<int>(std::lround(error.distance_m / kStep_m))];
-    const auto n = static_cast<double>(error.samples);
-    sum.z += n * error.distance_m;
-    sum.before += n * error.before_rms_m * error.before_rms_m;
-    sum.after += n * error.after_rms_m * error.after_rms_m;
-    sum.noise += n * error.noise_m * error.noise_m;
-    sum.samples += error.samples;
-  }
-  for (const auto& [bin, sum] : sums) {
-    const auto n = static_cast<double>(sum.samples);
-    summary_.by_distance.push_back({sum.z / n, sum.samples, std::sqrt(sum.before / n),
-                                    std::sqrt(sum.after / n), std::sqrt(sum.noise / n)});
-  }
-}
-
 void Run::warn() {
   auto& warnings = summary_.warnings;
   if (!summary_.left_out.empty())
@@ -281,7 +256,7 @@ Result<DepthCalibrationSummary> Run::run() {
   };
   judge(train_, summary_.train);
   judge(test_, summary_.test);
-  gather_by_distance();
+  summary_.by_distance = errors_by_distance(summary_.test);
   warn();
   summary_.calibration = std::move(start_);
   summary_.calibration.depth_correction = summary_.fit.model;

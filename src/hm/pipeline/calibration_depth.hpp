@@ -27,6 +27,9 @@ struct DistanceError {
   double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: single images tell none
 };
 
+/// Errors of poses, gathered around full quarters of a metre (calibration_depth_errors.cpp).
+std::vector<DistanceError> errors_by_distance(std::span<const DepthViewError> errors);
+
 /// What raw disparity was found to mean.
 struct RawDepthSummary {
   DisparityFit fit;
