@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hm/core/aligned_vector.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
 #include "hm/geometry/se3.hpp"
@@ -21,30 +22,38 @@ class DepthRegistration {
   /// Depth along the colour camera's axis, of its size, in the same units.
   [[nodiscard]] Image<std::uint16_t> apply(const Image<std::uint16_t>& depth, double unit_m) const;
 
-  /// One image, row by row: what apply() consists of.
+  /// Images one after the other, row by row: what apply() consists of. Not to be shared between threads.
   class Canvas {
    public:
-    Canvas(const DepthRegistration& registration, double unit_m);
-    /// Rows of the depth camera in any order, each once; `depth` has kRowSlack_px readable pixels after it.
+    explicit Canvas(const DepthRegistration& registration);
+    Canvas(const Canvas&) = delete;
+    Canvas& operator=(const Canvas&) = delete;
+    /// Begins an image.
+    void begin(double unit_m);
+    /// Each row of the depth camera once, in any order; `depth` has kRowSlack_px readable pixels after it.
     void add_row(int y, const std::uint16_t* depth);
     /// After the last row: writes an image of the colour camera's size.
     void finish(Image<std::uint16_t>& registered);
 
    private:
+    void take_step(int y);
+
     const DepthRegistration& registration_;
-    std::array<float, 3> origin_;         ///< of the depth camera, in cells and units
-    int stride_;                          ///< cells of a row: pixels, and a border of one
-    std::vector<std::uint16_t> nearest_;  ///< depth less 1
-    std::vector<std::int32_t> cells_;     ///< of the readings of a row
-    std::vector<std::uint16_t> nearness_;
+    std::array<float, 3> origin_{};         ///< of the depth camera, in cells and units
+    AlignedVector<std::uint16_t> nearest_;  ///< depth less 1
+    AlignedVector<std::uint16_t> row_;
+    AlignedVector<std::uint32_t> cells_, next_cells_;  ///< of the row before: its readings are in no cell yet
+    AlignedVector<std::uint16_t> nearness_, next_nearness_;
   };
   static constexpr int kRowSlack_px = 32;
 
  private:
   int width_, height_;  ///< of the depth camera
+  int stride_, rows_;   ///< of cells
   PinholeCamera color_camera_;
   /// A pixel's direction in cells is of_column_[.][x] + of_row_[.][y]; origin_m_ is the translation.
-  std::array<std::vector<float>, 3> of_column_, of_row_;
+  std::array<AlignedVector<float>, 3> of_column_;
+  std::array<std::vector<float>, 3> of_row_;
   Vec3 origin_m_;
 };
 

@@ -1,8 +1,11 @@
 #include "hm/io/frame_calibration.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
+#include <vector>
 
+#include "hm/core/aligned_vector.hpp"
 #include "hm/io/depth_registration.hpp"
 #include "hm/io/lens_map.hpp"
 
@@ -15,6 +18,21 @@ struct FrameCalibration::Impl {
   std::optional<DisparityModel> disparity;
   std::optional<DepthCorrection> correction;
   std::optional<DepthRegistration> registration;
+  /// Canvases are large: taken from the system for every frame, they would cost more than they are for.
+  mutable std::mutex canvases_mutex;
+  mutable std::vector<std::unique_ptr<DepthRegistration::Canvas>> canvases;
+
+  [[nodiscard]] std::unique_ptr<DepthRegistration::Canvas> take_canvas() const {
+    const std::lock_guard lock(canvases_mutex);
+    if (canvases.empty()) return std::make_unique<DepthRegistration::Canvas>(*registration);
+    auto canvas = std::move(canvases.back());
+    canvases.pop_back();
+    return canvas;
+  }
+  void give_back(std::unique_ptr<DepthRegistration::Canvas> canvas) const {
+    const std::lock_guard lock(canvases_mutex);
+    canvases.push_back(std::move(canvas));
+  }
 };
 
 namespace {
@@ -84,11 +102,14 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
   HM_CHECK(width == impl.width && height == impl.height, "{} x {}", width, height);
   std::optional<DepthCorrection::Rows> correction;
   if (impl.correction) correction.emplace(*impl.correction, depth.unit_m);
-  std::optional<DepthRegistration::Canvas> canvas;
-  if (impl.registration) canvas.emplace(*impl.registration, depth.unit_m);
+  std::unique_ptr<DepthRegistration::Canvas> canvas;
+  if (impl.registration) {
+    canvas = impl.take_canvas();
+    canvas->begin(depth.unit_m);
+  }
   Image<std::uint16_t> rectified;
   if (!canvas) rectified = Image<std::uint16_t>(width, height);
-  std::vector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
+  AlignedVector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
   for (int y = 0; y < height; ++y) {
     if (impl.depth_lens)
       impl.depth_lens->undistort_row(depth.units, y, row.data());
@@ -103,10 +124,12 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
     else
       std::copy_n(row.data(), width, rectified.row(y).data());
   }
-  if (canvas)
+  if (canvas) {
     canvas->finish(depth.units);
-  else
+    impl.give_back(std::move(canvas));
+  } else {
     depth.units = std::move(rectified);
+  }
   return depth;
 }
 

@@ -17,7 +17,7 @@ namespace hm::detail {
 /// Two readings on both sides of a hole belong to one surface when they differ by no more than 3 % (2^-16).
 inline constexpr std::uint16_t kSameSurface = 1966;
 inline constexpr float kWhole = 8388608.0F;  // 2^23: a sum with it has no fraction
-inline constexpr std::int32_t kWholeBits = 0x4b000000;
+inline constexpr std::uint32_t kWholeBits = 0x4b000000;
 }  // namespace hm::detail
 #endif
 
@@ -26,41 +26,70 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using DU16 = hn::Rebind<std::uint16_t, DF>;  // as many as there are floats
+using DHalf = hn::Rebind<std::uint16_t, DF>;  // as many as there are floats
 
-/// z (column + row) + origin
-HWY_INLINE VF Along(const detail::ProjectedRow& row, int axis, int x, VF z) {
-  const VF direction = hn::Add(hn::LoadU(DF(), row.of_column[axis] + x), hn::Set(DF(), row.of_row[axis]));
-  return hn::Add(hn::Mul(z, direction), hn::Set(DF(), row.origin[axis]));
+/// Rounded and less `zero`, or `beyond` for what is not within 0 and that (no number is not): the last bits
+/// of the sum with 2^23.
+HWY_INLINE VU Rounded(VF value, VU zero, VU beyond) {
+  const VU bits = hn::BitCast(DU(), hn::Add(value, hn::Set(DF(), detail::kWhole)));
+  return hn::Min(hn::Sub(bits, zero), beyond);
 }
 
-/// Held within 0 and `last` (no number becomes 0) and rounded: the last bits of the sum with 2^23.
-HWY_INLINE VI Rounded(VF value, VF last) {
-  const VF held = hn::Min(hn::Max(value, hn::Zero(DF())), last);
-  return hn::BitCast(DI(), hn::Add(held, hn::Set(DF(), detail::kWhole)));
-}
+/// z (column + row) + origin, along one axis.
+struct Axis {
+  HWY_INLINE Axis(const detail::ProjectedRow& projected, int axis)
+      : column(projected.of_column[axis]),
+        row(hn::Set(DF(), projected.of_row[axis])),
+        origin(hn::Set(DF(), projected.origin[axis])) {}
+  HWY_INLINE VF At(int x, VF z) const {
+    return hn::Add(hn::Mul(z, hn::Add(hn::Load(DF(), column + x), row)), origin);
+  }
+  const float* HWY_RESTRICT column;
+  VF row, origin;
+};
 
-void ProjectRow(const detail::ProjectedRow& row, const std::uint16_t* HWY_RESTRICT depth,
-                std::int32_t* HWY_RESTRICT cells, std::uint16_t* HWY_RESTRICT nearness) {
-  const VF last_x = hn::Set(DF(), row.last_x), last_y = hn::Set(DF(), row.last_y);
-  const VF last_z = hn::Set(DF(), 65536.0F), one = hn::Set(DF(), 1.0F);
-  const VI stride = hn::Set(DI(), row.stride);
-  // What 2^23 is as bits, in a cell's x and y.
-  const auto bits = static_cast<std::uint32_t>(detail::kWholeBits);
-  const VI offset =
-      hn::Set(DI(), static_cast<std::int32_t>(bits * (static_cast<std::uint32_t>(row.stride) + 1)));
-  const VI less = hn::Set(DI(), detail::kWholeBits + 1), all = hn::Set(DI(), 0xffff);
-  for (int x = 0; x < row.width; x += static_cast<int>(hn::Lanes(DF()))) {
-    const VF z = hn::ConvertTo(DF(), hn::PromoteTo(DI(), hn::LoadU(DU16(), depth + x)));
-    const VF pz = Along(row, 2, x, z);
-    const VF inverse = hn::Div(one, pz);
-    const VI u = Rounded(hn::Mul(Along(row, 0, x, z), inverse), last_x);
-    const VI v = Rounded(hn::Mul(Along(row, 1, x, z), inverse), last_y);
-    hn::StoreU(hn::Sub(hn::Add(hn::Mul(v, stride), u), offset), DI(), cells + x);
-    const VF kept = hn::IfThenZeroElse(hn::Eq(z, hn::Zero(DF())), pz);
-    // 0 becomes the largest number of 16 bits.
-    const VI nearer = hn::And(hn::Sub(Rounded(kept, last_z), less), all);
-    hn::StoreU(hn::DemoteTo(DU16(), nearer), DU16(), nearness + x);
+/// What is used over and over is in local variables, since stores would make the compiler load it anew.
+void Step(const detail::RegistrationStep& step) {
+  std::uint32_t* HWY_RESTRICT cells = step.placed.cells;
+  std::uint16_t* HWY_RESTRICT nearness = step.placed.nearness;
+  const std::uint16_t* HWY_RESTRICT depth = step.depth;
+  const std::uint32_t* HWY_RESTRICT put_cells = step.splatted.cells;
+  const std::uint16_t* HWY_RESTRICT put_nearness = step.splatted.nearness;
+  std::uint16_t* HWY_RESTRICT nearest = step.nearest;
+  const detail::ProjectedRow& row = step.projection;
+  const Axis along_x(row, 0), along_y(row, 1), along_z(row, 2);
+  const VU beyond_x = hn::Set(DU(), row.last_x), beyond_y = hn::Set(DU(), row.last_y);
+  const VU stride = hn::Set(DU(), row.stride), none = hn::Set(DU(), std::uint32_t{detail::kNone});
+  const VU zero = hn::Set(DU(), detail::kWholeBits), one = hn::Set(DU(), detail::kWholeBits + 1);
+  const VU first = hn::Iota(DU(), 0);
+  const auto project = [&](int x) HWY_ATTR {
+    const VI units = hn::PromoteTo(DI(), hn::LoadU(DHalf(), depth + x));
+    const VF z = hn::ConvertTo(DF(), units), pz = along_z.At(x, z);
+    const VF inverse = hn::Div(hn::Set(DF(), 1.0F), pz);
+    const VU u = Rounded(hn::Mul(along_x.At(x, z), inverse), zero, beyond_x);
+    const VU v = Rounded(hn::Mul(along_y.At(x, z), inverse), zero, beyond_y);
+    const auto is_hole = hn::Eq(hn::BitCast(DU(), units), hn::Zero(DU()));
+    // Holes would all go to one cell, each waiting for the one before.
+    const VU apart = hn::Add(first, hn::Set(DU(), static_cast<std::uint32_t>(x)));
+    hn::Store(hn::IfThenElse(is_hole, apart, hn::Add(hn::Mul(v, stride), u)), DU(), cells + x);
+    const VU nearer = hn::IfThenElse(is_hole, none, Rounded(pz, one, none));
+    hn::Store(hn::DemoteTo(DHalf(), hn::BitCast(DI(), nearer)), DHalf(), nearness + x);
+  };
+  const auto put = [&](int i) HWY_ATTR {
+    std::uint64_t at = put_cells[i];
+    const std::uint32_t old = nearest[at], now = put_nearness[i];
+    // Hides from the compiler that both addresses are one: it would compute it apart, which costs a sixth.
+    asm("" : "+r"(at));
+    nearest[at] = static_cast<std::uint16_t>(old < now ? old : now);
+  };
+  // Both halves of a row in turn: neighbours in the image often share a cell, and the second of them would
+  // wait for the first.
+  const int lanes = static_cast<int>(hn::Lanes(DF())), half = row.width / 2;
+  for (int x = 0, k = 0; x < row.width; x += detail::kBlock_px, k += detail::kBlock_px / 2) {
+    put(k), put(k + half), put(k + 1), put(k + 1 + half), put(k + 2), put(k + 2 + half);
+    put(k + 3), put(k + 3 + half), put(k + 4), put(k + 4 + half), put(k + 5), put(k + 5 + half);
+    put(k + 6), put(k + 6 + half), put(k + 7), put(k + 7 + half);
+    for (int i = 0; i < detail::kBlock_px; i += lanes) project(x + i);
   }
 }
 
@@ -107,15 +136,27 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace hm {
-HWY_EXPORT(ProjectRow);
+HWY_EXPORT(Step);
 HWY_EXPORT(FillRow);
 
 namespace detail {
 namespace {
 
-int rounded(float value, float last) {
-  const float held = value > 0.0F ? std::min(value, last) : 0.0F;
-  return std::bit_cast<std::int32_t>(held + kWhole) - kWholeBits;
+std::uint32_t rounded(float value, std::uint32_t zero, std::uint32_t beyond) {
+  return std::min(std::bit_cast<std::uint32_t>(value + kWhole) - zero, beyond);
+}
+
+void project_plain(const ProjectedRow& row, const std::uint16_t* depth, const PlacedRow& to) {
+  for (int x = 0; x < row.width; ++x) {
+    float p[3];
+    for (int i = 0; i < 3; ++i)
+      p[i] = static_cast<float>(depth[x]) * (row.of_column[i][x] + row.of_row[i]) + row.origin[i];
+    const float inverse = 1.0F / p[2];
+    const std::uint32_t u = rounded(p[0] * inverse, kWholeBits, row.last_x);
+    const std::uint32_t v = rounded(p[1] * inverse, kWholeBits, row.last_y);
+    to.cells[x] = depth[x] == 0 ? static_cast<std::uint32_t>(x) : v * row.stride + u;
+    to.nearness[x] = static_cast<std::uint16_t>(depth[x] == 0 ? kNone : rounded(p[2], kWholeBits + 1, kNone));
+  }
 }
 
 std::uint16_t depth_at(const std::uint16_t* cell) { return static_cast<std::uint16_t>(*cell + 1); }
@@ -130,23 +171,15 @@ std::uint16_t between(std::uint16_t a, std::uint16_t b) {
 
 }  // namespace
 
-void project_row_plain(const ProjectedRow& row, const std::uint16_t* depth, std::int32_t* cells,
-                       std::uint16_t* nearness) {
-  for (int x = 0; x < row.width; ++x) {
-    float p[3];
-    for (int i = 0; i < 3; ++i)
-      p[i] = static_cast<float>(depth[x]) * (row.of_column[i][x] + row.of_row[i]) + row.origin[i];
-    const float inverse = 1.0F / p[2];
-    cells[x] = rounded(p[1] * inverse, row.last_y) * row.stride + rounded(p[0] * inverse, row.last_x);
-    const int moved = depth[x] == 0 ? 0 : rounded(p[2], 65536.0F);
-    nearness[x] = static_cast<std::uint16_t>(moved - 1);
+void register_step_plain(const RegistrationStep& step) {
+  for (int x = 0; x < step.projection.width; ++x) {
+    std::uint16_t& cell = step.nearest[step.splatted.cells[x]];
+    cell = std::min(cell, step.splatted.nearness[x]);
   }
+  project_plain(step.projection, step.depth, step.placed);
 }
 
-void project_row_simd(const ProjectedRow& row, const std::uint16_t* depth, std::int32_t* cells,
-                      std::uint16_t* nearness) {
-  HWY_DYNAMIC_DISPATCH(ProjectRow)(row, depth, cells, nearness);
-}
+void register_step_simd(const RegistrationStep& step) { HWY_DYNAMIC_DISPATCH(Step)(step); }
 
 void fill_row_plain(const std::uint16_t* cells, int stride, int width, std::uint16_t* depth) {
   for (int x = 0; x < width; ++x) {

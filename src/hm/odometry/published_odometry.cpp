@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
@@ -11,6 +13,7 @@
 #include "hm/odometry/frame_to_frame.hpp"
 #include "hm/odometry/model_registration.hpp"
 #include "hm/odometry/pose_equations.hpp"
+#include "hm/odometry/relocalisation.hpp"
 
 namespace hm {
 
@@ -64,7 +67,9 @@ class PublishedOdometry final : public VisualOdometry {
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override;
 
   [[nodiscard]] std::size_t memory_bytes() const override {
-    return model_.memory_bytes() + last_features_.capacity() * sizeof(Feature);
+    std::size_t features = last_features_.capacity();
+    for (const Place& place : places_) features += place.keyframe->features.capacity();
+    return model_.memory_bytes() + features * sizeof(Feature) + places_.size() * sizeof(Place);
   }
 
  private:
@@ -73,6 +78,7 @@ class PublishedOdometry final : public VisualOdometry {
   Answer register_frame(const FeatureSet& features, TrackingNumbers& numbers);
   Answer register_to_points(const FeatureSet& features, const SE3& prediction, TrackingNumbers& numbers);
   void accept(const RgbdFrame& frame, const Answer& answer, FeatureSet features, TrackedFrame& result);
+  std::optional<Answer> relocalise(const FeatureSet& features, TrackingNumbers& numbers);
   void lose(const RgbdFrame& frame, FeatureSet features, const std::string& reason, TrackedFrame& result);
   void take_in(const FeatureSet& features, TrackingNumbers& numbers);
   void make_keyframe(const RgbdFrame& frame, TrackedFrame& result);
@@ -91,12 +97,17 @@ class PublishedOdometry final : public VisualOdometry {
 
   bool started_ = false;
   int submap_ = 0;
-  int lost_frames_ = 0;
-  std::optional<Time> last_stamp_;
+  LostState lost_;
+  std::optional<Time> last_stamp_, posed_stamp_;
   SE3 T_odom_camera_;  ///< of the last frame that was tracked
   Mat6 covariance_ = Mat6::Zero();
   FeatureSet last_features_;  ///< of that frame
-  SE3 T_odom_keyframe_;
+  /// A keyframe of this submap, with the covariance of its pose.
+  struct Place {
+    std::shared_ptr<const Keyframe> keyframe;
+    Mat6 covariance = Mat6::Zero();
+  };
+  std::deque<Place> places_;  ///< the newest last
 };
 
 FeatureSet PublishedOdometry::detect(const RgbdFrame& frame, TrackingNumbers& numbers) {
@@ -126,9 +137,17 @@ TrackedFrame PublishedOdometry::track(const RgbdFrame& frame, const MotionHint& 
   if (!started_) {
     start(frame, std::move(features), result);
   } else if (const Answer answer = register_frame(features, result.numbers); answer.found) {
+    result.status = TrackingStatus::kTracked;
     accept(frame, answer, std::move(features), result);
+  } else if (const auto again = relocalise(features, result.numbers)) {
+    result.status = TrackingStatus::kRelocalised;
+    accept(frame, *again, std::move(features), result);
   } else {
     lose(frame, std::move(features), answer.reason, result);
+  }
+  if (result.T_odom_camera) {
+    posed_stamp_ = frame.stamp;
+    lost_.found();
   }
   result.submap = submap_;
   result.numbers.model_points = model_.points().size();
@@ -192,17 +211,35 @@ void PublishedOdometry::accept(const RgbdFrame& frame, const Answer& answer, Fea
   T_odom_camera_ =
       SE3(T_odom_camera_.quaternion(), T_odom_camera_.translation());  // rounding must not add up
   covariance_ = answer.covariance;
-  lost_frames_ = 0;
   last_features_ = std::move(features);
   take_in(last_features_, result.numbers);
-  result.status = TrackingStatus::kTracked;
   result.T_odom_camera = T_odom_camera_;
   result.covariance = covariance_;
-  const SE3 moved = T_odom_keyframe_.inverse() * T_odom_camera_;
+  const SE3 moved = places_.back().keyframe->T_odom_camera.inverse() * T_odom_camera_;
   if (moved.translation().norm() >= params_.keyframe_distance_m ||
       moved.angle() >= params_.keyframe_angle_rad) {
     make_keyframe(frame, result);
   }
+}
+
+/// Where a keyframe shows that the camera is; with a model, registered to it from there.
+std::optional<Answer> PublishedOdometry::relocalise(const FeatureSet& features, TrackingNumbers& numbers) {
+  std::vector<KnownPlace> known;
+  for (const Place& place : places_)
+    known.push_back({&place.keyframe->features, place.keyframe->T_odom_camera, place.keyframe->frame_index});
+  int matches = 0;
+  const auto search = lost_.next_search(*last_stamp_, *posed_stamp_, params_.ransac.min_inliers);
+  const auto found = find_again(known, features, search, matches);
+  if (!found) return std::nullopt;
+  if (has_model()) {
+    Answer answer = register_to_points(features, found->T_odom_camera, numbers);
+    return answer.found ? std::optional(std::move(answer)) : std::nullopt;
+  }
+  const auto place = std::find_if(places_.begin(), places_.end(),
+                                  [&](const Place& p) { return p.keyframe->frame_index == found->keyframe; });
+  numbers.matches = matches;
+  numbers.inliers = found->inliers;
+  return Answer{true, {}, found->T_odom_camera, place->covariance + found->covariance};
 }
 
 /// The model stays as it was, unless the way back has been sought in vain for long enough.
@@ -213,11 +250,11 @@ void PublishedOdometry::lose(const RgbdFrame& frame, FeatureSet features, const 
   result.reason = fmt::format(
       "{}; {} features, {} with depth, sharpness {:.0f}, depth at {:.0f} % of the pixels", reason,
       numbers.features, numbers.features_with_depth, numbers.sharpness, 100 * numbers.depth_coverage_ratio);
-  ++lost_frames_;
-  if (lost_frames_ <= params_.max_lost_frames || numbers.features_with_depth < needed_features()) return;
-  lost_frames_ = 0;
+  lost_.count(frame.stamp);
+  if (lost_.frames() <= params_.max_lost_frames || numbers.features_with_depth < needed_features()) return;
   ++submap_;
   model_.clear();
+  places_.clear();
   start(frame, std::move(features), result);
 }
 
@@ -229,9 +266,12 @@ void PublishedOdometry::take_in(const FeatureSet& features, TrackingNumbers& num
 }
 
 void PublishedOdometry::make_keyframe(const RgbdFrame& frame, TrackedFrame& result) {
-  T_odom_keyframe_ = T_odom_camera_;
-  result.new_keyframe = std::make_shared<const Keyframe>(
-      Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}});
+  places_.push_back(
+      {std::make_shared<const Keyframe>(
+           Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}}),
+       covariance_});
+  if (places_.size() > static_cast<std::size_t>(params_.max_keyframes)) places_.pop_front();
+  result.new_keyframe = places_.back().keyframe;
 }
 
 }  // namespace

@@ -173,6 +173,36 @@ TEST_P(EachMethod, FramesThatCannotBeUsedAreSkipped) {
   EXPECT_NE(again.reason.find("not after"), std::string::npos) << again.reason;
 }
 
+/// A jump back to the beginning, out of reach from the last pose: only a keyframe shows where the camera is.
+TEST_P(EachMethod, IsRelocalisedWhereItHasBeenBefore) {
+  const auto vo = odometry(params_of(GetParam()));
+  const SE3 start = *way_frames().front().T_world_camera;
+  const auto turned = [&](int i) { return start * SE3(so3_exp(Vec3(0, 0.035 * i, 0)), Vec3::Zero()); };
+  double t = 0;
+  for (int i = 0; i < 45; ++i, t += kPeriod_s) {
+    const TrackedFrame tracked = vo->track(render({1, 0.0014}, small_camera(), turned(i), t));
+    ASSERT_TRUE(tracked.T_odom_camera) << i;
+    ASSERT_LT((tracked.T_odom_camera->inverse() * turned(i)).translation().norm(), 0.1) << i;
+  }
+  const RgbdFrame back = later(way_frames().front(), t + 3 * kPeriod_s);
+  RgbdFrame dark = back;
+  dark.color = Image<Rgb8>(320, 240, {3, 3, 3});
+  std::size_t points = 0;
+  for (int i = 0; i < 3; ++i) points = vo->track(later(dark, (i - 3) * kPeriod_s)).numbers.model_points;
+  TrackedFrame tracked;
+  for (int i = 0; i < 10 && !tracked.T_odom_camera; ++i) {
+    tracked = vo->track(later(back, i * kPeriod_s));
+    const bool found = tracked.T_odom_camera.has_value();
+    EXPECT_TRUE(found || tracked.numbers.model_points == points);
+  }
+  ASSERT_EQ(tracked.status, TrackingStatus::kRelocalised) << tracked.reason;
+  EXPECT_EQ(tracked.submap, 0);
+  EXPECT_LT((tracked.T_odom_camera->inverse() * start).translation().norm(), 0.03);
+  EXPECT_LT((tracked.T_odom_camera->inverse() * start).angle(), 0.02);
+  const Vec6 values = Eigen::SelfAdjointEigenSolver<Mat6>(tracked.covariance).eigenvalues();
+  EXPECT_GT(values.minCoeff(), 0);
+}
+
 TEST_P(EachMethod, ANewSubmapBeginsAfterALongTimeLost) {
   OdometryParams params = params_of(GetParam());
   params.published.max_lost_frames = 5;

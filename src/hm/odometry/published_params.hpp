@@ -39,6 +39,7 @@ struct PublishedParams {
   PointModelParams model;
   MotionConstraint constraint = MotionConstraint::kNone;
   int max_lost_frames = 30;
+  int max_keyframes = 60;
   double keyframe_distance_m = 0.10;
   double keyframe_angle_rad = 0.1745;
   int seed = 1;
@@ -54,6 +55,8 @@ struct PublishedParams {
     v(ParamDoc{"constraint", {}, "motion that is taken for impossible; odom's z axis must point up"},
       self.constraint, kMotionConstraintNames);
     v(ParamDoc{"max_lost_frames", {1, 1e6}, "lost for longer: a new submap begins"}, self.max_lost_frames);
+    v(ParamDoc{"max_keyframes", {1, 10000}, "keyframes kept to be found again at; the oldest go first"},
+      self.max_keyframes);
     v(ParamDoc{"keyframe_distance_m", {0, 100}, "a keyframe after this much motion"},
       self.keyframe_distance_m);
     v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "or after this much turning"}, self.keyframe_angle_rad);

@@ -7,23 +7,29 @@
 #include <cmath>
 
 #include "hm/core/stopwatch.hpp"
-#include "hm/odometry/coarse_alignment.hpp"
 #include "hm/odometry/frame_check.hpp"
 #include "hm/odometry/motion_filter.hpp"
+#include "hm/odometry/relocalisation.hpp"
 #include "hm/odometry/tracker_attempt.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
-#include "hm/odometry/tracker_relocalisation.hpp"
+#include "hm/odometry/tracker_prediction.hpp"
 #include "hm/odometry/window_adjustment.hpp"
 
 namespace hm {
 namespace {
 
 constexpr int kPyramidLevels = 5;
-constexpr std::size_t kCoarsePixels = 2000;
 constexpr int kMinStartFeatures = 30;
-constexpr std::size_t kKeyframesPerSearch = 4;
-constexpr double kRelocalisedShift_px = 16;
 constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
+
+// A few landmarks are enough where the surfaces, which hold the camera by themselves, say the same.
+constexpr int kMinWithSurface = 6;
+constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
+
+bool agree(const SE3& a, const SE3& b) {
+  const SE3 difference = a.inverse() * b;
+  return difference.translation().norm() < kAgree_m && difference.angle() < kAgree_rad;
+}
 
 class Tracker final : public VisualOdometry {
  public:
@@ -38,7 +44,7 @@ class Tracker final : public VisualOdometry {
     attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
     attempts_.matching.max_depth_m = params.max_depth_m;
     attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
-    attempts_.matching.noise = attempts_.registration.noise = params.features.depth_noise;
+    attempts_.matching.noise = attempts_.registration.noise = noise();
     attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
     attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
     attempts_.min_inliers = params.tracker.min_inliers;
@@ -57,10 +63,10 @@ class Tracker final : public VisualOdometry {
       else
         follow(view, hint, out);
       if (out.T_odom_camera) {
-        lost_frames_ = 0;
+        lost_.found();
         posed_stamp_ = frame.stamp;
         if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
-        reference_ = CoarseReference(view.pyramid, view.grid, camera_, kCoarsePixels);
+        reference_ = make_prediction_reference(view, camera_);
       }
     } else {
       out.status = TrackingStatus::kSkipped;
@@ -81,7 +87,7 @@ class Tracker final : public VisualOdometry {
     TrackerFrame view;
     view.frame = &frame;
     view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
-    view.grid = make_depth_grid(frame.depth, camera_, attempts_.registration.noise, params_.max_depth_m);
+    view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
     if (hint.up_camera && up_odom_) view.up = UpPrior{*up_odom_, *hint.up_camera};
     out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
@@ -117,8 +123,9 @@ class Tracker final : public VisualOdometry {
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
     Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
+    if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
-    note(attempt, out);
+    note(attempt, out.numbers);
     if (attempt.refusal.empty())
       accept(view, attempt, TrackingStatus::kTracked, out);
     else
@@ -126,33 +133,38 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] SE3 predict(const TrackerFrame& view, const MotionHint& hint) const {
-    const SE3 velocity = SE3::exp(velocity_);
-    std::vector<SE3> guesses{velocity, SE3{}};
-    if (hint.R_last_current && lost_frames_ == 0)
-      guesses.insert(guesses.begin(), SE3(*hint.R_last_current, velocity.translation()));
-    CoarseResult coarse = align_coarsely(reference_, view.pyramid, guesses);
-    if ((view.frame->stamp - posed_stamp_).seconds() > kLongGap_s)
-      coarse = search_turns(reference_, view.pyramid, coarse, {guesses.front()});
-    return T_odom_last_ * coarse.T_ref_cur;
+    MotionGuess guess{SE3::exp(velocity_), std::nullopt, false};
+    if (!lost_.lost()) guess.R_ref_cur = hint.R_last_current;
+    guess.may_have_turned_far = (view.frame->stamp - posed_stamp_).seconds() > kLongGap_s;
+    return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
-  static void note(const Attempt& attempt, TrackedFrame& out) {
-    out.numbers.features = static_cast<int>(attempt.looked_for.size());
-    out.numbers.matches = static_cast<int>(attempt.matches.size());
-    out.numbers.inliers = attempt.registration.inliers;
-    out.numbers.features_with_depth = count_with_depth(attempt.matches);
+  /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
+  void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
+    const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
+    for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
+      const SE3 T_guess = T_odom_last_ * motion.T_ref_cur;
+      AttemptParams params = attempts_.widened();
+      if (motion.held) params.min_inliers = std::min(params.min_inliers, kMinWithSurface);
+      Attempt next = attempt_pose(map_, view, T_guess, camera_, params);
+      if (!next.refusal.empty() || (next.registration.inliers < attempts_.min_inliers &&
+                                    !agree(next.registration.T_odom_camera, T_guess)))
+        continue;
+      attempt = std::move(next);
+      return;
+    }
   }
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    velocity_ = status == TrackingStatus::kTracked && lost_frames_ == 0 ? (T_odom_last_.inverse() * T).log()
-                                                                        : Vec6::Zero();
+    velocity_ = status == TrackingStatus::kTracked && !lost_.lost() ? (T_odom_last_.inverse() * T).log()
+                                                                    : Vec6::Zero();
     for (const std::size_t index : attempt.looked_for) map_.landmark(index).looked_for += 1;
     for (const LandmarkMatch& match : attempt.matches)
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
     T_odom_last_ = T;
-    covariance_last_ = covariance_of(attempt);
+    covariance_last_ = covariance_of(map_, attempt);
     out.T_odom_camera = publish(view, T, status);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
@@ -165,7 +177,7 @@ class Tracker final : public VisualOdometry {
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
       filter_.model_moved(T_odom_last_);
     } else {
-      fuse_depths(map_, attempt.matches, T, camera_, attempts_.registration.noise);
+      fuse_depths(map_, attempt.matches, T, camera_, noise());
     }
     out.status = status;
     out.numbers.model_ms = watch.milliseconds();
@@ -175,18 +187,6 @@ class Tracker final : public VisualOdometry {
     if (!params_.tracker.motion_filter) return T;
     if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
     return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
-  }
-
-  /// That of the registration, and that of the keyframes in which its landmarks were first seen.
-  [[nodiscard]] Mat6 covariance_of(const Attempt& attempt) const {
-    Mat6 of_model = Mat6::Zero();
-    double inliers = 0;
-    for (const LandmarkMatch& match : attempt.matches) {
-      if (!match.inlier) continue;
-      of_model += map_.find(map_.landmark(match.landmark).anchor)->covariance;
-      inliers += 1;
-    }
-    return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
   }
 
   bool keyframe_due(const SE3& T, int inliers) {
@@ -212,26 +212,22 @@ class Tracker final : public VisualOdometry {
   void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
     FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
     int matches = 0;
-    const std::size_t first = static_cast<std::size_t>(lost_frames_) * kKeyframesPerSearch;
-    const auto found =
-        find_again(map_, features, {first, kKeyframesPerSearch, params_.tracker.min_inliers}, matches);
-    if (found) {
-      AttemptParams wide = attempts_;
-      wide.matching.search.first_level = 2;
-      wide.matching.search.max_shift_px = kRelocalisedShift_px;
-      Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, wide);
+    if (const auto found = search_keyframes(features, view.frame->stamp, matches)) {
+      Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
       if (attempt.refusal.empty()) {
-        note(attempt, out);
+        note(attempt, out.numbers);
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
-    ++lost_frames_;
+    lost_.count(view.frame->stamp);
     velocity_ = Vec6::Zero();
     out.status = TrackingStatus::kLost;
     out.reason = fmt::format(
         "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
         features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
-    if (lost_frames_ < params_.tracker.submap_after_frames) return;
+    if (lost_.frames() < params_.tracker.submap_after_frames &&
+        lost_.duration_s() < params_.tracker.submap_after_s)
+      return;
     const std::string reason = std::exchange(out.reason, {});
     submap_ += 1;
     begin_submap(view, std::move(features), out);
@@ -240,12 +236,22 @@ class Tracker final : public VisualOdometry {
     out.reason = reason + "; " + out.reason;
   }
 
+  std::optional<Relocalisation> search_keyframes(const FeatureSet& features, Time stamp, int& matches) {
+    std::vector<KnownPlace> places;
+    for (const MapKeyframe& keyframe : map_.keyframes())
+      places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+    return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempts_.min_inliers),
+                      matches);
+  }
+
+  [[nodiscard]] const DepthNoise& noise() const { return params_.features.depth_noise; }
+
   OdometryParams params_;
   PinholeCamera camera_;
   AttemptParams attempts_;
   FeatureDetector detector_;
   LocalMap map_;
-  CoarseReference reference_;  ///< the last frame with a pose
+  PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
   SE3 T_odom_last_;  ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
@@ -253,7 +259,8 @@ class Tracker final : public VisualOdometry {
   std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
-  int submap_ = 0, lost_frames_ = 0;
+  LostState lost_;
+  int submap_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe
   double keyframe_depth_m_ = 2;
 };

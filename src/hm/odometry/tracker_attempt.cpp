@@ -11,6 +11,7 @@ namespace {
 constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
 constexpr double kFewFoundRatio = 0.3;                           // of the landmarks looked for
 constexpr int kMinForSecondLook = 6;                             // fewer do not say where the camera is
+constexpr double kWideShift_px = 16;
 
 Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                   const PinholeCamera& camera, const AttemptParams& params) {
@@ -41,6 +42,13 @@ std::string refusal_of(const Attempt& attempt, const AttemptParams& params) {
 
 }  // namespace
 
+AttemptParams AttemptParams::widened() const {
+  AttemptParams wide = *this;
+  wide.matching.search.first_level = 2;
+  wide.matching.search.max_shift_px = kWideShift_px;
+  return wide;
+}
+
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params) {
   Attempt attempt = look_from(map, frame, T_odom_guess, camera, params);
@@ -56,6 +64,24 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
   }
   attempt.refusal = refusal_of(attempt, params);
   return attempt;
+}
+
+void note(const Attempt& attempt, TrackingNumbers& numbers) {
+  numbers.features = static_cast<int>(attempt.looked_for.size());
+  numbers.matches = static_cast<int>(attempt.matches.size());
+  numbers.inliers = attempt.registration.inliers;
+  numbers.features_with_depth = count_with_depth(attempt.matches);
+}
+
+Mat6 covariance_of(const LocalMap& map, const Attempt& attempt) {
+  Mat6 of_model = Mat6::Zero();
+  double inliers = 0;
+  for (const LandmarkMatch& match : attempt.matches) {
+    if (!match.inlier) continue;
+    of_model += map.find(map.landmark(match.landmark).anchor)->covariance;
+    inliers += 1;
+  }
+  return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
 }
 
 }  // namespace hm

@@ -4,6 +4,7 @@
 
 #include "hm/odometry/tracker_matching.hpp"
 #include "hm/odometry/tracker_registration.hpp"
+#include "hm/odometry/visual_odometry.hpp"
 
 namespace hm {
 
@@ -13,6 +14,8 @@ struct AttemptParams {
   RegistrationParams registration;
   int min_inliers = 15;
   double max_sigma_m = 0.05;  ///< of the position, in its least certain direction
+  /// The same for a guess that may be many pixels off.
+  [[nodiscard]] AttemptParams widened() const;
 };
 
 /// A frame registered to the model, and why it is not accepted (empty: it is).
@@ -28,5 +31,12 @@ struct Attempt {
 /// from where the first ones put the camera. The model is only read.
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
+
+/// What an attempt says about the frame.
+void note(const Attempt& attempt, TrackingNumbers& numbers);
+
+/// The covariance of the pose (left perturbation in odom): that of the registration, and that of the
+/// keyframes in which its landmarks were first seen.
+Mat6 covariance_of(const LocalMap& map, const Attempt& attempt);
 
 }  // namespace hm

@@ -18,6 +18,7 @@ struct TrackerParams {
   bool motion_filter = true;
   double lost_sigma_m = 0.05;
   int submap_after_frames = 60;
+  double submap_after_s = 2;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -44,6 +45,7 @@ struct TrackerParams {
       self.lost_sigma_m);
     v(ParamDoc{"submap_after_frames", {1, 1e6}, "frames after which a new submap begins when lost"},
       self.submap_after_frames);
+    v(ParamDoc{"submap_after_s", {0, 1e6}, "or time, whichever is over first"}, self.submap_after_s);
   }
 };
 

@@ -191,6 +191,23 @@ TEST(Tracker, BeginsASubmapWhereItWasNeverBefore) {
   EXPECT_EQ(tracked.submap, 1);
 }
 
+/// At five frames a second sixty frames would be twelve seconds without a pose.
+TEST(Tracker, BeginsASubmapAfterTwoSecondsAtAnyRate) {
+  const auto odometry = tracker();
+  for (int i = 0; i < 4; ++i) odometry->track(frame_at(6 * i, path_pose(6 * i * kFrame_s)));
+  TexturedRoom elsewhere;
+  elsewhere.seed = 77;
+  int lost = 0;
+  TrackedFrame tracked;
+  for (int i = 4; i < 30; ++i, ++lost) {
+    tracked = odometry->track(frame_at(6 * i, path_pose(0), elsewhere));
+    if (tracked.T_odom_camera) break;
+  }
+  EXPECT_EQ(lost, 10);
+  EXPECT_EQ(tracked.status, TrackingStatus::kStarted);
+  EXPECT_EQ(tracked.submap, 1);
+}
+
 TEST(Tracker, SkipsWhatItCannotUse) {
   const auto odometry = tracker();
   odometry->track(frame_at(0, path_pose(0)));

@@ -50,7 +50,7 @@ struct NarrowScale;
 }  // namespace detail
 
 /// Applies a model to depth images. Const members may be used from any thread; the same bits on every CPU.
-/// Models of up to some 30 cm are applied in whole numbers, within 0.1 mm of correction_m(); larger ones in
+/// Models of up to 20 cm are applied in whole numbers, within 0.1 mm of correction_m(); larger ones in
 /// single precision.
 class DepthCorrection {
  public:

@@ -10,8 +10,10 @@ namespace hm::detail {
 namespace {
 
 constexpr double kOne = 32768;
-constexpr double kLargestRange_m = 0.32;  // 2^-15 of it is 0.01 mm; ten roundings stay below 0.1 mm
-constexpr double kFullS = 32600;          // s = 1, with room for the rounding of a reading's place
+// 2^-15 of it is 0.006 mm. A term is rounded by at most 2.5 of that (its number, and a product three times,
+// each half), all weights together by 1.5, places and sums by 3: with four terms less than 0.1 mm.
+constexpr double kLargestRange_m = 0.2;
+constexpr double kFullS = 32600;  // s = 1, with room for the rounding of a reading's place
 
 std::int16_t narrowed(double ratio) {
   return static_cast<std::int16_t>(std::clamp(std::round(ratio * kOne), -32767.0, 32767.0));
@@ -20,20 +22,12 @@ std::int16_t narrowed(double ratio) {
 /// c_k that belongs to s as whole numbers: kFullS of them are 1.
 double of_whole_s(double coefficient_m, int term) { return coefficient_m * std::pow(kOne / kFullS, term); }
 
-/// Factors of t^3 .. t^0 of a span of a spline, between four control points.
-std::array<double, 4> cubic_between(const std::array<double, 4>& c) {
-  return {(c[3] - c[0] + 3 * (c[1] - c[2])) / 6, (c[0] - 2 * c[1] + c[2]) / 2, (c[2] - c[0]) / 2,
-          (c[0] + 4 * c[1] + c[2]) / 6};
-}
-
-/// The control points of a term along a row of the image.
-double point_in_row(const DepthCorrectionModel& model, const SplinePlace& place, int term, int column) {
+/// A term along a row of control points, at a pixel between its columns.
+double point_in_column(const DepthCorrectionModel& model, const SplinePlace& place, int term, int row) {
   const auto weights = spline_weights(place.t);
+  const float* points = model.coefficients.data() + (term * model.rows + row) * model.columns + place.span;
   double sum = 0;
-  for (int j = 0; j < 4; ++j)
-    sum += weights[static_cast<std::size_t>(j)] *
-           static_cast<double>(model.coefficients[static_cast<std::size_t>(
-               (term * model.rows + place.span + j) * model.columns + column)]);
+  for (std::size_t i = 0; i < 4; ++i) sum += weights[i] * static_cast<double>(points[i]);
   return of_whole_s(sum, term);
 }
 
@@ -51,6 +45,7 @@ std::optional<NarrowCorrection> NarrowCorrection::make(const DepthCorrectionMode
                                                        int height) {
   NarrowCorrection narrow;
   narrow.width_ = width, narrow.height_ = height, narrow.terms_ = model.terms;
+  narrow.stride_ = (width + 31) / 32 * 32;
   narrow.min_depth_m_ = model.min_depth_m, narrow.max_depth_m_ = model.max_depth_m;
   const bool fits =
       model.mode == DepthFitMode::kSpline ? narrow.make_spline(model) : narrow.make_pixels(model);
@@ -59,31 +54,31 @@ std::optional<NarrowCorrection> NarrowCorrection::make(const DepthCorrectionMode
 }
 
 bool NarrowCorrection::make_spline(const DepthCorrectionModel& model) {
-  const int spans = model.columns - 3;
-  std::vector<double> cubics;
+  const auto stride = static_cast<std::size_t>(stride_), terms = static_cast<std::size_t>(terms_);
+  const auto rows = static_cast<std::size_t>(model.rows);
+  std::vector<double> points(rows * terms * stride);
   double largest_m = 1e-4;
-  for (int y = 0; y < height_; ++y) {
-    const SplinePlace place = spline_place(y, height_, model.rows);
-    for (int span = 0; span < spans; ++span) {
-      double sum_m = 0;
-      for (int k = 0; k < terms_; ++k) {
-        std::array<double, 4> points{};
-        for (int i = 0; i < 4; ++i)
-          points[static_cast<std::size_t>(i)] = point_in_row(model, place, k, span + i);
-        for (const double factor : cubic_between(points)) {
-          cubics.push_back(factor);
-          sum_m += std::abs(factor);  // no sum on the way is larger: s and t are not above 1
-        }
+  for (int x = 0; x < width_; ++x) {
+    const SplinePlace place = spline_place(x, width_, model.columns);
+    std::vector<double> before(terms);
+    for (std::size_t row = 0; row < rows; ++row) {
+      double sum_m = 0, step_m = 0;
+      for (std::size_t k = 0; k < terms; ++k) {
+        const double point = point_in_column(model, place, static_cast<int>(k), static_cast<int>(row));
+        points[(row * terms + k) * stride + static_cast<std::size_t>(x)] = point;
+        sum_m += std::abs(point);  // no sum on the way is larger: weights are shares, and s is not above 1
+        if (row > 0) step_m = std::max(step_m, std::abs(point - before[k]));
+        before[k] = point;
       }
-      largest_m = std::max(largest_m, sum_m);
+      largest_m = std::max({largest_m, sum_m, step_m});
     }
   }
   range_m_ = 1.001 * largest_m;
   if (range_m_ > kLargestRange_m) return false;
-  for (const double factor : cubics) coefficients_.push_back(narrowed(factor / range_m_));
-  span_begin_ = spline_span_begins(width_, model.columns);
-  for (int x = 0; x < width_; ++x) place_.push_back(narrowed(spline_place(x, width_, model.columns).t));
-  place_.resize(static_cast<std::size_t>(width_ + DepthCorrection::kRowSlack_px), 0);
+  for (const double point : points) values_.push_back(narrowed(point / range_m_));
+  for (std::size_t i = 0; i < values_.size() - terms * stride; ++i)
+    steps_.push_back(static_cast<std::int16_t>(values_[i + terms * stride] - values_[i]));
+  for (int y = 0; y < height_; ++y) places_.push_back(spline_place(y, height_, model.rows));
   return true;
 }
 
@@ -107,18 +102,18 @@ bool NarrowCorrection::make_pixels(const DepthCorrectionModel& model) {
     const auto from = [&](int x) {
       return static_cast<std::size_t>(from_y * model.width + source(x, model.width, width_));
     };
-    for (int k = 0; k < terms_; ++k)
-      for (int x = 0; x < width_; ++x) {
-        const auto c = static_cast<double>(model.coefficients[static_cast<std::size_t>(k) * plane + from(x)]);
-        coefficients_.push_back(narrowed(of_whole_s(c, k) / range_m_));
-      }
-    for (int x = 0; x < width_; ++x) {
-      lowest_s_.push_back(narrowed(static_cast<double>(model.lowest_s[from(x)]) * kFullS / kOne));
-      highest_s_.push_back(narrowed(static_cast<double>(model.highest_s[from(x)]) * kFullS / kOne));
-    }
+    const auto add = [&](AlignedVector<std::int16_t>& to, auto&& number) {
+      for (int x = 0; x < width_; ++x) to.push_back(narrowed(number(from(x))));
+      to.resize(to.size() + static_cast<std::size_t>(stride_ - width_), 0);
+    };
+    for (std::size_t k = 0; k < static_cast<std::size_t>(terms_); ++k)
+      add(coefficients_, [&](std::size_t i) {
+        const auto c = static_cast<double>(model.coefficients[k * plane + i]);
+        return of_whole_s(c, static_cast<int>(k)) / range_m_;
+      });
+    add(lowest_s_, [&](std::size_t i) { return static_cast<double>(model.lowest_s[i]) * kFullS / kOne; });
+    add(highest_s_, [&](std::size_t i) { return static_cast<double>(model.highest_s[i]) * kFullS / kOne; });
   }
-  for (auto* table : {&coefficients_, &lowest_s_, &highest_s_})
-    table->resize(table->size() + DepthCorrection::kRowSlack_px, 0);  // of the last row
   return true;
 }
 
@@ -143,20 +138,24 @@ std::optional<NarrowScale> NarrowCorrection::scale_for(double unit_m) const {
 }
 
 NarrowRow NarrowCorrection::row(int y) const {
-  const auto width = static_cast<std::size_t>(width_), terms = static_cast<std::size_t>(terms_);
+  const auto terms = static_cast<std::size_t>(terms_), stride = static_cast<std::size_t>(stride_);
   const auto at = static_cast<std::size_t>(y);
   NarrowRow row;
-  row.width = width_, row.terms = terms_;
-  if (span_begin_.empty()) {
-    row.coefficients = coefficients_.data() + at * terms * width;
-    row.lowest_s = lowest_s_.data() + at * width;
-    row.highest_s = highest_s_.data() + at * width;
+  row.width = width_, row.terms = terms_, row.stride = stride_;
+  if (places_.empty()) {
+    row.coefficients = coefficients_.data() + at * terms * stride;
+    row.lowest_s = lowest_s_.data() + at * stride;
+    row.highest_s = highest_s_.data() + at * stride;
     return row;
   }
-  row.spans = static_cast<int>(span_begin_.size()) - 1;
-  row.span_begin = span_begin_.data();
-  row.place = place_.data();
-  row.coefficients = coefficients_.data() + at * static_cast<std::size_t>(row.spans) * terms * 4;
+  const auto first = static_cast<std::size_t>(places_[at].span) * terms * stride;
+  const auto weights = spline_weights(places_[at].t);
+  row.is_spline = true;
+  row.values = values_.data() + first + terms * stride;
+  row.steps = steps_.data() + first;
+  row.weights[0] = narrowed(-weights[0]);
+  row.weights[1] = narrowed(weights[2] + weights[3]);
+  row.weights[2] = narrowed(weights[3]);
   return row;
 }
 

@@ -3,8 +3,10 @@
 #include <optional>
 #include <vector>
 
+#include "hm/core/aligned_vector.hpp"
 #include "hm/sensors/depth_correction.hpp"
 #include "hm/sensors/narrow_kernels.hpp"
+#include "hm/sensors/spline_basis.hpp"
 
 namespace hm::detail {
 
@@ -24,13 +26,15 @@ class NarrowCorrection {
   bool make_spline(const DepthCorrectionModel& model);
   bool make_pixels(const DepthCorrectionModel& model);
 
-  int width_ = 0, height_ = 0, terms_ = 0;
+  int width_ = 0, height_ = 0, terms_ = 0, stride_ = 0;
   double min_depth_m_ = 0, max_depth_m_ = 0;
-  double range_m_ = 0;               ///< what 2^15 stands for
-  std::vector<int> span_begin_;      ///< of a spline: first pixel of each span of columns, and the width
-  std::vector<std::int16_t> place_;  ///< of a spline: of each column within its span, 2^-15
-  std::vector<std::int16_t> coefficients_;  ///< [row][span][term][power 3 .. 0], or [row][term][column]
-  std::vector<std::int16_t> lowest_s_, highest_s_;  ///< of each pixel; empty for a spline
+  double range_m_ = 0;  ///< what 2^15 stands for
+  /// Of a spline: control points along every row of them, and how much the next row's are more:
+  /// [row of points][term][column].
+  AlignedVector<std::int16_t> values_, steps_;
+  std::vector<SplinePlace> places_;  ///< of a spline: of each row of the image
+  /// Of pixels: [row][term][column], and [row][column].
+  AlignedVector<std::int16_t> coefficients_, lowest_s_, highest_s_;
 };
 
 }  // namespace hm::detail

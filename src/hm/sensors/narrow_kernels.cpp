@@ -21,6 +21,7 @@ using VU16 = hn::Vec<DU16>;
 /// a b + c
 HWY_INLINE V16 TimesPlus(V16 a, V16 b, V16 c) { return hn::Add(hn::MulFixedPoint15(a, b), c); }
 
+/// A NarrowScale in registers.
 struct Scale {
   explicit HWY_INLINE Scale(const detail::NarrowScale& scale)
       : lowest(hn::Set(DU16(), scale.lowest)),
@@ -49,48 +50,55 @@ HWY_INLINE void StoreCorrected(const Scale& scale, VU16 units, V16 sum, std::uin
   hn::StoreU(hn::IfThenZeroElse(hn::Eq(units, hn::Zero(DU16())), value), DU16(), to);
 }
 
+/// The polynomial in s whose coefficients `term` gives.
+template <int kTerms, class Term>
+HWY_INLINE V16 SumOf(V16 s, Term&& term) {
+  V16 sum = term(kTerms - 1);
+  for (int k = kTerms - 2; k >= 0; --k) sum = TimesPlus(sum, s, term(k));
+  return sum;
+}
+
 template <int kTerms>
-HWY_INLINE void CorrectSpan(const Scale& scale, const detail::NarrowRow& row, int span,
-                            const std::uint16_t* HWY_RESTRICT from, std::uint16_t* HWY_RESTRICT to) {
-  const std::int16_t* cubic = row.coefficients + span * 4 * kTerms;
-  V16 a[4 * kTerms];
-  for (int i = 0; i < 4 * kTerms; ++i) a[i] = hn::Set(D16(), cubic[i]);
-  const int end = row.span_begin[span + 1];
-  // The last vector reaches into the next span, which then writes the right values.
-  for (int x = row.span_begin[span]; x < end; x += static_cast<int>(hn::Lanes(D16()))) {
+HWY_INLINE void CorrectSpline(const detail::NarrowRow& row, const detail::NarrowScale& narrow,
+                              const std::uint16_t* HWY_RESTRICT from, std::uint16_t* HWY_RESTRICT to) {
+  const Scale scale(narrow);
+  const V16 first = hn::Set(D16(), row.weights[0]), second = hn::Set(D16(), row.weights[1]);
+  const V16 third = hn::Set(D16(), row.weights[2]);
+  const std::int16_t *HWY_RESTRICT values = row.values, *HWY_RESTRICT steps = row.steps;
+  const int stride = row.stride, next = kTerms * stride;
+  for (int x = 0; x < row.width; x += static_cast<int>(hn::Lanes(D16()))) {
     const VU16 units = hn::LoadU(DU16(), from + x);
-    const V16 t = hn::LoadU(D16(), row.place + x), s = PlaceOf(scale, units);
-    V16 sum = hn::Zero(D16());
-    for (int k = kTerms - 1; k >= 0; --k) {
-      V16 c = TimesPlus(a[4 * k], t, a[4 * k + 1]);
-      c = TimesPlus(c, t, a[4 * k + 2]);
-      c = TimesPlus(c, t, a[4 * k + 3]);
-      sum = k == kTerms - 1 ? c : TimesPlus(sum, s, c);
-    }
+    const V16 sum = SumOf<kTerms>(PlaceOf(scale, units), [&](int k) HWY_ATTR {
+      const std::int16_t *value = values + k * stride + x, *step = steps + k * stride + x;
+      V16 c = TimesPlus(first, hn::LoadU(D16(), step), hn::LoadU(D16(), value));
+      c = TimesPlus(second, hn::LoadU(D16(), step + next), c);
+      return TimesPlus(third, hn::LoadU(D16(), step + 2 * next), c);
+    });
     StoreCorrected(scale, units, sum, to + x);
   }
 }
 
 template <int kTerms>
-HWY_INLINE void CorrectPixels(const Scale& scale, const detail::NarrowRow& row,
+HWY_INLINE void CorrectPixels(const detail::NarrowRow& row, const detail::NarrowScale& narrow,
                               const std::uint16_t* HWY_RESTRICT from, std::uint16_t* HWY_RESTRICT to) {
+  const Scale scale(narrow);
   for (int x = 0; x < row.width; x += static_cast<int>(hn::Lanes(D16()))) {
     const VU16 units = hn::LoadU(DU16(), from + x);
     const V16 low = hn::LoadU(D16(), row.lowest_s + x), high = hn::LoadU(D16(), row.highest_s + x);
     const V16 s = hn::Min(hn::Max(PlaceOf(scale, units), low), high);
-    V16 sum = hn::LoadU(D16(), row.coefficients + (kTerms - 1) * row.width + x);
-    for (int k = kTerms - 2; k >= 0; --k)
-      sum = TimesPlus(sum, s, hn::LoadU(D16(), row.coefficients + k * row.width + x));
+    const V16 sum = SumOf<kTerms>(
+        s, [&](int k) HWY_ATTR { return hn::LoadU(D16(), row.coefficients + k * row.stride + x); });
     StoreCorrected(scale, units, sum, to + x);
   }
 }
 
 template <int kTerms>
-HWY_INLINE void CorrectTerms(const detail::NarrowRow& row, const detail::NarrowScale& narrow,
+HWY_INLINE void CorrectTerms(const detail::NarrowRow& row, const detail::NarrowScale& scale,
                              const std::uint16_t* from, std::uint16_t* to) {
-  const Scale scale(narrow);
-  if (row.spans == 0) return CorrectPixels<kTerms>(scale, row, from, to);
-  for (int span = 0; span < row.spans; ++span) CorrectSpan<kTerms>(scale, row, span, from, to);
+  if (row.is_spline)
+    CorrectSpline<kTerms>(row, scale, from, to);
+  else
+    CorrectPixels<kTerms>(row, scale, from, to);
 }
 
 void CorrectRow(const detail::NarrowRow& row, const detail::NarrowScale& scale, const std::uint16_t* from,
@@ -123,7 +131,7 @@ std::int16_t times(std::int16_t a, std::int16_t b) {
   return static_cast<std::int16_t>((static_cast<int>(a) * static_cast<int>(b) + 16384) >> 15);
 }
 
-/// Whole vectors overflow beyond the end of a span, where nothing is kept.
+/// Whole vectors overflow beyond the end of a row, where nothing is kept.
 std::int16_t plus(std::int16_t a, std::int16_t b) { return static_cast<std::int16_t>(a + b); }
 
 std::int16_t place_of(std::uint16_t units, const NarrowScale& scale) {
@@ -150,22 +158,18 @@ std::int16_t sum_of(int terms, std::int16_t s, Term term) {
 
 void correct_row_plain(const NarrowRow& row, const NarrowScale& scale, const std::uint16_t* from,
                        std::uint16_t* to) {
-  for (int x = 0, span = 0; x < row.width; ++x) {
+  for (int x = 0; x < row.width; ++x) {
     std::int16_t s = place_of(from[x], scale);
-    if (row.spans == 0) {
-      s = std::min(std::max(s, row.lowest_s[x]), row.highest_s[x]);
-      to[x] = corrected(
-          from[x], sum_of(row.terms, s, [&](int k) { return row.coefficients[k * row.width + x]; }), scale);
-      continue;
-    }
-    while (x >= row.span_begin[span + 1]) ++span;
-    const auto cubic = [&](int k) {
-      const std::int16_t* a = row.coefficients + (span * row.terms + k) * 4;
-      std::int16_t c = a[0];
-      for (int power = 1; power < 4; ++power) c = plus(times(c, row.place[x]), a[power]);
+    if (!row.is_spline) s = std::min(std::max(s, row.lowest_s[x]), row.highest_s[x]);
+    const auto term = [&](int k) {
+      const int at = k * row.stride + x;
+      if (!row.is_spline) return row.coefficients[at];
+      std::int16_t c = row.values[at];
+      for (int i = 0; i < 3; ++i)
+        c = plus(times(row.weights[i], row.steps[i * row.terms * row.stride + at]), c);
       return c;
     };
-    to[x] = corrected(from[x], sum_of(row.terms, s, cubic), scale);
+    to[x] = corrected(from[x], sum_of(row.terms, s, term), scale);
   }
 }
 

@@ -17,19 +17,25 @@ struct NarrowScale {
 /// The coefficients of a row, 2^-15 of a range.
 struct NarrowRow {
   int width = 0, terms = 0;
-  /// Of a spline; none: coefficients are [term][column].
-  int spans = 0;
-  const int* span_begin = nullptr;             ///< first pixel of each span of columns, and the width
-  const std::int16_t* place = nullptr;         ///< of each column within its span
-  const std::int16_t* coefficients = nullptr;  ///< of a spline: [span][term][power 3 .. 0]
-  const std::int16_t* lowest_s = nullptr;      ///< of each pixel, not for a spline
+  int stride = 0;  ///< from one term to the next, whole vectors of 32
+
+  /// Of a spline: c = value + sum of weight[i] step[i], [term][column], and steps of three rows of control
+  /// points, one after the other.
+  bool is_spline = false;
+  const std::int16_t* values = nullptr;
+  const std::int16_t* steps = nullptr;
+  std::int16_t weights[3] = {};
+
+  /// Of pixels: [term][column], and between what s is held.
+  const std::int16_t* coefficients = nullptr;
+  const std::int16_t* lowest_s = nullptr;
   const std::int16_t* highest_s = nullptr;
 };
 
 /// One pixel after the other: what the vector code must do to the last bit.
 void correct_row_plain(const NarrowRow& row, const NarrowScale& scale, const std::uint16_t* from,
                        std::uint16_t* to);
-/// The same with vectors; everything is read and written for up to 31 pixels beyond the end of the row.
+/// The same with vectors; `from` is read and `to` written for up to 31 pixels beyond the end of the row.
 void correct_row_simd(const NarrowRow& row, const NarrowScale& scale, const std::uint16_t* from,
                       std::uint16_t* to);
 
