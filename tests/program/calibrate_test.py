@@ -198,6 +198,9 @@ class Calibrate(support.SharedFolderTest):
                             "8x5", "--square", "0.03")
         self.assertEqual(run["found"]["boards"], 22)
         self.assertLess(run["rms_px"], 0.4)
+        for key, low, high in (("fx_px", 510, 550), ("fy_px", 510, 550), ("cx_px", 290, 340), ("cy_px", 215, 270)):
+            self.assertTrue(low < run["camera"][key] < high, (key, run["camera"]))
+        self.assertTrue(any("cover" in warning for warning in run["warnings"]), "the boards stay in the middle")
 
     def test_real_kinect_raw_disparity(self):
         data = support.real_data()
@@ -221,9 +224,6 @@ class Calibrate(support.SharedFolderTest):
         noise = self.run_json("calibrate", "noise", the_set, "-o", "noise", "--from", "planes", "--raw-disparity")
         self.assertEqual(noise["images"], 29)
         self.assertAlmostEqual(noise["depth_noise"]["quadratic_per_m"], 0.0014, delta=4e-4)
-        for key, low, high in (("fx_px", 510, 550), ("fy_px", 510, 550), ("cx_px", 290, 340), ("cy_px", 215, 270)):
-            self.assertTrue(low < run["camera"][key] < high, (key, run["camera"]))
-        self.assertTrue(any("cover" in warning for warning in run["warnings"]), "the boards stay in the middle")
 
 
 if __name__ == "__main__":
