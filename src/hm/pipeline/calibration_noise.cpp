@@ -61,10 +61,11 @@ Result<void> Gatherer::from_recording() {
 }
 
 Result<void> Gatherer::from_poses(const std::vector<DepthPoseFolder>& poses) {
+  const DepthReading reading{options_.depth_units_per_m, options_.disparity};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (auto go_on = step(i, poses.size()); !go_on) return go_on;
     if (options_.source == NoiseSource::kStatic) {
-      const auto average = average_depth(poses[i], options_.depth_units_per_m, nullptr);
+      const auto average = average_depth(poses[i], reading);
       if (!average) {
         unreadable(average.error());
         continue;
@@ -74,13 +75,13 @@ Result<void> Gatherer::from_poses(const std::vector<DepthPoseFolder>& poses) {
       continue;
     }
     for (const fs::path& path : poses[i].depth) {
-      auto units = read_depth_picture(path);
-      if (!units) {
-        unreadable(units.error());
+      const auto depth = read_depth_of(path, reading);
+      if (!depth) {
+        unreadable(depth.error());
         continue;
       }
       ++summary_.images;
-      histogram_.add_plane({std::move(*units), 1 / options_.depth_units_per_m});
+      histogram_.add_plane(*depth);
     }
   }
   return {};
@@ -154,6 +155,13 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
   auto fit = fit_noise(summary.samples);
   if (!fit) {
     fit.error().where = options.input;
+    if (summary.unreadable > 0)
+      fit.error().message +=
+          fmt::format("; {} pictures or poses left out ({})", summary.unreadable, summary.first_unreadable);
+    const bool single = std::ranges::all_of(poses, [](const auto& pose) { return pose.depth.size() < 2; });
+    if (options.source == NoiseSource::kStatic && !poses.empty() && single)
+      fit.error().message +=
+          "; poses have a single depth picture each, which tells no deviation: `--from planes`";
     return forward_error(fit);
   }
   summary.fit = *fit;
