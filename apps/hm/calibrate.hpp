@@ -12,6 +12,7 @@ struct CalibrateFlags {
   std::string input, second_input, start, output, camera = "color", from = "static";
   double depth_units_per_m = 1000;
   int frames = 300;
+  bool is_raw_disparity = false;
   BoardFlags board;
   RecordingFlags of_recording;
 };

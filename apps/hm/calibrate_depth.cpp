@@ -7,13 +7,13 @@ namespace {
 hm::Result<Outcome> run_depth(const CalibrateFlags& flags, Session& session) {
   const auto parameters = parameters_of(flags, session);
   if (!parameters) return hm::forward_error(parameters);
-  const hm::DepthCalibrationOptions options{flags.input,
-                                            flags.start,
-                                            flags.output,
-                                            flags.depth_units_per_m,
-                                            parameters->board,
-                                            parameters->depth_fit,
-                                            session.interruptible_context(kCalibrationStopped)};
+  hm::DepthCalibrationOptions options;
+  options.set = flags.input, options.start = flags.start, options.output = flags.output;
+  if (flags.is_raw_disparity) options.pictures = hm::DepthPictures::kRawDisparity;
+  options.depth_units_per_m = flags.depth_units_per_m;
+  options.board = parameters->board;
+  options.fit = parameters->depth_fit;
+  options.run = session.interruptible_context(kCalibrationStopped);
   return outcome_of(hm::calibrate_depth(options));
 }
 
@@ -28,6 +28,11 @@ hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
   options.source = flags.from == "planes" ? hm::NoiseSource::kPlanes : hm::NoiseSource::kStatic;
   if (flags.of_recording.depth_units_per_m > 0)
     options.depth_units_per_m = flags.of_recording.depth_units_per_m;
+  if (flags.is_raw_disparity) {
+    const auto start = hm::read_start(flags.of_recording.calibration);
+    if (!start) return hm::forward_error(start);
+    options.disparity = start->disparity.value_or(hm::DisparityModel());
+  }
   options.frame_limit = flags.frames;
   options.output = flags.output;
   options.fit = parameters->noise_fit;
@@ -44,13 +49,17 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
        "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic",
        [flags](Session& session) { return run_depth(*flags, session); }});
   depth
-      .add_option("set", flags->input, "folder of poses (color.png, depth*.png each), or of train/ and test/")
+      .add_option("set", flags->input,
+                  "folder of poses (color.png, depth*.png each; or files 0007-c1.jpg, 0007-d.pgm), or of "
+                  "train/ and test/")
       ->required();
   add_calibrate_output(depth, flags, "calibration", CalibrationStart::kRequired);
   depth
       .add_option("--depth-units-per-m", flags->depth_units_per_m,
                   "number in the depth pictures for one metre (default: 1000)")
       ->check(CLI::PositiveNumber);
+  depth.add_flag("--raw-disparity", flags->is_raw_disparity,
+                 "depth pictures hold a Kinect's raw disparity (11 bits): what it means is found first");
   flags->board.add_to(depth);
 
   CLI::App& noise = program.add({"calibrate noise", "Noise of depth against distance, for --params.",
@@ -66,5 +75,8 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
       ->check(CLI::IsMember({"static", "planes"}));
   noise.add_option("--frames", flags->frames, "frames of a recording at most (default: 300)")
       ->check(CLI::PositiveNumber);
+  noise.add_flag(
+      "--raw-disparity", flags->is_raw_disparity,
+      "a folder of poses with a Kinect's raw disparity (constants: --calibration, else published)");
   flags->of_recording.add_to(noise);
 }

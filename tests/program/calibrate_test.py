@@ -202,6 +202,29 @@ class Calibrate(support.SharedFolderTest):
             self.assertTrue(low < run["camera"][key] < high, (key, run["camera"]))
         self.assertTrue(any("cover" in warning for warning in run["warnings"]), "the boards stay in the middle")
 
+    def test_real_kinect_raw_disparity(self):
+        data = support.real_data()
+        if data is None or not (data / "calib/dataset_pjinkim_02").is_dir():
+            self.skipTest("no real calibration pictures")
+        the_set, board = data / "calib/dataset_pjinkim_02", ["--corners", "8x5", "--square"]
+        few = ["--set", "camera_fit.fit_k3=false", "--set", "camera_fit.fit_tangential=false"]
+        self.run_hm("calibrate", "intrinsics", the_set, "-o", "color", "--quiet", *board, "0.0443", *few)
+        run = self.run_json("calibrate", "depth", the_set, "--calibration", "color", "-o", "kinect", "--raw-disparity",
+                            *board, "0.0443", "--set", "depth_fit.degree=1", "--set", "depth_fit.smoothness_m=0.0005")
+        self.assertEqual(run["poses"], {"total": 29, "train": 17, "test": 5, "left_out": 7})
+        raw = run["raw_disparity"]
+        self.assertLess(raw["after_rms_units"], 0.25 * raw["before_rms_units"])
+        self.assertAlmostEqual(raw["slope_per_m"], -0.0030711, delta=1e-4)
+        self.assertLess(run["after_rms_m"], run["before_rms_m"])
+        self.assertLess(run["after_rms_m"], 0.008)
+        # The set does not say how large its squares are: the published constants do.
+        wrong = self.run_json("calibrate", "depth", the_set, "--calibration", "color", "-o", "x", "--raw-disparity",
+                              *board, "0.03")
+        self.assertTrue(any("a square of the board" in warning for warning in wrong["warnings"]), wrong["warnings"])
+        noise = self.run_json("calibrate", "noise", the_set, "-o", "noise", "--from", "planes", "--raw-disparity")
+        self.assertEqual(noise["images"], 29)
+        self.assertAlmostEqual(noise["depth_noise"]["quadratic_per_m"], 0.0014, delta=4e-4)
+
 
 if __name__ == "__main__":
     support.main()

@@ -2,7 +2,9 @@
 import json
 import shutil
 import signal
+import struct
 import time
+import zlib
 
 import support
 
@@ -12,6 +14,16 @@ FILES = ["trajectory.tum", "parameters.toml", "report.json", "report.html"]
 # Recording -> (frames, largest ATE in metres, options).
 REAL = {"tum_fr1_xyz": (101, 0.03, []), "icl_of_kt3": (30, 0.02, []),
         "sevenscenes_a": (60, 0.05, ["--set", "reconstruction.frame_limit=60"])}
+
+
+def black_png(width, height, bits, channels):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    row = bytes(1 + width * channels * bits // 8)  # a filter of 0, and nothing but zeros
+    head = struct.pack(">IIBBBBB", width, height, bits, 2 if channels == 3 else 0, 0, 0, 0)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(row * height)) +
+            chunk(b"IEND", b""))
 
 
 class Odometry(support.SharedFolderTest):
@@ -66,6 +78,33 @@ class Odometry(support.SharedFolderTest):
         self.assertGreater(run["frames"]["tracked"], 50)
         self.assertTrue(any("could not be used" in warning for warning in run["warnings"]))
         self.assertIn("Unused frames", (self.folder / "result/report.html").read_text())
+
+    def test_found_again_after_thirty_black_frames(self):
+        folder = self.folder / "blackout"
+        folder.mkdir()
+        for name in ("rgb", "depth"):
+            (folder / name).symlink_to(self.recording / name)
+        shutil.copy(self.recording / "camera.txt", folder)
+        (folder / "black.png").write_bytes(black_png(640, 480, bits=8, channels=3))
+        (folder / "none.png").write_bytes(black_png(640, 480, bits=16, channels=1))
+        frames = [line.split() for line in (self.recording / "associations.txt").read_text().splitlines()
+                  if not line.startswith("#")]
+        frames[25:25] = [[None, "black.png", None, "none.png"]] * 30
+        for column, name in ((1, "rgb"), (3, "depth")):
+            (folder / f"{name}.txt").write_text(
+                "".join(f"{1 + i / 30:.6f} {frame[column]}\n" for i, frame in enumerate(frames)))
+        run = self.run_json("odometry", "blackout", "-o", "result")
+        self.assertEqual(run["frames"], {"total": 90, "read": 90, "tracked": 60, "lost": 30, "unused": 0})
+        self.assertEqual(len(run["lost_stretches"]), 1, run["lost_stretches"])
+        # As if it had not been dark: what was tracked is where the truth of these frames is.
+        tracked = (self.folder / "result/trajectory.tum").read_text().splitlines()
+        stamps = [frame[0] for frame in frames if frame[0]]
+        poses = [line.split() for line in tracked if not line.startswith("#")]
+        self.assertEqual(len(poses), 60)
+        (self.folder / "undimmed.tum").write_text(
+            "".join(" ".join([stamp, *pose[1:]]) + "\n" for stamp, pose in zip(stamps, poses)))
+        error = self.run_json("evaluate", "trajectory", "undimmed.tum", self.recording)
+        self.assertLess(error["ate_rmse_m"], 0.02)
 
     def test_interrupt_finishes_with_what_there_is(self):
         process = self.start("odometry", self.recording, "-o", "stopped", "--json", "--method", "published_icp")

@@ -78,7 +78,8 @@ struct DepthViewError {
   std::size_t samples = 0;
   double before_rms_m = 0, after_rms_m = 0;
   double before_mean_m = 0, after_mean_m = 0;
-  double noise_m = 0;  ///< RMS of the samples' expected deviation: what no correction can take away
+  /// RMS of the samples' expected deviation, what no correction can take away; 0 where single images tell none.
+  double noise_m = 0;
 };
 DepthViewError evaluate_correction(const DepthView& view, const DepthCorrectionModel& model);
 

@@ -21,6 +21,7 @@ class CalibrationReader : private TomlReader {
   double number(const toml::table& table, std::string_view key);
   std::optional<PinholeCamera> camera(const toml::table& file, std::string_view key);
   std::optional<SE3> motion(const toml::table& file);
+  std::optional<DisparityModel> disparity(const toml::table& file);
   void read_correction(const toml::table& file, RgbdCalibration& calibration);
   void read_poses_of(const toml::table& file, RgbdCalibration& calibration);
 };
@@ -87,6 +88,16 @@ std::optional<SE3> CalibrationReader::motion(const toml::table& file) {
   return SE3(rotation, Vec3(t[0], t[1], t[2]));
 }
 
+std::optional<DisparityModel> CalibrationReader::disparity(const toml::table& file) {
+  const toml::table* found = table(file, "depth_disparity", {"offset_per_m", "slope_per_m"});
+  if (found == nullptr) return std::nullopt;
+  const DisparityModel model{number(*found, "offset_per_m"), number(*found, "slope_per_m")};
+  if (error_) return std::nullopt;
+  if (const auto checked = check_disparity(model); !checked)
+    mistake(found->source(), "[depth_disparity]: {}", checked.error().message);
+  return model;
+}
+
 void CalibrationReader::read_correction(const toml::table& file, RgbdCalibration& calibration) {
   const toml::table* found = table(file, "depth_correction", {"file"});
   if (found == nullptr || error_) return;
@@ -117,11 +128,14 @@ void CalibrationReader::read_poses_of(const toml::table& file, RgbdCalibration& 
 
 Result<RgbdCalibration> CalibrationReader::read(const toml::table& file) {
   RgbdCalibration calibration;
-  check_keys(file, "", {"poses_of", "depth_camera", "color_camera", "T_color_depth", "depth_correction"});
+  check_keys(
+      file, "",
+      {"poses_of", "depth_camera", "color_camera", "T_color_depth", "depth_disparity", "depth_correction"});
   read_poses_of(file, calibration);
   calibration.depth_camera = camera(file, "depth_camera");
   calibration.color_camera = camera(file, "color_camera");
   calibration.T_color_depth = motion(file);
+  calibration.disparity = disparity(file);
   read_correction(file, calibration);
   if (!calibration.depth_camera && !calibration.color_camera)
     mistake(file.source(), "neither [depth_camera] nor [color_camera] is there");
@@ -162,6 +176,11 @@ Result<void> write_calibration(const std::filesystem::path& path, const RgbdCali
   if (calibration.depth_camera) text += camera_text("depth_camera", *calibration.depth_camera);
   if (calibration.color_camera) text += camera_text("color_camera", *calibration.color_camera);
   if (calibration.T_color_depth) text += motion_text(*calibration.T_color_depth);
+  if (const auto& disparity = calibration.disparity)
+    text += fmt::format(
+        "\n[depth_disparity]  # depth pictures hold raw disparity d: z = 1 / (offset + slope d)\n"
+        "offset_per_m = {}\nslope_per_m = {}\n",
+        disparity->offset_per_m, disparity->slope_per_m);
   if (calibration.depth_correction) {
     const std::string name = path.stem().string() + ".hmdc";
     if (auto written = write_depth_correction(path.parent_path() / name, *calibration.depth_correction);

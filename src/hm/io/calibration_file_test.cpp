@@ -35,6 +35,7 @@ RgbdCalibration some_calibration() {
       PinholeCamera{24, 16, 20.1, 19.9, 11.7, 8.1, {-0.025, 0.0002, -0.0009, 0.0002, 0.003}};
   calibration.color_camera = PinholeCamera{24, 16, 18.1, 18.3, 12.2, 7.9, {0.04, -0.11, 0.002, 0.0007, 0}};
   calibration.T_color_depth = SE3(so3_exp(Vec3(0.01, -0.02, 0.005)), Vec3(-0.026, -0.00005, 0.0006));
+  calibration.disparity = DisparityModel{3.1, -0.0029};
   calibration.depth_correction = some_correction();
   calibration.poses_of = PosesOf::kDepthCamera;
   return calibration;
@@ -57,6 +58,9 @@ TEST(CalibrationFile, ReadsBackWhatWasWritten) {
   expect_same(*read->color_camera, *written.color_camera);
   EXPECT_LT((read->T_color_depth->matrix() - written.T_color_depth->matrix()).cwiseAbs().maxCoeff(), 1e-15);
   EXPECT_EQ(read->poses_of, PosesOf::kDepthCamera);
+  ASSERT_TRUE(read->disparity);
+  EXPECT_EQ(read->disparity->offset_per_m, 3.1);
+  EXPECT_EQ(read->disparity->slope_per_m, -0.0029);
   EXPECT_EQ(read->depth_correction->coefficients, written.depth_correction->coefficients);
 }
 
@@ -67,7 +71,7 @@ TEST(CalibrationFile, EveryTableIsOptionalButACamera) {
   ASSERT_TRUE(write_calibration(folder.path() / "c.toml", one));
   const auto read = read_calibration(folder.path() / "c.toml");
   ASSERT_TRUE(read);
-  EXPECT_FALSE(read->depth_camera || read->T_color_depth || read->depth_correction);
+  EXPECT_FALSE(read->depth_camera || read->T_color_depth || read->depth_correction || read->disparity);
   ASSERT_TRUE(write_file_text(folder.path() / "c.toml", "poses_of = \"color\"\n"));
   EXPECT_FALSE(read_calibration(folder.path() / "c.toml"));
 }
@@ -105,6 +109,9 @@ TEST(CalibrationFile, MistakesAreNamedWithTheirLine) {
               HasSubstr("unit length"));
   EXPECT_THAT(error_of("poses_of = \"tail\"\n" + camera), HasSubstr("c.toml:1"));
   EXPECT_THAT(error_of(camera + "[depth_correction]\nfile = \"\"\n"), HasSubstr("NAME.hmdc"));
+  EXPECT_THAT(error_of(camera + "[depth_disparity]\noffset_per_m = 3.3\nslope_per_m = 0.003\n"),
+              HasSubstr("c.toml:7: [depth_disparity]"));
+  EXPECT_THAT(error_of(camera + "[depth_disparity]\noffset_per_m = 3.3\n"), HasSubstr("`slope_per_m`"));
   EXPECT_THAT(error_of("[color_camera\n"), HasSubstr("c.toml:1"));
 }
 

@@ -15,6 +15,7 @@ struct FrameCalibration::Impl {
   int width = 0, height = 0;
   PinholeCamera camera;
   std::shared_ptr<const LensMap> depth_lens, color_lens;  ///< one for both where they are one camera
+  std::optional<DisparityModel> disparity;
   std::optional<DepthCorrection> correction;
   std::optional<DepthRegistration> registration;
   /// Canvases are large: taken from the system for every frame, they would cost more than they are for.
@@ -61,6 +62,7 @@ FrameCalibration::~FrameCalibration() = default;
 Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibration, int width, int height) {
   auto impl = std::make_unique<Impl>();
   impl->width = width, impl->height = height;
+  impl->disparity = calibration.disparity;
   const auto& given_depth = calibration.depth_camera ? calibration.depth_camera : calibration.color_camera;
   const auto& given_color = calibration.color_camera ? calibration.color_camera : calibration.depth_camera;
   if (!given_depth) return fail(ErrorCode::kInvalidValue, "", "the calibration names no camera");
@@ -94,6 +96,7 @@ const PinholeCamera& FrameCalibration::camera() const { return impl_->camera; }
 /// Row by row, so that everything between the first reading and the last writing stays near the processor.
 DepthImage FrameCalibration::calibrate(DepthImage depth) const {
   const Impl& impl = *impl_;
+  if (impl.disparity) DisparityTable(*impl.disparity, depth.unit_m).apply(depth.units);
   if (!impl.depth_lens && !impl.correction && !impl.registration) return depth;
   const int width = depth.width(), height = depth.height();
   HM_CHECK(width == impl.width && height == impl.height, "{} x {}", width, height);

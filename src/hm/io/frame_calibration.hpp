@@ -9,9 +9,9 @@
 
 namespace hm {
 
-/// What every reader does to its pictures: rectify both, correct the depth, register it to the colour camera,
-/// in that order, each as far as the calibration says something about it. Const members may be used from any
-/// thread.
+/// What every reader does to its pictures: turn raw disparity into depth, rectify both, correct the depth,
+/// register it to the colour camera, in that order, each as far as the calibration says something about it.
+/// Const members may be used from any thread.
 class FrameCalibration {
  public:
   /// For pictures of this size; cameras of another size are scaled. An error when that is not possible.

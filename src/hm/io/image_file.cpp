@@ -69,7 +69,10 @@ Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path) {
 }
 
 Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path) {
-  auto depth = read_depth_png(path);
+  const auto bytes = read_file_bytes(path);
+  if (!bytes) return forward_error(bytes);
+  const bool is_pgm = bytes->size() >= 2 && (*bytes)[0] == 'P' && (*bytes)[1] == '5';
+  auto depth = is_pgm ? decode_depth_pgm(*bytes, path) : decode_depth_png(*bytes, path);
   if (depth) std::ranges::replace(depth->pixels(), std::uint16_t{65535}, std::uint16_t{0});
   return depth;
 }

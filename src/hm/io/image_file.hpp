@@ -32,13 +32,16 @@ Result<PictureSize> read_picture_size(const std::filesystem::path& path);
 Result<Image<Rgb8>> read_color_image(const std::filesystem::path& path);
 /// A depth picture: a 16-bit gray PNG, in the file's own units. 8-bit or colour pictures are an error.
 Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path);
-/// The same of a sensor: 65535 (7-Scenes' mark of no reading) becomes 0, as DepthImage wants it. What every
-/// reader of depth uses.
+/// A depth picture of a sensor: the same, or a binary PGM of 16 bits (raw pictures of the first Kinect);
+/// 65535 (7-Scenes' mark of no reading) becomes 0, as DepthImage wants it. What every reader of depth uses.
 Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `where` names them in errors.
 Result<Image<Rgb8>> decode_color_image(std::span<const std::uint8_t> bytes, const std::string& where);
 Result<Image<std::uint16_t>> decode_depth_png(std::span<const std::uint8_t> bytes, const std::string& where);
+/// Binary PGM (P5) with a largest value above 255: two bytes a pixel, the high one first (netpbm). One of 8
+/// bits is an error.
+Result<Image<std::uint16_t>> decode_depth_pgm(std::span<const std::uint8_t> bytes, const std::string& where);
 
 /// Writes a PNG file (8-bit RGB, 16-bit gray); an error when the image is empty or the disk refuses.
 Result<void> write_png(const std::filesystem::path& path, const Image<Rgb8>& image,

@@ -245,5 +245,43 @@ TEST(DepthPicture, TheMarkOfNoReadingBecomes0) {
   EXPECT_FALSE(read_depth_picture(folder.path() / "none.png"));
 }
 
+/// A binary PGM as netpbm describes it; the largest value as a Kinect's tools write it.
+std::vector<std::uint8_t> pgm_of(const Image<std::uint16_t>& image, const std::string& header) {
+  std::vector<std::uint8_t> bytes(header.begin(), header.end());
+  for (const std::uint16_t pixel : image.pixels()) {
+    bytes.push_back(static_cast<std::uint8_t>(pixel >> 8U));
+    bytes.push_back(static_cast<std::uint8_t>(pixel & 255U));
+  }
+  return bytes;
+}
+
+TEST(PgmFile, SixteenBitsAreReadHighByteFirst) {
+  const TemporaryFolder folder;
+  Image<std::uint16_t> raw(3, 2, 700);
+  raw(1, 0) = 2047, raw(2, 1) = 0x0102;
+  for (const char* header : {"P5 3 2 2047\n", "P5\n# a comment 9 9\n3 2\n2047\n"}) {
+    ASSERT_TRUE(write_file_bytes(folder.path() / "d.pgm", pgm_of(raw, header)));
+    const auto read = read_depth_picture(folder.path() / "d.pgm");
+    ASSERT_TRUE(read) << to_string(read.error());
+    EXPECT_TRUE(std::ranges::equal(read->pixels(), raw.pixels()));
+  }
+}
+
+TEST(PgmFile, EveryPrefixAndWrongHeadersAreErrorsThatNameThePlace) {
+  const Image<std::uint16_t> raw(3, 2, 700);
+  const auto whole = pgm_of(raw, "P5 3 2 2047\n");
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const auto read = decode_depth_pgm(std::span(whole).first(size), "d.pgm");
+    ASSERT_FALSE(read) << size;
+    EXPECT_NE(read.error().where.find("d.pgm"), std::string::npos);
+  }
+  for (const char* header :
+       {"P5 3 2 255\n", "P5 3 2 65536\n", "P5 0 2 2047\n", "P5 -3 2 2047\n", "P5 99999 99999 2047\n",
+        "P5 99999999999 2 2047\n", "P6 3 2 2047\n", "P5 a b c\n"})
+    EXPECT_FALSE(decode_depth_pgm(pgm_of(raw, header), "d.pgm")) << header;
+  const auto cut = decode_depth_pgm(std::span(whole).first(whole.size() - 1), "d.pgm");
+  EXPECT_NE(to_string(cut.error()).find("byte 23"), std::string::npos) << to_string(cut.error());
+}
+
 }  // namespace
 }  // namespace hm

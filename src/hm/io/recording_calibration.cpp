@@ -6,7 +6,9 @@ namespace hm::detail {
 namespace {
 
 std::string describe(const RgbdCalibration& calibration, const std::string& source) {
-  std::string words = fmt::format("{}: rectified", source);
+  std::string words = fmt::format("{}: ", source);
+  if (calibration.disparity) words += "raw disparity turned into depth, ";
+  words += "rectified";
   if (calibration.depth_correction)
     words += fmt::format(", depth corrected ({})",
                          kDepthFitModeNames[static_cast<std::size_t>(calibration.depth_correction->mode)]);

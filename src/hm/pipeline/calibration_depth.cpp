@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
@@ -26,7 +25,15 @@ struct Compared {
 class Run {
  public:
   Run(const DepthCalibrationOptions& options, RgbdCalibration start)
-      : options_(options), start_(std::move(start)), rectified_(start_.depth_camera->without_distortion()) {}
+      : options_(options), start_(std::move(start)) {
+    if (options.pictures == DepthPictures::kRawDisparity) {
+      is_nominal_ = !start_.registers_depth();
+      if (is_nominal_) start_.depth_camera = nominal_kinect().camera;
+      if (is_nominal_) start_.T_color_depth = nominal_kinect().T_color_depth;
+      if (!start_.disparity) start_.disparity = nominal_kinect().disparity;
+    }
+    rectified_ = start_.depth_camera->without_distortion();
+  }
   Result<DepthCalibrationSummary> run();
 
  private:
@@ -34,9 +41,9 @@ class Run {
   [[nodiscard]] Compared compare(const DepthPoseFolder& pose) const;
   Result<void> compare_all();
   Result<DepthFit> fit() const;
+  Result<void> fit_disparity();
   Result<void> refine();
   void warn();
-  void gather_by_distance();
 
   const DepthCalibrationOptions& options_;
   RgbdCalibration start_;
@@ -46,6 +53,7 @@ class Run {
   std::vector<DepthView> train_, test_;
   std::vector<BoardView> corners_;  ///< of train_
   std::vector<SE3> T_color_board_;  ///< of train_
+  bool is_nominal_ = false;         ///< the depth camera is a Kinect's by design
   DepthCalibrationSummary summary_;
 };
 
@@ -88,7 +96,8 @@ Compared Run::compare(const DepthPoseFolder& pose) const {
   if (detection.search != BoardSearch::kFound) return out("no board in " + pose.color.filename().string());
   const auto T_color_board = board_pose(detection.view, options_.board, *start_.color_camera);
   if (!T_color_board) return out("the corners tell no pose");
-  const auto average = average_depth(pose, options_.depth_units_per_m, &*start_.depth_camera);
+  const auto average =
+      average_depth(pose, {options_.depth_units_per_m, start_.disparity, &*start_.depth_camera});
   if (!average) return out(to_string(average.error()));
   const SE3 T_depth_board = start_.T_color_depth->inverse() * *T_color_board;
   auto result =
@@ -140,6 +149,44 @@ Result<DepthFit> Run::fit() const {
   return fit;
 }
 
+/// Finds what raw disparity means, then compares all poses anew: what a board covers depends on it.
+Result<void> Run::fit_disparity() {
+  constexpr int kRounds = 2;
+  const DepthFitParams& params = options_.fit;
+  DisparityPrior prior;
+  if (!is_nominal_)
+    prior = {params.prior_intrinsics_px, params.prior_intrinsics_px, params.prior_translation_m,
+             params.prior_rotation_rad};
+  RawDepthSummary raw;
+  raw.is_nominal_start = is_nominal_;
+  DisparityCamera camera{rectified_, *start_.T_color_depth, {}};
+  for (int round = 0; round < kRounds; ++round) {
+    camera.disparity = *start_.disparity;
+    std::vector<DepthPose> poses;
+    for (std::size_t i = 0; i < train_.size(); ++i)
+      poses.push_back({corners_[i], T_color_board_[i], train_[i]});
+    auto fit = fit_disparity_camera(poses, camera, prior);
+    if (!fit) {
+      fit.error().where = options_.set;
+      return forward_error(fit);
+    }
+    if (round > 0) fit->before_rms = raw.fit.before_rms;
+    raw.fit = std::move(*fit);
+    const LensDistortion distortion = start_.depth_camera->distortion;
+    start_.depth_camera = raw.fit.found.camera;
+    start_.depth_camera->distortion = distortion;
+    start_.T_color_depth = raw.fit.found.T_color_depth;
+    start_.disparity = raw.fit.found.disparity;
+    rectified_ = raw.fit.found.camera;
+    if (auto compared = compare_all(); !compared) return compared;
+  }
+  double depth = 0;
+  for (const DepthView& view : train_) depth += view.distance_m / static_cast<double>(train_.size());
+  raw.published_ratio = depth / DisparityModel().depth_m(start_.disparity->disparity(depth));
+  summary_.raw = std::move(raw);
+  return {};
+}
+
 /// Adjusts the cameras together with boards and correction, and compares all poses anew.
 Result<void> Run::refine() {
   const auto first = fit();
@@ -162,29 +209,6 @@ Result<void> Run::refine() {
   return compare_all();
 }
 
-void Run::gather_by_distance() {
-  constexpr double kStep_m = 0.25;
-  struct Sum {
-    double z = 0, before = 0, after = 0, noise = 0;
-    std::size_t samples = 0;
-  };
-  std::map<int, Sum> sums;
-  for (const DepthViewError& error : summary_.test) {
-    Sum& sum = sums[static_cast<int>(error.distance_m / kStep_m)];
-    const auto n = static_cast<double>(error.samples);
-    sum.z += n * error.distance_m;
-    sum.before += n * error.before_rms_m * error.before_rms_m;
-    sum.after += n * error.after_rms_m * error.after_rms_m;
-    sum.noise += n * error.noise_m * error.noise_m;
-    sum.samples += error.samples;
-  }
-  for (const auto& [bin, sum] : sums) {
-    const auto n = static_cast<double>(sum.samples);
-    summary_.by_distance.push_back({sum.z / n, sum.samples, std::sqrt(sum.before / n),
-                                    std::sqrt(sum.after / n), std::sqrt(sum.noise / n)});
-  }
-}
-
 void Run::warn() {
   auto& warnings = summary_.warnings;
   if (!summary_.left_out.empty())
@@ -202,15 +226,25 @@ void Run::warn() {
     warnings.push_back(
         fmt::format("{} readings are farther than {} m from the board's plane, and were not used",
                     summary_.off_plane, options_.fit.gate_m));
+  if (summary_.raw && std::abs(summary_.raw->published_ratio - 1) > 0.05)
+    warnings.push_back(fmt::format(
+        "depth is {:.2f} times that of the published constants: is a square of the board "
+        "{:.1f} mm, not {:.1f} mm?",
+        summary_.raw->published_ratio, 1e3 * options_.board.square_m / summary_.raw->published_ratio,
+        1e3 * options_.board.square_m));
   for (const DistanceError& error : summary_.by_distance)
     if (error.after_rms_m > error.before_rms_m)
-      warnings.push_back(fmt::format("at {:.2f} m the test poses are worse with the correction than without",
-                                     error.distance_m));
+      warnings.push_back(
+          fmt::format("at {:.2f} m the test poses are worse with the correction than without: take more "
+                      "poses, or a stiffer model (depth_fit.degree=1, depth_fit.smoothness_m=0.0005)",
+                      error.distance_m));
 }
 
 Result<DepthCalibrationSummary> Run::run() {
   if (auto listed = list(); !listed) return forward_error(listed);
   if (auto compared = compare_all(); !compared) return forward_error(compared);
+  if (options_.pictures == DepthPictures::kRawDisparity)
+    if (auto fitted = fit_disparity(); !fitted) return forward_error(fitted);
   if (options_.fit.refine != DepthRefine::kNone)
     if (auto refined = refine(); !refined) return forward_error(refined);
   auto fitted = fit();
@@ -222,7 +256,7 @@ Result<DepthCalibrationSummary> Run::run() {
   };
   judge(train_, summary_.train);
   judge(test_, summary_.test);
-  gather_by_distance();
+  summary_.by_distance = errors_by_distance(summary_.test);
   warn();
   summary_.calibration = std::move(start_);
   summary_.calibration.depth_correction = summary_.fit.model;
@@ -238,7 +272,10 @@ Result<DepthCalibrationSummary> Run::run() {
 Result<DepthCalibrationSummary> calibrate_depth(const DepthCalibrationOptions& options) {
   auto start = read_start(options.start);
   if (!start) return forward_error(start);
-  if (!start->registers_depth())
+  if (options.pictures == DepthPictures::kRawDisparity && !start->color_camera)
+    return fail(ErrorCode::kUsage, options.start,
+                "a calibration with the colour camera is needed (--calibration): `hm calibrate intrinsics`");
+  if (options.pictures == DepthPictures::kDepth && !start->registers_depth())
     return fail(ErrorCode::kUsage, options.start,
                 "a calibration with both cameras and the motion between them is needed (--calibration): `hm "
                 "calibrate "

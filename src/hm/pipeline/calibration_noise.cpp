@@ -61,10 +61,11 @@ Result<void> Gatherer::from_recording() {
 }
 
 Result<void> Gatherer::from_poses(const std::vector<DepthPoseFolder>& poses) {
+  const DepthReading reading{options_.depth_units_per_m, options_.disparity};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (auto go_on = step(i, poses.size()); !go_on) return go_on;
     if (options_.source == NoiseSource::kStatic) {
-      const auto average = average_depth(poses[i], options_.depth_units_per_m, nullptr);
+      const auto average = average_depth(poses[i], reading);
       if (!average) {
         unreadable(average.error());
         continue;
@@ -74,13 +75,13 @@ Result<void> Gatherer::from_poses(const std::vector<DepthPoseFolder>& poses) {
       continue;
     }
     for (const fs::path& path : poses[i].depth) {
-      auto units = read_depth_picture(path);
-      if (!units) {
-        unreadable(units.error());
+      const auto depth = read_depth_of(path, reading);
+      if (!depth) {
+        unreadable(depth.error());
         continue;
       }
       ++summary_.images;
-      histogram_.add_plane({std::move(*units), 1 / options_.depth_units_per_m});
+      histogram_.add_plane(*depth);
     }
   }
   return {};

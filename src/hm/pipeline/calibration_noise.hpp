@@ -14,8 +14,9 @@ struct NoiseCalibrationOptions {
   NoiseSource source =
       NoiseSource::kStatic;         ///< static: neither camera nor scene moves within a pose or recording
   double depth_units_per_m = 1000;  ///< of a folder of poses
-  int frame_limit = 300;            ///< frames of a recording that are used at most
-  std::filesystem::path output;     ///< a folder
+  std::optional<DisparityModel> disparity;  ///< a folder of poses holds raw disparity
+  int frame_limit = 300;                    ///< frames of a recording that are used at most
+  std::filesystem::path output;             ///< a folder
   NoiseFitParams fit;
   RunContext run;  ///< asked to stop, nothing is written
 };

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "hm/pipeline/recording_check.hpp"
@@ -6,11 +7,14 @@
 
 namespace hm {
 
-/// Finds the shift between colour and depth: sums the colour gradient found at depth edges for every shift of
-/// up to kReach_px pixels. Where colour is registered the sum is largest at no shift.
+/// Finds the shift and scale between colour and depth: sums the colour gradient found at depth edges for
+/// every shift of up to kReach_px pixels, and for scales about the image's middle, which two cameras of
+/// different focal lengths have. Where colour is registered the sum is largest at no shift and scale 1.
 class ColorShiftEstimator {
  public:
   static constexpr int kReach_px = 12;
+  static constexpr double kScaleStep = 0.02;  ///< down to 1 - kScales kScaleStep, and up as far
+  static constexpr int kScales = 8;
   ColorShiftEstimator();
   /// Takes a frame into account; frames without colour say nothing.
   void add(const RgbdFrame& frame);
@@ -19,7 +23,13 @@ class ColorShiftEstimator {
 
  private:
   static constexpr int kSide = 2 * kReach_px + 1;
+  [[nodiscard]] std::optional<ColorShift> best_scaled() const;
+  void add_scales(const std::vector<std::pair<int, int>>& edges, const Image<std::uint8_t>& colors);
+  static constexpr int kCoarseStep_px = 2;
+  static constexpr int kCoarseSide = 2 * (kReach_px / kCoarseStep_px) + 1;
   std::vector<double> sums_;
+  std::vector<double> scaled_sums_;  ///< [scale][down][right], coarse shifts
+  double scaled_none_ = 0;           ///< of the same edges at no shift and scale 1
   std::size_t edges_ = 0;
 };
 

@@ -36,7 +36,7 @@ enum class FindingKind {
   kFlippedFy,          ///< fy has the wrong sign
   kPoorAgreement,      ///< depth and poses do not agree, and no hypothesis explains it
   kStamps,             ///< stamps run backwards or repeat
-  kUnregisteredColor,  ///< colour edges lie a shift away from depth edges
+  kUnregisteredColor,  ///< colour edges lie a shift or a scale away from depth edges
   kMissing,            ///< pictures or poses are missing or unreadable
   kGap,                ///< holes in a stream
   kDepthRange,         ///< almost nothing valid, or depths that no such sensor delivers
@@ -49,10 +49,12 @@ struct Finding {
   std::string message;
 };
 
-/// Where colour edges lie relative to depth edges: the shift of the colour image that fits best.
+/// Where colour edges lie relative to depth edges: the shift of the colour image that fits best, and its
+/// scale about the image's middle.
 struct ColorShift {
   int right_px = 0, down_px = 0;
-  double gain_ratio = 1;  ///< colour gradient at depth edges with the shift, over the one without
+  double gain_ratio = 1;   ///< colour gradient at depth edges with the shift, over the one without
+  double scale_ratio = 1;  ///< of what colour sees, by what depth sees; 1 unless another is clearly better
 };
 
 /// What `hm info` shows of a recording.

@@ -53,6 +53,7 @@ SE3 pose_at_frame(int i) {
 
 struct RoomOptions {
   int color_right_px = 0;
+  double color_scale_ratio = 1;  ///< about the image's middle
   bool invert_poses = false;
   int frames = 60;
 };
@@ -61,6 +62,7 @@ void write_room(const fs::path& folder, const RoomOptions& options = {}) {
   auto writer = TumWriter::create(folder, kCamera, 5000);
   ASSERT_TRUE(writer);
   Rng rng(4);
+  const Vec2 middle((kCamera.width - 1) / 2.0, (kCamera.height - 1) / 2.0), shift(options.color_right_px, 0);
   for (int i = 0; i < options.frames; ++i) {
     const SE3 pose = pose_at_frame(i);
     RgbdFrame frame;
@@ -72,7 +74,9 @@ void write_room(const fs::path& folder, const RoomOptions& options = {}) {
         const double depth_m = look_at_room(pose, kCamera.unproject(Vec2(x, y), 1.0)).depth_m;
         frame.depth.units(x, y) = static_cast<std::uint16_t>((depth_m + rng.normal(0, 0.004)) * 5000);
         const int seen =
-            look_at_room(pose, kCamera.unproject(Vec2(x - options.color_right_px, y), 1.0)).surface;
+            look_at_room(pose, kCamera.unproject(
+                                   middle + (Vec2(x, y) - shift - middle) / options.color_scale_ratio, 1.0))
+                .surface;
         frame.color(x, y) = {static_cast<std::uint8_t>(30 * seen), static_cast<std::uint8_t>(255 - 30 * seen),
                              90};
       }
@@ -210,6 +214,19 @@ TEST_F(RoomCheck, ShiftedColorIsFound) {
   EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kUnregisteredColor)) << messages(report);
   EXPECT_NEAR(report.color_shift.right_px, 9, 1);
   EXPECT_NEAR(report.color_shift.down_px, 0, 1);
+}
+
+TEST_F(RoomCheck, ColorOfAnotherFocalLengthIsFound) {
+  const fs::path path = folder_.path() / "scaled";
+  for (const double ratio : {0.9, 1.08}) {
+    fs::remove_all(path);
+    write_room(path, {.color_right_px = -4, .color_scale_ratio = ratio, .frames = 20});
+    const RecordingReport report = inspect(path);
+    EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kUnregisteredColor)) << messages(report);
+    EXPECT_NEAR(report.color_shift.scale_ratio, ratio, 0.021);
+    EXPECT_NEAR(report.color_shift.right_px, -4, 2.1);
+    EXPECT_THAT(messages(report), HasSubstr("times as large"));
+  }
 }
 
 TEST_F(RoomCheck, AStillCameraIsNotJudged) {

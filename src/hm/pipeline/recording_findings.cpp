@@ -170,6 +170,15 @@ void find_color_shift(RecordingReport& report) {
   constexpr int kMinShift_px = 6;
   constexpr double kMinGain_ratio = 1.2;
   const ColorShift& shift = report.color_shift;
+  if (shift.scale_ratio != 1)
+    return add(
+        report, FindingKind::kUnregisteredColor,
+        fmt::format("colour is not registered to depth: it comes from another camera, which sees things "
+                    "about {:.2f} times as large, {} px right and {} px down of where they should be in "
+                    "the middle; so placed, colour edges meet depth edges {:.2f} times as well. Colours "
+                    "lie beside their surfaces; a calibration.toml with both cameras (`hm calibrate`) "
+                    "registers depth to colour",
+                    shift.scale_ratio, shift.right_px, shift.down_px, shift.gain_ratio));
   if (std::max(std::abs(shift.right_px), std::abs(shift.down_px)) < kMinShift_px ||
       shift.gain_ratio < kMinGain_ratio)
     return;

@@ -108,6 +108,7 @@ JsonValue to_json(const RecordingReport& report) {
   json["has_truth_mesh"] = info.truth_mesh.has_value();
   json["color_shift_px"] =
       JsonValue(JsonValue::Array{report.color_shift.right_px, report.color_shift.down_px});
+  json["color_scale_ratio"] = report.color_shift.scale_ratio;
   json["pairs_compared"] = static_cast<std::int64_t>(report.pairs_compared);
   json["agreement"] = JsonValue::array();
   for (const AgreementReport& a : report.agreement)

@@ -40,6 +40,12 @@ struct SlamAlignment::Impl {
   std::vector<double> times_ms;
 
   void begin_submap(int number);
+  /// The poses that a frame had: odometry's, and with the corrections of the frames before.
+  struct Poses {
+    std::size_t index;
+    const SE3 &odometry, &before;
+  };
+  void note(const Poses& poses, const AlignmentResult& found);
   void remember(const RgbdFrame& frame, const SE3& T_odom_camera);
 };
 
@@ -53,6 +59,16 @@ void SlamAlignment::Impl::begin_submap(int number) {
   grid = Integrator::make_grid(tsdf);
   changed_at.clear();
   aligner.set_T_map_odom({});
+}
+
+void SlamAlignment::Impl::note(const Poses& poses, const AlignmentResult& found) {
+  ++(found.status == AlignmentStatus::kAccepted ? counts.accepted : counts.not_accepted);
+  if (found.status != AlignmentStatus::kAccepted)
+    counts.first_reason.try_emplace(found.status, fmt::format("frame {}: {}", poses.index, found.reason));
+  const Vec3& at = found.T_world_camera.translation();
+  counts.frames.push_back({poses.index, found.status, (at - poses.before.translation()).norm(),
+                           (at - poses.odometry.translation()).norm(), found.before.rms_m,
+                           found.after.rms_m});
 }
 
 void SlamAlignment::Impl::remember(const RgbdFrame& frame, const SE3& T_odom_camera) {
@@ -77,9 +93,9 @@ void SlamAlignment::align(const RgbdFrame& frame, TrackedFrame& tracked) {
   Impl& impl = *impl_;
   if (tracked.submap != impl.submap) impl.begin_submap(tracked.submap);
   const bool first = impl.grid.volume_count() == 0;
+  const SE3 before = impl.aligner.T_map_odom() * *tracked.T_odom_camera, odometry = *tracked.T_odom_camera;
   const AlignmentResult found = impl.aligner.align(impl.grid, frame.depth, *tracked.T_odom_camera);
-  const bool accepted = found.status == AlignmentStatus::kAccepted;
-  if (!first) ++(accepted ? impl.counts.accepted : impl.counts.not_accepted);
+  if (!first) impl.note({frame.index, odometry, before}, found);
   tracked.T_odom_camera = found.T_world_camera;
   if (tracked.new_keyframe) {
     auto keyframe = std::make_shared<Keyframe>(*tracked.new_keyframe);

@@ -132,6 +132,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   add_warnings_section(report, summary.warnings);
   add_map(report, summary, material);
   add_path(report, summary);
+  if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
   add_loops(report, summary, material);
   add_tracking_sections(report, state.track);
   add_rgbd_recording_section(report, summary.recording);

@@ -72,11 +72,7 @@ JsonValue to_json(const SlamSummary& summary) {
     json["odometry"] = std::move(odometry);
   }
   json["largest_correction_m"] = state.largest_shift_m;
-  if (state.dense_alignment)
-    json["alignment"] = JsonValue::object({{"accepted", state.dense_alignment->accepted},
-                                           {"not_accepted", state.dense_alignment->not_accepted},
-                                           {"mean_ms", state.dense_alignment->milliseconds.mean},
-                                           {"p99_ms", state.dense_alignment->milliseconds.p99}});
+  if (state.dense_alignment) json["alignment"] = to_json(*state.dense_alignment);
   json["frames_mapped"] = state.frames_mapped;
   json["frames_apart"] = state.frames_apart;
   json["map_correction"] = correction_to_json(state.correction);
@@ -103,6 +99,10 @@ std::string to_text(const SlamSummary& summary) {
   std::string text = to_text(state.track);
   text += fmt::format("loops     {} of {} candidates accepted, largest correction {:.3f} m\n",
                       state.loops.accepted, state.loops.candidates, state.largest_shift_m);
+  if (const auto& alignment = state.dense_alignment)
+    text += fmt::format("alignment {} frames aligned, {} not; {:.1f} ms a frame, 99 % under {:.1f} ms\n",
+                        alignment->accepted, alignment->not_accepted, alignment->milliseconds.mean,
+                        alignment->milliseconds.p99);
   if (state.alignment.adjusted)
     text +=
         fmt::format("bundle    {} landmarks, {:.2f} px before, {:.2f} px after\n", state.alignment.landmarks,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "hm/tsdf/alignment_pairs.hpp"
+#include "hm/tsdf/alignment_search.hpp"
 #include "hm/tsdf/alignment_step.hpp"
 #include "hm/tsdf/testing/integration_bench.hpp"
 
@@ -112,6 +113,31 @@ TEST(AlignmentTerms, TheGradientIsTheDerivativeOfTheCost) {
     step[i] = 1e-3;
     const double numeric = (terms_at(step).cost - terms_at(-step).cost) / 2e-3;
     EXPECT_NEAR(6 * here.b[i], numeric, 0.02 * 6 * here.b.norm()) << i;
+  }
+}
+
+/// d cost / d xi = 2 b / width^2: the cost is Geman and McClure's, the surface is found along each ray.
+TEST(SearchTerms, TheGradientIsTheDerivativeOfTheCost) {
+  const AnalyticScene scene{{{Vec3(-1, 0.2, 0.1).normalized(), -2.0}}, {}};
+  IntegrationBench bench({});
+  for (int i = 0; i < 3; ++i) bench.add(scene, looking_along_x(Vec3::Zero()));
+  AlignmentPoints points;
+  AlignmentSampler({}, bench.params, {}, kCamera)
+      .choose(scene.render(kCamera, looking_along_x(Vec3::Zero())).depth, points);
+  const TurningCentre centre{Vec3(2, 0, 0), 1};
+  const SurfaceSearch search{0.3, 0.5 * bench.params.distance_limit_m(), 0.1, points.round_end.back(), 1};
+  VoxelLookup lookup(bench.grid);
+  const auto terms_at = [&](const Vec6& xi) {
+    const SE3 pose = centre.moved(looking_along_x(Vec3(0.06, 0, 0)), xi);
+    return sum_search_terms(search, points, {pose, centre.p_world}, lookup);
+  };
+  const AlignmentTerms here = terms_at(Vec6::Zero());
+  EXPECT_GT(here.agreeing, 100);
+  const Vec6 analytic = 2 / (search.width_m * search.width_m) * here.b;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const Vec6 step = 1e-3 * Vec6::Unit(i);
+    EXPECT_NEAR(analytic[i], (terms_at(step).cost - terms_at(-step).cost) / 2e-3, 0.02 * analytic.norm())
+        << i;
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "hm/slam/rgbd/rgbd_loop_closer.hpp"
@@ -67,6 +68,73 @@ TEST(LoopJudge, CorridorOfIdenticalDoors) {
     EXPECT_GT(loops.accepted, 5U);
     EXPECT_GT(loops.too_far + loops.ambiguous, 100U);
   }
+}
+
+/// Out along x and back again, a keyframe every metre: the last one stands where the first one stood.
+KeyframeGraph out_and_back(const RgbdLoopParams& params) {
+  KeyframeGraph graph(params);
+  for (int i = 0; i <= 20; ++i) {
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->stamp = Time::from_seconds(i);
+    keyframe->T_odom_camera = SE3(Mat3::Identity(), Vec3(i <= 10 ? i : 20 - i, 0, 0));
+    graph.add(std::move(keyframe));
+  }
+  return graph;
+}
+
+/// The newest keyframe is said to stand `shift_m` beyond where `from` stands.
+LoopProposal proposal(const KeyframeGraph& graph, std::size_t from, double shift_m, int inliers) {
+  LoopProposal p;
+  p.from = from, p.to = graph.size() - 1;
+  p.match.outcome = PlaceOutcome::kSamePlace;
+  p.match.inliers = inliers;
+  p.match.T_a_b = SE3(Mat3::Identity(), Vec3(shift_m, 0, 0));
+  p.match.covariance = 1e-6 * Mat6::Identity();
+  return p;
+}
+
+TEST(LoopJudge, ALoopMustBeWhereOdometryAllowsIt) {
+  const RgbdLoopParams params;
+  const KeyframeGraph graph = out_and_back(params);
+  const LoopVerdict near = LoopJudge(params).hear(graph, {proposal(graph, 0, 0.1, 100)});
+  EXPECT_EQ(near.accepted.size(), 1U);
+  const LoopVerdict far = LoopJudge(params).hear(graph, {proposal(graph, 0, 8, 100)});
+  EXPECT_TRUE(far.accepted.empty());
+  EXPECT_EQ(far.too_far, 1U);
+}
+
+/// Two doors that look the same, a metre apart, both where odometry allows: neither is believed, unless one
+/// explains far less.
+TEST(LoopJudge, RivalsAreBothRefused) {
+  const RgbdLoopParams params;
+  const KeyframeGraph graph = out_and_back(params);
+  const auto best = proposal(graph, 0, 0.1, 100);
+  for (const int inliers : {100, 80, 61}) {
+    const LoopVerdict verdict = LoopJudge(params).hear(graph, {best, proposal(graph, 1, 0.1, inliers)});
+    EXPECT_TRUE(verdict.accepted.empty()) << inliers;
+    EXPECT_EQ(verdict.ambiguous, 2U);
+    EXPECT_EQ(verdict.too_far, 0U);
+  }
+  const LoopVerdict weak = LoopJudge(params).hear(graph, {best, proposal(graph, 1, 0.1, 59)});
+  ASSERT_EQ(weak.accepted.size(), 1U);
+  EXPECT_EQ(weak.accepted.front().from, 0U);
+  // Another keyframe of the same door is no rival.
+  const LoopVerdict same = LoopJudge(params).hear(graph, {best, proposal(graph, 1, -0.9, 100)});
+  EXPECT_EQ(same.accepted.size(), 2U);
+}
+
+TEST(LoopJudge, ALargeCorrectionWaitsForAnotherKeyframe) {
+  const RgbdLoopParams params;
+  KeyframeGraph graph = out_and_back(params);
+  LoopJudge judge(params);
+  EXPECT_TRUE(judge.hear(graph, {proposal(graph, 0, 0.6, 100)}).accepted.empty());
+  EXPECT_EQ(judge.waiting(), 1U);
+  auto next = std::make_shared<Keyframe>();
+  next->stamp = Time::from_seconds(21);
+  next->T_odom_camera = SE3(Mat3::Identity(), Vec3(-1, 0, 0));
+  graph.add(std::move(next));
+  EXPECT_TRUE(judge.hear(graph, {proposal(graph, 0, -2, 100)}).accepted.empty()) << "says something else";
+  EXPECT_EQ(judge.hear(graph, {proposal(graph, 0, -0.4, 100)}).accepted.size(), 2U);
 }
 
 }  // namespace
