@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "hm/io/testing_recordings.hpp"
 
 namespace hm {
@@ -59,6 +61,23 @@ TEST(CarriedImuFile, NoneIsNoneAndNonsenseIsAnErrorWithItsLine) {
   const auto mount = read_carried_imu(folder.path());
   ASSERT_FALSE(mount);
   EXPECT_NE(to_string(mount.error()).find("imu.toml:2"), std::string::npos) << to_string(mount.error());
+}
+
+/// How a Kinect's device is turned, by motion capture: what was felt points up, on average, up to its bias.
+TEST(CarriedImuFile, AKinectsReadingsPointUpInTheWorld) {
+  const auto path = real_recording("tum_fr1_xyz");
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const auto recording = open_recording(path);
+  ASSERT_TRUE(recording && (*recording)->info().imu);
+  const RecordingInfo& info = (*recording)->info();
+  Vec3 sum = Vec3::Zero();
+  std::size_t next = 0;
+  for (const ImuSample& sample : info.imu->samples) {
+    while (next < info.trajectory.size() && info.trajectory[next].stamp < sample.stamp) ++next;
+    if (next == info.trajectory.size()) break;
+    sum += info.trajectory[next].T_world_base.rotation() * sample.specific_force_m_s2;
+  }
+  EXPECT_GT(sum.normalized().z(), std::cos(0.1));
 }
 
 /// Nobody must have them: a recording opens without, and says so.

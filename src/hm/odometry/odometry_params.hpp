@@ -24,7 +24,7 @@ inline constexpr std::array<std::string_view, 4> kImuUseNames{"off", "gyroscope"
 /// `visit` gives the section `odometry`; the members that are parameter structs have their own sections.
 struct OdometryParams {
   OdometryMethod method = OdometryMethod::kTracker;
-  ImuUse use_imu = ImuUse::kBoth;
+  ImuUse use_imu = ImuUse::kOff;  ///< it was not seen to pay (docs/odometry_pipeline.md)
   double gravity_sigma_rad = 0.02;
   double max_depth_m = 5.5;
   double max_depth_sigma_m = 0.05;

@@ -178,6 +178,9 @@ std::string to_text(const VisualTrack& track) {
       "path      {:.2f} m, {} keyframes, {} points in the model\n",
       track.frames_tracked, track.frames_total, track.frames_lost, track.unused.size(),
       path_length(track.trajectory), track.keyframes.size(), track.model_points);
+  if (!track.imu_source.empty())
+    text += fmt::format("inertial  {}: {} turns by gyroscope, gravity used in {} frames, rejected in {}\n",
+                        track.imu_source, track.turns_given, track.gravity_used, track.gravity_rejected);
   if (!track.track_ms.count) return text;
   return text + fmt::format("tracking  median {:.1f} ms, mean {:.1f} ms, 99 % under {:.1f} ms a frame\n",
                             track.track_ms.median, track.track_ms.mean, track.track_ms.p99);
