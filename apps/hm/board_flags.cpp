@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "hm/pipeline/calibration_set.hpp"
+#include "program.hpp"
 
 void BoardFlags::add_to(CLI::App& command) {
   const auto group = "Board (default: board.toml of the pictures, else 9x6 corners of 0.1 m)";
@@ -11,7 +12,7 @@ void BoardFlags::add_to(CLI::App& command) {
       ->group(group);
   command.add_option("--corners", corners, "inner corners, between squares: 8x6")->group(group);
   command.add_option("--square", square_m, "edge of a square in metres")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->group(group);
 }
 

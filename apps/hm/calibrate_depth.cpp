@@ -57,7 +57,7 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
   depth
       .add_option("--depth-units-per-m", flags->depth_units_per_m,
                   "number in the depth pictures for one metre (default: 1000)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   depth.add_flag("--raw-disparity", flags->is_raw_disparity,
                  "depth pictures hold a Kinect's raw disparity (11 bits): what it means is found first");
   flags->board.add_to(depth);
@@ -74,7 +74,7 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
                   "static: nothing moves (default); planes: what smooth surfaces scatter by")
       ->check(CLI::IsMember({"static", "planes"}));
   noise.add_option("--frames", flags->frames, "frames of a recording at most (default: 300)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   noise.add_flag(
       "--raw-disparity", flags->is_raw_disparity,
       "a folder of poses with a Kinect's raw disparity (constants: --calibration, else published)");

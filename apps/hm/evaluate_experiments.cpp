@@ -91,6 +91,6 @@ void add_experiments(Program& program) {
   compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")
       ->required();
   compensation.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (default here: 0.03)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   flags->of_recording.add_to(compensation);
 }

@@ -28,6 +28,16 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
 
 }  // namespace
 
+CLI::Validator positive_number() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0;
+        const bool is_right = CLI::detail::lexical_cast(text, value) && value > 0;
+        return is_right ? std::string() : text + " is no number above 0";
+      },
+      "POSITIVE");
+}
+
 std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
                                     const std::string& suffix) {
   if (!asked.empty()) return asked;

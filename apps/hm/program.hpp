@@ -20,6 +20,9 @@ struct CommonOptions {
   std::vector<std::string> assignments;  ///< section.key=value
 };
 
+/// A flag's number above 0; the message says only that.
+CLI::Validator positive_number();
+
 /// What a verb gives back when it worked: lines for people, keys for machines.
 struct Outcome {
   std::string text;                              ///< for standard output, unless --json

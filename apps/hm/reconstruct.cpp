@@ -54,7 +54,7 @@ void add_reconstruct(Program& program) {
                      "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
                      "pictures, camera in world");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command.add_flag("--align", flags->align,
                    "correct each given pose by aligning its depth picture to the map (reconstruction.align)");
   command.add_flag("--resume", flags->resume,

@@ -1,5 +1,7 @@
 #include "recording_flags.hpp"
 
+#include "program.hpp"
+
 void RecordingFlags::add_to(CLI::App& command) {
   const auto group = "Recording";
   command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
@@ -17,7 +19,7 @@ void RecordingFlags::add_to(CLI::App& command) {
       ->expected(2)
       ->group(group);
   command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth pictures for one metre")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->group(group);
 }
 

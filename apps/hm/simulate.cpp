@@ -126,7 +126,7 @@ void add_simulate(Program& program) {
                   "laser and an IMU; xtion (calibration only, default there)")
       ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav", "xtion"}));
   command.add_option("--frames", flags->frames, "frames or scans at most (default: the whole way)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--drift", flags->drift,

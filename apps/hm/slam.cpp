@@ -41,7 +41,7 @@ void add_slam(Program& program) {
       ->required();
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_slam)");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command.add_option(
       "--maps", flags->maps,
       "maps to write besides the mesh: any of points, octomap, mvog, with commas between (slam.maps)");

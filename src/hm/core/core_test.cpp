@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/core/check.hpp"
+#include "hm/core/hash.hpp"
 #include "hm/core/json_value.hpp"
 #include "hm/core/parallel.hpp"
 #include "hm/core/params.hpp"
@@ -40,7 +41,8 @@ TEST(Params, SetChangesEveryKind) {
   ExampleParams params;
   ParamList list;
   list.add("ex", params);
-  for (const char* text : {"ex.size_m=0.25", "ex.count=7", "ex.fast=true", "ex.label=hello", "ex.flavour=sour"})
+  for (const char* text :
+       {"ex.size_m=0.25", "ex.count=7", "ex.fast=true", "ex.label=hello", "ex.flavour=sour"})
     ASSERT_TRUE(list.set(text)) << text;
   EXPECT_EQ(params.size_m, 0.25);
   EXPECT_EQ(params.count, 7);
@@ -146,6 +148,13 @@ TEST(JsonValue, KeepsOrderAndOverwrites) {
   EXPECT_EQ(*value.find("b")->as_string(), "three");
   EXPECT_EQ(value.find("a")->number_or(0), 2.5);
   EXPECT_EQ(value.find("c"), nullptr);
+}
+
+/// Values that the algorithm's authors publish.
+TEST(Fnv1a, AgreesWithPublishedValues) {
+  EXPECT_EQ(fnv1a(std::string_view("")), 0xcbf29ce484222325u);
+  EXPECT_EQ(fnv1a(std::string_view("a")), 0xaf63dc4c8601ec8cu);
+  EXPECT_EQ(fnv1a(std::string_view("foobar")), 0x85944171f73967e8u);
 }
 
 TEST(CheckDeathTest, PrintsTheValues) { EXPECT_DEATH(HM_CHECK(1 > 2, "n = {}", 7), "1 > 2: n = 7"); }

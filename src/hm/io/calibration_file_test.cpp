@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "hm/core/hash.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/temporary_folder_test_support.hpp"
@@ -168,8 +169,7 @@ TEST(CalibrationFile, CorrectionsWithWrongNumbersAreErrors) {
     bytes.resize(bytes.size() - 8);
     const std::size_t at = 8 + rng.below(36);
     bytes[at] = static_cast<std::uint8_t>(rng.below(256));
-    std::uint64_t hash = 0xcbf29ce484222325ull;
-    for (const std::uint8_t byte : bytes) hash = (hash ^ byte) * 0x100000001b3ull;
+    const std::uint64_t hash = fnv1a(bytes);
     for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(hash >> (8 * i)));
     fs::remove(path);
     ASSERT_TRUE(write_file_bytes(path, bytes));

@@ -1,6 +1,7 @@
 #include <bit>
 #include <cstring>
 
+#include "hm/core/hash.hpp"
 #include "hm/io/byte_cursor.hpp"
 #include "hm/io/calibration_file.hpp"
 #include "hm/io/file_bytes.hpp"
@@ -10,12 +11,6 @@ namespace {
 
 constexpr std::string_view kMagic = "HMDEPTH1";
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
-
-std::uint64_t fnv1a(std::span<const std::uint8_t> bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325ull;
-  for (const std::uint8_t byte : bytes) hash = (hash ^ byte) * 0x100000001b3ull;
-  return hash;
-}
 
 class Bytes {
  public:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "hm/core/hash.hpp"
 #include "hm/io/json.hpp"
 
 namespace hm {
@@ -76,10 +77,6 @@ Result<MapRecord> parse_record(std::string_view text, const std::string& where) 
   return record;
 }
 
-std::int64_t record_checksum(std::string_view text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3u;
-  return std::bit_cast<std::int64_t>(hash);
-}
+std::int64_t record_checksum(std::string_view text) { return std::bit_cast<std::int64_t>(fnv1a(text)); }
 
 }  // namespace hm

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "hm/core/hash.hpp"
+
 namespace hm {
 namespace {
 
@@ -153,10 +155,9 @@ Mat3 IcpPairs::feigned_information(const ReferenceLines& reference, const ScanPo
 }
 
 std::uint64_t IcpPairs::fingerprint() const {
-  std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a, a pair at a time
-  for (const Pair& pair : pairs_)
-    hash = (hash ^ (static_cast<std::uint64_t>(pair.point) << 32 | pair.line)) * 1099511628211ULL;
-  return hash;
+  Fnv1a hash;
+  for (const Pair& pair : pairs_) hash.add(static_cast<std::uint64_t>(pair.point) << 32 | pair.line);
+  return hash.value();
 }
 
 double IcpPairs::mean_error_m() const {

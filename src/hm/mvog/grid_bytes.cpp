@@ -1,6 +1,7 @@
 // A MultiVolumeGrid to bytes and back (docs/file_formats.md).
 #include <cstring>
 
+#include "hm/core/hash.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mvog/multi_volume_grid_impl.hpp"
 
@@ -12,13 +13,6 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'H', 'M', 'M', 'V', 'O', 'G', '\r', '\n'};
 constexpr std::uint32_t kVersion = 1;
-
-/// FNV-1a, 64 bits.
-std::uint64_t checksum(std::span<const std::byte> bytes) {
-  std::uint64_t sum = 0xcbf29ce484222325u;
-  for (const std::byte b : bytes) sum = (sum ^ static_cast<std::uint8_t>(b)) * 0x100000001b3u;
-  return sum;
-}
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -48,7 +42,7 @@ void append(std::vector<std::byte>& out, const T* values, std::size_t count) {
 
 /// Appends the checksum of everything from `begin` on.
 void seal(std::vector<std::byte>& out, std::size_t begin) {
-  const std::uint64_t sum = checksum(std::span(out).subspan(begin));
+  const std::uint64_t sum = fnv1a(std::span(out).subspan(begin));
   append(out, &sum, 1);
 }
 
@@ -67,7 +61,7 @@ class Reader {
   }
   /// Reads the checksum of what was read since `begin` and compares.
   bool check_seal(std::size_t begin) {
-    const std::uint64_t want = checksum(bytes_.subspan(begin, at_ - begin));
+    const std::uint64_t want = fnv1a(bytes_.subspan(begin, at_ - begin));
     std::uint64_t sum = 0;
     return read(&sum, 1) && sum == want;
   }

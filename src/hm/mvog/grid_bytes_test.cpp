@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "hm/core/hash.hpp"
 #include "hm/mvog/dense_reference_test_support.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 
@@ -58,11 +59,7 @@ TEST(GridBytes, EveryPrefixAndEveryDamageIsAnErrorWithItsPlace) {
 }
 
 /// The checksum of the format, to plant damage behind its back.
-std::uint64_t fnv(const std::byte* bytes, std::size_t count) {
-  std::uint64_t sum = 0xcbf29ce484222325u;
-  for (std::size_t i = 0; i < count; ++i) sum = (sum ^ static_cast<std::uint8_t>(bytes[i])) * 0x100000001b3u;
-  return sum;
-}
+std::uint64_t fnv(const std::byte* bytes, std::size_t count) { return fnv1a(std::span(bytes, count)); }
 
 TEST(GridBytes, DamageWithARightChecksumNeverCrashesAndNeverGivesABadMap) {
   MultiVolumeGrid grid;

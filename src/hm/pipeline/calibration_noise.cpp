@@ -155,6 +155,13 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
   auto fit = fit_noise(summary.samples);
   if (!fit) {
     fit.error().where = options.input;
+    if (summary.unreadable > 0)
+      fit.error().message +=
+          fmt::format("; {} pictures or poses left out ({})", summary.unreadable, summary.first_unreadable);
+    const bool single = std::ranges::all_of(poses, [](const auto& pose) { return pose.depth.size() < 2; });
+    if (options.source == NoiseSource::kStatic && !poses.empty() && single)
+      fit.error().message +=
+          "; poses have a single depth picture each, which tells no deviation: `--from planes`";
     return forward_error(fit);
   }
   summary.fit = *fit;

@@ -72,8 +72,13 @@ Result<std::vector<DepthPoseFolder>> list_depth_poses(const fs::path& folder, co
 Result<DepthImage> read_depth_of(const fs::path& path, const DepthReading& reading) {
   auto units = read_depth_picture(path);
   if (!units) return forward_error(units);
-  if (!reading.disparity) return DepthImage{std::move(*units), 1 / reading.units_per_m};
   const auto largest = *std::ranges::max_element(units->pixels());
+  if (!reading.disparity && largest == DisparityTable::kNone && lower_extension(path) == ".pgm")
+    return fail(ErrorCode::kInvalidValue, path,
+                "the largest value is {}, a Kinect's mark of no reading: this is raw disparity, not depth "
+                "(--raw-disparity)",
+                largest);
+  if (!reading.disparity) return DepthImage{std::move(*units), 1 / reading.units_per_m};
   if (largest > DisparityTable::kNone)
     return fail(ErrorCode::kInvalidValue, path, "raw disparity has 11 bits, up to {}; this has {}",
                 DisparityTable::kNone, largest);

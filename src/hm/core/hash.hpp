@@ -1,0 +1,27 @@
+#pragma once
+#include <cstdint>
+#include <ranges>
+
+namespace hm {
+
+/// FNV-1a of 64 bits (Fowler, Noll, Vo), over whole numbers as they come: the checksum of our files,
+/// where they are bytes. Finds damage, not malice.
+class Fnv1a {
+ public:
+  constexpr void add(std::uint64_t number) { value_ = (value_ ^ number) * 0x100000001b3u; }
+  [[nodiscard]] constexpr std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+/// Of a range of bytes or characters.
+template <std::ranges::input_range Bytes>
+[[nodiscard]] constexpr std::uint64_t fnv1a(const Bytes& bytes) {
+  static_assert(sizeof(std::ranges::range_value_t<Bytes>) == 1);
+  Fnv1a hash;
+  for (const auto byte : bytes) hash.add(static_cast<std::uint8_t>(byte));
+  return hash.value();
+}
+
+}  // namespace hm
