@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -14,5 +15,13 @@ Summary summarise(std::span<const double> values);
 
 /// The q-quantile (0..1) with linear interpolation between order statistics; 0 for an empty set.
 double quantile(std::vector<double> values, double q);
+
+/// The middle one of at least one value (of an even number: the upper one), which are reordered.
+template <class T>
+T middle_value(std::span<T> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 }  // namespace hm

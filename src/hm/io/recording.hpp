@@ -9,6 +9,7 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/trajectory.hpp"
+#include "hm/sensors/imu.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
@@ -63,8 +64,9 @@ struct RecordingInfo {
   std::size_t posed_count = 0;                      ///< depth images with a pose
   std::size_t missing_pictures = 0;                 ///< files that the lists name but that are not there
   std::string first_missing_picture;
-  std::vector<SkippedLines> skipped;  ///< lines that were left out, also told in notes
-  std::string notes;                  ///< e.g. "60 lines of groundtruth.txt skipped", one a line
+  std::shared_ptr<const CarriedImu> imu;  ///< of the device that was carried along, if there was one
+  std::vector<SkippedLines> skipped;      ///< lines that were left out, also told in notes
+  std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one a line
 };
 
 /// A recording on disk. Frames are read on request, in any order, from any thread.
@@ -80,7 +82,8 @@ class Recording {
 /// Opens a recording folder, guessing its kind from what lies in it:
 /// - TUM RGB-D: depth.txt with rgb.txt, or associations.txt; groundtruth.txt. Poses are interpolated to the
 ///   stamp of the depth image. Where poses.txt exists too it is what the device itself reports: it becomes
-///   `trajectory`, and groundtruth.txt `truth`. truth_mesh.ply is the true surface.
+///   `trajectory`, and groundtruth.txt `truth`. truth_mesh.ply is the true surface. Inertial readings beside
+///   it (carried_imu_file.hpp) become `imu`; those that cannot be read are told in the notes.
 /// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
 /// - ICL-NUIM: associations.txt with whole frame numbers instead of seconds.
 /// A calibration (given, or calibration.toml in the folder) is applied to every picture: rectified, depth

@@ -2,6 +2,7 @@
 #include <cctype>
 
 #include "hm/io/camera_file.hpp"
+#include "hm/io/carried_imu_file.hpp"
 #include "hm/io/recording_listing.hpp"
 #include "hm/io/stamped_list.hpp"
 #include "hm/io/text_lines.hpp"
@@ -134,6 +135,15 @@ KnownCamera tum_camera(const fs::path& folder) {
   return {known_tum_camera(names), "the TUM camera that the folder or its lists name", 5000.0};
 }
 
+/// Nobody must have them: what cannot be read is told, not an error.
+void add_imu(RecordingInfo& info) {
+  auto imu = read_carried_imu(info.path);
+  if (!imu)
+    add_note(info, "the inertial readings are not used: " + to_string(imu.error()));
+  else if (*imu)
+    info.imu = std::make_shared<const CarriedImu>(std::move(**imu));
+}
+
 }  // namespace
 
 bool looks_like_tum(const fs::path& folder) {
@@ -158,6 +168,7 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   const auto poses = choose_poses(folder / "poses.txt", folder / "groundtruth.txt", {}, listing.info);
   if (!poses) return forward_error(poses);
   if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
+  add_imu(listing.info);
   pair_up(listing, *lists, *poses, options);
   return listing;
 }

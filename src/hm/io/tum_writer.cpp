@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/io/camera_file.hpp"
+#include "hm/io/carried_imu_file.hpp"
 #include "hm/io/file_bytes.hpp"
 #include "hm/io/image_file.hpp"
 #include "hm/io/output_file.hpp"
@@ -48,6 +49,8 @@ struct TumWriter::Impl {
   Trajectory poses;
   std::optional<Trajectory> truth;
   std::optional<Trajectory> device;
+  std::vector<ImuSample> imu;
+  Mat3 R_camera_imu = Mat3::Identity();
   std::optional<Time> last_stamp, last_color_stamp;
   std::string depth_list = "# depth maps\n# timestamp filename\n";
   std::string color_list = "# color images\n# timestamp filename\n";
@@ -114,6 +117,10 @@ Result<void> TumWriter::add(const RgbdFrame& frame) {
 
 void TumWriter::set_device_poses(Trajectory poses) { impl_->device = std::move(poses); }
 void TumWriter::set_ground_truth(Trajectory poses) { impl_->truth = std::move(poses); }
+void TumWriter::set_imu(std::vector<ImuSample> samples, const Mat3& R_camera_imu) {
+  impl_->imu = std::move(samples);
+  impl_->R_camera_imu = R_camera_imu;
+}
 
 Result<void> TumWriter::finish() {
   Impl& self = *impl_;
@@ -128,7 +135,8 @@ Result<void> TumWriter::finish() {
   if (self.device) files.emplace_back("poses.txt", pose_lines(*self.device));
   for (const auto& [name, text] : files)
     if (auto written = write_file_text(self.folder / name, text); !written) return written;
-  return {};
+  if (self.imu.empty()) return {};
+  return write_carried_imu(self.folder, self.imu, self.R_camera_imu);
 }
 
 }  // namespace hm

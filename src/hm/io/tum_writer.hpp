@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/trajectory.hpp"
+#include "hm/sensors/imu.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
@@ -31,6 +33,8 @@ class TumWriter {
   void set_device_poses(Trajectory poses);
   /// The exact trajectory, e.g. at a higher rate, instead of the poses of the added frames.
   void set_ground_truth(Trajectory poses);
+  /// What an inertial device felt, in its own frame; becomes imu.csv and imu.toml.
+  void set_imu(std::vector<ImuSample> samples, const Mat3& R_camera_imu);
   /// Writes the text files. Nothing more may be added.
   Result<void> finish();
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/statistics.hpp"
+
 namespace hm {
 namespace {
 
@@ -63,9 +65,7 @@ double estimate_range_sigma(const ScanPoints& points, std::vector<float>& scratc
   for (std::size_t i = 1; i + 1 < points.size(); ++i)
     scratch.push_back(std::abs(points.range[i - 1] - 2 * points.range[i] + points.range[i + 1]));
   if (scratch.empty()) return 5e-4;
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  return std::max(5e-4, static_cast<double>(*middle) / (0.6745 * std::sqrt(6.0)));
+  return std::max(5e-4, static_cast<double>(middle_value(std::span(scratch))) / (0.6745 * std::sqrt(6.0)));
 }
 
 void ReferenceLines::fit(const LineFitParams& params) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/statistics.hpp"
+
 namespace hm {
 namespace {
 constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
@@ -46,6 +48,15 @@ double robust_weight(double squared_mahalanobis) {
   return 1 / (1 + squared_mahalanobis / (kRobustSigmas * kRobustSigmas));
 }
 
+double variance_ratio(const PointResidual& residual, const PointObservation& observation) {
+  return residual.squared_mahalanobis / (observation.depth_m > 0 ? kMedianChi2Of3 : kMedianChi2Of2);
+}
+
+double robust_cost(double squared_mahalanobis) {
+  return 0.5 * kRobustSigmas * kRobustSigmas *
+         std::log1p(squared_mahalanobis / (kRobustSigmas * kRobustSigmas));
+}
+
 PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
                               const PinholeCamera& camera, double variance_scale) {
   PoseEquations equations;
@@ -58,8 +69,7 @@ PoseEquations point_equations(std::span<const PointObservation> observations, co
         residual->by_pose.transpose() * (weight * residual->information);
     equations.information.noalias() += weighted * residual->by_pose;
     equations.gradient.noalias() += weighted * residual->value;
-    equations.cost +=
-        0.5 * kRobustSigmas * kRobustSigmas * std::log1p(squared / (kRobustSigmas * kRobustSigmas));
+    equations.cost += robust_cost(squared);
     ++equations.terms;
   }
   return equations;
@@ -71,13 +81,9 @@ double residual_variance_scale(std::span<const PointObservation> observations, c
   for (const PointObservation& observation : observations) {
     const auto residual = point_residual(observation, T_odom_camera, camera);
     if (!residual) continue;
-    ratios.push_back(residual->squared_mahalanobis /
-                     (observation.depth_m > 0 ? kMedianChi2Of3 : kMedianChi2Of2));
+    ratios.push_back(variance_ratio(*residual, observation));
   }
-  if (ratios.empty()) return 1;
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return *middle;
+  return ratios.empty() ? 1 : middle_value(std::span(ratios));
 }
 
 }  // namespace hm

@@ -32,9 +32,10 @@ struct PointResidual {
 std::optional<PointResidual> point_residual(const PointObservation& observation, const SE3& T_odom_camera,
                                             const PinholeCamera& camera);
 
-/// The robust weight of a squared Mahalanobis distance: Cauchy, scale `kRobustSigmas`.
+/// The robust weight of a squared Mahalanobis distance and its cost: Cauchy, scale `kRobustSigmas`.
 inline constexpr double kRobustSigmas = 2.5;
 double robust_weight(double squared_mahalanobis);
+double robust_cost(double squared_mahalanobis);
 
 /// Residuals beyond count as outliers: chi^2 of 3 degrees of freedom at 99.9 %.
 inline constexpr double kOutlierSquaredMahalanobis = 16.27;
@@ -43,6 +44,9 @@ inline constexpr double kOutlierSquaredMahalanobis = 16.27;
 /// all their covariances times `variance_scale`.
 PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
                               const PinholeCamera& camera, double variance_scale = 1);
+
+/// The square of a residual against the median of what its covariance lets expect.
+double variance_ratio(const PointResidual& residual, const PointObservation& observation);
 
 /// How much larger than their covariances say the squares of the residuals are, from their median; below 1
 /// when smaller. 1 without observations.

@@ -11,6 +11,7 @@
 #include "hm/odometry/motion_filter.hpp"
 #include "hm/odometry/relocalisation.hpp"
 #include "hm/odometry/tracker_attempt.hpp"
+#include "hm/odometry/tracker_inertia.hpp"
 #include "hm/odometry/tracker_keyframes.hpp"
 #include "hm/odometry/tracker_prediction.hpp"
 #include "hm/odometry/window_adjustment.hpp"
@@ -40,6 +41,7 @@ class Tracker final : public VisualOdometry {
         map_(static_cast<std::size_t>(params.tracker.max_model_points),
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
+        inertia_(params.gravity_sigma_rad),
         T_odom_last_(T_odom_first_camera) {
     attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
     attempts_.matching.max_depth_m = params.max_depth_m;
@@ -54,10 +56,11 @@ class Tracker final : public VisualOdometry {
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
     const Stopwatch total;
     TrackedFrame out;
+    inertia_.begin_frame(hint);
     out.reason = reason_to_skip(frame, camera_, last_stamp_);
     if (out.reason.empty()) {
       last_stamp_ = frame.stamp;
-      const TrackerFrame view = make_view(frame, hint, out);
+      TrackerFrame view = make_view(frame, out);
       if (map_.empty())
         begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
       else
@@ -65,12 +68,12 @@ class Tracker final : public VisualOdometry {
       if (out.T_odom_camera) {
         lost_.found();
         posed_stamp_ = frame.stamp;
-        if (hint.up_camera && !up_odom_) up_odom_ = out.T_odom_camera->rotation() * *hint.up_camera;
         reference_ = make_prediction_reference(view, camera_);
       }
     } else {
       out.status = TrackingStatus::kSkipped;
     }
+    inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
     out.submap = submap_;
     out.numbers.model_points = map_.landmark_count();
     out.numbers.total_ms = total.milliseconds();
@@ -82,13 +85,12 @@ class Tracker final : public VisualOdometry {
   }
 
  private:
-  TrackerFrame make_view(const RgbdFrame& frame, const MotionHint& hint, TrackedFrame& out) const {
+  TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
     const Stopwatch watch;
     TrackerFrame view;
     view.frame = &frame;
     view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
     view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
-    if (hint.up_camera && up_odom_) view.up = UpPrior{*up_odom_, *hint.up_camera};
     out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
     out.numbers.features_ms = watch.milliseconds();
@@ -117,9 +119,11 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
   }
 
-  void follow(const TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
+  void follow(TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
     Stopwatch watch;
-    const SE3 T_predicted = predict(view, hint);
+    const SE3 T_predicted = predict(view);
+    out.numbers.turn_given = inertia_.R_posed_current().has_value();
+    out.numbers.gravity = inertia_.weigh(T_predicted, hint, view);
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
     Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
@@ -132,9 +136,8 @@ class Tracker final : public VisualOdometry {
       recover(view, attempt.refusal, out);
   }
 
-  [[nodiscard]] SE3 predict(const TrackerFrame& view, const MotionHint& hint) const {
-    MotionGuess guess{SE3::exp(velocity_), std::nullopt, false};
-    if (!lost_.lost()) guess.R_ref_cur = hint.R_last_current;
+  [[nodiscard]] SE3 predict(const TrackerFrame& view) const {
+    MotionGuess guess{SE3::exp(velocity_), inertia_.R_posed_current(), false};
     guess.may_have_turned_far = (view.frame->stamp - posed_stamp_).seconds() > kLongGap_s;
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
@@ -253,10 +256,10 @@ class Tracker final : public VisualOdometry {
   LocalMap map_;
   PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
+  TrackerInertia inertia_;
   SE3 T_odom_last_;  ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
   Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
-  std::optional<Vec3> up_odom_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
   LostState lost_;

@@ -12,6 +12,7 @@ namespace hm {
 struct UpPrior {
   Vec3 up_odom = Vec3::UnitZ();
   Vec3 up_camera = Vec3::UnitZ();
+  double sigma_rad = 0.02;
 };
 
 /// A frame as the tracker uses it.

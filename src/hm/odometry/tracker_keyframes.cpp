@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/statistics.hpp"
 #include "hm/odometry/depth_uncertainty.hpp"
 
 namespace hm {
@@ -132,9 +133,7 @@ std::optional<double> median_depth_m(const FeatureSet& features) {
   for (const Feature& feature : features)
     if (feature.has_depth) depths.push_back(feature.p_camera.z());
   if (depths.empty()) return std::nullopt;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return middle_value(std::span(depths));
 }
 
 }  // namespace hm

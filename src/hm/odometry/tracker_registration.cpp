@@ -49,7 +49,7 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     if (params.surface_weight_ratio > 0)
       equations += weighted_surface(reference, frame.grid, result.T_odom_camera, params,
                                     iteration < kWideGateIterations ? kWideGate_m : 0.0);
-    if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera, params.up_sigma_rad);
+    if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera);
     result.information = equations.information;
     Mat6 damped = equations.information;
     damped.diagonal().array() += kDamping;
@@ -90,12 +90,12 @@ Mat6 covariance_in_odom(const Registration& registration) {
   return to_odom * covariance_in_camera(registration) * to_odom.transpose();
 }
 
-PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad) {
+PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera) {
   PoseEquations equations;
   const Vec3 predicted = T_odom_camera.rotation().transpose() * up.up_odom;
   const Vec3 residual = predicted - up.up_camera;
   const Mat3 by_rotation = skew(predicted);  // of exp(-rotation) predicted
-  const double weight = 1 / (sigma_rad * sigma_rad);
+  const double weight = 1 / (up.sigma_rad * up.sigma_rad);
   equations.information.bottomRightCorner<3, 3>() = weight * by_rotation.transpose() * by_rotation;
   equations.gradient.tail<3>() = weight * by_rotation.transpose() * residual;
   equations.cost = 0.5 * weight * residual.squaredNorm();

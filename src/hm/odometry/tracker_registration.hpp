@@ -9,7 +9,6 @@ namespace hm {
 
 struct RegistrationParams {
   double surface_weight_ratio = 0.05;  ///< readings of one surface are not independent
-  double up_sigma_rad = 0.02;          ///< of a given direction away from gravity
   bool adapt_variance = false;         ///< take the matches for as uncertain as their residuals are (median)
   int max_iterations = 10;
   DepthNoise noise;
@@ -38,8 +37,8 @@ Mat6 covariance_in_camera(const Registration& registration);
 /// The same (left perturbation in odom, as in TrackedFrame).
 Mat6 covariance_in_odom(const Registration& registration);
 
-/// The normal equations of a pose from the direction away from gravity.
-PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera, double sigma_rad);
+/// The normal equations of a pose from the direction away from gravity: of roll and pitch, nothing else.
+PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera);
 
 /// A factor between the surface of a keyframe and the readings of another frame at its present pose.
 SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,

@@ -20,6 +20,9 @@ enum class TrackingStatus {
 };
 std::string_view to_string(TrackingStatus status);
 
+/// What became of a frame's gravity.
+enum class GravityUse { kNone, kUsed, kRejected };
+
 /// What one frame offered and what was made of it: the numbers behind a status.
 struct TrackingNumbers {
   int features = 0;                 ///< detected
@@ -28,7 +31,9 @@ struct TrackingNumbers {
   int inliers = 0;                  ///< of them, agreeing with the answer
   double sharpness = 0;             ///< variance of the image's Laplacian; low: motion blur, dark, no texture
   double depth_coverage_ratio = 0;  ///< pixels with a depth reading
-  std::size_t model_points = 0;     ///< in the persistent model after the frame
+  bool turn_given = false;          ///< by a gyroscope, for the prediction
+  GravityUse gravity = GravityUse::kNone;
+  std::size_t model_points = 0;  ///< in the persistent model after the frame
   double features_ms = 0, prediction_ms = 0, registration_ms = 0, model_ms = 0, total_ms = 0;  ///< Fig. 3.14
 };
 
@@ -36,7 +41,11 @@ struct TrackingNumbers {
 struct MotionHint {
   std::optional<Mat3> R_last_current;  ///< rotation of the camera since the last frame (gyroscope)
   std::optional<Vec3> up_camera;       ///< the direction away from gravity in the camera frame, a unit vector
+  /// What accelerometers felt since the last frame, on average: gravity and the camera's own acceleration,
+  /// camera frame. Told apart by the tracker (gravity_observer.hpp).
+  std::optional<Vec3> force_camera_m_s2;
 };
+
 
 /// The answer for one frame.
 struct TrackedFrame {

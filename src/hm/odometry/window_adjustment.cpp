@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/statistics.hpp"
 #include "hm/odometry/pose_refinement.hpp"
 
 namespace hm {
@@ -14,6 +15,7 @@ using VecX = Eigen::VectorXd;
 using Mat63 = Eigen::Matrix<double, 6, 3>;
 constexpr int kFixed = -1;
 constexpr double kMinLandmarkSigma_m = 0.001;
+constexpr double kLeastVarianceScale = 0.04;  // of the sightings, however well they agree
 
 struct View {
   int pose = kFixed;         // row of blocks; kFixed does not move
@@ -45,6 +47,7 @@ class Window {
   WindowAdjustmentResult run() {
     WindowAdjustmentResult result;
     double lambda = 1e-4;
+    variance_scale_ = std::clamp(residual_variance_scale(), kLeastVarianceScale, 1.0);
     result.cost_before = linearise();
     double cost = result.cost_before;
     for (int i = 0; i < params_.iterations && pose_count_ > 0; ++i) {
@@ -103,6 +106,24 @@ class Window {
     blocks_.resize(points_.size());
   }
 
+  [[nodiscard]] PointObservation observation(std::size_t point, const View& view) const {
+    const Sighting& s = *view.sighting;
+    return {positions_[point], Mat3::Zero(), s.pixel, s.pixel_covariance, s.depth_m, s.depth_variance_m2};
+  }
+
+  /// How much smaller the squares of the residuals are than the sightings say (median): what is an outlier
+  /// is measured by what the others do.
+  [[nodiscard]] double residual_variance_scale() const {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      for (const View& view : points_[i].views) {
+        const PointObservation seen = observation(i, view);
+        if (const auto residual = point_residual(seen, poses_[view.keyframe], camera_))
+          ratios.push_back(variance_ratio(*residual, seen));
+      }
+    return ratios.empty() ? 1 : middle_value(std::span(ratios));
+  }
+
   /// The normal equations at the present poses and points; returns the cost.
   double linearise() {
     const auto n = static_cast<Eigen::Index>(6 * pose_count_);
@@ -123,13 +144,10 @@ class Window {
     double cost = 0;
     for (std::size_t v = 0; v < points_[i].views.size(); ++v) {
       const View& view = points_[i].views[v];
-      const Sighting& s = *view.sighting;
-      const PointObservation observation{positions_[i],      Mat3::Zero(), s.pixel,
-                                         s.pixel_covariance, s.depth_m,    s.depth_variance_m2};
-      const auto residual = point_residual(observation, poses_[view.keyframe], camera_);
+      const auto residual = point_residual(observation(i, view), poses_[view.keyframe], camera_);
       if (!residual) continue;
-      const double squared = residual->squared_mahalanobis;
-      cost += 0.5 * kRobustSigmas * kRobustSigmas * std::log1p(squared / (kRobustSigmas * kRobustSigmas));
+      const double squared = residual->squared_mahalanobis / variance_scale_;
+      cost += variance_scale_ * robust_cost(squared);
       const Mat3 weighted = robust_weight(squared) * residual->information;
       const Mat3 by_point_weighted = residual->by_point.transpose() * weighted;
       block.V.noalias() += by_point_weighted * residual->by_point;
@@ -224,6 +242,7 @@ class Window {
   const WindowAdjustmentParams& params_;
   std::size_t first_moved_ = 0;
   int pose_count_ = 0;
+  double variance_scale_ = 1;
   std::vector<SE3> poses_;
   std::vector<Point> points_;
   std::vector<Vec3> positions_;

@@ -84,6 +84,17 @@ void add_times(HtmlReport& report, const VisualTrack& track) {
   report.add_table({"stage", "mean (ms)", "median (ms)", "99 % (ms)", "longest (ms)"}, rows);
 }
 
+void add_inertial(HtmlReport& report, const VisualTrack& track) {
+  if (track.imu_source.empty()) return;
+  report.begin_section("Inertial device", "What was carried along with the camera, and what became of it.");
+  report.add_table(
+      {"what", "value"},
+      {{"readings", track.imu_source},
+       {"frames whose turn a gyroscope predicted", std::to_string(track.turns_given)},
+       {"frames whose roll and pitch gravity helped to hold", std::to_string(track.gravity_used)},
+       {"frames whose readings did not fit and were not used", std::to_string(track.gravity_rejected)}});
+}
+
 void add_lost(HtmlReport& report, const VisualTrack& track) {
   if (track.lost.empty()) return;
   report.begin_section("Lost", "Stretches without a pose; the model is not touched by them.");
@@ -148,6 +159,7 @@ void add_error_cards(HtmlReport& report, const std::optional<TrajectoryError>& e
 
 void add_tracking_sections(HtmlReport& report, const VisualTrack& track) {
   add_lost(report, track);
+  add_inertial(report, track);
   add_sizes(report, track);
   add_times(report, track);
   report.begin_section("Pictures and certainty");

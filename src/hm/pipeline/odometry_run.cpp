@@ -79,7 +79,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters, info.camera.without_distortion(),
-                          {range.count(), level_camera()});
+                          {range.count(), level_camera(), info.imu});
   OdometrySummary summary;
   const Stopwatch watch;
   summary.interrupted = track_all(**recording, options, tracking);

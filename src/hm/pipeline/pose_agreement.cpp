@@ -23,12 +23,6 @@ SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
   return hypothesis.poses_inverted ? to * from.inverse() : to.inverse() * from;
 }
 
-double median_of_many(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Means of relative differences by tile of the image.
 class TileMeans {
  public:
@@ -105,8 +99,8 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
   Agreement result;
   if (moved > 0) result.overlap_ratio = static_cast<double>(errors.size()) / static_cast<double>(moved);
   if (errors.size() < kMinPoints || result.overlap_ratio < kMinOverlap) return result;
-  result.median_m = median_of_many(errors);
-  result.relative = median_of_many(relative);
+  result.median_m = middle_value(std::span(errors));
+  result.relative = middle_value(std::span(relative));
   result.systematic = tiles.median();
   return result;
 }

@@ -29,6 +29,8 @@ constexpr std::array kOwnFiles{"depth",
                                "camera.txt",
                                "groundtruth.txt",
                                "poses.txt",
+                               "imu.csv",
+                               "imu.toml",
                                "truth_mesh.ply",
                                "truth_visible.ply",
                                "truth_scene.json",
@@ -157,6 +159,7 @@ Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& wri
   const Trajectory reported = trajectory_of(simulation, &Simulation::reported_pose);
   writer.set_ground_truth(truth);
   if (drifts) writer.set_device_poses(reported);
+  writer.set_imu(simulation.imu(), R_camera_tablet_imu());
   if (auto finished = writer.finish(); !finished) return forward_error(finished);
 
   SimulationSummary summary;

@@ -31,6 +31,7 @@ struct SimulationSummary {
 /// Writes a simulation as a recording in TUM layout, with its truth beside it:
 ///   depth/ rgb/ depth.txt rgb.txt camera.txt   the recording
 ///   groundtruth.txt        exact poses; poses.txt the reported ones when they drift
+///   imu.csv imu.toml       what an inertial device at the camera's place felt (simulation.imu)
 ///   truth_mesh.ply         the whole true surface
 ///   truth_visible.ply      points (with normals) of the part of it that the frames can see
 ///   truth_scene.json       the room's analytic solids (room only)

@@ -28,7 +28,8 @@ struct SlamPipeline::Impl {
         camera(recording.info().camera.without_distortion()),
         range(frame_range(all.reconstruction, recording.info().frame_count)),
         tracking(all, camera,
-                 {range.count(), first_camera(recording.info(), range.begin, all.slam.start_at_pose)}),
+                 {range.count(), first_camera(recording.info(), range.begin, all.slam.start_at_pose),
+                  recording.info().imu}),
         closer(camera, all.loops),
         map(all, recording, its_run) {
     if (all.slam.align) alignment.emplace(all, camera);

@@ -13,7 +13,11 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 }  // namespace
 
 VisualTracking::VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start)
-    : odometry_(make_visual_odometry(parameters.odometry, camera, start.T_odom_first_camera)) {
+    : odometry_(make_visual_odometry(parameters.odometry, camera, start.T_odom_first_camera)),
+      hints_(start.imu, parameters.odometry.use_imu) {
+  if (start.imu && parameters.odometry.use_imu != ImuUse::kOff &&
+      parameters.odometry.method == OdometryMethod::kTracker)
+    track_.imu_source = start.imu->source;
   track_.frames_total = start.frames_total;
 }
 
@@ -26,7 +30,7 @@ TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& fr
     return unread;
   }
   ++track_.frames_read;
-  TrackedFrame tracked = odometry_->track(*frame);
+  TrackedFrame tracked = odometry_->track(*frame, hints_.next(frame->stamp));
   VisualFrame note;
   note.index = index, note.stamp = frame->stamp, note.status = tracked.status, note.submap = tracked.submap;
   note.keyframe = tracked.new_keyframe != nullptr;
@@ -45,6 +49,9 @@ TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& fr
   } else {
     note_lost(*frame, tracked);
   }
+  track_.turns_given += tracked.numbers.turn_given;
+  track_.gravity_used += tracked.numbers.gravity == GravityUse::kUsed;
+  track_.gravity_rejected += tracked.numbers.gravity == GravityUse::kRejected;
   track_.relocalised += tracked.status == TrackingStatus::kRelocalised;
   if (tracked.new_keyframe) track_.keyframes.push_back(tracked.new_keyframe);
   track_.model_points = tracked.numbers.model_points;
@@ -139,6 +146,11 @@ void add_json(JsonValue& json, const VisualTrack& track) {
   json["model_points"] = track.model_points;
   json["submaps"] = track.submaps;
   json["relocalised"] = track.relocalised;
+  if (!track.imu_source.empty())
+    json["imu"] = JsonValue::object({{"source", track.imu_source},
+                                     {"turns_given", track.turns_given},
+                                     {"gravity_used", track.gravity_used},
+                                     {"gravity_rejected", track.gravity_rejected}});
   auto lost = JsonValue::array();
   for (const LostStretch& stretch : track.lost)
     lost.push_back(JsonValue::object({{"first_frame", stretch.first_frame},
@@ -166,6 +178,9 @@ std::string to_text(const VisualTrack& track) {
       "path      {:.2f} m, {} keyframes, {} points in the model\n",
       track.frames_tracked, track.frames_total, track.frames_lost, track.unused.size(),
       path_length(track.trajectory), track.keyframes.size(), track.model_points);
+  if (!track.imu_source.empty())
+    text += fmt::format("inertial  {}: {} turns by gyroscope, gravity used in {} frames, rejected in {}\n",
+                        track.imu_source, track.turns_given, track.gravity_used, track.gravity_rejected);
   if (!track.track_ms.count) return text;
   return text + fmt::format("tracking  median {:.1f} ms, mean {:.1f} ms, 99 % under {:.1f} ms a frame\n",
                             track.track_ms.median, track.track_ms.mean, track.track_ms.p99);

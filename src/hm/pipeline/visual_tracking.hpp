@@ -8,6 +8,7 @@
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/io/recording.hpp"
+#include "hm/odometry/inertial_hints.hpp"
 #include "hm/odometry/visual_odometry.hpp"
 #include "hm/pipeline/parameters.hpp"
 
@@ -50,6 +51,8 @@ struct VisualTrack {
   Summary track_ms;
   std::size_t model_points = 0, relocalised = 0, memory_bytes = 0;
   int submaps = 0;
+  std::string imu_source;  ///< empty: no inertial device was used
+  std::size_t turns_given = 0, gravity_used = 0, gravity_rejected = 0;  ///< frames
 };
 
 /// Visual odometry over the frames of a recording, with the books that a report needs.
@@ -58,6 +61,7 @@ class VisualTracking {
   struct Start {
     std::size_t frames_total = 0;  ///< that are to come
     SE3 T_odom_first_camera;
+    std::shared_ptr<const CarriedImu> imu = nullptr;
   };
   /// The camera must be free of lens distortion.
   VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start);
@@ -71,6 +75,7 @@ class VisualTracking {
   void note_lost(const RgbdFrame& frame, const TrackedFrame& tracked);
 
   std::unique_ptr<VisualOdometry> odometry_;
+  InertialHints hints_;
   VisualTrack track_;
   std::vector<double> times_ms_;
   Time lost_since_;
@@ -90,7 +95,7 @@ std::vector<std::string> warnings_of(const VisualTrack& track);
 /// Why there is no pose at all, in words.
 std::string why_no_pose(const VisualTrack& track);
 /// Adds frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
-/// submaps, relocalised, lost_stretches.
+/// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
 void add_json(JsonValue& json, const VisualTrack& track);
 /// Adds ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m; nothing without an error.
 void add_json(JsonValue& json, const std::optional<TrajectoryError>& error);

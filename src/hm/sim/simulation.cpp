@@ -128,6 +128,13 @@ RgbdFrame Simulation::frame(std::size_t index, const ParallelLoop& loop) const {
 Time Simulation::stamp(std::size_t index) const { return impl_->stamps.at(index); }
 SE3 Simulation::true_pose(std::size_t index) const { return impl_->truth.at(index); }
 SE3 Simulation::reported_pose(std::size_t index) const { return impl_->reported.at(index); }
+std::vector<ImuSample> Simulation::imu() const {
+  const Impl& self = *impl_;
+  if (!self.params.imu) return {};
+  return carried_imu([&](double elapsed_s) { return self.pose_at(elapsed_s); }, self.stamps.front(),
+                     (self.stamps.back() - self.stamps.front()).seconds(), self.params.imu_sensor, {},
+                     static_cast<std::uint64_t>(self.params.seed));
+}
 const PinholeCamera& Simulation::camera() const { return impl_->sensor.camera; }
 const SensorModel& Simulation::sensor() const { return impl_->sensor; }
 const World& Simulation::world() const { return impl_->world; }

@@ -6,6 +6,7 @@
 #include "hm/core/parallel.hpp"
 #include "hm/core/params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/sim/carried_imu.hpp"
 #include "hm/sim/depth_sensor.hpp"
 #include "hm/sim/renderer.hpp"
 #include "hm/sim/visibility.hpp"
@@ -27,8 +28,10 @@ struct SimulationParams {
   bool pose_drift = false;       ///< poses as a visual-inertial odometry would report them
   double drift_ratio = 0.005;    ///< standard deviation of the velocity error, as a share of the speed
   double drift_yaw_rad_m = 0.0005;  ///< standard deviation of the yaw error gained per metre
-  double truth_spacing_m = 0.04;    ///< of the samples of the visible truth
-  double truth_far_m = 0;           ///< they were seen from nearer than this (0: the sensor's range)
+  bool imu = true;                  ///< an inertial device is carried along
+  ImuSensorParams imu_sensor;
+  double truth_spacing_m = 0.04;  ///< of the samples of the visible truth
+  double truth_far_m = 0;         ///< they were seen from nearer than this (0: the sensor's range)
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -44,6 +47,8 @@ struct SimulationParams {
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry"}, self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);
     v(ParamDoc{"drift_yaw_rad_m", {0, 1}, "yaw error gained per metre"}, self.drift_yaw_rad_m);
+    v(ParamDoc{"imu", {}, "an inertial device is carried along (imu.csv)"}, self.imu);
+    ImuSensorParams::visit(self.imu_sensor, v);
     v(ParamDoc{"truth_spacing_m", {0.002, 1}, "spacing of the samples of the visible truth"},
       self.truth_spacing_m);
     v(ParamDoc{"truth_far_m", {0, 200}, "depth up to which they count as seen; 0 for the sensor's range"},
@@ -67,6 +72,8 @@ class Simulation {
   [[nodiscard]] Time stamp(std::size_t index) const;
   [[nodiscard]] SE3 true_pose(std::size_t index) const;
   [[nodiscard]] SE3 reported_pose(std::size_t index) const;
+  /// What the inertial device feels from the first frame to the last (carried_imu.hpp); empty: there is none.
+  [[nodiscard]] std::vector<ImuSample> imu() const;
   /// The camera of depth and colour; no distortion.
   [[nodiscard]] const PinholeCamera& camera() const;
   [[nodiscard]] const SensorModel& sensor() const;

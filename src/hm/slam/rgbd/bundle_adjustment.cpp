@@ -4,10 +4,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
 #include "hm/core/check.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/slam/pose_edge_cost.hpp"
 #include "hm/slam/pose_manifold.hpp"
 
@@ -18,24 +20,35 @@ using detail::PoseState;
 
 /// A landmark nearer to the camera's plane than this is not projected.
 constexpr double kMinDepth_m = 0.05;
+constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
+constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
+constexpr int kPasses = 2;                    // the second knows better what is an outlier
+
+Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const LandmarkObservation& seen) {
+  const Vec2 pixel = camera.project(p_camera);
+  return {pixel.x() - seen.pixel.x(), pixel.y() - seen.pixel.y(), p_camera.z() - seen.depth_m};
+}
+
+/// What makes a residual one of unit deviation; without depth its row is zero.
+Mat3 whitening(const LandmarkObservation& seen) {
+  Mat3 whiten = Mat3::Zero();
+  whiten.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
+  if (seen.depth_m > 0 && seen.depth_sigma_m > 0) whiten(2, 2) = 1 / seen.depth_sigma_m;
+  return whiten;
+}
 
 /// [u; v; depth] beyond what was observed, each in its deviations.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   ObservationCost(const PinholeCamera& camera, const LandmarkObservation& seen)
-      : camera_(camera), seen_(seen) {
-    whiten_.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
-    if (seen.depth_m > 0 && seen.depth_sigma_m > 0) whiten_(2, 2) = 1 / seen.depth_sigma_m;
-  }
+      : camera_(camera), seen_(seen), whiten_(whitening(seen)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const SE3 T_map_camera = detail::pose_of(parameters[0]);
     const Eigen::Map<const Vec3> p_map(parameters[1]);
     const Vec3 p_camera = T_map_camera.inverse() * p_map;
     if (p_camera.z() < kMinDepth_m) return false;
-    const Vec2 pixel = camera_.project(p_camera);
-    const Vec3 error(pixel.x() - seen_.pixel.x(), pixel.y() - seen_.pixel.y(), p_camera.z() - seen_.depth_m);
-    Eigen::Map<Vec3>(residuals, 3) = whiten_ * error;
+    Eigen::Map<Vec3>(residuals, 3) = whiten_ * residual(camera_, p_camera, seen_);
     if (jacobians == nullptr) return true;
     const Eigen::Matrix<double, 3, 9> jacobian = whiten_ * observation_jacobian(camera_, T_map_camera, p_map);
     if (jacobians[0] != nullptr) detail::write_by_move<3>(jacobian.leftCols<6>(), jacobians[0]);
@@ -47,7 +60,7 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  private:
   PinholeCamera camera_;
   LandmarkObservation seen_;
-  Mat3 whiten_ = Mat3::Zero();
+  Mat3 whiten_;
 };
 
 /// The median over observations, those behind their camera infinitely far off.
@@ -59,10 +72,22 @@ double reprojection_error_px(const Bundle& bundle) {
       errors.push_back(p_camera.z() < kMinDepth_m ? std::numeric_limits<double>::infinity()
                                                   : (bundle.camera.project(p_camera) - seen.pixel).norm());
     }
-  if (errors.empty()) return 0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return errors.empty() ? 0 : middle_value(std::span(errors));
+}
+
+/// How much smaller the squares of the residuals are than the observations say (median, at most 1): what is
+/// an outlier is measured by what the others do.
+double residual_variance_scale(const Bundle& bundle) {
+  std::vector<double> ratios;
+  for (const Landmark& landmark : bundle.landmarks)
+    for (const LandmarkObservation& seen : landmark.observations) {
+      const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
+      if (p_camera.z() < kMinDepth_m) continue;
+      const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
+      const double squared = (whitening(seen) * residual(bundle.camera, p_camera, seen)).squaredNorm();
+      ratios.push_back(squared / (has_depth ? kMedianChi2Of3 : kMedianChi2Of2));
+    }
+  return ratios.empty() ? 1 : std::clamp(middle_value(std::span(ratios)), kLeastVarianceScale, 1.0);
 }
 
 /// The unknowns as Ceres has them, and what it is told of them.
@@ -76,19 +101,15 @@ struct Unknowns {
   ceres::Problem problem;
 };
 
-std::size_t add_observations(const Bundle& bundle, const BundleParams& params, Unknowns& unknowns) {
-  std::size_t count = 0;
+void add_observations(const Bundle& bundle, double loss_sigmas, Unknowns& unknowns) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
     for (const LandmarkObservation& seen : bundle.landmarks[l].observations) {
       HM_CHECK(seen.keyframe < unknowns.poses.size(), "keyframe {} of {}", seen.keyframe,
                unknowns.poses.size());
-      unknowns.problem.AddResidualBlock(
-          new ObservationCost(bundle.camera, seen),
-          params.loss_sigmas > 0 ? new ceres::CauchyLoss(params.loss_sigmas) : nullptr,
-          unknowns.poses[seen.keyframe].data(), unknowns.points[l].data());
-      ++count;
+      unknowns.problem.AddResidualBlock(new ObservationCost(bundle.camera, seen),
+                                        loss_sigmas > 0 ? new ceres::CauchyLoss(loss_sigmas) : nullptr,
+                                        unknowns.poses[seen.keyframe].data(), unknowns.points[l].data());
     }
-  return count;
 }
 
 void add_edges(const Bundle& bundle, Unknowns& unknowns) {
@@ -124,6 +145,38 @@ void write_back(Unknowns& unknowns, Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l) bundle.landmarks[l].p_map = unknowns.points[l];
 }
 
+ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas) {
+  Unknowns unknowns(bundle);
+  add_observations(bundle, loss_sigmas, unknowns);
+  add_edges(bundle, unknowns);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_SCHUR;
+  options.linear_solver_ordering = order(bundle, unknowns);
+  options.num_threads = 1;
+  options.max_num_iterations = params.max_iterations;
+  options.function_tolerance = 1e-5;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &unknowns.problem, &summary);
+  if (summary.IsSolutionUsable()) write_back(unknowns, bundle);
+  return summary;
+}
+
+double cost_of(const Bundle& bundle, double loss_sigmas) {
+  Unknowns unknowns(bundle);
+  add_observations(bundle, loss_sigmas, unknowns);
+  add_edges(bundle, unknowns);
+  double cost = std::numeric_limits<double>::infinity();
+  unknowns.problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+  return cost;
+}
+
+std::size_t count_observations(const Bundle& bundle) {
+  std::size_t count = 0;
+  for (const Landmark& landmark : bundle.landmarks) count += landmark.observations.size();
+  return count;
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, const SE3& T_map_camera,
@@ -145,25 +198,20 @@ BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params) {
     result.message = "no landmarks";
     return result;
   }
-  Unknowns unknowns(bundle);
-  result.observations = add_observations(bundle, params, unknowns);
-  add_edges(bundle, unknowns);
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_SCHUR;
-  options.linear_solver_ordering = order(bundle, unknowns);
-  options.num_threads = 1;
-  options.max_num_iterations = params.max_iterations;
-  options.function_tolerance = 1e-5;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &unknowns.problem, &summary);
-  result.message = summary.message;
-  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  result.initial_cost = summary.initial_cost;
-  result.final_cost = summary.final_cost;
-  result.converged = summary.IsSolutionUsable();
-  if (!result.converged) return result;
-  write_back(unknowns, bundle);
+  Bundle adjusted = bundle;
+  double loss_sigmas = 0;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
+    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas);
+    result.message = summary.message;
+    result.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    result.final_cost = summary.final_cost;
+    result.converged = summary.IsSolutionUsable();
+    if (!result.converged) return result;
+  }
+  result.observations = count_observations(bundle);
+  result.initial_cost = cost_of(bundle, loss_sigmas);
+  bundle = std::move(adjusted);
   result.error_after_px = reprojection_error_px(bundle);
   return result;
 }

@@ -57,21 +57,23 @@ void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
 
 struct BundleParams {
   int max_iterations = 30;
-  double loss_sigmas = 2.5;  ///< beyond, an observation loses its influence (Cauchy); 0: never
+  /// Beyond, an observation loses its influence (Cauchy); 0: never. In deviations as they turn out to be
+  /// (from the median of the residuals), at most those stated: matches are often better than they promise.
+  double loss_sigmas = 2.0;
 };
 
 struct BundleResult {
   bool converged = false;
   int iterations = 0;
   std::size_t observations = 0;
-  double initial_cost = 0, final_cost = 0;         ///< half the sum of the robust squares
+  double initial_cost = 0, final_cost = 0;  ///< half the sum of the robust squares, by the last pass's loss
   double error_before_px = 0, error_after_px = 0;  ///< reprojection, median over observations
   std::string message;
 };
 
 /// Moves keyframes and landmarks to the robust least squares optimum of reprojection and depth (Triggs et al.
 /// 1999; depth residual (z - reading) / sigma) and of the edges. Keyframes without landmarks and edges stay.
-/// Schur complement, analytic Jacobians, one thread, deterministic. Nothing moves when it fails.
+/// Two passes, Schur complement, analytic Jacobians, one thread, deterministic. Nothing moves when it fails.
 BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params = {});
 
 /// Derivatives of the residual [u; v; depth] by the keyframe's move (moved_by) and by the landmark: 3 x 9.

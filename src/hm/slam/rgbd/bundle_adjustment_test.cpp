@@ -111,7 +111,7 @@ TEST(BundleAdjustment, BringsKeyframesToTheirPlaces) {
     EXPECT_NEAR(result.error_after_px, kPixelSigma_px * std::sqrt(2 * std::log(2.0)), 0.2);
     EXPECT_EQ(bundle.T_map_camera[0].matrix(), scene.truth[0].matrix());
   }
-  EXPECT_LT(std::sqrt(sum / kSeeds), 0.0042);
+  EXPECT_LT(std::sqrt(sum / kSeeds), 0.0045);
 }
 
 /// Every fiftieth link is a lie, which the loss must bear; ambiguous landmarks are left out.
@@ -123,6 +123,31 @@ TEST(BundleAdjustment, BearsWrongLinks) {
       EXPECT_LT(landmark.observations[i - 1].keyframe, landmark.observations[i].keyframe);
   EXPECT_TRUE(adjust_bundle(bundle).converged);
   EXPECT_LT(error_of(bundle.T_map_camera, scene.truth), 0.01);
+}
+
+/// Observations that promise five times less than they keep, and some of them slipped, another way in
+/// every other keyframe: what the others do tells which.
+TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
+  double slipped = 0, modest = 0;
+  for (int seed = 10; seed < 14; ++seed) {
+    const Scene scene = make_scene(static_cast<std::uint64_t>(seed), 0.01);
+    Bundle bundle = bundle_of(scene);
+    Rng rng(1);
+    for (Landmark& landmark : bundle.landmarks)
+      for (LandmarkObservation& seen : landmark.observations)
+        if (rng.uniform() < 0.15) seen.pixel.x() += seen.keyframe % 2 == 0 ? 6 : -6;
+    Bundle wide = bundle;
+    for (Landmark& landmark : wide.landmarks)
+      for (LandmarkObservation& seen : landmark.observations) {
+        seen.pixel_covariance *= 25;
+        seen.depth_sigma_m *= 5;
+      }
+    ASSERT_TRUE(adjust_bundle(bundle).converged);
+    ASSERT_TRUE(adjust_bundle(wide).converged);
+    slipped += error_of(bundle.T_map_camera, scene.truth);
+    modest += error_of(wide.T_map_camera, scene.truth);
+  }
+  EXPECT_LT(modest, 1.2 * slipped);
 }
 
 TEST(BundleAdjustment, DeterministicAndDegenerate) {
