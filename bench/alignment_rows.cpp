@@ -164,7 +164,8 @@ Result<Run> follow(FrameSource& source, const TsdfParams& tsdf, const BenchOptio
         ++run.lost;
         continue;
       }
-      const AlignmentResult found = aligner.align(grid, frame.depth, *tracked.T_odom_camera);
+      const AlignmentResult found =
+          aligner.align(grid, frame.depth, *tracked.T_odom_camera, tracked.covariance);
       if (found.status == AlignmentStatus::kAccepted) ++run.accepted;
       run.ms.push_back(found.milliseconds);
       run.truth.push_back({frame.stamp, truth});

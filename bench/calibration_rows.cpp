@@ -13,6 +13,7 @@
 #include "hm/pipeline/calibration_extrinsics.hpp"
 #include "hm/pipeline/calibration_intrinsics.hpp"
 #include "hm/pipeline/calibration_simulation.hpp"
+#include "hm/sim/simulation.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {
@@ -40,7 +41,8 @@ Result<DepthCalibrationSummary> calibrate_all(const fs::path& folder, const Boar
       set / "stereo/ir", set / "stereo/color", folder / "both", folder / "rig", {}, {}, run};
   if (auto board = read_board_of(rig.depth_pictures, rig.board); !board) return forward_error(board);
   if (auto done = calibrate_extrinsics(rig); !done) return forward_error(done);
-  DepthCalibrationOptions depth{set / "depth", folder / "rig", folder / "corrected", 1000, large, {}, run};
+  DepthCalibrationOptions depth{
+      set / "depth", folder / "rig", folder / "corrected", DepthPictures::kDepth, 1000, large, {}, run};
   return calibrate_depth(depth);
 }
 
@@ -61,12 +63,51 @@ double fastest_ms(int rounds, Work&& work) {
   return best;
 }
 
-DepthImage some_depth() {
+/// Readings at random over metres, which no camera delivers: no two neighbours go to neighbouring places.
+DepthImage scattered_depth() {
   Rng rng(1);
   DepthImage depth{Image<std::uint16_t>(640, 480), 1e-3};
   for (auto& units : depth.units.pixels())
     units = static_cast<std::uint16_t>(rng.below(10) == 0 ? 0 : 800 + rng.below(3500));
   return depth;
+}
+
+/// What the rig's depth camera reads where an ideal one, of the same place and focal length, reads `ideal`.
+DepthImage raw_depth(const CalibrationRig& rig, const DepthImage& ideal, Rng& rng) {
+  DepthImage raw{Image<std::uint16_t>(ideal.width(), ideal.height()), rig.depth_unit_m};
+  const PinholeCamera straight = rig.depth_camera.without_distortion();
+  for (int y = 0; y < raw.height(); ++y)
+    for (int x = 0; x < raw.width(); ++x) {
+      const Vec2 at = straight.project(rig.depth_camera.unproject(Vec2(x, y), 1.0));
+      const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
+      const bool is_dropped = rng.uniform() < rig.dropout_ratio;
+      if (is_dropped || !ideal.units.contains(u, v) || ideal.units(u, v) == 0) continue;
+      const double z_m = ideal.units(u, v) * ideal.unit_m;
+      raw.units(x, y) = static_cast<std::uint16_t>(
+          std::lround((z_m + simulated_warp_m(rig, Vec2(x, y), z_m)) / raw.unit_m));
+    }
+  return raw;
+}
+
+/// Frames of the rig's depth camera on a walk through the house: noise, quantisation, warp and holes.
+std::vector<DepthImage> rendered_depth(const CalibrationRig& rig) {
+  constexpr std::size_t kFrames = 8;
+  SimulationParams params;
+  params.sensor = SensorPreset::kKinect;
+  const Simulation simulation(params);
+  const Renderer renderer(simulation.world());
+  SensorModel sensor = simulation.sensor();
+  sensor.camera = rig.depth_camera.without_distortion();
+  sensor.noise = rig.noise;
+  sensor.min_depth_m = rig.min_depth_m, sensor.max_depth_m = rig.max_depth_m;
+  Rng rng(1);
+  std::vector<DepthImage> frames;
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const SE3 T_world_camera = simulation.true_pose(i * simulation.frame_count() / kFrames);
+    const RenderedView view = renderer.render(sensor.camera, T_world_camera, ParallelLoop());
+    frames.push_back(raw_depth(rig, sense_depth(sensor, params.effects, view, rng), rng));
+  }
+  return frames;
 }
 
 JsonValue distances_json(const DepthCalibrationSummary& summary) {
@@ -79,16 +120,30 @@ JsonValue distances_json(const DepthCalibrationSummary& summary) {
   return list;
 }
 
-void add_times(const RgbdCalibration& calibration, int rounds, BenchResult& result) {
+void add_times(const RgbdCalibration& calibration, const CalibrationRig& rig, int rounds,
+               BenchResult& result) {
   const DepthCorrection correction(*calibration.depth_correction, 640, 480);
-  DepthImage depth = some_depth();
+  DepthImage depth = scattered_depth();
   result.rows.push_back(
       {"depth_correction_time", fastest_ms(50 * rounds, [&] { correction.apply(depth); }), std::nullopt});
   const auto frames = FrameCalibration::make(calibration, 640, 480);
   HM_CHECK(frames.has_value(), "{}", frames.error().message);
-  const DepthImage raw = some_depth();
-  result.rows.push_back(
-      {"depth_chain_time", fastest_ms(50 * rounds, [&] { (void)frames->calibrate(raw); }), std::nullopt});
+  const auto chain_ms = [&](const DepthImage& raw) {
+    return fastest_ms(50 * rounds, [&] { (void)frames->calibrate(raw); });
+  };
+  double sum_ms = 0;
+  auto each = JsonValue::array();
+  const std::vector<DepthImage> rendered = rendered_depth(rig);
+  for (const DepthImage& raw : rendered) {
+    const double ms = chain_ms(raw);
+    const auto holes = std::ranges::count(raw.units.pixels(), std::uint16_t{0});
+    each.push_back(JsonValue::object(
+        {{"ms", ms}, {"holes_ratio", static_cast<double>(holes) / (raw.width() * raw.height())}}));
+    sum_ms += ms;
+  }
+  result.rows.push_back({"depth_chain_time", sum_ms / static_cast<double>(rendered.size()), std::nullopt});
+  result.rows.push_back({"depth_chain_scattered_time", chain_ms(scattered_depth()), std::nullopt});
+  result.details["depth_chain_frames"] = each;
 }
 
 }  // namespace
@@ -130,12 +185,18 @@ Result<BenchResult> bench_depth_calibration(const BenchOptions& options) {
       {"depth_calibration_translation",
        1e3 * (found.T_color_depth->translation() - truth.T_color_depth.translation()).norm(), std::nullopt},
       {"depth_calibration_rotation", off.angle() * kDegreesPerRadian, std::nullopt}};
-  add_times(found, options.rounds, result);
+  add_times(found, truth, options.rounds, result);
   result.details["spline"] = distances_json(*summary);
   for (const DepthFitMode mode : {DepthFitMode::kQuadratic, DepthFitMode::kQuadraticZero,
                                   DepthFitMode::kLinear, DepthFitMode::kLinearZero}) {
-    DepthCalibrationOptions depth{
-        folder / "set" / "depth", folder / "rig", folder / "thesis", 1000, simulation.board, {}, run};
+    DepthCalibrationOptions depth{folder / "set" / "depth",
+                                  folder / "rig",
+                                  folder / "thesis",
+                                  DepthPictures::kDepth,
+                                  1000,
+                                  simulation.board,
+                                  {},
+                                  run};
     depth.fit.mode = mode;
     const auto thesis = calibrate_depth(depth);
     if (thesis) result.details[kDepthFitModeNames[static_cast<std::size_t>(mode)]] = distances_json(*thesis);

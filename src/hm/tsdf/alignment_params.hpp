@@ -22,6 +22,8 @@ struct AlignmentParams {
   double max_turn_rad = 0.2;
   double prior_shift_sigma_m = 0.01;
   double prior_turn_sigma_rad = 0.01;
+  double odometry_sigmas_ratio = 8.0;
+  double shared_sigma_voxel = 0.45;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -64,6 +66,14 @@ struct AlignmentParams {
                "a given pose's error of position since the last frame, as standard deviation an axis"},
       self.prior_shift_sigma_m);
     v(ParamDoc{"prior_turn_sigma_rad", {1e-6, 3}, "and its error of orientation"}, self.prior_turn_sigma_rad);
+    v(ParamDoc{"odometry_sigmas_ratio",
+               {0, 100},
+               "how many times farther than odometry says its poses may be off; 0: it is not asked"},
+      self.odometry_sigmas_ratio);
+    v(ParamDoc{"shared_sigma_voxel",
+               {0, 10},
+               "error that all readings of a scan share with the map, as standard deviation of a shift"},
+      self.shared_sigma_voxel);
   }
 };
 

@@ -191,7 +191,11 @@ void AlignmentRun::run(AlignmentResult& result) {
   result.before = fit_of(terms_at(pose, first), first);
   const double first_sigma_m = kFirstRoundSigma_voxel * grid_.voxel_size_m();
   set_widths(kFirstRoundSigmas, first_sigma_m);
-  const AlignmentTerms wide = terms_at(pose, first);
+  AlignmentTerms wide = terms_at(pose, first);
+  if (prior_.T_world_start) {
+    const AlignmentTerms from_start = terms_at(*prior_.T_world_start, first);
+    if (from_start.cost < wide.cost) pose = *prior_.T_world_start, wide = from_start;
+  }
   // Also where a part of the picture is out of reach and with it, it seems, a direction.
   const double on_map_ratio = wide.on_map / static_cast<double>(first);
   const bool part_is_off = on_map_ratio < kFullyOnMap_ratio && seen_at(pose).unobservable > 0;
@@ -207,10 +211,10 @@ void AlignmentRun::run(AlignmentResult& result) {
                final_round ? 0 : first_sigma_m * std::pow(0.3, static_cast<double>(round)));
     pose = refine(pose, round, result.iterations);
   }
-  result.T_world_found = pose;
+  result.T_world_found = weighed(pose, last);
   describe(last, result);
   set_widths(params_.inlier_sigmas_ratio, 0);
-  result.after = fit_of(terms_at(pose, first), first);
+  result.after = fit_of(terms_at(result.T_world_found, first), first);
   judge(result);
 }
 
@@ -220,6 +224,27 @@ Information AlignmentRun::with_prior(const Information& geometry, const Observab
   information.H += prior_information_;
   information.b += prior_information_ * from_prior;
   return information;
+}
+
+Mat6 AlignmentRun::share_believed(const Mat6& geometry) const {
+  const double sigma_m = params_.shared_sigma_voxel * grid_.voxel_size_m();
+  if (sigma_m <= 0) return Mat6::Identity();
+  Vec6 precision = Vec6::Constant(1.0 / (sigma_m * sigma_m));
+  precision.tail<3>() *= centre_.arm_m * centre_.arm_m;
+  const Mat6 limit = precision.asDiagonal();
+  return limit * (geometry + limit).inverse();
+}
+
+SE3 AlignmentRun::weighed(const SE3& pose, std::size_t round) {
+  if (params_.shared_sigma_voxel <= 0) return pose;
+  const double scale = information_scale(round);
+  const AlignmentTerms terms = terms_at(pose, points_.round_end[round]);
+  const Observability seen = seen_at(pose);
+  const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
+  const Mat6 share = share_believed(geometry);
+  const Vec6 of_scan = (geometry + prior_information_) * centre_.between(prior_.T_world_camera, pose);
+  const Vec6 step = (share * geometry + prior_information_).ldlt().solve(share * of_scan);
+  return seen.held(centre_.moved(prior_.T_world_camera, step), prior_.T_world_camera);
 }
 
 void AlignmentRun::describe(std::size_t round, AlignmentResult& result) {
@@ -232,8 +257,8 @@ void AlignmentRun::describe(std::size_t round, AlignmentResult& result) {
   result.unobservable_directions = seen.unobservable;
   result.readings = points_.round_end[round];
   const double scale = information_scale(round);
-  result.covariance =
-      covariance_at_origin(with_prior({scale * terms.H, Vec6::Zero()}, seen, Vec6::Zero()).H, centre_);
+  const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
+  result.covariance = covariance_at_origin(share_believed(geometry) * geometry + prior_information_, centre_);
 }
 
 void AlignmentRun::judge(AlignmentResult& result) const {

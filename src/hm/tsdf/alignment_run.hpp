@@ -41,6 +41,11 @@ class AlignmentRun {
   void straighten(const SE3& pose, Observability& seen);
   /// By how much an axis is to be tilted, within the projection `across`, for that.
   [[nodiscard]] Vec3 tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose);
+  /// What is left of geometry's information (about the centre), as a factor before it, after the error that
+  /// all readings share: (H^-1 + S)^-1 = S^-1 (H + S^-1)^-1 H.
+  [[nodiscard]] Mat6 share_believed(const Mat6& geometry) const;
+  /// Between the prior and what scan and prior came to without that error: where they meet with it.
+  [[nodiscard]] SE3 weighed(const SE3& pose, std::size_t round);
   void judge(AlignmentResult& result) const;
   void describe(std::size_t round, AlignmentResult& result);
 

@@ -30,7 +30,7 @@ AlignmentPrior prior_of_given_pose(const AlignmentParams& params, const SE3& T_w
   information << Vec3::Constant(std::pow(params.prior_shift_sigma_m, -2)),
       Vec3::Constant(std::pow(params.prior_turn_sigma_rad, -2));
   const Mat6 from_origin = TurningCentre{T_world_camera.translation(), 1}.to_origin().inverse();
-  return {T_world_camera, from_origin.transpose() * information.asDiagonal() * from_origin};
+  return {T_world_camera, from_origin.transpose() * information.asDiagonal() * from_origin, {}};
 }
 
 struct DenseAligner::Impl {

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,6 +28,8 @@ struct AlignmentPrior {
   /// Inverse covariance of [translation; rotation] of a left perturbation exp(xi) T_world_camera, in the
   /// world frame (as TrackedFrame::covariance is); zero when nothing is known of its error.
   Mat6 information = Mat6::Zero();
+  /// Where to begin looking, if the scan agrees with the map better there.
+  std::optional<SE3> T_world_start = std::nullopt;
 };
 
 /// The prior of a camera whose position and orientation have independent errors, the same on all axes:
