@@ -164,6 +164,8 @@ def main():
     arguments = parser.parse_args()
     if arguments.self_test:
         return self_test()
+    if not arguments.program:
+        parser.error("--program says which hm runs the commands, as build/release/bin/hm")
     total, problems = check_all(arguments.program)
     for problem in problems:
         print(problem)
