@@ -106,7 +106,7 @@ SE3 AlignmentRun::search_from(const SE3& start, int& iterations) {
   return pose;
 }
 
-SE3 AlignmentRun::refine(SE3 pose, std::size_t round, int& iterations) {
+AlignmentRun::Refined AlignmentRun::refine(SE3 pose, std::size_t round, int& iterations) {
   const std::size_t count = points_.round_end[round];
   const double scale = information_scale(round);
   AlignmentTerms terms = terms_at(pose, count);
@@ -131,7 +131,7 @@ SE3 AlignmentRun::refine(SE3 pose, std::size_t round, int& iterations) {
       damping = damping == 0 ? 0.1 : damping * 10;
     }
   }
-  return pose;
+  return {pose, terms, seen};
 }
 
 Observability AlignmentRun::seen_at(const SE3& pose) {
@@ -204,14 +204,14 @@ void AlignmentRun::run(AlignmentResult& result) {
     const SE3 found = search_from(pose, result.iterations);
     if (terms_at(found, first).cost < wide.cost) pose = found;
   }
-  pose = refine(pose, 0, result.iterations);
+  Refined refined = refine(pose, 0, result.iterations);
   for (std::size_t round = last > 0 ? 1 : 0; round <= last; ++round) {
     const bool final_round = round == last;
     set_widths(params_.robust_sigmas_ratio,
                final_round ? 0 : first_sigma_m * std::pow(0.3, static_cast<double>(round)));
-    pose = refine(pose, round, result.iterations);
+    refined = refine(refined.pose, round, result.iterations);
   }
-  result.T_world_found = weighed(pose, last);
+  result.T_world_found = weighed(refined, last);
   describe(last, result);
   set_widths(params_.inlier_sigmas_ratio, 0);
   result.after = fit_of(terms_at(result.T_world_found, first), first);
@@ -235,11 +235,10 @@ Mat6 AlignmentRun::share_believed(const Mat6& geometry) const {
   return limit * (geometry + limit).inverse();
 }
 
-SE3 AlignmentRun::weighed(const SE3& pose, std::size_t round) {
+SE3 AlignmentRun::weighed(const Refined& refined, std::size_t round) const {
+  const auto& [pose, terms, seen] = refined;
   if (params_.shared_sigma_voxel <= 0) return pose;
   const double scale = information_scale(round);
-  const AlignmentTerms terms = terms_at(pose, points_.round_end[round]);
-  const Observability seen = seen_at(pose);
   const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
   const Mat6 share = share_believed(geometry);
   const Vec6 of_scan = (geometry + prior_information_) * centre_.between(prior_.T_world_camera, pose);

@@ -35,7 +35,13 @@ class AlignmentRun {
   [[nodiscard]] double objective(const AlignmentTerms& terms, const SE3& pose, double scale) const;
   /// Seeks surfaces along the rays when the prior is too far off for gradients.
   [[nodiscard]] SE3 search_from(const SE3& start, int& iterations);
-  [[nodiscard]] SE3 refine(SE3 pose, std::size_t round, int& iterations);
+  /// Where a round ended, with its sums there and what it held to be seen.
+  struct Refined {
+    SE3 pose;
+    AlignmentTerms terms;
+    Observability seen;
+  };
+  [[nodiscard]] Refined refine(SE3 pose, std::size_t round, int& iterations);
   /// Straightens the free shifts: a corridor's map is the same half a metre on, which tells the axis better
   /// than its normals do.
   void straighten(const SE3& pose, Observability& seen);
@@ -45,7 +51,7 @@ class AlignmentRun {
   /// all readings share: (H^-1 + S)^-1 = S^-1 (H + S^-1)^-1 H.
   [[nodiscard]] Mat6 share_believed(const Mat6& geometry) const;
   /// Between the prior and what scan and prior came to without that error: where they meet with it.
-  [[nodiscard]] SE3 weighed(const SE3& pose, std::size_t round);
+  [[nodiscard]] SE3 weighed(const Refined& refined, std::size_t round) const;
   void judge(AlignmentResult& result) const;
   void describe(std::size_t round, AlignmentResult& result);
 
