@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hm/calibration/board_motion.hpp"
+#include "hm/calibration/least_squares_inl.hpp"
 #include "hm/calibration/spline_fit.hpp"
 #include "hm/sensors/spline_basis.hpp"
 
@@ -179,11 +180,7 @@ void Adjustment::add_priors(const DepthFitParams& params) {
 }
 
 double Adjustment::rms(const std::vector<ceres::ResidualBlockId>& residuals) {
-  ceres::Problem::EvaluateOptions options;
-  options.residual_blocks = residuals;
-  options.apply_loss_function = false;
-  std::vector<double> values;
-  problem_.Evaluate(options, nullptr, &values, nullptr, nullptr);
+  const std::vector<double> values = detail::residuals_of(problem_, residuals);
   double sum = 0;
   for (const double value : values) sum += value * value;
   return values.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(values.size()));
@@ -192,11 +189,8 @@ double Adjustment::rms(const std::vector<ceres::ResidualBlockId>& residuals) {
 Result<DepthRefinement> Adjustment::solve() {
   DepthRefinement refined;
   refined.corners_before = rms(corners_), refined.depth_before = rms(depths_);
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = kMostIterations;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
+  const ceres::Solver::Options options =
+      detail::solver_options(ceres::SPARSE_NORMAL_CHOLESKY, kMostIterations);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
   refined.geometry = start_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hm/calibration/board_motion.hpp"
+#include "hm/calibration/least_squares_inl.hpp"
 #include "hm/calibration/spline_fit.hpp"
 
 namespace hm {
@@ -112,11 +113,7 @@ void Fit::add_priors(const DisparityPrior& prior) {
 }
 
 double Fit::rms() {
-  ceres::Problem::EvaluateOptions options;
-  options.residual_blocks = readings_;
-  options.apply_loss_function = false;
-  std::vector<double> values;
-  problem_.Evaluate(options, nullptr, &values, nullptr, nullptr);
+  const std::vector<double> values = detail::residuals_of(problem_, readings_);
   double sum = 0;
   for (std::size_t i = 0; i < values.size(); ++i) sum += std::pow(values[i] * sigmas_[i], 2);
   return std::sqrt(sum / static_cast<double>(values.size()));
@@ -150,11 +147,8 @@ Result<DisparityFit> Fit::solve() {
   DisparityFit fit;
   fit.blocks = readings_.size();
   fit.before_rms = rms();
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = kMostIterations;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
+  const ceres::Solver::Options options =
+      detail::solver_options(ceres::DENSE_NORMAL_CHOLESKY, kMostIterations);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
   fit.after_rms = rms();

@@ -1,4 +1,5 @@
 #include "hm/calibration/stereo_problem.hpp"
+#include "hm/calibration/least_squares_inl.hpp"
 
 #include <ceres/ceres.h>
 #include <Eigen/Cholesky>
@@ -93,13 +94,8 @@ StereoSolution solve_stereo(std::span<const StereoView> views, const BoardParams
   for (Intrinsics* block : {&blocks.depth, &blocks.color})
     if (!with_intrinsics && problem.HasParameterBlock(block->data()))
       problem.SetParameterBlockConstant(block->data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 100;
-  options.function_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-12;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
+  ceres::Solver::Options options = solver_options(ceres::DENSE_SCHUR, 100);
+  options.function_tolerance = options.parameter_tolerance = 1e-12;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   StereoSolution solution;

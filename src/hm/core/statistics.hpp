@@ -16,6 +16,9 @@ Summary summarise(std::span<const double> values);
 /// The q-quantile (0..1) with linear interpolation between order statistics; 0 for an empty set.
 double quantile(std::vector<double> values, double q);
 
+/// The medians of chi^2 of two and three degrees of freedom.
+inline constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
+
 /// The middle one of at least one value (of an even number: the upper one), which are reordered.
 template <class T>
 T middle_value(std::span<T> values) {

@@ -2,9 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/geometry/se2.hpp"
+#include "hm/io/input_file.hpp"
 #include "hm/io/laser_readers.hpp"
 #include "hm/io/output_file.hpp"
 #include "hm/io/text_lines.hpp"
@@ -14,13 +15,6 @@ namespace hm {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
-
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
 
 class MountReader : private TomlReader {
  public:

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "hm/io/bag_messages.hpp"
+#include "hm/io/input_file.hpp"
 #include "hm/io/laser_readers.hpp"
 #include "hm/io/skip_counter.hpp"
 
@@ -97,9 +98,8 @@ Wrong make_pose(const CsvLine& line, StampedPose& pose) {
 }
 
 std::filesystem::path first_existing(const std::vector<std::filesystem::path>& paths) {
-  std::error_code ignored;
   for (const auto& path : paths)
-    if (std::filesystem::is_regular_file(path, ignored)) return path;
+    if (is_file(path)) return path;
   return {};
 }
 

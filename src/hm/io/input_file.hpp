@@ -6,11 +6,18 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "hm/core/result.hpp"
 
 namespace hm {
+
+/// There is a regular file (or a link to one) that can be looked at.
+inline bool is_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
 
 /// A regular file read in large chunks from front to back, with seeking; it knows where it is for error
 /// messages.

@@ -1,16 +1,16 @@
 #include "hm/io/camera_file.hpp"
 #include "hm/io/image_file.hpp"
+#include "hm/io/input_file.hpp"
 #include "hm/io/recording_listing.hpp"
 
 namespace hm::detail {
 
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name) {
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(folder / name, ignored)) return folder / name;
+  if (is_file(folder / name)) return folder / name;
   const std::filesystem::path plain = folder.has_filename() ? folder : folder.parent_path();
   if (!plain.filename().string().starts_with("seq-")) return std::nullopt;
   const std::filesystem::path above = plain / ".." / name;
-  if (std::filesystem::is_regular_file(above, ignored)) return above;
+  if (is_file(above)) return above;
   return std::nullopt;
 }
 

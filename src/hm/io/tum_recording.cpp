@@ -3,6 +3,7 @@
 
 #include "hm/io/camera_file.hpp"
 #include "hm/io/carried_imu_file.hpp"
+#include "hm/io/input_file.hpp"
 #include "hm/io/recording_listing.hpp"
 #include "hm/io/stamped_list.hpp"
 #include "hm/io/text_lines.hpp"
@@ -12,11 +13,6 @@ namespace hm::detail {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
 
 fs::path associations_of(const fs::path& folder) {
   for (const char* name : {"associations.txt", "associated.txt", "associate.txt"})

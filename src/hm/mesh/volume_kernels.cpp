@@ -6,6 +6,7 @@
 #define HWY_TARGET_INCLUDE "hm/mesh/volume_kernels.cpp"
 #include "hwy/foreach_target.h"
 // After foreach_target.
+#include "hm/sensors/vectors_inl.hpp"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -107,13 +108,6 @@ void MakeRecords(Scratch& s) {
       }
     }
 }
-
-using DF = hn::ScalableTag<float>;
-using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using VF = hn::Vec<DF>;
-using VI = hn::Vec<DI>;
-using VU = hn::Vec<DU>;
 
 /// One end of some edges as floats.
 struct Ends {

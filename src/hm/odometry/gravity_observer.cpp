@@ -15,7 +15,6 @@ constexpr double kMaxGap_s = 0.5;            // between frames
 constexpr double kSigma_m_s2 = 0.12;         // of a stretch: velocities by vision, noise, timing
 constexpr double kBiasSigma_m_s2 = 0.3;      // of consumer devices
 constexpr double kNormTolerance_m_s2 = 0.7;  // bias and scale of consumer devices
-constexpr double kMaxChi2Of3 = 16.27;        // 99.9 %
 
 Eigen::Matrix<double, 3, 6> by_state(const Mat3& mean_rotation) {
   Eigen::Matrix<double, 3, 6> H;
@@ -65,7 +64,7 @@ double GravityObserver::squared_mahalanobis(const Stretch& stretch) const {
 
 bool GravityObserver::plausible(const Stretch& stretch) const {
   if (std::abs(stretch.mean.norm() - kGravity_m_s2) > kNormTolerance_m_s2) return false;
-  return !known_ || squared_mahalanobis(stretch) < kMaxChi2Of3;
+  return !known_ || squared_mahalanobis(stretch) < kOutlierSquaredMahalanobis;
 }
 
 void GravityObserver::update(const Stretch& stretch) {

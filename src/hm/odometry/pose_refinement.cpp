@@ -7,10 +7,6 @@
 #include "hm/core/statistics.hpp"
 
 namespace hm {
-namespace {
-constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
-}
-
 std::optional<PointResidual> point_residual(const PointObservation& observation, const SE3& T_odom_camera,
                                             const PinholeCamera& camera) {
   const Mat3 R_camera_odom = T_odom_camera.rotation().transpose();

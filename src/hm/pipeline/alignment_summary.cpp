@@ -116,15 +116,13 @@ void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summ
   std::vector<NamedTrajectory> paths{{"as given", &alignment.given}, {"aligned", &summary.trajectory}};
   if (!summary.recording.truth.empty()) paths.push_back({"truth", &summary.recording.truth});
   add_path_views(report, paths, "Poses as given and aligned.");
-  PlotOptions over_time;
-  over_time.x.label = "frame", over_time.y.label = "distance (mm)";
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &FrameRecord::rms_before_m),
                                             series_of(summary, "after", &FrameRecord::rms_after_m)};
-  report.add_svg(plot_svg(distances, over_time),
+  add_frame_plot(report, distances, "distance (mm)",
                  "Distance of the depth pictures from the map (rms of what agrees).");
-  over_time.y.label = "correction (mm)";
   const PlotSeries shifts = series_of(summary, "correction", &FrameRecord::shift_m);
-  report.add_svg(plot_svg(std::span(&shifts, 1), over_time), "By how much each picture moved its camera.");
+  add_frame_plot(report, std::span(&shifts, 1), "correction (mm)",
+                 "By how much each picture moved its camera.");
 }
 
 }  // namespace hm

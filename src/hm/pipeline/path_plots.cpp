@@ -79,6 +79,13 @@ void add_path_views(HtmlReport& report, std::span<const NamedTrajectory> paths, 
   add_view(report, paths, {above.right, axis_upwards(up)}, "From the side. " + caption);
 }
 
+void add_frame_plot(HtmlReport& report, std::span<const PlotSeries> series, const char* y_label,
+                    const std::string& caption) {
+  PlotOptions plot;
+  plot.x.label = "frame", plot.y.label = y_label;
+  report.add_svg(plot_svg(series, plot), caption);
+}
+
 Trajectory matched_truth(const TrajectoryError& error) {
   Trajectory path;
   for (const PosePair& pair : error.matched) path.push_back({pair.stamp, pair.T_world_truth});

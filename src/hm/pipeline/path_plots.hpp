@@ -11,6 +11,10 @@ namespace hm {
 /// first path's cameras hold upwards: z of a world, minus y of a first camera.
 void add_path_views(HtmlReport& report, std::span<const NamedTrajectory> paths, const std::string& caption);
 
+/// Adds lines over the frames' numbers.
+void add_frame_plot(HtmlReport& report, std::span<const PlotSeries> series, const char* y_label,
+                    const std::string& caption);
+
 /// The truth and the aligned estimate of the matched poses.
 Trajectory matched_truth(const TrajectoryError& error);
 Trajectory matched_estimate(const TrajectoryError& error);

@@ -1,7 +1,7 @@
 #include <array>
 #include <map>
 
-#include "hm/evaluation/plot.hpp"
+#include "hm/pipeline/path_plots.hpp"
 #include "hm/pipeline/slam_alignment.hpp"
 
 namespace hm {
@@ -61,16 +61,13 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
   for (const auto& [status, frames] : refused(summary))
     rows.push_back({std::string(to_string(status)), std::to_string(frames), summary.first_reason.at(status)});
   report.add_table({"outcome", "frames", "the first, why"}, rows);
-  PlotOptions plot;
-  plot.x.label = "frame", plot.y.label = "distance (mm)";
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &SlamAlignedFrame::rms_before_m),
                                             series_of(summary, "after", &SlamAlignedFrame::rms_after_m)};
-  report.add_svg(plot_svg(distances, plot),
+  add_frame_plot(report, distances, "distance (mm)",
                  "Distance of the depth pictures from what was seen before (rms of what agrees).");
-  plot.y.label = "moved (mm)";
   const std::array<PlotSeries, 2> moves{series_of(summary, "by this picture", &SlamAlignedFrame::shift_m),
                                         series_of(summary, "in all", &SlamAlignedFrame::drift_m)};
-  report.add_svg(plot_svg(moves, plot),
+  add_frame_plot(report, moves, "moved (mm)",
                  "How far each picture moved its camera, and how far all so far have.");
 }
 

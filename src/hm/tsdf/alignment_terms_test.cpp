@@ -89,18 +89,24 @@ TEST(AlignmentTerms, AgreeWithAPlainLoop) {
   EXPECT_GT(compared, 20000u);
 }
 
+/// A wall seen obliquely, in a map, and what is chosen of a picture of it: the field is as smooth as it gets.
+struct ObliqueWall {
+  IntegrationBench bench{{}};
+  AlignmentPoints points;
+  TurningCentre centre{Vec3(2, 0, 0), 1};
+  ObliqueWall() {
+    const AnalyticScene scene{{{Vec3(-1, 0.2, 0.1).normalized(), -2.0}}, {}};
+    const SE3 pose = looking_along_x(Vec3::Zero());
+    for (int i = 0; i < 3; ++i) bench.add(scene, pose);
+    AlignmentSampler({}, bench.params, {}, kCamera).choose(scene.render(kCamera, pose).depth, points);
+  }
+};
+
 /// d cost / d xi = 6 b: the cost is Tukey's, its derivative by numeric differences.
 TEST(AlignmentTerms, TheGradientIsTheDerivativeOfTheCost) {
-  // A wall seen obliquely: the field is as smooth as it gets.
-  Terms t(1);
-  const AnalyticScene scene{{{Vec3(-1, 0.2, 0.1).normalized(), -2.0}}, {}};
-  IntegrationBench bench({});
-  for (int i = 0; i < 3; ++i) bench.add(scene, looking_along_x(Vec3::Zero()));
-  AlignmentPoints points;
-  AlignmentSampler({}, bench.params, {}, kCamera)
-      .choose(scene.render(kCamera, looking_along_x(Vec3::Zero())).depth, points);
+  ObliqueWall wall;
+  auto& [bench, points, centre] = wall;
   for (std::size_t i = 0; i < points.size(); ++i) points.inverse_width[i] = 1.0f / 0.05f;
-  const TurningCentre centre{Vec3(2, 0, 0), 1};
   VoxelLookup lookup(bench.grid);
   const auto terms_at = [&](const Vec6& xi) {
     const SE3 pose = centre.moved(looking_along_x(Vec3(0.008, 0, 0)), xi);
@@ -118,13 +124,8 @@ TEST(AlignmentTerms, TheGradientIsTheDerivativeOfTheCost) {
 
 /// d cost / d xi = 2 b / width^2: the cost is Geman and McClure's, the surface is found along each ray.
 TEST(SearchTerms, TheGradientIsTheDerivativeOfTheCost) {
-  const AnalyticScene scene{{{Vec3(-1, 0.2, 0.1).normalized(), -2.0}}, {}};
-  IntegrationBench bench({});
-  for (int i = 0; i < 3; ++i) bench.add(scene, looking_along_x(Vec3::Zero()));
-  AlignmentPoints points;
-  AlignmentSampler({}, bench.params, {}, kCamera)
-      .choose(scene.render(kCamera, looking_along_x(Vec3::Zero())).depth, points);
-  const TurningCentre centre{Vec3(2, 0, 0), 1};
+  ObliqueWall wall;
+  auto& [bench, points, centre] = wall;
   const SurfaceSearch search{0.3, 0.5 * bench.params.distance_limit_m(), 0.1, points.round_end.back(), 1};
   VoxelLookup lookup(bench.grid);
   const auto terms_at = [&](const Vec6& xi) {

@@ -20,7 +20,6 @@ using detail::PoseState;
 
 /// A landmark nearer to the camera's plane than this is not projected.
 constexpr double kMinDepth_m = 0.05;
-constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
 constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
 constexpr int kPasses = 2;                    // the second knows better what is an outlier
 
