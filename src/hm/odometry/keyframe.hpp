@@ -24,6 +24,8 @@ struct Keyframe {
   /// Of the motion since the keyframe before, by a move [dt; dw] in this camera's frame; zero: not known.
   Mat6 motion_covariance = Mat6::Zero();
   std::vector<LandmarkSight> sights;  ///< where the model was found; empty for methods that do not keep it
+  /// Those of the keyframe before, of the same submap, with the depths that the frames since have read too.
+  std::vector<LandmarkSight> sights_before;
 };
 
 }  // namespace hm

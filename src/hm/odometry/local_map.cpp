@@ -30,7 +30,8 @@ std::size_t LocalMap::memory_bytes() const {
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
     if (keyframe.record)
       bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
-               keyframe.record->sights.capacity() * sizeof(LandmarkSight);
+               (keyframe.record->sights.capacity() + keyframe.record->sights_before.capacity()) *
+                   sizeof(LandmarkSight);
   }
   return bytes;
 }

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
@@ -94,6 +95,40 @@ TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   EXPECT_GT(motions / motion_count, 0.3 * 6);
   EXPECT_LT(sights / sight_count, 2);  // this room is kinder than TrackerParams::pixel_sigma_px expects
   EXPECT_LT(far_off, sight_count / 50);
+}
+
+/// What a keyframe's successor tells of its sights: the depths that the frames in between have read too.
+TEST(TrackerCovariance, DepthsOfSightsAreReadOnUntilTheNextKeyframe) {
+  Rng rng(3);
+  const PinholeCamera camera = room_camera();
+  const auto odometry = make_tracker({}, camera, path_pose(0));
+  std::shared_ptr<const Keyframe> last;
+  int told = 0, surer = 0, keyframes = 0;
+  for (int i = 0; i < 60 && keyframes < 4; ++i) {
+    const TrackedFrame tracked = odometry->track(render_room(
+        {}, camera, path_pose(i * 0.04), Time::from_seconds(1 + i * 0.04), {true, 2.0, {}}, &rng));
+    const auto now = tracked.new_keyframe;
+    if (!now) continue;
+    ++keyframes;
+    if (!last) {
+      EXPECT_TRUE(now->sights_before.empty());
+    } else {
+      ASSERT_LE(now->sights_before.size(), last->sights.size());
+      for (const LandmarkSight& later : now->sights_before) {
+        const auto first = std::ranges::find(last->sights, later.landmark, &LandmarkSight::landmark);
+        ASSERT_NE(first, last->sights.end());
+        EXPECT_EQ(first->pixel, later.pixel);
+        EXPECT_LE(later.depth_variance_m2, first->depth_variance_m2);
+        EXPECT_NEAR(later.depth_m, first->depth_m, 4 * std::sqrt(first->depth_variance_m2));
+        surer += later.depth_variance_m2 < 0.7 * first->depth_variance_m2 ? 1 : 0;
+        ++told;
+      }
+    }
+    last = now;
+  }
+  ASSERT_GE(keyframes, 3);
+  ASSERT_GT(told, 200);
+  EXPECT_GT(surer, told / 2);
 }
 
 TEST(TrackerCovariance, GrowsAlongThePathAndIsSymmetric) {

@@ -57,6 +57,7 @@ void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, 
   keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
 }
 
+/// What is known now of the landmarks that a keyframe saw.
 std::vector<LandmarkSight> sights_of(const LocalMap& map, const MapKeyframe& keyframe) {
   std::vector<LandmarkSight> sights;
   for (const Sighting& s : keyframe.sightings)
@@ -89,9 +90,11 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
       keyframe.sightings.push_back(
           {match.landmark, o.pixel, o.pixel_covariance, o.depth_m, o.depth_variance_m2});
   }
-  if (!map.empty())
-    keyframe.factors.push_back(
-        surface_factor(map.keyframes().back(), parts.frame->grid, parts.T_odom_camera, params));
+  if (!map.empty()) {
+    const MapKeyframe& before = map.keyframes().back();
+    record->sights_before = sights_of(map, before);
+    keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, params));
+  }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
   MapKeyframe& added = map.add_keyframe(std::move(keyframe));

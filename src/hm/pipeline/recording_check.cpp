@@ -18,6 +18,8 @@ void describe_streams(RecordingReport& report) {
   report.streams.push_back(describe_stream("poses", stamps_of(info.trajectory), info.trajectory.size()));
   if (!info.truth.empty())
     report.streams.push_back(describe_stream("truth", stamps_of(info.truth), info.truth.size()));
+  if (info.imu)
+    report.streams.push_back(describe_stream("imu", stamps_of(info.imu->samples), info.imu->samples.size()));
   report.path_length_m = path_length(info.trajectory);
   Box3 centres;
   for (const StampedPose& pose : info.trajectory) centres.extend(pose.T_world_base.translation());

@@ -121,6 +121,21 @@ TEST_F(RoomCheck, NothingIsFoundInAGoodRecording) {
   EXPECT_NEAR(report.path_length_m, length_m, 1e-6);
 }
 
+TEST_F(RoomCheck, TheInertialDeviceIsNamedAndItsHolesAreFound) {
+  std::string lines;
+  for (int i = 0; i < 400; ++i)
+    if (i < 100 || i >= 250) lines += fmt::format("{:.3f} 0.1 -0.2 9.8{:03}\n", 1000.0 + 0.005 * i, i);
+  ASSERT_TRUE(write_file_text(path_ / "accelerometer.txt", lines));
+  const RecordingReport report = inspect(path_);
+  ASSERT_EQ(report.streams.size(), 4U);
+  EXPECT_EQ(report.streams[3].name, "imu");
+  EXPECT_EQ(report.streams[3].count, 250U);
+  EXPECT_NEAR(report.streams[3].rate_hz, 200.0, 0.1);
+  EXPECT_THAT(messages(report), HasSubstr("imu: 1 gaps, the longest 0.76 s"));
+  EXPECT_THAT(to_text(report), HasSubstr("accelerometer.txt: accelerometer alone"));
+  EXPECT_EQ(to_json(report).find("imu")->find("has_gyroscope")->as_bool()[0], false);
+}
+
 TEST_F(RoomCheck, DepthStatisticsMatchTheImages) {
   const RecordingReport report = inspect(path_);
   double low = 1e9, high = 0;

@@ -104,6 +104,9 @@ JsonValue to_json(const RecordingReport& report) {
   json["path_length_m"] = report.path_length_m;
   json["pose_extent_m"] = vector_json(report.pose_extent_m);
   json["pose_source"] = info.trajectory_source;
+  if (info.imu)
+    json["imu"] = JsonValue::object(
+        {{"source", info.imu->source}, {"has_gyroscope", JsonValue(info.imu->has_gyroscope)}});
   json["has_truth_trajectory"] = !info.truth.empty();
   json["has_truth_mesh"] = info.truth_mesh.has_value();
   json["color_shift_px"] =
@@ -131,6 +134,9 @@ std::string to_text(const RecordingReport& report) {
   const Vec3& extent = report.pose_extent_m;
   std::string text = fmt::format("recording  {} ({})\n", info.path.string(), to_string(info.kind));
   for (const StreamReport& stream : report.streams) text += stream_text(stream, info.has_own_stamps);
+  if (info.imu)
+    text += fmt::format("inertial   {}{}\n", info.imu->source,
+                        info.imu->has_gyroscope ? "" : ": accelerometer alone, no gyroscope");
   text += fmt::format("frames     {} with depth, {} of them with colour, {} with a pose\n", info.frame_count,
                       info.paired_count, info.posed_count);
   text += fmt::format("camera     {}\n", camera_text(info));

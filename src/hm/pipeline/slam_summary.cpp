@@ -21,6 +21,8 @@ JsonValue loops_to_json(const RgbdLoopStatistics& loops) {
 
 JsonValue adjustment_to_json(const RgbdAlignmentReport& report) {
   return JsonValue::object({{"adjusted", report.adjusted},
+                            {"loop_links", report.loop_links},
+                            {"visit_links", report.visit_links},
                             {"landmarks", report.landmarks},
                             {"observations", report.observations},
                             {"error_before_px", report.error_before_px},
@@ -104,9 +106,9 @@ std::string to_text(const SlamSummary& summary) {
                         alignment->accepted, alignment->not_accepted, alignment->milliseconds.mean,
                         alignment->milliseconds.p99);
   if (state.alignment.adjusted)
-    text +=
-        fmt::format("bundle    {} landmarks, {:.2f} px before, {:.2f} px after\n", state.alignment.landmarks,
-                    state.alignment.error_before_px, state.alignment.error_after_px);
+    text += fmt::format("bundle    {} landmarks, {} links by loops, {} by place; {:.2f} px before, {:.2f} px after\n",
+                        state.alignment.landmarks, state.alignment.loop_links, state.alignment.visit_links,
+                        state.alignment.error_before_px, state.alignment.error_after_px);
   text += to_text_line(summary.odometry_error, "odometry") + to_text_line(summary.error, "corrected");
   const MapCorrection& correction = state.correction;
   text += fmt::format("map       {} frames, {} volumes, {} triangles; {} of {} volumes rebuilt in {:.1f} s\n",

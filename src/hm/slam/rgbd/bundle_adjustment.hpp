@@ -41,7 +41,7 @@ struct Bundle {
 };
 
 struct LandmarkNoise {
-  double feature_sigma_px = 0.5;  ///< of the pixels of linked features
+  double feature_sigma_px = 0.8;  ///< of the pixels of linked features
   double shared_depth_ratio =
       1.5;  ///< readings of a landmark share errors: each counts as so much less certain
 };

@@ -201,6 +201,27 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   EXPECT_GT(bundle.landmarks[0].observations[2].pixel_covariance(0, 0), 0.1);
 }
 
+/// What the next keyframe of the submap tells of a keyframe's sights is newer: its depths were read longer.
+TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
+  Scene scene = make_scene(5, 0.0);
+  const auto sight = [&](std::size_t keyframe, double depth_m) {
+    const Feature& f = scene.keyframes[keyframe].features[0];
+    return LandmarkSight{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
+  };
+  for (const std::size_t keyframe : {0U, 1U, 2U}) scene.keyframes[keyframe].sights = {sight(keyframe, 2.0)};
+  scene.keyframes[1].sights_before = {sight(0, 2.1)};
+  scene.keyframes[2].sights_before = {sight(1, 2.2)};
+  scene.keyframes[2].submap = 1;
+  Bundle bundle = bundle_of(scene);
+  make_landmarks(bundle, scene.pointers, {});
+  ASSERT_EQ(bundle.landmarks.size(), 1U);
+  const auto& seen = bundle.landmarks[0].observations;
+  ASSERT_EQ(seen.size(), 3U);
+  EXPECT_EQ(seen[0].depth_m, 2.1);
+  EXPECT_EQ(seen[1].depth_m, 2.0) << "told by a keyframe of another submap";
+  EXPECT_EQ(seen[2].depth_m, 2.0);
+}
+
 /// Edges hold what no landmark does: a keyframe that sees nothing goes with its neighbour.
 TEST(BundleAdjustment, EdgesCarryKeyframesWithoutLandmarks) {
   Scene scene = make_scene(6, 0.02);

@@ -50,6 +50,14 @@ LandmarkObservation observation_of(std::uint32_t keyframe, const Feature& featur
   return seen;
 }
 
+/// What a keyframe saw of odometry's landmarks, as the next one knows it if there is one.
+std::span<const LandmarkSight> sights_of(std::span<const Keyframe* const> keyframes, std::uint32_t k) {
+  const Keyframe* next = k + 1 < keyframes.size() ? keyframes[k + 1] : nullptr;
+  const bool is_retold =
+      next != nullptr && next->submap == keyframes[k]->submap && !next->sights_before.empty();
+  return is_retold ? next->sights_before : keyframes[k]->sights;
+}
+
 using Tracks = std::map<std::uint64_t, std::vector<LandmarkObservation>>;
 
 bool is_seen_by(const std::vector<LandmarkObservation>& track, std::uint32_t keyframe) {
@@ -68,7 +76,7 @@ class TrackMaker {
         sets_(first_.back()),
         linked_(first_.back(), false) {
     for (std::uint32_t k = 0; k < keyframes.size(); ++k)
-      for (const LandmarkSight& sight : keyframes[k]->sights)
+      for (const LandmarkSight& sight : sights_of(keyframes, k))
         of_odometry_[sight.landmark].push_back(observation_of(k, sight, noise));
   }
 
@@ -126,7 +134,7 @@ class TrackMaker {
   [[nodiscard]] std::uint64_t nearest(std::uint32_t keyframe, const Feature& feature) const {
     std::uint64_t landmark = 0;
     double least = kSameSpot_px * kSameSpot_px;
-    for (const LandmarkSight& sight : keyframes_[keyframe]->sights)
+    for (const LandmarkSight& sight : sights_of(keyframes_, keyframe))
       if (const double apart = (sight.pixel - feature.pixel).squaredNorm(); apart < least) {
         least = apart;
         landmark = sight.landmark;

@@ -9,6 +9,7 @@
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/loop_judge.hpp"
 #include "hm/slam/rgbd/place_search.hpp"
+#include "hm/slam/rgbd/revisit_links.hpp"
 
 namespace hm {
 namespace {
@@ -39,6 +40,7 @@ struct RgbdLoopCloser::Impl {
   void accept(const std::vector<LoopProposal>& loops);
   void count(const LoopVerdict& verdict);
   void solve();
+  [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
   void adjust(RgbdAlignmentReport& report);
 };
 
@@ -148,18 +150,33 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   return step;
 }
 
+/// Links between all visits of a place, besides those that loops have made.
+std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
+  std::vector<PlacedKeyframe> placed;
+  for (std::size_t node = 0; node < graph.size(); ++node)
+    placed.push_back({&graph.keyframe(node), graph.graph().T_map_node[node], graph.map_of(node)});
+  return link_visits(placed, camera, params.verifier);
+}
+
 /// Landmarks and keyframes together; kept when it explains the pictures better.
 void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
   std::vector<const Keyframe*> keyframes;
   for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
   Bundle bundle{camera, graph.graph().T_map_node, {}, graph.first_nodes(), {}};
-  make_landmarks(bundle, keyframes, links);
+  std::vector<FeatureLink> all_links = links;
+  if (params.link_visits) {
+    const std::vector<FeatureLink> of_visits = links_of_visits();
+    all_links.insert(all_links.end(), of_visits.begin(), of_visits.end());
+    report.visit_links = of_visits.size();
+  }
+  make_landmarks(bundle, keyframes, all_links);
   for (PoseEdge3D edge : graph.graph().edges) {
     if (edge.kind != PoseEdgeKind::kOdometry) continue;
     edge.information *= params.bundle_edge_ratio;
     bundle.edges.push_back(edge);
   }
   const BundleResult result = adjust_bundle(bundle);
+  report.loop_links = links.size();
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
   report.error_before_px = result.error_before_px;

@@ -38,6 +38,7 @@ struct RgbdLoopStep {
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
   bool adjusted = false;  ///< bundle adjustment ran and was kept
+  std::size_t loop_links = 0, visit_links = 0;  ///< features that loops, and other visits, have in common
   std::size_t landmarks = 0, observations = 0;
   double error_before_px = 0, error_after_px = 0;  ///< reprojection, median
 };

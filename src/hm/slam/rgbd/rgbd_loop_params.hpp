@@ -12,6 +12,7 @@ struct RgbdLoopParams {
   PlaceVerifierParams verifier;
   int loops_per_solution = 4;
   bool bundle_adjustment = true;
+  bool link_visits = true;
   double bundle_edge_ratio = 0.1;
   double odometry_sigma_m = 0.003, odometry_sigma_rad = 0.002;
   double odometry_drift_ratio = 0.01, odometry_drift_rad_m = 0.004;
@@ -34,6 +35,8 @@ struct RgbdLoopParams {
       self.loops_per_solution);
     v(ParamDoc{"bundle_adjustment", {}, "at the end, adjust keyframes and their features together"},
       self.bundle_adjustment);
+    v(ParamDoc{"link_visits", {}, "before that, look for what is seen on several visits of a place"},
+      self.link_visits);
     v(ParamDoc{"bundle_edge_ratio",
                {0, 1},
                "share of what odometry knows that the adjustment keeps besides its features"},

@@ -1,0 +1,79 @@
+#include "hm/slam/rgbd/revisit_links.hpp"
+
+#include <algorithm>
+
+#include "hm/slam/rgbd/place_registration.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kSamples = 24;     // features that stand for what a keyframe sees
+constexpr double kMinShared = 0.25;      // of them
+constexpr double kMinViewCosine = 0.5;   // between two views of a point: descriptors change
+constexpr double kMinDepth_m = 0.1;
+constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
+
+/// Some of the points that a keyframe sees, from all of its picture.
+std::vector<Vec3> sample_of(const Keyframe& keyframe) {
+  std::vector<Vec3> points;
+  for (const Feature& feature : keyframe.features)
+    if (feature.has_depth) points.push_back(feature.p_camera);
+  if (points.size() <= kSamples) return points;
+  std::vector<Vec3> sample;
+  for (std::size_t i = 0; i < kSamples; ++i) sample.push_back(points[i * points.size() / kSamples]);
+  return sample;
+}
+
+bool is_in_picture(const PinholeCamera& camera, const Vec3& p_camera) {
+  if (!(p_camera.z() > kMinDepth_m)) return false;
+  const Vec2 pixel = camera.project(p_camera);
+  return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < camera.width - 1 && pixel.y() < camera.height - 1;
+}
+
+/// Whether much of what a camera sees is in the picture of another one, from about the same side.
+bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b, const SE3& T_a_b) {
+  const auto is_shared = [&](const Vec3& p_b) {
+    const Vec3 p_a = T_a_b * p_b, ray_b = T_a_b.rotation() * p_b;
+    return p_a.dot(ray_b) > kMinViewCosine * p_a.norm() * ray_b.norm() && is_in_picture(camera, p_a);
+  };
+  const auto shared = static_cast<double>(std::ranges::count_if(points_b, is_shared));
+  return shared > kMinShared * static_cast<double>(points_b.size());
+}
+
+}  // namespace
+
+std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed,
+                                          const PinholeCamera& camera) {
+  std::vector<KeyframePair> pairs;
+  std::vector<std::uint32_t> partners;
+  for (std::uint32_t b = 0; b < placed.size(); ++b) {
+    const Keyframe& later = *placed[b].keyframe;
+    const std::vector<Vec3> points = sample_of(later);
+    partners.clear();
+    for (std::uint32_t a = 0; a < b; ++a) {
+      const bool is_same_visit = b - a < kKeyframesOfVisit && placed[a].keyframe->submap == later.submap;
+      if (is_same_visit || placed[a].map != placed[b].map) continue;
+      if (shares_view(camera, points, placed[a].T_map_camera.inverse() * placed[b].T_map_camera))
+        partners.push_back(a);
+    }
+    const std::size_t kept = std::min(partners.size(), kMostVisits);
+    for (std::size_t i = 0; i < kept; ++i) pairs.emplace_back(partners[i * partners.size() / kept], b);
+  }
+  return pairs;
+}
+
+std::vector<FeatureLink> link_visits(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
+                                     const PlaceVerifierParams& params) {
+  PlaceVerifierParams near = params;
+  near.max_match_distance_m = std::min(params.max_match_distance_m, kMaxOffset_m);
+  std::vector<FeatureLink> links;
+  for (const auto& [a, b] : pairs_of_visits(placed, camera)) {
+    const SE3 T_a_b = placed[a].T_map_camera.inverse() * placed[b].T_map_camera;
+    const auto matches = match_guided(placed[a].keyframe->features, placed[b].keyframe->features, T_a_b, near);
+    if (matches.size() < kMinMatches) continue;
+    for (const auto& [feature_a, feature_b] : matches) links.push_back({a, feature_a, b, feature_b});
+  }
+  return links;
+}
+
+}  // namespace hm
