@@ -19,7 +19,8 @@
 namespace hm::detail {
 /// Two readings on both sides of a hole belong to one surface when they differ by no more than 3 % (2^-16).
 inline constexpr std::uint16_t kSameSurface = 1966;
-inline constexpr float kWhole = 8388608.0F;  // 2^23: a sum with it has no fraction
+inline constexpr float kWhole = 8388608.0F;              // 2^23: a sum with it has no fraction
+inline constexpr float kWholeClose = kWhole + 65536.0F;  // less a depth: its closeness
 }  // namespace hm::detail
 #endif
 
@@ -51,7 +52,7 @@ class Projection {
         stride_(hn::Set(DF(), row.stride)) {}
 
   struct Place {
-    VF cell, depth;  ///< in the lower halves
+    VF cell, closeness;  ///< in the lower halves
   };
   /// `columns` are those of axis 0.
   HWY_INLINE Place Of(VF z, const float* columns) const {
@@ -61,7 +62,7 @@ class Projection {
     const VF u = hn::Add(hn::Mul(At(z, columns, row_x_, origin_x_), inverse), whole);
     const VF v = hn::Add(hn::Mul(At(z, columns + detail::kBlock_px, row_y_, origin_y_), inverse), whole);
     // Whole numbers: exact, fused or not.
-    return {hn::MulAdd(hn::Sub(v, first_row_), stride_, u), hn::Add(pz, whole)};
+    return {hn::MulAdd(hn::Sub(v, first_row_), stride_, u), hn::Sub(hn::Set(DF(), detail::kWholeClose), pz)};
   }
 
  private:
@@ -85,14 +86,14 @@ bool Step(const detail::RegistrationStep& step) {
     const V16 units = hn::LoadU(D16(), depth + x);
     const auto is_beyond = hn::Gt(hn::Sub(units, lowest), span);
     beyond = hn::Max(beyond, hn::IfThenElseZero(is_beyond, units));
-    const V16 other = hn::IfThenElse(is_beyond, hn::LoadU(D16(), depth + x + 1), units);
-    const VI held = hn::BitCast(DI(), hn::Max(other, lowest));
+    const V16 other = hn::Max(hn::LoadU(D16(), depth + x + 1), lowest);
+    const VI held = hn::BitCast(DI(), hn::IfThenElse(is_beyond, other, units));
     const VI even = hn::And(held, hn::Set(DI(), 0xffff));
     const VI odd = hn::BitCast(DI(), hn::ShiftRight<16>(hn::BitCast(DU(), held)));
     const auto a = projection.Of(hn::ConvertTo(DF(), even), column);
     const auto b = projection.Of(hn::ConvertTo(DF(), odd), column + detail::kBlock_px / 2);
     hn::Store(Interleaved(a.cell, b.cell), D16(), cells + x);
-    const V16 close = hn::Sub(hn::Zero(D16()), Interleaved(a.depth, b.depth));
+    const V16 close = Interleaved(a.closeness, b.closeness);
     hn::Store(hn::IfThenZeroElse(is_beyond, close), D16(), closeness + x);
   };
   const auto place_block = [&](int x) HWY_ATTR {
@@ -118,22 +119,20 @@ HWY_INLINE V16 DepthAt(const std::uint16_t* cells) {
   return hn::Sub(hn::Zero(D16()), hn::LoadU(D16(), cells));
 }
 
-/// Holes (0) agree with none but holes.
-HWY_INLINE V16 Between(V16 a, V16 b) {
+/// The mean of two readings that agree, where `value` is a hole (0). Holes agree with none but holes.
+HWY_INLINE V16 Filled(V16 value, V16 a, V16 b) {
   const V16 mean = hn::AverageRound(a, b), apart = hn::Sub(hn::Max(a, b), hn::Min(a, b));
   const V16 allowed = hn::MulHigh(mean, hn::Set(D16(), detail::kSameSurface));
-  return hn::IfThenZeroElse(hn::Gt(apart, allowed), mean);
+  const auto is_filled = hn::AndNot(hn::Gt(apart, allowed), hn::Eq(value, hn::Zero(D16())));
+  return hn::IfThenElse(is_filled, mean, value);
 }
 
 /// Without branches: as good as every vector has a hole or has none, at random.
 void FillRow(const detail::FilledRow& row, std::uint16_t* HWY_RESTRICT depth) {
   const int lanes = static_cast<int>(hn::Lanes(D16()));
   const auto filled = [&](int x) HWY_ATTR {
-    const V16 value = DepthAt(row.cells + x);
-    const V16 across = Between(DepthAt(row.cells + x - 1), DepthAt(row.cells + x + 1));
-    const V16 along = Between(DepthAt(row.above + x), DepthAt(row.below + x));
-    const V16 fill = hn::IfThenElse(hn::Eq(across, hn::Zero(D16())), along, across);
-    return hn::IfThenElse(hn::Eq(value, hn::Zero(D16())), fill, value);
+    const V16 value = Filled(DepthAt(row.cells + x), DepthAt(row.cells + x - 1), DepthAt(row.cells + x + 1));
+    return Filled(value, DepthAt(row.above + x), DepthAt(row.below + x));
   };
   int x = 0;
   for (; x + lanes <= row.width; x += lanes) hn::StoreU(filled(x), D16(), depth + x);
@@ -162,9 +161,9 @@ struct Rounded {
     for (int i = 0; i < 3; ++i)
       p[i] = static_cast<float>(units) * (row.columns[column_at(x, i)] + row.row[i]) + row.origin[i];
     const float inverse = 1.0F / p[2];
-    u = p[0] * inverse + kWhole, v = p[1] * inverse + kWhole, depth = p[2] + kWhole;
+    u = p[0] * inverse + kWhole, v = p[1] * inverse + kWhole, closeness = kWholeClose - p[2];
   }
-  float u, v, depth;
+  float u, v, closeness;
 };
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
@@ -173,9 +172,9 @@ bool project_plain(const ProjectedRow& row, const std::uint16_t* depth, const Pl
   bool some_beyond = false;
   for (int x = 0; x < row.width; ++x) {
     const bool is_beyond = depth[x] < row.lowest || depth[x] > row.highest;
-    const Rounded at(row, x, std::max(depth[is_beyond ? x + 1 : x], row.lowest));
+    const Rounded at(row, x, is_beyond ? std::max(depth[x + 1], row.lowest) : depth[x]);
     to.cells[x] = static_cast<std::uint16_t>(bits_of((at.v - (kWhole + row.first_row)) * row.stride + at.u));
-    to.closeness[x] = is_beyond ? kNone : static_cast<std::uint16_t>(0 - bits_of(at.depth));
+    to.closeness[x] = is_beyond ? kNone : static_cast<std::uint16_t>(bits_of(at.closeness));
     some_beyond = some_beyond || (is_beyond && depth[x] != 0);
   }
   return some_beyond;
@@ -194,11 +193,10 @@ std::uint16_t between(std::uint16_t a, std::uint16_t b) {
 }  // namespace
 
 PlacedReading place_plain(const ProjectedRow& row, int x, std::uint16_t units) {
-  constexpr std::uint32_t kFits = 65535;
   const Rounded at(row, x, units);
-  const std::uint32_t zero = bits_of(kWhole), depth = bits_of(at.depth) - zero;
+  const std::uint32_t zero = bits_of(kWhole), closeness = bits_of(at.closeness) - zero;
   return {bits_of(at.v) - zero, bits_of(at.u) - zero,
-          depth <= kFits ? static_cast<std::uint16_t>(0 - depth) : kNone};
+          closeness <= kClosest ? static_cast<std::uint16_t>(closeness) : kNone};
 }
 
 bool register_step_plain(const RegistrationStep& step) {

@@ -9,7 +9,7 @@ inline constexpr int kRowBlock_px = 2 * kBlock_px;  ///< both halves of a row ar
 
 /// What a cell holds is the closeness of its reading, 2^16 less the depth: the nearest is the largest, and 0
 /// is none.
-inline constexpr std::uint16_t kNone = 0;
+inline constexpr std::uint16_t kNone = 0, kClosest = 65535;
 
 /// Where directions of columns lie in their list: the columns of a block one axis after the other, of each
 /// the even ones, then the odd ones.

@@ -108,7 +108,7 @@ class Splat {
     const int length = std::countr_zero(begins);
     const Bits first = static_cast<Bits>((std::uint64_t{1} << length) - 1);
     PutRun({closer, ~is_same & first, closest_ + cells_[x]});
-    late_ = {closer, ~is_same & ~first, closest_ + cells_[x + length]};
+    late_ = {closer, ~is_same & ~first, closest_ + cells_[x + length % detail::kBlock_px]};
   }
 
   /// Of the block before: right after that's first one, it would wait for it to be written.

@@ -47,7 +47,7 @@ HWY_INLINE void StoreCorrected(const Scale& scale, VU16 units, V16 sum, std::uin
   // Readings less 2^15 are signed, and sums of those end at the ends of 16 bits.
   const V16 moved = hn::SaturatedAdd(hn::Xor(hn::BitCast(D16(), units), sign), delta);
   const VU16 value = hn::Max(hn::BitCast(DU16(), hn::Xor(moved, sign)), hn::Set(DU16(), std::uint16_t{1}));
-  hn::StoreU(hn::IfThenZeroElse(hn::Eq(units, hn::Zero(DU16())), value), DU16(), to);
+  hn::StoreU(hn::IfThenElseZero(hn::Ne(units, hn::Zero(DU16())), value), DU16(), to);
 }
 
 /// The polynomial in s whose coefficients `term` gives.
