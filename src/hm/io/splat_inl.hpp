@@ -32,13 +32,12 @@ class Splat {
     asm("" : "+r"(put_));
   }
 
-  /// Call for every block of the first half with `turn` 0 and then 1: puts two halves of blocks, or one
-  /// block.
+  /// Call for every block of the first half with `turn` 0 and then 1, for that of the second half.
   HWY_INLINE void Put(int x, int half, int turn) {
 #if HWY_TARGET == HWY_AVX3_DL
     PutRuns(x + turn * half);
 #else
-    PutEach(x + turn * kEach_px, x + turn * kEach_px + half);
+    PutEach(x + turn * half);
 #endif
   }
   /// After the last block.
@@ -49,8 +48,6 @@ class Splat {
   }
 
  private:
-  static constexpr int kEach_px = detail::kBlock_px / 2;
-
   const std::uint16_t* HWY_RESTRICT cells_;
   const std::uint16_t* HWY_RESTRICT closeness_;
   std::uint16_t *closest_, *put_;
@@ -61,9 +58,10 @@ class Splat {
     put_[at] = static_cast<std::uint16_t>(old > now ? old : now);
   }
 
-  HWY_INLINE void PutEach(std::ptrdiff_t first, std::ptrdiff_t second) const {
+  /// Both halves of a block in turn: neighbours often share a cell, and the second would wait for the first.
+  HWY_INLINE void PutEach(std::ptrdiff_t x) const {
     HWY_UNROLL(16)
-    for (int i = 0; i < kEach_px; ++i) PutOne(first + i), PutOne(second + i);
+    for (int i = 0; i < detail::kBlock_px / 2; ++i) PutOne(x + i), PutOne(x + i + detail::kBlock_px / 2);
   }
 
 #if HWY_TARGET == HWY_AVX3_DL
@@ -102,7 +100,7 @@ class Splat {
     const Bits is_next = BitsOf(hn::Eq(step, hn::Set(D16(), std::uint16_t{1})));
     const Bits is_same = BitsOf(hn::Eq(step, hn::Zero(D16()))) & ~Bits{1};
     const Bits begins = ~(is_next | is_same) & ~Bits{1};
-    if ((begins & (begins - 1)) | (is_same & (is_same >> 1))) return PutEach(x, x + kEach_px);
+    if ((begins & (begins - 1)) | (is_same & (is_same >> 1))) return PutEach(x);
     const V16 closeness = hn::Load(D16(), closeness_ + x), next = hn::LoadU(D16(), closeness_ + x + 1);
     const V16 closer = hn::IfThenElse(MaskOf(is_same >> 1), hn::Max(closeness, next), closeness);
     const int length = std::countr_zero(begins);
