@@ -54,7 +54,9 @@ DepthRegistration::DepthRegistration(const PinholeCamera& depth_camera, const Pi
 
 DepthRegistration::Canvas::Canvas(const DepthRegistration& registration) : registration_(registration) {
   const detail::RegistrationCells& cells = registration.cells_;
-  closest_.resize(static_cast<std::size_t>(cells.rows) * static_cast<std::size_t>(cells.stride) + kMargin_px);
+  // With room for whatever is counted from a row.
+  closest_.resize(static_cast<std::size_t>(cells.rows) * static_cast<std::size_t>(cells.stride) +
+                  detail::RegistrationCells::kMostWithinReach + kMargin_px);
   for (PlacedRow* row : {&row_, &next_row_})
     for (auto* numbers : {&row->cells, &row->closeness})
       numbers->resize(static_cast<std::size_t>(padded(registration.width_)) + 2 * kMargin_px);

@@ -11,10 +11,9 @@ namespace {
 
 /// No depth camera of this kind reads less than the first; those far from the other camera may need more.
 constexpr double kNearest_m[] = {0.2, 0.4, 0.8, 1.6};
-constexpr int kMostWithinReach = 1 << 16;
 constexpr double kMostCells = 1 << 24;
-/// By how much single precision goes astray, and more.
-constexpr double kAstray_px = 0.05;
+/// By how much single precision goes astray, and more; if no reading comes much nearer to the other camera.
+constexpr double kAstray_px = 0.05, kLeastOfDepth = 0.25;
 constexpr int kLine = 32;
 
 int whole_lines(int cells) { return (cells + kLine - 1) / kLine * kLine; }
@@ -24,7 +23,7 @@ class Seen {
  public:
   void add(const PixelMap& map, double nearest_m, int x, int y) {
     const Vec3 far = map.directions * Vec3(x, y, 1), near = nearest_m * far + map.origin_m;
-    in_front_ = in_front_ && far.z() > 0 && near.z() > 0;
+    in_front_ = in_front_ && far.z() > 0 && near.z() > kLeastOfDepth * nearest_m * far.z();
     for (const Vec3& p : {far, near}) {
       low_ = low_.cwiseMin(p.hnormalized());
       high_ = high_.cwiseMax(p.hnormalized());
@@ -73,7 +72,8 @@ std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& ma
     for (const int x : {0, map.width - 1}) row.add(map, nearest_m, x, y);
     cells->reached.push_back(
         {cells->top + static_cast<int>(row.first(1)), cells->top + static_cast<int>(row.last(1))});
-    if ((cells->reached[y].last - cells->reached[y].first + 1) * cells->stride > kMostWithinReach)
+    if ((cells->reached[y].last - cells->reached[y].first + 1) * cells->stride >
+        RegistrationCells::kMostWithinReach)
       return std::nullopt;
   }
   return cells;

@@ -18,6 +18,7 @@ struct PixelMap {
 /// Cells are the other camera's pixels with a border around them, wide enough for all readings that are not
 /// too near.
 struct RegistrationCells {
+  static constexpr int kMostWithinReach = 1 << 16;  ///< of a row
   struct Rows {
     int first = 0, last = 0;
   };
@@ -28,7 +29,7 @@ struct RegistrationCells {
   std::vector<Rows> reached;       ///< for each row of the depth camera: where its other readings go
 };
 
-/// Within reach of a row are no more than 2^16 cells; where that cannot be, every reading is too near.
+/// Where more cells would be within reach of a row than can be, every reading is too near.
 RegistrationCells registration_cells(const PixelMap& map);
 
 }  // namespace hm::detail

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 #define HWY_WANT_AVX3_DL  // which has Compress for 16 bits
 #undef HWY_TARGET_INCLUDE

@@ -18,8 +18,8 @@ constexpr int column_at(int x, int axis) {
 }
 
 /// Where the readings of a row of the depth camera go: one of z units lies at z (column + row) + origin,
-/// homogeneous, in cells. Cells are pixels of the colour camera with a border around them, which
-/// takes what it does not see.
+/// homogeneous, in cells. Cells are pixels of the colour camera with a border around them, which takes what
+/// it does not see.
 struct ProjectedRow {
   int width = 0;                   ///< a multiple of kRowBlock_px
   const float* columns = nullptr;  ///< at column_at()
@@ -46,9 +46,8 @@ struct RegistrationStep {
   const std::uint16_t* depth = nullptr;  ///< what is projected, and one more ...
   PlacedRow placed;                      ///< ... to there
 
-  PlacedRow splatted;  ///< each of these goes into its cell ...
-  std::uint16_t* closest =
-      nullptr;  ///< ... of these, from the first within reach, unless a nearer one is there
+  PlacedRow splatted;                ///< each of these goes into its cell ...
+  std::uint16_t* closest = nullptr;  ///< ... of these (the first within reach), unless a nearer one is there
 };
 
 /// Where one reading goes, whatever it is; rows and columns before the first are very large numbers.
@@ -63,8 +62,8 @@ PlacedReading place_plain(const ProjectedRow& row, int x, std::uint16_t units);
 bool register_step_plain(const RegistrationStep& step);
 bool register_step_simd(const RegistrationStep& step);
 
-/// Three rows of cells, one below the other -> depths of the middle one; holes between two
-/// neighbours (left and right, else above and below) that agree get their mean.
+/// Three rows of cells, one below the other -> depths of the middle one; holes between two neighbours (left
+/// and right, else above and below) that agree get their mean.
 struct FilledRow {
   const std::uint16_t *above = nullptr, *cells = nullptr, *below = nullptr;
   int width = 0;
