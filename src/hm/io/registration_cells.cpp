@@ -63,7 +63,8 @@ std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& ma
       least_z = std::min(least_z, z), most_z = std::max(most_z, z);
     }
   if (!whole.in_front()) return std::nullopt;
-  const Vec2 before(-whole.first(0), -whole.first(1)), end(whole.last(0) + 1, whole.last(1) + 1);
+  // Below 0 a number has a fraction even when 2^23 is added: nothing may be rounded to 0 from there.
+  const Vec2 before(1 - whole.first(0), 1 - whole.first(1)), end(whole.last(0) + 1, whole.last(1) + 1);
   auto cells = with_border(map, before.cwiseMax(1), (end - image).cwiseMax(1));
   if (!cells) return std::nullopt;
   cells->nearest_m = nearest_m, cells->least_z = least_z, cells->most_z = most_z;
