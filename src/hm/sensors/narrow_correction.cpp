@@ -52,6 +52,13 @@ double most_bent(const std::vector<double>& points, std::size_t terms) {
   return most;
 }
 
+/// So that a curve and its chords are no more than kBetweenRows_m apart.
+int most_rows_apart(double bent_m, double points_per_row) {
+  int apart = kMostRowsApart;
+  while (apart > 1 && bent_m * std::pow(points_per_row * apart, 2) / 8 > kBetweenRows_m) apart /= 2;
+  return apart;
+}
+
 }  // namespace
 
 std::vector<int> spline_span_begins(int size_px, int points) {
@@ -82,12 +89,7 @@ bool NarrowCorrection::make_spline(const DepthCorrectionModel& model) {
     columns.push_back(points_in_column(model, spline_place(x, width_, model.columns)));
     bent_m = std::max(bent_m, most_bent(columns.back(), terms));
   }
-  const double points_per_row = static_cast<double>(model.rows - 3) / height_;
-  const auto lost_m = [&](int apart) { return bent_m * std::pow(points_per_row * apart, 2) / 8; };
-  int apart = kMostRowsApart;
-  while (apart > 1 && lost_m(apart) > kBetweenRows_m) apart /= 2;
-  rows_apart_ = apart;
-
+  const int apart = rows_apart_ = most_rows_apart(bent_m, static_cast<double>(model.rows - 3) / height_);
   std::vector<double> values;
   double largest_m = 1e-4;
   for (int y = 0; y < height_ - 1 + apart; y += apart) {
