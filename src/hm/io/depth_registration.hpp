@@ -7,13 +7,22 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
 #include "hm/geometry/se3.hpp"
+#include "hm/io/registration_cells.hpp"
 
 namespace hm {
+
+namespace detail {
+struct ProjectedRow;
+}
 
 /// Brings depth images into the view of another camera: every reading goes to the nearest pixel (rounded, not
 /// cut) that sees its point, the nearest reading wins, and holes of one pixel between readings that agree are
 /// filled (dissertation 3.1.2). In single precision: a reading within some 1e-3 px of the border between two
 /// pixels may go to either. Const members may be used from any thread; the same bits on every CPU.
+///
+/// Fast for cameras that look the same way. Readings nearer than 0.2 m (more for cameras far apart) are taken
+/// one by one; and so are all where a row of readings is spread over rows of more than 2^16 pixels (cameras
+/// of 640 x 480 that are turned by more than 8 degrees about the axis): that takes some eight times as long.
 class DepthRegistration {
  public:
   /// Both cameras without distortion; T_color_depth takes points of the depth camera into the colour camera.
@@ -22,7 +31,8 @@ class DepthRegistration {
   /// Depth along the colour camera's axis, of its size, in the same units.
   [[nodiscard]] Image<std::uint16_t> apply(const Image<std::uint16_t>& depth, double unit_m) const;
 
-  /// Images one after the other, row by row: what apply() consists of. Not to be shared between threads.
+  /// Images one after the other, row by row: what apply() consists of. Rows of the result are made as soon as
+  /// nothing more can reach them. Not to be shared between threads.
   class Canvas {
    public:
     explicit Canvas(const DepthRegistration& registration);
@@ -30,29 +40,42 @@ class DepthRegistration {
     Canvas& operator=(const Canvas&) = delete;
     /// Begins an image.
     void begin(double unit_m);
-    /// Each row of the depth camera once, in any order; `depth` has kRowSlack_px readable pixels after it.
+    /// The rows of the depth camera from the first to the last; `depth` has kRowSlack_px readable pixels
+    /// after it.
     void add_row(int y, const std::uint16_t* depth);
-    /// After the last row: writes an image of the colour camera's size.
+    /// After the last row: exchanges `registered` for an image of the colour camera's size.
     void finish(Image<std::uint16_t>& registered);
 
    private:
-    void take_step(int y);
+    /// Where a row's readings go, with room before and after.
+    struct PlacedRow {
+      AlignedVector<std::uint16_t> cells, closeness;
+    };
+    [[nodiscard]] detail::ProjectedRow projected(int y) const;
+    void take_step(int y, const std::uint16_t* depth);
+    void take_each(int y, const std::uint16_t* depth);
+    void clear_until(int row);
+    void fill_until(int row);
 
     const DepthRegistration& registration_;
     std::array<float, 3> origin_{};         ///< of the depth camera, in cells and units
-    AlignedVector<std::uint16_t> nearest_;  ///< depth less 1
-    AlignedVector<std::uint16_t> row_;
-    AlignedVector<std::uint32_t> cells_, next_cells_;  ///< of the row before: its readings are in no cell yet
-    AlignedVector<std::uint16_t> nearness_, next_nearness_;
+    int lowest_ = 1, highest_ = 0;          ///< readings that are within their row's reach
+    AlignedVector<std::uint16_t> closest_;  ///< of every cell
+    PlacedRow row_, next_row_;              ///< row_: of the row before, whose readings are in no cell yet
+    int first_cells_ = 0;                   ///< row of cells that row_ counts from
+    int cleared_ = 0, filled_ = 0;          ///< rows of cells, and of the image
+    bool holds_back_ = false;               ///< all is filled at the end: some reading may be anywhere
+    Image<std::uint16_t> registered_;
   };
-  static constexpr int kRowSlack_px = 32;
+  static constexpr int kRowSlack_px = 64;
 
  private:
   int width_, height_;  ///< of the depth camera
-  int stride_, rows_;   ///< of cells
   PinholeCamera color_camera_;
-  /// A pixel's direction in cells is of_column_[.][x] + of_row_[.][y]; origin_m_ is the translation.
-  std::array<AlignedVector<float>, 3> of_column_;
+  detail::RegistrationCells cells_;
+  std::vector<int> settled_;  ///< rows of cells that only rows of the depth camera before this one go to
+  /// A pixel's direction in cells is of_column_ (at column_at()) + of_row_[.][y]; origin_m_ the translation.
+  AlignedVector<float> of_column_;
   std::array<std::vector<float>, 3> of_row_;
   Vec3 origin_m_;
 };

@@ -58,8 +58,9 @@ TEST(DepthRegistration, APlaneStaysThePlane) {
 
 /// Registration in double precision, one reading after the other. Readings within `margin` of where another
 /// pixel or another unit begins are taken out of `depth`: single precision may decide differently there.
-Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_m, double margin) {
-  Image<std::uint16_t> registered(kColorCamera.width, kColorCamera.height);
+Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_m, double margin,
+                                       const SE3& motion, const PinholeCamera& color_camera) {
+  Image<std::uint16_t> registered(color_camera.width, color_camera.height);
   const auto near_border = [&](double value) {
     const double fraction = value + 0.5 - std::floor(value + 0.5);
     return fraction < margin || fraction > 1 - margin;
@@ -67,14 +68,14 @@ Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
       if (depth(x, y) == 0) continue;
-      const Vec3 p = kMotion * kDepthCamera.unproject(Vec2(x, y), depth(x, y) * unit_m);
+      const Vec3 p = motion * kDepthCamera.unproject(Vec2(x, y), depth(x, y) * unit_m);
       const double z = p.z() / unit_m;
-      const Vec2 pixel = kColorCamera.project(p);
+      const Vec2 pixel = color_camera.project(p);
       if (near_border(z) || near_border(pixel.x()) || near_border(pixel.y())) {
         depth(x, y) = 0;
         continue;
       }
-      if (z < 0.5 || z >= 65534.5 || !kColorCamera.contains(pixel)) continue;
+      if (z < 0.5 || z >= 65534.5 || !color_camera.contains(pixel)) continue;
       std::uint16_t& place =
           registered(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
       const auto units = static_cast<std::uint16_t>(std::lround(z));
@@ -95,80 +96,106 @@ Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_
   return filled;
 }
 
+/// Side by side; far apart, so that near readings go to any row; turned about the axis, so that all do;
+/// seeing much that the other camera does not; and of a camera that sees a part only, and upside down.
+const std::pair<SE3, PinholeCamera> kRigs[] = {
+    {kMotion, kColorCamera},
+    {SE3(so3_exp(Vec3(0.01, 0, 0.02)), Vec3(0.05, -0.3, 0.01)), kColorCamera},
+    {SE3(so3_exp(Vec3(0, 0, 0.7)), Vec3(0.02, 0, 0)), kColorCamera},
+    {SE3(so3_exp(Vec3(0.2, -0.4, 0)), Vec3(0, 0.05, -0.1)), kColorCamera},
+    {SE3(), {320, 240, 420, 420, 159.7, 120.5, {}}},
+    {SE3(), {160, 120, 211, -212, 79.7, 60.9, {}}}};
+
 TEST(DepthRegistration, EveryPixelIsThatOfTheSlowReference) {
-  const DepthRegistration registration(kDepthCamera, kColorCamera, kMotion);
-  for (const double unit_m : {1e-3, 2e-4}) {
-    Rng rng(3);
-    for (const double scatter : {0.0, 0.01, 1.0}) {
-      Image<std::uint16_t> depth(160, 120);
-      for (int y = 0; y < 120; ++y)
-        for (int x = 0; x < 160; ++x)
-          if (rng.below(8) != 0)
-            depth(x, y) = static_cast<std::uint16_t>(
-                std::clamp((1.2 + 0.01 * x + scatter * rng.normal()) / unit_m, 0.0, 65535.0));
-      const auto wanted = registered_slowly(depth, unit_m, 2e-3);
-      EXPECT_TRUE(same_pixels(registration.apply(depth, unit_m), wanted)) << unit_m << ", " << scatter;
+  for (const auto& [motion, color_camera] : kRigs) {
+    const DepthRegistration registration(kDepthCamera, color_camera, motion);
+    for (const double unit_m : {1e-3, 2e-4, 1.0}) {
+      Rng rng(3);
+      for (const double scatter : {0.0, 0.01, 1.0}) {
+        Image<std::uint16_t> depth(160, 120);
+        for (int y = 0; y < 120; ++y)
+          for (int x = 0; x < 160; ++x)
+            if (rng.below(8) != 0)
+              depth(x, y) = static_cast<std::uint16_t>(
+                  std::clamp((1.2 + 0.01 * x + scatter * rng.normal()) / unit_m, 0.0, 65535.0));
+        const auto wanted = registered_slowly(depth, unit_m, 2e-3, motion, color_camera);
+        EXPECT_TRUE(same_pixels(registration.apply(depth, unit_m), wanted)) << unit_m << ", " << scatter;
+      }
     }
   }
 }
 
-/// Rows for one step, of random numbers.
+/// Rows for one step, of random numbers; of readings that follow each other or do not.
 struct StepRows {
-  static constexpr int kWidth = 96, kStride = 83, kRows = 51;
-  explicit StepRows(Rng& rng) : nearest(kStride * kRows) {
-    for (auto* list : {&columns[0], &columns[1], &columns[2]})
-      for (int x = 0; x < kWidth; ++x) list->push_back(static_cast<float>(rng.uniform(-90, 90)));
-    for (int x = kWidth - 7; x < kWidth; ++x)
-      columns[2][static_cast<std::size_t>(x)] = std::numeric_limits<float>::quiet_NaN();
-    for (auto& units : depth) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
-    for (auto& cell : before_cells) cell = static_cast<std::uint32_t>(rng.below(kStride * kRows));
-    for (auto& less : before_nearness) less = static_cast<std::uint16_t>(rng.below(65536));
-    for (auto& less : nearest) less = static_cast<std::uint16_t>(rng.below(65536));
-    step.projection.width = kWidth, step.projection.stride = kStride;
-    step.projection.last_x = kStride - 1, step.projection.last_y = kRows - 1;
+  static constexpr int kWidth = 2 * detail::kRowBlock_px, kMargin = detail::kBlock_px, kCells = 70000;
+  StepRows(Rng& rng, bool is_smooth) : closest(kCells) {
+    for (int x = 0; x < kWidth; ++x)
+      for (int axis = 0; axis < 3; ++axis)
+        columns[static_cast<std::size_t>(detail::column_at(x, axis))] =
+            static_cast<float>(is_smooth ? (axis == 0   ? 0.93 * x
+                                            : axis == 1 ? 0.003 * x
+                                                        : 1e-4 * x)
+                                         : rng.uniform(-90, 90));
+    for (auto& units : depth)
+      units = static_cast<std::uint16_t>(rng.below(9) == 0 ? rng.below(2) * rng.below(65536)
+                                         : is_smooth       ? 2000 + rng.below(9)
+                                                           : rng.below(65536));
+    for (auto& units : closest) units = static_cast<std::uint16_t>(rng.below(65536));
+    step.projection.width = kWidth, step.projection.stride = 83;
+    step.projection.first_row = static_cast<float>(rng.below(7));
     for (std::size_t i = 0; i < 3; ++i) {
-      step.projection.of_row[i] = static_cast<float>(rng.uniform(-1, 1));
-      step.projection.origin[i] =
-          i < 2 ? static_cast<float>(rng.uniform(-9000, 9000)) : 0.0F;  // 0 / 0 is among them
+      step.projection.row[i] =
+          static_cast<float>(is_smooth ? 9 - 4.0 * static_cast<double>(i) : rng.uniform(-1, 1));
+      step.projection.origin[i] = static_cast<float>(is_smooth ? 60 : rng.uniform(-9000, 9000));
     }
+    step.projection.lowest = static_cast<std::uint16_t>(1 + rng.below(500));
+    step.projection.highest = static_cast<std::uint16_t>(40000 + rng.below(20000));
   }
   /// With the addresses of this object.
   detail::RegistrationStep& at_home() {
-    for (std::size_t i = 0; i < 3; ++i) step.projection.of_column[i] = columns[i].data();
+    step.projection.columns = columns.data();
     step.depth = depth.data();
-    step.placed = {cells.data(), nearness.data()};
-    step.splatted = {before_cells.data(), before_nearness.data()};
-    step.nearest = nearest.data();
+    step.placed = {cells.data() + kMargin, closeness.data() + kMargin};
+    step.splatted = {before_cells.data() + kMargin, before_closeness.data() + kMargin};
+    step.closest = closest.data();
     return step;
   }
+  /// What was placed is what the next step puts into cells.
+  void go_on() {
+    before_cells.swap(cells);
+    before_closeness.swap(closeness);
+  }
+  using Numbers = AlignedVector<std::uint16_t>;
   detail::RegistrationStep step;
-  AlignedVector<float> columns[3];
-  AlignedVector<std::uint16_t> nearest;
-  AlignedVector<std::uint16_t> depth = AlignedVector<std::uint16_t>(kWidth);
-  AlignedVector<std::uint32_t> cells = AlignedVector<std::uint32_t>(kWidth), before_cells = cells;
-  AlignedVector<std::uint16_t> nearness = depth, before_nearness = depth;
+  AlignedVector<float> columns = AlignedVector<float>(3 * kWidth);
+  Numbers closest;
+  Numbers depth = Numbers(kWidth + detail::kBlock_px);
+  Numbers cells = Numbers(kWidth + 2 * kMargin), before_cells = cells;
+  Numbers closeness = cells, before_closeness = cells;
 };
 
 TEST(DepthRegistration, VectorsOfEveryKindGiveThePlainBits) {
-  constexpr int kWidth = 77, kStride = 83, kSlack = DepthRegistration::kRowSlack_px;
+  constexpr int kWidth = 77, kStride = 83;
   Rng rng(8);
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left & -left);
-    for (int round = 0; round < 50; ++round) {
-      StepRows plain(rng), fast = plain;
-      detail::register_step_plain(plain.at_home());
-      detail::register_step_simd(fast.at_home());
-      ASSERT_EQ(plain.cells, fast.cells) << hwy::TargetName(left & -left);
-      ASSERT_EQ(plain.nearness, fast.nearness) << hwy::TargetName(left & -left);
-      ASSERT_EQ(plain.nearest, fast.nearest) << hwy::TargetName(left & -left);
-      for (const std::uint32_t cell : fast.cells) ASSERT_LT(cell, fast.nearest.size());
-      for (std::size_t x = StepRows::kWidth - 7; x < StepRows::kWidth; ++x)
-        ASSERT_EQ(fast.nearness[x], detail::kNone) << "beyond the image";
-      std::vector<std::uint16_t> cells(3 * kStride + 2 * kSlack), fill_plain(kWidth), fill_fast(kWidth);
+    for (int round = 0; round < 100; ++round) {
+      StepRows plain(rng, round % 2 == 0), fast = plain;
+      for (int step = 0; step < 2; ++step) {
+        ASSERT_EQ(detail::register_step_plain(plain.at_home()), detail::register_step_simd(fast.at_home()));
+        ASSERT_EQ(plain.cells, fast.cells) << hwy::TargetName(left & -left);
+        ASSERT_EQ(plain.closeness, fast.closeness) << hwy::TargetName(left & -left);
+        ASSERT_EQ(plain.closest, fast.closest) << hwy::TargetName(left & -left);
+        plain.go_on(), fast.go_on();
+      }
+      std::vector<std::uint16_t> cells(3 * kStride + DepthRegistration::kRowSlack_px), fill_plain(kWidth),
+          fill_fast(kWidth);
       for (auto& cell : cells)
-        cell = static_cast<std::uint16_t>(rng.below(3) == 0 ? 65535 : rng.below(60) + 900 * (round % 70));
-      detail::fill_row_plain(cells.data() + kStride + 1, kStride, kWidth, fill_plain.data());
-      detail::fill_row_simd(cells.data() + kStride + 1, kStride, kWidth, fill_fast.data());
+        cell = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(60) + 900 * (round % 70));
+      const detail::FilledRow row{cells.data() + 1, cells.data() + kStride + 1,
+                                  cells.data() + 2 * kStride + 1, kWidth};
+      detail::fill_row_plain(row, fill_plain.data());
+      detail::fill_row_simd(row, fill_fast.data());
       ASSERT_EQ(fill_plain, fill_fast) << hwy::TargetName(left & -left);
     }
   }

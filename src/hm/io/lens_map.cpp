@@ -53,16 +53,17 @@ void LensMap::undistort_row(const Image<std::uint16_t>& depth, int y, std::uint1
   // anew.
   constexpr std::int32_t kBlock = kRowSlack_px;
   const auto readable = static_cast<std::int32_t>(depth.size()) - kBlock;
+  const std::uint16_t* const pixels = depth.data();
   const auto at = static_cast<std::size_t>(y);
   for (std::size_t i = first_run_[at]; i < first_run_[at + 1]; ++i) {
     const auto [source, count] = runs_[i];
     if (source < 0) {
       std::fill_n(row, count, std::uint16_t{0});
     } else if (source + count > readable) {
-      std::copy_n(depth.data() + source, count, row);
+      std::copy_n(pixels + source, count, row);
     } else {
       for (std::int32_t x = 0; x < count; x += kBlock)
-        std::memcpy(row + x, depth.data() + source + x, kBlock * sizeof(std::uint16_t));
+        std::memcpy(row + x, pixels + source + x, kBlock * sizeof(std::uint16_t));
     }
     row += count;
   }

@@ -18,7 +18,7 @@ class LensMap {
   [[nodiscard]] Image<Rgb8> undistort(const Image<Rgb8>& color) const;
   /// One row of undistort(depth); `row` has kRowSlack_px pixels of room after it.
   void undistort_row(const Image<std::uint16_t>& depth, int y, std::uint16_t* row) const;
-  static constexpr int kRowSlack_px = 16;
+  static constexpr int kRowSlack_px = 32;
 
  private:
   struct Source {

@@ -93,9 +93,17 @@ TEST_P(EveryMode, SmallerImagesGetTheSameCorrectionAtTheSamePlace) {
 /// Small models are applied in whole numbers: within 0.1 mm of the reference, whatever the unit, and to the
 /// last bit what the plain code does on every instruction set.
 TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
+  // Of different sizes and bends: every number of rows that there may be between rows of coefficients.
   for (const double unit_m : {1e-3, 2e-4, 1e-4, 2.5e-3})
-    for (const auto& [width, height] : {std::pair{61, 37}, {640, 48}}) {
-      const DepthCorrectionModel model = random_model(GetParam(), width, height, 0.02);
+    for (const auto& [width, height, largest_m] : {std::tuple{61, 37, 0.02},
+                                                   {640, 48, 0.02},
+                                                   {61, 100, 0.02},
+                                                   {61, 200, 0.02},
+                                                   {61, 300, 0.02},
+                                                   {61, 479, 0.02},
+                                                   {61, 481, 0.005},
+                                                   {61, 483, 0.002}}) {
+      const DepthCorrectionModel model = random_model(GetParam(), width, height, largest_m);
       const auto narrow = detail::NarrowCorrection::make(model, width, height);
       ASSERT_TRUE(narrow);
       EXPECT_TRUE(narrow->scale_for(unit_m)) << unit_m;

@@ -10,9 +10,11 @@ namespace hm::detail {
 namespace {
 
 constexpr double kOne = 32768;
-// 2^-15 of it is 0.006 mm. A term is rounded by at most 2.5 of that (its number, and a product three times,
-// each half), all weights together by 1.5, places and sums by 3: with four terms less than 0.1 mm.
+// 2^-15 of it is 0.006 mm. A term is rounded by at most 1 of that (its number and a product, each half), all
+// weights together by 0.5, places and sums by 3: with four terms less than 0.05 mm.
 constexpr double kLargestRange_m = 0.2;
+constexpr double kBetweenRows_m = 4e-5;  // what is lost between two rows of coefficients
+constexpr int kMostRowsApart = 16;
 constexpr double kFullS = 32600;  // s = 1, with room for the rounding of a reading's place
 
 std::int16_t narrowed(double ratio) {
@@ -22,13 +24,39 @@ std::int16_t narrowed(double ratio) {
 /// c_k that belongs to s as whole numbers: kFullS of them are 1.
 double of_whole_s(double coefficient_m, int term) { return coefficient_m * std::pow(kOne / kFullS, term); }
 
-/// A term along a row of control points, at a pixel between its columns.
-double point_in_column(const DepthCorrectionModel& model, const SplinePlace& place, int term, int row) {
+/// The terms along the rows of control points, at a column of the image: [row][term].
+std::vector<double> points_in_column(const DepthCorrectionModel& model, const SplinePlace& place) {
   const auto weights = spline_weights(place.t);
-  const float* points = model.coefficients.data() + (term * model.rows + row) * model.columns + place.span;
-  double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum += weights[i] * static_cast<double>(points[i]);
-  return of_whole_s(sum, term);
+  std::vector<double> sums;
+  for (int row = 0; row < model.rows; ++row)
+    for (int term = 0; term < model.terms; ++term) {
+      const float* points =
+          model.coefficients.data() + (term * model.rows + row) * model.columns + place.span;
+      double sum = 0;
+      for (std::size_t i = 0; i < 4; ++i) sum += weights[i] * static_cast<double>(points[i]);
+      sums.push_back(of_whole_s(sum, term));
+    }
+  return sums;
+}
+
+/// The second derivatives along a column, of all terms together, are nowhere larger: those of a cubic spline
+/// are the second differences of its control points, and lie between them. For a step from point to point.
+double most_bent(const std::vector<double>& points, std::size_t terms) {
+  double most = 0;
+  for (std::size_t row = 2 * terms; row < points.size(); row += terms) {
+    double sum = 0;
+    for (std::size_t i = row; i < row + terms; ++i)
+      sum += std::abs(points[i] - 2 * points[i - terms] + points[i - 2 * terms]);
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+/// So that a curve and its chords are no more than kBetweenRows_m apart.
+int most_rows_apart(double bent_m, double points_per_row) {
+  int apart = kMostRowsApart;
+  while (apart > 1 && bent_m * std::pow(points_per_row * apart, 2) / 8 > kBetweenRows_m) apart /= 2;
+  return apart;
 }
 
 }  // namespace
@@ -55,30 +83,41 @@ std::optional<NarrowCorrection> NarrowCorrection::make(const DepthCorrectionMode
 
 bool NarrowCorrection::make_spline(const DepthCorrectionModel& model) {
   const auto stride = static_cast<std::size_t>(stride_), terms = static_cast<std::size_t>(terms_);
-  const auto rows = static_cast<std::size_t>(model.rows);
-  std::vector<double> points(rows * terms * stride);
-  double largest_m = 1e-4;
+  std::vector<std::vector<double>> columns;
+  double bent_m = 0;
   for (int x = 0; x < width_; ++x) {
-    const SplinePlace place = spline_place(x, width_, model.columns);
-    std::vector<double> before(terms);
-    for (std::size_t row = 0; row < rows; ++row) {
+    columns.push_back(points_in_column(model, spline_place(x, width_, model.columns)));
+    bent_m = std::max(bent_m, most_bent(columns.back(), terms));
+  }
+  const int apart = rows_apart_ = most_rows_apart(bent_m, static_cast<double>(model.rows - 3) / height_);
+  std::vector<double> values;
+  double largest_m = 1e-4;
+  for (int y = 0; y < height_ - 1 + apart; y += apart) {
+    const SplinePlace place = spline_place(std::min(y, height_ - 1), height_, model.rows);
+    const auto weights = spline_weights(place.t);
+    const std::size_t first = values.size();
+    values.resize(first + terms * stride);
+    for (std::size_t x = 0; x < columns.size(); ++x) {
       double sum_m = 0, step_m = 0;
       for (std::size_t k = 0; k < terms; ++k) {
-        const double point = point_in_column(model, place, static_cast<int>(k), static_cast<int>(row));
-        points[(row * terms + k) * stride + static_cast<std::size_t>(x)] = point;
-        sum_m += std::abs(point);  // no sum on the way is larger: weights are shares, and s is not above 1
-        if (row > 0) step_m = std::max(step_m, std::abs(point - before[k]));
-        before[k] = point;
+        const std::size_t at = first + k * stride + x;
+        const double* points = columns[x].data() + static_cast<std::size_t>(place.span) * terms + k;
+        for (std::size_t i = 0; i < 4; ++i) values[at] += weights[i] * points[i * terms];
+        sum_m += std::abs(values[at]);  // no sum on the way is larger: weights are shares, s is not above 1
+        if (first > 0) step_m = std::max(step_m, std::abs(values[at] - values[at - terms * stride]));
       }
       largest_m = std::max({largest_m, sum_m, step_m});
     }
   }
   range_m_ = 1.001 * largest_m;
   if (range_m_ > kLargestRange_m) return false;
-  for (const double point : points) values_.push_back(narrowed(point / range_m_));
-  for (std::size_t i = 0; i < values_.size() - terms * stride; ++i)
-    steps_.push_back(static_cast<std::int16_t>(values_[i + terms * stride] - values_[i]));
-  for (int y = 0; y < height_; ++y) places_.push_back(spline_place(y, height_, model.rows));
+  for (const double value : values) coefficients_.push_back(narrowed(value / range_m_));
+  coefficients_.resize(coefficients_.size() + terms * stride);  // after the last row, without weight
+  for (int y = 0; y < height_; ++y) {
+    const int before = y / apart * apart, after = std::min(before + apart, height_ - 1);
+    weights_.push_back(before == after ? std::int16_t{0}
+                                       : narrowed(static_cast<double>(y - before) / (after - before)));
+  }
   return true;
 }
 
@@ -142,20 +181,15 @@ NarrowRow NarrowCorrection::row(int y) const {
   const auto at = static_cast<std::size_t>(y);
   NarrowRow row;
   row.width = width_, row.terms = terms_, row.stride = stride_;
-  if (places_.empty()) {
+  row.is_spline = !weights_.empty();
+  if (row.is_spline) {
+    row.coefficients = coefficients_.data() + static_cast<std::size_t>(y / rows_apart_) * terms * stride;
+    row.weight = weights_[at];
+  } else {
     row.coefficients = coefficients_.data() + at * terms * stride;
     row.lowest_s = lowest_s_.data() + at * stride;
     row.highest_s = highest_s_.data() + at * stride;
-    return row;
   }
-  const auto first = static_cast<std::size_t>(places_[at].span) * terms * stride;
-  const auto weights = spline_weights(places_[at].t);
-  row.is_spline = true;
-  row.values = values_.data() + first + terms * stride;
-  row.steps = steps_.data() + first;
-  row.weights[0] = narrowed(-weights[0]);
-  row.weights[1] = narrowed(weights[2] + weights[3]);
-  row.weights[2] = narrowed(weights[3]);
   return row;
 }
 

@@ -6,7 +6,6 @@
 #include "hm/core/aligned_vector.hpp"
 #include "hm/sensors/depth_correction.hpp"
 #include "hm/sensors/narrow_kernels.hpp"
-#include "hm/sensors/spline_basis.hpp"
 
 namespace hm::detail {
 
@@ -29,12 +28,11 @@ class NarrowCorrection {
   int width_ = 0, height_ = 0, terms_ = 0, stride_ = 0;
   double min_depth_m_ = 0, max_depth_m_ = 0;
   double range_m_ = 0;  ///< what 2^15 stands for
-  /// Of a spline: control points along every row of them, and how much the next row's are more:
-  /// [row of points][term][column].
-  AlignedVector<std::int16_t> values_, steps_;
-  std::vector<SplinePlace> places_;  ///< of a spline: of each row of the image
-  /// Of pixels: [row][term][column], and [row][column].
-  AlignedVector<std::int16_t> coefficients_, lowest_s_, highest_s_;
+  /// [row][term][column]: of a spline, of every so many rows and of the last one; of pixels, of all rows.
+  AlignedVector<std::int16_t> coefficients_;
+  int rows_apart_ = 1;
+  std::vector<std::int16_t> weights_;                 ///< of a spline: for each row, of the next coefficients
+  AlignedVector<std::int16_t> lowest_s_, highest_s_;  ///< of pixels: [row][column]
 };
 
 }  // namespace hm::detail

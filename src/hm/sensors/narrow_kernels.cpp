@@ -47,7 +47,7 @@ HWY_INLINE void StoreCorrected(const Scale& scale, VU16 units, V16 sum, std::uin
   // Readings less 2^15 are signed, and sums of those end at the ends of 16 bits.
   const V16 moved = hn::SaturatedAdd(hn::Xor(hn::BitCast(D16(), units), sign), delta);
   const VU16 value = hn::Max(hn::BitCast(DU16(), hn::Xor(moved, sign)), hn::Set(DU16(), std::uint16_t{1}));
-  hn::StoreU(hn::IfThenZeroElse(hn::Eq(units, hn::Zero(DU16())), value), DU16(), to);
+  hn::StoreU(hn::IfThenElseZero(hn::Ne(units, hn::Zero(DU16())), value), DU16(), to);
 }
 
 /// The polynomial in s whose coefficients `term` gives.
@@ -62,17 +62,15 @@ template <int kTerms>
 HWY_INLINE void CorrectSpline(const detail::NarrowRow& row, const detail::NarrowScale& narrow,
                               const std::uint16_t* HWY_RESTRICT from, std::uint16_t* HWY_RESTRICT to) {
   const Scale scale(narrow);
-  const V16 first = hn::Set(D16(), row.weights[0]), second = hn::Set(D16(), row.weights[1]);
-  const V16 third = hn::Set(D16(), row.weights[2]);
-  const std::int16_t *HWY_RESTRICT values = row.values, *HWY_RESTRICT steps = row.steps;
-  const int stride = row.stride, next = kTerms * stride;
+  const V16 weight = hn::Set(D16(), row.weight);
+  const std::int16_t* HWY_RESTRICT coefficients = row.coefficients;
+  const int stride = row.stride;
   for (int x = 0; x < row.width; x += static_cast<int>(hn::Lanes(D16()))) {
     const VU16 units = hn::LoadU(DU16(), from + x);
     const V16 sum = SumOf<kTerms>(PlaceOf(scale, units), [&](int k) HWY_ATTR {
-      const std::int16_t *value = values + k * stride + x, *step = steps + k * stride + x;
-      V16 c = TimesPlus(first, hn::LoadU(D16(), step), hn::LoadU(D16(), value));
-      c = TimesPlus(second, hn::LoadU(D16(), step + next), c);
-      return TimesPlus(third, hn::LoadU(D16(), step + 2 * next), c);
+      const std::int16_t* at = coefficients + k * stride + x;
+      const V16 before = hn::Load(D16(), at), after = hn::Load(D16(), at + kTerms * stride);
+      return TimesPlus(weight, hn::Sub(after, before), before);
     });
     StoreCorrected(scale, units, sum, to + x);
   }
@@ -163,11 +161,10 @@ void correct_row_plain(const NarrowRow& row, const NarrowScale& scale, const std
     if (!row.is_spline) s = std::min(std::max(s, row.lowest_s[x]), row.highest_s[x]);
     const auto term = [&](int k) {
       const int at = k * row.stride + x;
-      if (!row.is_spline) return row.coefficients[at];
-      std::int16_t c = row.values[at];
-      for (int i = 0; i < 3; ++i)
-        c = plus(times(row.weights[i], row.steps[i * row.terms * row.stride + at]), c);
-      return c;
+      const std::int16_t c = row.coefficients[at];
+      if (!row.is_spline) return c;
+      const auto step = static_cast<std::int16_t>(row.coefficients[at + row.terms * row.stride] - c);
+      return plus(times(row.weight, step), c);
     };
     to[x] = corrected(from[x], sum_of(row.terms, s, term), scale);
   }

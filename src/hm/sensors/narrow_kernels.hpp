@@ -19,15 +19,13 @@ struct NarrowRow {
   int width = 0, terms = 0;
   int stride = 0;  ///< from one term to the next, whole vectors of 32
 
-  /// Of a spline: c = value + sum of weight[i] step[i], [term][column], and steps of three rows of control
-  /// points, one after the other.
-  bool is_spline = false;
-  const std::int16_t* values = nullptr;
-  const std::int16_t* steps = nullptr;
-  std::int16_t weights[3] = {};
+  const std::int16_t* coefficients = nullptr;  ///< [term][column]
 
-  /// Of pixels: [term][column], and between what s is held.
-  const std::int16_t* coefficients = nullptr;
+  /// Of a spline: between these coefficients and others, right after them.
+  bool is_spline = false;
+  std::int16_t weight = 0;  ///< of the others, 2^-15
+
+  /// Of pixels: between what s is held.
   const std::int16_t* lowest_s = nullptr;
   const std::int16_t* highest_s = nullptr;
 };
