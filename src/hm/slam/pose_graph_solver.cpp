@@ -67,13 +67,7 @@ Eigen::Matrix<double, 3, 6> pose_edge_jacobian(const PoseEdge2D& edge, const SE2
 
 PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params) {
   PoseGraphSolution solution;
-  if (!all_finite(graph)) {
-    solution.message = "the graph is not finite";
-    return solution;
-  }
-  solution.initial_chi2 = solution.final_chi2 = pose_graph_chi2(graph);
-  solution.converged = true;
-  if (graph.edges.empty()) return solution;
+  if (!detail::begin_solution(graph, all_finite(graph), solution)) return solution;
   std::vector<Vec3> states;
   for (const SE2& node : graph.T_map_node) states.push_back(node.vector());
   ceres::Problem problem;

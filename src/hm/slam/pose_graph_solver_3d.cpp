@@ -71,13 +71,7 @@ Eigen::Matrix<double, 6, 12> pose_edge_jacobian(const PoseEdge3D& edge, const SE
 
 PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverParams& params) {
   PoseGraphSolution solution;
-  if (!all_finite(graph)) {
-    solution.message = "the graph is not finite";
-    return solution;
-  }
-  solution.initial_chi2 = solution.final_chi2 = pose_graph_chi2(graph);
-  solution.converged = true;
-  if (graph.edges.empty()) return solution;
+  if (!detail::begin_solution(graph, all_finite(graph), solution)) return solution;
   std::vector<PoseState> states;
   for (const SE3& node : graph.T_map_node) states.push_back(detail::pose_state(node));
   ceres::Problem problem;
