@@ -73,6 +73,9 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
     case hm::PathKind::kMesh:
       name = "mesh", outcome = show(hm::inspect_mesh(flags.path));
       break;
+    case hm::PathKind::kPoseGraph:
+      name = "pose_graph", outcome = show(hm::inspect_pose_graph(flags.path));
+      break;
     case hm::PathKind::kTrajectory:
       name = "trajectory", outcome = show_trajectory(flags.path);
       break;
@@ -90,14 +93,14 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 void add_info(Program& program) {
   auto flags = std::make_shared<Flags>();
   CLI::App& command =
-      program.add({"info", "What is in a recording, map, mesh or trajectory, and what looks wrong.",
+      program.add({"info", "What is in a recording, map, mesh, trajectory or pose graph, and what looks wrong.",
                    "  hm info recording\n"
                    "  hm info result/map.hmap\n"
                    "  hm info result/mesh.ply --json",
                    [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("path", flags->path,
-                  "folder of a recording, .bag, .log, .alog, .dat, .hmap, .ply, .obj, .glb, .tum")
+                  "folder of a recording, .bag, .log, .alog, .dat, .hmap, .ply, .obj, .glb, .tum, .g2o")
       ->required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);

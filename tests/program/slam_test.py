@@ -46,6 +46,11 @@ class Slam(support.SharedFolderTest):
         graph = (self.folder / "result/graph.g2o").read_text()
         self.assertEqual(graph.count("VERTEX_SE3"), run["keyframes"])
         self.assertGreaterEqual(graph.count("EDGE_SE3"), run["keyframes"] - 1)
+        shown = self.run_json("info", "result/graph.g2o")
+        self.assertEqual((shown["path_kind"], shown["dimensions"]), ("pose_graph", 3))
+        self.assertEqual(shown["nodes"], run["keyframes"])
+        self.assertEqual(shown["odometry_edges"] + shown["loop_edges"], graph.count("EDGE_SE3"))
+        self.assertGreater(shown["path_length_m"], 0.5 * run["path_length_m"])
         head = (self.folder / "result/occupancy.ot").read_bytes()[:200]
         self.assertIn(b"id ColorOcTree", head)
         self.assertIn(b"res 0.05", head)

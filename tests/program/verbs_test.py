@@ -15,6 +15,23 @@ class Verbs(support.ProgramTest):
         for word in ("320", "180", "40"):
             self.assertIn(word, text)
 
+    def test_info_of_a_pose_graph(self):
+        path = self.folder / "square.g2o"
+        information = "1 0 0 1 0 1"
+        square = [f"VERTEX_SE2 {i} {x} {y} {a}" for i, (x, y, a) in
+                  enumerate([(0, 0, 0), (1, 0, 1.5707963), (1, 1, 3.1415927), (0, 1, -1.5707963)])]
+        edges = [f"EDGE_SE2 {i} {i + 1} 1 0 1.5707963 {information}" for i in range(3)]
+        path.write_text("\n".join(square + edges + [f"EDGE_SE2 3 0 1.2 0 1.5707963 {information}", ""]))
+        shown = self.run_json("info", "square.g2o")
+        self.assertEqual((shown["dimensions"], shown["nodes"]), (2, 4))
+        self.assertEqual((shown["odometry_edges"], shown["loop_edges"]), (3, 1))
+        self.assertAlmostEqual(shown["path_length_m"], 3.0, places=5)
+        self.assertAlmostEqual(shown["chi2"], 0.04, places=5)
+        self.assertAlmostEqual(shown["largest_loop_chi2"], 0.04, places=5)
+        self.assertIn("the plane of 4 nodes", self.run_hm("info", "square.g2o").stdout)
+        path.write_text("nothing of the kind\n")
+        self.assertIn("no vertex and no edge", self.run_hm("info", "square.g2o", expect=4).stderr)
+
     def test_info_finds_a_wrong_depth_scale(self):
         self.simulate(frames=60)
         good = self.run_json("info", "recording")

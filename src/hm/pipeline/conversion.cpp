@@ -94,6 +94,8 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
       break;
     case PathKind::kLaserRecording:
       return refuse("a laser recording", "maps and a trajectory, with `hm laser`");
+    case PathKind::kPoseGraph:
+      return refuse("a pose graph", "nothing else: solvers read .g2o");
   }
   return {};
 }
@@ -114,6 +116,7 @@ Result<ConversionSummary> convert(const ConversionOptions& options) {
     case PathKind::kRecording:
       return convert_recording(options);
     case PathKind::kLaserRecording:
+    case PathKind::kPoseGraph:
       break;  // refused above
   }
   return fail(ErrorCode::kInternal, options.from.string(), "an unknown kind of input");

@@ -1,6 +1,9 @@
 #include "hm/pipeline/file_check.hpp"
 
+#include <algorithm>
+
 #include "hm/io/file_name.hpp"
+#include "hm/io/g2o_file.hpp"
 #include "hm/io/laser_recording.hpp"
 #include "hm/io/mesh_file.hpp"
 #include "hm/pipeline/reconstruction_state.hpp"
@@ -29,6 +32,26 @@ void count_block(const MapBlockView& block, MapReport& report) {
   report.bounds_m.extend(corner + Vec3::Constant(size_m));
 }
 
+template <class Graph>
+PoseGraphReport report_of(const G2oGraph<Graph>& file, int dimensions) {
+  PoseGraphReport report;
+  const auto& nodes = file.graph.T_map_node;
+  report.dimensions = dimensions;
+  report.nodes = nodes.size();
+  report.other_lines = file.other_lines;
+  for (std::size_t i = 1; i < nodes.size(); ++i)
+    report.path_length_m += (nodes[i].translation() - nodes[i - 1].translation()).norm();
+  for (const auto& edge : file.graph.edges) {
+    const bool is_loop = edge.kind == PoseEdgeKind::kLoop;
+    ++(is_loop ? report.loop_edges : report.odometry_edges);
+    if (is_loop)
+      report.largest_loop_chi2 = std::max(report.largest_loop_chi2, pose_edge_chi2(edge, file.graph));
+  }
+  report.chi2 = pose_graph_chi2(file.graph);
+  for (const SkippedLines& skipped : file.skipped) report.problems.push_back(to_string(skipped));
+  return report;
+}
+
 }  // namespace
 
 Result<PathKind> kind_of(const std::filesystem::path& path) {
@@ -39,13 +62,14 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
     return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
   const std::string extension = lower_extension(path);
   if (extension == ".hmap") return PathKind::kMap;
+  if (extension == ".g2o") return PathKind::kPoseGraph;
   if (is_mesh_name(path)) return PathKind::kMesh;
   if (is_laser_recording(path)) return PathKind::kLaserRecording;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
   return fail(ErrorCode::kUnsupported, path.string(),
               "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap), a mesh "
-              "(.ply .obj .glb) or a trajectory (.tum .txt .csv .kitti)");
+              "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {
@@ -142,6 +166,41 @@ std::string to_text(const MeshReport& report) {
       report.vertices, report.triangles, report.has_normals ? "with" : "without",
       report.has_colors ? "with" : "without", size.x(), size.y(), size.z(), report.area_m2,
       report.open_edges);
+}
+
+Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {
+  const auto in_space = read_g2o_3d(path);
+  if (in_space) return report_of(*in_space, 3);
+  if (in_space.error().code != ErrorCode::kNotFound) return forward_error(in_space);
+  const auto in_plane = read_g2o_2d(path);
+  if (in_plane) return report_of(*in_plane, 2);
+  if (in_plane.error().code != ErrorCode::kNotFound) return forward_error(in_plane);
+  return fail(ErrorCode::kCorrupted, path.string(), "no vertex and no edge of a pose graph in this file");
+}
+
+JsonValue to_json(const PoseGraphReport& report) {
+  return JsonValue::object({{"dimensions", report.dimensions},
+                            {"nodes", report.nodes},
+                            {"odometry_edges", report.odometry_edges},
+                            {"loop_edges", report.loop_edges},
+                            {"other_lines", report.other_lines},
+                            {"path_length_m", report.path_length_m},
+                            {"chi2", report.chi2},
+                            {"largest_loop_chi2", report.largest_loop_chi2},
+                            {"problems", JsonValue::array_of(report.problems)}});
+}
+
+std::string to_text(const PoseGraphReport& report) {
+  std::string text = fmt::format(
+      "pose graph in {} of {} nodes, {:.2f} m from node to node\n"
+      "edges        {} of odometry, {} loops{}\n"
+      "chi2         {:.4g}; largest of a loop {:.4g}\n",
+      report.dimensions == 2 ? "the plane" : "space", report.nodes, report.path_length_m,
+      report.odometry_edges, report.loop_edges,
+      report.other_lines == 0 ? "" : fmt::format("; {} lines of other kinds not read", report.other_lines),
+      report.chi2, report.largest_loop_chi2);
+  for (const std::string& problem : report.problems) text += "problem      " + problem + "\n";
+  return text;
 }
 
 }  // namespace hm

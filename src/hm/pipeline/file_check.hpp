@@ -12,7 +12,7 @@
 namespace hm {
 
 /// What a path is, judged by the file system, its extension and, of laser recordings, its first bytes.
-enum class PathKind { kRecording, kLaserRecording, kMap, kMesh, kTrajectory };
+enum class PathKind { kRecording, kLaserRecording, kMap, kMesh, kTrajectory, kPoseGraph };
 /// An error when there is no such file or folder, or nothing that this program knows.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
@@ -44,6 +44,20 @@ struct MeshReport {
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 JsonValue to_json(const MeshReport& report);
 std::string to_text(const MeshReport& report);
+
+/// What `hm info` shows of a pose graph.
+struct PoseGraphReport {
+  int dimensions = 3;
+  std::size_t nodes = 0, odometry_edges = 0, loop_edges = 0;
+  std::size_t other_lines = 0;  ///< of kinds that are not read
+  double path_length_m = 0;     ///< from node to node
+  double chi2 = 0, largest_loop_chi2 = 0;
+  std::vector<std::string> problems;
+};
+/// Reads a pose graph of the plane or of space (.g2o).
+Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path);
+JsonValue to_json(const PoseGraphReport& report);
+std::string to_text(const PoseGraphReport& report);
 
 /// A box as {"min": [x, y, z], "max": [x, y, z]}; null when it is empty.
 JsonValue to_json(const Box3& box);
