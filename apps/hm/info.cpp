@@ -92,12 +92,12 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 
 void add_info(Program& program) {
   auto flags = std::make_shared<Flags>();
-  CLI::App& command =
-      program.add({"info", "What is in a recording, map, mesh, trajectory or pose graph, and what looks wrong.",
-                   "  hm info recording\n"
-                   "  hm info result/map.hmap\n"
-                   "  hm info result/mesh.ply --json",
-                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command = program.add(
+      {"info", "What is in a recording, map, mesh, trajectory or pose graph, and what looks wrong.",
+       "  hm info recording\n"
+       "  hm info result/map.hmap\n"
+       "  hm info result/mesh.ply --json",
+       [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("path", flags->path,
                   "folder of a recording, .bag, .log, .alog, .dat, .hmap, .ply, .obj, .glb, .tum, .g2o")

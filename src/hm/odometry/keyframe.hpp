@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "hm/core/time.hpp"
 #include "hm/odometry/feature.hpp"
 
@@ -13,6 +15,12 @@ struct LandmarkSight {
   double depth_variance_m2 = 0;
 };
 
+/// What a keyframe saw, told by the next one: with the depths that the frames in between have read too.
+struct RetoldSights {
+  std::size_t frame_index = 0;  ///< of the keyframe that saw it
+  std::vector<LandmarkSight> sights;
+};
+
 /// A frame that later ones refer to: for relocalisation, place recognition, bundle adjustment and maps
 /// (dissertation 3.3). Pictures are not kept: `frame_index` finds them in the recording.
 struct Keyframe {
@@ -24,8 +32,7 @@ struct Keyframe {
   /// Of the motion since the keyframe before, by a move [dt; dw] in this camera's frame; zero: not known.
   Mat6 motion_covariance = Mat6::Zero();
   std::vector<LandmarkSight> sights;  ///< where the model was found; empty for methods that do not keep it
-  /// Those of the keyframe before, of the same submap, with the depths that the frames since have read too.
-  std::vector<LandmarkSight> sights_before;
+  std::optional<RetoldSights> before = {};  ///< of the keyframe before, of the same submap
 };
 
 }  // namespace hm

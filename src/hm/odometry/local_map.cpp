@@ -29,9 +29,10 @@ std::size_t LocalMap::memory_bytes() const {
     bytes += keyframe.sightings.capacity() * sizeof(Sighting);
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
     if (keyframe.record)
-      bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
-               (keyframe.record->sights.capacity() + keyframe.record->sights_before.capacity()) *
-                   sizeof(LandmarkSight);
+      bytes +=
+          sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
+          keyframe.record->sights.capacity() * sizeof(LandmarkSight) +
+          (keyframe.record->before ? keyframe.record->before->sights.capacity() * sizeof(LandmarkSight) : 0);
   }
   return bytes;
 }

@@ -268,7 +268,7 @@ void PublishedOdometry::take_in(const FeatureSet& features, TrackingNumbers& num
 void PublishedOdometry::make_keyframe(const RgbdFrame& frame, TrackedFrame& result) {
   places_.push_back(
       {std::make_shared<const Keyframe>(
-           Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}, {}}),
+           Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}}),
        covariance_});
   if (places_.size() > static_cast<std::size_t>(params_.max_keyframes)) places_.pop_front();
   result.new_keyframe = places_.back().keyframe;

@@ -105,16 +105,19 @@ TEST(TrackerCovariance, DepthsOfSightsAreReadOnUntilTheNextKeyframe) {
   std::shared_ptr<const Keyframe> last;
   int told = 0, surer = 0, keyframes = 0;
   for (int i = 0; i < 60 && keyframes < 4; ++i) {
-    const TrackedFrame tracked = odometry->track(render_room(
-        {}, camera, path_pose(i * 0.04), Time::from_seconds(1 + i * 0.04), {true, 2.0, {}}, &rng));
-    const auto now = tracked.new_keyframe;
+    RgbdFrame frame =
+        render_room({}, camera, path_pose(i * 0.04), Time::from_seconds(1 + i * 0.04), {true, 2.0, {}}, &rng);
+    frame.index = static_cast<std::size_t>(i);
+    const auto now = odometry->track(frame).new_keyframe;
     if (!now) continue;
     ++keyframes;
     if (!last) {
-      EXPECT_TRUE(now->sights_before.empty());
+      EXPECT_FALSE(now->before);
     } else {
-      ASSERT_LE(now->sights_before.size(), last->sights.size());
-      for (const LandmarkSight& later : now->sights_before) {
+      ASSERT_TRUE(now->before);
+      EXPECT_EQ(now->before->frame_index, last->frame_index);
+      ASSERT_LE(now->before->sights.size(), last->sights.size());
+      for (const LandmarkSight& later : now->before->sights) {
         const auto first = std::ranges::find(last->sights, later.landmark, &LandmarkSight::landmark);
         ASSERT_NE(first, last->sights.end());
         EXPECT_EQ(first->pixel, later.pixel);

@@ -92,7 +92,7 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   }
   if (!map.empty()) {
     const MapKeyframe& before = map.keyframes().back();
-    record->sights_before = sights_of(map, before);
+    record->before = {before.record->frame_index, sights_of(map, before)};
     keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, params));
   }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;

@@ -135,7 +135,7 @@ std::string to_text(const RecordingReport& report) {
   std::string text = fmt::format("recording  {} ({})\n", info.path.string(), to_string(info.kind));
   for (const StreamReport& stream : report.streams) text += stream_text(stream, info.has_own_stamps);
   if (info.imu)
-    text += fmt::format("inertial   {}{}\n", info.imu->source,
+    text += fmt::format("imu        {}{}\n", info.imu->source,
                         info.imu->has_gyroscope ? "" : ": accelerometer alone, no gyroscope");
   text += fmt::format("frames     {} with depth, {} of them with colour, {} with a pose\n", info.frame_count,
                       info.paired_count, info.posed_count);

@@ -64,11 +64,11 @@ void add_loops(HtmlReport& report, const SlamSummary& summary, const SlamReportM
                                         {"submaps", count(loops.submaps)},
                                         {"maps after connecting", count(loops.maps)}});
   if (state.alignment.adjusted)
-    report.add_paragraph(
-        fmt::format("Bundle adjustment of {} landmarks: {:.2f} px before, {:.2f} px after. Of the features, {} were "
-                    "seen again where a loop closed, {} on other visits of a place.",
-                    state.alignment.landmarks, state.alignment.error_before_px,
-                    state.alignment.error_after_px, state.alignment.loop_links, state.alignment.visit_links));
+    report.add_paragraph(fmt::format(
+        "Bundle adjustment of {} landmarks: {:.2f} px before, {:.2f} px after. Features were matched {} "
+        "times where loops closed, {} times between other visits of a place.",
+        state.alignment.landmarks, state.alignment.error_before_px, state.alignment.error_after_px,
+        state.alignment.loop_links, state.alignment.visit_links));
   for (const MeshPicture& picture : material.matrices) add_picture(report, picture);
 }
 

@@ -106,9 +106,11 @@ std::string to_text(const SlamSummary& summary) {
                         alignment->accepted, alignment->not_accepted, alignment->milliseconds.mean,
                         alignment->milliseconds.p99);
   if (state.alignment.adjusted)
-    text += fmt::format("bundle    {} landmarks, {} links by loops, {} by place; {:.2f} px before, {:.2f} px after\n",
-                        state.alignment.landmarks, state.alignment.loop_links, state.alignment.visit_links,
-                        state.alignment.error_before_px, state.alignment.error_after_px);
+    text += fmt::format(
+        "bundle    {} landmarks, {} matches of loops, {} of other visits; {:.2f} px before, {:.2f} px "
+        "after\n",
+        state.alignment.landmarks, state.alignment.loop_links, state.alignment.visit_links,
+        state.alignment.error_before_px, state.alignment.error_after_px);
   text += to_text_line(summary.odometry_error, "odometry") + to_text_line(summary.error, "corrected");
   const MapCorrection& correction = state.correction;
   text += fmt::format("map       {} frames, {} volumes, {} triangles; {} of {} volumes rebuilt in {:.1f} s\n",

@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// A feature of two keyframes that is one point in space, as verify_place found it.
+/// A feature of two keyframes that is one point in space, as verify_place or link_visits found it.
 struct FeatureLink {
   std::uint32_t keyframe_a = 0, feature_a = 0, keyframe_b = 0, feature_b = 0;
 };
@@ -41,17 +41,18 @@ struct Bundle {
 };
 
 struct LandmarkNoise {
-  double feature_sigma_px = 0.8;  ///< of the pixels of linked features
+  /// Of the pixels of linked features: corners are found again this well from other places (in the house
+  /// 0.5 and 1 leave a little more error).
+  double feature_sigma_px = 0.8;
   double shared_depth_ratio =
       1.5;  ///< readings of a landmark share errors: each counts as so much less certain
 };
 
 /// The landmarks of keyframes at bundle.T_map_camera. Odometry's are taken as it saw them
-/// (Keyframe::sights). A link adds its younger feature to the older one's landmark as a further sight, or the
-/// other way round; links between features that are of none become landmarks of their own, left out when they
-/// would have two features of a keyframe. Placed at the
-/// weighted mean of what keyframes see; those that only one sees, and those never seen with depth, are left
-/// out.
+/// (Keyframe::sights, or what the next keyframe tells of them). A link adds its younger feature to the older
+/// one's landmark as a further sight, or the other way round; links between features that are of none become
+/// landmarks of their own, left out when they would have two features of a keyframe. Placed at the weighted
+/// mean of what keyframes see; those that only one sees, and those never seen with depth, are left out.
 void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
                     std::span<const FeatureLink> links, const LandmarkNoise& noise = {});
 

@@ -201,25 +201,49 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   EXPECT_GT(bundle.landmarks[0].observations[2].pixel_covariance(0, 0), 0.1);
 }
 
-/// What the next keyframe of the submap tells of a keyframe's sights is newer: its depths were read longer.
+/// What the next keyframe tells of a keyframe's sights is newer: its depths were read longer.
 TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
   Scene scene = make_scene(5, 0.0);
   const auto sight = [&](std::size_t keyframe, double depth_m) {
     const Feature& f = scene.keyframes[keyframe].features[0];
     return LandmarkSight{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
   };
-  for (const std::size_t keyframe : {0U, 1U, 2U}) scene.keyframes[keyframe].sights = {sight(keyframe, 2.0)};
-  scene.keyframes[1].sights_before = {sight(0, 2.1)};
-  scene.keyframes[2].sights_before = {sight(1, 2.2)};
-  scene.keyframes[2].submap = 1;
+  for (const std::size_t keyframe : {0U, 1U, 2U}) {
+    scene.keyframes[keyframe].frame_index = 10 * keyframe;
+    scene.keyframes[keyframe].sights = {sight(keyframe, 2.0)};
+  }
+  scene.keyframes[1].before = {0, {sight(0, 2.1)}};
+  scene.keyframes[2].before = {7, {sight(1, 2.2)}};
   Bundle bundle = bundle_of(scene);
   make_landmarks(bundle, scene.pointers, {});
   ASSERT_EQ(bundle.landmarks.size(), 1U);
   const auto& seen = bundle.landmarks[0].observations;
   ASSERT_EQ(seen.size(), 3U);
   EXPECT_EQ(seen[0].depth_m, 2.1);
-  EXPECT_EQ(seen[1].depth_m, 2.0) << "told by a keyframe of another submap";
+  EXPECT_EQ(seen[1].depth_m, 2.0) << "told of a keyframe that is not here";
   EXPECT_EQ(seen[2].depth_m, 2.0);
+}
+
+/// However many links there are, a landmark has so many sights, and a feature is of so many landmarks.
+TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
+  Scene scene = make_scene(5, 0.0);
+  ASSERT_GE(scene.keyframes.size(), 8U);
+  const auto sight = [&](std::size_t keyframe, std::uint64_t landmark) {
+    const Feature& f = scene.keyframes[keyframe].features[0];
+    scene.keyframes[keyframe].sights = {
+        {landmark, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), f.p_camera.z(), 1e-4}};
+  };
+  for (std::size_t k = 0; k < 7; ++k) sight(k, 100 + k);
+  std::vector<FeatureLink> links;
+  for (std::uint32_t k = 0; k < 7; ++k) links.push_back({k, 0, 7, 0});
+  Bundle bundle = bundle_of(scene);
+  make_landmarks(bundle, scene.pointers, links);
+  EXPECT_EQ(bundle.landmarks.size(), 3U);
+  links.clear();
+  for (std::uint32_t f = 0; f < 40; ++f)
+    for (std::uint32_t k = 1; k < 8; ++k) links.push_back({0, 0, k, f});
+  make_landmarks(bundle, scene.pointers, links);
+  for (const Landmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
 }
 
 /// Edges hold what no landmark does: a keyframe that sees nothing goes with its neighbour.

@@ -13,6 +13,10 @@ namespace {
 
 /// A feature this near to a sight of a landmark is of the landmark.
 constexpr double kSameSpot_px = 1.5;
+// However often a place is visited, the work of an adjustment grows with the keyframes alone.
+constexpr int kMostSightsByLinks = 6;          // of a landmark of odometry
+constexpr int kMostLandmarksOfFeature = 3;     // of odometry: a feature's error counts so often
+constexpr std::size_t kMostObservations = 60;  // of a landmark
 
 /// Disjoint sets of features; a set's number is that of its first member.
 class FeatureSets {
@@ -50,12 +54,12 @@ LandmarkObservation observation_of(std::uint32_t keyframe, const Feature& featur
   return seen;
 }
 
-/// What a keyframe saw of odometry's landmarks, as the next one knows it if there is one.
-std::span<const LandmarkSight> sights_of(std::span<const Keyframe* const> keyframes, std::uint32_t k) {
+/// What a keyframe saw of odometry's landmarks, as the one after it tells if it is here.
+std::span<const LandmarkSight> newest_sights_of(std::span<const Keyframe* const> keyframes, std::uint32_t k) {
   const Keyframe* next = k + 1 < keyframes.size() ? keyframes[k + 1] : nullptr;
-  const bool is_retold =
-      next != nullptr && next->submap == keyframes[k]->submap && !next->sights_before.empty();
-  return is_retold ? next->sights_before : keyframes[k]->sights;
+  const bool is_told =
+      next != nullptr && next->before && next->before->frame_index == keyframes[k]->frame_index;
+  return is_told ? next->before->sights : keyframes[k]->sights;
 }
 
 using Tracks = std::map<std::uint64_t, std::vector<LandmarkObservation>>;
@@ -74,9 +78,10 @@ class TrackMaker {
         landmark_of_(keyframes.size()),
         first_(first_features(keyframes)),
         sets_(first_.back()),
-        linked_(first_.back(), false) {
+        linked_(first_.back(), false),
+        landmarks_of_(first_.back(), 0) {
     for (std::uint32_t k = 0; k < keyframes.size(); ++k)
-      for (const LandmarkSight& sight : sights_of(keyframes, k))
+      for (const LandmarkSight& sight : newest_sights_of(keyframes, k))
         of_odometry_[sight.landmark].push_back(observation_of(k, sight, noise));
   }
 
@@ -118,9 +123,13 @@ class TrackMaker {
   }
 
   void see(std::uint64_t landmark, std::uint32_t keyframe, std::uint32_t feature) {
+    int &by_links = sights_by_links_[landmark], &of_feature = landmarks_of_[first_[keyframe] + feature];
+    if (by_links >= kMostSightsByLinks || of_feature >= kMostLandmarksOfFeature) return;
     std::vector<LandmarkObservation>& track = of_odometry_[landmark];
-    if (!is_seen_by(track, keyframe))
-      track.push_back(observation_of(keyframe, keyframes_[keyframe]->features[feature], noise_));
+    if (is_seen_by(track, keyframe)) return;
+    track.push_back(observation_of(keyframe, keyframes_[keyframe]->features[feature], noise_));
+    ++by_links;
+    ++of_feature;
   }
 
   /// Odometry's landmark that a feature is of; 0: none.
@@ -134,7 +143,7 @@ class TrackMaker {
   [[nodiscard]] std::uint64_t nearest(std::uint32_t keyframe, const Feature& feature) const {
     std::uint64_t landmark = 0;
     double least = kSameSpot_px * kSameSpot_px;
-    for (const LandmarkSight& sight : sights_of(keyframes_, keyframe))
+    for (const LandmarkSight& sight : newest_sights_of(keyframes_, keyframe))
       if (const double apart = (sight.pixel - feature.pixel).squaredNorm(); apart < least) {
         least = apart;
         landmark = sight.landmark;
@@ -145,10 +154,12 @@ class TrackMaker {
   std::span<const Keyframe* const> keyframes_;
   LandmarkNoise noise_;
   Tracks of_odometry_;
+  std::map<std::uint64_t, int> sights_by_links_;
   std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< of the features of keyframes that links name
   std::vector<std::size_t> first_;                       ///< number of each keyframe's first feature
   FeatureSets sets_;
   std::vector<bool> linked_;
+  std::vector<int> landmarks_of_;  ///< of odometry, that links have added a feature to
 };
 
 /// The mean of the places that sights with depth give, weighted by their information; nothing without any.
@@ -176,6 +187,15 @@ std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<LandmarkObs
   return place;
 }
 
+/// As many as may be, from all of the track.
+std::vector<LandmarkObservation> spread(std::vector<LandmarkObservation> track) {
+  if (track.size() <= kMostObservations) return track;
+  std::vector<LandmarkObservation> kept;
+  for (std::size_t i = 0; i < kMostObservations; ++i)
+    kept.push_back(track[i * track.size() / kMostObservations]);
+  return kept;
+}
+
 void take_over(Bundle& bundle, Tracks tracks) {
   for (auto& [number, track] : tracks) {
     if (track.size() < 2) continue;
@@ -183,7 +203,7 @@ void take_over(Bundle& bundle, Tracks tracks) {
     if (!place) continue;
     std::sort(track.begin(), track.end(),
               [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
-    bundle.landmarks.push_back({*place, std::move(track)});
+    bundle.landmarks.push_back({*place, spread(std::move(track))});
   }
 }
 

@@ -7,9 +7,9 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kSamples = 24;     // features that stand for what a keyframe sees
-constexpr double kMinShared = 0.25;      // of them
-constexpr double kMinViewCosine = 0.5;   // between two views of a point: descriptors change
+constexpr std::size_t kSamples = 24;    // features that stand for what a keyframe sees
+constexpr double kMinShared = 0.25;     // of them
+constexpr double kMinViewCosine = 0.5;  // between two views of a point: descriptors change
 constexpr double kMinDepth_m = 0.1;
 constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
 
@@ -24,17 +24,12 @@ std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   return sample;
 }
 
-bool is_in_picture(const PinholeCamera& camera, const Vec3& p_camera) {
-  if (!(p_camera.z() > kMinDepth_m)) return false;
-  const Vec2 pixel = camera.project(p_camera);
-  return pixel.x() > 0 && pixel.y() > 0 && pixel.x() < camera.width - 1 && pixel.y() < camera.height - 1;
-}
-
 /// Whether much of what a camera sees is in the picture of another one, from about the same side.
 bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b, const SE3& T_a_b) {
   const auto is_shared = [&](const Vec3& p_b) {
     const Vec3 p_a = T_a_b * p_b, ray_b = T_a_b.rotation() * p_b;
-    return p_a.dot(ray_b) > kMinViewCosine * p_a.norm() * ray_b.norm() && is_in_picture(camera, p_a);
+    const bool is_from_same_side = p_a.dot(ray_b) > kMinViewCosine * p_a.norm() * ray_b.norm();
+    return is_from_same_side && p_a.z() > kMinDepth_m && camera.contains(camera.project(p_a));
   };
   const auto shared = static_cast<double>(std::ranges::count_if(points_b, is_shared));
   return shared > kMinShared * static_cast<double>(points_b.size());
@@ -51,8 +46,8 @@ std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed
     const std::vector<Vec3> points = sample_of(later);
     partners.clear();
     for (std::uint32_t a = 0; a < b; ++a) {
-      const bool is_same_visit = b - a < kKeyframesOfVisit && placed[a].keyframe->submap == later.submap;
-      if (is_same_visit || placed[a].map != placed[b].map) continue;
+      const bool is_near = b - a < kKeyframesApart && placed[a].keyframe->submap == later.submap;
+      if (is_near || placed[a].map != placed[b].map) continue;
       if (shares_view(camera, points, placed[a].T_map_camera.inverse() * placed[b].T_map_camera))
         partners.push_back(a);
     }
@@ -63,13 +58,14 @@ std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed
 }
 
 std::vector<FeatureLink> link_visits(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
-                                     const PlaceVerifierParams& params) {
-  PlaceVerifierParams near = params;
-  near.max_match_distance_m = std::min(params.max_match_distance_m, kMaxOffset_m);
+                                     const PlaceVerifierParams& params,
+                                     std::span<const KeyframePair> linked) {
   std::vector<FeatureLink> links;
   for (const auto& [a, b] : pairs_of_visits(placed, camera)) {
+    if (std::ranges::binary_search(linked, KeyframePair(a, b))) continue;
     const SE3 T_a_b = placed[a].T_map_camera.inverse() * placed[b].T_map_camera;
-    const auto matches = match_guided(placed[a].keyframe->features, placed[b].keyframe->features, T_a_b, near);
+    const auto matches =
+        match_guided(placed[a].keyframe->features, placed[b].keyframe->features, T_a_b, params);
     if (matches.size() < kMinMatches) continue;
     for (const auto& [feature_a, feature_b] : matches) links.push_back({a, feature_a, b, feature_b});
   }

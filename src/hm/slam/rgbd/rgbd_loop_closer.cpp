@@ -150,12 +150,17 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   return step;
 }
 
-/// Links between all visits of a place, besides those that loops have made.
+/// Links between all visits of a place, besides those of the pairs that loops have compared.
 std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
   std::vector<PlacedKeyframe> placed;
+  std::vector<KeyframePair> linked;
+  for (const FeatureLink& link : links)
+    if (linked.empty() || linked.back() != KeyframePair(link.keyframe_a, link.keyframe_b))
+      linked.emplace_back(link.keyframe_a, link.keyframe_b);
+  std::ranges::sort(linked);
   for (std::size_t node = 0; node < graph.size(); ++node)
     placed.push_back({&graph.keyframe(node), graph.graph().T_map_node[node], graph.map_of(node)});
-  return link_visits(placed, camera, params.verifier);
+  return link_visits(placed, camera, params.verifier, linked);
 }
 
 /// Landmarks and keyframes together; kept when it explains the pictures better.
@@ -164,7 +169,7 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
   for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
   Bundle bundle{camera, graph.graph().T_map_node, {}, graph.first_nodes(), {}};
   std::vector<FeatureLink> all_links = links;
-  if (params.link_visits) {
+  if (params.enabled && params.link_visits) {
     const std::vector<FeatureLink> of_visits = links_of_visits();
     all_links.insert(all_links.end(), of_visits.begin(), of_visits.end());
     report.visit_links = of_visits.size();
@@ -176,7 +181,6 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
     bundle.edges.push_back(edge);
   }
   const BundleResult result = adjust_bundle(bundle);
-  report.loop_links = links.size();
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
   report.error_before_px = result.error_before_px;
@@ -190,6 +194,7 @@ RgbdAlignmentReport RgbdLoopCloser::finish() {
   if (impl_->graph.size() == 0) return report;
   impl_->solve();
   report.graph = impl_->last_solution;
+  report.loop_links = impl_->links.size();
   if (impl_->params.bundle_adjustment) impl_->adjust(report);
   return report;
 }

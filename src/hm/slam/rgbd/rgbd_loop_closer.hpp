@@ -38,7 +38,8 @@ struct RgbdLoopStep {
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
   bool adjusted = false;  ///< bundle adjustment ran and was kept
-  std::size_t loop_links = 0, visit_links = 0;  ///< features that loops, and other visits, have in common
+  /// Matches of features between pairs of keyframes: of loops, and of other visits of their places.
+  std::size_t loop_links = 0, visit_links = 0;
   std::size_t landmarks = 0, observations = 0;
   double error_before_px = 0, error_after_px = 0;  ///< reprojection, median
 };

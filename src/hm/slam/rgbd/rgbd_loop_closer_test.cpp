@@ -137,6 +137,14 @@ TEST(RgbdLoopCloser, CertainOdometryIsLeftInPeace) {
   }
 }
 
+TEST(RgbdLoopCloser, DisabledItLinksNoVisits) {
+  RgbdLoopParams params;
+  params.enabled = false;
+  RgbdLoopCloser closer(landmark_camera(), params);
+  for (const auto& keyframe : ring_walk(2).keyframes) closer.add(keyframe);
+  EXPECT_EQ(closer.finish().visit_links, 0U);
+}
+
 TEST(RgbdLoopCloser, DisabledAndEmpty) {
   RgbdLoopParams params;
   params.enabled = params.bundle_adjustment = false;

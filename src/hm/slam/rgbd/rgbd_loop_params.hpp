@@ -35,7 +35,7 @@ struct RgbdLoopParams {
       self.loops_per_solution);
     v(ParamDoc{"bundle_adjustment", {}, "at the end, adjust keyframes and their features together"},
       self.bundle_adjustment);
-    v(ParamDoc{"link_visits", {}, "before that, look for what is seen on several visits of a place"},
+    v(ParamDoc{"link_visits", {}, "before they are adjusted, compare all visits of a place"},
       self.link_visits);
     v(ParamDoc{"bundle_edge_ratio",
                {0, 1},
