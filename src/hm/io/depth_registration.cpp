@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/round_up.hpp"
 #include "hm/io/registration_kernels.hpp"
 
 namespace hm {
@@ -11,9 +12,7 @@ namespace {
 constexpr int kMargin_px = detail::kBlock_px;  // before and after rows of readings
 constexpr double kDeepest = 65534;             // units that fit, with one for rounding
 
-int padded(int width) {
-  return (width + detail::kRowBlock_px - 1) / detail::kRowBlock_px * detail::kRowBlock_px;
-}
+int padded(int width) { return round_up(width, detail::kRowBlock_px); }
 
 }  // namespace
 

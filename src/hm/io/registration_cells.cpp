@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "hm/core/check.hpp"
+#include "hm/core/round_up.hpp"
 
 namespace hm::detail {
 namespace {
@@ -15,8 +16,6 @@ constexpr double kMostCells = 1 << 24;
 /// By how much single precision goes astray, and more; if no reading comes much nearer to the other camera.
 constexpr double kAstray_px = 0.05, kLeastOfDepth = 0.25;
 constexpr int kLine = 32;
-
-int whole_lines(int cells) { return (cells + kLine - 1) / kLine * kLine; }
 
 /// The pixels that pixel (x, y) sees readings at: at infinity, at the nearest depth, and between the two.
 class Seen {
@@ -43,9 +42,9 @@ std::optional<RegistrationCells> with_border(const PixelMap& map, const Vec2& be
   const double width = before.x() + map.to_width + after.x() + 2 * kLine;
   if (!(width * (before.y() + map.to_height + after.y()) < kMostCells)) return std::nullopt;
   RegistrationCells cells;
-  cells.left = whole_lines(static_cast<int>(before.x()));
+  cells.left = round_up(static_cast<int>(before.x()), kLine);
   cells.top = static_cast<int>(before.y());
-  cells.stride = whole_lines(cells.left + map.to_width + static_cast<int>(after.x()));
+  cells.stride = round_up(cells.left + map.to_width + static_cast<int>(after.x()), kLine);
   cells.rows = cells.top + map.to_height + static_cast<int>(after.y());
   return cells;
 }
