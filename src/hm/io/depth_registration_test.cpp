@@ -150,6 +150,20 @@ TEST(DepthRegistration, CamerasOfAnySize) {
   }
 }
 
+/// Single precision rounds them to either row, and both are within reach.
+TEST(DepthRegistration, ReadingsBetweenTwoRowsGoToOneOfThem) {
+  PinholeCamera lower = kDepthCamera;
+  lower.cy += 0.5;
+  const DepthRegistration registration(kDepthCamera, lower, SE3());
+  for (int y = 0; y < 119; ++y) {
+    Image<std::uint16_t> depth(160, 120);
+    std::ranges::fill(depth.row(y), std::uint16_t{2000});
+    const auto registered = registration.apply(depth, 1e-3);
+    for (int x = 0; x < 160; ++x)
+      ASSERT_EQ(std::max(registered(x, y), registered(x, y + 1)), 2000) << x << ", " << y;
+  }
+}
+
 TEST(DepthRegistration, NearestReadingWins) {
   Image<std::uint16_t> depth(160, 120);
   // Two readings on one ray of the colour camera.
