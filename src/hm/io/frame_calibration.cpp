@@ -70,6 +70,9 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
   if (!depth) return forward_error(depth);
   const auto color = fitted(*given_color, "colour camera", width, height);
   if (!color) return forward_error(color);
+  if (calibration.registers_depth() && !DepthRegistration::fits(*color))
+    return fail(ErrorCode::kInvalidValue, "", "pictures of {} x {} are too large to register depth to", width,
+                height);
   if (const auto& model = calibration.depth_correction) {
     if (static_cast<std::int64_t>(model->width) * height != static_cast<std::int64_t>(model->height) * width)
       return fail(ErrorCode::kInvalidValue, "",
@@ -119,10 +122,13 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
       correction->apply(y, row.data(), corrected.data());
       row.swap(corrected);
     }
-    if (canvas)
+    if (canvas) {
+      // What is left of other rows would be taken for readings that may go anywhere, which costs time.
+      std::fill_n(row.begin() + width, DepthRegistration::kRowSlack_px, std::uint16_t{0});
       canvas->add_row(y, row.data());
-    else
+    } else {
       std::copy_n(row.data(), width, rectified.row(y).data());
+    }
   }
   if (canvas) {
     canvas->finish(depth.units);

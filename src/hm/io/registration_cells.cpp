@@ -81,6 +81,12 @@ std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& ma
 
 }  // namespace
 
+bool has_cells_for(int to_width, int to_height) {
+  PixelMap map;
+  map.to_width = to_width, map.to_height = to_height;
+  return with_border(map, Vec2::Ones(), Vec2::Ones()).has_value();
+}
+
 RegistrationCells registration_cells(const PixelMap& map) {
   for (const double nearest_m : kNearest_m)
     if (auto cells = cells_from(nearest_m, map)) return std::move(*cells);

@@ -29,7 +29,11 @@ struct RegistrationCells {
   std::vector<Rows> reached;       ///< for each row of the depth camera: where its other readings go
 };
 
-/// Where more cells would be within reach of a row than can be, every reading is too near.
+/// Whether there are not too many cells for pictures of this size.
+bool has_cells_for(int to_width, int to_height);
+
+/// For pictures that has_cells_for(). Where more cells would be within reach of a row than can be, every
+/// reading is too near.
 RegistrationCells registration_cells(const PixelMap& map);
 
 }  // namespace hm::detail
