@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hm/core/aligned_vector.hpp"
+#include "hm/core/round_up.hpp"
 #include "hm/io/depth_registration.hpp"
 #include "hm/io/lens_map.hpp"
 
@@ -112,6 +113,7 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
   }
   Image<std::uint16_t> rectified;
   if (!canvas) rectified = Image<std::uint16_t>(width, height);
+  const int whole_width = round_up(width, DepthRegistration::kRowSlack_px);
   AlignedVector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
   for (int y = 0; y < height; ++y) {
     if (impl.depth_lens)
@@ -123,8 +125,8 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
       row.swap(corrected);
     }
     if (canvas) {
-      // What is left of other rows would be taken for readings that may go anywhere, which costs time.
-      std::fill_n(row.begin() + width, DepthRegistration::kRowSlack_px, std::uint16_t{0});
+      // What is left of other rows would look like readings that may go anywhere, which costs time.
+      std::fill(row.begin() + width, row.begin() + whole_width, std::uint16_t{0});
       canvas->add_row(y, row.data());
     } else {
       std::copy_n(row.data(), width, rectified.row(y).data());
