@@ -71,7 +71,7 @@ void DepthRegistration::Canvas::begin(double unit_m) {
     origin_[i] = static_cast<float>(registration_.origin_m_[static_cast<Eigen::Index>(i)] / unit_m);
   const double origin_z = registration_.origin_m_.z() / unit_m, nearest = std::ceil(cells.nearest_m / unit_m);
   const double deepest = std::min((kDeepest - origin_z) / cells.most_z, kDeepest);
-  const bool is_bounded = nearest >= 1 && nearest <= deepest && nearest * cells.least_z + origin_z >= 1;
+  const bool is_bounded = nearest >= 1 && nearest <= deepest;
   lowest_ = is_bounded ? static_cast<int>(nearest) : 1;
   highest_ = is_bounded ? static_cast<int>(deepest) : 0;
   holds_back_ = !is_bounded;

@@ -137,7 +137,7 @@ TEST(DepthRegistrationReference, RandomRigsOnCanvasesThatAreUsedAgain) {
     for (int image = 0; image < 2; ++image) {
       const double unit_m = std::pow(10.0, rng.uniform(-5, 0.3));
       Image<std::uint16_t> depth = random_depths(rng, camera, unit_m);
-      const auto wanted = registered_slowly(depth, unit_m, 4e-3, rig);
+      const auto wanted = registered_slowly(depth, unit_m, 2e-2, rig);
       std::vector<std::uint16_t> row(static_cast<std::size_t>(camera.width) +
                                      DepthRegistration::kRowSlack_px);
       canvas.begin(unit_m);

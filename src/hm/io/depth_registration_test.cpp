@@ -178,6 +178,18 @@ TEST(DepthRegistration, NearestReadingWins) {
   EXPECT_NEAR(registered(70, 50), 1000, 5);
 }
 
+TEST(DepthRegistrationDeathTest, RowsComeInOrderAndAllOfThem) {
+  const DepthRegistration registration(kDepthCamera, kColorCamera, kMotion);
+  const std::vector<std::uint16_t> row(160 + DepthRegistration::kRowSlack_px);
+  DepthRegistration::Canvas canvas(registration);
+  Image<std::uint16_t> registered;
+  EXPECT_DEATH(canvas.add_row(0, row.data()), "row 0");
+  canvas.begin(1e-3);
+  EXPECT_DEATH(canvas.add_row(1, row.data()), "row 1 after 0 rows");
+  canvas.add_row(0, row.data());
+  EXPECT_DEATH(canvas.finish(registered), "1 rows of 120");
+}
+
 TEST(DepthRegistration, FillsOnlyHolesOfOnePixelOnOneSurface) {
   PinholeCamera camera = kDepthCamera;
   Image<std::uint16_t> depth(160, 120, 2000);

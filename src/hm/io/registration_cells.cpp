@@ -54,19 +54,18 @@ std::optional<RegistrationCells> with_border(const PixelMap& map, const Vec2& be
 std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& map) {
   const Vec2 image(map.to_width, map.to_height);
   Seen whole;
-  double least_z = HUGE_VAL, most_z = 0;
+  double most_z = 0;
   for (const int y : {0, map.height - 1})
     for (const int x : {0, map.width - 1}) {
       whole.add(map, nearest_m, x, y);
-      const double z = (map.directions * Vec3(x, y, 1)).z();
-      least_z = std::min(least_z, z), most_z = std::max(most_z, z);
+      most_z = std::max(most_z, (map.directions * Vec3(x, y, 1)).z());
     }
   if (!whole.in_front()) return std::nullopt;
   // Below 0 a number has a fraction even when 2^23 is added: nothing may be rounded to 0 from there.
   const Vec2 before(1 - whole.first(0), 1 - whole.first(1)), end(whole.last(0) + 1, whole.last(1) + 1);
   auto cells = with_border(map, before.cwiseMax(1), (end - image).cwiseMax(1));
   if (!cells) return std::nullopt;
-  cells->nearest_m = nearest_m, cells->least_z = least_z, cells->most_z = most_z;
+  cells->nearest_m = nearest_m, cells->most_z = most_z;
   for (int y = 0; y < map.height; ++y) {
     Seen row;
     for (const int x : {0, map.width - 1}) row.add(map, nearest_m, x, y);

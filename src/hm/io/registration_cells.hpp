@@ -25,8 +25,8 @@ struct RegistrationCells {
   int left = 0, top = 0;     ///< cells before the image's first pixel; left is a whole line of the cache
   int stride = 0, rows = 0;  ///< in all
   double nearest_m = std::numeric_limits<double>::infinity();  ///< readings nearer than that go anywhere
-  double least_z = 0, most_z = 0;  ///< what a reading of 1 has there, less the origin's
-  std::vector<Rows> reached;       ///< for each row of the depth camera: where its other readings go
+  double most_z = 0;          ///< what a reading of 1 has there, less the origin's
+  std::vector<Rows> reached;  ///< for each row of the depth camera: where its other readings go
 };
 
 /// Whether there are not too many cells for pictures of this size.
