@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/round_up.hpp"
 #include "hm/io/registration_kernels.hpp"
 
 namespace hm {
@@ -11,11 +12,13 @@ namespace {
 constexpr int kMargin_px = detail::kBlock_px;  // before and after rows of readings
 constexpr double kDeepest = 65534;             // units that fit, with one for rounding
 
-int padded(int width) {
-  return (width + detail::kRowBlock_px - 1) / detail::kRowBlock_px * detail::kRowBlock_px;
-}
+int padded(int width) { return round_up(width, detail::kRowBlock_px); }
 
 }  // namespace
+
+bool DepthRegistration::fits(const PinholeCamera& color_camera) {
+  return detail::has_cells_for(color_camera.width, color_camera.height);
+}
 
 DepthRegistration::DepthRegistration(const PinholeCamera& depth_camera, const PinholeCamera& color_camera,
                                      const SE3& T_color_depth)
@@ -57,7 +60,7 @@ DepthRegistration::Canvas::Canvas(const DepthRegistration& registration) : regis
   // With room for whatever is counted from a row.
   closest_.resize(static_cast<std::size_t>(cells.rows) * static_cast<std::size_t>(cells.stride) +
                   detail::RegistrationCells::kMostWithinReach + kMargin_px);
-  for (PlacedRow* row : {&row_, &next_row_})
+  for (PlacedNumbers* row : {&row_, &next_row_})
     for (auto* numbers : {&row->cells, &row->closeness})
       numbers->resize(static_cast<std::size_t>(padded(registration.width_)) + 2 * kMargin_px);
 }
@@ -68,11 +71,11 @@ void DepthRegistration::Canvas::begin(double unit_m) {
     origin_[i] = static_cast<float>(registration_.origin_m_[static_cast<Eigen::Index>(i)] / unit_m);
   const double origin_z = registration_.origin_m_.z() / unit_m, nearest = std::ceil(cells.nearest_m / unit_m);
   const double deepest = std::min((kDeepest - origin_z) / cells.most_z, kDeepest);
-  const bool is_bounded = nearest >= 1 && nearest <= deepest && nearest * cells.least_z + origin_z >= 1;
+  const bool is_bounded = nearest >= 1 && nearest <= deepest;
   lowest_ = is_bounded ? static_cast<int>(nearest) : 1;
   highest_ = is_bounded ? static_cast<int>(deepest) : 0;
   holds_back_ = !is_bounded;
-  first_cells_ = cleared_ = filled_ = 0;
+  placed_from_row_ = cleared_ = filled_ = added_ = 0;
   const PinholeCamera& camera = registration_.color_camera_;
   if (registered_.width() != camera.width || registered_.height() != camera.height)
     registered_ = Image<std::uint16_t>(camera.width, camera.height);
@@ -105,17 +108,17 @@ void DepthRegistration::Canvas::clear_until(int row) {
 
 /// Projects row y, and gives the readings of the row before to their cells.
 void DepthRegistration::Canvas::take_step(int y, const std::uint16_t* depth) {
-  const auto of = [](PlacedRow& row) {
+  const auto of = [](PlacedNumbers& row) {
     return detail::PlacedRow{row.cells.data() + kMargin_px, row.closeness.data() + kMargin_px};
   };
   const detail::RegistrationStep step{
       projected(y), depth, of(next_row_), of(row_),
-      closest_.data() + static_cast<std::ptrdiff_t>(first_cells_) * registration_.cells_.stride};
+      closest_.data() + static_cast<std::ptrdiff_t>(placed_from_row_) * registration_.cells_.stride};
   const bool some_beyond = detail::register_step_simd(step);
   std::fill(next_row_.closeness.begin() + kMargin_px + registration_.width_, next_row_.closeness.end(),
             detail::kNone);
   std::swap(row_, next_row_);
-  first_cells_ = registration_.cells_.reached[static_cast<std::size_t>(y)].first;
+  placed_from_row_ = registration_.cells_.reached[static_cast<std::size_t>(y)].first;
   if (some_beyond) take_each(y, depth);
 }
 
@@ -136,6 +139,8 @@ void DepthRegistration::Canvas::take_each(int y, const std::uint16_t* depth) {
 }
 
 void DepthRegistration::Canvas::add_row(int y, const std::uint16_t* depth) {
+  HM_CHECK(y == added_ && y < registration_.height_, "row {} after {} rows", y, added_);
+  ++added_;
   const auto at = static_cast<std::size_t>(y);
   const detail::RegistrationCells& cells = registration_.cells_;
   if (lowest_ > highest_) return take_each(y, depth);
@@ -161,6 +166,8 @@ void DepthRegistration::Canvas::fill_until(int row) {
 }
 
 void DepthRegistration::Canvas::finish(Image<std::uint16_t>& registered) {
+  HM_CHECK(added_ == registration_.height_, "{} rows of {}", added_, registration_.height_);
+  added_ = -1;
   const auto nothing =
       std::vector<std::uint16_t>(static_cast<std::size_t>(registration_.width_ + kRowSlack_px));
   if (lowest_ <= highest_) take_step(registration_.height_ - 1, nothing.data());  // the last row to its cells

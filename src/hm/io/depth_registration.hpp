@@ -20,12 +20,20 @@ struct ProjectedRow;
 /// filled (dissertation 3.1.2). In single precision: a reading within some 1e-3 px of the border between two
 /// pixels may go to either. Const members may be used from any thread; the same bits on every CPU.
 ///
-/// Fast for cameras that look the same way. Readings nearer than 0.2 m (more for cameras far apart) are taken
-/// one by one; and so are all where a row of readings is spread over rows of more than 2^16 pixels (cameras
-/// of 640 x 480 that are turned by more than 8 degrees about the axis): that takes some eight times as long.
+/// Fast for cameras that look the same way. Readings nearer than 0.2 m (up to 1.6 m for cameras far apart)
+/// are taken one by one; and so are all where a row of readings is spread over rows of more than 2^16 pixels,
+/// borders included: that takes some eight times as long. For two cameras of one size with usual lenses, a
+/// few cm apart along x, the most that is fast is a turn about the axis or a distance along y of
+///
+///      640 x  480: 7.5 degrees, 20 cm
+///     1280 x  720: 1.5 degrees, 10 cm (0.9 degrees where the depth camera sees a half more)
+///     1920 x 1080: 0.8 degrees,  4 cm (0.5 degrees where they are also some mm apart along y and z)
 class DepthRegistration {
  public:
-  /// Both cameras without distortion; T_color_depth takes points of the depth camera into the colour camera.
+  /// Whether its pictures are not too large for that (some 16 million pixels).
+  [[nodiscard]] static bool fits(const PinholeCamera& color_camera);
+  /// Both cameras without distortion; T_color_depth takes points of the depth camera into the colour camera,
+  /// which fits().
   DepthRegistration(const PinholeCamera& depth_camera, const PinholeCamera& color_camera,
                     const SE3& T_color_depth);
   /// Depth along the colour camera's axis, of its size, in the same units.
@@ -40,15 +48,15 @@ class DepthRegistration {
     Canvas& operator=(const Canvas&) = delete;
     /// Begins an image.
     void begin(double unit_m);
-    /// The rows of the depth camera from the first to the last; `depth` has kRowSlack_px readable pixels
-    /// after it.
+    /// Every row of the depth camera, from the first to the last; `depth` has kRowSlack_px readable pixels
+    /// after it, whatever they are.
     void add_row(int y, const std::uint16_t* depth);
     /// After the last row: exchanges `registered` for an image of the colour camera's size.
     void finish(Image<std::uint16_t>& registered);
 
    private:
     /// Where a row's readings go, with room before and after.
-    struct PlacedRow {
+    struct PlacedNumbers {
       AlignedVector<std::uint16_t> cells, closeness;
     };
     [[nodiscard]] detail::ProjectedRow projected(int y) const;
@@ -61,8 +69,9 @@ class DepthRegistration {
     std::array<float, 3> origin_{};         ///< of the depth camera, in cells and units
     int lowest_ = 1, highest_ = 0;          ///< readings that are within their row's reach
     AlignedVector<std::uint16_t> closest_;  ///< of every cell
-    PlacedRow row_, next_row_;              ///< row_: of the row before, whose readings are in no cell yet
-    int first_cells_ = 0;                   ///< row of cells that row_ counts from
+    PlacedNumbers row_, next_row_;          ///< row_: of the row before, whose readings are in no cell yet
+    int placed_from_row_ = 0;               ///< of cells: what row_ counts from
+    int added_ = -1;                        ///< rows; -1 before begin() and after finish()
     int cleared_ = 0, filled_ = 0;          ///< rows of cells, and of the image
     bool holds_back_ = false;               ///< all is filled at the end: some reading may be anywhere
     Image<std::uint16_t> registered_;

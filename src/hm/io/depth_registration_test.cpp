@@ -56,75 +56,6 @@ TEST(DepthRegistration, APlaneStaysThePlane) {
   EXPECT_LT(std::abs(sum / inside), 2e-4);
 }
 
-/// Registration in double precision, one reading after the other. Readings within `margin` of where another
-/// pixel or another unit begins are taken out of `depth`: single precision may decide differently there.
-Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_m, double margin,
-                                       const SE3& motion, const PinholeCamera& color_camera) {
-  Image<std::uint16_t> registered(color_camera.width, color_camera.height);
-  const auto near_border = [&](double value) {
-    const double fraction = value + 0.5 - std::floor(value + 0.5);
-    return fraction < margin || fraction > 1 - margin;
-  };
-  for (int y = 0; y < depth.height(); ++y)
-    for (int x = 0; x < depth.width(); ++x) {
-      if (depth(x, y) == 0) continue;
-      const Vec3 p = motion * kDepthCamera.unproject(Vec2(x, y), depth(x, y) * unit_m);
-      const double z = p.z() / unit_m;
-      const Vec2 pixel = color_camera.project(p);
-      if (near_border(z) || near_border(pixel.x()) || near_border(pixel.y())) {
-        depth(x, y) = 0;
-        continue;
-      }
-      if (z < 0.5 || z >= 65534.5 || !color_camera.contains(pixel)) continue;
-      std::uint16_t& place =
-          registered(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
-      const auto units = static_cast<std::uint16_t>(std::lround(z));
-      if (place == 0 || units < place) place = units;
-    }
-  Image<std::uint16_t> filled = registered;
-  const auto between = [](std::uint16_t a, std::uint16_t b) {
-    const int mean = (a + b + 1) / 2;
-    return static_cast<std::uint16_t>(a == 0 || b == 0 || std::abs(a - b) > mean * 1966 / 65536 ? 0 : mean);
-  };
-  for (int y = 0; y < filled.height(); ++y)
-    for (int x = 0; x < filled.width(); ++x) {
-      if (registered(x, y) != 0) continue;
-      if (x > 0 && x + 1 < filled.width()) filled(x, y) = between(registered(x - 1, y), registered(x + 1, y));
-      if (filled(x, y) == 0 && y > 0 && y + 1 < filled.height())
-        filled(x, y) = between(registered(x, y - 1), registered(x, y + 1));
-    }
-  return filled;
-}
-
-/// Side by side; far apart, so that near readings go to any row; turned about the axis, so that all do;
-/// seeing much that the other camera does not; and of a camera that sees a part only, and upside down.
-const std::pair<SE3, PinholeCamera> kRigs[] = {
-    {kMotion, kColorCamera},
-    {SE3(so3_exp(Vec3(0.01, 0, 0.02)), Vec3(0.05, -0.3, 0.01)), kColorCamera},
-    {SE3(so3_exp(Vec3(0, 0, 0.7)), Vec3(0.02, 0, 0)), kColorCamera},
-    {SE3(so3_exp(Vec3(0.2, -0.4, 0)), Vec3(0, 0.05, -0.1)), kColorCamera},
-    {SE3(), {320, 240, 420, 420, 159.7, 120.5, {}}},
-    {SE3(), {160, 120, 211, -212, 79.7, 60.9, {}}}};
-
-TEST(DepthRegistration, EveryPixelIsThatOfTheSlowReference) {
-  for (const auto& [motion, color_camera] : kRigs) {
-    const DepthRegistration registration(kDepthCamera, color_camera, motion);
-    for (const double unit_m : {1e-3, 2e-4, 1.0}) {
-      Rng rng(3);
-      for (const double scatter : {0.0, 0.01, 1.0}) {
-        Image<std::uint16_t> depth(160, 120);
-        for (int y = 0; y < 120; ++y)
-          for (int x = 0; x < 160; ++x)
-            if (rng.below(8) != 0)
-              depth(x, y) = static_cast<std::uint16_t>(
-                  std::clamp((1.2 + 0.01 * x + scatter * rng.normal()) / unit_m, 0.0, 65535.0));
-        const auto wanted = registered_slowly(depth, unit_m, 2e-3, motion, color_camera);
-        EXPECT_TRUE(same_pixels(registration.apply(depth, unit_m), wanted)) << unit_m << ", " << scatter;
-      }
-    }
-  }
-}
-
 /// Rows for one step, of random numbers; of readings that follow each other or do not.
 struct StepRows {
   static constexpr int kWidth = 2 * detail::kRowBlock_px, kMargin = detail::kBlock_px, kCells = 70000;
@@ -179,6 +110,7 @@ TEST(DepthRegistration, VectorsOfEveryKindGiveThePlainBits) {
   Rng rng(8);
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left & -left);
+    RecordProperty(hwy::TargetName(left & -left), "compared");
     for (int round = 0; round < 100; ++round) {
       StepRows plain(rng, round % 2 == 0), fast = plain;
       for (int step = 0; step < 2; ++step) {
@@ -218,6 +150,20 @@ TEST(DepthRegistration, CamerasOfAnySize) {
   }
 }
 
+/// Single precision rounds them to either row, and both are within reach.
+TEST(DepthRegistration, ReadingsBetweenTwoRowsGoToOneOfThem) {
+  PinholeCamera lower = kDepthCamera;
+  lower.cy += 0.5;
+  const DepthRegistration registration(kDepthCamera, lower, SE3());
+  for (int y = 0; y < 119; ++y) {
+    Image<std::uint16_t> depth(160, 120);
+    std::ranges::fill(depth.row(y), std::uint16_t{2000});
+    const auto registered = registration.apply(depth, 1e-3);
+    for (int x = 0; x < 160; ++x)
+      ASSERT_EQ(std::max(registered(x, y), registered(x, y + 1)), 2000) << x << ", " << y;
+  }
+}
+
 TEST(DepthRegistration, NearestReadingWins) {
   Image<std::uint16_t> depth(160, 120);
   // Two readings on one ray of the colour camera.
@@ -230,6 +176,18 @@ TEST(DepthRegistration, NearestReadingWins) {
   }
   const auto registered = DepthRegistration(kDepthCamera, kColorCamera, kMotion).apply(depth, 1e-3);
   EXPECT_NEAR(registered(70, 50), 1000, 5);
+}
+
+TEST(DepthRegistrationDeathTest, RowsComeInOrderAndAllOfThem) {
+  const DepthRegistration registration(kDepthCamera, kColorCamera, kMotion);
+  const std::vector<std::uint16_t> row(160 + DepthRegistration::kRowSlack_px);
+  DepthRegistration::Canvas canvas(registration);
+  Image<std::uint16_t> registered;
+  EXPECT_DEATH(canvas.add_row(0, row.data()), "row 0");
+  canvas.begin(1e-3);
+  EXPECT_DEATH(canvas.add_row(1, row.data()), "row 1 after 0 rows");
+  canvas.add_row(0, row.data());
+  EXPECT_DEATH(canvas.finish(registered), "1 rows of 120");
 }
 
 TEST(DepthRegistration, FillsOnlyHolesOfOnePixelOnOneSurface) {

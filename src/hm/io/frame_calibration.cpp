@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hm/core/aligned_vector.hpp"
+#include "hm/core/round_up.hpp"
 #include "hm/io/depth_registration.hpp"
 #include "hm/io/lens_map.hpp"
 
@@ -70,6 +71,9 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
   if (!depth) return forward_error(depth);
   const auto color = fitted(*given_color, "colour camera", width, height);
   if (!color) return forward_error(color);
+  if (calibration.registers_depth() && !DepthRegistration::fits(*color))
+    return fail(ErrorCode::kInvalidValue, "", "pictures of {} x {} are too large to register depth to", width,
+                height);
   if (const auto& model = calibration.depth_correction) {
     if (static_cast<std::int64_t>(model->width) * height != static_cast<std::int64_t>(model->height) * width)
       return fail(ErrorCode::kInvalidValue, "",
@@ -109,6 +113,7 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
   }
   Image<std::uint16_t> rectified;
   if (!canvas) rectified = Image<std::uint16_t>(width, height);
+  const int whole_width = round_up(width, DepthRegistration::kRowSlack_px);
   AlignedVector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
   for (int y = 0; y < height; ++y) {
     if (impl.depth_lens)
@@ -119,10 +124,13 @@ DepthImage FrameCalibration::calibrate(DepthImage depth) const {
       correction->apply(y, row.data(), corrected.data());
       row.swap(corrected);
     }
-    if (canvas)
+    if (canvas) {
+      // What is left of other rows would look like readings that may go anywhere, which costs time.
+      std::fill(row.begin() + width, row.begin() + whole_width, std::uint16_t{0});
       canvas->add_row(y, row.data());
-    else
+    } else {
       std::copy_n(row.data(), width, rectified.row(y).data());
+    }
   }
   if (canvas) {
     canvas->finish(depth.units);

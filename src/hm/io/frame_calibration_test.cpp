@@ -106,6 +106,18 @@ TEST(FrameCalibration, OnlyWhatIsThereIsApplied) {
   EXPECT_FALSE(FrameCalibration::make(RgbdCalibration{}, 160, 120));
 }
 
+TEST(FrameCalibration, PicturesTooLargeToRegisterAreAnError) {
+  RgbdCalibration calibration;
+  calibration.depth_camera = kDepthCamera;
+  calibration.color_camera = kColorCamera;
+  EXPECT_TRUE(FrameCalibration::make(calibration, 5600, 4200));
+  calibration.T_color_depth = kMotion;
+  const auto frames = FrameCalibration::make(calibration, 5600, 4200);
+  ASSERT_FALSE(frames);
+  EXPECT_EQ(frames.error().code, ErrorCode::kInvalidValue);
+  EXPECT_THAT(frames.error().message, HasSubstr("5600 x 4200"));
+}
+
 /// A recording with calibration.toml in its folder gives calibrated frames; without it the raw ones.
 TEST(FrameCalibration, RecordingsAreCalibrated) {
   const TemporaryFolder folder;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "hm/core/check.hpp"
+#include "hm/core/round_up.hpp"
 
 namespace hm::detail {
 namespace {
@@ -15,8 +16,6 @@ constexpr double kMostCells = 1 << 24;
 /// By how much single precision goes astray, and more; if no reading comes much nearer to the other camera.
 constexpr double kAstray_px = 0.05, kLeastOfDepth = 0.25;
 constexpr int kLine = 32;
-
-int whole_lines(int cells) { return (cells + kLine - 1) / kLine * kLine; }
 
 /// The pixels that pixel (x, y) sees readings at: at infinity, at the nearest depth, and between the two.
 class Seen {
@@ -43,9 +42,9 @@ std::optional<RegistrationCells> with_border(const PixelMap& map, const Vec2& be
   const double width = before.x() + map.to_width + after.x() + 2 * kLine;
   if (!(width * (before.y() + map.to_height + after.y()) < kMostCells)) return std::nullopt;
   RegistrationCells cells;
-  cells.left = whole_lines(static_cast<int>(before.x()));
+  cells.left = round_up(static_cast<int>(before.x()), kLine);
   cells.top = static_cast<int>(before.y());
-  cells.stride = whole_lines(cells.left + map.to_width + static_cast<int>(after.x()));
+  cells.stride = round_up(cells.left + map.to_width + static_cast<int>(after.x()), kLine);
   cells.rows = cells.top + map.to_height + static_cast<int>(after.y());
   return cells;
 }
@@ -55,19 +54,18 @@ std::optional<RegistrationCells> with_border(const PixelMap& map, const Vec2& be
 std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& map) {
   const Vec2 image(map.to_width, map.to_height);
   Seen whole;
-  double least_z = HUGE_VAL, most_z = 0;
+  double most_z = 0;
   for (const int y : {0, map.height - 1})
     for (const int x : {0, map.width - 1}) {
       whole.add(map, nearest_m, x, y);
-      const double z = (map.directions * Vec3(x, y, 1)).z();
-      least_z = std::min(least_z, z), most_z = std::max(most_z, z);
+      most_z = std::max(most_z, (map.directions * Vec3(x, y, 1)).z());
     }
   if (!whole.in_front()) return std::nullopt;
   // Below 0 a number has a fraction even when 2^23 is added: nothing may be rounded to 0 from there.
   const Vec2 before(1 - whole.first(0), 1 - whole.first(1)), end(whole.last(0) + 1, whole.last(1) + 1);
   auto cells = with_border(map, before.cwiseMax(1), (end - image).cwiseMax(1));
   if (!cells) return std::nullopt;
-  cells->nearest_m = nearest_m, cells->least_z = least_z, cells->most_z = most_z;
+  cells->nearest_m = nearest_m, cells->most_z = most_z;
   for (int y = 0; y < map.height; ++y) {
     Seen row;
     for (const int x : {0, map.width - 1}) row.add(map, nearest_m, x, y);
@@ -81,6 +79,12 @@ std::optional<RegistrationCells> cells_from(double nearest_m, const PixelMap& ma
 }
 
 }  // namespace
+
+bool has_cells_for(int to_width, int to_height) {
+  PixelMap map;
+  map.to_width = to_width, map.to_height = to_height;
+  return with_border(map, Vec2::Ones(), Vec2::Ones()).has_value();
+}
 
 RegistrationCells registration_cells(const PixelMap& map) {
   for (const double nearest_m : kNearest_m)

@@ -25,11 +25,15 @@ struct RegistrationCells {
   int left = 0, top = 0;     ///< cells before the image's first pixel; left is a whole line of the cache
   int stride = 0, rows = 0;  ///< in all
   double nearest_m = std::numeric_limits<double>::infinity();  ///< readings nearer than that go anywhere
-  double least_z = 0, most_z = 0;  ///< what a reading of 1 has there, less the origin's
-  std::vector<Rows> reached;       ///< for each row of the depth camera: where its other readings go
+  double most_z = 0;          ///< what a reading of 1 has there, less the origin's
+  std::vector<Rows> reached;  ///< for each row of the depth camera: where its other readings go
 };
 
-/// Where more cells would be within reach of a row than can be, every reading is too near.
+/// Whether there are not too many cells for pictures of this size.
+bool has_cells_for(int to_width, int to_height);
+
+/// For pictures that has_cells_for(). Where more cells would be within reach of a row than can be, every
+/// reading is too near.
 RegistrationCells registration_cells(const PixelMap& map);
 
 }  // namespace hm::detail

@@ -213,8 +213,7 @@ void fill_row_plain(const FilledRow& row, std::uint16_t* depth) {
     const std::uint16_t* cell = row.cells + x;
     depth[x] = depth_at(cell);
     if (depth[x] == 0) depth[x] = between(depth_at(cell - 1), depth_at(cell + 1));
-    if (depth_at(cell) == 0 && depth[x] == 0)
-      depth[x] = between(depth_at(row.above + x), depth_at(row.below + x));
+    if (depth[x] == 0) depth[x] = between(depth_at(row.above + x), depth_at(row.below + x));
   }
 }
 

@@ -46,8 +46,10 @@ struct RegistrationStep {
   const std::uint16_t* depth = nullptr;  ///< what is projected, and one more ...
   PlacedRow placed;                      ///< ... to there
 
-  PlacedRow splatted;                ///< each of these goes into its cell ...
-  std::uint16_t* closest = nullptr;  ///< ... of these (the first within reach), unless a nearer one is there
+  PlacedRow splatted;  ///< each of these goes into its cell ...
+  /// ... of these (the first within reach), unless a nearer one is there. Whole vectors are read and written,
+  /// wherever a cell's number of 16 bits leads: there are 2^16 + kBlock_px cells from this one on.
+  std::uint16_t* closest = nullptr;
 };
 
 /// Where one reading goes, whatever it is; rows and columns before the first are very large numbers.
@@ -63,7 +65,8 @@ bool register_step_plain(const RegistrationStep& step);
 bool register_step_simd(const RegistrationStep& step);
 
 /// Three rows of cells, one below the other -> depths of the middle one; holes between two neighbours (left
-/// and right, else above and below) that agree get their mean.
+/// and right, else above and below) that agree get their mean. A cell before each row is read, and up to
+/// kBlock_px after it.
 struct FilledRow {
   const std::uint16_t *above = nullptr, *cells = nullptr, *below = nullptr;
   int width = 0;

@@ -26,6 +26,15 @@ RowScale row_scale(const DepthCorrectionModel& model, double unit_m) {
           static_cast<int>(std::floor(std::min(model.max_depth_m / unit_m, 65535.0)))};
 }
 
+/// First pixel of each span of a row of `size_px` pixels, and the end.
+std::vector<int> spline_span_begins(int size_px, int points) {
+  std::vector<int> begins;
+  for (int x = 0, span = -1; x < size_px; ++x)
+    for (const int here = spline_place(x, size_px, points).span; span < here; ++span) begins.push_back(x);
+  begins.resize(static_cast<std::size_t>(points - 2), size_px);  // spans without a pixel, and the end
+  return begins;
+}
+
 }  // namespace
 
 double DepthCorrectionModel::correction_m(const Vec2& pixel, double depth_m) const {

@@ -4,6 +4,7 @@
 
 #include <hwy/targets.h>
 #include <cmath>
+#include <set>
 
 #include "hm/core/rng.hpp"
 #include "hm/sensors/narrow_correction.hpp"
@@ -45,6 +46,13 @@ std::vector<std::int64_t> vector_targets() {
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
     targets.push_back(left & -left);
   return targets;
+}
+
+/// Rows from one row of coefficients to the next.
+int rows_apart(const detail::NarrowCorrection& narrow) {
+  int apart = 1;
+  while (narrow.row(apart).weight != 0) ++apart;
+  return apart;
 }
 
 class EveryMode : public testing::TestWithParam<DepthFitMode> {};
@@ -94,6 +102,7 @@ TEST_P(EveryMode, SmallerImagesGetTheSameCorrectionAtTheSamePlace) {
 /// last bit what the plain code does on every instruction set.
 TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
   // Of different sizes and bends: every number of rows that there may be between rows of coefficients.
+  std::set<int> apart;
   for (const double unit_m : {1e-3, 2e-4, 1e-4, 2.5e-3})
     for (const auto& [width, height, largest_m] : {std::tuple{61, 37, 0.02},
                                                    {640, 48, 0.02},
@@ -107,6 +116,7 @@ TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
       const auto narrow = detail::NarrowCorrection::make(model, width, height);
       ASSERT_TRUE(narrow);
       EXPECT_TRUE(narrow->scale_for(unit_m)) << unit_m;
+      apart.insert(rows_apart(*narrow));
       Rng rng(5);
       DepthImage before{Image<std::uint16_t>(width, height), unit_m};
       for (auto& units : before.units.pixels())
@@ -124,31 +134,37 @@ TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
           }
         }
     }
+  const bool is_spline = GetParam() == DepthFitMode::kSpline;
+  EXPECT_EQ(apart, (is_spline ? std::set{1, 2, 4, 8, 16} : std::set{1}));
 }
 
+/// For a row with coefficients of its own, and for rows between two of them.
 TEST_P(EveryMode, VectorsOfEveryKindGiveThePlainBits) {
-  const int width = 201, height = 9;
-  for (const int terms : {1, 2, 3, 4}) {
-    DepthCorrectionModel model = random_model(GetParam(), width, height, 0.02);
-    model.terms = terms;
-    model.coefficients.resize(static_cast<std::size_t>(terms * model.columns * model.rows), 0.003F);
-    const auto narrow = detail::NarrowCorrection::make(model, width, height);
-    ASSERT_TRUE(narrow);
-    const detail::NarrowScale scale = *narrow->scale_for(1e-3);
-    for (const std::int64_t target : vector_targets()) {
-      hwy::SetSupportedTargetsForTest(target);
-      Rng rng(static_cast<std::uint64_t>(target));
-      for (int y = 0; y < height; ++y) {
-        std::vector<std::uint16_t> from(width + DepthCorrection::kRowSlack_px), plain(from), fast(from);
-        for (auto& units : from) units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
-        detail::correct_row_plain(narrow->row(y), scale, from.data(), plain.data());
-        detail::correct_row_simd(narrow->row(y), scale, from.data(), fast.data());
-        plain.resize(width), fast.resize(width);
-        ASSERT_EQ(plain, fast) << "row " << y << ", " << terms << " terms, " << hwy::TargetName(target);
+  for (const auto& [width, height, largest_m] : {std::tuple{201, 9, 0.02}, {61, 481, 0.005}})
+    for (const int terms : {1, 2, 3, 4}) {
+      DepthCorrectionModel model = random_model(GetParam(), width, height, largest_m);
+      model.terms = terms;
+      model.coefficients.resize(static_cast<std::size_t>(terms * model.columns * model.rows), 0.003F);
+      const auto narrow = detail::NarrowCorrection::make(model, width, height);
+      ASSERT_TRUE(narrow);
+      EXPECT_EQ(rows_apart(*narrow) > 1, GetParam() == DepthFitMode::kSpline && height == 481);
+      const detail::NarrowScale scale = *narrow->scale_for(1e-3);
+      for (const std::int64_t target : vector_targets()) {
+        hwy::SetSupportedTargetsForTest(target);
+        Rng rng(static_cast<std::uint64_t>(target));
+        for (int y = 0; y < height; ++y) {
+          std::vector<std::uint16_t> from(static_cast<std::size_t>(width) + DepthCorrection::kRowSlack_px);
+          std::vector<std::uint16_t> plain(from), fast(from);
+          for (auto& units : from)
+            units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
+          detail::correct_row_plain(narrow->row(y), scale, from.data(), plain.data());
+          detail::correct_row_simd(narrow->row(y), scale, from.data(), fast.data());
+          plain.resize(from.size() - DepthCorrection::kRowSlack_px), fast.resize(plain.size());
+          ASSERT_EQ(plain, fast) << "row " << y << ", " << terms << " terms, " << hwy::TargetName(target);
+        }
       }
+      hwy::SetSupportedTargetsForTest(0);
     }
-    hwy::SetSupportedTargetsForTest(0);
-  }
 }
 
 TEST_P(EveryMode, LargeModelsAndStrangeUnitsAreLeftToSinglePrecision) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "hm/core/round_up.hpp"
 #include "hm/sensors/spline_basis.hpp"
 
 namespace hm::detail {
@@ -61,19 +62,11 @@ int most_rows_apart(double bent_m, double points_per_row) {
 
 }  // namespace
 
-std::vector<int> spline_span_begins(int size_px, int points) {
-  std::vector<int> begins;
-  for (int x = 0, span = -1; x < size_px; ++x)
-    for (const int here = spline_place(x, size_px, points).span; span < here; ++span) begins.push_back(x);
-  begins.resize(static_cast<std::size_t>(points - 2), size_px);  // spans without a pixel, and the end
-  return begins;
-}
-
 std::optional<NarrowCorrection> NarrowCorrection::make(const DepthCorrectionModel& model, int width,
                                                        int height) {
   NarrowCorrection narrow;
   narrow.width_ = width, narrow.height_ = height, narrow.terms_ = model.terms;
-  narrow.stride_ = (width + 31) / 32 * 32;
+  narrow.stride_ = round_up(width, 32);
   narrow.min_depth_m_ = model.min_depth_m, narrow.max_depth_m_ = model.max_depth_m;
   const bool fits =
       model.mode == DepthFitMode::kSpline ? narrow.make_spline(model) : narrow.make_pixels(model);

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <vector>
 
 namespace hm::detail {
 
@@ -25,8 +24,5 @@ inline SplinePlace spline_place(double x_px, int size_px, int points) {
   const int span = std::clamp(static_cast<int>(place), 0, spans - 1);
   return {span, place - span};
 }
-
-/// First pixel of each span of a row or column of `size_px` pixels, and the end.
-std::vector<int> spline_span_begins(int size_px, int points);
 
 }  // namespace hm::detail
