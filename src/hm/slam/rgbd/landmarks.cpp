@@ -13,7 +13,7 @@ namespace {
 
 /// A feature this near to a sight of a landmark is of the landmark.
 constexpr double kSameSpot_px = 1.5;
-// However often a place is visited, the work of an adjustment grows with the keyframes alone.
+// However often a place is visited, observations grow with the keyframes alone.
 constexpr int kMostSightsByLinks = 6;          // of a landmark of odometry
 constexpr int kMostLandmarksOfFeature = 3;     // of odometry: a feature's error counts so often
 constexpr std::size_t kMostObservations = 60;  // of a landmark
