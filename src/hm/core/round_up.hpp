@@ -3,6 +3,9 @@
 namespace hm {
 
 /// The smallest multiple of `of` that is no smaller than n >= 0.
-constexpr int round_up(int n, int of) { return (n + of - 1) / of * of; }
+template <class Integer>
+constexpr Integer round_up(Integer n, Integer of) {
+  return (n + of - 1) / of * of;
+}
 
 }  // namespace hm

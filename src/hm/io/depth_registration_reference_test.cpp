@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "hm/io/depth_registration.hpp"
+#include "hm/io/registration_test_support.hpp"
 #include "hm/io/testing_recordings.hpp"
 
 /// DepthRegistration against a slow reference.
@@ -10,10 +11,7 @@ namespace hm {
 namespace {
 
 using namespace testing_recordings;
-
-const PinholeCamera kDepthCamera{160, 120, 145, 144, 79.2, 61.3, {}};
-const PinholeCamera kColorCamera{160, 120, 134, 133.5, 80.3, 60.1, {}};
-const SE3 kMotion(so3_exp(Vec3(0.004, -0.008, 0.002)), Vec3(-0.026, 0.001, 0.0006));
+using namespace registration_test;
 
 struct Rig {
   PinholeCamera depth_camera;

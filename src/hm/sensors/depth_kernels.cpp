@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "hm/core/round_up.hpp"
+
 namespace hm::detail {
 namespace {
 
@@ -38,7 +40,7 @@ template <int kTerms>
 [[gnu::always_inline]] inline void correct_span(const std::uint16_t* __restrict from,
                                                 std::uint16_t* __restrict to, const SpanShape& span,
                                                 const float* __restrict cubic, const RowScale& scale) {
-  const int count = (span.count + kBlock - 1) / kBlock * kBlock;
+  const int count = round_up(span.count, kBlock);
 #pragma GCC ivdep
   for (int i = 0; i < count; ++i) {
     const float t = span.t0 + static_cast<float>(i) * span.step;

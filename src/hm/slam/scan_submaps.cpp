@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
+
+#include "hm/core/thinned.hpp"
 
 namespace hm {
 namespace {
@@ -25,10 +28,7 @@ std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::siz
   std::vector<Vec2> near;
   for (const Vec2& point : scan.points_m)
     if ((point - scan.origin_m).norm() <= range_m) near.push_back(point);
-  if (near.size() <= max_points) return near;
-  std::vector<Vec2> thinned;
-  for (std::size_t i = 0; i < max_points; ++i) thinned.push_back(near[i * near.size() / max_points]);
-  return thinned;
+  return thinned(std::move(near), max_points);
 }
 
 const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,

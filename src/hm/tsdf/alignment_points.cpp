@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "hm/core/round_up.hpp"
+
 namespace hm {
 namespace {
 
@@ -50,7 +52,7 @@ void clear(AlignmentPoints& points) {
 
 /// Room for whole blocks, nothing known of the map yet.
 void fill_up(AlignmentPoints& points) {
-  const std::size_t padded = (points.size() + kAlignmentLanes - 1) / kAlignmentLanes * kAlignmentLanes;
+  const std::size_t padded = round_up(points.size(), kAlignmentLanes);
   for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2, &points.share})
     list->resize(padded, 0.0f);
   points.inverse_width.assign(padded, 0.0f);

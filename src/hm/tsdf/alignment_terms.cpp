@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/round_up.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/alignment_terms.cpp"
 #include <hwy/foreach_target.h>
@@ -227,7 +229,7 @@ AlignmentTerms sum_alignment_terms(const AlignmentView& view, std::size_t count,
   std::array<double, kAlignmentSums> total{};
   for (std::size_t begin = 0; begin < count; begin += kAlignmentBlock) {
     const std::size_t end = std::min(begin + kAlignmentBlock, count);
-    const std::size_t padded = (end - begin + kAlignmentLanes - 1) / kAlignmentLanes * kAlignmentLanes;
+    const std::size_t padded = round_up(end - begin, kAlignmentLanes);
     HWY_DYNAMIC_DISPATCH(PlaceReadings)(view, begin, padded, points, block);
     for (std::size_t k = 0; k < block.moved_count; ++k) {
       const std::size_t i = begin + block.moved[k];

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "hm/core/thinned.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 namespace hm {
@@ -187,15 +188,6 @@ std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<LandmarkObs
   return place;
 }
 
-/// As many as may be, from all of the track.
-std::vector<LandmarkObservation> spread(std::vector<LandmarkObservation> track) {
-  if (track.size() <= kMostObservations) return track;
-  std::vector<LandmarkObservation> kept;
-  for (std::size_t i = 0; i < kMostObservations; ++i)
-    kept.push_back(track[i * track.size() / kMostObservations]);
-  return kept;
-}
-
 void take_over(Bundle& bundle, Tracks tracks) {
   for (auto& [number, track] : tracks) {
     if (track.size() < 2) continue;
@@ -203,7 +195,7 @@ void take_over(Bundle& bundle, Tracks tracks) {
     if (!place) continue;
     std::sort(track.begin(), track.end(),
               [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
-    bundle.landmarks.push_back({*place, spread(std::move(track))});
+    bundle.landmarks.push_back({*place, thinned(std::move(track), kMostObservations)});
   }
 }
 

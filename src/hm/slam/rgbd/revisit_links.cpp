@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "hm/core/thinned.hpp"
 #include "hm/slam/rgbd/place_registration.hpp"
 
 namespace hm {
@@ -18,10 +19,7 @@ std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   std::vector<Vec3> points;
   for (const Feature& feature : keyframe.features)
     if (feature.has_depth) points.push_back(feature.p_camera);
-  if (points.size() <= kSamples) return points;
-  std::vector<Vec3> sample;
-  for (std::size_t i = 0; i < kSamples; ++i) sample.push_back(points[i * points.size() / kSamples]);
-  return sample;
+  return thinned(std::move(points), kSamples);
 }
 
 /// Whether much of what a camera sees is in the picture of another one, from about the same side.
@@ -40,19 +38,17 @@ bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b,
 std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed,
                                           const PinholeCamera& camera) {
   std::vector<KeyframePair> pairs;
-  std::vector<std::uint32_t> partners;
   for (std::uint32_t b = 0; b < placed.size(); ++b) {
     const Keyframe& later = *placed[b].keyframe;
     const std::vector<Vec3> points = sample_of(later);
-    partners.clear();
+    std::vector<std::uint32_t> partners;
     for (std::uint32_t a = 0; a < b; ++a) {
       const bool is_near = b - a < kKeyframesApart && placed[a].keyframe->submap == later.submap;
       if (is_near || placed[a].map != placed[b].map) continue;
       if (shares_view(camera, points, placed[a].T_map_camera.inverse() * placed[b].T_map_camera))
         partners.push_back(a);
     }
-    const std::size_t kept = std::min(partners.size(), kMostVisits);
-    for (std::size_t i = 0; i < kept; ++i) pairs.emplace_back(partners[i * partners.size() / kept], b);
+    for (const std::uint32_t a : thinned(std::move(partners), kMostVisits)) pairs.emplace_back(a, b);
   }
   return pairs;
 }
