@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hm/core/parallel.hpp"
-#include "hm/tsdf/integrator.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
 #include "scene_frames.hpp"
 
 namespace hm::bench {

@@ -5,9 +5,9 @@
 
 #include "hm/core/statistics.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/laser_recording.hpp"
-#include "hm/laser/scan_odometry.hpp"
-#include "hm/laser/scan_projection.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/laser/odometry/scan_projection.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"

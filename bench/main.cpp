@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "hm/io/json.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "measurement.hpp"
 #include "peer.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/laser_recording.hpp"
+#include "hm/io/laser/laser_recording.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mvog/mvog_map.hpp"
 #include "measurement.hpp"

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "hm/evaluation/trajectory_error.hpp"
-#include "hm/odometry/visual_odometry.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
 #include "measurement.hpp"
 #include "peer_opencv.hpp"
 #include "scene_frames.hpp"

@@ -6,10 +6,10 @@
 #include <memory>
 #include <utility>
 
-#include "hm/io/image_file.hpp"
-#include "hm/odometry/feature_detection.hpp"
-#include "hm/sim/simulation.hpp"
-#include "hm/slam/rgbd/place_experiment.hpp"
+#include "hm/io/image/image_file.hpp"
+#include "hm/odometry/feature/feature_detection.hpp"
+#include "hm/sim/recording/simulation.hpp"
+#include "hm/slam/places/place_experiment.hpp"
 #include "hm/slam/rgbd/rgbd_loop_closer.hpp"
 #include "measurement.hpp"
 

@@ -2,7 +2,7 @@
 #include "contender.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/mesh/whole_mesh.hpp"
-#include "hm/sim/room_scene.hpp"
+#include "hm/sim/world/room_scene.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {

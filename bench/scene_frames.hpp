@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/core/parallel.hpp"
-#include "hm/io/recording.hpp"
-#include "hm/sim/simulation.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/sim/recording/simulation.hpp"
 
 namespace hm::bench {
 

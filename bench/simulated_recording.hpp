@@ -1,6 +1,6 @@
 #pragma once
-#include "hm/io/recording.hpp"
-#include "hm/sim/simulation.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/sim/recording/simulation.hpp"
 
 namespace hm::bench {
 

@@ -4,8 +4,8 @@
 #include <ctime>
 
 #include "hm/evaluation/trajectory_error.hpp"
-#include "hm/odometry/visual_odometry.hpp"
-#include "hm/pipeline/process_memory.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/core/process_memory.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 

@@ -1,9 +1,9 @@
 // How do I turn one depth image with a pose into a coloured mesh?
 #include <cstdio>
 
-#include "hm/io/mesh_file.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/mesh/whole_mesh.hpp"
-#include "hm/tsdf/integrator.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
 
 int main() {
   // A camera 2 m in front of a wall; your frames come from your sensor.

@@ -1,8 +1,8 @@
 // How far is a point from the nearest surface, and in which direction (for planning, collision checks)?
 #include <cstdio>
 
-#include "hm/io/recording.hpp"
-#include "hm/pipeline/dense_pipeline.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
 
 int main(int argc, char** argv) {
   const auto recording = hm::open_recording(argc > 1 ? argv[1] : "recording");

@@ -1,7 +1,7 @@
 // How do I read the frames of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)?
 #include <cstdio>
 
-#include "hm/io/recording.hpp"
+#include "hm/io/rgbd/recording.hpp"
 
 int main(int argc, char** argv) {
   const auto recording = hm::open_recording(argc > 1 ? argv[1] : "recording");

@@ -1,10 +1,10 @@
 // How do I keep a map, and open it (or a part of it) later?
 #include <cstdio>
 
-#include "hm/io/recording.hpp"
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mesh/whole_mesh.hpp"
-#include "hm/pipeline/dense_pipeline.hpp"
-#include "hm/pipeline/map_store.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
+#include "hm/mapping/map_store.hpp"
 
 int main(int argc, char** argv) {
   const auto recording = hm::open_recording(argc > 1 ? argv[1] : "recording");

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "hm/pipeline/calibration_set.hpp"
+#include "hm/pipeline/calibrate/calibration_set.hpp"
 #include "program.hpp"
 
 void BoardFlags::add_to(CLI::App& command) {

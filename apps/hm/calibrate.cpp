@@ -1,7 +1,7 @@
 #include "calibrate.hpp"
 
-#include "hm/pipeline/calibration_extrinsics.hpp"
-#include "hm/pipeline/calibration_intrinsics.hpp"
+#include "hm/pipeline/calibrate/calibration_extrinsics.hpp"
+#include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
 
 hm::Result<hm::Parameters> parameters_of(const CalibrateFlags& flags, const Session& session) {
   hm::Parameters parameters;

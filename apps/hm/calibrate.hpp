@@ -3,7 +3,7 @@
 #include <string>
 
 #include "board_flags.hpp"
-#include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 

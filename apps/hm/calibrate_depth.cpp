@@ -1,6 +1,6 @@
 #include "calibrate.hpp"
-#include "hm/pipeline/calibration_depth.hpp"
-#include "hm/pipeline/calibration_noise.hpp"
+#include "hm/pipeline/calibrate/calibration_depth.hpp"
+#include "hm/pipeline/calibrate/calibration_noise.hpp"
 
 namespace {
 

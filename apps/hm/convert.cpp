@@ -1,7 +1,7 @@
 #include <memory>
 
-#include "hm/pipeline/conversion.hpp"
-#include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/compare/conversion.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/demo.hpp"
+#include "hm/pipeline/compare/demo.hpp"
 
 #include <memory>
 

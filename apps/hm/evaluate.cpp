@@ -1,11 +1,11 @@
 #include <memory>
 
 #include "evaluate_experiments.hpp"
-#include "hm/io/file_bytes.hpp"
-#include "hm/io/mesh_file.hpp"
-#include "hm/pipeline/mesh_evaluation.hpp"
-#include "hm/pipeline/parameters.hpp"
-#include "hm/pipeline/trajectory_evaluation.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/compare/trajectory_evaluation.hpp"
 #include "program.hpp"
 
 namespace {

@@ -1,9 +1,9 @@
 #include <memory>
 
-#include "hm/io/trajectory_file.hpp"
-#include "hm/pipeline/file_check.hpp"
-#include "hm/pipeline/laser_check.hpp"
-#include "hm/pipeline/recording_check.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/inspect/file_check.hpp"
+#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/inspect/recording_check.hpp"
 #include "laser_flags.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"

@@ -1,6 +1,6 @@
 #include <memory>
 
-#include "hm/pipeline/laser_run.hpp"
+#include "hm/pipeline/laser/laser_run.hpp"
 #include "program.hpp"
 
 namespace {

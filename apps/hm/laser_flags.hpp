@@ -1,7 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 
-#include "hm/io/laser_recording.hpp"
+#include "hm/io/laser/laser_recording.hpp"
 
 /// Options of verbs that read a laser recording: which topics of a bag.
 class LaserFlags {

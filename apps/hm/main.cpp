@@ -1,4 +1,4 @@
-#include "hm/pipeline/process_memory.hpp"
+#include "hm/core/process_memory.hpp"
 #include "program.hpp"
 
 int main(int argc, char** argv) {

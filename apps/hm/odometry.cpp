@@ -1,6 +1,6 @@
 #include <memory>
 
-#include "hm/pipeline/odometry_run.hpp"
+#include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 

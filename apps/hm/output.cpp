@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "hm/io/json.hpp"
-#include "hm/pipeline/process_memory.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/core/process_memory.hpp"
 #include "version.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 
 #include <memory>
 

@@ -9,7 +9,7 @@
 #include "hm/core/json_value.hpp"
 #include "hm/core/params.hpp"
 #include "hm/core/result.hpp"
-#include "hm/pipeline/run_context.hpp"
+#include "hm/core/run_context.hpp"
 
 /// The options that every verb has.
 struct CommonOptions {

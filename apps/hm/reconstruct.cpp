@@ -1,6 +1,6 @@
 #include <memory>
 
-#include "hm/pipeline/reconstruction.hpp"
+#include "hm/pipeline/dense/reconstruction.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hm/io/recording.hpp"
+#include "hm/io/rgbd/recording.hpp"
 
 /// Options of verbs that read a recording: what the user may know better than the folder.
 struct RecordingFlags {

@@ -1,8 +1,8 @@
 #include <memory>
 
-#include "hm/pipeline/laser_simulation_recording.hpp"
-#include "hm/pipeline/parameters.hpp"
-#include "hm/pipeline/simulation_recording.hpp"
+#include "hm/pipeline/simulate/laser_simulation_recording.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/simulate/simulation_recording.hpp"
 #include "program.hpp"
 #include "simulate_calibration.hpp"
 

@@ -1,6 +1,6 @@
 #include "simulate_calibration.hpp"
 
-#include "hm/pipeline/parameters.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 
 hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, Session& session) {
   hm::Parameters parameters;

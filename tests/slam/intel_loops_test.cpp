@@ -1,12 +1,12 @@
 #include <gtest/gtest.h>
 
 #include "hm/evaluation/relation_error.hpp"
-#include "hm/io/laser_recording.hpp"
-#include "hm/io/real_data_test_support.hpp"
-#include "hm/io/relations_file.hpp"
-#include "hm/laser/scan_projection.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/testing/real_data_test_support.hpp"
+#include "hm/io/pose/relations_file.hpp"
+#include "hm/laser/odometry/scan_projection.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
-#include "hm/slam/loop_closer.hpp"
+#include "hm/slam/laser/loop_closer.hpp"
 
 /// The Intel lab, driven by scan matching with degraded wheel odometry as prediction, closes its loops.
 namespace hm {

@@ -2,7 +2,7 @@
 #include <span>
 
 #include "hm/calibration/depth_reference.hpp"
-#include "hm/sensors/depth_correction.hpp"
+#include "hm/depth_camera/depth_correction.hpp"
 
 namespace hm {
 

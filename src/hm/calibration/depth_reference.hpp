@@ -2,7 +2,7 @@
 #include "hm/calibration/board.hpp"
 #include "hm/calibration/depth_average.hpp"
 #include "hm/geometry/camera.hpp"
-#include "hm/sensors/rgbd_calibration.hpp"
+#include "hm/depth_camera/rgbd_calibration.hpp"
 
 namespace hm {
 

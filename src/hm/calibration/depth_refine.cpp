@@ -8,7 +8,7 @@
 #include "hm/calibration/board_motion.hpp"
 #include "hm/calibration/least_squares_inl.hpp"
 #include "hm/calibration/spline_fit.hpp"
-#include "hm/sensors/spline_basis.hpp"
+#include "hm/depth_camera/spline_basis.hpp"
 
 namespace hm {
 namespace {

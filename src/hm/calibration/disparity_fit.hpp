@@ -2,7 +2,7 @@
 #include <span>
 
 #include "hm/calibration/depth_refine.hpp"
-#include "hm/sensors/disparity.hpp"
+#include "hm/depth_camera/disparity.hpp"
 
 namespace hm {
 

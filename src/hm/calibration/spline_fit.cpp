@@ -7,7 +7,7 @@
 #include <map>
 
 #include "hm/core/statistics.hpp"
-#include "hm/sensors/spline_basis.hpp"
+#include "hm/depth_camera/spline_basis.hpp"
 
 namespace hm::detail {
 namespace {

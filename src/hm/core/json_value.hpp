@@ -10,7 +10,7 @@
 namespace hm {
 
 /// A JSON document as a value; objects keep the order in which keys were set. Text is made and parsed
-/// by the io room (hm/io/json.hpp). NaN and infinities become null there.
+/// by the io room (hm/io/bytes/json.hpp). NaN and infinities become null there.
 class JsonValue {
  public:
   using Array = std::vector<JsonValue>;

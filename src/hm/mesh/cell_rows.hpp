@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/grid/volume.hpp"
 
 /// Internal to mesh/: the sample lattice of one volume as rows of bits.
 ///

@@ -6,7 +6,7 @@
 
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mesh/whole_mesh.hpp"
-#include "hm/tsdf/integrator.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
 
 namespace hm {
 namespace {

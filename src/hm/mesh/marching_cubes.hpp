@@ -3,7 +3,7 @@
 
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/mesh/volume_mesh.hpp"
-#include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 

@@ -9,7 +9,7 @@
 #include "hm/core/rng.hpp"
 #include "hm/mesh/cube_table.hpp"
 #include "hm/mesh/volume_mesh.hpp"
-#include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 /// For tests only: grids filled from closed forms or noise, and a mesher that is slow and obvious.
 namespace hm::testing {

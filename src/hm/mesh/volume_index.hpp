@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "hm/core/check.hpp"
-#include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/grid/volume.hpp"
 
 namespace hm {
 

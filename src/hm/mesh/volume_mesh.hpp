@@ -6,7 +6,7 @@
 #include <span>
 
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/grid/volume.hpp"
 
 namespace hm {
 

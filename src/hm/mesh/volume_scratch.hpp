@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "hm/mesh/cell_rows.hpp"
-#include "hm/tsdf/volume.hpp"
+#include "hm/tsdf/grid/volume.hpp"
 
 namespace hm {
 

@@ -1,10 +1,10 @@
 #include <cstdio>
 
-#include "hm/evaluation/plot.hpp"
-#include "hm/io/json.hpp"
-#include "hm/io/laser_recording.hpp"
-#include "hm/pipeline/dense_pipeline.hpp"
-#include "hm/pipeline/simulation_recording.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
+#include "hm/pipeline/simulate/simulation_recording.hpp"
 
 // One simulated frame through the whole library: sim, tsdf, mesh, io, evaluation, pipeline.
 int main() {

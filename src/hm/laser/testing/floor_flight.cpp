@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "hm/geometry/se2.hpp"
-#include "hm/laser/histogram_height.hpp"
+#include "hm/laser/height/histogram_height.hpp"
 
 namespace hm {
 namespace {

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "hm/core/rng.hpp"
-#include "hm/laser/height_estimator.hpp"
+#include "hm/laser/height/height_estimator.hpp"
 #include "hm/sensors/laser_rig.hpp"
 
 namespace hm {

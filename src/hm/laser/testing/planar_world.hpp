@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "hm/core/rng.hpp"
-#include "hm/laser/planar_scan.hpp"
+#include "hm/laser/matching/planar_scan.hpp"
 #include "hm/sensors/laser_scan.hpp"
 
 namespace hm::laser_testing {

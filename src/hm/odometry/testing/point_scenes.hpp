@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/core/rng.hpp"
-#include "hm/odometry/rigid_registration.hpp"
+#include "hm/odometry/registration/rigid_registration.hpp"
 
 namespace hm {
 

@@ -10,8 +10,8 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
-#include "hm/slam/pose_edge_cost.hpp"
-#include "hm/slam/pose_manifold.hpp"
+#include "hm/slam/pose_graph/pose_edge_cost.hpp"
+#include "hm/slam/pose_graph/pose_manifold.hpp"
 
 namespace hm {
 namespace {

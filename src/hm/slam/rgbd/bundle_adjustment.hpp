@@ -7,7 +7,7 @@
 
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
-#include "hm/odometry/keyframe.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 
 namespace hm {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "hm/geometry/pose_graph_3d.hpp"
-#include "hm/odometry/keyframe.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "hm/core/thinned.hpp"
-#include "hm/slam/rgbd/place_registration.hpp"
+#include "hm/slam/places/place_registration.hpp"
 
 namespace hm {
 namespace {

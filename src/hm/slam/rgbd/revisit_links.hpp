@@ -6,7 +6,7 @@
 
 #include "hm/geometry/camera.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
-#include "hm/slam/rgbd/place_params.hpp"
+#include "hm/slam/places/place_params.hpp"
 
 namespace hm {
 

@@ -8,7 +8,7 @@
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/loop_judge.hpp"
-#include "hm/slam/rgbd/place_search.hpp"
+#include "hm/slam/places/place_search.hpp"
 #include "hm/slam/rgbd/revisit_links.hpp"
 
 namespace hm {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
-#include "hm/odometry/keyframe.hpp"
-#include "hm/slam/pose_graph_solver_3d.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
+#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 

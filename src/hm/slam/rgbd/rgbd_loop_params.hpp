@@ -1,7 +1,7 @@
 #pragma once
 #include "hm/core/params.hpp"
-#include "hm/slam/pose_graph_solver.hpp"
-#include "hm/slam/rgbd/place_params.hpp"
+#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/places/place_params.hpp"
 
 namespace hm {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "hm/tsdf/volume_grid.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "hm/tsdf/integrator.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
 
 namespace hm {

@@ -4,7 +4,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/geometry/camera.hpp"
-#include "hm/odometry/keyframe.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 
 namespace hm::test {
 

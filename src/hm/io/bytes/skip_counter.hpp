@@ -1,0 +1,65 @@
+#pragma once
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/io/rgbd/stamped_list.hpp"
+
+namespace hm::detail {
+
+/// Counts lines that are left out, by reason.
+class SkipCounter {
+ public:
+  explicit SkipCounter(const std::filesystem::path& path) : file_(path.filename().string()) {}
+  /// Of a stream of messages instead of a file's lines.
+  static SkipCounter of_messages(std::string stream) {
+    SkipCounter counter;
+    counter.file_ = std::move(stream);
+    counter.unit_ = "message";
+    return counter;
+  }
+  /// Counts a line; once only, when several things in it are left out for one reason.
+  void add(SkippedLines::Reason reason, std::size_t line) {
+    if (!seen_.emplace(reason, line).second) return;
+    for (SkippedLines& known : skipped_) {
+      if (known.reason != reason) continue;
+      ++known.count;
+      known.first_line = std::min(known.first_line, line);
+      return;
+    }
+    skipped_.push_back({reason, file_, 1, line, unit_});
+  }
+  [[nodiscard]] std::vector<SkippedLines> take() { return std::move(skipped_); }
+
+ private:
+  SkipCounter() = default;
+  std::string file_;
+  std::string_view unit_ = "line";
+  std::vector<SkippedLines> skipped_;
+  std::set<std::pair<SkippedLines::Reason, std::size_t>> seen_;
+};
+
+/// Keeps the items whose stamps increase; the others are counted at their line.
+template <class Item, class StampOf>
+std::vector<Item> keep_increasing(std::vector<Item> items, const std::vector<std::size_t>& line_numbers,
+                                  const StampOf& stamp_of, SkipCounter& skips) {
+  std::vector<Time> stamps;
+  for (const Item& item : items) stamps.push_back(stamp_of(item));
+  const std::vector<std::size_t> kept = longest_increasing(stamps);
+  std::vector<Item> result;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (next < kept.size() && kept[next] == i) {
+      result.push_back(std::move(items[i]));
+      ++next;
+    } else {
+      skips.add(SkippedLines::Reason::kStampNotIncreasing, line_numbers[i]);
+    }
+  }
+  return result;
+}
+
+}  // namespace hm::detail

@@ -1,0 +1,67 @@
+#pragma once
+// What readers of the project's own TOML files share. For .cpp files of this room only: it needs toml++.
+#include <algorithm>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <toml++/toml.h>
+
+#include "hm/core/result.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+
+namespace hm {
+
+/// Looks into the tables of one file; the first mistake is kept, with its line, and everything after it
+/// ignored.
+class TomlReader {
+ protected:
+  explicit TomlReader(std::filesystem::path path) : path_(std::move(path)) {}
+
+  /// The table of this name, its keys checked; nullptr where there is none.
+  const toml::table* table(const toml::table& parent, std::string_view key,
+                           std::initializer_list<std::string_view> known) {
+    const toml::node* node = parent.get(key);
+    if (node == nullptr) return nullptr;
+    const toml::table* found = node->as_table();
+    if (found == nullptr)
+      mistake(node->source(), "`{}` is a table: write [{}]", key, key);
+    else
+      check_keys(*found, fmt::format(" in [{}]", key), known);
+    return found;
+  }
+
+  void check_keys(const toml::table& table, std::string_view what,
+                  std::initializer_list<std::string_view> known) {
+    for (const auto& [key, value] : table)
+      if (std::ranges::find(known, key.str()) == known.end())
+        mistake(value.source(), "unknown key `{}`{}; known are {}", key.str(), what, fmt::join(known, ", "));
+  }
+
+  template <class... Args>
+  void mistake(const toml::source_region& place, fmt::format_string<Args...> format, Args&&... args) {
+    if (error_) return;
+    error_ = Error{ErrorCode::kInvalidValue, fmt::format(format, std::forward<Args>(args)...),
+                   fmt::format("{}:{}", path_.string(), place.begin.line)};
+  }
+
+  std::filesystem::path path_;
+  std::optional<Error> error_;
+};
+
+/// Parses a small file (1 MiB at most). Not TOML: an error naming the line.
+inline Result<toml::table> parse_toml_file(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  const auto bytes = read_file_bytes(path, kMostBytes);
+  if (!bytes) return forward_error(bytes);
+  try {
+    return toml::parse(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
+  } catch (const toml::parse_error& error) {
+    return fail(ErrorCode::kCorrupted, fmt::format("{}:{}", path.string(), error.source().begin.line), "{}",
+                error.description());
+  }
+}
+
+}  // namespace hm

@@ -1,0 +1,151 @@
+#include "hm/io/camera/camera_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm {
+namespace {
+
+struct Entry {
+  double value = 0;
+  std::size_t line = 0;
+};
+using Entries = std::map<std::string, Entry, std::less<>>;
+
+constexpr std::array<std::string_view, 13> kKnownKeys{
+    "width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "depth_scale", "rate_hz"};
+
+/// The words of `key value`, whatever stands between them, without a comment behind.
+std::vector<std::string> key_and_value(std::string_view line) {
+  std::string plain(line.substr(0, line.find('#')));
+  std::ranges::replace_if(
+      plain, [](char c) { return c == '=' || c == ':' || c == ','; }, ' ');
+  std::vector<std::string> result;
+  for (const std::string_view word : words(plain)) result.emplace_back(word);
+  return result;
+}
+
+Result<Entries> read_entries(const TextFile& file, std::vector<std::string>& unknown_keys) {
+  Entries entries;
+  for (const TextLine& line : file.lines()) {
+    const std::vector<std::string> word = key_and_value(line.text);
+    if (word.empty()) continue;
+    if (std::ranges::find(kKnownKeys, word[0]) == kKnownKeys.end()) {
+      unknown_keys.push_back(word[0]);
+      continue;
+    }
+    if (word.size() != 2)
+      return fail(ErrorCode::kCorrupted, file.where(line), "expected `{} number`, found `{}`", word[0],
+                  line.text);
+    const auto value = parse_number(word[1]);
+    if (!value || !std::isfinite(*value))
+      return fail(ErrorCode::kInvalidValue, file.where(line), "{}: `{}` is not a number", word[0], word[1]);
+    const auto [place, is_new] = entries.insert({word[0], {*value, line.number}});
+    if (!is_new && place->second.value != *value)
+      return fail(ErrorCode::kCorrupted, file.where(line), "{} was {} in line {}", word[0],
+                  place->second.value, place->second.line);
+  }
+  return entries;
+}
+
+Result<void> check_needed(const Entries& entries, const std::string& where) {
+  std::string missing;
+  for (const std::string_view key : {"fx", "fy", "cx", "cy"})
+    if (!entries.contains(key)) missing += missing.empty() ? std::string(key) : ", " + std::string(key);
+  if (!missing.empty()) return fail(ErrorCode::kCorrupted, where, "{} missing", missing);
+  return {};
+}
+
+/// check_camera for a camera whose size is not known yet.
+Result<void> check_intrinsics(PinholeCamera camera, const std::string& where) {
+  if (camera.width == 0 && camera.height == 0) camera.width = camera.height = 1;
+  auto checked = check_camera(camera);
+  if (!checked) checked.error().where = where;
+  return checked;
+}
+
+}  // namespace
+
+Result<CameraFile> read_camera_file(const std::filesystem::path& path) {
+  const auto text = TextFile::read(path);
+  if (!text) return forward_error(text);
+  CameraFile file;
+  const auto entries = read_entries(*text, file.unknown_keys);
+  if (!entries) return forward_error(entries);
+  if (auto complete = check_needed(*entries, path); !complete) return forward_error(complete);
+  const auto number = [&](std::string_view key) -> std::optional<double> {
+    const auto found = entries->find(key);
+    return found == entries->end() ? std::nullopt : std::optional(found->second.value);
+  };
+  const auto where = [&](std::string_view key) {
+    return fmt::format("{}:{}", text->where(), entries->find(key)->second.line);
+  };
+  for (const std::string_view key : {"width", "height"})
+    if (const auto size = number(key); size && (*size < 1 || *size > 32768 || *size != std::floor(*size)))
+      return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *size);
+  for (const std::string_view key : {"depth_scale", "rate_hz"})
+    if (const auto value = number(key); value && (*value < 1e-3 || *value > 1e6))
+      return fail(ErrorCode::kInvalidValue, where(key), "{} = {} cannot be right", key, *value);
+  PinholeCamera& c = file.camera;
+  c.width = static_cast<int>(number("width").value_or(0));
+  c.height = static_cast<int>(number("height").value_or(0));
+  c.fx = *number("fx"), c.fy = *number("fy"), c.cx = *number("cx"), c.cy = *number("cy");
+  c.distortion = {number("k1").value_or(0), number("k2").value_or(0), number("p1").value_or(0),
+                  number("p2").value_or(0), number("k3").value_or(0)};
+  if (auto checked = check_intrinsics(c, path); !checked) return forward_error(checked);
+  file.depth_units_per_m = number("depth_scale");
+  file.rate_hz = number("rate_hz");
+  return file;
+}
+
+Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path) {
+  const auto text = TextFile::read(path);
+  if (!text) return forward_error(text);
+  std::vector<double> k;
+  for (const TextLine& line : text->lines()) {
+    for (const std::string_view word : words(line.text)) {
+      const auto value = parse_number(word);
+      if (!value || !std::isfinite(*value))
+        return fail(ErrorCode::kCorrupted, text->where(line), "`{}` is not a number", word);
+      k.push_back(*value);
+    }
+  }
+  if (k.size() != 9)
+    return fail(ErrorCode::kCorrupted, path, "expected a 3x3 matrix, found {} numbers", k.size());
+  if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
+    return fail(ErrorCode::kCorrupted, path, "a camera matrix is fx 0 cx, 0 fy cy, 0 0 1");
+  PinholeCamera camera;
+  camera.fx = k[0], camera.fy = k[4], camera.cx = k[2], camera.cy = k[5];
+  if (auto checked = check_intrinsics(camera, path); !checked) return forward_error(checked);
+  return camera;
+}
+
+std::string camera_file_text(const PinholeCamera& c, double depth_units_per_m) {
+  const LensDistortion& d = c.distortion;
+  return fmt::format(
+      "# pinhole camera, pixels; depth_scale is the number in a depth picture that stands for one metre\n"
+      "width {}\nheight {}\nfx {}\nfy {}\ncx {}\ncy {}\nk1 {}\nk2 {}\np1 {}\np2 {}\nk3 {}\ndepth_scale {}\n",
+      c.width, c.height, c.fx, c.fy, c.cx, c.cy, d.k1, d.k2, d.p1, d.p2, d.k3, depth_units_per_m);
+}
+
+std::optional<PinholeCamera> known_tum_camera(std::string_view name) {
+  std::string lower(name);
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto names = [&](std::string_view number) {
+    return lower.find("freiburg" + std::string(number)) != std::string::npos ||
+           lower.find("fr" + std::string(number)) != std::string::npos;
+  };
+  if (names("1"))
+    return PinholeCamera{640, 480, 517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
+  if (names("2"))
+    return PinholeCamera{640, 480, 520.9, 521.0, 325.1, 249.7, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}};
+  if (names("3")) return PinholeCamera{640, 480, 535.4, 539.2, 320.1, 247.6, {}};
+  return std::nullopt;
+}
+
+}  // namespace hm

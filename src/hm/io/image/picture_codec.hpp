@@ -1,0 +1,25 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hm/io/image/image_file.hpp"
+
+/// What image_file.cpp is made of: libpng and turbojpeg behind plain functions.
+namespace hm::detail {
+
+/// The largest number of pixels in a picture that is read.
+inline constexpr std::int64_t kMaxPicturePixels = std::int64_t{1} << 26;
+
+/// An error when the size is not one of a picture that this program reads.
+Result<void> check_picture_size(std::int64_t width, std::int64_t height, const std::string& where);
+
+Result<PictureSize> png_size(std::span<const std::uint8_t> bytes, const std::string& where);
+Result<Image<Rgb8>> decode_png_color(std::span<const std::uint8_t> bytes, const std::string& where);
+Result<Image<std::uint16_t>> decode_png_gray16(std::span<const std::uint8_t> bytes, const std::string& where);
+
+Result<PictureSize> jpeg_size(std::span<const std::uint8_t> bytes, const std::string& where);
+Result<Image<Rgb8>> decode_jpeg(std::span<const std::uint8_t> bytes, const std::string& where);
+
+}  // namespace hm::detail

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "hm/io/rosbag/bag_format.hpp"
+#include "hm/io/rosbag/bag_messages.hpp"
+#include "hm/io/rosbag/bag_records.hpp"
+#include "hm/io/laser/laser_ranges.hpp"
+#include "hm/io/laser/laser_readers.hpp"
+#include "hm/io/bytes/skip_counter.hpp"
+
+namespace hm::detail {
+namespace {
+
+/// The messages of one topic, with their numbers in it (from 1) and times of arrival.
+template <class Message>
+struct Topic {
+  struct Arrived {
+    Message message;
+    Time received;
+  };
+  std::vector<Arrived> arrived;
+  std::vector<std::size_t> numbers;
+  std::size_t seen = 0;
+  SkipCounter skips = SkipCounter::of_messages({});
+};
+
+/// Why a message is of no use, if it is.
+using Verdict = std::optional<SkippedLines::Reason>;
+
+Verdict judge(const ScanMessage& message) {
+  constexpr double kMostTurns = 1.1;
+  const LaserScan& scan = message.scan;
+  const double span_rad = scan.angle_increment_rad * static_cast<double>(scan.size());
+  if (!std::isfinite(scan.angle_min_rad) || !std::isfinite(span_rad) ||
+      !std::isfinite(scan.time_increment_s) || !std::isfinite(scan.range_min_m) ||
+      !(scan.range_max_m > scan.range_min_m))
+    return SkippedLines::Reason::kNotFinite;
+  if (scan.ranges_m.empty() || scan.angle_increment_rad == 0 ||
+      std::fabs(span_rad) > kMostTurns * 2 * std::numbers::pi)
+    return SkippedLines::Reason::kMalformed;
+  return {};
+}
+
+Verdict judge(const ImuMessage& message) {
+  const bool finite =
+      message.sample.angular_velocity_rad_s.allFinite() && message.sample.specific_force_m_s2.allFinite();
+  return finite ? Verdict{} : SkippedLines::Reason::kNotFinite;
+}
+
+Verdict judge(const RangeMessage& message) {
+  return message.reading.range_m >= 0 ? Verdict{} : SkippedLines::Reason::kNotFinite;
+}
+
+Verdict judge(const PoseMessage& message) {
+  if (!message.position_m.allFinite() || !message.quaternion.allFinite())
+    return SkippedLines::Reason::kNotFinite;
+  return rotation_of(message.quaternion) ? Verdict{} : SkippedLines::Reason::kNotRigid;
+}
+
+/// All topics of one message type.
+template <class Message>
+class Topics {
+ public:
+  using Parser = std::optional<Message> (*)(MessageBytes);
+  Topics(const BagMessageType& type, Parser parse, std::string wanted)
+      : type_(type), parse_(parse), wanted_(std::move(wanted)) {}
+
+  void add(const BagMessage& bag_message) {
+    const BagConnection& connection = bag_message.connection;
+    if (connection.type != type_.name || (!wanted_.empty() && connection.topic != wanted_)) return;
+    if (connection.md5sum != type_.md5sum && connection.md5sum != "*") {
+      other_versions_.insert(connection.topic);
+      return;
+    }
+    auto& topic = topics_.try_emplace(connection.topic).first->second;
+    if (++topic.seen == 1) topic.skips = SkipCounter::of_messages(connection.topic);
+    auto message = parse_(bag_message.data);
+    const Verdict verdict = message ? judge(*message) : SkippedLines::Reason::kMalformed;
+    if (verdict) {
+      topic.skips.add(*verdict, topic.seen);
+      return;
+    }
+    // Drivers that do not stamp leave zero: then the time of arrival has to do.
+    if (message->header.stamp.ns == 0) message->header.stamp = bag_message.received;
+    topic.arrived.push_back({std::move(*message), bag_message.received});
+    topic.numbers.push_back(topic.seen);
+  }
+
+  /// The topics with at least one message, the busiest first.
+  std::vector<std::pair<std::string, Topic<Message>>> by_size() {
+    std::vector<std::pair<std::string, Topic<Message>>> sorted;
+    for (auto& [name, topic] : topics_) sorted.emplace_back(name, std::move(topic));
+    std::ranges::stable_sort(sorted, std::ranges::greater{},
+                             [](const auto& entry) { return entry.second.arrived.size(); });
+    return sorted;
+  }
+
+  /// An error when the user named a topic that is not there; a note about versions that cannot be read.
+  Result<void> check(LaserRecording& recording) const {
+    for (const std::string& topic : other_versions_)
+      recording.notes.push_back(
+          fmt::format("{} holds another version of {}, which is not read", topic, type_.name));
+    if (wanted_.empty() || topics_.contains(wanted_)) return {};
+    return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}", wanted_, type_.name);
+  }
+
+ private:
+  BagMessageType type_;
+  Parser parse_;
+  std::string wanted_;
+  std::map<std::string, Topic<Message>> topics_;
+  std::set<std::string> other_versions_;
+};
+
+/// The messages of a topic in order of their stamps; what is left out is told.
+template <class Message>
+std::vector<typename Topic<Message>::Arrived> in_order(Topic<Message>& topic, LaserRecording& recording) {
+  auto kept = keep_increasing(
+      std::move(topic.arrived), topic.numbers,
+      [](const auto& arrived) { return arrived.message.header.stamp; }, topic.skips);
+  add_skipped(recording, topic.skips.take());
+  return kept;
+}
+
+/// The busiest topic, in order; a note names the others.
+template <class Message>
+std::vector<typename Topic<Message>::Arrived> busiest(Topics<Message>& topics, LaserRecording& recording,
+                                                      std::string* name = nullptr) {
+  auto sorted = topics.by_size();
+  if (sorted.empty()) return {};
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    recording.notes.push_back(fmt::format("{} ({} messages) is not used: {} has more", sorted[i].first,
+                                          sorted[i].second.seen, sorted[0].first));
+  if (name != nullptr) *name = sorted[0].first;
+  return in_order(sorted[0].second, recording);
+}
+
+Trajectory trajectory_of(std::vector<typename Topic<PoseMessage>::Arrived> arrived) {
+  Trajectory trajectory;
+  for (const auto& [message, received] : arrived)
+    trajectory.push_back({message.header.stamp, SE3(*rotation_of(message.quaternion), message.position_m)});
+  return trajectory;
+}
+
+LaserStream stream_of(const std::string& name, std::vector<typename Topic<ScanMessage>::Arrived> arrived) {
+  LaserStream stream{.name = name};
+  RangeSorter sorter;
+  for (auto& [message, received] : arrived) {
+    message.scan.stamp = message.header.stamp;
+    sorter.sort(message.scan);
+    stream.scans.push_back(std::move(message.scan));
+    stream.received.push_back(received);
+  }
+  sorter.report(stream);
+  return stream;
+}
+
+/// Everything that a bag holds for us.
+struct BagContents {
+  explicit BagContents(const LaserRecordingOptions& options)
+      : scans(kLaserScanType, parse_laser_scan, options.scan_topic),
+        imu(kImuType, parse_imu, options.imu_topic),
+        ranges(kRangeType, parse_range, options.range_topic),
+        odometry(kOdometryType, parse_odometry, options.odometry_topic),
+        poses(kPoseType, parse_pose, options.pose_topic) {}
+  void add(const BagMessage& message) {
+    scans.add(message);
+    imu.add(message);
+    ranges.add(message);
+    odometry.add(message);
+    poses.add(message);
+  }
+  Topics<ScanMessage> scans;
+  Topics<ImuMessage> imu;
+  Topics<RangeMessage> ranges;
+  Topics<PoseMessage> odometry, poses;
+};
+
+void fill(BagContents& contents, LaserRecording& recording) {
+  for (auto& [name, topic] : contents.scans.by_size())
+    if (auto arrived = in_order(topic, recording); !arrived.empty())
+      recording.lasers.push_back(stream_of(name, std::move(arrived)));
+  for (const auto& [message, received] : busiest(contents.imu, recording)) {
+    recording.imu.push_back(message.sample);
+    recording.imu.back().stamp = message.header.stamp;
+  }
+  for (const auto& [message, received] : busiest(contents.ranges, recording)) {
+    recording.ranges.push_back(message.reading);
+    RangeReading& reading = recording.ranges.back();
+    reading.stamp = message.header.stamp;
+    if (reading.range_m >= reading.range_max_m) reading.range_m = std::numeric_limits<double>::infinity();
+  }
+  recording.odometry = trajectory_of(busiest(contents.odometry, recording));
+  std::string pose_topic;
+  recording.truth = trajectory_of(busiest(contents.poses, recording, &pose_topic));
+  if (!recording.truth.empty())
+    recording.truth_source = fmt::format("topic {} ({})", pose_topic, kPoseType.name);
+}
+
+void tell_damage(const BagSummary& summary, LaserRecording& recording) {
+  constexpr std::size_t kMostProblems = 5;
+  if (!summary.indexed)
+    recording.notes.push_back("the bag was never closed (no index): read from its chunks");
+  for (std::size_t i = 0; i < std::min(kMostProblems, summary.problems.size()); ++i)
+    recording.damage.push_back(summary.problems[i]);
+  if (summary.problems.size() > kMostProblems)
+    recording.damage.push_back(
+        fmt::format("and {} more damaged places", summary.problems.size() - kMostProblems));
+  recording.notes.insert(recording.notes.end(), recording.damage.begin(), recording.damage.end());
+  if (!summary.problems.empty() || !summary.indexed)
+    recording.notes.push_back(
+        fmt::format("{} messages in {} chunks could be read", summary.messages, summary.chunks));
+  if (summary.lost_messages > 0)
+    recording.notes.push_back(fmt::format("{} messages belong to connections that the file does not describe",
+                                          summary.lost_messages));
+}
+
+}  // namespace
+
+Result<LaserRecording> read_laser_bag(const std::filesystem::path& path,
+                                      const LaserRecordingOptions& options) {
+  LaserRecording recording{.kind = LaserRecordingKind::kRosBag, .path = path};
+  BagContents contents(options);
+  const auto summary = read_bag(path, [&](const BagMessage& message) { contents.add(message); });
+  if (!summary) return forward_error(summary);
+  tell_damage(*summary, recording);
+  for (const auto& checked :
+       {contents.scans.check(recording), contents.imu.check(recording), contents.ranges.check(recording),
+        contents.odometry.check(recording), contents.poses.check(recording)})
+    if (!checked) return forward_error(checked);
+  fill(contents, recording);
+  if (recording.lasers.empty() && recording.imu.empty() && recording.odometry.empty() &&
+      recording.ranges.empty())
+    return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}{}{}",
+                summary->messages, kLaserScanType.name, kImuType.name, kOdometryType.name, kRangeType.name,
+                recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));
+  return recording;
+}
+
+}  // namespace hm::detail

@@ -1,0 +1,149 @@
+#include "hm/io/laser/laser_log.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hm::detail {
+
+std::string_view NumberReader::next() {
+  if (!ok_ || next_ >= columns_.size()) {
+    ok_ = false;
+    return {};
+  }
+  return columns_[next_++];
+}
+
+double NumberReader::any() {
+  const auto value = parse_number(next());
+  ok_ = ok_ && value.has_value();
+  return value.value_or(0);
+}
+
+double NumberReader::number() {
+  const double value = any();
+  ok_ = ok_ && std::isfinite(value);
+  return ok_ ? value : 0;
+}
+
+std::size_t NumberReader::count() {
+  constexpr double kMost = 1e6;
+  const double value = number();
+  ok_ = ok_ && value >= 0 && value <= kMost && value == std::floor(value);
+  return ok_ ? static_cast<std::size_t>(value) : 0;
+}
+
+Time NumberReader::stamp() {
+  const auto value = parse_stamp(next());
+  ok_ = ok_ && value.has_value();
+  return value.value_or(Time{});
+}
+
+SE2 NumberReader::pose() {
+  const double x_m = number(), y_m = number();
+  return {x_m, y_m, number()};
+}
+
+std::vector<float> NumberReader::floats(std::size_t count, double scale) {
+  std::vector<float> values;
+  ok_ = ok_ && count <= remaining();
+  for (std::size_t i = 0; ok_ && i < count; ++i) values.push_back(static_cast<float>(any() * scale));
+  return values;
+}
+
+void NumberReader::skip(std::size_t count) {
+  ok_ = ok_ && count <= remaining();
+  if (ok_) next_ += count;
+}
+
+bool is_plausible(const LaserScan& scan) {
+  constexpr double kMostTurns = 1.1;
+  const double span_rad = std::fabs(scan.angle_increment_rad) * static_cast<double>(scan.size());
+  return std::isfinite(scan.angle_min_rad) && span_rad > 0 && span_rad <= kMostTurns * 2 * std::numbers::pi &&
+         std::isfinite(scan.time_increment_s) && std::isfinite(scan.range_min_m) &&
+         scan.range_max_m > scan.range_min_m;
+}
+
+LaserLog::LaserLog(const std::filesystem::path& path, LaserRecordingKind kind, RangeSorter sorter)
+    : skips_(path), sorter_(sorter) {
+  recording_.kind = kind;
+  recording_.path = path;
+}
+
+void LaserLog::skip(SkippedLines::Reason reason, const TextLine& line) { skips_.add(reason, line.number); }
+
+void LaserLog::skip_malformed(const TextLine& line) {
+  skip(line.ended ? SkippedLines::Reason::kMalformed : SkippedLines::Reason::kCutOff, line);
+}
+
+void LaserLog::add_scan(const std::string& stream, LaserScan scan, const TextLine& line) {
+  if (!is_plausible(scan)) {
+    skip(SkippedLines::Reason::kMalformed, line);
+    return;
+  }
+  auto& scans = scans_[stream];
+  scans.items.push_back(std::move(scan));
+  scans.lines.push_back(line.number);
+}
+
+void LaserLog::add_odometry(StampedPose pose, const TextLine& line) {
+  odometry_.items.push_back(std::move(pose));
+  odometry_.lines.push_back(line.number);
+}
+
+void LaserLog::add_truth(StampedPose pose, const TextLine& line) {
+  truth_.items.push_back(std::move(pose));
+  truth_.lines.push_back(line.number);
+}
+
+LaserStream LaserLog::stream_of(const std::string& name, Numbered<LaserScan> scans) {
+  LaserStream stream{.name = name};
+  RangeSorter sorter = sorter_;
+  stream.scans = keep_increasing(
+      std::move(scans.items), scans.lines, [](const LaserScan& scan) { return scan.stamp; }, skips_);
+  for (LaserScan& scan : stream.scans) sorter.sort(scan);
+  sorter.report(stream);
+  stream.T_base_laser = mountings_[name];
+  return stream;
+}
+
+void LaserLog::mend_stamps() {
+  for (auto& [name, scans] : scans_) {
+    std::vector<Time> stamps;
+    for (const LaserScan& scan : scans.items) stamps.push_back(scan.stamp);
+    const auto mended = stamps_with_lost_zeros(stamps);
+    if (mended.empty()) continue;
+    const auto mend = [&](Time& stamp) {
+      const auto found = std::ranges::lower_bound(mended, stamp, {}, &MendedStamp::written);
+      if (found != mended.end() && found->written == stamp) stamp = found->mended;
+    };
+    for (LaserScan& scan : scans.items) mend(scan.stamp);
+    for (StampedPose& pose : truth_.items) mend(pose.stamp);
+    for (StampedPose& pose : odometry_.items) mend(pose.stamp);
+    recording_.mended_stamps.insert(recording_.mended_stamps.end(), mended.begin(), mended.end());
+    note(fmt::format(
+        "{} stamps of {} ran backwards for want of zeros behind the decimal point, and were mended",
+        mended.size(), name));
+  }
+  std::ranges::sort(recording_.mended_stamps, {}, &MendedStamp::written);
+}
+
+Result<LaserRecording> LaserLog::finish() {
+  for (auto& [name, scans] : scans_)
+    if (auto stream = stream_of(name, std::move(scans)); !stream.scans.empty())
+      recording_.lasers.push_back(std::move(stream));
+  std::ranges::stable_sort(recording_.lasers, std::ranges::greater{},
+                           [](const LaserStream& stream) { return stream.scans.size(); });
+  const auto stamp_of = [](const StampedPose& pose) { return pose.stamp; };
+  recording_.odometry = keep_increasing(std::move(odometry_.items), odometry_.lines, stamp_of, skips_);
+  recording_.truth = keep_increasing(std::move(truth_.items), truth_.lines, stamp_of, skips_);
+  if (recording_.truth.empty()) recording_.truth_source.clear();
+  add_skipped(recording_, skips_.take());
+  if (recording_.lasers.empty() && recording_.odometry.empty())
+    return fail(ErrorCode::kCorrupted, recording_.path, "no line of this {} holds a scan or odometry{}{}",
+                to_string(recording_.kind), recording_.notes.empty() ? "" : ": ",
+                fmt::join(recording_.notes, "; "));
+  return std::move(recording_);
+}
+
+}  // namespace hm::detail

@@ -1,0 +1,28 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+/// One reader per kind of laser recording. Each fills streams, odometry and truth, and counts what it leaves
+/// out; what lies beside the file (rig, truth) is added by open_laser_recording().
+namespace hm::detail {
+
+Result<LaserRecording> read_laser_bag(const std::filesystem::path& path,
+                                      const LaserRecordingOptions& options);
+Result<LaserRecording> read_carmen_log(const std::filesystem::path& path);
+/// VERTEX2 / EDGE2 / ROBOTLASER1: its poses are results, so they are truth.
+Result<LaserRecording> read_g2o_laser_log(const std::filesystem::path& path);
+Result<LaserRecording> read_wean_hall_log(const std::filesystem::path& path);
+Result<LaserRecording> read_moos_log(const std::filesystem::path& path);
+Result<LaserRecording> read_breezy_log(const std::filesystem::path& path);
+Result<LaserRecording> read_euroc_folder(const std::filesystem::path& path);
+
+/// The EuRoC IMU file that belongs to a path (a folder, or the file itself); empty when there is none.
+std::filesystem::path euroc_imu_file(const std::filesystem::path& path);
+
+/// Appends what was left out of a stream.
+void add_skipped(LaserRecording& recording, std::vector<SkippedLines> skipped);
+
+}  // namespace hm::detail

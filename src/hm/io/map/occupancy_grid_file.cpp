@@ -1,0 +1,235 @@
+#include "hm/io/map/occupancy_grid_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kMaxEdge = 1 << 20;
+constexpr std::size_t kMaxCells = std::size_t{1} << 28;
+constexpr std::uint8_t kOccupiedGray = 0, kFreeGray = 254, kUnknownGray = 205;
+
+std::uint8_t gray_of(std::uint8_t cell, OccupancyGridMode mode) {
+  if (mode == OccupancyGridMode::kRaw) return cell;
+  return cell == OccupancyGrid2D::kUnknown ? kUnknownGray : cell >= 50 ? kOccupiedGray : kFreeGray;
+}
+
+Result<void> write_pgm(const std::filesystem::path& path, const OccupancyGrid2D& grid,
+                       OccupancyGridMode mode) {
+  OutputFile file(path);
+  file.write(fmt::format("P5\n# {} m a cell\n{} {}\n255\n", grid.resolution_m, grid.cells.width(),
+                         grid.cells.height()));
+  std::vector<std::uint8_t> row(static_cast<std::size_t>(grid.cells.width()));
+  for (int y = grid.cells.height() - 1; y >= 0; --y) {
+    std::ranges::transform(grid.cells.row(y), row.begin(),
+                           [&](std::uint8_t cell) { return gray_of(cell, mode); });
+    file.write(row.data(), row.size());
+  }
+  return file.finish();
+}
+
+/// A picture as a PGM file has it: values from 0 to 1.
+struct Gray {
+  int width = 0, height = 0, maximum = 255;
+  std::vector<std::uint8_t> values;
+};
+
+/// Reads PGM files of 8 bits.
+class PgmReader {
+ public:
+  PgmReader(std::span<const std::uint8_t> bytes, std::string where)
+      : bytes_(bytes), where_(std::move(where)) {}
+
+  Result<Gray> read() {
+    const bool binary = bytes_.size() > 2 && bytes_[0] == 'P' && bytes_[1] == '5';
+    if (!binary && !(bytes_.size() > 2 && bytes_[0] == 'P' && bytes_[1] == '2'))
+      return stop(ErrorCode::kCorrupted, "is not a PGM picture");
+    at_ = 2;
+    Gray gray;
+    if (!number(gray.width, kMaxEdge) || !number(gray.height, kMaxEdge) || !number(gray.maximum, 255) ||
+        gray.width < 1 || gray.height < 1 || gray.maximum < 1)
+      return stop(ErrorCode::kCorrupted, "width, height or maximum (1 to 255) is wrong");
+    const std::size_t count = static_cast<std::size_t>(gray.width) * static_cast<std::size_t>(gray.height);
+    if (count > kMaxCells) return stop(ErrorCode::kUnsupported, "is too large");
+    if (binary) {
+      ++at_;  // one blank
+      if (at_ > bytes_.size() || bytes_.size() - at_ < count)
+        return stop(ErrorCode::kTruncated, "ends too early");
+      const auto first = bytes_.begin() + static_cast<std::ptrdiff_t>(at_);
+      gray.values.assign(first, first + static_cast<std::ptrdiff_t>(count));
+      return gray;
+    }
+    if (bytes_.size() / 2 < count) return stop(ErrorCode::kTruncated, "ends too early");
+    for (std::size_t i = 0; i < count; ++i) {
+      int value = 0;
+      if (!number(value, gray.maximum)) return stop(ErrorCode::kCorrupted, "a value is missing or too large");
+      gray.values.push_back(static_cast<std::uint8_t>(value));
+    }
+    return gray;
+  }
+
+ private:
+  tl::unexpected<Error> stop(ErrorCode code, std::string_view why) const {
+    return fail(code, fmt::format("{}, byte {}", where_, at_), "{}", why);
+  }
+  static bool is_blank(std::uint8_t c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+  /// The next whole number, blanks and comments before it skipped.
+  bool number(int& value, int limit) {
+    while (at_ < bytes_.size() && (is_blank(bytes_[at_]) || bytes_[at_] == '#')) {
+      if (bytes_[at_] == '#')
+        while (at_ < bytes_.size() && bytes_[at_] != '\n') ++at_;
+      else
+        ++at_;
+    }
+    const std::size_t begin = at_;
+    value = 0;
+    for (; at_ < bytes_.size() && bytes_[at_] >= '0' && bytes_[at_] <= '9'; ++at_) {
+      value = value * 10 + (bytes_[at_] - '0');
+      if (value > limit) return false;
+    }
+    return at_ > begin;
+  }
+
+  std::span<const std::uint8_t> bytes_;
+  std::string where_;
+  std::size_t at_ = 0;
+};
+
+/// What the YAML of a map says.
+struct MapDescription {
+  std::string image, mode = "trinary";
+  double resolution_m = 0, occupied_thresh = 0.65, free_thresh = 0.196;
+  std::array<double, 3> origin{};
+  bool negate = false;
+};
+
+struct Value {
+  std::string text;
+  std::size_t line = 0;
+};
+
+/// The value of a key as written: quotes taken off, brackets and commas of lists as blanks.
+std::string plain(std::string_view text) {
+  if (const auto comment = text.find(" #"); comment != std::string_view::npos) text = text.substr(0, comment);
+  std::string result(text);
+  std::ranges::replace_if(
+      result, [](char c) { return c == '[' || c == ']' || c == ','; }, ' ');
+  const auto first = result.find_first_not_of(" \t\"'"), last = result.find_last_not_of(" \t\"'");
+  return first == std::string::npos ? "" : result.substr(first, last - first + 1);
+}
+
+Result<MapDescription> read_description(const std::filesystem::path& path) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  std::map<std::string, Value, std::less<>> values;
+  Value* last = nullptr;
+  for (const TextLine& line : file->lines()) {
+    if (line.text.starts_with('-') && last) {  // a list, one entry a line
+      last->text += ' ' + plain(line.text.substr(1));
+      continue;
+    }
+    const std::size_t colon = line.text.find(':');
+    if (colon == std::string_view::npos)
+      return fail(ErrorCode::kCorrupted, file->where(line), "is not 'key: value'");
+    last = &values[std::string(line.text.substr(0, colon))];
+    *last = {plain(line.text.substr(colon + 1)), line.number};
+  }
+  MapDescription map;
+  const auto where = [&](const Value& value) { return fmt::format("{}:{}", file->where(), value.line); };
+  const auto number = [&](std::string_view key, double& target, bool needed) -> Result<void> {
+    const auto value = values.find(key);
+    if (value == values.end())
+      return needed ? Result<void>(fail(ErrorCode::kNotFound, file->where(), "has no '{}'", key))
+                    : Result<void>();
+    const auto parsed = parse_number(value->second.text);
+    if (!parsed || !std::isfinite(*parsed))
+      return fail(ErrorCode::kInvalidValue, where(value->second), "{}: '{}' is no number", key,
+                  value->second.text);
+    target = *parsed;
+    return {};
+  };
+  double negate = 0;
+  for (const auto& done :
+       {number("resolution", map.resolution_m, true), number("negate", negate, false),
+        number("occupied_thresh", map.occupied_thresh, false), number("free_thresh", map.free_thresh, false)})
+    if (!done) return forward_error(done);
+  map.negate = negate != 0;
+  if (!(map.resolution_m > 0))
+    return fail(ErrorCode::kInvalidValue, where(values.at("resolution")), "a resolution of {}",
+                map.resolution_m);
+  if (const auto image = values.find("image"); image != values.end()) map.image = image->second.text;
+  if (map.image.empty()) return fail(ErrorCode::kNotFound, file->where(), "names no image");
+  if (const auto mode = values.find("mode"); mode != values.end()) map.mode = mode->second.text;
+  if (map.mode != "trinary" && map.mode != "scale" && map.mode != "raw")
+    return fail(ErrorCode::kUnsupported, where(values.at("mode")), "mode '{}'", map.mode);
+  const auto origin = values.find("origin");
+  const auto word = origin == values.end() ? std::vector<std::string_view>{} : words(origin->second.text);
+  if (word.size() != 3) return fail(ErrorCode::kInvalidValue, file->where(), "'origin' is not [x, y, yaw]");
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto parsed = parse_number(word[i]);
+    if (!parsed || !std::isfinite(*parsed))
+      return fail(ErrorCode::kInvalidValue, where(origin->second), "origin: '{}' is no number", word[i]);
+    map.origin[i] = *parsed;
+  }
+  if (map.origin[2] != 0)
+    return fail(ErrorCode::kUnsupported, where(origin->second), "a map turned by {} rad", map.origin[2]);
+  return map;
+}
+
+std::uint8_t cell_of(std::uint8_t gray, int maximum, const MapDescription& map) {
+  if (map.mode == "raw") return gray <= 100 ? gray : OccupancyGrid2D::kUnknown;
+  const double light = static_cast<double>(gray) / maximum, p = map.negate ? light : 1 - light;
+  if (p > map.occupied_thresh) return 100;
+  if (p < map.free_thresh) return 0;
+  if (map.mode == "trinary") return OccupancyGrid2D::kUnknown;
+  return static_cast<std::uint8_t>(
+      std::lround(1 + 98 * (p - map.free_thresh) / std::max(1e-9, map.occupied_thresh - map.free_thresh)));
+}
+
+}  // namespace
+
+Result<void> write_occupancy_grid(const std::filesystem::path& path, const OccupancyGrid2D& grid,
+                                  OccupancyGridMode mode) {
+  if (path.extension() != ".yaml" && path.extension() != ".yml")
+    return fail(ErrorCode::kUsage, path.string(), "a map's description ends in .yaml");
+  if (grid.cells.empty()) return fail(ErrorCode::kInvalidValue, path.string(), "the map is empty");
+  std::filesystem::path picture = path;
+  picture.replace_extension(".pgm");
+  if (const auto done = write_pgm(picture, grid, mode); !done) return forward_error(done);
+  OutputFile file(path);
+  file.write(
+      fmt::format("image: {}\nresolution: {}\norigin: [{}, {}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
+                  "free_thresh: 0.196\nmode: {}\n",
+                  picture.filename().string(), grid.resolution_m, grid.origin_m.x(), grid.origin_m.y(),
+                  mode == OccupancyGridMode::kRaw ? "raw" : "trinary"));
+  return file.finish();
+}
+
+Result<OccupancyGrid2D> read_occupancy_grid(const std::filesystem::path& path) {
+  const auto map = read_description(path);
+  if (!map) return forward_error(map);
+  const std::filesystem::path picture = path.parent_path() / map->image;
+  const auto bytes = read_file_bytes(picture);
+  if (!bytes) return forward_error(bytes);
+  const auto gray = PgmReader(*bytes, picture.string()).read();
+  if (!gray) return forward_error(gray);
+  OccupancyGrid2D grid;
+  grid.resolution_m = map->resolution_m;
+  grid.origin_m = {map->origin[0], map->origin[1]};
+  grid.cells = {gray->width, gray->height, OccupancyGrid2D::kUnknown};
+  std::size_t from = 0;
+  for (int y = gray->height - 1; y >= 0; --y)
+    for (std::uint8_t& cell : grid.cells.row(y)) cell = cell_of(gray->values[from++], gray->maximum, *map);
+  return grid;
+}
+
+}  // namespace hm

@@ -1,0 +1,164 @@
+#include "hm/io/pose/trajectory_file.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm {
+namespace {
+
+enum class Format { kTum, kEuroc, kKitti };
+
+constexpr double kQuaternionTolerance = 1e-2;
+
+std::optional<Time> parse_nanoseconds(std::string_view text) {
+  std::int64_t ns = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return Time{ns};
+}
+
+/// Reads one file line by line; knows the format from a comment or its first line of data.
+class TrajectoryReader {
+ public:
+  explicit TrajectoryReader(const TextFile& file) : file_(file) {}
+
+  Result<Trajectory> read() {
+    for (const std::string_view comment : file_.comments())
+      if (comment.starts_with("#timestamp") && comment.find(',') != std::string_view::npos)
+        format_ = Format::kEuroc;
+    for (const TextLine& line : file_.lines()) {
+      where_ = file_.where(line);
+      if (const auto added = add(line.text); !added) return forward_error(added);
+    }
+    if (trajectory_.empty()) return fail(ErrorCode::kCorrupted, file_.where(), "holds no pose");
+    return std::move(trajectory_);
+  }
+
+ private:
+  using Row = std::vector<std::string_view>;
+
+  Result<void> add(std::string_view line) {
+    const Row row = format_ == Format::kEuroc ? cells(line, ',') : words(line);
+    if (!format_) {
+      if (row.size() == 8) format_ = Format::kTum;
+      if (row.size() == 12) format_ = Format::kKitti;
+      if (!format_)
+        return fail(
+            ErrorCode::kCorrupted, where_,
+            "{} columns where a trajectory has 8 (TUM) or 12 (KITTI), or starts with '#timestamp' (EuRoC)",
+            row.size());
+    }
+    const std::size_t wanted = *format_ == Format::kKitti ? 12 : 8;
+    if (row.size() < wanted || (row.size() > wanted && *format_ != Format::kEuroc))
+      return fail(ErrorCode::kCorrupted, where_, "{} columns instead of {}", row.size(), wanted);
+    return *format_ == Format::kKitti ? add_matrix(row) : add_quaternion(row);
+  }
+
+  Result<void> add_quaternion(const Row& row) {
+    const bool euroc = *format_ == Format::kEuroc;
+    const auto stamp = euroc ? parse_nanoseconds(row[0]) : parse_stamp(row[0]);
+    if (!stamp)
+      return fail(ErrorCode::kCorrupted, where_, "'{}' is no stamp in {}", row[0],
+                  euroc ? "nanoseconds" : "seconds");
+    std::array<double, 7> v{};
+    if (const auto read = numbers(row, 1, v); !read) return read;
+    const Eigen::Quaterniond q =
+        euroc ? Eigen::Quaterniond(v[3], v[4], v[5], v[6]) : Eigen::Quaterniond(v[6], v[3], v[4], v[5]);
+    if (!(std::abs(q.norm() - 1.0) <= kQuaternionTolerance))
+      return fail(ErrorCode::kInvalidValue, where_, "the quaternion's length is {}, not 1", q.norm());
+    return append({*stamp, SE3(q, Vec3(v[0], v[1], v[2]))});
+  }
+
+  Result<void> add_matrix(const Row& row) {
+    std::array<double, 12> v{};
+    if (const auto read = numbers(row, 0, v); !read) return read;
+    Mat4 matrix = Mat4::Identity();
+    for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = v[static_cast<std::size_t>(i)];
+    const auto pose = SE3::from_matrix(matrix);
+    if (!pose) return fail(pose.error().code, where_, "{}", pose.error().message);
+    return append({Time::from_seconds(static_cast<double>(trajectory_.size())), *pose});
+  }
+
+  template <std::size_t N>
+  Result<void> numbers(const Row& row, std::size_t first, std::array<double, N>& out) {
+    for (std::size_t i = 0; i < N; ++i) {
+      const auto value = parse_number(row[first + i]);
+      if (!value || !std::isfinite(*value))
+        return fail(ErrorCode::kCorrupted, where_, "'{}' is no finite number", row[first + i]);
+      out[i] = *value;
+    }
+    return {};
+  }
+
+  Result<void> append(const StampedPose& pose) {
+    if (!trajectory_.empty() && pose.stamp <= trajectory_.back().stamp)
+      return fail(ErrorCode::kInvalidValue, where_,
+                  "the stamp does not come after the one before ({} ns back)",
+                  (trajectory_.back().stamp - pose.stamp).ns);
+    trajectory_.push_back(pose);
+    return {};
+  }
+
+  const TextFile& file_;
+  std::string where_;  ///< the line that is being read
+  std::optional<Format> format_;
+  Trajectory trajectory_;
+};
+
+/// A number with 9 decimals, zero without a sign.
+void append_decimals(fmt::memory_buffer& out, double value) {
+  fmt::format_to(std::back_inserter(out), "{:.9f}", std::abs(value) < 5e-10 ? 0.0 : value);
+}
+
+}  // namespace
+
+Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  return TrajectoryReader(*file).read();
+}
+
+Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
+  OutputFile file(path);
+  for (const StampedPose& pose : trajectory) {
+    Eigen::Vector4d q = pose.T_world_base.quaternion().coeffs();
+    if (q.w() < 0) q = -q;
+    const Vec3& t = pose.T_world_base.translation();
+    fmt::memory_buffer line;
+    line.append(stamp_text(pose.stamp));
+    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+      line.push_back(' ');
+      append_decimals(line, value);
+    }
+    line.push_back('\n');
+    file.write(line.data(), line.size());
+  }
+  return file.finish();
+}
+
+Result<void> write_kitti_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
+  OutputFile file(path);
+  for (const StampedPose& pose : trajectory) {
+    const Mat4 matrix = pose.T_world_base.matrix();
+    fmt::memory_buffer line;
+    for (int i = 0; i < 12; ++i) {
+      if (i > 0) line.push_back(' ');
+      append_decimals(line, matrix(i / 4, i % 4));
+    }
+    line.push_back('\n');
+    file.write(line.data(), line.size());
+  }
+  return file.finish();
+}
+
+}  // namespace hm

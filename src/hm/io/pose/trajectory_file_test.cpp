@@ -1,0 +1,151 @@
+#include "hm/io/pose/trajectory_file.hpp"
+
+#include <gmock/gmock.h>
+
+#include <regex>
+#include <sstream>
+
+#include "hm/core/rng.hpp"
+#include "hm/io/testing/io_test_support.hpp"
+#include "hm/io/testing/real_data_test_support.hpp"
+
+namespace hm {
+namespace {
+
+using test::write_bytes;
+using testing::HasSubstr;
+
+Trajectory random_trajectory(int count, std::uint64_t seed) {
+  Rng rng(seed);
+  Trajectory trajectory;
+  Time stamp{1305031102160407001};
+  for (int i = 0; i < count; ++i) {
+    stamp.ns += 1 + rng.below(1'000'000'000);
+    Vec3 axis(rng.normal(), rng.normal(), rng.normal());
+    const Mat3 rotation = so3_exp(axis.normalized() * rng.uniform(0, 3.14));
+    trajectory.push_back({stamp, SE3(rotation, Vec3(rng.normal(0, 30), rng.normal(), rng.normal(0, 1e-3)))});
+  }
+  return trajectory;
+}
+
+void expect_equal(const Trajectory& a, const Trajectory& b, double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_LT((a[i].T_world_base.matrix() - b[i].T_world_base.matrix()).cwiseAbs().maxCoeff(), tolerance)
+        << i;
+}
+
+TEST(TrajectoryFile, TumRoundTripIsExactInTime) {
+  const TemporaryFolder folder;
+  Trajectory trajectory = random_trajectory(200, 1);
+  trajectory.insert(trajectory.begin(), {Time{-1'500'000'000}, SE3()});
+  ASSERT_TRUE(write_tum_trajectory(folder / "t.txt", trajectory));
+  EXPECT_EQ(folder.file_count(), 1u);
+  const auto read = read_trajectory(folder / "t.txt");
+  ASSERT_TRUE(read) << to_string(read.error());
+  expect_equal(*read, trajectory, 5e-9);
+  for (std::size_t i = 0; i < read->size(); ++i) EXPECT_EQ((*read)[i].stamp, trajectory[i].stamp);
+}
+
+TEST(TrajectoryFile, TumLinesHaveTheStrictForm) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_tum_trajectory(folder / "t.txt", random_trajectory(50, 2)));
+  std::istringstream text(test::read_bytes(folder / "t.txt"));
+  const std::regex form(R"(-?\d+\.\d{9}( -?\d+\.\d{9}){6} \d+\.\d{9})");  // the last, qw, is not negative
+  int lines = 0;
+  for (std::string line; std::getline(text, line); ++lines) EXPECT_TRUE(std::regex_match(line, form)) << line;
+  EXPECT_EQ(lines, 50);
+}
+
+TEST(TrajectoryFile, KittiRoundTrip) {
+  const TemporaryFolder folder;
+  const Trajectory trajectory = random_trajectory(50, 3);
+  ASSERT_TRUE(write_kitti_trajectory(folder / "t.kitti", trajectory));
+  const auto read = read_trajectory(folder / "t.kitti");
+  ASSERT_TRUE(read) << to_string(read.error());
+  expect_equal(*read, trajectory, 5e-9);
+  EXPECT_EQ((*read)[7].stamp, Time::from_seconds(7));
+}
+
+TEST(TrajectoryFile, ReadsEveryDialect) {
+  const TemporaryFolder folder;
+  // A quarter turn around z, written in every format.
+  const std::string half = "0.70710678118654752";
+  write_bytes(folder / "tum",
+              "# stamp tx ty tz qx qy qz qw\r\n\r\n  1.5\t1 +2e0  3 0 0 " + half + " " + half + "  \r\n");
+  write_bytes(folder / "euroc", "#timestamp [ns],p_x [m],p_y,p_z,q_w,q_x,q_y,q_z,v_x\n1500000000, 1,2,3," +
+                                    half + ",0,0," + half + ",9\n");
+  write_bytes(folder / "kitti", "0 -1 0 1 1 0 0 2 0 0 1 3");
+  for (const char* name : {"tum", "euroc", "kitti"}) {
+    const auto read = read_trajectory(folder / name);
+    ASSERT_TRUE(read) << to_string(read.error());
+    ASSERT_EQ(read->size(), 1u);
+    const SE3& pose = read->front().T_world_base;
+    EXPECT_LT((pose * Vec3(1, 0, 0) - Vec3(1, 3, 3)).norm(), 1e-12) << name;
+    EXPECT_EQ(read->front().stamp.ns, std::string_view(name) == "kitti" ? 0 : 1'500'000'000) << name;
+  }
+}
+
+TEST(TrajectoryFile, ErrorsNameTheLine) {
+  const TemporaryFolder folder;
+  const std::string good = "# c\n1 0 0 0 0 0 0 1\n";
+  struct Case {
+    std::string text, message;
+  };
+  const std::vector<Case> cases{{good + "2 0 0 0 0 0 0\n", "7 columns instead of 8"},
+                                {good + "2 0 0 0 0 0 0 1 1\n", "9 columns instead of 8"},
+                                {good + "2 0 0 nan 0 0 0 1\n", "'nan' is no finite number"},
+                                {good + "2 0 0 0x 0 0 0 1\n", "'0x'"},
+                                {good + "2 0 0 0 0 0 0 0\n", "length is 0"},
+                                {good + "2 0 0 0 0 0 1 1\n", "length is 1.41"},
+                                {good + "1 0 0 0 0 0 0 1\n", "stamp"},
+                                {good + "0.5 0 0 0 0 0 0 1\n", "stamp"},
+                                {good + "1305031102160407000 0 0 0 0 0 0 1\n", "no stamp in seconds"},
+                                {"# a\n\n1 0 0 0 0 1 0 0 0 0 -1 0\n", "mirror"},
+                                {"# a\n\n1,0,0,0,0,0,0,1\n", "1 columns"}};
+  for (const Case& bad : cases) {
+    write_bytes(folder / "t.txt", bad.text);
+    const auto read = read_trajectory(folder / "t.txt");
+    ASSERT_FALSE(read) << bad.text;
+    EXPECT_THAT(to_string(read.error()), HasSubstr("t.txt:3")) << bad.text;
+    EXPECT_THAT(to_string(read.error()), HasSubstr(bad.message)) << bad.text;
+  }
+  write_bytes(folder / "t.txt", "# only a comment\n");
+  EXPECT_FALSE(read_trajectory(folder / "t.txt"));
+  EXPECT_EQ(read_trajectory(folder / "none").error().code, ErrorCode::kNotFound);
+  EXPECT_FALSE(read_trajectory(folder / ""));
+}
+
+TEST(TrajectoryFile, WritingNowhereIsAnErrorAndLeavesNothing) {
+  const TemporaryFolder folder;
+  const auto nowhere = write_tum_trajectory(folder / "no/t.txt", random_trajectory(2, 4));
+  ASSERT_FALSE(nowhere);
+  EXPECT_THAT(to_string(nowhere.error()), HasSubstr("no/t.txt"));
+  EXPECT_EQ(folder.file_count(), 0u);
+}
+
+TEST(TrajectoryFile, SurvivesDamage) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_tum_trajectory(folder / "t.txt", random_trajectory(8, 5)));
+  int refused = 0;
+  test::for_each_damaged(test::read_bytes(folder / "t.txt"), 600, [&](const std::string& damaged) {
+    write_bytes(folder / "d.txt", damaged);
+    const auto read = read_trajectory(folder / "d.txt");
+    refused += read ? 0 : 1;
+    if (!read) return;
+    for (const StampedPose& pose : *read) EXPECT_TRUE(is_rigid(pose.T_world_base));
+  });
+  EXPECT_GT(refused, 500);
+}
+
+TEST(TrajectoryFile, ReadsARealGroundTruth) {
+  const auto path = real_data_folder() / "rgbd/tum_fr1_xyz/groundtruth.txt";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const auto read = read_trajectory(path);
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_GT(read->size(), 100u);
+  EXPECT_LT(path_length(*read), 10);
+}
+
+}  // namespace
+}  // namespace hm

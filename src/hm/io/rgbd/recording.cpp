@@ -1,0 +1,207 @@
+#include "hm/io/rgbd/recording.hpp"
+
+#include <algorithm>
+
+#include "hm/io/camera/calibration_file.hpp"
+#include "hm/depth_camera/frame_calibration.hpp"
+#include "hm/io/image/image_file.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/rgbd/recording_listing.hpp"
+
+namespace hm {
+namespace {
+
+/// Colour at another size than depth: the pixel that covers the middle of each depth pixel.
+Image<Rgb8> resampled(const Image<Rgb8>& image, int width, int height) {
+  if (image.width() == width && image.height() == height) return image;
+  Image<Rgb8> result(width, height);
+  const auto source = [](int i, int from, int to) {
+    return static_cast<int>((2 * static_cast<std::int64_t>(i) + 1) * from /
+                            (2 * static_cast<std::int64_t>(to)));
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      result(x, y) = image(source(x, image.width(), width), source(y, image.height(), height));
+  return result;
+}
+
+/// A recording of one picture file per frame and stream.
+class PictureRecording final : public Recording {
+ public:
+  PictureRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
+      : info_(std::move(listing.info)),
+        frames_(std::move(listing.frames)),
+        calibration_(std::move(calibration)) {}
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override;
+
+ private:
+  [[nodiscard]] Result<Image<std::uint16_t>> read_depth(const std::filesystem::path& path) const;
+  [[nodiscard]] Result<Image<Rgb8>> read_color(const std::filesystem::path& path) const;
+
+  RecordingInfo info_;
+  std::vector<detail::ListedFrame> frames_;
+  std::optional<FrameCalibration> calibration_;  ///< of a calibration, or of a camera with distortion
+};
+
+Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem::path& path) const {
+  auto depth = read_depth_picture(path);
+  if (!depth) return depth;
+  if (depth->width() != info_.camera.width || depth->height() != info_.camera.height)
+    return fail(ErrorCode::kCorrupted, path, "is {} x {}, the recording's camera {} x {}", depth->width(),
+                depth->height(), info_.camera.width, info_.camera.height);
+  return depth;
+}
+
+Result<Image<Rgb8>> PictureRecording::read_color(const std::filesystem::path& path) const {
+  auto color = read_color_image(path);
+  if (!color) return color;
+  if (color->width() != info_.camera.width || color->height() != info_.camera.height)
+    color = resampled(*color, info_.camera.width, info_.camera.height);
+  if (calibration_) return calibration_->calibrate(std::move(*color));
+  return color;
+}
+
+Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
+  HM_CHECK(index < frames_.size(), "frame {} of {}", index, frames_.size());
+  const detail::ListedFrame& listed = frames_[index];
+  RgbdFrame frame;
+  frame.index = index;
+  frame.stamp = listed.stamp;
+  frame.color_stamp = listed.color_stamp;
+  frame.T_world_camera = listed.T_world_camera;
+  auto depth = read_depth(listed.depth);
+  if (!depth) return forward_error(depth);
+  frame.depth = {std::move(*depth), info_.depth_unit_m};
+  if (calibration_) frame.depth = calibration_->calibrate(std::move(frame.depth));
+  if (listed.color.empty()) return frame;
+  auto color = read_color(listed.color);
+  if (!color) return forward_error(color);
+  frame.color = std::move(*color);
+  return frame;
+}
+
+/// What a path is that holds no depth pictures.
+tl::unexpected<Error> not_depth_pictures(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (is_laser_recording(path))
+    return fail(ErrorCode::kUnsupported, path,
+                "this is a laser recording, not depth pictures: `hm laser` makes a map of it");
+  if (!std::filesystem::is_directory(path, ignored))
+    return fail(ErrorCode::kUnsupported, path, "a recording is a folder; this is a file");
+  return fail(ErrorCode::kNotFound, path,
+              "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM) and for "
+              "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
+}
+
+Result<detail::RecordingListing> list_recording(const std::filesystem::path& path,
+                                                const RecordingOptions& options) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    return fail(ErrorCode::kNotFound, path, "there is no such folder");
+  if (!std::filesystem::is_directory(path, ignored)) return not_depth_pictures(path);
+  const auto is_kind = [&](RecordingKind kind, bool (*looks_like)(const std::filesystem::path&)) {
+    return options.kind ? *options.kind == kind : looks_like(path);
+  };
+  if (is_kind(RecordingKind::kTumRgbd, detail::looks_like_tum)) return detail::list_tum(path, options);
+  if (is_kind(RecordingKind::kIclNuim, detail::looks_like_icl_nuim))
+    return detail::list_icl_nuim(path, options);
+  if (is_kind(RecordingKind::kSevenScenes, detail::looks_like_seven_scenes))
+    return detail::list_seven_scenes(path, options);
+  return not_depth_pictures(path);
+}
+
+void count_frames(detail::RecordingListing& listing) {
+  RecordingInfo& info = listing.info;
+  info.frame_count = listing.frames.size();
+  const auto check_there = [&](const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (path.empty() || std::filesystem::exists(path, ignored)) return;
+    if (info.missing_pictures++ == 0)
+      info.first_missing_picture = path.lexically_relative(info.path).string();
+  };
+  for (const detail::ListedFrame& frame : listing.frames) {
+    if (!frame.color.empty()) ++info.paired_count;
+    if (frame.T_world_camera) ++info.posed_count;
+    info.frame_poses.push_back(frame.T_world_camera);
+    check_there(frame.depth);
+    check_there(frame.color);
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(RecordingKind kind) {
+  switch (kind) {
+    case RecordingKind::kTumRgbd:
+      return "TUM RGB-D";
+    case RecordingKind::kSevenScenes:
+      return "7-Scenes";
+    case RecordingKind::kIclNuim:
+      return "ICL-NUIM";
+  }
+  return "unknown";
+}
+
+std::string to_string(const SkippedLines& skipped) {
+  const auto reason = [&] {
+    switch (skipped.reason) {
+      case SkippedLines::Reason::kStampNotIncreasing:
+        return "stamps that run backwards or repeat";
+      case SkippedLines::Reason::kNotFinite:
+        return "NaN or infinity";
+      case SkippedLines::Reason::kNotRigid:
+        return "not a rotation";
+      case SkippedLines::Reason::kMalformed:
+        return "malformed";
+      case SkippedLines::Reason::kCutOff:
+        return "cut off";
+    }
+    return "";
+  }();
+  if (skipped.first_line == 0)
+    return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
+                       skipped.count == 1 ? " is" : "s are", reason, skipped.file);
+  return fmt::format("{} {}{} of {} left out: {} (first: {}:{})", skipped.count, skipped.unit,
+                     skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.file, skipped.first_line);
+}
+
+void detail::add_note(RecordingInfo& info, std::string_view note) {
+  if (!info.notes.empty()) info.notes += '\n';
+  info.notes += note;
+}
+
+void detail::add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped) {
+  for (const SkippedLines& lines : skipped) {
+    info.skipped.push_back(lines);
+    add_note(info, to_string(lines));
+  }
+}
+
+Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
+                                                  const RecordingOptions& options) {
+  RecordingOptions with_camera = options;
+  const auto found = detail::find_calibration(path, with_camera);
+  if (!found) return forward_error(found);
+  auto listing = list_recording(path, with_camera);
+  if (!listing) return forward_error(listing);
+  if (listing->frames.empty())
+    return fail(ErrorCode::kNotFound, path, "the recording holds no depth picture");
+  if (auto fits = detail::fit_camera_to_pictures(*listing); !fits) return forward_error(fits);
+  std::optional<FrameCalibration> calibration;
+  if (*found) {
+    auto applied = detail::apply_calibration(**found, *listing);
+    if (!applied) return forward_error(applied);
+    calibration = std::move(*applied);
+  } else if (!listing->info.camera.distortion.is_zero()) {
+    RgbdCalibration lens;
+    lens.color_camera = listing->info.camera;
+    auto rectified = FrameCalibration::make(lens, lens.color_camera->width, lens.color_camera->height);
+    if (!rectified) return forward_error(rectified);
+    calibration = std::move(*rectified);
+  }
+  count_frames(*listing);
+  return std::make_unique<PictureRecording>(std::move(*listing), std::move(calibration));
+}
+
+}  // namespace hm

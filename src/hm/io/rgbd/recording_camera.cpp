@@ -1,0 +1,113 @@
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/image/image_file.hpp"
+#include "hm/io/bytes/input_file.hpp"
+#include "hm/io/rgbd/recording_listing.hpp"
+
+namespace hm::detail {
+
+std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name) {
+  if (is_file(folder / name)) return folder / name;
+  const std::filesystem::path plain = folder.has_filename() ? folder : folder.parent_path();
+  if (!plain.filename().string().starts_with("seq-")) return std::nullopt;
+  const std::filesystem::path above = plain / ".." / name;
+  if (is_file(above)) return above;
+  return std::nullopt;
+}
+
+namespace {
+
+Result<void> checked_option(const PinholeCamera& camera) {
+  PinholeCamera sized = camera;
+  if (sized.width == 0 && sized.height == 0) sized.width = sized.height = 1;
+  auto checked = check_camera(sized);
+  if (!checked) checked.error().where = "the given camera";
+  return checked;
+}
+
+/// The camera of info: given, from a file, or known.
+Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known,
+                               const std::optional<CameraFile>& file) {
+  if (options.camera) {
+    if (auto checked = checked_option(*options.camera); !checked) return checked;
+    info.camera = *options.camera;
+    info.camera_source = "given";
+  } else if (file) {
+    info.camera = file->camera;
+    info.camera_source = "camera.txt";
+  } else if (const auto matrix = find_beside(info.path, "camera-intrinsics.txt")) {
+    const auto camera = read_intrinsics_matrix(*matrix);
+    if (!camera) return forward_error(camera);
+    info.camera = *camera;
+    info.camera_source = "camera-intrinsics.txt";
+  } else if (known.camera) {
+    info.camera = *known.camera;
+    info.camera_source = known.source;
+  } else {
+    return fail(
+        ErrorCode::kNotFound, info.path,
+        "the camera's intrinsics are not known: no camera.txt, no camera-intrinsics.txt, and the name tells "
+        "none of the known cameras; write a camera.txt (fx, fy, cx, cy, one `key value` a line) or give "
+        "them");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known) {
+  std::optional<CameraFile> file;
+  if (const auto path = find_beside(info.path, "camera.txt")) {
+    auto read = read_camera_file(*path);
+    if (read) {
+      file = std::move(*read);
+      for (const std::string& key : file->unknown_keys)
+        add_note(info, fmt::format("camera.txt: `{}` is not known and was ignored", key));
+    } else if (!options.camera) {
+      return forward_error(read);
+    } else {
+      add_note(info, to_string(read.error()) + " (ignored, the camera is given)");
+    }
+  }
+  if (auto chosen = choose_intrinsics(info, options, known, file); !chosen) return forward_error(chosen);
+  double units_per_m = known.depth_units_per_m;
+  if (file && file->depth_units_per_m) units_per_m = *file->depth_units_per_m;
+  if (options.depth_units_per_m) units_per_m = *options.depth_units_per_m;
+  if (!(units_per_m >= 1e-3 && units_per_m <= 1e6))
+    return fail(ErrorCode::kUsage, "", "{} depth units per metre cannot be right", units_per_m);
+  info.depth_unit_m = 1.0 / units_per_m;
+  return file && file->rate_hz ? *file->rate_hz : 30.0;
+}
+
+Result<void> fit_camera_to_pictures(RecordingListing& listing) {
+  constexpr std::size_t kTries = 10;
+  RecordingInfo& info = listing.info;
+  PinholeCamera& camera = info.camera;
+  std::optional<PictureSize> size;
+  for (std::size_t i = 0; i < listing.frames.size() && i < kTries && !size; ++i)
+    if (const auto read = read_picture_size(listing.frames[i].depth)) size = *read;
+  if (!size) {
+    if (camera.width > 0) return {};
+    return fail(ErrorCode::kUnreadable, info.path, "none of the first depth pictures can be read ({}, ...)",
+                listing.frames.empty() ? "" : listing.frames[0].depth.filename().string());
+  }
+  if (camera.width == 0 || camera.height == 0) {
+    camera.width = size->width;
+    camera.height = size->height;
+  }
+  if (camera.width == size->width && camera.height == size->height) return {};
+  if (static_cast<std::int64_t>(camera.width) * size->height !=
+      static_cast<std::int64_t>(camera.height) * size->width)
+    return fail(
+        ErrorCode::kInvalidValue, info.path,
+        "the camera ({}) is {} x {}, the depth pictures are {} x {}: the intrinsics belong to another camera",
+        info.camera_source, camera.width, camera.height, size->width, size->height);
+  add_note(info, fmt::format("intrinsics for {} x {} ({}) scaled to the depth pictures' {} x {}",
+                             camera.width, camera.height, info.camera_source, size->width, size->height));
+  const double ratio = static_cast<double>(size->width) / camera.width;
+  camera = camera.scaled(ratio);
+  camera.width = size->width;
+  camera.height = size->height;
+  return {};
+}
+
+}  // namespace hm::detail

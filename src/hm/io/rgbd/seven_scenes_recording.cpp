@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "hm/io/rgbd/recording_listing.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+/// 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
+namespace hm::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FrameFiles {
+  fs::path depth, color, pose;
+};
+using FramesByNumber = std::map<std::uint64_t, FrameFiles>;
+
+/// The number of frame-000123.SUFFIX and the suffix.
+std::optional<std::pair<std::uint64_t, std::string>> number_and_suffix(const std::string& name) {
+  constexpr std::string_view kPrefix = "frame-";
+  const std::size_t dot = name.find('.');
+  if (!name.starts_with(kPrefix) || dot == std::string::npos) return std::nullopt;
+  const std::string digits = name.substr(kPrefix.size(), dot - kPrefix.size());
+  if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  return std::pair{std::stoull(digits), name.substr(dot)};
+}
+
+FramesByNumber frames_in(const fs::path& folder) {
+  FramesByNumber frames;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const auto name = number_and_suffix(entry.path().filename().string());
+    if (!name) continue;
+    const auto& [number, suffix] = *name;
+    if (suffix == ".depth.png") frames[number].depth = entry.path();
+    if (suffix == ".color.png" || suffix == ".color.jpg" || suffix == ".color.jpeg")
+      frames[number].color = entry.path();
+    if (suffix == ".pose.txt") frames[number].pose = entry.path();
+  }
+  return frames;
+}
+
+/// The folder itself, or the seq-XX folders below it, in order.
+std::vector<fs::path> sequences_of(const fs::path& folder) {
+  std::vector<fs::path> sequences;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("seq-") && entry.is_directory(ignored)) sequences.push_back(entry.path());
+    const auto frame = number_and_suffix(name);
+    if (frame && frame->second == ".depth.png") return {folder};
+  }
+  std::ranges::sort(sequences);
+  return sequences;
+}
+
+/// A 4x4 camera-to-world matrix; the error's code tells why there is no pose.
+Result<SE3> read_pose_matrix(const fs::path& path) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  Mat4 matrix;
+  Eigen::Index count = 0;
+  for (const TextLine& line : file->lines()) {
+    for (const std::string_view word : words(line.text)) {
+      const auto number = parse_number(word);
+      if (!number) return fail(ErrorCode::kCorrupted, file->where(line), "`{}` is not a number", word);
+      if (count == 16) return fail(ErrorCode::kCorrupted, file->where(line), "more than 16 numbers");
+      matrix(count / 4, count % 4) = *number;
+      ++count;
+    }
+  }
+  if (count != 16) return fail(ErrorCode::kCorrupted, path, "expected 16 numbers, found {}", count);
+  auto pose = SE3::from_matrix(matrix);
+  if (!pose) pose.error().where = path.string();
+  return pose;
+}
+
+/// Reads the pose of a frame; a frame without a usable one is counted, and the first of each reason told.
+std::optional<SE3> pose_of(const FrameFiles& files, RecordingInfo& info) {
+  if (files.pose.empty()) return std::nullopt;
+  const auto pose = read_pose_matrix(files.pose);
+  if (pose) return *pose;
+  const bool not_finite = pose.error().message.find("NaN") != std::string::npos;
+  const auto reason = pose.error().code != ErrorCode::kInvalidValue ? SkippedLines::Reason::kMalformed
+                      : not_finite                                  ? SkippedLines::Reason::kNotFinite
+                                                                    : SkippedLines::Reason::kNotRigid;
+  for (SkippedLines& known : info.skipped) {
+    if (known.reason != reason) continue;
+    ++known.count;
+    return std::nullopt;
+  }
+  info.skipped.push_back({reason, files.pose.filename().string(), 1, 0});
+  if (reason != SkippedLines::Reason::kNotFinite) add_note(info, to_string(pose.error()));
+  return std::nullopt;
+}
+
+/// Appends a sequence: frame numbers at the rate, counted on from `start`.
+void append_sequence(RecordingListing& listing, const fs::path& folder, Time start, double rate_hz) {
+  RecordingInfo& info = listing.info;
+  for (auto& [number, files] : frames_in(folder)) {
+    if (!files.color.empty()) ++info.color_count;
+    if (files.depth.empty() && files.pose.empty()) continue;
+    // A pose without its depth picture is a hole: reading that frame names the missing file.
+    if (files.depth.empty()) files.depth = folder / fmt::format("frame-{:06}.depth.png", number);
+    ListedFrame frame{files.depth, files.color, {}, {}, pose_of(files, info)};
+    frame.stamp = frame.color_stamp = start + Duration::from_seconds(static_cast<double>(number) / rate_hz);
+    if (frame.T_world_camera) info.trajectory.push_back({frame.stamp, *frame.T_world_camera});
+    info.stamps.push_back(frame.stamp);
+    listing.frames.push_back(std::move(frame));
+  }
+}
+
+}  // namespace
+
+bool looks_like_seven_scenes(const fs::path& folder) {
+  for (const fs::path& sequence : sequences_of(folder)) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(sequence, ignored)) {
+      const auto name = number_and_suffix(entry.path().filename().string());
+      if (name && name->second == ".depth.png") return true;
+    }
+  }
+  return false;
+}
+
+Result<RecordingListing> list_seven_scenes(const fs::path& folder, const RecordingOptions& options) {
+  RecordingListing listing;
+  RecordingInfo& info = listing.info;
+  info.kind = RecordingKind::kSevenScenes;
+  info.path = folder;
+  info.has_own_stamps = false;
+  info.trajectory_source = "frame-*.pose.txt";
+  const KnownCamera known{PinholeCamera{640, 480, 585, 585, 320, 240, {}}, "the 7-Scenes camera", 1000.0};
+  const auto rate = choose_camera(info, options, known);
+  if (!rate) return forward_error(rate);
+  const std::vector<fs::path> sequences = sequences_of(folder);
+  if (sequences.empty())
+    return fail(ErrorCode::kNotFound, folder, "a 7-Scenes recording needs frame-XXXXXX.depth.png files");
+  Time start;
+  for (const fs::path& sequence : sequences) {
+    append_sequence(listing, sequence, start, *rate);
+    if (!info.stamps.empty()) start = info.stamps.back() + Duration::from_seconds(1.0);
+  }
+  if (sequences.size() > 1)
+    add_note(info, fmt::format("{} sequences, one after the other", sequences.size()));
+  for (const SkippedLines& skipped : info.skipped) add_note(info, to_string(skipped));
+  return listing;
+}
+
+}  // namespace hm::detail

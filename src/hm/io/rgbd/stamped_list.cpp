@@ -1,0 +1,200 @@
+#include "hm/io/rgbd/stamped_list.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm::detail {
+namespace {
+
+/// Splits each line of a list into words and hands it to `parse`, which says what is wrong with it, if
+/// anything is.
+Result<void> parse_lines(
+    const TextFile& file, SkipCounter& skips,
+    const std::function<std::string(const TextLine&, const std::vector<std::string_view>&)>& parse) {
+  for (const TextLine& line : file.lines()) {
+    const std::string wrong = parse(line, words(line.text));
+    if (wrong.empty()) continue;
+    if (line.ended) return fail(ErrorCode::kCorrupted, file.where(line), "{}", wrong);
+    skips.add(SkippedLines::Reason::kCutOff, line.number);
+  }
+  return {};
+}
+
+PictureList increasing(const std::vector<StampedPicture>& pictures, const std::vector<std::size_t>& lines,
+                       SkipCounter skips) {
+  PictureList list;
+  list.pictures = keep_increasing(
+      pictures, lines, [](const StampedPicture& p) { return p.stamp; }, skips);
+  list.skipped = skips.take();
+  return list;
+}
+
+enum class PathKind { kUnknown, kDepth, kColor };
+
+PathKind kind_of_path(std::string_view path) {
+  std::string lower(path);
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (lower.find("depth") != std::string::npos) return PathKind::kDepth;
+  if (lower.find("rgb") != std::string::npos || lower.find("color") != std::string::npos ||
+      lower.find("colour") != std::string::npos || lower.find("image") != std::string::npos)
+    return PathKind::kColor;
+  return PathKind::kUnknown;
+}
+
+/// Which of the two paths of a line is the depth picture: 0 or 1, or nothing when the names do not tell.
+std::optional<std::size_t> depth_column(std::string_view first, std::string_view second) {
+  const PathKind a = kind_of_path(first), b = kind_of_path(second);
+  if (a == b) return std::nullopt;
+  if (a == PathKind::kDepth || b == PathKind::kColor) return 0;
+  return 1;
+}
+
+/// A quaternion may be this far from unit length; text files round, but a row of zeros is no rotation.
+constexpr double kQuaternionTolerance = 0.05;
+
+}  // namespace
+
+std::optional<Time> StampRule::parse(std::string_view word) const {
+  if (!frame_rate_hz) return parse_stamp(word);
+  const auto number = parse_number(word);
+  if (!number || !std::isfinite(*number) || std::fabs(*number) > 1e9) return std::nullopt;
+  return Time::from_seconds(*number / *frame_rate_hz);
+}
+
+Result<PictureList> read_picture_list(const std::filesystem::path& path, const StampRule& rule) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  std::vector<StampedPicture> pictures;
+  std::vector<std::size_t> lines;
+  SkipCounter skips(path);
+  const auto parsed =
+      parse_lines(*file, skips, [&](const TextLine& line, const auto& columns) -> std::string {
+        if (columns.size() < 2) return fmt::format("expected `stamp path`, found `{}`", line.text);
+        const auto stamp = rule.parse(columns[0]);
+        if (!stamp) return fmt::format("`{}` is not a stamp", columns[0]);
+        const auto path_begin = static_cast<std::size_t>(columns[1].data() - line.text.data());
+        pictures.push_back({*stamp, std::string(line.text.substr(path_begin))});
+        lines.push_back(line.number);
+        return {};
+      });
+  if (!parsed) return forward_error(parsed);
+  return increasing(pictures, lines, skips);
+}
+
+Result<AssociationList> read_associations(const std::filesystem::path& path, const StampRule& rule) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  std::array<std::vector<StampedPicture>, 2> columns;  // depth, colour
+  std::vector<std::size_t> lines;
+  SkipCounter skips(path);
+  const auto parsed = parse_lines(*file, skips, [&](const TextLine& line, const auto& word) -> std::string {
+    if (word.size() != 4) return fmt::format("expected `stamp path stamp path`, found `{}`", line.text);
+    const std::array<std::optional<Time>, 2> stamps{rule.parse(word[0]), rule.parse(word[2])};
+    if (!stamps[0] || !stamps[1]) return fmt::format("`{}` is not a stamp", word[stamps[0] ? 2 : 0]);
+    const auto depth = depth_column(word[1], word[3]);
+    if (!depth) return fmt::format("the names do not tell colour from depth: `{}`", line.text);
+    columns[0].push_back({*stamps[*depth], std::string(word[2 * *depth + 1])});
+    columns[1].push_back({*stamps[1 - *depth], std::string(word[2 * (1 - *depth) + 1])});
+    lines.push_back(line.number);
+    return {};
+  });
+  if (!parsed) return forward_error(parsed);
+  AssociationList list{increasing(columns[0], lines, skips),
+                       increasing(columns[1], lines, SkipCounter(path))};
+  return list;
+}
+
+Result<PoseList> read_pose_list(const std::filesystem::path& path, const StampRule& rule) {
+  const auto file = TextFile::read(path);
+  if (!file) return forward_error(file);
+  PoseList list;
+  Trajectory poses;
+  std::vector<std::size_t> lines;
+  SkipCounter skips(path);
+  const auto parsed = parse_lines(*file, skips, [&](const TextLine& line, const auto& word) -> std::string {
+    if (word.size() != 8)
+      return fmt::format("expected `stamp tx ty tz qx qy qz qw`, found {} columns", word.size());
+    const auto stamp = rule.parse(word[0]);
+    if (!stamp) return fmt::format("`{}` is not a stamp", word[0]);
+    std::array<double, 7> v{};
+    for (std::size_t i = 0; i < 7; ++i) {
+      const auto number = parse_number(word[i + 1]);
+      if (!number) return fmt::format("`{}` is not a number", word[i + 1]);
+      v[i] = *number;
+    }
+    const bool finite = std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
+    const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+    if (!finite || !(std::fabs(q.norm() - 1.0) <= kQuaternionTolerance)) {
+      skips.add(finite ? SkippedLines::Reason::kNotRigid : SkippedLines::Reason::kNotFinite, line.number);
+      list.lost.push_back(*stamp);
+      return {};
+    }
+    poses.push_back({*stamp, SE3(q, Vec3(v[0], v[1], v[2]))});
+    lines.push_back(line.number);
+    return {};
+  });
+  if (!parsed) return forward_error(parsed);
+  list.poses = keep_increasing(
+      poses, lines, [](const StampedPose& p) { return p.stamp; }, skips);
+  list.skipped = skips.take();
+  std::ranges::sort(list.lost);
+  return list;
+}
+
+std::optional<SE3> pose_between(const PoseList& list, Time stamp, Duration max_gap) {
+  // A stamp outside of all poses takes the end within a hundredth of a second: clocks are read in two places.
+  constexpr Duration kMaxExtrapolation{10'000'000};
+  const auto after = std::ranges::lower_bound(list.poses, stamp, {}, &StampedPose::stamp);
+  if (after != list.poses.end() && after != list.poses.begin() && after->stamp != stamp) {
+    const auto lost = std::ranges::upper_bound(list.lost, (after - 1)->stamp);
+    if (lost != list.lost.end() && *lost < after->stamp) return std::nullopt;
+  }
+  return pose_at(list.poses, stamp, max_gap, kMaxExtrapolation);
+}
+
+std::vector<std::optional<std::size_t>> associate(std::span<const Time> a, std::span<const Time> b,
+                                                  Duration max_difference) {
+  std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> candidates;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    while (first < b.size() && b[first] < a[i] - max_difference) ++first;
+    for (std::size_t j = first; j < b.size() && b[j] <= a[i] + max_difference; ++j)
+      candidates.emplace_back(std::abs((a[i] - b[j]).ns), i, j);
+  }
+  std::ranges::sort(candidates);
+  std::vector<std::optional<std::size_t>> partner(a.size());
+  std::vector<bool> used(b.size(), false);
+  for (const auto& [difference, i, j] : candidates) {
+    if (partner[i] || used[j]) continue;
+    partner[i] = j;
+    used[j] = true;
+  }
+  return partner;
+}
+
+std::vector<std::size_t> longest_increasing(std::span<const Time> stamps) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> ends;  // ends[k]: the smallest last element of an increasing run of k + 1
+  std::vector<std::size_t> before(stamps.size(), kNone);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const auto place =
+        std::ranges::lower_bound(ends, stamps[i], {}, [&](std::size_t k) { return stamps[k]; });
+    if (place != ends.begin()) before[i] = *(place - 1);
+    if (place == ends.end())
+      ends.push_back(i);
+    else if (stamps[i] < stamps[*place])
+      *place = i;
+  }
+  std::vector<std::size_t> kept(ends.size());
+  std::size_t at = ends.empty() ? kNone : ends.back();
+  for (std::size_t k = kept.size(); k-- > 0; at = before[at]) kept[k] = at;
+  return kept;
+}
+
+}  // namespace hm::detail

@@ -1,0 +1,234 @@
+#include "hm/io/rgbd/stamped_list.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/rng.hpp"
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm::detail {
+namespace {
+
+TEST(TextLines, BlankLinesCommentsCrlfAndByteOrderMark) {
+  const TextFile file("\xEF\xBB\xBFone 1\r\n\r\n  # a comment\r\n\t two\t2 \n\nthree", "x.txt");
+  const auto lines = file.lines();
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].text, "one 1");
+  EXPECT_EQ(lines[1].text, "two\t2");
+  EXPECT_EQ(file.where(lines[1]), "x.txt:4");
+  EXPECT_TRUE(lines[1].ended);
+  EXPECT_FALSE(lines[2].ended);
+  EXPECT_EQ(words(lines[1].text), (std::vector<std::string_view>{"two", "2"}));
+  EXPECT_EQ(file.comments(), (std::vector<std::string_view>{"# a comment"}));
+  EXPECT_TRUE(words("  \t ").empty());
+  EXPECT_EQ(cells("a, b c ,,d", ','), (std::vector<std::string_view>{"a", "b c", "", "d"}));
+}
+
+TEST(TextLines, StampsAreExact) {
+  EXPECT_EQ(parse_stamp("1305031102.160407123")->ns, 1305031102160407123);
+  EXPECT_EQ(parse_stamp("1305031102.160407")->ns, 1305031102160407000);
+  EXPECT_EQ(parse_stamp("0.000000001")->ns, 1);
+  EXPECT_EQ(parse_stamp("-0.5")->ns, -500000000);
+  EXPECT_EQ(parse_stamp("1.305031102160407e+09")->ns, 1305031102160407000);
+  EXPECT_EQ(parse_stamp("7")->ns, 7000000000);
+  for (const char* bad : {"", "x", "1.2.3", "nan", "inf", "1e300", "12s", "9999999999999"})
+    EXPECT_FALSE(parse_stamp(bad)) << bad;
+  for (const std::int64_t ns : {0L, 1L, -1L, -500000000L, 1305031102160407123L})
+    EXPECT_EQ(parse_stamp(stamp_text({ns}))->ns, ns);
+  EXPECT_EQ(stamp_text({-1500000000}), "-1.500000000");
+  EXPECT_TRUE(std::isnan(*parse_number("nan")));
+  EXPECT_EQ(*parse_number("+1e-3"), 1e-3);
+  EXPECT_FALSE(parse_number("1,5"));
+}
+
+TEST(LongestIncreasing, IsIncreasingAndAsLongAsTheSlowReferenceSays) {
+  Rng rng(5);
+  for (int round = 0; round < 300; ++round) {
+    std::vector<Time> stamps(rng.below(30));
+    for (Time& t : stamps) t.ns = rng.below(20);
+    const auto kept = longest_increasing(stamps);
+    for (std::size_t k = 1; k < kept.size(); ++k) {
+      EXPECT_LT(kept[k - 1], kept[k]);
+      EXPECT_LT(stamps[kept[k - 1]], stamps[kept[k]]);
+    }
+    std::size_t longest = 0;  // quadratic: the longest run that ends at each element
+    std::vector<std::size_t> length(stamps.size(), 1);
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j)
+        if (stamps[j] < stamps[i]) length[i] = std::max(length[i], length[j] + 1);
+      longest = std::max(longest, length[i]);
+    }
+    EXPECT_EQ(kept.size(), longest);
+  }
+}
+
+TEST(Associate, MatchesTheGreedyReference) {
+  Rng rng(6);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<Time> a, b;
+    for (std::int64_t t = 0, n = rng.below(20); n > 0; --n) a.push_back({t += 1 + rng.below(50)});
+    for (std::int64_t t = 0, n = rng.below(20); n > 0; --n) b.push_back({t += 1 + rng.below(50)});
+    // Reference: again and again the closest free pair (ties: first in a, then in b).
+    std::vector<std::optional<std::size_t>> expected(a.size());
+    std::vector<bool> used(b.size());
+    while (true) {
+      std::int64_t closest = 21;
+      std::size_t best_i = 0, best_j = 0;
+      for (std::size_t i = 0; i < a.size(); ++i)
+        for (std::size_t j = 0; j < b.size(); ++j)
+          if (!expected[i] && !used[j] && std::abs((a[i] - b[j]).ns) < closest) {
+            closest = std::abs((a[i] - b[j]).ns);
+            best_i = i;
+            best_j = j;
+          }
+      if (closest > 20) break;
+      expected[best_i] = best_j;
+      used[best_j] = true;
+    }
+    EXPECT_EQ(associate(a, b, Duration{20}), expected);
+  }
+}
+
+class ListFile : public ::testing::Test {
+ protected:
+  std::filesystem::path write(const std::string& text) {
+    EXPECT_TRUE(write_file_text(folder_.path() / "list.txt", text));
+    return folder_.path() / "list.txt";
+  }
+  std::string line(int number) const {
+    return (folder_.path() / "list.txt").string() + ":" + std::to_string(number);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ListFile, BackwardAndRepeatedStampsAreLeftOutAndCounted) {
+  const auto list = read_picture_list(
+      write("1.0 a.png\n2.0 b.png\n3 c.png\n1.5 d.png\n3 e.png\n99 f.png\n4 g.png\n5 h h.png\n"));
+  ASSERT_TRUE(list);
+  std::vector<std::string> kept;
+  for (const StampedPicture& picture : list->pictures) kept.push_back(picture.path);
+  // One stamp far ahead does not cost those behind it.
+  EXPECT_EQ(kept, (std::vector<std::string>{"a.png", "b.png", "c.png", "g.png", "h h.png"}));
+  ASSERT_EQ(list->skipped.size(), 1U);
+  EXPECT_EQ(list->skipped[0].count, 3U);
+  EXPECT_EQ(to_string(list->skipped[0]),
+            "3 lines of list.txt left out: stamps that run backwards or repeat (first: list.txt:4)");
+}
+
+TEST_F(ListFile, AMalformedLineNamesItsPlace) {
+  for (const auto& [text, number] : std::vector<std::pair<std::string, int>>{
+           {"# c\n1.0 a.png\nx b.png\n", 3}, {"1.0\n", 1}, {"1.0 a\n\nnan b\n", 3}}) {
+    const auto list = read_picture_list(write(text));
+    ASSERT_FALSE(list) << text;
+    EXPECT_EQ(list.error().where, line(number));
+    EXPECT_EQ(list.error().code, ErrorCode::kCorrupted);
+  }
+  for (const auto& [text, number] : std::vector<std::pair<std::string, int>>{
+           {"1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n", 2}, {"1 0 0 0 0 0 0 1 9\n", 1}, {"1 0 x 0 0 0 0 1\n", 1}}) {
+    const auto list = read_pose_list(write(text));
+    ASSERT_FALSE(list) << text;
+    EXPECT_EQ(list.error().where, line(number));
+  }
+  EXPECT_EQ(read_associations(write("1 rgb/1.png 1 depth/1.png\n2 a.png 2 b.png\n")).error().where, line(2));
+}
+
+TEST_F(ListFile, ACutOffLastLineIsLeftOut) {
+  const auto list = read_pose_list(write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0"));
+  ASSERT_TRUE(list);
+  EXPECT_EQ(list->poses.size(), 1U);
+  ASSERT_EQ(list->skipped.size(), 1U);
+  EXPECT_EQ(list->skipped[0].reason, SkippedLines::Reason::kCutOff);
+}
+
+TEST_F(ListFile, PosesOfALostDeviceAreNotInvented) {
+  const auto list =
+      read_pose_list(write("1 0 0 0 0 0 0 1\n1.1 nan nan nan nan nan nan nan\n1.2 2 0 0 0 0 0 1\n"
+                           "1.3 3 0 0 0 0 0 0\n1.4 4 0 0 0 0 0 1\n1.5 5 0 0 0 0 0 1\n1.9 9 0 0 0 0 0 1\n"));
+  ASSERT_TRUE(list);
+  EXPECT_EQ(list->poses.size(), 5U);
+  const auto x_at = [&](double t) {
+    const auto pose = pose_between(*list, Time::from_seconds(t), Duration::from_seconds(0.25));
+    return pose ? pose->translation().x() : -1.0;
+  };
+  EXPECT_DOUBLE_EQ(x_at(1.0), 0.0);
+  EXPECT_EQ(x_at(1.05), -1.0);  // NaN at 1.1
+  EXPECT_EQ(x_at(1.1), -1.0);
+  EXPECT_EQ(x_at(1.3), -1.0);  // a quaternion of zeros
+  EXPECT_NEAR(x_at(1.45), 4.5, 1e-12);
+  EXPECT_EQ(x_at(1.7), -1.0);  // neighbours too far apart
+  EXPECT_EQ(x_at(1.905), 9.0);
+  EXPECT_EQ(x_at(2.0), -1.0);
+  ASSERT_EQ(list->skipped.size(), 2U);
+  EXPECT_EQ(list->skipped[0].reason, SkippedLines::Reason::kNotFinite);
+  EXPECT_EQ(list->skipped[1].reason, SkippedLines::Reason::kNotRigid);
+}
+
+TEST_F(ListFile, AssociationsInEitherOrder) {
+  for (const char* text : {"1.5 rgb/a.png 1.25 depth/b.png\n", "1.25 depth/b.png 1.5 rgb/a.png\n"}) {
+    const auto list = read_associations(write(text));
+    ASSERT_TRUE(list);
+    EXPECT_EQ(list->depth.pictures[0].path, "depth/b.png");
+    EXPECT_EQ(list->depth.pictures[0].stamp, Time::from_seconds(1.25));
+    EXPECT_EQ(list->color.pictures[0].stamp, Time::from_seconds(1.5));
+  }
+}
+
+TEST_F(ListFile, CameraFileRoundTripAndComments) {
+  const PinholeCamera camera{640,
+                             480,
+                             517.306408,
+                             -516.469215,
+                             318.64304,
+                             255.313989,
+                             {0.262383, -0.953104, -0.005358, 0.002628, 1.163314}};
+  const auto back = read_camera_file(write(camera_file_text(camera, 5000)));
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->camera.fx, camera.fx);
+  EXPECT_EQ(back->camera.fy, camera.fy);
+  EXPECT_EQ(back->camera.cy, camera.cy);
+  EXPECT_EQ(back->camera.distortion.k3, camera.distortion.k3);
+  EXPECT_EQ(back->camera.distortion.p1, camera.distortion.p1);
+  EXPECT_EQ(back->depth_units_per_m, 5000.0);
+  const auto other =
+      read_camera_file(write("fx: 500 # pixels\r\nfy = 501\r\ncx 1\ncy 2\nlens wide\nrate_hz 15"));
+  ASSERT_TRUE(other) << to_string(other.error());
+  EXPECT_EQ(other->camera.fy, 501);
+  EXPECT_EQ(other->camera.width, 0);
+  EXPECT_EQ(other->rate_hz, 15.0);
+  EXPECT_EQ(other->unknown_keys, (std::vector<std::string>{"lens"}));
+}
+
+TEST_F(ListFile, CameraFileErrorsNameTheLine) {
+  EXPECT_EQ(read_camera_file(write("fx 1\nfy nan\ncx 1\ncy 1\n")).error().where, line(2));
+  EXPECT_EQ(read_camera_file(write("fx 1\nfx 2\nfy 1\ncx 1\ncy 1\n")).error().where, line(2));
+  EXPECT_EQ(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\nwidth 0\n")).error().where, line(5));
+  EXPECT_EQ(read_camera_file(write("fx 1\nfy 1\ncx 1\ncy 1\ndepth_scale -5\n")).error().where, line(5));
+  EXPECT_EQ(read_camera_file(write("fx 1\ncx 1\n")).error().message, "fy, cy missing");
+  EXPECT_FALSE(read_camera_file(write("fx 0\nfy 1\ncx 1\ncy 1\n")));
+  EXPECT_FALSE(read_camera_file(write("")));
+}
+
+TEST_F(ListFile, IntrinsicsMatrix) {
+  const auto camera = read_intrinsics_matrix(write("5.85e+02 0 3.2e+02\n0 5.84e+02 2.4e+02 \n 0 0 1\n"));
+  ASSERT_TRUE(camera);
+  EXPECT_EQ(camera->fy, 584);
+  EXPECT_EQ(camera->cx, 320);
+  EXPECT_FALSE(read_intrinsics_matrix(write("1 2 3 4")));
+  EXPECT_FALSE(read_intrinsics_matrix(write("585 0 320 0 585 240 0 0 2")));
+  EXPECT_EQ(read_intrinsics_matrix(write("585 0 320\n0 z 240\n0 0 1")).error().where, line(2));
+}
+
+TEST(KnownCamera, TumByName) {
+  EXPECT_EQ(known_tum_camera("rgbd_dataset_freiburg1_xyz")->fx, 517.3);
+  EXPECT_EQ(known_tum_camera("tum_fr2_desk")->fx, 520.9);
+  EXPECT_TRUE(known_tum_camera("Freiburg3_office")->distortion.is_zero());
+  EXPECT_FALSE(known_tum_camera("kitchen"));
+}
+
+}  // namespace
+}  // namespace hm::detail

@@ -1,0 +1,193 @@
+#include <array>
+#include <cctype>
+
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/rgbd/carried_imu_file.hpp"
+#include "hm/io/bytes/input_file.hpp"
+#include "hm/io/rgbd/recording_listing.hpp"
+#include "hm/io/rgbd/stamped_list.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+/// TUM RGB-D and ICL-NUIM: pictures and poses listed in text files.
+namespace hm::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path associations_of(const fs::path& folder) {
+  for (const char* name : {"associations.txt", "associated.txt", "associate.txt"})
+    if (is_file(folder / name)) return folder / name;
+  return {};
+}
+
+/// True when the first stamp of an association file is a whole number: frames are counted, not timed.
+bool counts_frames(const fs::path& associations) {
+  const auto file = TextFile::read(associations);
+  if (!file) return false;
+  const auto lines = file->lines();
+  if (lines.empty()) return false;
+  const std::string_view stamp = words(lines[0].text)[0];
+  return stamp.size() <= 9 && stamp.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Where the poses of an ICL-NUIM folder are: groundtruth.txt, or as they are published, NAME.gt.freiburg.
+fs::path icl_poses(const fs::path& folder) {
+  if (is_file(folder / "groundtruth.txt")) return folder / "groundtruth.txt";
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().string().ends_with(".gt.freiburg")) return entry.path();
+  return {};
+}
+
+Result<PoseList> read_poses(const fs::path& path, const StampRule& rule, RecordingInfo& info) {
+  auto list = read_pose_list(path, rule);
+  if (!list) return list;
+  add_skipped(info, list->skipped);
+  if (list->poses.empty()) add_note(info, path.filename().string() + " holds no pose");
+  return list;
+}
+
+/// The device's own poses, the truth, or neither.
+Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, const StampRule& rule,
+                              RecordingInfo& info) {
+  PoseList given;
+  if (is_file(truth)) {
+    auto list = read_poses(truth, rule, info);
+    if (!list) return list;
+    given = std::move(*list);
+    info.trajectory_source = truth.filename().string();
+  }
+  if (is_file(device)) {
+    auto list = read_poses(device, rule, info);
+    if (!list) return list;
+    info.truth = std::move(given.poses);
+    info.trajectory_source = device.filename().string();
+    given = std::move(*list);
+  }
+  if (info.trajectory_source.empty())
+    add_note(info, "no poses: there is no groundtruth.txt and no poses.txt");
+  info.trajectory = given.poses;
+  return given;
+}
+
+std::vector<Time> stamps_of(const PictureList& list) {
+  std::vector<Time> stamps;
+  for (const StampedPicture& picture : list.pictures) stamps.push_back(picture.stamp);
+  return stamps;
+}
+
+/// Frames are the depth pictures; colour is paired by stamp, poses are interpolated to the depth's stamp.
+void pair_up(RecordingListing& listing, const AssociationList& lists, const PoseList& poses,
+             const RecordingOptions& options) {
+  RecordingInfo& info = listing.info;
+  info.stamps = stamps_of(lists.depth);
+  info.color_count = lists.color.pictures.size();
+  const auto partner =
+      associate(info.stamps, stamps_of(lists.color), Duration::from_seconds(options.max_stamp_difference_s));
+  const Duration max_gap = Duration::from_seconds(options.max_pose_gap_s);
+  for (std::size_t i = 0; i < info.stamps.size(); ++i) {
+    ListedFrame frame;
+    frame.depth = info.path / lists.depth.pictures[i].path;
+    frame.stamp = frame.color_stamp = info.stamps[i];
+    if (partner[i]) {
+      frame.color = info.path / lists.color.pictures[*partner[i]].path;
+      frame.color_stamp = lists.color.pictures[*partner[i]].stamp;
+    }
+    frame.T_world_camera = pose_between(poses, frame.stamp, max_gap);
+    listing.frames.push_back(std::move(frame));
+  }
+  add_skipped(info, lists.depth.skipped);
+  add_skipped(info, lists.color.skipped);
+}
+
+Result<AssociationList> read_tum_lists(const fs::path& folder, RecordingInfo& info) {
+  if (!is_file(folder / "depth.txt")) {
+    const fs::path associations = associations_of(folder);
+    if (associations.empty())
+      return fail(ErrorCode::kNotFound, folder,
+                  "a TUM RGB-D recording needs a depth.txt or an associations.txt");
+    return read_associations(associations);
+  }
+  AssociationList lists;
+  auto depth = read_picture_list(folder / "depth.txt");
+  if (!depth) return forward_error(depth);
+  lists.depth = std::move(*depth);
+  if (!is_file(folder / "rgb.txt")) {
+    add_note(info, "no colour: there is no rgb.txt");
+    return lists;
+  }
+  auto color = read_picture_list(folder / "rgb.txt");
+  if (!color) return forward_error(color);
+  lists.color = std::move(*color);
+  return lists;
+}
+
+/// The camera by the folder's name, or by the name of the bag that the lists' comments tell.
+KnownCamera tum_camera(const fs::path& folder) {
+  std::string names = fs::weakly_canonical(folder).filename().string();
+  for (const char* list : {"depth.txt", "rgb.txt", "groundtruth.txt"})
+    if (const auto file = TextFile::read(folder / list))
+      for (const std::string_view comment : file->comments()) names.append(1, ' ').append(comment);
+  return {known_tum_camera(names), "the TUM camera that the folder or its lists name", 5000.0};
+}
+
+/// Nobody must have them: what cannot be read is told, not an error.
+void add_imu(RecordingInfo& info) {
+  auto imu = read_carried_imu(info.path);
+  if (!imu)
+    add_note(info, "the inertial readings are not used: " + to_string(imu.error()));
+  else if (*imu)
+    info.imu = std::make_shared<const CarriedImu>(std::move(**imu));
+}
+
+}  // namespace
+
+bool looks_like_tum(const fs::path& folder) {
+  if (is_file(folder / "depth.txt")) return true;
+  const fs::path associations = associations_of(folder);
+  return !associations.empty() && !counts_frames(associations);
+}
+
+bool looks_like_icl_nuim(const fs::path& folder) {
+  const fs::path associations = associations_of(folder);
+  return !associations.empty() && !is_file(folder / "depth.txt") && counts_frames(associations);
+}
+
+Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions& options) {
+  RecordingListing listing;
+  listing.info.kind = RecordingKind::kTumRgbd;
+  listing.info.path = folder;
+  auto rate = choose_camera(listing.info, options, tum_camera(folder));
+  if (!rate) return forward_error(rate);
+  const auto lists = read_tum_lists(folder, listing.info);
+  if (!lists) return forward_error(lists);
+  const auto poses = choose_poses(folder / "poses.txt", folder / "groundtruth.txt", {}, listing.info);
+  if (!poses) return forward_error(poses);
+  if (is_file(folder / "truth_mesh.ply")) listing.info.truth_mesh = folder / "truth_mesh.ply";
+  add_imu(listing.info);
+  pair_up(listing, *lists, *poses, options);
+  return listing;
+}
+
+Result<RecordingListing> list_icl_nuim(const fs::path& folder, const RecordingOptions& options) {
+  RecordingListing listing;
+  listing.info.kind = RecordingKind::kIclNuim;
+  listing.info.path = folder;
+  listing.info.has_own_stamps = false;
+  const KnownCamera known{PinholeCamera{640, 480, 481.2, -480.0, 319.5, 239.5, {}}, "the ICL-NUIM camera",
+                          5000.0};
+  const auto rate = choose_camera(listing.info, options, known);
+  if (!rate) return forward_error(rate);
+  const fs::path associations = associations_of(folder);
+  if (associations.empty())
+    return fail(ErrorCode::kNotFound, folder, "an ICL-NUIM recording needs an associations.txt");
+  const StampRule by_number{*rate};
+  const auto lists = read_associations(associations, by_number);
+  if (!lists) return forward_error(lists);
+  const auto poses = choose_poses({}, icl_poses(folder), by_number, listing.info);
+  if (!poses) return forward_error(poses);
+  pair_up(listing, *lists, *poses, options);
+  return listing;
+}
+
+}  // namespace hm::detail

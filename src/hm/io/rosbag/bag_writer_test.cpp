@@ -1,0 +1,110 @@
+#include "hm/io/rosbag/bag_writer.hpp"
+
+#include <gmock/gmock.h>
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "hm/io/testing/io_test_support.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/testing/testing_bags.hpp"
+
+/// What the writer wrote, read back.
+namespace hm {
+namespace {
+
+using namespace testing_bags;
+using test::read_bytes;
+using test::write_bytes;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST(BagWriter, EverythingComesBack) {
+  const TemporaryFolder folder;
+  write_small_bag(folder / "a.bag", 20);
+  const LaserRecording recording = opened(folder / "a.bag");
+  EXPECT_EQ(recording.kind, LaserRecordingKind::kRosBag);
+  expect_small_bag(recording, 20);
+  EXPECT_TRUE(recording.notes.empty()) << recording.notes[0];
+  EXPECT_THAT(recording.truth_source, HasSubstr("/mocap"));
+  EXPECT_EQ(folder.file_count(), 1U);  // nothing partial is left
+}
+
+/// rosbag's own library reads it: types, definitions and digests fit, every message is there with its times.
+TEST(BagWriter, RosbagReadsIt) {
+  const TemporaryFolder folder;
+  write_small_bag(folder / "a.bag", 600);  // two chunks
+  const std::string command =
+      fmt::format("/usr/bin/python3 '{}/tests/program/rosbag_tool.py' check '{}' 2>&1", HM_SOURCE_DIR,
+                  (folder / "a.bag").string());
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string output;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) output += static_cast<char>(c);
+  const int status = WEXITSTATUS(::pclose(pipe));
+  if (status == 77 || status == 127) GTEST_SKIP() << output;
+  ASSERT_EQ(status, 0) << output;
+  for (const std::string line : {"/scan sensor_msgs/LaserScan right\n", "/imu sensor_msgs/Imu right\n",
+                                 "/sonar sensor_msgs/Range right\n", "/odom nav_msgs/Odometry right\n",
+                                 "/mocap geometry_msgs/PoseStamped right\n"})
+    EXPECT_THAT(output, HasSubstr(line));
+  EXPECT_EQ(std::ranges::count(output, '\n'), 5 + 5 * 600);
+  for (std::size_t i = 0; i < 600; ++i) {
+    const std::int64_t stamp_ns = small_scan(i).stamp.ns;
+    EXPECT_THAT(output, HasSubstr(fmt::format("/scan {} {} {} laser\n", i, stamp_ns, stamp_ns + 1'000'000)));
+  }
+}
+
+TEST(BagWriter, ManyChunks) {
+  const TemporaryFolder folder;
+  constexpr std::size_t kBeams = 24, kScans = 9000;  // the beams of a scan span less than a turn
+  write_small_bag(folder / "a.bag", kScans, kBeams);
+  EXPECT_GT(read_bytes(folder / "a.bag").size(), 5U << 20U);
+  expect_small_bag(opened(folder / "a.bag"), kScans, kBeams);
+}
+
+TEST(BagWriter, ABagWithoutMessagesIsABag) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(BagWriter(folder / "a.bag").finish());
+  const auto recording = open_laser_recording(folder / "a.bag");
+  ASSERT_FALSE(recording);
+  EXPECT_EQ(recording.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(recording.error().message, HasSubstr("sensor_msgs/LaserScan"));
+}
+
+TEST(BagWriter, UnfinishedLeavesNothing) {
+  const TemporaryFolder folder;
+  { BagWriter(folder / "a.bag").write_scan({"/scan", "laser"}, Time{kStart_ns}, small_scan(0)); }
+  EXPECT_EQ(folder.file_count(), 0U);
+  BagWriter nowhere(folder / "no_such_folder/a.bag");
+  nowhere.write_scan({"/scan", "laser"}, Time{kStart_ns}, small_scan(0));
+  EXPECT_FALSE(nowhere.finish());
+}
+
+TEST(BagWriter, MarkersForNoReturnAreToldApart) {
+  const TemporaryFolder folder;
+  LaserScan scan = small_scan(0);
+  scan.ranges_m = {1, LaserScan::kNoReturn, LaserScan::kInvalid, 0, -1, 81.83F, 30, 31, 0.05F, 29.99F, 0, 0};
+  BagWriter writer(folder / "a.bag");
+  writer.write_scan({"/scan", "laser"}, scan.stamp, scan);
+  ASSERT_TRUE(writer.finish());
+  const LaserRecording recording = opened(folder / "a.bag");
+  const LaserStream& laser = recording.lasers.at(0);
+  std::string kinds;
+  for (std::size_t b = 0; b < scan.size(); ++b) {
+    const float range = laser.scans[0].ranges_m[b];
+    kinds += laser.scans[0].is_return(b) ? 'r' : std::isnan(range) ? 'i' : std::isinf(range) ? 'n' : '?';
+  }
+  EXPECT_EQ(kinds, "rnininnnirnn");
+  EXPECT_EQ(laser.no_returns, 7U);
+  EXPECT_EQ(laser.invalid, 3U);
+  ASSERT_FALSE(laser.sentinels_m.empty());
+  EXPECT_EQ(laser.sentinels_m[0], (std::pair<float, std::size_t>{0.F, 3}));
+  EXPECT_THAT(laser.sentinels_m, Contains(std::pair<float, std::size_t>{81.83F, 1}));
+}
+
+}  // namespace
+}  // namespace hm

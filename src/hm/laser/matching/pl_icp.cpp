@@ -1,0 +1,268 @@
+#include "hm/laser/matching/pl_icp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hm/laser/matching/icp_covariance.hpp"
+#include "hm/laser/matching/icp_pairs.hpp"
+#include "hm/laser/matching/reference_lines.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kMinCoarsePoints = 120;  // fewer are not worth an iteration of their own
+constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
+constexpr double kCertainInformation = 0.15;   // share of the pairs beyond which noise is out of the question
+constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
+constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
+
+}  // namespace
+
+struct PlIcp::State {
+  explicit State(const PlIcpParams& given) : params(given) {}
+
+  PlIcpParams params;
+  // Reference.
+  ReferenceLines reference, spare;
+  Vec2 reference_origin_m = Vec2::Zero();
+  double reference_sigma_m = 0.01;
+  std::vector<float> offset_sum, offset_count;  // what scans since the last fit saw beyond each line
+  int pending_scans = 0, improved_scans = 0;
+  // The last match.
+  ScanPoints sensed;
+  Vec2 sensed_origin_m = Vec2::Zero();
+  IcpPairs pairs;
+  IcpCovariance covariance;
+  SE2 X, X_guess;  // sensed points into reference points, both seen from their own origins
+  FreeDirections free;
+  PointToLineSums sums;
+  bool matched = false;
+  double range_sigma_m = 0.01;
+  std::vector<float> scratch;
+  std::vector<std::uint64_t> seen;  // fingerprints of the match's pairs
+
+  [[nodiscard]] double sigma_of(const ScanPoints& points) {
+    return params.range_sigma_m > 0 ? params.range_sigma_m : estimate_range_sigma(points, scratch);
+  }
+  void fit_reference();
+  [[nodiscard]] bool iterate(std::size_t stride, ScanMatch& match, Vec3& step);
+  void run(ScanMatch& match);
+  void judge(const SE2& guess, ScanMatch& match);
+  void add_covariance(ScanMatch& match);
+  void apply_pending(int max_scans);
+  void carry_over(ReferenceLines& next, int max_scans) const;
+};
+
+void PlIcp::State::fit_reference() {
+  reference.fit({params.line_half_length_m, reference_sigma_m});
+  offset_sum.assign(reference.size(), 0);
+  offset_count.assign(reference.size(), 0);
+  pending_scans = 0;
+}
+
+/// Pairs, trims, solves. False when there are too few pairs or they fix nothing; the match says which.
+bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
+  pairs.find(reference, sensed, X, stride, params);
+  // While the guess may be far off, the pairs that say so must not be trimmed for being few.
+  const bool published = !(params.line_half_length_m > 0);
+  const double floor_m =
+      published ? 0 : params.max_correspondence_distance_m * std::pow(kTrimShrink, match.iterations);
+  match.pairs = pairs.trim(params, range_sigma_m, floor_m);
+  ++match.iterations;
+  const double smaller =
+      static_cast<double>(std::min(sensed.size(), reference.size())) / static_cast<double>(stride);
+  const double needed = std::max(static_cast<double>(params.min_pairs) / static_cast<double>(stride),
+                                 params.min_pairs_ratio * smaller);
+  if (static_cast<double>(match.pairs) < std::max(3.0, needed)) {
+    match.status = MatchStatus::kTooFewPairs;
+    return false;
+  }
+  sums = pairs.sums(reference, sensed, params.weight_by_incidence);
+  free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  if (free.count > 0) {
+    const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
+    free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+  }
+  if (free.count == 3) {
+    match.status = MatchStatus::kNoInformation;
+    return false;
+  }
+  if (free.count == 0) {
+    step = exact_step(sums);
+  } else {
+    const Vec2 shift = X.translation() - X_guess.translation();
+    step = step_without(free, sums, {shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle())});
+  }
+  X = SE2(X.translation() + step.head<2>(), X.angle() + step.z());
+  return true;
+}
+
+void PlIcp::State::run(ScanMatch& match) {
+  const auto coarse = static_cast<std::size_t>(std::max(1, params.coarse_stride));
+  std::size_t stride = sensed.size() / coarse >= kMinCoarsePoints ? coarse : 1;
+  seen.clear();
+  match.status = MatchStatus::kMatched;
+  while (match.iterations < params.max_iterations) {
+    if (match.iterations + 1 == params.max_iterations) stride = 1;
+    Vec3 step;
+    if (!iterate(stride, match, step)) return;
+    const double shift = step.head<2>().norm(), turn = std::abs(step.z());
+    if (stride > 1) {
+      if (shift + turn * sums.arm_m() < kCoarseStep_m) stride = 1;
+      continue;
+    }
+    if (shift < params.epsilon_xy_m && turn < params.epsilon_angle_rad) {
+      match.end = MatchEnd::kSmallStep;
+      return;
+    }
+    const std::uint64_t fingerprint = pairs.fingerprint();
+    if (std::find(seen.begin(), seen.end(), fingerprint) != seen.end()) {
+      match.end = MatchEnd::kSamePairs;
+      return;
+    }
+    seen.push_back(fingerprint);
+  }
+}
+
+void PlIcp::State::judge(const SE2& guess, ScanMatch& match) {
+  // Back from the scans' origins to their frames.
+  const SE2 found = SE2(reference_origin_m, 0) * X * SE2(-sensed_origin_m, 0);
+  const double turn = std::abs(wrap_angle(found.angle() - guess.angle()));
+  if ((found.translation() - guess.translation()).norm() > params.max_linear_correction_m ||
+      turn > params.max_angular_correction_rad) {
+    match.status = MatchStatus::kCorrectionTooLarge;
+    return;
+  }
+  match.T_reference_sensed = found;
+  match.mean_error_m = pairs.mean_error_m();
+  match.free = free;
+  match.free.at_m = X.translation() + reference_origin_m;
+  if (params.compute_covariance) add_covariance(match);
+}
+
+void PlIcp::State::add_covariance(ScanMatch& match) {
+  Mat3 covariance_at_origin = covariance.compute(
+      reference, sensed, pairs,
+      {inverse_information(free, sums.information()), range_sigma_m, params.weight_by_incidence});
+  const Vec3 scale(1, 1, 1 / free.arm_m);
+  for (int k = 0; k < free.count; ++k) {
+    const Vec3 direction = scale.asDiagonal() * free.directions[static_cast<std::size_t>(k)];
+    covariance_at_origin += kFreeDirectionVariance_m2 * direction * direction.transpose();
+  }
+  // From the sensed scan's origin to the origin of its frame: t = t_X + o_r - R o_s.
+  Mat3 jacobian = Mat3::Identity();
+  const Vec2 lever = X.rotation() * sensed_origin_m;
+  jacobian(0, 2) = lever.y();
+  jacobian(1, 2) = -lever.x();
+  match.covariance = jacobian * covariance_at_origin * jacobian.transpose();
+}
+
+PlIcp::PlIcp(const PlIcpParams& params) : state_(std::make_unique<State>(params)) {}
+PlIcp::~PlIcp() = default;
+PlIcp::PlIcp(PlIcp&&) noexcept = default;
+PlIcp& PlIcp::operator=(PlIcp&&) noexcept = default;
+
+const PlIcpParams& PlIcp::params() const { return state_->params; }
+
+void PlIcp::set_reference(const PlanarScan& reference) {
+  State& s = *state_;
+  s.reference.points.assign(reference);
+  s.reference.scans.assign(s.reference.size(), 1.0F);
+  s.reference_origin_m = reference.origin_m;
+  s.reference_sigma_m = s.sigma_of(s.reference.points);
+  s.improved_scans = 0;
+  s.matched = false;
+  s.fit_reference();
+}
+
+ScanMatch PlIcp::match(const PlanarScan& reference, const PlanarScan& sensed,
+                       const SE2& T_reference_sensed_guess) {
+  set_reference(reference);
+  return match(sensed, T_reference_sensed_guess);
+}
+
+ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess) {
+  State& s = *state_;
+  ScanMatch match;
+  s.matched = false;
+  s.sensed.assign(sensed);
+  s.sensed_origin_m = sensed.origin_m;
+  match.sensed_points = s.sensed.size();
+  const auto needed = static_cast<std::size_t>(s.params.min_pairs);
+  if (s.sensed.size() < needed || s.reference.size() < needed) return match;
+  if (!T_reference_sensed_guess.vector().allFinite()) {
+    match.status = MatchStatus::kInvalidGuess;
+    return match;
+  }
+  match.range_sigma_m = s.range_sigma_m = s.sigma_of(s.sensed);
+  s.pairs.begin(s.sensed.size(), s.reference.size());
+  s.X = s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
+  s.run(match);
+  if (match.status == MatchStatus::kMatched) s.judge(T_reference_sensed_guess, match);
+  s.matched = match.ok();
+  return match;
+}
+
+/// Moves the reference's points to the mean of what was seen of them and fits the lines anew.
+void PlIcp::State::apply_pending(int max_scans) {
+  if (pending_scans == 0) return;
+  for (std::size_t j = 0; j < reference.size(); ++j) {
+    if (offset_count[j] == 0) continue;
+    const float scans = reference.scans[j], total = scans + offset_count[j];
+    const float own =
+        reference.nx[j] * reference.points.x[j] + reference.ny[j] * reference.points.y[j] - reference.d[j];
+    reference.shift_point(j, (scans * own + offset_sum[j]) / total - own);
+    reference.scans[j] = std::min(static_cast<float>(max_scans), total);
+  }
+  fit_reference();
+}
+
+void PlIcp::improve_reference(int max_scans) {
+  State& s = *state_;
+  if (!s.matched || !(s.params.line_half_length_m > 0)) return;
+  for (const IcpPairs::Pair& pair : s.pairs.pairs()) {
+    if (!s.reference.smooth[pair.line] || s.reference.scans[pair.line] >= static_cast<float>(max_scans))
+      continue;
+    s.offset_sum[pair.line] -= pair.error;
+    s.offset_count[pair.line] += 1;
+  }
+  ++s.improved_scans;
+  // Fits get rarer as the mean settles.
+  if (++s.pending_scans > s.improved_scans / 4) s.apply_pending(max_scans);
+  s.matched = false;  // the pairs belong to lines that are no more
+}
+
+/// Draws the points of the last scan towards the lines they were paired with, by what these lines know.
+void PlIcp::State::carry_over(ReferenceLines& next, int max_scans) const {
+  for (const IcpPairs::Pair& pair : pairs.pairs()) {
+    if (!reference.smooth[pair.line]) continue;
+    const float nx = reference.nx[pair.line], ny = reference.ny[pair.line],
+                scans = reference.scans[pair.line];
+    const float cosine = (nx * pair.qx + ny * pair.qy) / sensed.range[pair.point];
+    if (std::abs(cosine) < 0.05F) continue;
+    const float along = pair.error * scans / (scans + 1) / cosine;
+    const float range = sensed.range[pair.point] + along;
+    if (!(range > 0) || std::abs(along) > static_cast<float>(kMaxCarryShift * range_sigma_m)) continue;
+    const float factor = range / sensed.range[pair.point];
+    next.points.x[pair.point] *= factor;
+    next.points.y[pair.point] *= factor;
+    next.points.range[pair.point] = range;
+    next.scans[pair.point] = std::min(static_cast<float>(max_scans), scans + 1);
+  }
+}
+
+void PlIcp::advance_reference(int max_scans) {
+  State& s = *state_;
+  ReferenceLines& next = s.spare;
+  next.points = s.sensed;
+  next.scans.assign(next.size(), 1.0F);
+  if (s.matched && max_scans > 1 && s.params.line_half_length_m > 0) s.carry_over(next, max_scans);
+  std::swap(s.reference, next);
+  s.reference_origin_m = s.sensed_origin_m;
+  s.reference_sigma_m = s.sigma_of(s.sensed);
+  s.improved_scans = 0;
+  s.matched = false;
+  s.fit_reference();
+}
+
+}  // namespace hm

@@ -1,0 +1,66 @@
+#pragma once
+#include "hm/geometry/se2.hpp"
+#include "hm/laser/matching/pl_icp.hpp"
+
+namespace hm {
+
+/// One sensed point and the reference line that it was paired with.
+struct PointLinePair {
+  double nx = 0, ny = 0;  ///< unit normal of the line
+  double px = 0, py = 0;  ///< the point, turned by the present rotation, not shifted
+  double error = 0;       ///< signed distance still to go: offset of the line - normal * transformed point
+  double weight = 0;
+};
+
+/// The quadratic cost of one iteration in v = (dx, dy, cos, sin) of the motion still to be made:
+/// sum of weight * (n . (R p + dt) - n . p - error)^2, turned about the sensed scan's origin.
+struct PointToLineSums {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Zero();  ///< sum of weight * row * row^T (upper triangle)
+  Eigen::Vector4d g = Eigen::Vector4d::Zero();  ///< sum of weight * row * error
+  double weight = 0;                            ///< sum of weights
+  double squared_range_m2 = 0;                  ///< weighted sum of squared ranges
+
+  void add(const PointLinePair& pair) {
+    const double a = pair.nx * pair.px + pair.ny * pair.py, b = pair.ny * pair.px - pair.nx * pair.py;
+    const double wx = pair.weight * pair.nx, wy = pair.weight * pair.ny, wa = pair.weight * a,
+                 wb = pair.weight * b;
+    m(0, 0) += wx * pair.nx, m(0, 1) += wx * pair.ny, m(0, 2) += wx * a, m(0, 3) += wx * b;
+    m(1, 1) += wy * pair.ny, m(1, 2) += wy * a, m(1, 3) += wy * b;
+    m(2, 2) += wa * a, m(2, 3) += wa * b, m(3, 3) += wb * b;
+    g(0) += wx * pair.error, g(1) += wy * pair.error, g(2) += wa * pair.error, g(3) += wb * pair.error;
+    weight += pair.weight;
+    squared_range_m2 += pair.weight * (pair.px * pair.px + pair.py * pair.py);
+  }
+  /// Information of (x, y, angle) about the present motion: J^T W J.
+  [[nodiscard]] Mat3 information() const;
+  /// J^T W error.
+  [[nodiscard]] Vec3 gradient() const { return {g(0), g(1), g(3)}; }
+  /// Root mean square range of the points, at least 1 cm: the arm that turns angles into metres.
+  [[nodiscard]] double arm_m() const;
+};
+
+/// The motion (dx, dy, angle) with the smallest cost of all, exactly: the translation eliminated by a Schur
+/// complement, the rotation as the largest root of the secular equation of c^2 + s^2 = 1 (Censi, ICRA 2008,
+/// whose quartic has the same root). The translation block of `m` must be regular.
+Vec3 exact_step(const PointToLineSums& sums);
+
+/// When a direction counts as free.
+struct InformationLimits {
+  double min_ratio = 0;   ///< of the sum of weights
+  double over_noise = 0;  ///< times the information that noisy normals feign
+};
+
+/// Directions whose information is below the limits. `feigned` is the expected information of noise alone,
+/// in the form of PointToLineSums::information().
+FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& feigned,
+                                    const InformationLimits& limits);
+
+/// The Gauss-Newton step that leaves the free directions alone, and takes back what `moved`, the motion made
+/// so far (dx, dy, angle), has gone along them.
+Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums, const Vec3& moved);
+
+/// Inverse of the information on what is not free, zero along what is: the pseudo-inverse that the covariance
+/// is made with.
+Mat3 inverse_information(const FreeDirections& free, const Mat3& information);
+
+}  // namespace hm

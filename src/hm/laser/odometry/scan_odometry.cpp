@@ -1,0 +1,211 @@
+#include "hm/laser/odometry/scan_odometry.hpp"
+
+#include <cmath>
+
+namespace hm {
+
+std::string_view to_string(OdometryStatus status) {
+  switch (status) {
+    case OdometryStatus::kFirstScan:
+      return "first scan";
+    case OdometryStatus::kTracking:
+      return "tracking";
+    case OdometryStatus::kFound:
+      return "found";
+    case OdometryStatus::kMatchFailed:
+      return "match failed";
+    case OdometryStatus::kRestarted:
+      return "restarted";
+    case OdometryStatus::kTimeBackwards:
+      return "time backwards";
+    case OdometryStatus::kTooFewPoints:
+      return "too few points";
+  }
+  return "";
+}
+
+namespace {
+
+/// Covariance of (x, y, angle) of T_a_b * T_b_c from those of both, each along its left frame's axes.
+Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, const Mat3& covariance_b_c) {
+  Mat3 first = Mat3::Identity(), second = Mat3::Identity();
+  const Vec2 lever = T_a_b.rotation() * T_b_c.translation();
+  first(0, 2) = -lever.y();
+  first(1, 2) = lever.x();
+  second.topLeftCorner<2, 2>() = T_a_b.rotation();
+  return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
+}
+
+/// Turns covariances of (x, y, angle) into the axes of another frame.
+Mat3 in_axes_of(const SE2& T_a_b) {
+  Mat3 turn = Mat3::Identity();
+  turn.topLeftCorner<2, 2>() = T_a_b.rotation();
+  return turn;
+}
+
+}  // namespace
+
+ScanOdometry::ScanOdometry(const ScanOdometryParams& params)
+    : params_(params), matcher_(params.matcher), velocity_(params.velocity_alpha, params.velocity_beta) {}
+
+void ScanOdometry::start(const SE2& T_odom_base) {
+  last_stamp_.reset();
+  T_odom_base_ = T_odom_keyframe_ = T_odom_base;
+  T_base_predicted_ = {};
+  keyframe_covariance_.setZero();
+  keyframes_ = 0;
+  failures_ = 0;
+  velocity_.reset(T_odom_base);
+}
+
+OdometryStep ScanOdometry::begin(const PlanarScan& scan) {
+  OdometryStep step;
+  step.stamp = scan.stamp;
+  step.T_odom_base_predicted = T_odom_base_;
+  if (scan.size() < static_cast<std::size_t>(params_.matcher.min_pairs)) return step;
+  matcher_.set_reference(scan);
+  step.status = OdometryStatus::kFirstScan;
+  step.T_odom_base = T_odom_base_;
+  step.T_keyframe_base = SE2();
+  step.new_keyframe = true;
+  T_odom_keyframe_ = T_odom_base_;
+  last_stamp_ = scan.stamp;
+  velocity_.reset(T_odom_base_);
+  return step;
+}
+
+SE2 ScanOdometry::predicted_motion(double dt_s, const MotionPrediction& prediction) const {
+  SE2 motion;
+  if (prediction.T_last_now)
+    motion = *prediction.T_last_now;
+  else if (prediction.velocity_base)
+    motion = SE2::exp(*prediction.velocity_base * dt_s);
+  else if (params_.use_velocity && dt_s <= params_.max_gap_s)
+    motion = SE2::exp(velocity_.velocity() * dt_s);
+  if (prediction.yaw_change_rad) motion = SE2(motion.translation(), *prediction.yaw_change_rad);
+  return motion;
+}
+
+OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPrediction& prediction) {
+  if (!last_stamp_) return begin(scan);
+  OdometryStep step;
+  step.stamp = scan.stamp;
+  step.keyframe = keyframes_;
+  const double dt_s = (scan.stamp - *last_stamp_).seconds();
+  if (!(dt_s > 0)) {
+    step.status = OdometryStatus::kTimeBackwards;
+    step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
+    return step;
+  }
+  last_stamp_ = scan.stamp;
+  step.after_gap = dt_s > params_.max_gap_s;
+  // The motion since the last scan, in that scan's body frame: composed on the right.
+  T_base_predicted_ = T_base_predicted_ * predicted_motion(dt_s, prediction);
+  step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
+  unmatched_s_ += dt_s;
+  match(scan, prediction, step);
+  return step;
+}
+
+/// From the prediction, or from where the scan is found; where the reference shows too little of the scan,
+/// what was found counts.
+void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step) {
+  const auto match_from = [&](const SE2& T_odom_base) {
+    step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * T_odom_base);
+  };
+  if (!prediction.find || !prediction.find_first) {
+    match_from(step.T_odom_base_predicted);
+    if (is_well_paired(step.match) || (step.match.ok() && !prediction.find)) return track(step);
+  }
+  std::optional<FoundPose> found;
+  if (prediction.find) {
+    step.searched = true;
+    found = prediction.find(scan, step.T_odom_base_predicted);
+    match_from(found ? found->T_odom_base : step.T_odom_base_predicted);
+  }
+  if (found && !is_well_paired(step.match)) return adopt(scan, *found, step);
+  if (step.match.ok()) return track(step);
+  lose(scan, step);
+}
+
+bool ScanOdometry::is_well_paired(const ScanMatch& match) const {
+  return match.ok() && static_cast<double>(match.pairs) >=
+                           params_.find_min_pairs_ratio * static_cast<double>(match.sensed_points);
+}
+
+/// The pose of this scan is known: the velocity follows, failures are forgotten.
+void ScanOdometry::conclude(const SE2& T_odom_base) {
+  T_odom_base_ = T_odom_base;
+  T_base_predicted_ = {};
+  if (unmatched_s_ > params_.max_gap_s)
+    velocity_.reset(T_odom_base_);
+  else
+    velocity_.update(T_odom_base_, unmatched_s_);
+  unmatched_s_ = 0;
+  failures_ = 0;
+}
+
+void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step) {
+  conclude(found.T_odom_base);
+  step.status = OdometryStatus::kFound;
+  step.T_odom_base = T_odom_base_;
+  step.T_keyframe_base = T_odom_keyframe_.inverse() * T_odom_base_;
+  const Mat3 turn = in_axes_of(T_odom_keyframe_.inverse());
+  step.match.covariance = turn * found.covariance * turn.transpose();
+  step.covariance =
+      compose(T_odom_keyframe_, keyframe_covariance_, *step.T_keyframe_base, step.match.covariance);
+  matcher_.set_reference(scan);
+  begin_keyframe(step);
+}
+
+void ScanOdometry::track(OdometryStep& step) {
+  const SE2 T_keyframe_base = *step.match.T_reference_sensed;
+  conclude(T_odom_keyframe_ * T_keyframe_base);
+  step.status = OdometryStatus::kTracking;
+  step.T_odom_base = T_odom_base_;
+  step.T_keyframe_base = T_keyframe_base;
+  step.covariance = compose(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
+  if (!wants_keyframe(step.match)) {
+    if (params_.reference_scans > 1) matcher_.improve_reference(params_.reference_scans);
+    return;
+  }
+  matcher_.advance_reference(params_.reference_scans);
+  begin_keyframe(step);
+}
+
+void ScanOdometry::begin_keyframe(OdometryStep& step) {
+  T_odom_keyframe_ = T_odom_base_;
+  keyframe_covariance_ = step.covariance;
+  ++keyframes_;
+  step.new_keyframe = true;
+}
+
+bool ScanOdometry::wants_keyframe(const ScanMatch& match) const {
+  if (!params_.use_keyframes) return true;
+  const SE2& T_keyframe_base = *match.T_reference_sensed;
+  return T_keyframe_base.translation().norm() > params_.keyframe_distance_m ||
+         std::abs(T_keyframe_base.angle()) > params_.keyframe_angle_rad ||
+         static_cast<double>(match.pairs) <
+             params_.keyframe_min_pairs_ratio * static_cast<double>(match.sensed_points);
+}
+
+/// No match: the reference stays until too many scans have failed; then the trajectory goes on from where the
+/// prediction says the vehicle is.
+void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
+  step.status = OdometryStatus::kMatchFailed;
+  if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.min_pairs))
+    return;
+  T_odom_base_ = step.T_odom_base_predicted;
+  T_base_predicted_ = {};
+  matcher_.set_reference(scan);
+  velocity_.reset(T_odom_base_);
+  unmatched_s_ = 0;
+  failures_ = 0;
+  step.status = OdometryStatus::kRestarted;
+  step.T_odom_base = T_odom_base_;
+  step.covariance = keyframe_covariance_;
+  step.covariance.diagonal().array() += kFreeDirectionVariance_m2;
+  begin_keyframe(step);
+}
+
+}  // namespace hm

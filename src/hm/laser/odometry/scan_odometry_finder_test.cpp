@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/laser/testing/planar_world.hpp"
+
+namespace hm {
+namespace {
+
+using laser_testing::PlanarWorld;
+
+/// Scans from these places, 40 a second.
+std::vector<PlanarScan> scans_from(const PlanarWorld& world, const std::vector<SE2>& path) {
+  Rng rng(1);
+  std::vector<PlanarScan> scans;
+  for (const SE2& pose : path) {
+    scans.push_back(planar_scan_of_world(world, pose, {541, 4.71238898038469, 30, 0.01}, rng));
+    scans.back().stamp = Time::from_seconds(100 + 0.025 * static_cast<double>(scans.size()));
+  }
+  return scans;
+}
+
+TEST(ScanOdometryFinder, WhereNoMatchIsFoundTheFinderIsAsked) {
+  const PlanarWorld world = laser_testing::office_world();
+  // A turn that no velocity foretells, and after which the laser sees nothing of what it saw before.
+  const SE2 start = laser_testing::office_loop(5), turned = start * SE2(0.1, 0, 2.2);
+  std::vector<PlanarScan> scans = scans_from(world, {start, start, turned, turned});
+  for (PlanarScan& scan : scans) {
+    for (std::size_t i = 0; i < scan.size(); ++i)
+      if (std::abs(scan.bearings_rad[i]) > 0.8) scan.points_m[i].setConstant(std::nan(""));
+    sort_by_bearing(scan);
+  }
+  ScanOdometryParams params;
+  params.use_velocity = false;
+  int asked = 0;
+  MotionPrediction prediction;
+  prediction.find = [&](const PlanarScan&, const SE2& predicted) -> std::optional<FoundPose> {
+    ++asked;
+    EXPECT_LT((predicted.translation() - Vec2(0, 0)).norm(), 0.01);
+    return FoundPose{SE2(0.1, 0, 2.2), 1e-4 * Mat3::Identity()};
+  };
+  ScanOdometry odometry(params);
+  std::vector<OdometryStep> steps;
+  for (const PlanarScan& scan : scans) steps.push_back(odometry.process(scan, prediction));
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(steps[1].status, OdometryStatus::kTracking);
+  EXPECT_FALSE(steps[1].searched);
+  EXPECT_EQ(steps[2].status, OdometryStatus::kFound);
+  EXPECT_TRUE(steps[2].searched && steps[2].new_keyframe);
+  EXPECT_EQ(steps[2].T_odom_base->vector(), SE2(0.1, 0, 2.2).vector());
+  EXPECT_GT(steps[2].covariance(0, 0), 0.9e-4);
+  EXPECT_EQ(steps[3].status, OdometryStatus::kTracking);
+  EXPECT_LT((steps[3].T_odom_base->translation() - Vec2(0.1, 0)).norm(), 0.02);
+  // Without a finder the poorly paired match is all there is: it is taken, and says of itself that it is poor.
+  ScanOdometry alone(params);
+  for (std::size_t i = 0; i < 2; ++i) alone.process(scans[i]);
+  const OdometryStep poor = alone.process(scans[2]);
+  EXPECT_EQ(poor.status, OdometryStatus::kTracking);
+  EXPECT_LT(static_cast<double>(poor.match.pairs),
+            params.find_min_pairs_ratio * static_cast<double>(poor.match.sensed_points));
+}
+
+TEST(ScanOdometryFinder, TheFinderCanComeFirst) {
+  const PlanarWorld world = laser_testing::office_world();
+  const SE2 start = laser_testing::office_loop(5);
+  const std::vector<PlanarScan> scans = scans_from(world, {start, start * SE2(0.1, 0, 0.5)});
+  for (const bool finds : {true, false}) {
+    int asked = 0;
+    MotionPrediction prediction;
+    prediction.find_first = true;
+    prediction.find = [&](const PlanarScan&, const SE2&) -> std::optional<FoundPose> {
+      ++asked;
+      if (!finds) return std::nullopt;
+      return FoundPose{SE2(0.12, 0.01, 0.48), Mat3::Identity()};
+    };
+    ScanOdometry odometry;
+    odometry.process(scans[0], prediction);
+    const OdometryStep step = odometry.process(scans[1], prediction);
+    EXPECT_EQ(asked, 1);
+    EXPECT_EQ(step.status, OdometryStatus::kTracking);  // the match counts, from wherever it began
+    const double error_m = (step.T_odom_base->translation() - Vec2(0.1, 0)).norm();
+    EXPECT_LT(error_m, finds ? 0.02 : 0.5);
+  }
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,99 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "hm/core/params.hpp"
+#include "hm/laser/odometry/attitude_history.hpp"
+#include "hm/laser/matching/planar_scan.hpp"
+#include "hm/sensors/laser_rig.hpp"
+#include "hm/sensors/laser_scan.hpp"
+
+namespace hm {
+
+struct ScanProjectionParams {
+  double max_tilt_rad = 0.35;
+  double surface_margin_m = 0.15;
+  double reference_moment_ratio = 0.5;
+  int every_nth_beam = 1;
+  double min_spacing_m = 0;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"max_tilt_rad", {0, 1.5}, "a beam measured while the vehicle tilted more is left out"},
+      self.max_tilt_rad);
+    v(ParamDoc{"surface_margin_m", {0, 5}, "end points within this of the floor or the ceiling are left out"},
+      self.surface_margin_m);
+    v(ParamDoc{"reference_moment_ratio",
+               {0, 1},
+               "moment of the planar scan within its sweep: 0 first beam, 1 last"},
+      self.reference_moment_ratio);
+    v(ParamDoc{"every_nth_beam", {1, 1000}, "1 takes every beam, 5 every fifth"}, self.every_nth_beam);
+    v(ParamDoc{"min_spacing_m", {0, 10}, "a point closer than this to the last one kept is left out"},
+      self.min_spacing_m);
+  }
+};
+
+/// What is known of the vehicle while it swept a scan; every part may be missing.
+struct SweepMotion {
+  const AttitudeHistory* attitude =
+      nullptr;  ///< R_world_base; null: level, and no yaw motion but the velocity's
+  /// Velocity in `ortho` at the scan's moment: x, y (m/s) and yaw rate (rad/s; used only without attitude).
+  std::optional<Vec3> velocity_ortho;
+  std::optional<double> height_above_floor_m;       ///< of the base
+  std::optional<double> clearance_below_ceiling_m;  ///< of the base
+};
+
+enum class ProjectionStatus {
+  kOk,
+  kNoAttitude,    ///< there is a history of attitudes, but it does not reach the scan
+  kTiltTooLarge,  ///< most of the sweep was measured beyond max_tilt_rad
+  kNoPoints,      ///< every beam was left out; the counts say why
+};
+std::string_view to_string(ProjectionStatus status);
+
+/// What became of the beams: `points` plus all counts is the number of beams of the scan.
+struct ProjectionCounts {
+  std::size_t mirrored = 0;      ///< not in the rig's horizontal range
+  std::size_t thinned = 0;       ///< by every_nth_beam and min_spacing_m
+  std::size_t invalid = 0;       ///< NaN
+  std::size_t out_of_range = 0;  ///< at or below range_min, at or beyond range_max, nothing seen
+  std::size_t tilted = 0, floor = 0, ceiling = 0;
+  std::size_t without_attitude = 0;
+};
+
+struct ProjectedScan {
+  ProjectionStatus status = ProjectionStatus::kNoPoints;
+  PlanarScan scan;  ///< empty unless the status is kOk
+  ProjectionCounts counts;
+  double tilt_rad = 0;  ///< at the scan's moment
+};
+
+/// Brings scans into the frame `ortho`: the vehicle's base (not the laser, whose lever arm moves with the
+/// tilt) without its height, roll and pitch, at one moment of the sweep (dissertation 2.2.2, eqs 2.1-2.3).
+/// Every beam is turned by the attitude at its own time, and shifted by the motion since the scan's moment.
+///
+/// Not thread safe (keeps the beams' sines and cosines). Bearings and ranges of the result are seen from the
+/// laser's place in `ortho` at the scan's moment.
+class ScanProjector {
+ public:
+  explicit ScanProjector(const LaserRig& rig, const ScanProjectionParams& params = {});
+  /// Projects one scan. Any scan is allowed; what could not be used is counted, never an error.
+  ProjectedScan project(const LaserScan& scan, const SweepMotion& motion = {});
+
+ private:
+  struct BeamMotion;
+  class SweepInterpolation;
+  void prepare_directions(const LaserScan& scan);
+  void project_beam(const Vec2& end_laser_m, const BeamMotion& beam, const SweepMotion& motion,
+                    ProjectedScan& result) const;
+  static void conclude(std::size_t beams, ProjectedScan& result);
+
+  LaserRig rig_;
+  ScanProjectionParams params_;
+  double angle_min_rad_ = 0, angle_increment_rad_ = 0;  // of directions_
+  std::vector<Vec2> directions_;
+};
+
+}  // namespace hm

@@ -1,0 +1,147 @@
+#include "hm/mapping/dense_pipeline.hpp"
+
+#include <algorithm>
+
+#include "hm/core/check.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/mesh/simplify.hpp"
+#include "hm/core/process_memory.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::uint8_t kAllLayers = 0x3f;
+
+/// Why a frame cannot be integrated whatever it shows, or nothing.
+std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
+  if (!frame.T_world_camera) return "no pose";
+  if (!frame.T_world_camera->matrix().allFinite()) return "its pose is not finite";
+  if (!is_rigid(*frame.T_world_camera)) return "its pose is not a rigid motion";
+  if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
+    return fmt::format("its depth picture is {} x {}, the camera's {} x {}", frame.depth.width(),
+                       frame.depth.height(), camera.width, camera.height);
+  return {};
+}
+
+}  // namespace
+
+struct DensePipeline::Impl {
+  Impl(const Parameters& all, const PinholeCamera& its_camera, int threads)
+      : parameters(all),
+        camera(its_camera),
+        loop(threads),
+        grid(Integrator::make_grid(all.tsdf)),
+        integrator(all.tsdf, all.depth_noise, its_camera, loop),
+        mesher(all.mesh, loop),
+        aligner(all.alignment, all.tsdf, all.depth_noise, its_camera) {}
+
+  Parameters parameters;
+  PinholeCamera camera;
+  ParallelLoop loop;
+  VolumeGrid grid;
+  Integrator integrator;
+  IncrementalMesher mesher;
+  TrajectoryAligner aligner;
+
+  void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
+};
+
+DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
+    : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
+  HM_CHECK(camera.distortion.is_zero(), "the camera has lens distortion");
+}
+DensePipeline::~DensePipeline() = default;
+
+const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
+VolumeGrid& DensePipeline::grid() { return impl_->grid; }
+const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
+const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
+const SE3& DensePipeline::T_map_given() const { return impl_->aligner.T_map_odom(); }
+void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->aligner.set_T_map_odom(T_map_given); }
+
+void DensePipeline::adopt(VolumeGrid grid) {
+  HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
+           "voxels of {} m, units of {} m", grid.voxel_size_m(), grid.sdf_unit_m());
+  impl_->grid = std::move(grid);
+  impl_->mesher.mark_all(impl_->grid);
+}
+
+FrameOutcome DensePipeline::process(const RgbdFrame& frame) {
+  if (!impl_->parameters.reconstruction.align) return process_in_map(frame);
+  FrameOutcome outcome;
+  outcome.skipped_because = unusable_because(frame, impl_->camera);
+  if (!outcome.skipped_because.empty()) return outcome;
+  outcome.alignment = impl_->aligner.align(impl_->grid, frame.depth, *frame.T_world_camera);
+  outcome.T_world_camera = outcome.alignment->T_world_camera;
+  impl_->integrate(frame, outcome);
+  return outcome;
+}
+
+FrameOutcome DensePipeline::process_in_map(const RgbdFrame& frame) {
+  FrameOutcome outcome;
+  outcome.skipped_because = unusable_because(frame, impl_->camera);
+  if (!outcome.skipped_because.empty()) return outcome;
+  outcome.T_world_camera = *frame.T_world_camera;
+  impl_->integrate(frame, outcome);
+  return outcome;
+}
+
+/// Integrates and meshes with the outcome's pose.
+void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcome) {
+  outcome.scan = integrator.integrate(grid, {frame, outcome.T_world_camera});
+  outcome.skipped_because = outcome.scan.nothing_integrated_because;
+  outcome.integrated = outcome.skipped_because.empty();
+  mesher.mark_changed(outcome.scan.changed);
+  const ReconstructionParams& params = parameters.reconstruction;
+  if (params.live_mesh) {
+    const MeshUpdateStats mesh = mesher.update(grid, params.mesh_budget_ms);
+    outcome.mesh_ms = mesh.update_ms;
+    outcome.volumes_waiting = mesh.volumes_waiting;
+  }
+  const Stopwatch packing;
+  grid.pack_idle();
+  outcome.pack_ms = packing.milliseconds();
+}
+
+void DensePipeline::replace(std::span<const VolumeKey> keys, const VolumeGrid& from) {
+  VolumeGrid& grid = impl_->grid;
+  std::vector<ChangedVolume> changed;
+  for (const VolumeKey& key : keys) {
+    const bool was_there = grid.contains(key);
+    if (was_there) grid.release(key);
+    const Volume* source = from.find(key);
+    Volume* volume = source ? grid.allocate(key) : nullptr;
+    if (!volume && !was_there) continue;
+    changed.push_back({key, kAllLayers, volume == nullptr});
+    if (!volume) continue;
+    std::copy_n(source->voxels, kVolumeVoxels, volume->voxels);
+    if (source->colors && grid.allocate_colors(*volume))
+      std::copy_n(source->colors, kVolumeVoxels, volume->colors);
+    grid.set_may_hold_interior(key, from.may_hold_interior(key));
+  }
+  impl_->mesher.mark_changed(changed);
+}
+
+void DensePipeline::swap_grid(VolumeGrid& other) {
+  HM_CHECK(!impl_->grid.snapshot_under_way(), "the map is being saved");
+  std::swap(impl_->grid, other);
+  impl_->mesher.mark_all(impl_->grid);
+}
+
+TriangleMesh DensePipeline::finished_mesh() {
+  impl_->mesher.update(impl_->grid);
+  return clean_mesh(impl_->mesher.whole_mesh(), impl_->parameters.mesh);
+}
+
+TriangleMesh DensePipeline::take_finished_mesh() {
+  impl_->mesher.update(impl_->grid);
+  impl_->grid = Integrator::make_grid(impl_->parameters.tsdf);
+  trim_memory();
+  TriangleMesh whole = impl_->mesher.whole_mesh();
+  impl_->mesher = IncrementalMesher(impl_->parameters.mesh, impl_->loop);
+  trim_memory();
+  return clean_mesh(std::move(whole), impl_->parameters.mesh);
+}
+
+}  // namespace hm

@@ -1,0 +1,80 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+#include "hm/mesh/incremental_mesher.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/projection/scan_stats.hpp"
+#include "hm/tsdf/alignment/trajectory_aligner.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
+
+namespace hm {
+
+/// What became of one frame.
+struct FrameOutcome {
+  bool integrated = false;
+  std::string skipped_because;               ///< in words, when it was not integrated
+  SE3 T_world_camera;                        ///< with which it was integrated
+  std::optional<AlignmentResult> alignment;  ///< nothing where poses are taken as given
+  ScanStats scan;
+  double mesh_ms = 0;
+  double pack_ms = 0;               ///< packing volumes that are out of sight
+  std::size_t volumes_waiting = 0;  ///< for meshing
+};
+
+/// The dense system in memory (dissertation ch. 4): frames with poses in, a volume grid and its mesh out.
+/// One thread calls it; it computes on `threads` threads, with the same bits for any number of them.
+class DensePipeline {
+ public:
+  /// The camera must be free of lens distortion; the parameters must pass check_parameters().
+  DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads);
+  ~DensePipeline();
+  DensePipeline(const DensePipeline&) = delete;
+  DensePipeline& operator=(const DensePipeline&) = delete;
+
+  /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
+  void adopt(VolumeGrid grid);
+
+  /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_given()) and, with
+  /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
+  /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
+  FrameOutcome process(const RgbdFrame& frame);
+  /// The same with a pose that is in the map already: nothing is aligned.
+  FrameOutcome process_in_map(const RgbdFrame& frame);
+
+  // ---- a map that was made again beside this one (MapRebuild) ----
+  /// Puts these volumes of another grid in the place of the map's; those that it does not have are released.
+  void replace(std::span<const VolumeKey> keys, const VolumeGrid& from);
+  /// Exchanges the whole map. The mesh of the old one stays until the new one's is made, as after process().
+  void swap_grid(VolumeGrid& other);
+
+  /// What alignment has found out so far about the world of the given poses (TrajectoryAligner::T_map_odom).
+  [[nodiscard]] const SE3& T_map_given() const;
+  /// For going on with a map, or after a loop was closed.
+  void set_T_map_given(const SE3& T_map_given);
+
+  /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
+  /// say.
+  TriangleMesh finished_mesh();
+  /// The same, for the end of a run: gives the map's memory back before the whole mesh is made, so that a
+  /// house needs no more memory at its end than while it was scanned. The grid is empty afterwards.
+  TriangleMesh take_finished_mesh();
+
+  [[nodiscard]] const VolumeGrid& grid() const;
+  /// For saving (MapSaver); only process() changes what is in it.
+  [[nodiscard]] VolumeGrid& grid();
+  [[nodiscard]] const IncrementalMesher& mesher() const;
+  [[nodiscard]] const ParallelLoop& loop() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

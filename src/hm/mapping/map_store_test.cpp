@@ -1,0 +1,233 @@
+#include "hm/mapping/map_store.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <set>
+
+#include "hm/core/rng.hpp"
+
+namespace hm {
+namespace {
+
+std::filesystem::path temporary_map(const char* name) {
+  return std::filesystem::path(testing::TempDir()) / fmt::format("hm_{}_{}.hmap", name, getpid());
+}
+
+MapHeader header_for(const VolumeGrid& grid) {
+  MapHeader header;
+  header.voxel_size_m = grid.voxel_size_m();
+  header.sdf_unit_m = grid.sdf_unit_m();
+  return header;
+}
+
+void fill(Volume& volume, Rng& rng) {
+  for (int i = 0; i < kVolumeVoxels; ++i) {
+    if (rng.below(3) == 0) continue;
+    volume.voxels[i] = TsdfVoxel::make(static_cast<std::int16_t>(static_cast<int>(rng.below(65536)) - 32768),
+                                       static_cast<std::uint16_t>(1 + rng.below(65535)));
+    if (volume.colors) volume.colors[i].bits = rng.next_u32();
+  }
+}
+
+void expect_equal(const VolumeGrid& a, const VolumeGrid& b) {
+  ASSERT_EQ(a.sorted_keys(), b.sorted_keys());
+  for (const VolumeKey& key : a.sorted_keys()) {
+    const Volume *va = a.find(key), *vb = b.find(key);
+    EXPECT_TRUE(std::equal(va->voxels, va->voxels + kVolumeVoxels, vb->voxels));
+    ASSERT_EQ(va->colors == nullptr, vb->colors == nullptr);
+    EXPECT_TRUE(!va->colors || std::equal(va->colors, va->colors + kVolumeVoxels, vb->colors));
+    EXPECT_EQ(a.may_hold_interior(key), b.may_hold_interior(key));
+  }
+}
+
+/// Changes a grid at random: new volumes, new voxels, colour planes, marks, releases.
+std::vector<ChangedVolume> change(VolumeGrid& grid, Rng& rng) {
+  std::vector<ChangedVolume> changed;
+  for (int i = 0; i < 40; ++i) {
+    const auto coordinate = [&] { return static_cast<std::int32_t>(rng.below(7)) - 3; };
+    const VolumeKey key{coordinate(), coordinate(), coordinate()};
+    if (rng.below(5) == 0) {
+      grid.release(key);
+    } else {
+      Volume& volume = *grid.allocate(key);
+      if (rng.below(2) == 0) grid.allocate_colors(volume);
+      fill(volume, rng);
+      grid.set_may_hold_interior(key, rng.below(2) == 0);  // right or not: it has to come back
+    }
+    changed.push_back({key, 0x3f, false});
+  }
+  return changed;
+}
+
+/// A header that also hands out the marks that belong to it.
+MapSaver::MakeHeader header_that_keeps(const VolumeGrid& grid, std::set<VolumeKey>& stored) {
+  return [header = header_for(grid), &stored](const std::set<VolumeKey>& marks) {
+    stored = marks;
+    return header;
+  };
+}
+
+/// What a map holds, with its marks.
+VolumeGrid reopened(const std::filesystem::path& path, const std::set<VolumeKey>& stored) {
+  auto file = MapFile::open(path, MapOpenMode::kRead);
+  EXPECT_TRUE(file);
+  auto loaded = load_grid(*file);
+  EXPECT_TRUE(loaded) << to_string(loaded.error());
+  const std::vector<VolumeKey> marks(stored.begin(), stored.end());
+  MapSaver(std::move(*file)).restore_marks(*loaded, marks);
+  return std::move(*loaded);
+}
+
+TEST(MapStore, EverySaveReadsBackExactly) {
+  const auto path = temporary_map("saves");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file) << to_string(file.error());
+  MapSaver saver(std::move(*file));
+  Rng rng(5);
+  for (int round = 0; round < 8; ++round) {
+    for (int scan = 0; scan < 3; ++scan) saver.note(change(grid, rng));
+    std::set<VolumeKey> stored;
+    const auto saved = saver.save(grid, header_that_keeps(grid, stored));
+    ASSERT_TRUE(saved) << to_string(saved.error());
+    EXPECT_EQ(saver.pending(), 0u);
+    expect_equal(grid, reopened(path, stored));
+  }
+  std::filesystem::remove(path);
+}
+
+/// A copy, through the public interface only.
+VolumeGrid copy_of(const VolumeGrid& grid) {
+  VolumeGrid copy(grid.voxel_size_m(), grid.sdf_unit_m());
+  for (const VolumeKey& key : grid.sorted_keys()) {
+    const Volume* from = grid.find(key);
+    Volume* to = copy.allocate(key);
+    std::copy_n(from->voxels, kVolumeVoxels, to->voxels);
+    if (from->colors) {
+      copy.allocate_colors(*to);
+      std::copy_n(from->colors, kVolumeVoxels, to->colors);
+    }
+    copy.set_may_hold_interior(key, grid.may_hold_interior(key));
+  }
+  return copy;
+}
+
+TEST(MapStore, ASaveHoldsTheMomentItBeganWhateverChangesMeanwhile) {
+  const auto path = temporary_map("meanwhile");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  Rng rng(7);
+  for (int round = 0; round < 12; ++round) {
+    for (int scan = 0; scan < 3; ++scan) {
+      saver.note(change(grid, rng));
+      grid.pack_idle(0);
+    }
+    const VolumeGrid then = copy_of(grid);
+    std::set<VolumeKey> stored;
+    ASSERT_TRUE(saver.begin_save(grid, header_that_keeps(grid, stored)));
+    EXPECT_TRUE(saver.saving());
+    for (int scan = 0; scan < round % 4; ++scan) {
+      saver.note(change(grid, rng));
+      grid.pack_idle(0);
+      if (round % 3 == 0) {
+        ASSERT_TRUE(saver.continue_save(grid));
+      }
+    }
+    ASSERT_TRUE(saver.finish_save(grid));
+    EXPECT_FALSE(saver.saving());
+    expect_equal(then, reopened(path, stored));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, ASaveThatIsNotFinishedLeavesTheOneBefore) {
+  const auto path = temporary_map("dropped");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  Rng rng(8);
+  std::set<VolumeKey> stored, unused;
+  VolumeGrid then(0.02, 1e-5);
+  {
+    MapSaver saver(std::move(*file));
+    saver.note(change(grid, rng));
+    ASSERT_TRUE(saver.save(grid, header_that_keeps(grid, stored)));
+    then = copy_of(grid);
+    saver.note(change(grid, rng));
+    ASSERT_TRUE(saver.begin_save(grid, header_that_keeps(grid, unused)));
+  }
+  expect_equal(then, reopened(path, stored));
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, AFailedSaveIsReportedByEveryLaterCall) {
+  const auto path = temporary_map("failing");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  auto blocker = MapFile::open(path, MapOpenMode::kReadWrite);
+  ASSERT_TRUE(blocker);
+  const std::vector<MapBlockKey> nothing;
+  ASSERT_TRUE(blocker->erase(nothing));  // begins a transaction: nobody else may write
+  Rng rng(9);
+  saver.note(change(grid, rng));
+  EXPECT_FALSE(saver.save(grid, header_for(grid)));
+  EXPECT_FALSE(grid.snapshot_under_way());
+  blocker = MapFile::open(path, MapOpenMode::kRead);  // the way is free again
+  saver.note(change(grid, rng));
+  EXPECT_FALSE(saver.save(grid, header_for(grid))) << "what the failed save held is missing";
+  EXPECT_FALSE(saver.continue_save(grid));
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, RegionLoadsTheVolumesThatTouchIt) {
+  const auto path = temporary_map("region");
+  VolumeGrid grid(0.02, 1e-5);
+  std::vector<ChangedVolume> changed;
+  Rng rng(6);
+  for (int x = -5; x < 5; ++x)
+    for (int y = -5; y < 5; ++y) {
+      fill(*grid.allocate({x, y, 0}), rng);
+      changed.push_back({{x, y, 0}, 0x3f, false});
+    }
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  saver.note(changed);
+  ASSERT_TRUE(saver.save(grid, header_for(grid)));
+  MapLoadOptions options;
+  options.region = Box3(Vec3(-0.1, 0.05, 0.01), Vec3(0.2, 0.15, 0.02));  // volumes of 0.16 m
+  const auto part = load_grid(saver.file(), options);
+  ASSERT_TRUE(part);
+  EXPECT_EQ(part->sorted_keys(), grid.keys_in(*options.region));
+  EXPECT_EQ(part->volume_count(), 3u);
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, TooLargeForTheCapIsAnError) {
+  const auto path = temporary_map("cap");
+  VolumeGrid grid(0.02, 1e-5);
+  std::vector<ChangedVolume> changed;
+  for (int x = 0; x < 200; ++x) {
+    grid.allocate({x, 0, 0})->voxels[0] = TsdfVoxel::make(1, 1);
+    changed.push_back({{x, 0, 0}, 0x3f, false});
+  }
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  saver.note(changed);
+  ASSERT_TRUE(saver.save(grid, header_for(grid)));
+  MapLoadOptions options;
+  options.max_bytes = 200'000;
+  const auto loaded = load_grid(saver.file(), options);
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, ErrorCode::kOutOfMemory);
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,123 @@
+#include "hm/mapping/map_writer.hpp"
+
+#include <bit>
+#include <chrono>
+#include <utility>
+
+namespace hm {
+
+MapWriter::MapWriter(MapFile& file, std::set<VolumeKey>& marks, MakeHeader make_header)
+    : file_(file),
+      marks_(marks),
+      make_header_(std::move(make_header)),
+      outcome_(std::async(std::launch::async, [this] { return write_all(); })) {}
+
+MapWriter::~MapWriter() {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (state_ == State::kOpen) state_ = State::kAbandoned;
+  }
+  changed_.notify_all();
+  if (outcome_.valid()) outcome_.wait();
+}
+
+std::size_t MapWriter::waiting() {
+  const std::scoped_lock lock(mutex_);
+  return waiting_;
+}
+
+void MapWriter::wait_below(std::size_t volumes) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return waiting_ < volumes || state_ == State::kFailed; });
+}
+
+void MapWriter::add(std::vector<PageSnapshot> pages) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (state_ == State::kFailed) return;
+    for (PageSnapshot& page : pages) {
+      waiting_ += page.volumes.size();
+      pages_.push_back(std::move(page));
+    }
+  }
+  changed_.notify_all();
+}
+
+void MapWriter::close() {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (state_ == State::kOpen) state_ = State::kClosed;
+  }
+  changed_.notify_all();
+}
+
+bool MapWriter::is_done() const {
+  return outcome_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+Result<void> MapWriter::finish() { return outcome_.get(); }
+
+/// Takes the next page; false when there will be none.
+bool MapWriter::next(PageSnapshot& page) {
+  std::unique_lock lock(mutex_);
+  waiting_ -= page.volumes.size();  // of the page before, which is written now
+  page = {};
+  changed_.notify_all();
+  changed_.wait(lock, [&] { return !pages_.empty() || state_ != State::kOpen; });
+  if (pages_.empty() || state_ == State::kAbandoned) return false;
+  page = std::move(pages_.front());
+  pages_.pop_front();
+  return true;
+}
+
+Result<void> MapWriter::write_all() {
+  Result<void> outcome;
+  PageSnapshot page;
+  while (outcome && next(page)) outcome = write(page);
+  if (outcome) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (state_ == State::kAbandoned) return {};
+    }
+    outcome = file_.commit(make_header_());
+  }
+  if (outcome) return outcome;
+  {
+    const std::scoped_lock lock(mutex_);
+    state_ = State::kFailed;
+    pages_.clear();
+    waiting_ = 0;
+  }
+  changed_.notify_all();
+  return outcome;
+}
+
+Result<void> MapWriter::write(const PageSnapshot& page) {
+  std::uint64_t gone = page.wanted;
+  std::vector<MapBlockView> blocks;
+  voxels_.resize(page.volumes.size() * 2 * kMapBlockVoxels);
+  for (const VolumeSnapshot& volume : page.volumes) {
+    std::uint32_t* plane = voxels_.data() + blocks.size() * 2 * kMapBlockVoxels;
+    static_assert(sizeof(TsdfVoxel) == 4 && sizeof(ColorVoxel) == 4 && kMapBlockVoxels == kVolumeVoxels);
+    volume.contents.unpack(reinterpret_cast<TsdfVoxel*>(plane),
+                           reinterpret_cast<ColorVoxel*>(plane + kMapBlockVoxels));
+    MapBlockView view{{volume.key.x, volume.key.y, volume.key.z}, {plane, kMapBlockVoxels}, {}};
+    if (volume.contents.has_colors()) view.colors = {plane + kMapBlockVoxels, kMapBlockVoxels};
+    blocks.push_back(view);
+    gone &= ~place_bit(volume.key);
+    if (volume.may_hold_interior != volume.contents.holds_interior())
+      marks_.insert(volume.key);
+    else
+      marks_.erase(volume.key);
+  }
+  std::vector<MapBlockKey> erased;
+  for (; gone != 0; gone &= gone - 1) {
+    const VolumeKey key = key_at(page.page, std::countr_zero(gone));
+    erased.push_back({key.x, key.y, key.z});
+    marks_.erase(key);
+  }
+  if (const auto done = file_.erase(erased); !done) return done;
+  return file_.put_blocks(blocks);
+}
+
+}  // namespace hm

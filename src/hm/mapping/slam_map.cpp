@@ -1,0 +1,191 @@
+#include "hm/mapping/slam_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/mapping/live_map_correction.hpp"
+
+namespace hm {
+namespace {
+
+MapRebuildOptions rebuild_options(const Parameters& parameters) {
+  MapRebuildOptions options;
+  options.least_shift_m = parameters.slam.rebuild_shift_voxel * parameters.tsdf.voxel_size_m;
+  options.prefetch_frames = static_cast<std::size_t>(parameters.reconstruction.prefetch_frames);
+  return options;
+}
+
+/// Where loops put a frame; nothing in a map that nothing connects with the first. A submap of which loops
+/// have not heard yet stays as it is.
+std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation& observation) {
+  const auto& keyframes = corrected.keyframes();
+  if (keyframes.empty()) return observation.T_odom_camera;
+  if (observation.stamp >= keyframes.back().stamp && keyframes.back().submap != observation.submap)
+    return observation.T_map_camera;
+  if (corrected.map_at(observation.stamp) != 0) return std::nullopt;
+  return corrected.T_map_camera(observation.stamp, observation.T_odom_camera);
+}
+
+}  // namespace
+
+struct SlamMap::Impl {
+  Impl(const Parameters& all, const Recording& its_recording, const RunContext& its_run)
+      : parameters(all),
+        recording(its_recording),
+        run(its_run),
+        options(rebuild_options(all)),
+        dense(all, its_recording.info().camera.without_distortion(), its_run.threads) {
+    run.stop = {};  // who asks to stop gets what there is, and that is right
+  }
+
+  Parameters parameters;
+  const Recording& recording;
+  RunContext run;
+  MapRebuildOptions options;
+  DensePipeline dense;
+  ObservationLog log;
+  std::unique_ptr<LiveMapCorrection> live;  ///< made by the first loop
+  LiveRgbdLoopCloser::Snapshot now;         ///< what loops say
+  std::size_t solutions_begun = 0;          ///< that are in the map, or in the rebuild under way
+  LiveCorrection under_way;
+  std::vector<LiveCorrection> corrections;
+
+  void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
+  void begin(const RgbdFrame& frame);
+  [[nodiscard]] std::optional<SE3> pose_of_new_frame(const TrackedFrame& tracked) const;
+  [[nodiscard]] PoseOfObservation final_poses(const CorrectedKeyframes& keyframes) const;
+  [[nodiscard]] MapRebuild whole_rebuild() const;
+};
+
+SlamMap::SlamMap(const Parameters& parameters, const Recording& recording, const RunContext& run)
+    : impl_(std::make_unique<Impl>(parameters, recording, run)) {}
+SlamMap::~SlamMap() = default;
+
+DensePipeline& SlamMap::dense() { return impl_->dense; }
+const DensePipeline& SlamMap::dense() const { return impl_->dense; }
+std::size_t SlamMap::frames_mapped() const { return impl_->log.frames_mapped(); }
+const std::vector<LiveCorrection>& SlamMap::corrections() const { return impl_->corrections; }
+
+std::string SlamMap::progress() const {
+  std::string text = fmt::format("map {} MB", impl_->dense.grid().map_bytes() / 1'000'000);
+  if (!impl_->live || !impl_->live->busy()) return text;
+  const LiveMapCorrection::State state = impl_->live->state();
+  return text + fmt::format(", rebuilding {}/{}", state.frames_done, state.frames_total);
+}
+
+void SlamMap::Impl::exchange(MapRebuild& rebuild, const RgbdFrame& frame) {
+  rebuild.put_into(dense, log);
+  if (rebuild.report().volumes_rebuilt == 0 && rebuild.report().frames_moved == 0) return;
+  under_way.frame_index = frame.index;
+  under_way.stamp = frame.stamp;
+  under_way.map = rebuild.report();
+  corrections.push_back(under_way);
+}
+
+void SlamMap::Impl::begin(const RgbdFrame& frame) {
+  const Stopwatch watch;
+  if (!live) {
+    MapRebuildOptions moved_only = options;
+    moved_only.extent = RebuildExtent::kMoved;
+    live = std::make_unique<LiveMapCorrection>(parameters, recording, moved_only);
+  }
+  solutions_begun = now.solutions;
+  live->start(log, [corrected = now.corrected](const Observation& o) { return place(*corrected, o); });
+  under_way = {};
+  under_way.begun = frame.stamp;
+  under_way.stall_ms = watch.milliseconds();
+}
+
+void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame) {
+  Impl& impl = *impl_;
+  if (!impl.parameters.slam.rebuild_online) return;
+  impl.now = now;
+  const Stopwatch watch;
+  if (auto rebuild = impl.live ? impl.live->take() : nullptr) {
+    const std::size_t before = impl.corrections.size();
+    impl.exchange(*rebuild, frame);
+    impl.live->discard(std::move(rebuild));
+    if (impl.corrections.size() > before) impl.corrections.back().stall_ms += watch.milliseconds();
+  }
+  if (now.solutions != impl.solutions_begun && !(impl.live && impl.live->busy())) impl.begin(frame);
+}
+
+std::optional<SE3> SlamMap::Impl::pose_of_new_frame(const TrackedFrame& tracked) const {
+  const SE3& T_odom_camera = *tracked.T_odom_camera;
+  if (now.solutions == 0) return tracked.submap == 0 ? std::optional(T_odom_camera) : std::nullopt;
+  const CorrectedKeyframe& last = now.corrected->keyframes().back();
+  if (last.submap != tracked.submap || last.map != 0) return std::nullopt;
+  return now.corrected->T_map_odom() * T_odom_camera;
+}
+
+void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
+  Impl& impl = *impl_;
+  const Observation observation{frame.index, frame.stamp, tracked.submap, *tracked.T_odom_camera,
+                                impl.pose_of_new_frame(tracked)};
+  if (!observation.T_map_camera) return impl.log.note(observation, {});
+  frame.T_world_camera = observation.T_map_camera;
+  const FrameOutcome outcome = impl.dense.process_in_map(frame);
+  if (!outcome.integrated) return;
+  impl.log.note(observation, outcome.scan.changed);
+  if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
+}
+
+/// One decision for all frames, so that it does not depend on what was in the map at which moment.
+PoseOfObservation SlamMap::Impl::final_poses(const CorrectedKeyframes& keyframes) const {
+  double largest_m = 0;
+  for (const Observation& observation : log.observations())
+    if (const auto pose = place(keyframes, observation))
+      largest_m = std::max(largest_m, shift_m(observation.T_odom_camera, *pose, options.at_depth_m));
+  if (largest_m > options.least_shift_m)
+    return [&keyframes](const Observation& o) { return place(keyframes, o); };
+  return [&keyframes](const Observation& o) {
+    return place(keyframes, o) ? std::optional(o.T_odom_camera) : std::nullopt;
+  };
+}
+
+MapRebuild SlamMap::Impl::whole_rebuild() const {
+  MapRebuildOptions whole = options;
+  whole.extent = RebuildExtent::kWhole;
+  whole.threads = run.threads;
+  return MapRebuild(parameters, recording, whole);
+}
+
+MapCorrection SlamMap::correct(const CorrectedKeyframes& keyframes) {
+  Impl& impl = *impl_;
+  impl.live.reset();
+  const PoseOfObservation pose = impl.final_poses(keyframes);
+  const std::vector<Observation> all = impl.log.observations();
+  const bool is_there = std::all_of(all.begin(), all.end(), [&](const Observation& o) {
+    const auto wanted = pose(o);
+    return wanted.has_value() == o.T_map_camera.has_value() &&
+           (!wanted || shift_m(*o.T_map_camera, *wanted, impl.options.at_depth_m) == 0);
+  });
+  MapCorrection nothing;
+  nothing.frames = all.size();
+  nothing.volumes_before = nothing.volumes_after = impl.dense.grid().volume_count();
+  if (is_there && impl.corrections.empty()) return nothing;
+  MapRebuild rebuild = impl.whole_rebuild();
+  return correct_map(impl.dense, impl.log, rebuild, pose, impl.run);
+}
+
+TriangleMesh SlamMap::mesh_of_odometry() {
+  Impl& impl = *impl_;
+  const auto odometry = [](const Observation& o) {
+    return o.submap == 0 ? std::optional(o.T_odom_camera) : std::nullopt;
+  };
+  if (impl.now.solutions == 0) return impl.dense.finished_mesh();
+  MapRebuild rebuild = impl.whole_rebuild();
+  impl.log.close();
+  RunContext run = impl.run;
+  run.progress = [this](const Progress& progress) {
+    if (impl_->run.progress)
+      impl_->run.progress({"mapping odometry's poses, to compare", progress.done, progress.total, {}});
+  };
+  rebuild.replay(impl.log, odometry, run);
+  return rebuild.take_mesh();
+}
+
+}  // namespace hm

@@ -1,0 +1,52 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/mapping/map_rebuild.hpp"
+#include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
+
+namespace hm {
+
+/// A correction of the map while frames were coming in.
+struct LiveCorrection {
+  std::size_t frame_index = 0;  ///< before which the map was exchanged
+  Time begun, stamp;            ///< of the frames where it began and ended
+  MapCorrection map;
+  double stall_ms = 0;  ///< for which tracking had to wait: beginning it and exchanging
+};
+
+/// The dense map of a SLAM run: frames come in where loops put them now; what they have moved is rebuilt
+/// beside the map on a thread of its own, then exchanged, so that the map is whole at any moment. When that
+/// happens depends on the machine's speed; after correct() the map is that of the final poses, to the bit.
+class SlamMap {
+ public:
+  /// The recording must outlive the map.
+  SlamMap(const Parameters& parameters, const Recording& recording, const RunContext& run);
+  ~SlamMap();
+
+  /// To be called before every frame with what loops say now (slam.rebuild_online).
+  void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
+  /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it. Its
+  /// pictures may be taken away.
+  void add(RgbdFrame& frame, const TrackedFrame& tracked);
+  /// Brings the map to its final poses: those of odometry if loops have moved nothing by more than
+  /// slam.rebuild_shift_voxel. It is made again unless it is already there. Gives up what follow() has begun.
+  MapCorrection correct(const CorrectedKeyframes& keyframes);
+  /// The mesh that odometry's poses give, to compare with.
+  TriangleMesh mesh_of_odometry();
+
+  [[nodiscard]] DensePipeline& dense();
+  [[nodiscard]] const DensePipeline& dense() const;
+  [[nodiscard]] std::size_t frames_mapped() const;
+  [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
+  /// For a progress line: its size, and how far a rebuild is.
+  [[nodiscard]] std::string progress() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

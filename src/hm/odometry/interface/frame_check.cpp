@@ -1,0 +1,20 @@
+#include "hm/odometry/interface/frame_check.hpp"
+
+#include <fmt/format.h>
+
+namespace hm {
+
+std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
+                           const std::optional<Time>& last_stamp) {
+  if (frame.color.empty()) return "no colour image";
+  if (frame.color.width() != camera.width || frame.color.height() != camera.height ||
+      frame.depth.width() != camera.width || frame.depth.height() != camera.height)
+    return fmt::format("images of {}x{} (colour) and {}x{} (depth), camera of {}x{}", frame.color.width(),
+                       frame.color.height(), frame.depth.width(), frame.depth.height(), camera.width,
+                       camera.height);
+  if (last_stamp && !(frame.stamp > *last_stamp))
+    return fmt::format("stamp {:.6f} s is not after {:.6f} s", frame.stamp.seconds(), last_stamp->seconds());
+  return {};
+}
+
+}  // namespace hm

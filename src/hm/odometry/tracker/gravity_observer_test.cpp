@@ -1,0 +1,108 @@
+#include "hm/odometry/tracker/gravity_observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hm/sensors/imu.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 30;
+const Vec3 kUpOdom = Vec3(0.2, -0.1, 1).normalized();  // odom need not be level
+
+/// A camera that is swung to and fro by up to 4 m/s^2 while it turns: in closed form.
+struct Swing {
+  double amplitude_m = 0.4, rate_rad_s = 3.2;
+  Vec3 bias = Vec3(0.1, -0.15, 0.05);
+  [[nodiscard]] SE3 pose(double t) const {
+    return {so3_exp(Vec3(0.3 * std::sin(0.7 * t), 0.5 * t, 0.2)),
+            Vec3(amplitude_m * std::sin(rate_rad_s * t), 0.1 * t, 0)};
+  }
+  /// The mean of what is felt from t - kFrame_s to t.
+  [[nodiscard]] Vec3 force(double t) const {
+    Vec3 sum = Vec3::Zero();
+    constexpr int kSteps = 20;
+    for (int i = 0; i < kSteps; ++i) {
+      const double at = t - kFrame_s * (i + 0.5) / kSteps;
+      const Vec3 a(-amplitude_m * rate_rad_s * rate_rad_s * std::sin(rate_rad_s * at), 0, 0);
+      sum += pose(at).rotation().transpose() * (a + kGravity_m_s2 * kUpOdom);
+    }
+    return sum / kSteps + bias;
+  }
+};
+
+Time at(double t) { return Time::from_seconds(100 + t); }
+
+double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+GravityObserver taught(const Swing& swing, int frames) {
+  GravityObserver observer;
+  for (int i = 0; i < frames; ++i)
+    observer.add(at(i * kFrame_s), swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+  return observer;
+}
+
+TEST(GravityObserver, LearnsUpAndBiasWhileTheCameraIsSwung) {
+  const Swing swing;
+  const GravityObserver observer = taught(swing, 900);
+  // The camera turns about one axis mostly: bias along it cannot be told from gravity.
+  EXPECT_LT(angle(observer.gravity_odom_m_s2(), kUpOdom), 0.01);
+  EXPECT_LT((observer.bias_camera_m_s2() - swing.bias).norm(), 0.1);
+  EXPECT_NEAR(observer.gravity_odom_m_s2().norm(), kGravity_m_s2, 0.06);
+  // What is felt at a moment is another matter.
+  double worst = 0;
+  for (double t = 0; t < 5; t += 0.1)
+    worst = std::max(worst, angle(swing.pose(t).rotation() * swing.force(t), kUpOdom));
+  EXPECT_GT(worst, 0.3);
+}
+
+/// A guess that is tilted is told so, by about as much as it is tilted; a turn about up is not seen.
+TEST(GravityObserver, SeesTheTiltOfThePathAndNoTurnAboutUp) {
+  const Swing swing;
+  const double t = 900 * kFrame_s;
+  for (const Vec3& turn : {Vec3(0.02, 0, 0), Vec3(0, -0.02, 0)}) {
+    GravityObserver observer = taught(swing, 860);
+    const SE3 tilt(so3_exp(turn), Vec3::Zero());  // the path has drifted from here on
+    observer.interrupt();
+    for (int i = 860; i < 900; ++i)
+      observer.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+    observer.interrupt();
+    for (int i = 850; i < 900; ++i)
+      observer.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+    const auto answer = observer.observe(at(t), tilt * swing.pose(t), swing.force(t));
+    ASSERT_EQ(answer.verdict, GravityObserver::Verdict::kUsed);
+    const Vec3 predicted = (tilt * swing.pose(t)).rotation().transpose() * answer.up.up_odom;
+    EXPECT_NEAR(angle(predicted, answer.up.up_camera), turn.cross(kUpOdom).norm(), 0.006);
+  }
+}
+
+TEST(GravityObserver, RejectsBlowsFallsAndADeviceThatIsTurnedOtherwise) {
+  const Swing swing;
+  const GravityObserver observer = taught(swing, 900);
+  const auto verdict_of = [&](const auto& force) {
+    GravityObserver other = observer;
+    for (int i = 900; i < 950; ++i)
+      other.add(at(i * kFrame_s), swing.pose(i * kFrame_s), force(i * kFrame_s));
+    EXPECT_LT(angle(other.gravity_odom_m_s2(), observer.gravity_odom_m_s2()), 0.004);
+    return other.observe(at(950 * kFrame_s), swing.pose(950 * kFrame_s), force(950 * kFrame_s)).verdict;
+  };
+  using Verdict = GravityObserver::Verdict;
+  EXPECT_EQ(verdict_of([&](double s) { return swing.force(s); }), Verdict::kUsed);
+  EXPECT_EQ(verdict_of([&](double) { return Vec3(Vec3::Zero()); }), Verdict::kRejected);
+  EXPECT_EQ(verdict_of([&](double s) { return Vec3(swing.force(s) * 1.3); }), Verdict::kRejected);
+  EXPECT_EQ(verdict_of([&](double s) { return Vec3(swing.force(s).cross(Vec3::UnitX()) * 1.1); }),
+            Verdict::kRejected);
+}
+
+TEST(GravityObserver, SaysNothingBeforeItKnowsAnything) {
+  const Swing swing;
+  const GravityObserver observer = taught(swing, 20);
+  EXPECT_EQ(observer.gravity_odom_m_s2(), Vec3::Zero());
+  EXPECT_EQ(observer.observe(at(1), swing.pose(1), swing.force(1)).verdict,
+            GravityObserver::Verdict::kTooEarly);
+}
+
+}  // namespace
+}  // namespace hm

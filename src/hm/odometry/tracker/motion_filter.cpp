@@ -1,0 +1,108 @@
+#include "hm/odometry/tracker/motion_filter.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace hm {
+namespace {
+
+constexpr int kStride = 2;              // every other cell of the depth grid is enough
+constexpr double kWideGate_m = 0.01;    // of the first association
+constexpr double kReadingWeight = 0.3;  // readings of one surface are not independent
+constexpr double kMotionSigma_m = 0.0005, kMotionSigma_rad = 0.002;  // of surfaces' motion besides noise
+constexpr double kLeastTremble_m = 0.0002, kLeastTremble_rad = 0.0001;
+constexpr double kPriorSigma = 0.01;  // m and rad: where surfaces say nothing, the model's motion stands
+constexpr double kMemory_frames = 20, kFirstFrames = 5;
+constexpr double kMinShareSeen = 0.2;  // of a degree of freedom: less says nothing about trembling
+constexpr double kMaxStep = 0.2;       // m and rad: more is a failure
+
+Mat6 diagonal(double translation, double rotation) {
+  Vec6 values;
+  values << Vec3::Constant(translation), Vec3::Constant(rotation);
+  return values.asDiagonal();
+}
+
+}  // namespace
+
+/// The motion that the surfaces see, with the normal equations around it and what is left of the model's.
+struct MotionFilter::SurfaceMotion {
+  SE3 T_last_camera;
+  PoseEquations equations;
+  Vec6 disagreement = Vec6::Zero();  ///< with the model's motion
+  Mat6 share_seen = Mat6::Zero();    ///< of a motion, by the surfaces
+};
+
+MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
+                                                         const SE3& T_last_camera) const {
+  const Mat6 prior = Mat6::Identity() / (kPriorSigma * kPriorSigma);
+  SurfaceMotion motion{T_last_camera, {}};
+  for (const double extra_gate_m : {kWideGate_m, 0.0}) {
+    if (extra_gate_m == 0) motion.T_last_camera = T_last_camera * SE3::exp(motion.disagreement);
+    motion.equations = surface_equations(surface_, grid, motion.T_last_camera, {noise_, 1, 4, extra_gate_m});
+    motion.equations.information *= kReadingWeight;
+    motion.equations.gradient *= kReadingWeight;
+    const Mat6 covariance = (motion.equations.information + prior).inverse();
+    motion.share_seen = covariance * motion.equations.information;
+    const Vec6 slope = motion.equations.gradient + prior * motion.disagreement;
+    motion.disagreement -= covariance * slope;
+  }
+  return motion;
+}
+
+void MotionFilter::note_disagreement(const Vec6& disagreement, const Mat6& share_seen) {
+  frames_ = std::min(frames_ + 1, kMemory_frames);
+  const auto blend = [this](double& mean, double squares, double seen) {
+    if (seen < kMinShareSeen) return;
+    mean += std::min(1.0, seen) * (squares / seen - mean) / std::max(frames_, kFirstFrames);
+  };
+  blend(translation_m2_, disagreement.head<3>().squaredNorm(), share_seen.topLeftCorner<3, 3>().trace());
+  blend(rotation_rad2_, disagreement.tail<3>().squaredNorm(), share_seen.bottomRightCorner<3, 3>().trace());
+}
+
+/// Two poses tremble in a motion: each has half of the variance that the surfaces' own errors leave.
+Mat6 MotionFilter::model_information() const {
+  const auto variance = [](double squares, double sigma, double least) {
+    return std::max(least * least, 0.5 * (squares - sigma * sigma));
+  };
+  return diagonal(1 / variance(translation_m2_, kMotionSigma_m, kLeastTremble_m),
+                  1 / variance(rotation_rad2_, kMotionSigma_rad, kLeastTremble_rad));
+}
+
+SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
+  const SurfaceMotion motion = surface_motion(grid, T_odom_model_.inverse() * T_odom_camera);
+  note_disagreement(motion.disagreement, motion.share_seen);
+  // The surfaces' information on the new pose, after their own errors and those of the last pose.
+  const Mat6 to_camera = adjoint(motion.T_last_camera.inverse());
+  const Mat6 loose = (diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
+                      to_camera * covariance_ * to_camera.transpose())
+                         .inverse();
+  const Mat6 damping = loose * (motion.equations.information + loose).inverse();
+  const Mat6 of_model = model_information();
+  const Mat6 information = damping * motion.equations.information + of_model;
+  const SE3 T_predicted = T_odom_last_ * motion.T_last_camera;
+  const Vec6 from_model = (T_odom_camera.inverse() * T_predicted).log();
+  const Vec6 step = -information.ldlt().solve(damping * motion.equations.gradient + of_model * from_model);
+  if (!step.allFinite() || step.norm() > kMaxStep) {
+    restart(grid, T_odom_camera);
+    return T_odom_camera;
+  }
+  T_odom_last_ = T_predicted * SE3::exp(step);
+  covariance_ = information.inverse();
+  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+  T_odom_model_ = T_odom_camera;
+  surface_ = sample_surface(grid, noise_, kStride);
+  return T_odom_last_;
+}
+
+void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
+  T_odom_last_ = T_odom_model_ = T_odom_camera;
+  covariance_ = model_information().inverse();
+  surface_ = sample_surface(grid, noise_, kStride);
+}
+
+Mat6 MotionFilter::covariance_in_odom() const {
+  const Mat6 to_odom = adjoint(T_odom_last_);
+  return to_odom * covariance_ * to_odom.transpose();
+}
+
+}  // namespace hm

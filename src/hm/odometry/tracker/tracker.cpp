@@ -1,0 +1,279 @@
+#include "hm/odometry/tracker/tracker.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/odometry/interface/frame_check.hpp"
+#include "hm/odometry/tracker/motion_filter.hpp"
+#include "hm/odometry/registration/relocalisation.hpp"
+#include "hm/odometry/tracker/tracker_attempt.hpp"
+#include "hm/odometry/tracker/tracker_inertia.hpp"
+#include "hm/odometry/tracker/tracker_keyframes.hpp"
+#include "hm/odometry/tracker/tracker_prediction.hpp"
+#include "hm/odometry/tracker/window_adjustment.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kPyramidLevels = 5;
+constexpr int kMinStartFeatures = 30;
+constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
+
+// A few landmarks are enough where the surfaces, which hold the camera by themselves, say the same.
+constexpr int kMinWithSurface = 6;
+constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
+
+bool agree(const SE3& a, const SE3& b) {
+  const SE3 difference = a.inverse() * b;
+  return difference.translation().norm() < kAgree_m && difference.angle() < kAgree_rad;
+}
+
+class Tracker final : public VisualOdometry {
+ public:
+  Tracker(const OdometryParams& params, const PinholeCamera& camera, const SE3& T_odom_first_camera)
+      : params_(params),
+        camera_(camera),
+        detector_(params.features, camera, {params.max_depth_m, params.max_depth_sigma_m}),
+        map_(static_cast<std::size_t>(params.tracker.max_model_points),
+             static_cast<std::size_t>(params.tracker.max_keyframes)),
+        filter_(params.features.depth_noise),
+        inertia_(params.gravity_sigma_rad),
+        T_odom_last_(T_odom_first_camera) {
+    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    attempts_.matching.max_depth_m = params.max_depth_m;
+    attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
+    attempts_.matching.noise = attempts_.registration.noise = noise();
+    attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
+    attempts_.min_inliers = params.tracker.min_inliers;
+    attempts_.max_sigma_m = params.tracker.lost_sigma_m;
+  }
+
+  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
+    const Stopwatch total;
+    TrackedFrame out;
+    inertia_.begin_frame(hint);
+    out.reason = reason_to_skip(frame, camera_, last_stamp_);
+    if (out.reason.empty()) {
+      last_stamp_ = frame.stamp;
+      TrackerFrame view = make_view(frame, out);
+      if (map_.empty())
+        begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
+      else
+        follow(view, hint, out);
+      if (out.T_odom_camera) {
+        lost_.found();
+        posed_stamp_ = frame.stamp;
+        reference_ = make_prediction_reference(view, camera_);
+      }
+    } else {
+      out.status = TrackingStatus::kSkipped;
+    }
+    inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
+    out.submap = submap_;
+    out.numbers.model_points = map_.landmark_count();
+    out.numbers.total_ms = total.milliseconds();
+    return out;
+  }
+
+  [[nodiscard]] std::size_t memory_bytes() const override {
+    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes();
+  }
+
+ private:
+  TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
+    const Stopwatch watch;
+    TrackerFrame view;
+    view.frame = &frame;
+    view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
+    view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
+    out.numbers.sharpness = sharpness(view.pyramid.level(0));
+    out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
+    out.numbers.features_ms = watch.milliseconds();
+    return view;
+  }
+
+  /// Begins the model with this frame, if there is enough in it; otherwise it is lost.
+  void begin_submap(const TrackerFrame& view, FeatureSet features, TrackedFrame& out) {
+    const auto with_depth =
+        std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
+    out.numbers.features = static_cast<int>(features.size());
+    out.numbers.features_with_depth = static_cast<int>(with_depth);
+    if (with_depth < kMinStartFeatures) {
+      out.reason = fmt::format(
+          "{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %", with_depth,
+          features.size(), kMinStartFeatures, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+      return;
+    }
+    map_.clear();
+    velocity_ = Vec6::Zero();
+    add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
+                 out);
+    filter_.restart(view.grid, T_odom_last_);
+    out.status = TrackingStatus::kStarted;
+    out.T_odom_camera = T_odom_last_;
+    out.covariance = covariance_last_;
+  }
+
+  void follow(TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
+    Stopwatch watch;
+    const SE3 T_predicted = predict(view);
+    out.numbers.turn_given = inertia_.R_posed_current().has_value();
+    out.numbers.gravity = inertia_.weigh(T_predicted, hint, view);
+    out.numbers.prediction_ms = watch.milliseconds();
+    watch.restart();
+    Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
+    if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
+    out.numbers.registration_ms = watch.milliseconds();
+    note(attempt, out.numbers);
+    if (attempt.refusal.empty())
+      accept(view, attempt, TrackingStatus::kTracked, out);
+    else
+      recover(view, attempt.refusal, out);
+  }
+
+  [[nodiscard]] SE3 predict(const TrackerFrame& view) const {
+    MotionGuess guess{SE3::exp(velocity_), inertia_.R_posed_current(), false};
+    guess.may_have_turned_far = (view.frame->stamp - posed_stamp_).seconds() > kLongGap_s;
+    return T_odom_last_ * predict_motion(reference_, view, guess, noise());
+  }
+
+  /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
+  void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
+    const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
+    for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
+      const SE3 T_guess = T_odom_last_ * motion.T_ref_cur;
+      AttemptParams params = attempts_.widened();
+      if (motion.held) params.min_inliers = std::min(params.min_inliers, kMinWithSurface);
+      Attempt next = attempt_pose(map_, view, T_guess, camera_, params);
+      if (!next.refusal.empty() || (next.registration.inliers < attempts_.min_inliers &&
+                                    !agree(next.registration.T_odom_camera, T_guess)))
+        continue;
+      attempt = std::move(next);
+      return;
+    }
+  }
+
+  void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
+    const Stopwatch watch;
+    const SE3 T = attempt.registration.T_odom_camera;
+    velocity_ = status == TrackingStatus::kTracked && !lost_.lost() ? (T_odom_last_.inverse() * T).log()
+                                                                    : Vec6::Zero();
+    for (const std::size_t index : attempt.looked_for) map_.landmark(index).looked_for += 1;
+    for (const LandmarkMatch& match : attempt.matches)
+      map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
+    T_odom_last_ = T;
+    covariance_last_ = covariance_of(map_, attempt);
+    out.T_odom_camera = publish(view, T, status);
+    out.covariance = covariance_last_;
+    if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
+    if (keyframe_due(T, attempt.registration.inliers)) {
+      add_keyframe(
+          {&view, detector_.detect(view.pyramid.level(0), view.frame->depth), std::move(attempt.matches), T,
+           covariance_last_, covariance_in_camera(attempt.registration), submap_},
+          out);
+      map_.forget_unproven();
+      T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      filter_.model_moved(T_odom_last_);
+    } else {
+      fuse_depths(map_, attempt.matches, T, camera_, noise());
+    }
+    out.status = status;
+    out.numbers.model_ms = watch.milliseconds();
+  }
+
+  SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
+    if (!params_.tracker.motion_filter) return T;
+    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
+    return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
+  }
+
+  bool keyframe_due(const SE3& T, int inliers) {
+    const MapKeyframe& last = map_.keyframes().back();
+    const SE3 motion = last.T_odom_camera.inverse() * T;
+    best_inliers_ = std::max(best_inliers_, inliers);
+    return inliers < params_.tracker.keyframe_inlier_ratio * best_inliers_ ||
+           motion.angle() > params_.tracker.keyframe_angle_rad ||
+           motion.translation().norm() > params_.tracker.keyframe_distance_ratio * keyframe_depth_m_;
+  }
+
+  void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
+    if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
+    const auto record =
+        insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
+    adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
+    record->T_odom_camera = map_.keyframes().back().T_odom_camera;
+    out.new_keyframe = record;
+    best_inliers_ = 0;
+  }
+
+  /// Looks for the place among the keyframes; after some time begins anew.
+  void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
+    FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
+    int matches = 0;
+    if (const auto found = search_keyframes(features, view.frame->stamp, matches)) {
+      Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
+      if (attempt.refusal.empty()) {
+        note(attempt, out.numbers);
+        return accept(view, attempt, TrackingStatus::kRelocalised, out);
+      }
+    }
+    lost_.count(view.frame->stamp);
+    velocity_ = Vec6::Zero();
+    out.status = TrackingStatus::kLost;
+    out.reason = fmt::format(
+        "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
+        features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+    if (lost_.frames() < params_.tracker.submap_after_frames &&
+        lost_.duration_s() < params_.tracker.submap_after_s)
+      return;
+    const std::string reason = std::exchange(out.reason, {});
+    submap_ += 1;
+    begin_submap(view, std::move(features), out);
+    if (out.T_odom_camera) return;
+    submap_ -= 1;
+    out.reason = reason + "; " + out.reason;
+  }
+
+  std::optional<Relocalisation> search_keyframes(const FeatureSet& features, Time stamp, int& matches) {
+    std::vector<KnownPlace> places;
+    for (const MapKeyframe& keyframe : map_.keyframes())
+      places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+    return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempts_.min_inliers),
+                      matches);
+  }
+
+  [[nodiscard]] const DepthNoise& noise() const { return params_.features.depth_noise; }
+
+  OdometryParams params_;
+  PinholeCamera camera_;
+  AttemptParams attempts_;
+  FeatureDetector detector_;
+  LocalMap map_;
+  PredictionReference reference_;  ///< the last frame with a pose
+  MotionFilter filter_;
+  TrackerInertia inertia_;
+  SE3 T_odom_last_;  ///< the model's
+  Mat6 covariance_last_ = Mat6::Zero();
+  Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
+  std::optional<Time> last_stamp_;
+  Time posed_stamp_;
+  LostState lost_;
+  int submap_ = 0;
+  int best_inliers_ = 0;  ///< since the last keyframe
+  double keyframe_depth_m_ = 2;
+};
+
+}  // namespace
+
+std::unique_ptr<VisualOdometry> make_tracker(const OdometryParams& params, const PinholeCamera& camera,
+                                             const SE3& T_odom_first_camera) {
+  HM_CHECK(camera.distortion.is_zero(), "the camera has lens distortion");
+  return std::make_unique<Tracker>(params, camera, T_odom_first_camera);
+}
+
+}  // namespace hm

@@ -1,0 +1,87 @@
+#include "hm/odometry/tracker/tracker_attempt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace hm {
+namespace {
+
+constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
+constexpr double kFewFoundRatio = 0.3;                           // of the landmarks looked for
+constexpr int kMinForSecondLook = 6;                             // fewer do not say where the camera is
+constexpr double kWideShift_px = 16;
+
+Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                  const PinholeCamera& camera, const AttemptParams& params) {
+  Attempt attempt;
+  attempt.matches = match_landmarks(map, frame, T_odom_guess, camera, params.matching, attempt.looked_for);
+  attempt.registration =
+      register_frame(map, frame, attempt.matches, T_odom_guess, camera, params.registration);
+  return attempt;
+}
+
+bool few_were_found(const Attempt& attempt) {
+  return attempt.registration.inliers < kFewFoundRatio * static_cast<double>(attempt.looked_for.size());
+}
+
+std::string refusal_of(const Attempt& attempt, const AttemptParams& params) {
+  const double matches = static_cast<double>(attempt.matches.size());
+  const int needed = std::max(params.min_inliers, static_cast<int>(kMinInlierRatio * matches));
+  if (attempt.registration.inliers < needed)
+    return fmt::format("{} of {} matches agree, {} needed; {} landmarks looked for",
+                       attempt.registration.inliers, attempt.matches.size(), needed,
+                       attempt.looked_for.size());
+  const double sigma_m = position_sigma_m(attempt.registration);
+  if (!(sigma_m < params.max_sigma_m))
+    return fmt::format("position uncertain by {:.3f} m, {:.3f} m allowed ({} inliers)", sigma_m,
+                       params.max_sigma_m, attempt.registration.inliers);
+  return {};
+}
+
+}  // namespace
+
+AttemptParams AttemptParams::widened() const {
+  AttemptParams wide = *this;
+  wide.matching.search.first_level = 2;
+  wide.matching.search.max_shift_px = kWideShift_px;
+  return wide;
+}
+
+Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                     const PinholeCamera& camera, const AttemptParams& params) {
+  Attempt attempt = look_from(map, frame, T_odom_guess, camera, params);
+  if (attempt.registration.inliers >= kMinForSecondLook && few_were_found(attempt)) {
+    Attempt again = look_from(map, frame, attempt.registration.T_odom_camera, camera, params);
+    if (again.registration.inliers > attempt.registration.inliers) attempt = std::move(again);
+  }
+  if (attempt.registration.inliers < kFewInliersRatio * static_cast<double>(attempt.matches.size())) {
+    // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
+    RegistrationParams tolerant = params.registration;
+    tolerant.adapt_variance = true;
+    attempt.registration = register_frame(map, frame, attempt.matches, T_odom_guess, camera, tolerant);
+  }
+  attempt.refusal = refusal_of(attempt, params);
+  return attempt;
+}
+
+void note(const Attempt& attempt, TrackingNumbers& numbers) {
+  numbers.features = static_cast<int>(attempt.looked_for.size());
+  numbers.matches = static_cast<int>(attempt.matches.size());
+  numbers.inliers = attempt.registration.inliers;
+  numbers.features_with_depth = count_with_depth(attempt.matches);
+}
+
+Mat6 covariance_of(const LocalMap& map, const Attempt& attempt) {
+  Mat6 of_model = Mat6::Zero();
+  double inliers = 0;
+  for (const LandmarkMatch& match : attempt.matches) {
+    if (!match.inlier) continue;
+    of_model += map.find(map.landmark(match.landmark).anchor)->covariance;
+    inliers += 1;
+  }
+  return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
+}
+
+}  // namespace hm

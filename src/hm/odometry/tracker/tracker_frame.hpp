@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+
+#include "hm/odometry/feature/image_pyramid.hpp"
+#include "hm/odometry/registration/pose_refinement.hpp"
+#include "hm/odometry/registration/surface_grid.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+
+namespace hm {
+
+/// The direction away from gravity, as the model has it and as the frame's accelerometer has it.
+struct UpPrior {
+  Vec3 up_odom = Vec3::UnitZ();
+  Vec3 up_camera = Vec3::UnitZ();
+  double sigma_rad = 0.02;
+};
+
+/// A frame as the tracker uses it.
+struct TrackerFrame {
+  const RgbdFrame* frame = nullptr;
+  ImagePyramid pyramid;
+  DepthGrid grid;
+  std::optional<UpPrior> up;
+};
+
+/// A landmark found in a frame.
+struct LandmarkMatch {
+  std::size_t landmark = 0;
+  PointObservation observation;
+  bool inlier = false;
+};
+
+}  // namespace hm

@@ -1,0 +1,142 @@
+#include "hm/odometry/tracker/tracker_keyframes.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/statistics.hpp"
+#include "hm/odometry/feature/depth_uncertainty.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kAnchorSigma_px = 0.15;  // a landmark is where its own patch is
+constexpr double kFreeDistance_px = 14;   // between landmarks of a picture of 640 x 480
+constexpr double kLastingShare = 0.35;    // of the sensor's deviation stays however often it is read
+constexpr double kMinFusionSigmas = 3;    // readings further off are another surface's
+
+std::vector<const Feature*> choose_new(const FeatureSet& features, const std::vector<Sighting>& sightings,
+                                       double distance_px, std::size_t target) {
+  std::vector<Vec2> taken;
+  for (const Sighting& sighting : sightings) taken.push_back(sighting.pixel);
+  std::vector<const Feature*> chosen;
+  for (const Feature& feature : features) {
+    if (!feature.has_depth) continue;
+    if (taken.size() >= target) break;
+    const bool crowded = std::any_of(taken.begin(), taken.end(), [&](const Vec2& pixel) {
+      return (pixel - feature.pixel).squaredNorm() < distance_px * distance_px;
+    });
+    if (crowded) continue;
+    taken.push_back(feature.pixel);
+    chosen.push_back(&feature);
+  }
+  return chosen;
+}
+
+Vec3 normal_at(const MapKeyframe& keyframe, const Feature& feature) {
+  const Vec2 cell = pixel_in_level(feature.pixel, 2);
+  const int x = static_cast<int>(std::lround(cell.x())), y = static_cast<int>(std::lround(cell.y()));
+  const auto& elements = keyframe.surface.elements;
+  if (elements.contains(x, y) && elements(x, y).sigma_m > 0) return elements(x, y).normal.cast<double>();
+  return -feature.p_camera.normalized();
+}
+
+void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, const PinholeCamera& camera) {
+  const Mat3& R = keyframe.T_odom_camera.rotation();
+  const DepthGaussian depth{feature.p_camera.z(), feature.covariance(2, 2)};
+  Landmark landmark;
+  landmark.p_odom = keyframe.T_odom_camera * feature.p_camera;
+  landmark.covariance = R * feature_covariance(camera, feature.pixel, depth, kAnchorSigma_px) * R.transpose();
+  landmark.normal_odom = R * normal_at(keyframe, feature);
+  landmark.anchor = keyframe.identity;
+  landmark.anchor_pixel = feature.pixel;
+  landmark.sightings = 1;
+  const auto index = map.add_landmark(landmark);
+  if (!index) return;
+  const Mat2 pixel_covariance = Mat2::Identity() * kAnchorSigma_px * kAnchorSigma_px;
+  keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
+}
+
+/// What is known now of the landmarks that a keyframe saw.
+std::vector<LandmarkSight> sights_of(const LocalMap& map, const MapKeyframe& keyframe) {
+  std::vector<LandmarkSight> sights;
+  for (const Sighting& s : keyframe.sightings)
+    sights.push_back(
+        {map.landmark(s.landmark).identity, s.pixel, s.pixel_covariance, s.depth_m, s.depth_variance_m2});
+  return sights;
+}
+
+}  // namespace
+
+std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
+                                          const RegistrationParams& params, std::size_t target_landmarks) {
+  const RgbdFrame& frame = *parts.frame->frame;
+  auto record = std::make_shared<Keyframe>();
+  record->frame_index = frame.index;
+  record->stamp = frame.stamp;
+  record->submap = parts.submap;
+  record->T_odom_camera = parts.T_odom_camera;
+  record->features = std::move(parts.features);
+  record->motion_covariance = parts.motion_covariance;
+  MapKeyframe keyframe;
+  keyframe.T_odom_camera = parts.T_odom_camera;
+  keyframe.covariance = parts.covariance;
+  keyframe.pyramid = parts.frame->pyramid;
+  keyframe.surface = make_surface_grid(parts.frame->grid, params.noise);
+  keyframe.record = record;
+  for (const LandmarkMatch& match : parts.matches) {
+    const PointObservation& o = match.observation;
+    if (match.inlier)
+      keyframe.sightings.push_back(
+          {match.landmark, o.pixel, o.pixel_covariance, o.depth_m, o.depth_variance_m2});
+  }
+  if (!map.empty()) {
+    const MapKeyframe& before = map.keyframes().back();
+    record->before = {before.record->frame_index, sights_of(map, before)};
+    keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, params));
+  }
+  const double distance_px = kFreeDistance_px * camera.width / 640.0;
+  const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
+  MapKeyframe& added = map.add_keyframe(std::move(keyframe));
+  for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera);
+  record->sights = sights_of(map, added);
+  return record;
+}
+
+void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera,
+                 const PinholeCamera& camera, const DepthNoise& noise) {
+  MapKeyframe& keyframe = map.keyframes().back();
+  const SE3 T_key_camera = keyframe.T_odom_camera.inverse() * T_odom_camera;
+  // Both are few hundreds, in no common order.
+  std::vector<std::pair<std::size_t, Sighting*>> sighted;
+  for (Sighting& sighting : keyframe.sightings) sighted.emplace_back(sighting.landmark, &sighting);
+  std::sort(sighted.begin(), sighted.end());
+  for (const LandmarkMatch& match : matches) {
+    const PointObservation& o = match.observation;
+    if (!match.inlier || !(o.depth_m > 0)) continue;
+    const auto at = std::lower_bound(sighted.begin(), sighted.end(),
+                                     std::pair(match.landmark, static_cast<Sighting*>(nullptr)));
+    if (at == sighted.end() || at->first != match.landmark) continue;
+    Sighting& sighting = *at->second;
+    const double z = (T_key_camera * camera.unproject(o.pixel, o.depth_m)).z();
+    if (!(sighting.depth_m > 0)) continue;
+    const double variance = sighting.depth_variance_m2 + o.depth_variance_m2;
+    const double difference = z - sighting.depth_m;
+    if (difference * difference > kMinFusionSigmas * kMinFusionSigmas * variance) continue;
+    const double gain = sighting.depth_variance_m2 / variance;
+    const double floor_m = kLastingShare * noise.sigma_m(z);
+    sighting.depth_m += gain * difference;
+    sighting.depth_variance_m2 = std::max(sighting.depth_variance_m2 * (1 - gain),
+                                          std::min(sighting.depth_variance_m2, floor_m * floor_m));
+  }
+}
+
+std::optional<double> median_depth_m(const FeatureSet& features) {
+  std::vector<double> depths;
+  for (const Feature& feature : features)
+    if (feature.has_depth) depths.push_back(feature.p_camera.z());
+  if (depths.empty()) return std::nullopt;
+  return middle_value(std::span(depths));
+}
+
+}  // namespace hm

@@ -1,0 +1,50 @@
+#include "hm/odometry/tracker/tracker_prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kCoarsePixels = 2000;
+constexpr double kSurfaceElements = 1200;  // at most, of those compared
+constexpr double kClearlyBetter = 0.85;    // difference of brightness than what the picture's patterns led to
+
+int surface_stride(const DepthGrid& grid) {
+  const double cells = static_cast<double>(grid.depth_m.size());
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(cells / kSurfaceElements))));
+}
+
+}  // namespace
+
+PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera) {
+  return {CoarseReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
+}
+
+std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
+                                              const std::vector<SE3>& guesses_T_ref_cur,
+                                              const DepthNoise& noise) {
+  const std::vector<SurfaceElement> surface =
+      sample_surface(reference.grid, noise, surface_stride(reference.grid));
+  std::vector<SurfaceMotion> motions;
+  for (const SE3& guess : guesses_T_ref_cur)
+    if (const auto motion = follow_surface(surface, frame.grid, guess, noise)) motions.push_back(*motion);
+  return motions;
+}
+
+SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
+                   const DepthNoise& noise) {
+  std::vector<SE3> guesses{guess.velocity, SE3{}};
+  if (guess.R_ref_cur) guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.velocity.translation()));
+  const CoarseResult coarse = align_coarsely(reference.picture, frame.pyramid, guesses);
+  if (!guess.may_have_turned_far) return coarse.T_ref_cur;
+  const CoarseResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
+  std::vector<SE3> motions;
+  for (const SurfaceMotion& motion : motions_by_surface(reference, frame, guesses, noise))
+    motions.push_back(motion.T_ref_cur);
+  if (motions.empty()) return turned.T_ref_cur;
+  const CoarseResult by_surface = align_coarsely(reference.picture, frame.pyramid, motions);
+  return by_surface.residual < kClearlyBetter * turned.residual ? by_surface.T_ref_cur : turned.T_ref_cur;
+}
+
+}  // namespace hm

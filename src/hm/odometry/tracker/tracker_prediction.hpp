@@ -1,0 +1,39 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "hm/odometry/registration/coarse_alignment.hpp"
+#include "hm/odometry/registration/surface_following.hpp"
+#include "hm/odometry/tracker/tracker_frame.hpp"
+
+namespace hm {
+
+/// What the last frame with a pose offers for finding the next one.
+struct PredictionReference {
+  CoarseReference picture;
+  DepthGrid grid;
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return picture.memory_bytes() + grid.depth_m.size() * sizeof(float);
+  }
+};
+PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera);
+
+/// What is known of the motion since the reference.
+struct MotionGuess {
+  SE3 velocity;                      ///< the last motion, if the next one is like it
+  std::optional<Mat3> R_ref_cur;     ///< from a gyroscope
+  bool may_have_turned_far = false;  ///< long ago: at a few frames a second
+};
+
+/// The motion of the camera since the reference, from brightness (coarse_alignment.hpp). After a long gap
+/// patterns that repeat lead it astray: then the surfaces of the two depth pictures give guesses too, and
+/// turns are searched.
+SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
+                   const DepthNoise& noise);
+
+/// The motions that the surfaces of the two depth pictures lead to from the guesses (surface_following.hpp).
+std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
+                                              const std::vector<SE3>& guesses_T_ref_cur,
+                                              const DepthNoise& noise);
+
+}  // namespace hm

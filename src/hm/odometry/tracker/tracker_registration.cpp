@@ -1,0 +1,113 @@
+#include "hm/odometry/tracker/tracker_registration.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace hm {
+namespace {
+
+constexpr double kConverged = 2e-5;     // metres and radians
+constexpr int kWideGateIterations = 2;  // of the surface's association
+constexpr double kWideGate_m = 0.03;
+constexpr double kMaxVarianceScale = 16;      // worse than that is no noise but a wrong pose
+constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
+constexpr double kSharedErrors = 2.5;         // landmarks of one frame err together: honest over seeds
+constexpr double kDamping = 1e-3;             // keeps the solver regular where nothing is seen
+
+PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
+                               const RegistrationParams& params, double extra_gate_m) {
+  SurfaceMatching matching;
+  matching.noise = params.noise;
+  matching.extra_gate_m = extra_gate_m;
+  PoseEquations equations =
+      surface_equations(reference.surface, grid, reference.T_odom_camera.inverse() * T_odom_camera, matching);
+  equations.information *= params.surface_weight_ratio;
+  equations.gradient *= params.surface_weight_ratio;
+  equations.cost *= params.surface_weight_ratio;
+  return equations;
+}
+
+double variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
+                      const PinholeCamera& camera, const RegistrationParams& params) {
+  if (!params.adapt_variance) return 1;
+  return std::clamp(residual_variance_scale(observations, T_odom_camera, camera), 1.0, kMaxVarianceScale);
+}
+
+}  // namespace
+
+Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
+                            std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
+                            const PinholeCamera& camera, const RegistrationParams& params) {
+  std::vector<PointObservation> observations;
+  for (const LandmarkMatch& match : matches) observations.push_back(match.observation);
+  const MapKeyframe& reference = map.keyframes().back();
+  Registration result{T_odom_camera_guess};
+  for (int iteration = 0; iteration < params.max_iterations; ++iteration) {
+    const double scale = variance_scale(observations, result.T_odom_camera, camera, params);
+    PoseEquations equations = point_equations(observations, result.T_odom_camera, camera, scale);
+    if (params.surface_weight_ratio > 0)
+      equations += weighted_surface(reference, frame.grid, result.T_odom_camera, params,
+                                    iteration < kWideGateIterations ? kWideGate_m : 0.0);
+    if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera);
+    result.information = equations.information;
+    Mat6 damped = equations.information;
+    damped.diagonal().array() += kDamping;
+    const Vec6 step = -damped.ldlt().solve(equations.gradient);
+    if (!step.allFinite() || step.norm() > 1) break;
+    result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
+    if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
+  }
+  result.variance_scale = residual_variance_scale(observations, result.T_odom_camera, camera);
+  const double limit =
+      kOutlierSquaredMahalanobis * variance_scale(observations, result.T_odom_camera, camera, params);
+  for (LandmarkMatch& match : matches) {
+    const auto residual = point_residual(match.observation, result.T_odom_camera, camera);
+    match.inlier = residual && residual->squared_mahalanobis < limit;
+    result.inliers += match.inlier ? 1 : 0;
+  }
+  return result;
+}
+
+double position_sigma_m(const Registration& registration) {
+  Mat6 information = registration.information;
+  information.diagonal().array() += 1e-6;
+  const Mat3 covariance = information.inverse().topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
+
+Mat6 covariance_in_camera(const Registration& registration) {
+  Mat6 information = registration.information;
+  information.diagonal().array() += kDamping;
+  const double scale =
+      kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
+  return scale * information.inverse();
+}
+
+Mat6 covariance_in_odom(const Registration& registration) {
+  const Mat6 to_odom = adjoint(registration.T_odom_camera);
+  return to_odom * covariance_in_camera(registration) * to_odom.transpose();
+}
+
+PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera) {
+  PoseEquations equations;
+  const Vec3 predicted = T_odom_camera.rotation().transpose() * up.up_odom;
+  const Vec3 residual = predicted - up.up_camera;
+  const Mat3 by_rotation = skew(predicted);  // of exp(-rotation) predicted
+  const double weight = 1 / (up.sigma_rad * up.sigma_rad);
+  equations.information.bottomRightCorner<3, 3>() = weight * by_rotation.transpose() * by_rotation;
+  equations.gradient.tail<3>() = weight * by_rotation.transpose() * residual;
+  equations.cost = 0.5 * weight * residual.squaredNorm();
+  equations.terms = 1;
+  return equations;
+}
+
+SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
+                             const RegistrationParams& params) {
+  const PoseEquations equations = weighted_surface(reference, grid, T_odom_camera, params, 0.0);
+  return {reference.identity, reference.T_odom_camera.inverse() * T_odom_camera, equations.information,
+          equations.gradient};
+}
+
+}  // namespace hm

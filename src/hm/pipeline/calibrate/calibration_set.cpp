@@ -1,0 +1,195 @@
+#include "hm/pipeline/calibrate/calibration_set.hpp"
+
+#include <algorithm>
+
+#include "hm/calibration/camera_fit.hpp"
+#include "hm/core/parallel.hpp"
+#include "hm/io/camera/calibration_file.hpp"
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/file_name.hpp"
+#include "hm/io/image/image_file.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/bytes/output_file.hpp"
+
+namespace hm {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What was found in one picture.
+struct Looked {
+  std::string unreadable;  ///< why, or empty
+  int width = 0, height = 0;
+  BoardDetection detection;
+};
+
+Looked look(const fs::path& path, const BoardParams& board) {
+  Looked looked;
+  const auto picture = read_color_image(path);
+  if (!picture) {
+    looked.unreadable = picture.error().message;
+    return looked;
+  }
+  looked.width = picture->width(), looked.height = picture->height();
+  looked.detection = find_board(*picture, board);
+  return looked;
+}
+
+void sort_in(FoundBoards& found, const std::string& name, Looked looked) {
+  ++found.pictures;
+  if (!looked.unreadable.empty()) {
+    found.unreadable.push_back(name + ": " + looked.unreadable);
+    return;
+  }
+  if (found.width == 0) found.width = looked.width, found.height = looked.height;
+  if (looked.width != found.width || looked.height != found.height) {
+    found.unreadable.push_back(fmt::format("{}: is {} x {}, the first is {} x {}", name, looked.width,
+                                           looked.height, found.width, found.height));
+    return;
+  }
+  if (looked.detection.search != BoardSearch::kFound) {
+    found.without_board.push_back(name);
+    return;
+  }
+  found.names.push_back(name);
+  found.views.push_back(std::move(looked.detection.view));
+}
+
+}  // namespace
+
+Result<std::vector<fs::path>> list_pictures(const fs::path& folder) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) return fail(ErrorCode::kNotFound, folder, "there is no such folder");
+  std::vector<fs::path> pictures;
+  for (const auto& entry : fs::directory_iterator(folder, code)) {
+    const std::string extension = lower_extension(entry.path());
+    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") pictures.push_back(entry.path());
+  }
+  if (pictures.empty()) return fail(ErrorCode::kNotFound, folder, "no picture (.png, .jpg) in this folder");
+  std::ranges::sort(pictures);
+  return pictures;
+}
+
+Result<FoundBoards> find_boards(const std::vector<fs::path>& pictures, const BoardParams& board,
+                                const RunContext& run) {
+  if (auto checked = check_params(board); !checked) return forward_error(checked);
+  FoundBoards found;
+  const ParallelLoop loop(run.threads);
+  const auto chunk = static_cast<std::size_t>(run.threads) * 2;
+  for (std::size_t begin = 0; begin < pictures.size(); begin += chunk) {
+    if (run.stop.stop_requested()) return fail(ErrorCode::kCancelled, "", "stopped while looking for boards");
+    std::vector<Looked> looked(std::min(chunk, pictures.size() - begin));
+    loop.for_ranges(looked.size(), 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) looked[i] = look(pictures[begin + i], board);
+    });
+    for (std::size_t i = 0; i < looked.size(); ++i)
+      sort_in(found, pictures[begin + i].filename().string(), std::move(looked[i]));
+    if (run.progress)
+      run.progress({"looking for boards", begin + looked.size(), pictures.size(),
+                    fmt::format("{} found", found.views.size())});
+  }
+  if (found.views.empty())
+    return fail(
+        ErrorCode::kInvalidValue, pictures.empty() ? "" : pictures.front().parent_path().string(),
+        "no {} of {} x {} inner corners in {} pictures ({} unreadable); corners are counted between squares",
+        kBoardKindNames[static_cast<std::size_t>(board.kind)], board.corners_x, board.corners_y,
+        found.pictures, found.unreadable.size());
+  return found;
+}
+
+Result<bool> read_board_of(const fs::path& folder, BoardParams& board) {
+  std::error_code code;
+  for (const fs::path& place : {folder, folder / ".."}) {
+    const fs::path path = place / "board.toml";
+    if (!fs::is_regular_file(path, code)) continue;
+    ParamList list;
+    list.add("board", board);
+    if (auto read = list.read_toml_file(path); !read) return forward_error(read);
+    if (auto checked = list.check(); !checked) return forward_error(checked);
+    return true;
+  }
+  return false;
+}
+
+Result<RgbdCalibration> read_start(const fs::path& path) {
+  if (path.empty()) return RgbdCalibration{};
+  std::error_code code;
+  return read_calibration(fs::is_directory(path, code) ? path / kCalibrationFileName : path);
+}
+
+Result<std::vector<fs::path>> write_calibration_output(const CalibrationOutput& output) {
+  if (const auto made = make_folder(output.folder); !made) return forward_error(made);
+  std::vector<fs::path> written;
+  const auto text = [&](const std::string& name, const std::string& content) -> Result<void> {
+    auto result = as_run_failure(write_file_text(output.folder / name, content));
+    if (result) written.push_back(output.folder / name);
+    return result;
+  };
+  const auto& calibration = output.calibration;
+  if (calibration.depth_camera || calibration.color_camera) {
+    const fs::path path = output.folder / kCalibrationFileName;
+    if (auto result = as_run_failure(write_calibration(path, calibration)); !result)
+      return forward_error(result);
+    written.push_back(path);
+    if (calibration.depth_correction) written.push_back(output.folder / "calibration.hmdc");
+  }
+  if (calibration.color_camera)
+    if (auto result = text("color_camera_info.yaml", camera_info_yaml(*calibration.color_camera, "color"));
+        !result)
+      return forward_error(result);
+  if (calibration.depth_camera)
+    if (auto result = text("depth_camera_info.yaml", camera_info_yaml(*calibration.depth_camera, "depth"));
+        !result)
+      return forward_error(result);
+  if (auto result = text("report.json", to_json_text(output.json) + "\n"); !result)
+    return forward_error(result);
+  if (auto result = text("report.html", output.html); !result) return forward_error(result);
+  return written;
+}
+
+JsonValue to_json(const FoundBoards& found) {
+  auto json = JsonValue::object({{"pictures", found.pictures}, {"boards", found.views.size()}});
+  json["unreadable"] = JsonValue::array_of(found.unreadable);
+  json["without_board"] = JsonValue::array_of(found.without_board);
+  return json;
+}
+
+std::vector<std::string> warnings_of(const FoundBoards& found) {
+  std::vector<std::string> warnings;
+  if (!found.unreadable.empty())
+    warnings.push_back(fmt::format("{} of {} pictures left out: {}", found.unreadable.size(), found.pictures,
+                                   fmt::join(found.unreadable, "; ")));
+  if (!found.without_board.empty())
+    warnings.push_back(fmt::format("no board found in {} of {} pictures: {}", found.without_board.size(),
+                                   found.pictures, fmt::join(found.without_board, ", ")));
+  return warnings;
+}
+
+JsonValue to_json(const PinholeCamera& c) {
+  return JsonValue::object({{"width", c.width},
+                            {"height", c.height},
+                            {"fx_px", c.fx},
+                            {"fy_px", c.fy},
+                            {"cx_px", c.cx},
+                            {"cy_px", c.cy},
+                            {"k1", c.distortion.k1},
+                            {"k2", c.distortion.k2},
+                            {"p1", c.distortion.p1},
+                            {"p2", c.distortion.p2},
+                            {"k3", c.distortion.k3}});
+}
+
+std::vector<std::vector<std::string>> camera_table(const PinholeCamera& c, std::span<const double> sigma) {
+  const std::array<double, 9> values{
+      c.fx,           c.fy, c.cx, c.cy, c.distortion.k1, c.distortion.k2, c.distortion.p1, c.distortion.p2,
+      c.distortion.k3};
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    rows.push_back({std::string(kCameraFitNames[i]) + (i < 4 ? " (px)" : ""),
+                    fmt::format("{:.{}f}", values[i], i < 4 ? 2 : 5),
+                    i < sigma.size() ? fmt::format("{:.{}f}", sigma[i], i < 4 ? 2 : 5) : ""});
+  return rows;
+}
+
+}  // namespace hm

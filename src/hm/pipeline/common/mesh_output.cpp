@@ -1,0 +1,39 @@
+#include "hm/pipeline/common/mesh_output.hpp"
+
+#include <numbers>
+
+#include "hm/report/render/mesh_renderer.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+
+namespace hm {
+
+Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
+                              const ReconstructionParams& params,
+                              std::vector<std::filesystem::path>& outputs) {
+  const auto formats = mesh_formats(params);
+  if (!formats) return forward_error(formats);
+  MeshWriteOptions write;
+  write.program = "housemartin " + files.program_version;
+  for (const std::string& format : *formats) {
+    const auto path = files.folder / ("mesh." + format);
+    if (const auto written = write_mesh(path, mesh, write); !written) return written;
+    outputs.push_back(path);
+  }
+  return {};
+}
+
+MeshPictureOptions picture_options(const PinholeCamera& camera, const Trajectory& trajectory) {
+  MeshPictureOptions draw;
+  draw.trajectory = &trajectory;
+  draw.up = up_of_cameras(trajectory);
+  if (trajectory.empty()) return draw;
+  draw.T_world_camera = trajectory[trajectory.size() / 2].T_world_base;
+  if (camera.fy < 0) {
+    // The picture is turned over: the camera's y axis points up (ICL-NUIM).
+    draw.up = -draw.up;
+    draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, std::numbers::pi)), Vec3::Zero());
+  }
+  return draw;
+}
+
+}  // namespace hm

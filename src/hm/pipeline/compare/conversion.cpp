@@ -1,0 +1,125 @@
+#include "hm/pipeline/compare/conversion.hpp"
+
+#include "hm/core/parallel.hpp"
+#include "hm/io/bytes/file_name.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/mesh/simplify.hpp"
+#include "hm/mesh/whole_mesh.hpp"
+#include "hm/pipeline/inspect/file_check.hpp"
+#include "hm/mapping/map_store.hpp"
+
+namespace hm {
+namespace {
+
+Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh) {
+  mesh = clean_mesh(std::move(mesh), options.mesh);
+  MeshWriteOptions write;
+  write.program = "housemartin " + options.run.program_version;
+  if (const auto written = as_run_failure(write_mesh(options.to, mesh, write)); !written)
+    return forward_error(written);
+  return ConversionSummary{
+      fmt::format("{} vertices, {} triangles", mesh.vertices.size(), mesh.triangles.size()),
+      mesh.triangles.size(), 0};
+}
+
+Result<ConversionSummary> convert_map(const ConversionOptions& options) {
+  const auto map = MapFile::open(options.from, MapOpenMode::kRead);
+  if (!map) return forward_error(map);
+  const auto grid = load_grid(*map);
+  if (!grid) return forward_error(grid);
+  const ParallelLoop loop(options.run.threads);
+  return write_cleaned(options, extract_mesh(*grid, options.mesh, loop));
+}
+
+Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
+  auto mesh = read_mesh(options.from);
+  if (!mesh) return forward_error(mesh);
+  return write_cleaned(options, std::move(*mesh));
+}
+
+Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {
+  const auto trajectory = read_trajectory(options.from);
+  if (!trajectory) return forward_error(trajectory);
+  const auto written =
+      as_run_failure(lower_extension(options.to) == ".kitti" ? write_kitti_trajectory(options.to, *trajectory)
+                                                             : write_tum_trajectory(options.to, *trajectory));
+  if (!written) return forward_error(written);
+  return ConversionSummary{fmt::format("{} poses", trajectory->size()), trajectory->size(), 0};
+}
+
+Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
+  const auto recording = open_recording(options.from, options.recording_options);
+  if (!recording) return forward_error(recording);
+  const RecordingInfo& info = (*recording)->info();
+  auto writer = as_run_failure(
+      TumWriter::create(options.to, info.camera.without_distortion(), 1.0 / info.depth_unit_m));
+  if (!writer) return forward_error(writer);
+  ConversionSummary summary;
+  FramePrefetcher frames(**recording, 0, info.frame_count);
+  for (std::size_t done = 0; const auto frame = frames.next(); ++done) {
+    if (!*frame) {
+      ++summary.skipped;
+    } else {
+      if (const auto added = as_run_failure(writer->add(**frame)); !added) return forward_error(added);
+      ++summary.items;
+    }
+    if (options.run.progress) options.run.progress({"converting", done + 1, info.frame_count, {}});
+  }
+  if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
+  summary.text = fmt::format("{} frames, {} could not be read", summary.items, summary.skipped);
+  return summary;
+}
+
+/// Whether something of this kind can become what the output's name says.
+Result<void> check_target(PathKind kind, const ConversionOptions& options) {
+  const std::string extension = lower_extension(options.to);
+  const auto refuse = [&](const char* what, const char* into) -> Result<void> {
+    return fail(ErrorCode::kUsage, options.to.string(), "{} can become {}", what, into);
+  };
+  switch (kind) {
+    case PathKind::kMap:
+      if (!is_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
+      break;
+    case PathKind::kMesh:
+      if (!is_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");
+      break;
+    case PathKind::kTrajectory:
+      if (extension != ".tum" && extension != ".txt" && extension != ".kitti")
+        return refuse("a trajectory", "a trajectory: .tum .txt (TUM), .kitti");
+      break;
+    case PathKind::kRecording:
+      if (!extension.empty()) return refuse("a recording", "a folder (a TUM recording)");
+      break;
+    case PathKind::kLaserRecording:
+      return refuse("a laser recording", "maps and a trajectory, with `hm laser`");
+    case PathKind::kPoseGraph:
+      return refuse("a pose graph", "nothing else: solvers read .g2o");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<ConversionSummary> convert(const ConversionOptions& options) {
+  const auto kind = kind_of(options.from);
+  if (!kind) return forward_error(kind);
+  if (const auto possible = check_target(*kind, options); !possible) return forward_error(possible);
+  switch (*kind) {
+    case PathKind::kMap:
+      return convert_map(options);
+    case PathKind::kMesh:
+      return convert_mesh(options);
+    case PathKind::kTrajectory:
+      return convert_trajectory(options);
+    case PathKind::kRecording:
+      return convert_recording(options);
+    case PathKind::kLaserRecording:
+    case PathKind::kPoseGraph:
+      break;  // refused above
+  }
+  return fail(ErrorCode::kInternal, options.from.string(), "an unknown kind of input");
+}
+
+}  // namespace hm

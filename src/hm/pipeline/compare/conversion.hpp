@@ -1,0 +1,33 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "hm/core/result.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/mesh/mesh_params.hpp"
+#include "hm/core/run_context.hpp"
+
+namespace hm {
+
+/// What is converted into what; the kinds are told from the paths.
+struct ConversionOptions {
+  std::filesystem::path from, to;
+  MeshParams mesh;  ///< for maps and meshes: pieces to remove, simplification
+  RecordingOptions recording_options;
+  RunContext run;  ///< its stop is not looked at
+};
+
+/// What a conversion did.
+struct ConversionSummary {
+  std::string text;         ///< in words: "1234 vertices, 2345 triangles"
+  std::size_t items = 0;    ///< triangles, poses or frames
+  std::size_t skipped = 0;  ///< frames of a recording that could not be read
+};
+
+/// mesh -> mesh (.ply .obj .glb), map (.hmap) -> mesh, trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti,
+/// recording (a folder) -> TUM recording (a folder). Distortion is removed from a recording's pictures.
+/// Errors: input that cannot be read, a name that what was read cannot become (kUsage), a failure to write
+/// (kInternal).
+Result<ConversionSummary> convert(const ConversionOptions& options);
+
+}  // namespace hm

@@ -1,0 +1,25 @@
+#pragma once
+#include "hm/pipeline/dense/reconstruction.hpp"
+#include "hm/pipeline/simulate/simulation_recording.hpp"
+
+namespace hm {
+
+/// The main job on a generated house.
+struct DemoOptions {
+  std::filesystem::path output;  ///< gets recording/ and result/
+  Parameters parameters;
+  RunContext run;
+};
+
+struct DemoSummary {
+  SimulationSummary simulation;
+  ReconstructionSummary reconstruction;
+};
+
+/// Simulates a recording into output/recording (replacing that of an earlier demo), reconstructs it into
+/// output/result, and compares it with the truth: with what the sensor could see within tsdf.far_m, unless
+/// simulation.truth_far_m says otherwise. Stopped while it simulates, it leaves no recording (kCancelled);
+/// stopped later, it finishes with what there is.
+Result<DemoSummary> run_demo(const DemoOptions& options);
+
+}  // namespace hm

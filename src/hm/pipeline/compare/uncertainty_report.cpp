@@ -1,0 +1,189 @@
+#include "hm/report/render/color_map.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/run_report.hpp"
+#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kLeastPixels = 30;  ///< that a step of depth needs to be drawn
+constexpr double kBrightest_m = 0.05;     ///< deviation at the light end of the pictures' colours
+
+constexpr std::array<const char*, kUncertaintyModelCount> kModelWords{"quadratic", "4/2/1, noise once",
+                                                                      "4/2/1", "10/3/1", "4/1/0"};
+constexpr std::array<const char*, kPixelSetCount> kSetWords{"all pixels", "features", "depth edges",
+                                                            "planes"};
+
+/// Square roots of deviations as colours, so that millimetres and centimetres can both be told; grey: none.
+Image<Rgb8> draw_deviations(const Image<float>& deviation_m) {
+  Image<Rgb8> picture(deviation_m.width(), deviation_m.height(), Rgb8{128, 128, 128});
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      if (std::isfinite(deviation_m(x, y)))
+        picture(x, y) =
+            to_rgb8(sequential_color(std::sqrt(static_cast<double>(deviation_m(x, y)) / kBrightest_m)));
+  return picture;
+}
+
+std::vector<MeshPicture> draw_pictures(const UncertaintyResult& result) {
+  std::vector<MeshPicture> pictures;
+  const DeviationImages& images = result.images;
+  if (!images.color.empty()) pictures.push_back({"color", "What the camera sees.", images.color});
+  pictures.push_back(
+      {"actual",
+       fmt::format("Actual deviation of each pixel over all frames of the view: dark none, light "
+                   "{:.0f} mm and more, grey no reading.",
+                   1e3 * kBrightest_m),
+       draw_deviations(images.actual_m)});
+  for (std::size_t m = 0; m < kUncertaintyModelCount; ++m)
+    pictures.push_back({kUncertaintyModels[m], fmt::format("Predicted from one frame: {}.", kModelWords[m]),
+                        draw_deviations(images.predicted_m[m])});
+  return pictures;
+}
+
+/// Root mean squares over the depths where there are enough of them, millimetres.
+PlotSeries over_depth(const char* name, const std::vector<RootMeanSquare>& by_depth) {
+  PlotSeries series{name, {}, {}, SeriesStyle::kLine};
+  for (std::size_t i = 0; i < by_depth.size(); ++i) {
+    if (by_depth[i].count < kLeastPixels) continue;
+    series.x.push_back((static_cast<double>(i) + 0.5) * kUncertaintyDepthStep_m);
+    series.y.push_back(1e3 * by_depth[i].value());
+  }
+  return series;
+}
+
+void add_plots(HtmlReport& report, const UncertaintyResult& result, PixelSet which) {
+  const auto set = static_cast<std::size_t>(which);
+  std::vector<PlotSeries> errors, deviations{over_depth("actual", result.actual_by_depth_m[set])};
+  for (std::size_t m = 0; m < kUncertaintyModelCount; ++m) {
+    errors.push_back(over_depth(kModelWords[m], result.models[m].error_by_depth_m[set]));
+    deviations.push_back(over_depth(kModelWords[m], result.models[m].predicted_by_depth_m[set]));
+  }
+  PlotOptions plot;
+  plot.x.label = "depth (m)";
+  plot.y.label = "error (mm, RMS)";
+  report.add_svg(plot_svg(errors, plot),
+                 fmt::format("Error of the predicted deviation against depth: {}.", kSetWords[set]));
+  plot.y.label = "deviation (mm, RMS)";
+  report.add_svg(plot_svg(deviations, plot),
+                 fmt::format("Actual and predicted deviation: {}.", kSetWords[set]));
+}
+
+std::string to_html(const UncertaintyResult& result, const std::vector<MeshPicture>& pictures,
+                    const std::string& program_version) {
+  const double quadratic = result.error_m(0, PixelSet::kEdges), ours = result.error_m(1, PixelSet::kEdges),
+               published = result.error_m(2, PixelSet::kEdges);
+  HtmlReport report("Depth uncertainty: " + result.scene);
+  report.set_verdict(
+      HtmlReport::Verdict::kNone,
+      fmt::format(
+          "At depth edges the quadratic model is off by {:.1f} mm, the published mixture by {:.1f} mm, "
+          "with noise counted once by {:.1f} mm.",
+          1e3 * quadratic, 1e3 * published, 1e3 * ours));
+  add_warnings_section(report, result.warnings);
+  report.begin_section(
+      "Predicted against actual deviation",
+      fmt::format(
+          "The deviation of each pixel over {} frames of {} view{} in which nothing moves is the truth. "
+          "Each model predicts it from a single frame: the quadratic one from the pixel's depth, mixtures "
+          "from its 3x3 pixels with the weights named (centre/edge/corner; noise once: "
+          "as odometry uses it). RMS of the difference in millimetres, number of pixels in brackets:",
+          result.frames, result.views, result.views == 1 ? "" : "s"));
+  std::vector<std::string> header{"model"};
+  std::vector<std::vector<std::string>> rows(kUncertaintyModelCount);
+  for (std::size_t m = 0; m < rows.size(); ++m) rows[m].emplace_back(kModelWords[m]);
+  for (std::size_t set = 0; set < kPixelSetCount; ++set) {
+    const std::size_t count = result.models[0].error_m[set].count;
+    if (count == 0) continue;
+    header.push_back(fmt::format("{} ({})", kSetWords[set], count));
+    for (std::size_t m = 0; m < rows.size(); ++m)
+      rows[m].push_back(fmt::format("{:.2f}", 1e3 * result.models[m].error_m[set].value()));
+  }
+  report.add_table(header, rows);
+  for (const PixelSet set : {PixelSet::kAll, PixelSet::kFeatures, PixelSet::kEdges})
+    if (result.models[0].error_m[static_cast<std::size_t>(set)].count > 0) add_plots(report, result, set);
+  report.begin_section("One of the views");
+  for (const MeshPicture& picture : pictures) add_picture(report, picture);
+  if (!program_version.empty()) report.set_footer("housemartin " + program_version);
+  return report.html();
+}
+
+}  // namespace
+
+Result<std::vector<std::filesystem::path>> write_uncertainty(const UncertaintyResult& result,
+                                                             const std::filesystem::path& output,
+                                                             const RunContext& run) {
+  std::vector<std::filesystem::path> outputs;
+  if (auto made = make_folder(output); !made) return forward_error(made);
+  const std::vector<MeshPicture> pictures = draw_pictures(result);
+  if (auto drawn = as_run_failure(write_pictures(output, pictures, outputs)); !drawn)
+    return forward_error(drawn);
+  for (const auto& [name, text] :
+       {std::pair{"report.json", to_json_text(to_json(result)) + "\n"},
+        std::pair{"report.html", to_html(result, pictures, run.program_version)}}) {
+    if (auto written = as_run_failure(write_file_text(output / name, text)); !written)
+      return forward_error(written);
+    outputs.push_back(output / name);
+  }
+  return outputs;
+}
+
+JsonValue to_json(const UncertaintyResult& result) {
+  JsonValue json =
+      JsonValue::object({{"scene", result.scene}, {"views", result.views}, {"frames", result.frames}});
+  JsonValue pixels = JsonValue::object({}), models = JsonValue::object({});
+  for (std::size_t set = 0; set < kPixelSetCount; ++set)
+    pixels[kPixelSetNames[set]] = result.models[0].error_m[set].count;
+  for (std::size_t m = 0; m < kUncertaintyModelCount; ++m) {
+    JsonValue errors = JsonValue::object({});
+    for (std::size_t set = 0; set < kPixelSetCount; ++set) {
+      if (result.models[m].error_m[set].count == 0) continue;
+      errors[kPixelSetNames[set]] = 1e3 * result.models[m].error_m[set].value();
+    }
+    models[kUncertaintyModels[m]] = std::move(errors);
+  }
+  json["pixels"] = std::move(pixels);
+  json["rms_error_mm"] = std::move(models);
+  JsonValue by_depth = JsonValue::array();
+  const auto all = static_cast<std::size_t>(PixelSet::kAll);
+  for (std::size_t i = 0; i < result.actual_by_depth_m[all].size(); ++i) {
+    if (result.actual_by_depth_m[all][i].count < kLeastPixels) continue;
+    JsonValue entry =
+        JsonValue::object({{"depth_m", (static_cast<double>(i) + 0.5) * kUncertaintyDepthStep_m},
+                           {"actual_mm", 1e3 * result.actual_by_depth_m[all][i].value()}});
+    for (std::size_t m = 0; m < kUncertaintyModelCount; ++m)
+      entry[std::string(kUncertaintyModels[m]) + "_error_mm"] =
+          1e3 * result.models[m].error_by_depth_m[all][i].value();
+    by_depth.push_back(std::move(entry));
+  }
+  json["by_depth"] = std::move(by_depth);
+  if (result.normalised_reading.count > 0) {
+    json["plane_features"] = result.normalised_reading.count;
+    json["normalised_error_of_reading"] = result.normalised_reading.value();
+    json["normalised_error_of_mixture_mean"] = result.normalised_mean.value();
+  }
+  return json;
+}
+
+std::string to_text(const UncertaintyResult& result) {
+  std::string text =
+      fmt::format("{}: {} frames of {} views; predicted minus actual deviation, RMS in mm\n{:<20}",
+                  result.scene, result.frames, result.views, "");
+  for (std::size_t set = 0; set < kPixelSetCount; ++set)
+    if (result.models[0].error_m[set].count > 0) text += fmt::format("{:>13}", kSetWords[set]);
+  text += '\n';
+  for (std::size_t m = 0; m < kUncertaintyModelCount; ++m) {
+    text += fmt::format("{:<20}", kModelWords[m]);
+    for (std::size_t set = 0; set < kPixelSetCount; ++set)
+      if (result.models[m].error_m[set].count > 0)
+        text += fmt::format("{:>13.2f}", 1e3 * result.models[m].error_m[set].value());
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace hm

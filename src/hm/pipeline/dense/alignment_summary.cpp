@@ -1,0 +1,128 @@
+#include "hm/pipeline/dense/alignment_summary.hpp"
+
+#include <array>
+#include <map>
+
+#include "hm/report/plot.hpp"
+#include "hm/report/path_plots.hpp"
+
+namespace hm {
+namespace {
+
+/// A frame in this share of all, or more, not aligned: something is wrong.
+constexpr double kMost_ratio = 0.5;
+
+std::optional<double> ate_m(const Trajectory& truth, const Trajectory& estimate,
+                            const Parameters& parameters) {
+  if (truth.empty()) return std::nullopt;
+  const auto error = evaluate_trajectory(truth, estimate, parameters.trajectory_error);
+  if (!error) return std::nullopt;
+  return error->position_m.rmse;
+}
+
+PlotSeries series_of(const ReconstructionSummary& summary, const char* name, double FrameRecord::*member) {
+  PlotSeries series{name, {}, {}, SeriesStyle::kLine};
+  for (const FrameRecord& record : summary.records) {
+    if (!record.alignment) continue;
+    series.x.push_back(static_cast<double>(record.index));
+    series.y.push_back(record.*member * 1e3);
+  }
+  return series;
+}
+
+/// The poses as they were given, of the integrated frames.
+Trajectory given_trajectory(const Trajectory& integrated, const GivenPoses& given,
+                            const RecordingInfo& info) {
+  Trajectory trajectory;
+  std::size_t next = 0;  // both lists are in order of time
+  for (const StampedPose& pose : integrated) {
+    while (next < info.stamps.size() && info.stamps[next] < pose.stamp) ++next;
+    std::optional<SE3> its;
+    if (!given.poses.empty())
+      its = pose_at(given.poses, pose.stamp, given.max_gap);
+    else if (next < info.frame_poses.size())
+      its = info.frame_poses[next];
+    if (its) trajectory.push_back({pose.stamp, *its});
+  }
+  return trajectory;
+}
+
+}  // namespace
+
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records) {
+  AlignmentSummary summary;
+  summary.accepted = state.frames_aligned;
+  summary.not_accepted = state.frames_not_aligned;
+  std::vector<double> ms;
+  for (const FrameRecord& record : records)
+    if (record.alignment) ms.push_back(record.align_ms);
+  summary.ms = summarise(ms);
+  summary.given = given_trajectory(state.trajectory, given, info);
+  summary.given_ate_m = ate_m(info.truth, summary.given, parameters);
+  summary.aligned_ate_m = ate_m(info.truth, state.trajectory, parameters);
+  return summary;
+}
+
+std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records) {
+  const std::size_t all = alignment.accepted + alignment.not_accepted;
+  if (all == 0 || static_cast<double>(alignment.not_accepted) < kMost_ratio * static_cast<double>(all))
+    return {};
+  std::map<AlignmentStatus, std::size_t> counts;
+  for (const FrameRecord& record : records)
+    if (record.alignment && *record.alignment != AlignmentStatus::kAccepted) ++counts[*record.alignment];
+  std::string reasons;
+  for (const auto& [status, count] : counts)
+    reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, to_string(status));
+  return fmt::format(
+      "{} of {} depth pictures could not be aligned to the map ({}) and kept the motion of their given "
+      "poses; the "
+      "poses or the camera's intrinsics may be wrong, or too little is in range",
+      alignment.not_accepted, all, reasons);
+}
+
+JsonValue to_json(const AlignmentSummary& alignment) {
+  auto json = JsonValue::object({{"accepted", alignment.accepted}, {"not_accepted", alignment.not_accepted}});
+  json["align_ms"] = JsonValue::object({{"median", alignment.ms.median},
+                                        {"p99", alignment.ms.p99},
+                                        {"mean", alignment.ms.mean},
+                                        {"max", alignment.ms.max}});
+  if (alignment.given_ate_m) json["ate_given_m"] = *alignment.given_ate_m;
+  if (alignment.aligned_ate_m) json["ate_aligned_m"] = *alignment.aligned_ate_m;
+  return json;
+}
+
+std::string to_text(const AlignmentSummary& alignment) {
+  std::string text =
+      fmt::format("alignment    {} frames aligned, {} not; median {:.2f} ms, 99 % under {:.2f} ms\n",
+                  alignment.accepted, alignment.not_accepted, alignment.ms.median, alignment.ms.p99);
+  if (alignment.given_ate_m && alignment.aligned_ate_m)
+    text += fmt::format("             trajectory error {:.1f} mm as given, {:.1f} mm aligned\n",
+                        *alignment.given_ate_m * 1e3, *alignment.aligned_ate_m * 1e3);
+  return text;
+}
+
+void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summary) {
+  if (!summary.alignment) return;
+  const AlignmentSummary& alignment = *summary.alignment;
+  std::string lead =
+      fmt::format("{} depth pictures were aligned to the map, {} were not; {:.1f} ms each (median).",
+                  alignment.accepted, alignment.not_accepted, alignment.ms.median);
+  if (alignment.given_ate_m && alignment.aligned_ate_m)
+    lead += fmt::format(" The trajectory is off by {:.1f} mm (rmse), as given by {:.1f} mm.",
+                        *alignment.aligned_ate_m * 1e3, *alignment.given_ate_m * 1e3);
+  report.begin_section("Alignment", lead);
+  std::vector<NamedTrajectory> paths{{"as given", &alignment.given}, {"aligned", &summary.trajectory}};
+  if (!summary.recording.truth.empty()) paths.push_back({"truth", &summary.recording.truth});
+  add_path_views(report, paths, "Poses as given and aligned.");
+  const std::array<PlotSeries, 2> distances{series_of(summary, "before", &FrameRecord::rms_before_m),
+                                            series_of(summary, "after", &FrameRecord::rms_after_m)};
+  add_frame_plot(report, distances, "distance (mm)",
+                 "Distance of the depth pictures from the map (rms of what agrees).");
+  const PlotSeries shifts = series_of(summary, "correction", &FrameRecord::shift_m);
+  add_frame_plot(report, std::span(&shifts, 1), "correction (mm)",
+                 "By how much each picture moved its camera.");
+}
+
+}  // namespace hm

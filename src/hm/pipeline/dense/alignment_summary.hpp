@@ -1,0 +1,33 @@
+#pragma once
+#include <span>
+
+#include "hm/report/html_report.hpp"
+#include "hm/pipeline/dense/reconstruction.hpp"
+#include "hm/pipeline/dense/reconstruction_state.hpp"
+
+namespace hm {
+
+/// Poses from a file that took the place of the recording's; none: the recording's own were aligned.
+struct GivenPoses {
+  const Trajectory& poses;
+  Duration max_gap;  ///< between two poses that others are interpolated from
+};
+
+/// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
+AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
+                                     const RecordingInfo& info, const Parameters& parameters,
+                                     std::span<const FrameRecord> records);
+
+/// What there is to warn of: most frames could not be aligned. Empty: nothing.
+std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);
+
+/// accepted, not_accepted, align_ms{}, ate_given_m, ate_aligned_m.
+JsonValue to_json(const AlignmentSummary& alignment);
+/// A line or two for a terminal.
+std::string to_text(const AlignmentSummary& alignment);
+
+/// The section of the report: both paths (and the true one), the distance from the map before and after, the
+/// corrections.
+void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summary);
+
+}  // namespace hm

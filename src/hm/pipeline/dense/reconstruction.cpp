@@ -1,0 +1,300 @@
+#include "hm/pipeline/dense/reconstruction.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "hm/core/check.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
+#include "hm/pipeline/common/frame_range.hpp"
+#include "hm/mapping/map_store.hpp"
+#include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/core/process_memory.hpp"
+#include "hm/pipeline/dense/reconstruction_output.hpp"
+#include "hm/pipeline/dense/reconstruction_state.hpp"
+
+namespace hm {
+namespace {
+
+/// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
+class Run {
+ public:
+  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording, Trajectory poses)
+      : options_(options),
+        recording_(std::move(recording)),
+        poses_(std::move(poses)),
+        range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
+        pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
+
+  Result<void> open_map();
+  Result<void> integrate_all();
+  Result<ReconstructionSummary> finish();
+
+ private:
+  [[nodiscard]] MapHeader header() const;
+  Result<void> continue_map(const std::filesystem::path& path);
+  [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
+  [[nodiscard]] GivenPoses given_poses() const { return {poses_, max_pose_gap()}; }
+  [[nodiscard]] Duration max_pose_gap() const {
+    return Duration::from_seconds(options_.recording_options.max_pose_gap_s);
+  }
+  Result<void> check_poses(const std::filesystem::path& map) const;
+  void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
+  void note_alignment(const FrameOutcome& outcome, FrameRecord& record);
+  void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
+  Result<void> save_some();
+  Result<void> begin_save();
+  [[nodiscard]] bool save_is_due() const;
+  void show_progress() const;
+
+  const ReconstructionOptions& options_;
+  std::unique_ptr<Recording> recording_;
+  Trajectory poses_;  ///< instead of the recording's; empty: none
+  FrameRange range_;
+  DensePipeline pipeline_;
+  ReconstructionState state_;
+  std::optional<MapSaver> saver_;
+  ReconstructionSummary summary_;
+  Stopwatch run_watch_, save_watch_;
+  std::size_t frames_since_save_ = 0;
+};
+
+MapHeader Run::header() const {
+  Parameters parameters = options_.parameters;
+  MapHeader header;
+  header.voxel_size_m = pipeline_.grid().voxel_size_m();
+  header.sdf_unit_m = pipeline_.grid().sdf_unit_m();
+  header.program_version = options_.run.program_version;
+  header.parameters_toml = list_reconstruction(parameters).to_toml();
+  return header;
+}
+
+Result<void> Run::open_map() {
+  const auto path = options_.output / "map.hmap";
+  state_ = initial_state(recording_->info(), range_.begin);
+  std::error_code code;
+  if (options_.resume && std::filesystem::exists(path, code)) return continue_map(path);
+  if (options_.resume && options_.run.log)
+    options_.run.log(LogLevel::kInfo,
+                     fmt::format("{} is not there yet: starting from the first frame", path.string()));
+  MapHeader first = header();
+  first.state_json = state_to_json(state_);
+  auto file = as_run_failure(MapFile::create(path, first));
+  if (!file) return forward_error(file);
+  saver_.emplace(std::move(*file));
+  return {};
+}
+
+Result<void> Run::continue_map(const std::filesystem::path& path) {
+  auto file = MapFile::open(path, MapOpenMode::kReadWrite);
+  if (!file) return forward_error(file);
+  auto state = state_from_json(file->header().state_json, path.string());
+  if (!state) return forward_error(state);
+  const auto resumable =
+      check_resumable(file->header(), *state, recording_->info(), options_.parameters, path.string());
+  if (!resumable) return resumable;
+  MapLoadOptions load;
+  load.max_bytes = pipeline_.grid().max_bytes();
+  auto grid = load_grid(*file, load);
+  if (!grid) return forward_error(grid);
+  saver_.emplace(std::move(*file));
+  saver_->restore_marks(*grid, state->interior_marks);
+  pipeline_.adopt(std::move(*grid));
+  pipeline_.set_T_map_given(state->T_map_given);
+  state_ = std::move(*state);
+  if (const auto same = check_poses(path); !same) return same;
+  summary_.resumed = true;
+  summary_.resumed_at_frame = state_.next_frame;
+  if (options_.run.log)
+    options_.run.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
+                                                  pipeline_.grid().volume_count()));
+  return {};
+}
+
+std::optional<SE3> Run::given_pose(Time stamp) const { return pose_at(poses_, stamp, max_pose_gap()); }
+
+/// An error when the map was begun with other poses than those given now.
+Result<void> Run::check_poses(const std::filesystem::path& map) const {
+  if (poses_.empty() || state_.trajectory.empty()) return {};
+  const StampedPose& last = state_.trajectory.back();
+  const std::optional<SE3> now = given_pose(last.stamp);
+  constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
+  if (now && ((state_.T_map_given * *now).inverse() * last.T_world_base).log().norm() < kSame) return {};
+  return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
+              options_.poses.string());
+}
+
+Result<void> Run::integrate_all() {
+  FramePrefetcher prefetcher(*recording_, state_.next_frame, std::max(range_.end, state_.next_frame),
+                             range_.stride,
+                             static_cast<std::size_t>(options_.parameters.reconstruction.prefetch_frames));
+  while (!options_.run.stop.stop_requested()) {
+    const Stopwatch wait;
+    auto frame = prefetcher.next();
+    if (!frame) return {};
+    if (*frame && !poses_.empty()) (*frame)->T_world_camera = given_pose((*frame)->stamp);
+    FrameRecord record;
+    record.wait_ms = wait.milliseconds();
+    take(state_.next_frame, *frame, record);
+    state_.next_frame = std::min(state_.next_frame + range_.stride, range_.end);
+    ++frames_since_save_;
+    const Stopwatch saving;
+    if (const auto saved = save_some(); !saved) return saved;
+    record.save_ms = saving.milliseconds();
+    record.time_s = run_watch_.seconds();
+    summary_.records.push_back(record);
+    show_progress();
+  }
+  summary_.interrupted = state_.next_frame < range_.end;
+  return {};
+}
+
+void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record) {
+  record.index = index;
+  if (!frame) {
+    state_.skipped.push_back({index, "unreadable: " + to_string(frame.error())});
+  } else {
+    ++state_.frames_read;
+    const FrameOutcome outcome = pipeline_.process(*frame);
+    saver_->note(outcome.scan.changed);
+    warn_of_memory_cap(outcome.scan, index);
+    if (outcome.integrated) {
+      ++state_.frames_integrated;
+      state_.trajectory.push_back({frame->stamp, outcome.T_world_camera});
+    } else {
+      state_.skipped.push_back({index, outcome.skipped_because});
+    }
+    note_alignment(outcome, record);
+    record.scan_ms = outcome.scan.total_ms;
+    record.allocate_ms = outcome.scan.allocate_ms;
+    record.integrate_ms = outcome.scan.integrate_ms;
+    record.carve_ms = outcome.scan.carve_ms;
+    record.mesh_ms = outcome.mesh_ms;
+    record.pack_ms = outcome.pack_ms;
+  }
+  record.volumes = pipeline_.grid().volume_count();
+  record.map_bytes = pipeline_.grid().map_bytes();
+  record.mesh_bytes = pipeline_.mesher().bytes();
+  record.resident_bytes = resident_bytes();
+}
+
+void Run::note_alignment(const FrameOutcome& outcome, FrameRecord& record) {
+  if (!outcome.alignment) return;
+  const AlignmentResult& alignment = *outcome.alignment;
+  const bool first = state_.frames_integrated + (outcome.integrated ? 0u : 1u) == 1;  // nothing to align to
+  if (!first)
+    ++(alignment.status == AlignmentStatus::kAccepted ? state_.frames_aligned : state_.frames_not_aligned);
+  const SE3 T_map_given_before = std::exchange(state_.T_map_given, pipeline_.T_map_given());
+  record.align_ms = alignment.milliseconds;
+  record.alignment = alignment.status;
+  record.shift_m =
+      (outcome.T_world_camera.translation() -
+       T_map_given_before * (state_.T_map_given.inverse() * outcome.T_world_camera.translation()))
+          .norm();
+  record.rms_before_m = alignment.before.rms_m, record.rms_after_m = alignment.after.rms_m;
+}
+
+void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
+  if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.run.log)
+    options_.run.log(
+        LogLevel::kWarning,
+        fmt::format("the map's memory cap of {} MB is reached at frame {}: what is there is kept and "
+                    "refined, nothing new is added",
+                    options_.parameters.tsdf.max_map_mb, index));
+  state_.volumes_refused += scan.volumes_refused;
+}
+
+bool Run::save_is_due() const {
+  const ReconstructionParams& params = options_.parameters.reconstruction;
+  if (params.save_interval_frames > 0 &&
+      frames_since_save_ >= static_cast<std::size_t>(params.save_interval_frames))
+    return true;
+  return params.save_interval_s > 0 && save_watch_.seconds() >= params.save_interval_s;
+}
+
+/// Goes on with the save that is under way, or begins one when it is time.
+Result<void> Run::save_some() {
+  if (saver_->saving()) return as_run_failure(saver_->continue_save(pipeline_.grid()));
+  return save_is_due() ? begin_save() : Result<void>();
+}
+
+Result<void> Run::begin_save() {
+  const auto header_with = [header = header(), state = state_](const std::set<VolumeKey>& marks) mutable {
+    state.interior_marks.assign(marks.begin(), marks.end());
+    header.state_json = state_to_json(state);
+    return header;
+  };
+  save_watch_.restart();
+  frames_since_save_ = 0;
+  return as_run_failure(saver_->begin_save(pipeline_.grid(), header_with));
+}
+
+void Run::show_progress() const {
+  if (!options_.run.progress) return;
+  const std::size_t left = state_.next_frame < range_.end
+                               ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
+                               : 0;
+  const FrameRecord& last = summary_.records.back();
+  options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
+                         fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
+                                     last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
+}
+
+Result<ReconstructionSummary> Run::finish() {
+  auto saved = begin_save();
+  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
+  if (!saved) return forward_error(saved);
+  if (state_.frames_integrated == 0 && summary_.interrupted)
+    return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
+  if (state_.frames_integrated == 0)
+    return fail(ErrorCode::kInvalidValue, options_.recording.string(),
+                "not one of {} frames could be integrated ({}); `hm info` may say why", range_.count(),
+                commonest_reason(state_.skipped));
+  summary_.run_s = run_watch_.seconds();
+  summary_.recording = recording_->info();
+  summary_.parameters = options_.parameters;
+  summary_.threads = options_.run.threads;
+  summary_.frames_total = range_.count();
+  summary_.frames_read = state_.frames_read;
+  summary_.frames_integrated = state_.frames_integrated;
+  summary_.skipped = state_.skipped;
+  summary_.trajectory = state_.trajectory;
+  if (options_.parameters.reconstruction.align)
+    summary_.alignment =
+        summarise_alignment(state_, given_poses(), recording_->info(), options_.parameters, summary_.records);
+  summary_.volumes = pipeline_.grid().volume_count();
+  summary_.map_bytes = pipeline_.grid().map_bytes();
+  summary_.map_file_bytes = saver_->file().file_bytes();
+  summary_.volumes_refused = state_.volumes_refused;
+  const auto written = write_results(pipeline_, options_, summary_);
+  if (!written) return forward_error(written);
+  return std::move(summary_);
+}
+
+}  // namespace
+
+Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
+  if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  if (!recording) return forward_error(recording);
+  Trajectory poses;
+  if (!options.poses.empty()) {
+    auto read = read_trajectory(options.poses);
+    if (!read) return forward_error(read);
+    poses = std::move(*read);
+  } else if ((*recording)->info().posed_count == 0) {
+    return fail(ErrorCode::kInvalidValue, options.recording.string(),
+                "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
+  }
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
+  Run run(options, std::move(*recording), std::move(poses));
+  if (const auto opened = run.open_map(); !opened) return forward_error(opened);
+  if (const auto done = run.integrate_all(); !done) return forward_error(done);
+  return run.finish();
+}
+
+}  // namespace hm

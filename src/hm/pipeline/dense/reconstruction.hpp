@@ -1,0 +1,101 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/core/statistics.hpp"
+#include "hm/evaluation/mesh_error.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+#include "hm/core/run_context.hpp"
+#include "hm/tsdf/alignment/dense_alignment.hpp"
+
+namespace hm {
+
+/// What to reconstruct, how, and where the results go.
+struct ReconstructionOptions {
+  std::filesystem::path recording;
+  RecordingOptions recording_options;
+  std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
+  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  Parameters parameters;
+  bool resume = false;  ///< go on with output/map.hmap
+  RunContext run;       ///< asked to stop, it finishes with what there is
+};
+
+/// A frame that is not in the map, and why.
+struct SkippedFrame {
+  std::size_t index = 0;
+  std::string reason;
+};
+
+/// Where the time of one frame went, and what was in memory after it.
+struct FrameRecord {
+  std::size_t index = 0;
+  double time_s = 0;  ///< since the start of the run
+  double wait_ms = 0, align_ms = 0, allocate_ms = 0, integrate_ms = 0, carve_ms = 0, mesh_ms = 0, pack_ms = 0,
+         save_ms = 0;
+  double scan_ms = 0;                        ///< all of the integration
+  std::optional<AlignmentStatus> alignment;  ///< with reconstruction.align
+  double shift_m = 0;                        ///< by which alignment corrected the pose, since the last frame
+  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth picture from the map
+  std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
+};
+
+/// What alignment made of the given poses.
+struct AlignmentSummary {
+  std::size_t accepted = 0, not_accepted = 0;  ///< frames, of all runs into this map
+  Summary ms;                                  ///< of this run
+  Trajectory given;                            ///< the poses as given, of the integrated frames
+  /// Absolute trajectory error (rmse) of the given and of the aligned poses, where the true ones are known.
+  std::optional<double> given_ate_m, aligned_ate_m;
+};
+
+/// What a run gave.
+struct ReconstructionSummary {
+  RecordingInfo recording;
+  Parameters parameters;
+  int threads = 1;
+  bool interrupted = false;
+  bool resumed = false;
+  std::size_t resumed_at_frame = 0;
+
+  std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
+  std::size_t frames_read = 0, frames_integrated = 0;
+  std::vector<SkippedFrame> skipped;
+  std::vector<FrameRecord> records;  ///< of this run
+  double run_s = 0, frames_per_s = 0;
+  Summary integrate_ms, mesh_ms;
+
+  std::size_t volumes = 0, map_bytes = 0, map_file_bytes = 0, volumes_refused = 0;
+  std::size_t vertices = 0, triangles = 0;
+  Box3 bounds_m;
+  Trajectory trajectory;                      ///< T_world_camera of the integrated frames
+  std::optional<AlignmentSummary> alignment;  ///< with reconstruction.align
+  std::optional<MeshError> error;             ///< for a recording with a true mesh
+  std::vector<std::string> warnings;
+  std::vector<std::filesystem::path> outputs;
+};
+
+/// Depth and poses -> volumes -> coloured mesh (dissertation ch. 4): reads the recording ahead on a thread of
+/// its own, integrates and meshes frame by frame, saves the map now and then, and writes mesh.*, map.hmap,
+/// trajectory.tum, parameters.toml, report.json, report.html and pictures/. A run that was killed or
+/// stopped and then resumed gives the same bits as one that was not.
+///
+/// Errors: recording, poses or output folder unusable, no poses at all, parameters that contradict, a map
+/// that does not fit the parameters, the poses or the recording, nothing integrated at all. A frame that
+/// cannot be used is none: it is named in `skipped`.
+Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
+
+/// The parameters that a map was made with, to go on with it as it began.
+Result<Parameters> parameters_of_map(const std::filesystem::path& map);
+
+/// frames{read,integrated,skipped}, integrate_ms{median,p99}, volumes ... (the keys of `hm reconstruct
+/// --json`).
+JsonValue to_json(const ReconstructionSummary& summary);
+/// The same in a few lines for a terminal.
+std::string to_text(const ReconstructionSummary& summary);
+
+}  // namespace hm

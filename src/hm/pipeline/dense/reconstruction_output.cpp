@@ -1,0 +1,117 @@
+#include "hm/pipeline/dense/reconstruction_output.hpp"
+
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/mesh_output.hpp"
+#include "hm/core/process_memory.hpp"
+#include "hm/pipeline/dense/reconstruction_report.hpp"
+
+namespace hm {
+namespace {
+
+void say(const ReconstructionOptions& options, const char* stage) {
+  if (options.run.progress) options.run.progress({stage, 0, 0, {}});
+}
+
+void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, const ParallelLoop& loop,
+             ReportMaterial& material, ReconstructionSummary& summary) {
+  if (!has_mesh_truth(options.recording) || mesh.triangles.empty()) return;
+  say(options, "comparing with the truth");
+  auto truth = read_mesh_truth(options.recording);
+  if (!truth) {
+    summary.warnings.push_back("the truth cannot be used: " + to_string(truth.error()));
+    return;
+  }
+  auto error = evaluate_mesh(mesh, truth->mesh, options.parameters.mesh_error, loop, truth->visible_points);
+  if (!error) {
+    summary.warnings.push_back("the mesh cannot be compared with the truth: " + to_string(error.error()));
+    return;
+  }
+  summary.error = std::move(*error);
+  truth->visible_points = {};  // a million or two; pictures only need the mesh
+  material.truth = std::move(*truth);
+  trim_memory();
+}
+
+void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
+  const std::size_t skipped = summary.skipped.size();
+  if (skipped > 0)
+    summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
+                                           summary.frames_total, summary.skipped.front().index,
+                                           summary.skipped.front().reason));
+  if (summary.alignment) {
+    std::string warning = alignment_warning(*summary.alignment, summary.records);
+    if (!warning.empty()) summary.warnings.push_back(std::move(warning));
+  }
+  if (summary.volumes_refused > 0)
+    summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
+                                           summary.parameters.tsdf.max_map_mb, summary.volumes_refused));
+  if (summary.interrupted)
+    summary.warnings.push_back(
+        fmt::format("stopped after {} of {} frames; `hm reconstruct {} -o {} --resume` goes on",
+                    summary.frames_integrated + skipped, summary.frames_total, options.recording.string(),
+                    options.output.string()));
+}
+
+void summarise_times(ReconstructionSummary& summary) {
+  std::vector<double> scan, mesh;
+  for (const FrameRecord& record : summary.records) {
+    scan.push_back(record.scan_ms);
+    mesh.push_back(record.mesh_ms);
+  }
+  summary.integrate_ms = summarise(scan);
+  summary.mesh_ms = summarise(mesh);
+  if (summary.run_s > 0) summary.frames_per_s = static_cast<double>(summary.records.size()) / summary.run_s;
+}
+
+Result<void> write_texts(const ReconstructionOptions& options, const ReportMaterial& material,
+                         ReconstructionSummary& summary) {
+  const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
+             json = options.output / "report.json", html = options.output / "report.html";
+  if (const auto written = write_tum_trajectory(trajectory, summary.trajectory); !written) return written;
+  if (const auto written = write_file_text(parameters, material.parameters_toml); !written) return written;
+  for (const auto& path : {trajectory, parameters, json, html}) summary.outputs.push_back(path);
+  const std::string report = to_json_text(report_json(summary, options.run.program_version));
+  if (const auto written = write_file_text(json, report + "\n"); !written) return written;
+  return write_file_text(html, report_html(summary, material));
+}
+
+}  // namespace
+
+Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions& options,
+                           ReconstructionSummary& summary) {
+  say(options, "finishing the mesh");
+  const TriangleMesh mesh = pipeline.take_finished_mesh();
+  summary.vertices = mesh.vertices.size();
+  summary.triangles = mesh.triangles.size();
+  summary.bounds_m = bounds(mesh);
+  summary.outputs.push_back(options.output / "map.hmap");
+  if (mesh.triangles.empty())
+    summary.warnings.push_back("the mesh is empty: no surface was seen clearly enough");
+  summarise_times(summary);
+  const auto meshes = write_mesh_files(mesh, {options.output, options.run.program_version},
+                                       options.parameters.reconstruction, summary.outputs);
+  if (!meshes) return as_run_failure(meshes);
+  ReportMaterial material;
+  material.program_version = options.run.program_version;
+  Parameters parameters = options.parameters;
+  material.parameters_toml = list_reconstruction(parameters).to_toml();
+  measure(options, mesh, pipeline.loop(), material, summary);
+  add_warnings(options, summary);
+  if (options.parameters.reconstruction.pictures) {
+    say(options, "drawing pictures");
+    const MeshPictureOptions draw = picture_options(summary.recording.camera, summary.trajectory);
+    material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
+    if (material.truth)
+      if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
+        material.pictures.push_back(std::move(*picture));
+    if (const auto written = write_pictures(options.output, material.pictures, summary.outputs); !written)
+      return as_run_failure(written);
+  }
+  return as_run_failure(write_texts(options, material, summary));
+}
+
+}  // namespace hm

@@ -1,0 +1,179 @@
+#include "hm/pipeline/dense/reconstruction_state.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "hm/io/bytes/json.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kStateVersion = 1;
+
+/// A pose exactly: nanoseconds, then rotation and translation row by row.
+JsonValue pose_to_json(const StampedPose& pose) {
+  auto numbers = JsonValue::array();
+  numbers.push_back(pose.stamp.ns);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) numbers.push_back(pose.T_world_base.rotation()(row, column));
+    numbers.push_back(pose.T_world_base.translation()[row]);
+  }
+  return numbers;
+}
+
+bool pose_from_json(const JsonValue& json, StampedPose& pose) {
+  const auto* numbers = json.as_array();
+  if (!numbers || numbers->size() != 13 || !numbers->front().as_integer()) return false;
+  Mat3 rotation;
+  Vec3 translation;
+  for (std::size_t row = 0; row < 3; ++row) {
+    const auto r = static_cast<Eigen::Index>(row);
+    for (std::size_t column = 0; column < 3; ++column)
+      rotation(r, static_cast<Eigen::Index>(column)) = (*numbers)[1 + row * 4 + column].number_or(0);
+    translation[r] = (*numbers)[4 + row * 4].number_or(0);
+  }
+  pose = {{*numbers->front().as_integer()}, SE3(rotation, translation)};
+  return is_rigid(pose.T_world_base);
+}
+
+/// Keys as x, y, z, x, y, z ...; what is no number becomes 0 and marks nothing.
+std::vector<VolumeKey> keys_from_json(const JsonValue* json) {
+  std::vector<VolumeKey> keys;
+  const auto* numbers = json ? json->as_array() : nullptr;
+  const auto at = [&](std::size_t i) { return static_cast<std::int32_t>((*numbers)[i].number_or(0)); };
+  for (std::size_t i = 0; numbers && i + 2 < numbers->size(); i += 3)
+    keys.push_back({at(i), at(i + 1), at(i + 2)});
+  return keys;
+}
+
+std::size_t count_of(const JsonValue& json, std::string_view key) {
+  const JsonValue* value = json.find(key);
+  const auto* number = value ? value->as_integer() : nullptr;
+  return number && *number > 0 ? static_cast<std::size_t>(*number) : 0;
+}
+
+std::string text_of(const JsonValue& json, std::string_view key) {
+  const JsonValue* value = json.find(key);
+  const auto* text = value ? value->as_string() : nullptr;
+  return text ? *text : std::string();
+}
+
+}  // namespace
+
+ReconstructionState initial_state(const RecordingInfo& info, std::size_t first_frame) {
+  ReconstructionState state;
+  state.recording = info.path.string();
+  state.kind = info.kind;
+  if (!info.stamps.empty()) state.first_stamp = info.stamps.front();
+  state.next_frame = first_frame;
+  return state;
+}
+
+std::string state_to_json(const ReconstructionState& state) {
+  auto skipped = JsonValue::array(), trajectory = JsonValue::array();
+  for (const SkippedFrame& frame : state.skipped)
+    skipped.push_back(JsonValue::object({{"index", frame.index}, {"reason", frame.reason}}));
+  for (const StampedPose& pose : state.trajectory) trajectory.push_back(pose_to_json(pose));
+  auto marks = JsonValue::array();
+  for (const VolumeKey& key : state.interior_marks)
+    for (const int index : {key.x, key.y, key.z}) marks.push_back(index);
+  return to_json_text(JsonValue::object({{"state_version", kStateVersion},
+                                         {"recording", state.recording},
+                                         {"kind", static_cast<int>(state.kind)},
+                                         {"first_stamp_ns", state.first_stamp.ns},
+                                         {"next_frame", state.next_frame},
+                                         {"frames_read", state.frames_read},
+                                         {"frames_integrated", state.frames_integrated},
+                                         {"volumes_refused", state.volumes_refused},
+                                         {"frames_aligned", state.frames_aligned},
+                                         {"frames_not_aligned", state.frames_not_aligned},
+                                         {"T_map_given", pose_to_json({{}, state.T_map_given})},
+                                         {"skipped", std::move(skipped)},
+                                         {"trajectory", std::move(trajectory)},
+                                         {"interior_marks", std::move(marks)}}),
+                      JsonStyle::kCompact);
+}
+
+Result<ReconstructionState> state_from_json(std::string_view text, const std::string& where) {
+  const auto json = parse_json(text, where);
+  if (!json) return forward_error(json);
+  if (count_of(*json, "state_version") != kStateVersion)
+    return fail(ErrorCode::kUnsupported, where,
+                "it does not hold a reconstruction that this program can continue");
+  ReconstructionState state;
+  state.recording = text_of(*json, "recording");
+  state.kind = static_cast<RecordingKind>(count_of(*json, "kind"));
+  if (const JsonValue* stamp = json->find("first_stamp_ns"); stamp && stamp->as_integer())
+    state.first_stamp = {*stamp->as_integer()};
+  state.next_frame = count_of(*json, "next_frame");
+  state.frames_read = count_of(*json, "frames_read");
+  state.frames_integrated = count_of(*json, "frames_integrated");
+  state.volumes_refused = count_of(*json, "volumes_refused");
+  state.frames_aligned = count_of(*json, "frames_aligned");
+  state.frames_not_aligned = count_of(*json, "frames_not_aligned");
+  if (const JsonValue* motion = json->find("T_map_given")) {
+    StampedPose pose;
+    if (!pose_from_json(*motion, pose))
+      return fail(ErrorCode::kCorrupted, where, "T_map_given of its state is damaged");
+    state.T_map_given = pose.T_world_base;
+  }
+  if (const JsonValue* skipped = json->find("skipped"); skipped && skipped->as_array())
+    for (const JsonValue& frame : *skipped->as_array())
+      state.skipped.push_back({count_of(frame, "index"), text_of(frame, "reason")});
+  state.interior_marks = keys_from_json(json->find("interior_marks"));
+  if (const JsonValue* poses = json->find("trajectory"); poses && poses->as_array())
+    for (const JsonValue& pose : *poses->as_array())
+      if (!pose_from_json(pose, state.trajectory.emplace_back()))
+        return fail(ErrorCode::kCorrupted, where, "pose {} of its state is damaged",
+                    state.trajectory.size() - 1);
+  return state;
+}
+
+Result<Parameters> parameters_of_map(const std::filesystem::path& map) {
+  const auto file = MapFile::open(map, MapOpenMode::kRead);
+  if (!file) return forward_error(file);
+  Parameters parameters;
+  auto list = list_reconstruction(parameters);
+  if (const auto read = list.read_toml(file->header().parameters_toml, map.string() + " (its parameters)");
+      !read)
+    return forward_error(read);
+  return parameters;
+}
+
+Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
+                             const RecordingInfo& info, const Parameters& parameters,
+                             const std::string& map_path) {
+  Parameters of_map;
+  auto list = list_reconstruction(of_map);
+  if (const auto read = list.read_toml(header.parameters_toml, map_path + " (its parameters)"); !read)
+    return read;
+  const auto theirs = map_parameters(of_map), ours = map_parameters(parameters);
+  std::vector<std::string> differences;
+  for (std::size_t i = 0; i < ours.size(); ++i)
+    if (ours[i] != theirs[i])
+      differences.push_back(fmt::format("{} (now {})", theirs[i], ours[i].substr(ours[i].find('=') + 2)));
+  if (!differences.empty())
+    return fail(
+        ErrorCode::kUsage, map_path,
+        "the map was made with {}; give the same parameters (--params with the parameters.toml beside it) "
+        "or start anew without --resume",
+        fmt::join(differences, ", "));
+  const bool same_start = !info.stamps.empty() && info.stamps.front() == state.first_stamp;
+  if (state.kind != info.kind || !same_start || state.next_frame > info.frame_count)
+    return fail(ErrorCode::kUsage, map_path,
+                "the map was made from another recording ({}, from {:.3f} s, {} frames done)",
+                state.recording, state.first_stamp.seconds(), state.next_frame);
+  return {};
+}
+
+std::string commonest_reason(const std::vector<SkippedFrame>& skipped) {
+  std::map<std::string, std::size_t> frames_of;
+  for (const SkippedFrame& frame : skipped) ++frames_of[frame.reason];
+  std::string most = "the range of frames is empty";
+  std::size_t count = 0;
+  for (const auto& [reason, frames] : frames_of)
+    if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
+  return most;
+}
+
+}  // namespace hm

@@ -1,0 +1,206 @@
+#include "hm/pipeline/inspect/file_check.hpp"
+
+#include <algorithm>
+
+#include "hm/io/bytes/file_name.hpp"
+#include "hm/io/pose/g2o_file.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/pipeline/dense/reconstruction_state.hpp"
+#include "hm/tsdf/grid/volume.hpp"
+
+namespace hm {
+namespace {
+
+std::uint64_t file_size_of(const std::filesystem::path& path) {
+  std::error_code code;
+  const auto size = std::filesystem::file_size(path, code);
+  return code ? 0 : size;
+}
+
+void count_block(const MapBlockView& block, MapReport& report) {
+  ++report.volumes;
+  if (!block.colors.empty()) ++report.volumes_with_color;
+  for (const std::uint32_t bits : block.voxels) {
+    const TsdfVoxel voxel{bits};
+    report.voxels_known += voxel.weight() > 0;
+    report.voxels_inside += voxel.weight() > 0 && voxel.sdf() <= 0;
+  }
+  const double size_m = report.header.voxel_size_m * kVolumeSide;
+  const Vec3 corner = Vec3(block.key[0], block.key[1], block.key[2]) * size_m;
+  report.bounds_m.extend(corner);
+  report.bounds_m.extend(corner + Vec3::Constant(size_m));
+}
+
+template <class Graph>
+PoseGraphReport report_of(const G2oGraph<Graph>& file, int dimensions) {
+  PoseGraphReport report;
+  const auto& nodes = file.graph.T_map_node;
+  report.dimensions = dimensions;
+  report.nodes = nodes.size();
+  report.other_lines = file.other_lines;
+  for (std::size_t i = 1; i < nodes.size(); ++i)
+    report.path_length_m += (nodes[i].translation() - nodes[i - 1].translation()).norm();
+  for (const auto& edge : file.graph.edges) {
+    const bool is_loop = edge.kind == PoseEdgeKind::kLoop;
+    ++(is_loop ? report.loop_edges : report.odometry_edges);
+    if (is_loop)
+      report.largest_loop_chi2 = std::max(report.largest_loop_chi2, pose_edge_chi2(edge, file.graph));
+  }
+  report.chi2 = pose_graph_chi2(file.graph);
+  for (const SkippedLines& skipped : file.skipped) report.problems.push_back(to_string(skipped));
+  return report;
+}
+
+}  // namespace
+
+Result<PathKind> kind_of(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::exists(path, code))
+    return fail(ErrorCode::kNotFound, path.string(), "there is no such file or folder");
+  if (std::filesystem::is_directory(path, code))
+    return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
+  const std::string extension = lower_extension(path);
+  if (extension == ".hmap") return PathKind::kMap;
+  if (extension == ".g2o") return PathKind::kPoseGraph;
+  if (is_mesh_name(path)) return PathKind::kMesh;
+  if (is_laser_recording(path)) return PathKind::kLaserRecording;
+  if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
+    return PathKind::kTrajectory;
+  return fail(ErrorCode::kUnsupported, path.string(),
+              "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap), a mesh "
+              "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
+}
+
+Result<MapReport> inspect_map(const std::filesystem::path& path) {
+  const auto map = MapFile::open(path, MapOpenMode::kReadLenient);
+  if (!map) return forward_error(map);
+  MapReport report;
+  report.header = map->header();
+  report.file_bytes = map->file_bytes();
+  const auto read = map->for_each_block({}, [&](const MapBlockView& block) {
+    count_block(block, report);
+    return true;
+  });
+  if (!read) return forward_error(read);
+  report.volumes_damaged = read->blocks_skipped;
+  report.problems = map->problems();
+  report.problems.insert(report.problems.end(), read->problems.begin(), read->problems.end());
+  if (const auto state = state_from_json(report.header.state_json, path.string())) {
+    report.next_frame = state->next_frame;
+    report.frames_integrated = state->frames_integrated;
+  }
+  return report;
+}
+
+JsonValue to_json(const Box3& box) {
+  if (box.isEmpty()) return {};
+  const auto corner = [](const Vec3& p) {
+    auto list = JsonValue::array();
+    for (int axis = 0; axis < 3; ++axis) list.push_back(p[axis]);
+    return list;
+  };
+  return JsonValue::object({{"min", corner(box.min())}, {"max", corner(box.max())}});
+}
+
+JsonValue to_json(const MapReport& report) {
+  return JsonValue::object({{"format_version", report.header.format_version},
+                            {"program_version", report.header.program_version},
+                            {"voxel_size_m", report.header.voxel_size_m},
+                            {"sdf_unit_m", report.header.sdf_unit_m},
+                            {"volumes", report.volumes},
+                            {"volumes_with_color", report.volumes_with_color},
+                            {"volumes_damaged", report.volumes_damaged},
+                            {"voxels_known", report.voxels_known},
+                            {"voxels_inside", report.voxels_inside},
+                            {"bounds_m", to_json(report.bounds_m)},
+                            {"file_bytes", report.file_bytes},
+                            {"frames_integrated", report.frames_integrated},
+                            {"next_frame", report.next_frame},
+                            {"problems", JsonValue::array_of(report.problems)},
+                            {"parameters_toml", report.header.parameters_toml}});
+}
+
+std::string to_text(const MapReport& report) {
+  const Vec3 size = report.bounds_m.isEmpty() ? Vec3::Zero() : Vec3(report.bounds_m.sizes());
+  std::string text = fmt::format(
+      "map, format {} (saved by housemartin {})\n"
+      "voxels       {:g} mm, distances in {:.2f} um; {} volumes of 8^3, {} with colour\n"
+      "known        {} voxels, {} of them on or behind a surface\n"
+      "size         {:.2f} x {:.2f} x {:.2f} m, {:.1f} MB on disk\n"
+      "made from    {} frames; --resume would go on at frame {}\n",
+      report.header.format_version, report.header.program_version, report.header.voxel_size_m * 1e3,
+      report.header.sdf_unit_m * 1e6, report.volumes, report.volumes_with_color, report.voxels_known,
+      report.voxels_inside, size.x(), size.y(), size.z(), static_cast<double>(report.file_bytes) * 1e-6,
+      report.frames_integrated, report.next_frame);
+  for (const std::string& problem : report.problems) text += "problem      " + problem + "\n";
+  return text;
+}
+
+Result<MeshReport> inspect_mesh(const std::filesystem::path& path) {
+  const auto mesh = read_mesh(path);
+  if (!mesh) return forward_error(mesh);
+  return MeshReport{mesh->vertices.size(),  mesh->triangles.size(), open_edges(*mesh).size(),
+                    mesh->has_normals(),    mesh->has_colors(),     surface_area(*mesh),
+                    enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path)};
+}
+
+JsonValue to_json(const MeshReport& report) {
+  return JsonValue::object({{"vertices", report.vertices},
+                            {"triangles", report.triangles},
+                            {"open_edges", report.open_edges},
+                            {"has_normals", report.has_normals},
+                            {"has_colors", report.has_colors},
+                            {"area_m2", report.area_m2},
+                            {"enclosed_volume_m3", report.enclosed_volume_m3},
+                            {"bounds_m", to_json(report.bounds_m)},
+                            {"file_bytes", report.file_bytes}});
+}
+
+std::string to_text(const MeshReport& report) {
+  const Vec3 size = report.bounds_m.isEmpty() ? Vec3::Zero() : Vec3(report.bounds_m.sizes());
+  return fmt::format(
+      "mesh of {} vertices and {} triangles, {} normals, {} colours\n"
+      "size         {:.2f} x {:.2f} x {:.2f} m, {:.2f} m2 of surface\n"
+      "open edges   {}\n",
+      report.vertices, report.triangles, report.has_normals ? "with" : "without",
+      report.has_colors ? "with" : "without", size.x(), size.y(), size.z(), report.area_m2,
+      report.open_edges);
+}
+
+Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {
+  const auto in_space = read_g2o_3d(path);
+  if (in_space) return report_of(*in_space, 3);
+  if (in_space.error().code != ErrorCode::kNotFound) return forward_error(in_space);
+  const auto in_plane = read_g2o_2d(path);
+  if (in_plane) return report_of(*in_plane, 2);
+  if (in_plane.error().code != ErrorCode::kNotFound) return forward_error(in_plane);
+  return fail(ErrorCode::kCorrupted, path.string(), "no vertex and no edge of a pose graph in this file");
+}
+
+JsonValue to_json(const PoseGraphReport& report) {
+  return JsonValue::object({{"dimensions", report.dimensions},
+                            {"nodes", report.nodes},
+                            {"odometry_edges", report.odometry_edges},
+                            {"loop_edges", report.loop_edges},
+                            {"other_lines", report.other_lines},
+                            {"path_length_m", report.path_length_m},
+                            {"chi2", report.chi2},
+                            {"largest_loop_chi2", report.largest_loop_chi2},
+                            {"problems", JsonValue::array_of(report.problems)}});
+}
+
+std::string to_text(const PoseGraphReport& report) {
+  std::string text = fmt::format(
+      "pose graph in {} of {} nodes, {:.2f} m from node to node\n"
+      "edges        {} of odometry, {} loops{}\n"
+      "chi2         {:.4g}; largest of a loop {:.4g}\n",
+      report.dimensions == 2 ? "the plane" : "space", report.nodes, report.path_length_m,
+      report.odometry_edges, report.loop_edges,
+      report.other_lines == 0 ? "" : fmt::format("; {} lines of other kinds not read", report.other_lines),
+      report.chi2, report.largest_loop_chi2);
+  for (const std::string& problem : report.problems) text += "problem      " + problem + "\n";
+  return text;
+}
+
+}  // namespace hm

@@ -1,0 +1,104 @@
+#include "hm/pipeline/laser/laser_map_frame.hpp"
+
+#include <algorithm>
+
+#include "hm/core/stopwatch.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kLeastChange = 1e-9;  // m and rad: less is rounding
+
+}  // namespace
+
+LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params) {
+  LaserMapFrame frame;
+  frame.loops_ = std::make_unique<LoopCloser>(params.loops);
+  return frame;
+}
+
+LaserMapFrame LaserMapFrame::from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params) {
+  LaserMapFrame frame;
+  frame.localiser_ = std::make_unique<GridLocaliser>(grid, params.localiser);
+  frame.seek_interval_ = Duration::from_seconds(params.seek_interval_s);
+  return frame;
+}
+
+MapFrameSource LaserMapFrame::source() const {
+  if (loops_) return MapFrameSource::kLoops;
+  return localiser_ ? MapFrameSource::kSavedMap : MapFrameSource::kOdometry;
+}
+
+MapFrameStep LaserMapFrame::process(const PlanarScan& scan, const OdometryStep& step) {
+  const Stopwatch watch;
+  MapFrameStep result;
+  if (step.T_odom_base && loops_) {
+    result.loop = loops_->add(scan, step);
+    note(scan.stamp, loops_->T_map_odom());
+  }
+  if (step.T_odom_base && localiser_) {
+    result.localisation = localise(scan, *step.T_odom_base);
+    if (result.localisation && result.localisation->T_map_base)
+      note(scan.stamp, *result.localisation->T_map_base * step.T_odom_base->inverse());
+  }
+  result.T_map_odom = T_map_odom_;
+  result.ms = watch.milliseconds();
+  return result;
+}
+
+/// A search of the whole map is dear: not with every scan.
+std::optional<Localisation> LaserMapFrame::localise(const PlanarScan& scan, const SE2& T_odom_base) {
+  if (!found_ && last_sought_ && scan.stamp - *last_sought_ < seek_interval_) return std::nullopt;
+  last_sought_ = scan.stamp;
+  Localisation place = localiser_->process(scan, T_odom_last_.inverse() * T_odom_base);
+  T_odom_last_ = T_odom_base;
+  if (place.T_map_base)
+    found_ = true;
+  else if (place.status != LocalisationStatus::kMatchFailed &&
+           place.status != LocalisationStatus::kTooFewPoints)
+    found_ = false;
+  return place;
+}
+
+void LaserMapFrame::note(Time stamp, const SE2& T_map_odom) {
+  const bool first_fix = localiser_ && history_.empty();
+  const Vec3 change = (T_map_odom_.inverse() * T_map_odom).vector();
+  if (!first_fix && change.cwiseAbs().maxCoeff() < kLeastChange) return;
+  T_map_odom_ = T_map_odom;
+  history_.push_back({stamp, T_map_odom});
+}
+
+void LaserMapFrame::finish() {
+  if (!loops_ || loops_->graph().size() == 0) return;
+  loops_->finish();
+  const ScanGraph2D& graph = loops_->graph();
+  note(graph.keyframe(graph.size() - 1).scan.stamp, loops_->T_map_odom());
+}
+
+bool LaserMapFrame::corrects() const {
+  if (!loops_) return !history_.empty();
+  const ScanGraphStatistics& loops = loops_->graph().statistics();
+  return loops.accepted > loops.taken_out;
+}
+
+SE2 LaserMapFrame::T_map_odom_at(Time stamp, const SE2& T_odom_base) const {
+  if (!corrects()) return {};
+  if (loops_) {
+    const auto T_map_base = loops_->graph().T_map_base(stamp, T_odom_base);
+    return T_map_base ? *T_map_base * T_odom_base.inverse() : SE2();
+  }
+  const auto after = std::upper_bound(history_.begin(), history_.end(), stamp,
+                                      [](Time t, const MapFrameChange& change) { return t < change.stamp; });
+  return after == history_.begin() ? history_.front().T_map_odom : (after - 1)->T_map_odom;
+}
+
+Trajectory LaserMapFrame::corrected(const Trajectory& T_odom_base) const {
+  if (!corrects()) return T_odom_base;
+  Trajectory result;
+  for (const StampedPose& pose : T_odom_base)
+    result.push_back({pose.stamp, T_map_odom_at(pose.stamp, SE2::from_se3(pose.T_world_base)).to_se3() *
+                                      pose.T_world_base});
+  return result;
+}
+
+}  // namespace hm

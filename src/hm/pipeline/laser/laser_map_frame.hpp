@@ -1,0 +1,77 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hm/geometry/occupancy_grid_2d.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/slam/laser/grid_localiser.hpp"
+#include "hm/slam/laser/loop_closer.hpp"
+
+namespace hm {
+
+/// What fixes the frame `map`: nothing but odometry, places seen again, or a map of an earlier run.
+enum class MapFrameSource { kOdometry, kLoops, kSavedMap };
+
+struct LaserMapFrameParams {
+  ScanGraph2DParams loops;
+  GridLocaliserParams localiser;
+  double seek_interval_s = 0.5;
+};
+
+/// What one scan did to the frame `map`.
+struct MapFrameStep {
+  SE2 T_map_odom;                            ///< as it was known after this scan
+  std::optional<ScanGraphStep> loop;         ///< the scan became a node of the graph
+  std::optional<Localisation> localisation;  ///< the scan was sought in the saved map
+  double ms = 0;
+};
+
+/// T_map_odom from a moment on.
+struct MapFrameChange {
+  Time stamp;
+  SE2 T_map_odom;
+};
+
+/// Where the control frame `odom` lies in `map`. `odom` is read, never changed. Not thread safe;
+/// deterministic but for the milliseconds.
+class LaserMapFrame {
+ public:
+  LaserMapFrame() = default;  ///< `map` is `odom`
+  static LaserMapFrame from_loops(const LaserMapFrameParams& params);
+  /// While the place is not known, it is sought every `seek_interval_s`.
+  static LaserMapFrame from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params);
+
+  /// What scan odometry made of a scan.
+  MapFrameStep process(const PlanarScan& scan, const OdometryStep& step);
+  /// Solves the graph a last time.
+  void finish();
+
+  [[nodiscard]] MapFrameSource source() const;
+  /// Null unless loops are closed.
+  [[nodiscard]] const LoopCloser* loops() const { return loops_.get(); }
+  /// Every change of T_map_odom while scans came, in order.
+  [[nodiscard]] const std::vector<MapFrameChange>& history() const { return history_; }
+  /// True when `map` is not simply `odom`.
+  [[nodiscard]] bool corrects() const;
+  /// With all that is known by now: what brings a pose of `odom` at a moment into `map`. Before a vehicle
+  /// was first found in a saved map, as it was then.
+  [[nodiscard]] SE2 T_map_odom_at(Time stamp, const SE2& T_odom_base) const;
+  /// The same for a trajectory; heights and tilts stay.
+  [[nodiscard]] Trajectory corrected(const Trajectory& T_odom_base) const;
+
+ private:
+  std::optional<Localisation> localise(const PlanarScan& scan, const SE2& T_odom_base);
+  void note(Time stamp, const SE2& T_map_odom);
+
+  std::unique_ptr<LoopCloser> loops_;
+  std::unique_ptr<GridLocaliser> localiser_;
+  Duration seek_interval_;
+  bool found_ = false;  // the place in the saved map is being followed
+  std::optional<Time> last_sought_;
+  SE2 T_odom_last_;  // at the scan that was given to the localiser last
+  SE2 T_map_odom_;
+  std::vector<MapFrameChange> history_;
+};
+
+}  // namespace hm

@@ -1,0 +1,88 @@
+#include "hm/pipeline/laser/laser_motion.hpp"
+
+#include <cmath>
+
+namespace hm {
+namespace {
+
+constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
+constexpr double kMaxImuStep_s = 0.5;  // a longer silence of the gyroscope says nothing of the yaw
+constexpr std::size_t kOdometryKept = 4096;
+
+/// How fast the yaw of R = Rz(yaw) Ry(pitch) Rx(roll) changes.
+double yaw_rate(const Vec3& angular_velocity_base, double roll, double pitch) {
+  const double cosine = std::cos(pitch);
+  if (std::abs(cosine) < 1e-3) return 0;
+  return (angular_velocity_base.y() * std::sin(roll) + angular_velocity_base.z() * std::cos(roll)) / cosine;
+}
+
+}  // namespace
+
+LaserMotion::LaserMotion(const StateEstimatorParams& params, const SE3& T_base_imu, Duration max_odometry_gap)
+    : estimator_(params, T_base_imu),
+      T_base_imu_(T_base_imu),
+      max_odometry_gap_(max_odometry_gap),
+      attitude_(kAttitudeKept_s, kAttitudeMaxGap_s) {}
+
+Mat3 LaserMotion::R_world_base_of(const ImuSample& sample) {
+  if (sample.R_world_imu) return *sample.R_world_imu * T_base_imu_.rotation().transpose();
+  const VehicleState state = estimator_.state();
+  const Vec3 rpy = state.roll_pitch_yaw_rad;
+  const double dt_s = any_imu_ ? (sample.stamp - newest_imu_).seconds() : 0;
+  if (dt_s < kMaxImuStep_s) {
+    const Vec3 rates = T_base_imu_.rotation() * sample.angular_velocity_rad_s;
+    yaw_rad_ += (yaw_rate(rates, rpy.x(), rpy.y()) - state.yaw_rate_bias_rad_s) * dt_s;
+  }
+  return rotation_from_roll_pitch_yaw({rpy.x(), rpy.y(), yaw_rad_});
+}
+
+void LaserMotion::add_imu(const ImuSample& sample) {
+  const FusionStatus status = estimator_.add_imu(sample);
+  if (status == FusionStatus::kInvalid || status == FusionStatus::kTimeBackwards) return;
+  if (!attitude_.add(sample.stamp, R_world_base_of(sample))) return;
+  newest_imu_ = sample.stamp;
+  any_imu_ = true;
+}
+
+void LaserMotion::add_odometry(const StampedPose& T_odom_base) {
+  if (!odometry_.empty() && T_odom_base.stamp <= odometry_.back().stamp) return;
+  if (!is_rigid(T_odom_base.T_world_base)) return;
+  if (odometry_.size() >= 2 * kOdometryKept)
+    odometry_.erase(odometry_.begin(), odometry_.end() - static_cast<std::ptrdiff_t>(kOdometryKept));
+  odometry_.push_back(T_odom_base);
+}
+
+bool LaserMotion::odometry_reaches(Time stamp) const {
+  return !odometry_.empty() && odometry_.back().stamp >= stamp;
+}
+
+SweepAttitude LaserMotion::sweep_attitude(Time begin, Time end) const {
+  SweepAttitude sweep;
+  sweep.begin = begin, sweep.end = end;
+  const auto first = attitude_.at(begin), last = attitude_.at(end);
+  if (!first || !last) return sweep;
+  sweep.R_world_base_begin = Eigen::Quaterniond(*first);
+  sweep.R_world_base_end = Eigen::Quaterniond(*last);
+  return sweep;
+}
+
+std::optional<SE3> LaserMotion::odometry_at(Time stamp) const {
+  return pose_at(odometry_, stamp, max_odometry_gap_);
+}
+
+MotionPrediction LaserMotion::since_last(Time now) const {
+  MotionPrediction prediction;
+  if (const auto attitude = attitude_.at(now); attitude && last_attitude_)
+    prediction.yaw_change_rad =
+        wrap_angle(roll_pitch_yaw(*attitude).z() - roll_pitch_yaw(*last_attitude_).z());
+  if (const auto odometry = odometry_at(now); odometry && last_odometry_)
+    prediction.T_last_now = SE2::from_se3(*last_odometry_).inverse() * SE2::from_se3(*odometry);
+  return prediction;
+}
+
+void LaserMotion::remember(Time now) {
+  last_attitude_ = attitude_.at(now);
+  last_odometry_ = odometry_at(now);
+}
+
+}  // namespace hm

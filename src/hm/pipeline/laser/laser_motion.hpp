@@ -1,0 +1,53 @@
+#pragma once
+#include <optional>
+
+#include "hm/estimation/state_estimator.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/laser/odometry/attitude_history.hpp"
+#include "hm/laser/height/mirror_distances.hpp"
+#include "hm/laser/odometry/scan_odometry.hpp"
+
+namespace hm {
+
+/// What IMU and odometry of a recording say of the vehicle's motion around a scan.
+class LaserMotion {
+ public:
+  LaserMotion(const StateEstimatorParams& params, const SE3& T_base_imu, Duration max_odometry_gap);
+
+  /// Takes a sample into the fusion and the history of attitudes.
+  void add_imu(const ImuSample& sample);
+  void add_odometry(const StampedPose& T_odom_base);
+
+  [[nodiscard]] bool any_imu() const { return any_imu_; }
+  /// True when the inputs given so far reach `stamp`.
+  [[nodiscard]] bool imu_reaches(Time stamp) const { return any_imu_ && newest_imu_ >= stamp; }
+  [[nodiscard]] bool odometry_reaches(Time stamp) const;
+
+  /// Null without an IMU.
+  [[nodiscard]] const AttitudeHistory* attitude() const { return any_imu_ ? &attitude_ : nullptr; }
+  /// Level when there is no IMU, or where it is silent.
+  [[nodiscard]] SweepAttitude sweep_attitude(Time begin, Time end) const;
+  [[nodiscard]] std::optional<SE3> odometry_at(Time stamp) const;
+
+  /// The motion since the last remember().
+  [[nodiscard]] MotionPrediction since_last(Time now) const;
+  void remember(Time now);
+
+  [[nodiscard]] StateEstimator& estimator() { return estimator_; }
+
+ private:
+  [[nodiscard]] Mat3 R_world_base_of(const ImuSample& sample);
+
+  StateEstimator estimator_;
+  SE3 T_base_imu_;
+  Duration max_odometry_gap_;
+  AttitudeHistory attitude_;
+  bool any_imu_ = false;
+  Time newest_imu_;
+  double yaw_rad_ = 0;  // of the gyroscope alone: continuous, whatever the fusion corrects
+  Trajectory odometry_;
+  std::optional<Mat3> last_attitude_;
+  std::optional<SE3> last_odometry_;
+};
+
+}  // namespace hm

@@ -1,0 +1,226 @@
+#include "hm/pipeline/laser/laser_output.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "hm/report/render/mesh_renderer.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/map/occupancy_grid_file.hpp"
+#include "hm/io/map/octomap_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/laser/laser_evaluation.hpp"
+#include "hm/pipeline/laser/laser_run_report.hpp"
+#include "hm/pipeline/laser/laser_saved_map.hpp"
+#include "hm/pipeline/laser/laser_tables.hpp"
+#include "hm/report/map_pictures.hpp"
+
+namespace hm {
+namespace {
+
+constexpr Rgb8 kEstimateColor{214, 84, 32}, kTruthColor{36, 110, 200};
+
+void say(const LaserRunOptions& options, const char* stage) {
+  if (options.run.progress) options.run.progress({stage, 0, 0, {}});
+}
+
+/// Files of an earlier run that this one may not write.
+void remove_old_results(const std::filesystem::path& folder) {
+  std::error_code code;
+  for (const char* name : {"trajectory_odom.txt", "map_frame.csv", "height.csv", "floors.csv", "states.csv",
+                           "map.yaml", "map.pgm"})
+    std::filesystem::remove(folder / name, code);
+  for (const char* name : {"plan", "plan_odom", "above", "perspective"})
+    std::filesystem::remove(folder / "pictures" / (std::string(name) + ".png"), code);
+}
+
+void add_warnings(LaserSummary& summary) {
+  if (summary.scans_failed > 0) {
+    const auto most = std::max_element(summary.failure_reasons.begin(), summary.failure_reasons.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    summary.warnings.push_back(fmt::format("{} of {} scans have no pose; most often ({}): {}",
+                                           summary.scans_failed, summary.scans_read, most->second,
+                                           most->first));
+  }
+  if (summary.restarts > 0)
+    summary.warnings.push_back(fmt::format(
+        "scan matching was lost {} times and began anew{}", summary.restarts,
+        summary.map_frame.corrected ? ": where no loop or map closes the break, path and map stay broken"
+                                    : ": the path and the map are broken there"));
+  if (const auto& place = summary.map_frame.localisation; place && !place->is_sure())
+    summary.warnings.push_back(fmt::format(
+        "the place in the map is doubtful: {} of {} scans were located, lost {} times, median score {:.2f} "
+        "(sure: from {:g})",
+        place->located, place->sought, place->lost, place->score.median, LocalisationSummary::kSureScore));
+  if (summary.scans_dropped > 0)
+    summary.warnings.push_back(fmt::format("{} of {} scans came too fast and were dropped",
+                                           summary.scans_dropped, summary.scans_total));
+  if (summary.interrupted)
+    summary.warnings.push_back(
+        fmt::format("stopped after {} of {} scans", summary.scans_read, summary.scans_total));
+}
+
+/// Written, and named in the summary.
+class Writer {
+ public:
+  Writer(const std::filesystem::path& folder, LaserSummary& summary) : folder_(folder), summary_(summary) {}
+  template <class Write>
+  Writer& file(const char* name, Write&& write) {
+    if (!result_) return *this;
+    result_ = write(folder_ / name);
+    if (result_) summary_.outputs.push_back(folder_ / name);
+    return *this;
+  }
+  Writer& text(const char* name, const std::string& text) {
+    return file(name, [&](const auto& path) { return write_file_text(path, text); });
+  }
+  [[nodiscard]] Result<void> result() const { return result_; }
+
+ private:
+  std::filesystem::path folder_;
+  LaserSummary& summary_;
+  Result<void> result_;
+};
+
+Result<void> write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
+  return write_file_bytes(path, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+}
+
+Trajectory truth_in_map_of(const LaserSummary& summary) {
+  Trajectory truth_in_map;  // the truth, moved to where the estimate is
+  const SimilarityTransform& move = summary.error->alignment;
+  for (const PosePair& pair : summary.error->matched)
+    truth_in_map.push_back(
+        {pair.stamp, SE3(pair.T_world_truth.rotation(),
+                         move.rotation.transpose() * (pair.T_world_truth.translation() - move.translation) /
+                             move.scale)});
+  return truth_in_map;
+}
+
+/// A vehicle that flies over floors is within a building: its ceiling hides the rooms.
+constexpr double kCutOverPath_m = 0.4;
+
+double highest_m(const Trajectory& trajectory) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const StampedPose& pose : trajectory) highest = std::max(highest, pose.T_world_base.translation().z());
+  return highest;
+}
+
+struct MapDrawing {
+  const OccupancyGrid2D& slice;
+  const std::optional<OccupancyGrid2D>& slice_odom;
+  const std::vector<OccupancyVoxel>& voxels;
+  const TriangleMesh& faces;
+};
+
+std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary& summary,
+                                       const ParallelLoop& loop) {
+  std::vector<MeshPicture> pictures;
+  const double size_m = summary.parameters.laser.mvog.resolution_m;
+  const Trajectory truth = summary.error ? truth_in_map_of(summary) : Trajectory{};
+  std::vector<MapOverlay> paths;
+  if (!truth.empty()) paths.push_back({"truth", &truth, kTruthColor});
+  paths.push_back({"estimate", &summary.trajectory, kEstimateColor});
+  if (auto plan = draw_occupancy_grid(map.slice, paths))
+    pictures.push_back({"plan",
+                        summary.planar
+                            ? "The map from above: occupied dark, free light, unknown grey."
+                            : fmt::format("The map from above between heights of {:g} m and {:g} m: "
+                                          "occupied dark, free light, unknown grey.",
+                                          summary.parameters.laser.run.slice_bottom_m,
+                                          summary.parameters.laser.run.slice_top_m),
+                        std::move(*plan)});
+  if (map.slice_odom) {
+    const std::vector<MapOverlay> path{{"odometry", &summary.trajectory_odom, kEstimateColor}};
+    if (auto before = draw_occupancy_grid(*map.slice_odom, path))
+      pictures.push_back({"plan_odom", "For comparison: the same before it was corrected, in the frame odom.",
+                          std::move(*before)});
+  }
+  if (summary.planar || map.faces.triangles.empty()) return pictures;
+  if (auto above = draw_heights(map.voxels, size_m))
+    pictures.push_back({"above", "The highest that is occupied, from above, by height.", std::move(*above)});
+  RenderOptions render;
+  render.width = 1400, render.height = 900;
+  render.style = RenderStyle::kHeight;
+  render.trajectory = &summary.trajectory;
+  RenderView view = dollhouse_view(scene_extent(map.faces), render);
+  if (!summary.floors.empty()) view.cut_height_m = highest_m(summary.trajectory) + kCutOverPath_m;
+  pictures.push_back({"perspective",
+                      "The map's occupied cells, by height, with the path; in a building, what lies well "
+                      "above the path is cut away.",
+                      render_mesh(map.faces, view, render, loop)});
+  return pictures;
+}
+
+Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, LaserReportMaterial& material,
+                       LaserSummary& summary) {
+  const MultiVolumeGrid& map = maps.map;
+  const double size_m = summary.parameters.laser.mvog.resolution_m;
+  const auto voxels = map.voxels();
+  const TriangleMesh faces = occupied_faces(voxels, size_m);
+  const auto slice = laser_slice(map, options.parameters.laser.run);
+  MeshWriteOptions write;
+  write.frame = summary.map_frame.corrected ? "map" : "odom",
+  write.program = "housemartin " + options.run.program_version;
+  Writer writer(options.output, summary);
+  writer.file("map.mvog", [&](const auto& path) { return write_bytes(path, map.serialise()); })
+      .file("map.bt", [&](const auto& path) { return write_octomap(path, voxels, size_m); })
+      .file("map.ply", [&](const auto& path) { return write_mesh(path, faces, write); });
+  if (!slice)
+    summary.warnings.push_back("no map.pgm: " + to_string(slice.error()));
+  else if (slice->cells.empty())
+    summary.warnings.emplace_back("no map.pgm: the map is empty");
+  else
+    writer.file("map.yaml", [&](const auto& path) { return write_occupancy_grid(path, *slice); });
+  if (!writer.result()) return writer.result();
+  if (slice && !slice->cells.empty()) summary.outputs.push_back(options.output / "map.pgm");
+  if (!options.parameters.laser.run.pictures || !slice) return {};
+  say(options, "drawing pictures");
+  std::optional<OccupancyGrid2D> slice_odom;
+  if (maps.map_odom)
+    if (auto odom = laser_slice(*maps.map_odom, options.parameters.laser.run)) slice_odom = std::move(*odom);
+  material.pictures =
+      draw_pictures({*slice, slice_odom, voxels, faces}, summary, ParallelLoop(options.run.threads));
+  return write_pictures(options.output, material.pictures, summary.outputs);
+}
+
+Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,
+                         LaserSummary& summary) {
+  Writer writer(options.output, summary);
+  writer.file("trajectory.txt",
+              [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory); });
+  if (summary.map_frame.source != MapFrameSource::kOdometry)
+    writer
+        .file("trajectory_odom.txt",
+              [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory_odom); })
+        .text("map_frame.csv", map_frame_csv(summary.map_frame));
+  if (const auto heights = heights_csv(summary.records); !heights.empty())
+    writer.text("height.csv", heights).text("floors.csv", floors_csv(summary.floors));
+  if (const auto states = states_csv(summary.records); !states.empty()) writer.text("states.csv", states);
+  writer.text("parameters.toml", material.parameters_toml);
+  if (!writer.result()) return writer.result();
+  for (const char* name : {"report.json", "report.html"}) summary.outputs.push_back(options.output / name);
+  const std::string json = to_json_text(laser_report_json(summary, options.run.program_version));
+  if (const auto written = write_file_text(options.output / "report.json", json + "\n"); !written)
+    return written;
+  return write_file_text(options.output / "report.html", laser_report_html(summary, material));
+}
+
+}  // namespace
+
+Result<void> write_laser_results(const LaserMaps& maps, const LaserRecording& recording,
+                                 const LaserRunOptions& options, LaserSummary& summary) {
+  say(options, "writing results");
+  remove_old_results(options.output);
+  evaluate_laser_run(recording, options, summary);
+  add_warnings(summary);
+  LaserReportMaterial material;
+  material.program_version = options.run.program_version;
+  material.parameters_toml = list_laser(summary.parameters).to_toml();
+  if (const auto written = write_map(maps, options, material, summary); !written)
+    return as_run_failure(written);
+  return as_run_failure(write_texts(options, material, summary));
+}
+
+}  // namespace hm

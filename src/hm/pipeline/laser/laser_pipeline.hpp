@@ -1,0 +1,101 @@
+#pragma once
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/estimation/fusion_types.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/laser/height/height_estimator.hpp"
+#include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/laser/odometry/scan_projection.hpp"
+#include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/pipeline/laser/laser_map_frame.hpp"
+#include "hm/pipeline/common/laser_params.hpp"
+#include "hm/pipeline/laser/laser_sweep.hpp"
+#include "hm/sensors/imu.hpp"
+
+namespace hm {
+
+/// What a vehicle carries.
+struct LaserPlatform {
+  std::vector<LaserRig> rigs;  ///< one for each laser; the first is the one that is matched
+  bool has_imu = false, has_odometry = false;
+};
+
+/// What became of a scan.
+enum class LaserScanStatus {
+  kPosed,          ///< it has a pose, and is in the map
+  kNotProjected,   ///< none of it can be used in the plane (tilt, no attitude, no return)
+  kNotMatched,     ///< scan matching gave no answer
+  kNoOdometry,     ///< the recording's odometry does not reach its time
+  kTimeBackwards,  ///< not later than the scan before: ignored
+  kNoHeight,       ///< posed, but not in the map: the height is not known yet
+};
+std::string_view to_string(LaserScanStatus status);
+
+/// What one scan gave.
+struct LaserStep {
+  std::size_t laser = 0;
+  Time scan_stamp;  ///< of the scan, as it was given
+  Time stamp;       ///< the moment of the pose
+  LaserScanStatus status = LaserScanStatus::kNotMatched;
+  std::string reason;                    ///< in words, where there is no pose
+  std::optional<SE3> T_odom_base;        ///< never corrected: for control
+  MapFrameStep map_frame;                ///< where `odom` lies in `map`, as it was known then
+  OdometryStep odometry;                 ///< of scan matching; empty where poses are the recording's odometry
+  bool matched_scan = false;             ///< `odometry` is filled
+  std::optional<HeightEstimate> height;  ///< where the rig has a mirror towards the floor
+  std::optional<VehicleState> state;     ///< fused with the IMU, at the newest sample of it
+  Vec3 velocity_base = Vec3::Zero();     ///< vx, vy (m/s), yaw rate (rad/s) from scan matching
+  BeamScanStats beams;                   ///< what went into the map
+  std::vector<SweepKnot> sweep;          ///< how it went there, where `map` is not `odom`
+  double project_ms = 0, match_ms = 0, insert_ms = 0;
+};
+
+/// The perception half of the laser system (dissertation 2.2, 2.5), in memory: scans become poses
+/// (projection, scan matching, height, fusion) and a multi-volume occupancy grid.
+///
+/// Inputs of one kind come in order of their stamps. A scan waits until IMU and odometry have reached its end
+/// (`max_wait_s` at most); what became of it is then in take_steps(). The grid is in the frame `odom`, which
+/// nothing corrects. Where `odom` lies in `map` is learned from places seen again, or from a map of an
+/// earlier run: map_frame(). The grid in the frame `map`: rebuild_laser_map(). Not thread safe; deterministic
+/// but for the milliseconds.
+class LaserPipeline {
+ public:
+  /// A laser whose scan plane is tilted less than this is horizontal.
+  static constexpr double kMaxHorizontalTilt_rad = 0.35;
+
+  /// `saved_map`: a map to find the vehicle in; loops are not closed then.
+  LaserPipeline(const LaserParameters& params, LaserPlatform platform,
+                const OccupancyGrid2D* saved_map = nullptr);
+  ~LaserPipeline();
+
+  void add_imu(const ImuSample& sample);
+  void add_odometry(const StampedPose& T_odom_base);
+  /// `laser`: its index in the platform.
+  void add_scan(LaserScan scan, std::size_t laser = 0);
+  /// No more input: scans that wait are processed with what there is.
+  void finish();
+  /// The scans that were processed since the last call, in order.
+  std::vector<LaserStep> take_steps();
+
+  /// True: poses come from scan matching; false: from the recording's odometry.
+  [[nodiscard]] bool matches_scans() const;
+  /// Scans of this laser are used.
+  [[nodiscard]] bool uses(std::size_t laser) const;
+  [[nodiscard]] const MultiVolumeGrid& map() const;
+  [[nodiscard]] const LaserMapFrame& map_frame() const;
+  /// The floors found so far, lowest first; empty without a mirror towards the floor.
+  [[nodiscard]] std::vector<FloorLevel> floors() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// True when the scan plane of a laser mounted so is level enough for scan matching in the plane.
+bool scans_horizontally(const LaserRig& rig);
+
+}  // namespace hm

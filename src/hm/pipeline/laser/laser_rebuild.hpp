@@ -1,0 +1,24 @@
+#pragma once
+#include <span>
+
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/pipeline/laser/laser_run.hpp"
+
+namespace hm {
+
+/// What a map in the frame `map` is built from: the scans of a recording, what a pipeline made of them, and
+/// what it knows of the frame by now.
+struct RebuildInput {
+  const LaserRecording& recording;
+  std::vector<LaserRig> rigs;  ///< of the recording's lasers
+  std::span<const LaserScanRecord> records;
+  const LaserMapFrame& map_frame;
+};
+
+/// The multi-volume grid anew, as if the corrections that are known now had been known when each scan came:
+/// every scan of the recording is inserted again, in its order, moved by the correction of its moment. Costs
+/// as much as building the map did; besides the two maps it needs one scan's points.
+MultiVolumeGrid rebuild_laser_map(const RebuildInput& input, const LaserParameters& params,
+                                  const RunContext& run);
+
+}  // namespace hm

@@ -1,0 +1,271 @@
+#include "hm/pipeline/laser/laser_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/io/pose/relations_file.hpp"
+#include "hm/pipeline/laser/laser_choices.hpp"
+#include "hm/pipeline/laser/laser_events.hpp"
+#include "hm/pipeline/laser/laser_output.hpp"
+#include "hm/pipeline/laser/laser_rebuild.hpp"
+#include "hm/pipeline/laser/laser_saved_map.hpp"
+#include "hm/core/process_memory.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
+
+/// One run of run_laser().
+class Run {
+ public:
+  Run(const LaserRunOptions& options, LaserRecording recording, const OccupancyGrid2D* saved_map)
+      : options_(options),
+        recording_(std::move(recording)),
+        pipeline_(options.parameters.laser, laser_platform(recording_), saved_map),
+        events_(recording_, pipeline_, options.parameters.laser.run) {}
+
+  [[nodiscard]] bool matches_scans() const { return pipeline_.matches_scans(); }
+  void process_all();
+  Result<LaserSummary> finish();
+
+ private:
+  void give(const LaserEvent& event);
+  [[nodiscard]] bool wait_until_due(const LaserEvent& event, const Stopwatch& watch);
+  void collect();
+  void show_progress() const;
+  void describe();
+  void count();
+  [[nodiscard]] std::optional<MultiVolumeGrid> correct();
+  [[nodiscard]] Error nothing_posed() const;
+
+  const LaserRunOptions& options_;
+  LaserRecording recording_;
+  LaserPipeline pipeline_;
+  LaserEvents events_;
+  LaserSummary summary_;
+  Stopwatch run_watch_;
+  std::size_t scans_since_sample_ = 0;
+};
+
+/// Live: sleeps until the event is due. False when it is a scan that is to be dropped, as newer ones wait
+/// already.
+bool Run::wait_until_due(const LaserEvent& event, const Stopwatch& watch) {
+  const double due_s = (event.due - events_.begin()).seconds();
+  while (!options_.run.stop.stop_requested() && watch.seconds() < due_s)
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(0.05, due_s - watch.seconds())));
+  if (event.kind != LaserEvent::Kind::kScan) return true;
+  const Time now = events_.begin() + Duration::from_seconds(watch.seconds());
+  return events_.scans_between(event.due, now) <
+         static_cast<std::size_t>(options_.parameters.laser.run.queue_scans);
+}
+
+void Run::give(const LaserEvent& event) {
+  switch (event.kind) {
+    case LaserEvent::Kind::kImu:
+      return pipeline_.add_imu(recording_.imu[event.index]);
+    case LaserEvent::Kind::kOdometry:
+      return pipeline_.add_odometry(recording_.odometry[event.index]);
+    case LaserEvent::Kind::kScan:
+      ++summary_.scans_read;
+      return pipeline_.add_scan(recording_.lasers[event.stream].scans[event.index], event.stream);
+  }
+}
+
+void Run::process_all() {
+  const Stopwatch watch;
+  for (const LaserEvent& event : events_.all()) {
+    if (options_.run.stop.stop_requested()) {
+      summary_.interrupted = true;
+      break;
+    }
+    if (options_.pace == LaserPace::kRealtime && !wait_until_due(event, watch)) {
+      ++summary_.scans_dropped;
+      continue;
+    }
+    give(event);
+    collect();
+  }
+  pipeline_.finish();
+  collect();
+}
+
+void Run::collect() {
+  auto steps = pipeline_.take_steps();
+  if (steps.empty()) return;
+  for (LaserStep& step : steps) {
+    LaserScanRecord record;
+    record.time_s = (step.stamp - events_.begin()).seconds();
+    record.step = std::move(step);
+    if (scans_since_sample_++ % std::max<std::size_t>(1, events_.scan_count() / kMapSamples) == 0)
+      record.map = pipeline_.map().size();
+    summary_.records.push_back(std::move(record));
+  }
+  show_progress();
+}
+
+void Run::show_progress() const {
+  if (!options_.run.progress) return;
+  options_.run.progress(
+      {"laser", summary_.records.size() + summary_.scans_dropped, events_.scan_count(),
+       fmt::format("map {:.1f} MB, process {} MB", static_cast<double>(pipeline_.map().bytes()) * 1e-6,
+                   resident_bytes() / 1'000'000)});
+}
+
+void Run::count() {
+  std::vector<double> match_ms, insert_ms;
+  double insert_sum_ms = 0;
+  for (const LaserScanRecord& record : summary_.records) {
+    const LaserStep& step = record.step;
+    if (step.matched_scan) match_ms.push_back(step.match_ms);
+    if (step.odometry.new_keyframe) ++summary_.keyframes;
+    if (step.odometry.searched) ++summary_.scans_searched;
+    if (step.odometry.status == OdometryStatus::kFound) ++summary_.scans_found;
+    if (step.odometry.status == OdometryStatus::kRestarted) ++summary_.restarts;
+    if (!step.T_odom_base) {
+      ++summary_.scans_failed;
+      ++summary_.failure_reasons[step.reason];
+      continue;
+    }
+    if (step.matched_scan) ++summary_.scans_matched;
+    insert_ms.push_back(step.insert_ms);
+    insert_sum_ms += step.insert_ms;
+    summary_.beams += step.beams.returns + step.beams.no_returns;
+    summary_.trajectory_odom.push_back({step.stamp, *step.T_odom_base});
+  }
+  std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
+  const auto twice =
+      std::unique(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
+                  [](const StampedPose& a, const StampedPose& b) { return a.stamp == b.stamp; });
+  summary_.trajectory_odom.erase(twice, summary_.trajectory_odom.end());
+  summary_.match_ms = summarise(match_ms);
+  summary_.insert_ms = summarise(insert_ms);
+  if (summary_.beams > 0)
+    summary_.insert_us_per_beam = insert_sum_ms * 1e3 / static_cast<double>(summary_.beams);
+}
+
+void Run::describe() {
+  summary_.recording = recording_.path;
+  summary_.kind = std::string(to_string(recording_.kind));
+  summary_.parameters = options_.parameters;
+  summary_.pace = options_.pace;
+  summary_.matched_scans = pipeline_.matches_scans();
+  for (std::size_t laser = 0; laser < recording_.lasers.size(); ++laser)
+    if (pipeline_.uses(laser))
+      summary_.laser += (summary_.laser.empty() ? "" : ", ") + recording_.lasers[laser].name;
+  summary_.scans_total = events_.scan_count();
+  summary_.recording_s = (events_.end() - events_.begin()).seconds();
+  summary_.truth = recording_.truth;
+  summary_.truth_source = recording_.truth_source;
+  summary_.choices = laser_choices({recording_, options_, pipeline_});
+}
+
+Error Run::nothing_posed() const {
+  if (summary_.interrupted) return {ErrorCode::kCancelled, "stopped before the first scan had a pose", {}};
+  std::string most = "there is no scan between laser.begin_s and its end";
+  std::size_t count = 0;
+  for (const auto& [reason, scans] : summary_.failure_reasons)
+    if (scans > count) count = scans, most = fmt::format("{} x {}", scans, reason);
+  return {ErrorCode::kInvalidValue,
+          fmt::format("not one of {} scans got a pose ({})", events_.scan_count(), most),
+          options_.recording.string()};
+}
+
+/// The path in the frame `map`, and the map of that path where it is another than that of odometry.
+std::optional<MultiVolumeGrid> Run::correct() {
+  const LaserMapFrame& frame = pipeline_.map_frame();
+  LaserMapSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
+  if (map.localisation) map.localisation->map = options_.saved_map;
+  summary_.trajectory = frame.corrected(summary_.trajectory_odom);
+  if (!map.corrected) return std::nullopt;
+  for (std::size_t i = 0; i < summary_.trajectory.size(); ++i)
+    map.max_shift_m = std::max(map.max_shift_m, (summary_.trajectory[i].T_world_base.translation() -
+                                                 summary_.trajectory_odom[i].T_world_base.translation())
+                                                    .norm());
+  const Stopwatch watch;
+  MultiVolumeGrid grid =
+      rebuild_laser_map({recording_, laser_platform(recording_).rigs, summary_.records, frame},
+                        options_.parameters.laser, options_.run);
+  map.rebuild_s = watch.seconds();
+  map.mvog_odom = pipeline_.map().size();
+  return grid;
+}
+
+Error nowhere_found(const LocalisationSummary& place) {
+  return {ErrorCode::kInternal,
+          fmt::format(
+              "the vehicle was not found in the map: {} searches, of which {} ambiguous, {} without a place, "
+              "{} given up",
+              place.searches, place.ambiguous, place.not_found, place.gave_up),
+          place.map.string()};
+}
+
+Result<LaserSummary> Run::finish() {
+  describe();
+  count();
+  if (summary_.trajectory_odom.empty()) return tl::make_unexpected(nothing_posed());
+  const std::optional<MultiVolumeGrid> corrected = correct();
+  if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
+    return tl::make_unexpected(nowhere_found(*place));
+  summary_.run_s = run_watch_.seconds();
+  const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
+  summary_.floors = pipeline_.floors();
+  summary_.mvog = map.size();
+  summary_.bounds_m = map.bounds();
+  summary_.planar = is_planar(map);
+  const auto written =
+      write_laser_results({map, corrected ? &pipeline_.map() : nullptr}, recording_, options_, summary_);
+  if (!written) return forward_error(written);
+  return std::move(summary_);
+}
+
+Result<LaserRecording> open(const LaserRunOptions& options) {
+  if (!is_laser_recording(options.recording) && open_recording(options.recording))
+    return fail(ErrorCode::kUnsupported, options.recording.string(),
+                "this is a recording of depth pictures, not of a laser; `hm reconstruct` is for it");
+  auto recording = open_laser_recording(options.recording, options.recording_options);
+  if (!recording) return recording;
+  std::erase_if(recording->lasers, [](const LaserStream& stream) { return stream.scans.empty(); });
+  if (recording->lasers.empty())
+    return fail(ErrorCode::kNotFound, options.recording.string(), "the recording holds no laser scan");
+  const LaserParameters& params = options.parameters.laser;
+  if (params.run.degraded_odometry) {
+    if (recording->truth.empty())
+      return fail(ErrorCode::kUsage, options.recording.string(),
+                  "laser.degraded_odometry needs true poses, and the recording has none");
+    recording->odometry = degrade_to_wheel_odometry(recording->truth, params.wheel_noise);
+  }
+  if (params.run.poses == LaserPoseSource::kOdometry && recording->odometry.empty())
+    return fail(ErrorCode::kUsage, options.recording.string(),
+                "laser.poses = odometry, but the recording has no odometry");
+  return recording;
+}
+
+}  // namespace
+
+Result<LaserSummary> run_laser(const LaserRunOptions& options) {
+  if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto recording = open(options);
+  if (!recording) return forward_error(recording);
+  if (!options.relations.empty())  // before the work, not after it
+    if (const auto relations = read_relations(options.relations); !relations) return forward_error(relations);
+  std::optional<OccupancyGrid2D> saved_map;
+  if (!options.saved_map.empty()) {
+    auto grid = read_saved_laser_map(options.saved_map, options.parameters.laser.run);
+    if (!grid) return forward_error(grid);
+    saved_map = std::move(*grid);
+  }
+  Run run(options, std::move(*recording), saved_map ? &*saved_map : nullptr);
+  if (saved_map && !run.matches_scans())
+    return fail(ErrorCode::kUsage, options.recording.string(),
+                "a place in a map is found by scan matching, and here poses come from odometry");
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
+  run.process_all();
+  return run.finish();
+}
+
+}  // namespace hm

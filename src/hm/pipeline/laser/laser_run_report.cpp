@@ -1,0 +1,246 @@
+#include "hm/pipeline/laser/laser_run_report.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "hm/report/plot.hpp"
+#include "hm/pipeline/laser/laser_map_report.hpp"
+#include "hm/report/run_report.hpp"
+
+namespace hm {
+namespace {
+
+using Getter = std::optional<double> (*)(const LaserScanRecord&);
+
+/// One value of each record that has it, over time.
+PlotSeries series_of(const LaserSummary& summary, std::string name, Getter get) {
+  PlotSeries series;
+  series.name = std::move(name);
+  for (const LaserScanRecord& record : summary.records)
+    if (const auto value = get(record)) {
+      series.x.push_back(record.time_s);
+      series.y.push_back(*value);
+    }
+  return series;
+}
+
+std::optional<double> height_of(const LaserScanRecord& record) {
+  if (!record.step.height || record.step.height->status != HeightStatus::kOk) return std::nullopt;
+  return record.step.height->height_m;
+}
+std::optional<double> floor_of(const LaserScanRecord& record) {
+  if (!record.step.height || record.step.height->status != HeightStatus::kOk) return std::nullopt;
+  return record.step.height->floor_level_m;
+}
+std::optional<double> match_ms_of(const LaserScanRecord& record) {
+  if (!record.step.matched_scan) return std::nullopt;
+  return record.step.match_ms;
+}
+template <int kAxis>
+std::optional<double> velocity_of(const LaserScanRecord& record) {
+  if (!record.step.matched_scan || !record.step.T_odom_base) return std::nullopt;
+  return record.step.velocity_base(kAxis);
+}
+/// The fused velocity along the vehicle's own axes.
+template <int kAxis>
+std::optional<double> fused_velocity_of(const LaserScanRecord& record) {
+  if (!record.step.state || !record.step.state->planar_ready) return std::nullopt;
+  const VehicleState& state = *record.step.state;
+  const double yaw = state.roll_pitch_yaw_rad.z();
+  const Vec3& v = state.velocity_m_s;
+  if constexpr (kAxis == 0) return std::cos(yaw) * v.x() + std::sin(yaw) * v.y();
+  return -std::sin(yaw) * v.x() + std::cos(yaw) * v.y();
+}
+std::optional<double> map_mb_of(const LaserScanRecord& record) {
+  if (!record.map) return std::nullopt;
+  return static_cast<double>(record.map->bytes) * 1e-6;
+}
+std::optional<double> map_area_of(const LaserScanRecord& record) {
+  if (!record.map) return std::nullopt;
+  return record.map->area_m2;
+}
+
+std::optional<double> localisation_score_of(const LaserScanRecord& record) {
+  const auto& place = record.step.map_frame.localisation;
+  if (!place || !place->T_map_base) return std::nullopt;
+  return place->score;
+}
+
+PlotOptions over_time(std::string label) {
+  PlotOptions plot;
+  plot.x.label = "time (s)";
+  plot.y.label = std::move(label);
+  return plot;
+}
+
+void add_cards(HtmlReport& report, const LaserSummary& summary) {
+  report.add_card({"scans",
+                   std::to_string(summary.trajectory.size()),
+                   {},
+                   fmt::format("of {} have a pose", summary.scans_total)});
+  report.add_card({"path", fmt::format("{:.1f}", path_length(summary.trajectory)), "m",
+                   fmt::format("in {:.0f} s", summary.recording_s)});
+  if (summary.matched_scans)
+    report.add_card({"matching", fmt::format("{:.2f}", summary.match_ms.median), "ms",
+                     fmt::format("a scan, median; 99 % under {:.2f} ms", summary.match_ms.p99)});
+  report.add_card({"map", fmt::format("{:.0f}", summary.mvog.area_m2), "m2",
+                   fmt::format("{:.2f} MB; {:.2f} us a beam", static_cast<double>(summary.mvog.bytes) * 1e-6,
+                               summary.insert_us_per_beam)});
+  if (summary.error)
+    report.add_card({"position error", fmt::format("{:.1f}", summary.error->position_m.rmse * 1e2), "cm",
+                     "RMSE after fitting to the truth"});
+  if (summary.height_error)
+    report.add_card(
+        {"height error", fmt::format("{:.1f}", summary.height_error->rmse_m * 1e2), "cm", "RMSE"});
+  if (const LaserMapSummary& map = summary.map_frame; map.localisation)
+    report.add_card({"located",
+                     std::to_string(map.localisation->located),
+                     {},
+                     fmt::format("of {} scans in the saved map", map.localisation->sought)});
+  else if (map.source == MapFrameSource::kLoops)
+    report.add_card({"loops",
+                     std::to_string(map.loops.accepted - map.loops.taken_out),
+                     {},
+                     fmt::format("closed, of {} candidates", map.loops.candidates)});
+  if (summary.relation_error)
+    report.add_card({"relations", fmt::format("{:.1f}", summary.relation_error->translation_m.mean * 1e2),
+                     "cm",
+                     fmt::format("mean error of {} relative poses", summary.relation_error->errors.size())});
+}
+
+void add_path_section(HtmlReport& report, const LaserSummary& summary) {
+  report.begin_section("Path");
+  PlotOptions plot;
+  plot.x.label = "x (m)", plot.y.label = "y (m)";
+  plot.equal_aspect = true;
+  plot.height_px = 520;
+  if (!summary.error) {
+    const std::array<NamedTrajectory, 1> paths{{{"estimate", &summary.trajectory}}};
+    report.add_svg(trajectory_svg(paths, plot), "The path from above.");
+    return;
+  }
+  Trajectory truth, estimate;
+  for (const PosePair& pair : summary.error->matched) {
+    truth.push_back({pair.stamp, pair.T_world_truth});
+    estimate.push_back({pair.stamp, pair.T_world_estimate});
+  }
+  const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};
+  report.add_svg(trajectory_svg(paths, plot),
+                 fmt::format("The path from above, fitted to the truth ({}).", summary.truth_source));
+  PlotSeries errors{"position error", {}, summary.error->position_errors_m, SeriesStyle::kLine};
+  for (const PosePair& pair : summary.error->matched)
+    errors.x.push_back((pair.stamp - summary.error->matched.front().stamp).seconds());
+  report.add_svg(plot_svg({&errors, 1}, over_time("position error (m)")), "Distance from the truth.");
+}
+
+void add_height_section(HtmlReport& report, const LaserSummary& summary) {
+  std::vector<PlotSeries> series{series_of(summary, "height", height_of),
+                                 series_of(summary, "floor", floor_of)};
+  if (series.front().x.empty()) return;
+  series.back().style = SeriesStyle::kStep;
+  if (summary.height_error && !summary.records.empty()) {
+    PlotSeries truth{"truth", {}, {}, SeriesStyle::kLine};
+    const Time begin = summary.records.front().step.stamp;
+    for (const StampedPose& pose : summary.truth) {
+      truth.x.push_back((pose.stamp - begin).seconds() + summary.records.front().time_s);
+      truth.y.push_back(pose.T_world_base.translation().z() - summary.height_error->offset_m);
+    }
+    series.push_back(std::move(truth));
+  }
+  report.begin_section("Height", "Of the vehicle over the floor under its first reading.");
+  report.add_svg(plot_svg(series, over_time("height (m)")), "Height, and the level of the floor below.");
+  std::vector<std::vector<std::string>> rows;
+  for (const FloorLevel& floor : summary.floors)
+    rows.push_back({fmt::format("{:.3f}", floor.level_m), fmt::format("{:.3f}", floor.std_m),
+                    std::to_string(floor.sightings)});
+  if (!rows.empty()) report.add_table({"floor (m)", "standard deviation (m)", "scans"}, rows);
+}
+
+void add_motion_section(HtmlReport& report, const LaserSummary& summary) {
+  if (!summary.matched_scans) return;
+  report.begin_section("Velocity", "Along the vehicle's own axes.");
+  std::vector<PlotSeries> speeds{series_of(summary, "forward", velocity_of<0>),
+                                 series_of(summary, "to the left", velocity_of<1>)};
+  for (auto& fused : {series_of(summary, "forward, fused", fused_velocity_of<0>),
+                      series_of(summary, "to the left, fused", fused_velocity_of<1>)})
+    if (!fused.x.empty()) speeds.push_back(fused);
+  report.add_svg(plot_svg(speeds, over_time("velocity (m/s)")), "Velocity from scan matching.");
+  const PlotSeries turning = series_of(summary, "yaw rate", velocity_of<2>);
+  report.add_svg(plot_svg({&turning, 1}, over_time("yaw rate (rad/s)")), "How fast the vehicle turns.");
+}
+
+void add_cost_section(HtmlReport& report, const LaserSummary& summary) {
+  report.begin_section(
+      "Cost", fmt::format("{:.1f} s for a recording of {:.1f} s.", summary.run_s, summary.recording_s));
+  if (summary.matched_scans) {
+    PlotSeries times = series_of(summary, "matching", match_ms_of);
+    times.style = SeriesStyle::kScatter;
+    report.add_svg(plot_svg({&times, 1}, over_time("time (ms)")), "Time of scan matching.");
+  }
+  const PlotSeries size = series_of(summary, "map", map_mb_of),
+                   area = series_of(summary, "area", map_area_of);
+  report.add_svg(plot_svg({&size, 1}, over_time("memory (MB)")), "Memory of the map.");
+  report.add_svg(plot_svg({&area, 1}, over_time("area (m2)")), "Area of the map.");
+}
+
+void add_failures(HtmlReport& report, const LaserSummary& summary) {
+  if (summary.failure_reasons.empty()) return;
+  report.begin_section("Scans without a pose");
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [reason, count] : summary.failure_reasons) rows.push_back({reason, std::to_string(count)});
+  report.add_table({"reason", "scans"}, rows);
+}
+
+}  // namespace
+
+std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
+  using Verdict = HtmlReport::Verdict;
+  HtmlReport report("Laser run of " + summary.recording.filename().string());
+  report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+                     fmt::format("{} of {} scans have a pose; the map covers {:.0f} m2.",
+                                 summary.trajectory.size(), summary.scans_total, summary.mvog.area_m2));
+  add_cards(report, summary);
+  add_warnings_section(report, summary.warnings);
+  if (!material.pictures.empty()) report.begin_section("Map");
+  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  add_path_section(report, summary);
+  add_map_frame_section(report, summary);
+  add_height_section(report, summary);
+  add_motion_section(report, summary);
+  add_cost_section(report, summary);
+  add_failures(report, summary);
+  report.begin_section("Recording", fmt::format("{} ({})", summary.recording.string(), summary.kind));
+  report.add_list(summary.choices);
+  return page_with_parameters(report, material.parameters_toml, material.program_version);
+}
+
+JsonValue laser_report_json(const LaserSummary& summary, const std::string& program_version) {
+  auto json = to_json(summary);
+  json["version"] = program_version;
+  json["recording"] = summary.recording.string();
+  auto series = JsonValue::object();
+  const auto add = [&](const char* key, Getter get) {
+    const PlotSeries values = series_of(summary, key, get);
+    if (values.x.empty()) return;
+    series[key] = JsonValue::object(
+        {{"time_s", JsonValue::array_of(values.x)}, {"value", JsonValue::array_of(values.y)}});
+  };
+  add("match_ms", match_ms_of);
+  add("height_m", height_of);
+  add("floor_level_m", floor_of);
+  add("forward_m_s", velocity_of<0>);
+  add("left_m_s", velocity_of<1>);
+  add("yaw_rate_rad_s", velocity_of<2>);
+  add("map_mb", map_mb_of);
+  add("map_area_m2", map_area_of);
+  add("localisation_score", localisation_score_of);
+  json["series"] = std::move(series);
+  if (summary.map_frame.source != MapFrameSource::kOdometry && !summary.records.empty()) {
+    const LaserScanRecord& first = summary.records.front();
+    json["T_map_odom_history"] =
+        history_to_json(summary.map_frame, first.step.stamp - Duration::from_seconds(first.time_s));
+  }
+  return json;
+}
+
+}  // namespace hm

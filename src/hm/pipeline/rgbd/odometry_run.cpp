@@ -1,0 +1,123 @@
+#include "hm/pipeline/rgbd/odometry_run.hpp"
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/rgbd/odometry_report.hpp"
+
+namespace hm {
+namespace {
+
+void show_progress(const RunContext& run, const VisualTrack& track) {
+  if (!run.progress) return;
+  const double last_ms = track.frames.empty() ? 0 : track.frames.back().numbers.total_ms;
+  run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
+                fmt::format("{} keyframes, {} points, {:.1f} ms, {} lost", track.keyframes.size(),
+                            track.model_points, last_ms, track.frames_lost)});
+}
+
+/// Tracks the frames one by one; true when it was asked to stop before the end.
+bool track_all(const Recording& recording, const OdometryRunOptions& options, VisualTracking& tracking) {
+  const FrameRange range = frame_range(options.parameters.reconstruction, recording.info().frame_count);
+  FramePrefetcher frames(recording, range.begin, range.end, range.stride,
+                         static_cast<std::size_t>(options.parameters.reconstruction.prefetch_frames));
+  std::size_t index = range.begin;
+  while (!options.run.stop.stop_requested()) {
+    const Stopwatch wait;
+    const auto frame = frames.next();
+    if (!frame) return false;
+    tracking.take(index, *frame, wait.milliseconds());
+    index += range.stride;
+    show_progress(options.run, tracking.track());
+  }
+  return index < range.end;
+}
+
+Result<void> write_odometry_results(const OdometryRunOptions& options, OdometrySummary& summary) {
+  const auto& folder = options.output;
+  Parameters parameters = options.parameters;
+  const std::string parameters_toml = list_odometry(parameters).to_toml();
+  if (const auto written = write_tum_trajectory(folder / "trajectory.tum", summary.track.trajectory);
+      !written)
+    return written;
+  if (const auto written = write_file_text(folder / "parameters.toml", parameters_toml); !written)
+    return written;
+  for (const char* name : {"trajectory.tum", "parameters.toml", "report.json", "report.html"})
+    summary.outputs.push_back(folder / name);
+  const std::string json = to_json_text(odometry_report_json(summary, options.run.program_version));
+  if (const auto written = write_file_text(folder / "report.json", json + "\n"); !written) return written;
+  const OdometryReportMaterial material{options.run.program_version, parameters_toml};
+  return write_file_text(folder / "report.html", odometry_report_html(summary, material));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Recording>> open_rgbd_recording(const std::filesystem::path& path,
+                                                       const RecordingOptions& options) {
+  auto recording = open_recording(path, options);
+  if (!recording && is_laser_recording(path))
+    return fail(ErrorCode::kUnsupported, path.string(),
+                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
+  return recording;
+}
+
+SE3 level_camera() {
+  Mat3 R_odom_camera;  // x right, y down, z forward as seen from x forward, y left, z up
+  R_odom_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return {R_odom_camera, Vec3::Zero()};
+}
+
+Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
+  if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  if (!recording) return forward_error(recording);
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
+  const RecordingInfo& info = (*recording)->info();
+  const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
+  VisualTracking tracking(options.parameters, info.camera.without_distortion(),
+                          {range.count(), level_camera(), info.imu});
+  OdometrySummary summary;
+  const Stopwatch watch;
+  summary.interrupted = track_all(**recording, options, tracking);
+  summary.run_s = watch.seconds();
+  summary.track = tracking.finish();
+  summary.recording = info;
+  summary.parameters = options.parameters;
+  if (summary.track.trajectory.empty()) {
+    if (summary.interrupted)
+      return fail(ErrorCode::kCancelled, {}, "stopped before the first frame had a pose");
+    return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}", why_no_pose(summary.track));
+  }
+  summary.warnings = warnings_of(summary.track);
+  if (summary.interrupted)
+    summary.warnings.push_back(
+        fmt::format("stopped after {} of {} frames", summary.track.frames_read, summary.track.frames_total));
+  summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
+                                     summary.warnings);
+  const auto written = as_run_failure(write_odometry_results(options, summary));
+  if (!written) return forward_error(written);
+  return summary;
+}
+
+JsonValue to_json(const OdometrySummary& summary) {
+  auto json = JsonValue::object();
+  json["method"] = kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)];
+  add_json(json, summary.track);
+  json["loops"] = JsonValue::object({{"candidates", 0}, {"accepted", 0}});  // odometry looks for none
+  add_json(json, summary.error);
+  json["interrupted"] = summary.interrupted;
+  json["run_s"] = summary.run_s;
+  return json;
+}
+
+std::string to_text(const OdometrySummary& summary) {
+  std::string text = to_text(summary.track) + to_text_line(summary.error, "error");
+  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
+  return text;
+}
+
+}  // namespace hm

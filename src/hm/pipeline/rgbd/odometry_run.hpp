@@ -1,0 +1,54 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/run_context.hpp"
+#include "hm/pipeline/rgbd/visual_tracking.hpp"
+
+namespace hm {
+
+/// What to track, how, and where the results go.
+struct OdometryRunOptions {
+  std::filesystem::path recording;
+  RecordingOptions recording_options;
+  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  Parameters parameters;
+  RunContext run;  ///< asked to stop, it finishes with what there is
+};
+
+/// What a run gave.
+struct OdometrySummary {
+  RecordingInfo recording;
+  Parameters parameters;
+  bool interrupted = false;
+  double run_s = 0;
+  VisualTrack track;
+  std::optional<TrajectoryError> error;  ///< for a recording with poses
+  std::vector<std::string> warnings;
+  std::vector<std::filesystem::path> outputs;
+};
+
+/// Opens a recording of depth and colour pictures. One of a laser is an error that names its verb.
+Result<std::unique_ptr<Recording>> open_rgbd_recording(const std::filesystem::path& path,
+                                                       const RecordingOptions& options);
+
+/// Where odometry begins: a camera held level at the origin of a frame whose z axis points up.
+SE3 level_camera();
+
+/// A recording -> the motion of its camera by visual odometry (dissertation 3.2): reads ahead on a thread of
+/// its own, tracks, and writes trajectory.tum (frames with a pose), parameters.toml, report.json,
+/// report.html. Poses of the recording are compared with, never used.
+///
+/// Errors: recording or output folder unusable, parameters that contradict, not a single pose. A frame that
+/// cannot be used is none: it is named in `track.unused`.
+Result<OdometrySummary> run_odometry(const OdometryRunOptions& options);
+
+/// frames{read,tracked,lost}, track_ms{median,mean,p99}, path_length_m ... (the keys of `hm odometry
+/// --json`).
+JsonValue to_json(const OdometrySummary& summary);
+/// The same in a few lines for a terminal.
+std::string to_text(const OdometrySummary& summary);
+
+}  // namespace hm

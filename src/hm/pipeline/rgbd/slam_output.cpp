@@ -1,0 +1,251 @@
+#include "hm/pipeline/rgbd/slam_output.hpp"
+
+#include <algorithm>
+
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/pose/g2o_file.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/map/octomap_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
+#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/report/map_pictures.hpp"
+#include "hm/mapping/map_store.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/mesh_output.hpp"
+#include "hm/pipeline/rgbd/slam_report.hpp"
+#include "hm/slam/places/place_experiment.hpp"
+
+namespace hm {
+namespace {
+
+/// One writing of write_slam_results().
+class Output {
+ public:
+  Output(SlamPipeline& pipeline, const Recording& recording, const SlamRunOptions& options,
+         SlamSummary& summary)
+      : pipeline_(pipeline), recording_(recording), options_(options), summary_(summary) {}
+
+  Result<void> write(const TriangleMesh& before);
+
+ private:
+  void say(const char* stage) const {
+    if (options_.run.progress) options_.run.progress({stage, 0, 0, {}});
+  }
+  /// Writes a file unless something failed before, and names it.
+  template <class Write>
+  void file(const char* name, Write&& write) {
+    if (!result_) return;
+    result_ = write(options_.output / name);
+    if (result_) summary_.outputs.push_back(options_.output / name);
+  }
+  void remove_old_results() const;
+  void write_trajectories();
+  void write_map_file();
+  void write_keyframe_maps();
+  void write_occupancy(const KeyframeMaps& maps);
+  void compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
+  void draw_matrices();
+  void draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
+  void write_report();
+
+  SlamPipeline& pipeline_;
+  const Recording& recording_;
+  const SlamRunOptions& options_;
+  SlamSummary& summary_;
+  SlamReportMaterial material_;
+  Result<void> result_;
+};
+
+void Output::remove_old_results() const {
+  std::error_code code;
+  for (const char* name : {"points.ply", "occupancy.ot", "volumes.mvog"})
+    std::filesystem::remove(options_.output / name, code);
+}
+
+void Output::write_trajectories() {
+  const SlamPipeline::State& state = summary_.state;
+  Trajectory keyframes;
+  for (const CorrectedKeyframe& keyframe : state.keyframes->keyframes())
+    if (keyframe.map == 0) keyframes.push_back({keyframe.stamp, keyframe.T_map_camera});
+  file("trajectory.tum", [&](const auto& path) { return write_tum_trajectory(path, state.corrected); });
+  file("odometry.tum", [&](const auto& path) { return write_tum_trajectory(path, state.track.trajectory); });
+  file("keyframes.tum", [&](const auto& path) { return write_tum_trajectory(path, keyframes); });
+  if (!state.graph.T_map_node.empty())
+    file("graph.g2o", [&](const auto& path) { return write_g2o_3d(state.graph, path); });
+}
+
+void Output::write_map_file() {
+  file("map.hmap", [&](const auto& path) -> Result<void> {
+    Parameters parameters = options_.parameters;
+    MapHeader header;
+    header.voxel_size_m = pipeline_.dense().grid().voxel_size_m();
+    header.sdf_unit_m = pipeline_.dense().grid().sdf_unit_m();
+    header.program_version = options_.run.program_version;
+    header.parameters_toml = list_reconstruction(parameters).to_toml();
+    auto map = MapFile::create(path, header);
+    if (!map) return forward_error(map);
+    MapSaver saver(std::move(*map));
+    std::vector<ChangedVolume> all;
+    for (const VolumeKey& key : pipeline_.dense().grid().sorted_keys()) all.push_back({key, 0x3f, false});
+    saver.note(all);
+    return saver.save(pipeline_.dense().grid(), header);
+  });
+}
+
+void Output::write_occupancy(const KeyframeMaps& maps) {
+  const auto voxels = maps.occupancy->voxels();
+  const std::vector<Rgb8> colors = voxel_colors(maps, voxels);
+  const double resolution_m = options_.parameters.slam.octomap_resolution_m;
+  file("occupancy.ot",
+       [&](const auto& path) { return write_color_octomap(path, voxels, colors, resolution_m); });
+  if (auto picture = draw_heights(voxels, resolution_m))
+    material_.maps.push_back({"occupancy",
+                              "The highest occupied cell of the occupancy map, from above, by height.",
+                              std::move(*picture)});
+}
+
+void Output::write_keyframe_maps() {
+  RunContext finishing = options_.run;  // asked to stop, the maps of what there is are whole nevertheless
+  finishing.stop = {};
+  const KeyframeMaps maps =
+      make_keyframe_maps(recording_, *summary_.state.keyframes, options_.parameters, finishing);
+  if (maps.unreadable > 0)
+    summary_.warnings.push_back(
+        fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));
+  if (maps.keyframes == 0) {
+    if (maps.points || maps.occupancy || maps.volumes)
+      summary_.warnings.emplace_back("no maps of keyframes: not one keyframe could be read for them");
+    return;
+  }
+  MeshWriteOptions write;
+  write.frame = "map", write.program = "housemartin " + options_.run.program_version;
+  if (maps.points)
+    file("points.ply", [&](const auto& path) { return write_mesh(path, maps.points->points(), write); });
+  if (maps.occupancy) write_occupancy(maps);
+  if (maps.volumes)
+    file("volumes.mvog", [&](const auto& path) {
+      const auto bytes = maps.volumes->serialise();
+      return write_file_bytes(path, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    });
+}
+
+TriangleMesh moved(TriangleMesh mesh, const SimilarityTransform& move) {
+  for (auto& vertex : mesh.vertices) vertex = (move * vertex.cast<double>()).cast<float>();
+  for (auto& normal : mesh.normals) normal = (move.rotation * normal.cast<double>()).cast<float>();
+  return mesh;
+}
+
+/// Each mesh is moved as its trajectory is, so that it is judged like it.
+void Output::compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
+  if (!has_mesh_truth(options_.recording) || mesh.triangles.empty() || !summary_.error) return;
+  say("comparing with the truth");
+  const auto truth = read_mesh_truth(options_.recording);
+  if (!truth) {
+    summary_.warnings.push_back("the truth cannot be used: " + to_string(truth.error()));
+    return;
+  }
+  const auto compare = [&](const TriangleMesh& one, const TrajectoryError& path) -> std::optional<MeshError> {
+    auto error = evaluate_mesh(moved(one, path.alignment), truth->mesh, options_.parameters.mesh_error,
+                               pipeline_.dense().loop(), truth->visible_points);
+    if (error) return std::move(*error);
+    summary_.warnings.push_back("the mesh cannot be compared with the truth: " + to_string(error.error()));
+    return std::nullopt;
+  };
+  summary_.mesh_error = compare(mesh, *summary_.error);
+  if (!before.triangles.empty() && summary_.odometry_error)
+    summary_.odometry_mesh_error = compare(before, *summary_.odometry_error);
+}
+
+void Output::draw_matrices() {
+  const auto& keyframes = summary_.state.track.keyframes;
+  constexpr std::size_t kMost = 1500;
+  if (!options_.parameters.slam.matrices || !options_.parameters.loops.enabled || keyframes.size() < 2)
+    return;
+  if (keyframes.size() > kMost) {
+    summary_.warnings.push_back(fmt::format("no matrices of place recognition: {} keyframes are more than {}",
+                                            keyframes.size(), kMost));
+    return;
+  }
+  say("drawing matrices");
+  const PlaceMatrices matrices =
+      heuristic_places(keyframes, options_.parameters.loops.search, options_.parameters.loops.verifier);
+  const int pixels = std::clamp(static_cast<int>(800 / keyframes.size()), 1, 8);
+  PlacePictures pictures = draw_places(matrices, pixels);
+  material_.matrices = {
+      {"match_matrix", "Votes of each keyframe's features (row) for other keyframes (column).",
+       std::move(pictures.match)},
+      {"candidate_matrix", "Pairs that were compared.", std::move(pictures.candidate)},
+      {"correspondence_matrix", "Features on which compared pairs agree.",
+       std::move(pictures.correspondence)},
+      {"association_matrix", "Pairs that show the same place.", std::move(pictures.association)}};
+}
+
+void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
+  if (!options_.parameters.reconstruction.pictures) return;
+  say("drawing pictures");
+  const MeshPictureOptions draw = picture_options(summary_.recording.camera, summary_.state.corrected);
+  material_.pictures = make_mesh_pictures(mesh, draw, pipeline_.dense().loop());
+  if (before.triangles.empty()) return;
+  const MeshPictureOptions draw_before =
+      picture_options(summary_.recording.camera, summary_.state.track.trajectory);
+  for (MeshPicture& picture : make_mesh_pictures(before, draw_before, pipeline_.dense().loop())) {
+    if (picture.name != "plan" && picture.name != "color") continue;
+    picture.name = "before_" + picture.name;
+    picture.caption = "Before loops were closed: " + picture.caption;
+    material_.pictures.push_back(std::move(picture));
+  }
+}
+
+void Output::write_report() {
+  Parameters parameters = options_.parameters;
+  material_.program_version = options_.run.program_version;
+  material_.parameters_toml = list_slam(parameters).to_toml();
+  std::vector<MeshPicture> all = material_.pictures;
+  all.insert(all.end(), material_.matrices.begin(), material_.matrices.end());
+  all.insert(all.end(), material_.maps.begin(), material_.maps.end());
+  if (result_) result_ = write_pictures(options_.output, all, summary_.outputs);
+  file("parameters.toml", [&](const auto& path) { return write_file_text(path, material_.parameters_toml); });
+  if (!result_) return;
+  for (const char* name : {"report.json", "report.html"}) summary_.outputs.push_back(options_.output / name);
+  const std::string json = to_json_text(slam_report_json(summary_, options_.run.program_version));
+  result_ = write_file_text(options_.output / "report.json", json + "\n");
+  if (result_)
+    result_ = write_file_text(options_.output / "report.html", slam_report_html(summary_, material_));
+}
+
+Result<void> Output::write(const TriangleMesh& before) {
+  remove_old_results();
+  write_trajectories();
+  say("writing the map");
+  summary_.volumes = pipeline_.dense().grid().volume_count();
+  summary_.map_bytes = pipeline_.dense().grid().map_bytes();
+  write_map_file();
+  write_keyframe_maps();
+  say("finishing the mesh");
+  const TriangleMesh mesh = pipeline_.dense().take_finished_mesh();
+  summary_.vertices = mesh.vertices.size();
+  summary_.triangles = mesh.triangles.size();
+  summary_.bounds_m = bounds(mesh);
+  if (mesh.triangles.empty())
+    summary_.warnings.emplace_back("the mesh is empty: no surface was seen clearly enough");
+  if (result_)
+    result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version},
+                               options_.parameters.reconstruction, summary_.outputs);
+  compare_meshes(before, mesh);
+  draw_matrices();
+  draw_meshes(before, mesh);
+  write_report();
+  return result_;
+}
+
+}  // namespace
+
+Result<void> write_slam_results(SlamPipeline& pipeline, const Recording& recording,
+                                const TriangleMesh& before, const SlamRunOptions& options,
+                                SlamSummary& summary) {
+  return Output(pipeline, recording, options, summary).write(before);
+}
+
+}  // namespace hm

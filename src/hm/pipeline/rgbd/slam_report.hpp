@@ -1,0 +1,27 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/report/mesh_pictures.hpp"
+#include "hm/pipeline/rgbd/slam_run.hpp"
+
+namespace hm {
+
+/// What the report shows besides the summary.
+struct SlamReportMaterial {
+  std::string program_version;
+  std::string parameters_toml;
+  std::vector<MeshPicture> pictures;  ///< of the mesh, before and after
+  std::vector<MeshPicture> matrices;  ///< of place recognition (dissertation Fig. 3.11)
+  std::vector<MeshPicture> maps;      ///< of the maps made of keyframes
+};
+
+/// The self-contained page of a run: path before and after (dissertation Fig. 3.12), loops, map before and
+/// after, tracking.
+std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material);
+/// The summary as JSON, with the series behind the plots.
+JsonValue slam_report_json(const SlamSummary& summary, const std::string& program_version);
+
+}  // namespace hm

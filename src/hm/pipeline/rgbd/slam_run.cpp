@@ -1,0 +1,76 @@
+#include "hm/pipeline/rgbd/slam_run.hpp"
+
+#include <utility>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/output_file.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/slam_output.hpp"
+
+namespace hm {
+namespace {
+
+Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state) {
+  if (state.interrupted) return {ErrorCode::kCancelled, "stopped before the first frame had a pose", {}};
+  return {ErrorCode::kInvalidValue, why_no_pose(state.track), options.recording.string()};
+}
+
+void compare_trajectories(SlamSummary& summary) {
+  const TrajectoryErrorParams& params = summary.parameters.trajectory_error;
+  std::vector<std::string> said;
+  summary.odometry_error =
+      compare_with_truth(summary.state.track.trajectory, summary.recording, params, summary.warnings);
+  summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, said);
+}
+
+void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
+  if (state.frames_apart > 0)
+    summary.warnings.push_back(
+        fmt::format("{} frames are not in the map: no loop connects where they were taken with its beginning",
+                    state.frames_apart));
+  if (state.correction.frames_lost > 0)
+    summary.warnings.push_back(fmt::format("{} frames could not be read again when the map was rebuilt",
+                                           state.correction.frames_lost));
+  if (state.interrupted)
+    summary.warnings.push_back(
+        fmt::format("stopped after {} of {} frames", state.track.frames_read, state.frames_total));
+  if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
+    summary.warnings.emplace_back("no place was seen twice: the trajectory is that of odometry");
+}
+
+}  // namespace
+
+Result<SlamSummary> run_slam(const SlamRunOptions& options) {
+  if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  if (options.parameters.reconstruction.align)
+    return fail(ErrorCode::kUsage, "reconstruction.align",
+                "it corrects given poses (hm reconstruct); for those of odometry there is slam.align");
+  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  if (!recording) return forward_error(recording);
+  if (const auto made = make_folder(options.output); !made) return forward_error(made);
+  const Stopwatch watch;
+  SlamPipeline pipeline(**recording, options.parameters, options.run);
+  pipeline.track_and_map();
+  pipeline.close_loops();
+  if (pipeline.state().track.trajectory.empty())
+    return tl::make_unexpected(nothing_tracked(options, pipeline.state()));
+  TriangleMesh before;
+  const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
+  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
+  pipeline.correct_dense_map();
+  SlamSummary summary;
+  summary.recording = (*recording)->info();
+  summary.parameters = options.parameters;
+  summary.state = std::move(pipeline.state());
+  summary.run_s = watch.seconds();
+  compare_trajectories(summary);
+  add_warnings(options, summary);
+  if (const auto written = write_slam_results(pipeline, **recording, before, options, summary); !written)
+    return tl::make_unexpected(as_run_failure(Result<void>(written)).error());
+  return summary;
+}
+
+}  // namespace hm

@@ -1,0 +1,55 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/evaluation/mesh_error.hpp"
+#include "hm/core/run_context.hpp"
+#include "hm/pipeline/rgbd/slam_pipeline.hpp"
+
+namespace hm {
+
+/// What to run, how, and where the results go.
+struct SlamRunOptions {
+  std::filesystem::path recording;
+  RecordingOptions recording_options;
+  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  Parameters parameters;
+  RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
+};
+
+/// What a run gave.
+struct SlamSummary {
+  RecordingInfo recording;
+  Parameters parameters;
+  double run_s = 0;
+  SlamPipeline::State state;
+
+  std::optional<TrajectoryError> odometry_error, error;      ///< for a recording with poses: before, after
+  std::optional<MeshError> odometry_mesh_error, mesh_error;  ///< for one with a true mesh: before, after
+  std::size_t volumes = 0, map_bytes = 0, vertices = 0, triangles = 0;
+  Box3 bounds_m;
+  std::vector<std::string> warnings;
+  std::vector<std::filesystem::path> outputs;
+};
+
+/// A recording without poses -> trajectory, keyframes, loops, dense map (dissertation ch. 3 and 4): writes
+/// trajectory.tum (corrected), odometry.tum, keyframes.tum, graph.g2o, mesh.*, map.hmap, the maps that
+/// slam.maps names, parameters.toml, pictures/, report.json, report.html. Poses of the recording are compared
+/// with; the first one says where the map begins, if it is there (slam.start_at_pose).
+///
+/// Errors: recording or output folder unusable, parameters that contradict, not a single pose. A frame that
+/// cannot be used is none: it is named in `state.track.unused`.
+Result<SlamSummary> run_slam(const SlamRunOptions& options);
+
+/// The longest that tracking waited for a correction of the map while frames came in; 0 without any.
+double longest_stall_ms(const SlamPipeline::State& state);
+
+/// frames{read,tracked,lost}, track_ms{median,mean,p99}, loops{candidates,accepted} ... (the keys of
+/// `hm slam --json`).
+JsonValue to_json(const SlamSummary& summary);
+/// The same in a few lines for a terminal.
+std::string to_text(const SlamSummary& summary);
+
+}  // namespace hm

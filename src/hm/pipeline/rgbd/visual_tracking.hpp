@@ -1,0 +1,106 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/core/statistics.hpp"
+#include "hm/evaluation/trajectory_error.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/odometry/interface/inertial_hints.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+
+namespace hm {
+
+/// One frame of a run through visual odometry.
+struct VisualFrame {
+  std::size_t index = 0;  ///< in the recording
+  Time stamp;
+  TrackingStatus status = TrackingStatus::kSkipped;
+  int submap = 0;
+  bool keyframe = false;
+  double sigma_m = 0;  ///< of the position, as the covariance has it: root of the trace
+  double wait_ms = 0;  ///< for the pictures
+  TrackingNumbers numbers;
+};
+
+/// Frames in a row without a pose.
+struct LostStretch {
+  std::size_t first_frame = 0, last_frame = 0, frames = 0;
+  double duration_s = 0;
+  std::string reason;  ///< of the first of them
+};
+
+/// A frame that was not tracked, and why.
+struct UnusedFrame {
+  std::size_t index = 0;
+  std::string reason;
+};
+
+/// What visual odometry made of a recording.
+struct VisualTrack {
+  std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
+  std::size_t frames_read = 0, frames_tracked = 0, frames_lost = 0;
+  std::vector<UnusedFrame> unused;  ///< could not be read, or not be used
+  std::vector<VisualFrame> frames;  ///< those that were read
+  std::vector<LostStretch> lost;
+  Trajectory trajectory;  ///< T_odom_camera of the frames that have a pose
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  Summary track_ms;
+  std::size_t model_points = 0, relocalised = 0, memory_bytes = 0;
+  int submaps = 0;
+  std::string imu_source;  ///< empty: no inertial device was used
+  std::size_t turns_given = 0, gravity_used = 0, gravity_rejected = 0;  ///< frames
+};
+
+/// Visual odometry over the frames of a recording, with the books that a report needs.
+class VisualTracking {
+ public:
+  struct Start {
+    std::size_t frames_total = 0;  ///< that are to come
+    SE3 T_odom_first_camera;
+    std::shared_ptr<const CarriedImu> imu = nullptr;
+  };
+  /// The camera must be free of lens distortion.
+  VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start);
+  /// Tracks a frame, or notes why it could not be read.
+  TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
+  [[nodiscard]] const VisualTrack& track() const { return track_; }
+  /// The books, complete.
+  VisualTrack finish();
+
+ private:
+  void note_lost(const RgbdFrame& frame, const TrackedFrame& tracked);
+
+  std::unique_ptr<VisualOdometry> odometry_;
+  InertialHints hints_;
+  VisualTrack track_;
+  std::vector<double> times_ms_;
+  Time lost_since_;
+  bool lost_ = false;
+};
+
+/// The poses to compare with: the recording's truth, else its poses at its frames. Empty: there are none.
+Trajectory true_trajectory(const RecordingInfo& info);
+/// The comparison of a trajectory with the recording's truth, nothing where there is none (or less than three
+/// poses of it); `warnings` says what is wrong.
+std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
+                                                  const TrajectoryErrorParams& params,
+                                                  std::vector<std::string>& warnings);
+
+/// Warnings about frames that are unused or lost.
+std::vector<std::string> warnings_of(const VisualTrack& track);
+/// Why there is no pose at all, in words.
+std::string why_no_pose(const VisualTrack& track);
+/// Adds frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
+/// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
+void add_json(JsonValue& json, const VisualTrack& track);
+/// Adds ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m; nothing without an error.
+void add_json(JsonValue& json, const std::optional<TrajectoryError>& error);
+/// The same in a few lines for a terminal.
+std::string to_text(const VisualTrack& track);
+std::string to_text_line(const std::optional<TrajectoryError>& error, const char* name);
+
+}  // namespace hm

@@ -1,0 +1,216 @@
+#include "hm/pipeline/simulate/simulation_recording.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/pipeline/simulate/simulation_marks.hpp"
+#include "hm/sim/world/room_scene.hpp"
+
+namespace hm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBatch = 16;
+using detail::kFinishedMark, detail::kUnfinishedMark;
+
+/// All that simulate_recording() and simulate_laser_recording() may write; the marks last, so that a removal
+/// that is cut short can be repeated.
+constexpr std::array kOwnFiles{"depth",
+                               "rgb",
+                               "depth.txt",
+                               "rgb.txt",
+                               "associations.txt",
+                               "camera.txt",
+                               "groundtruth.txt",
+                               "poses.txt",
+                               "imu.csv",
+                               "imu.toml",
+                               "truth_mesh.ply",
+                               "truth_visible.ply",
+                               "truth_scene.json",
+                               "recording.bag",
+                               "recording.bag.partial",
+                               "rig.toml",
+                               "truth_floor.txt",
+                               kFinishedMark,
+                               kUnfinishedMark};
+
+Result<void> check_params(SimulationParams params) {
+  ParamList list;
+  list.add("simulation", params);
+  return list.check();
+}
+
+double valid_share(const DepthImage& depth) {
+  const auto pixels = depth.units.pixels();
+  const auto valid =
+      std::count_if(pixels.begin(), pixels.end(), [](std::uint16_t units) { return units != 0; });
+  return static_cast<double>(valid) / static_cast<double>(pixels.size());
+}
+
+Result<void> check_not_stopped(const std::stop_token& stop, const std::string& where) {
+  if (!stop.stop_requested()) return {};
+  return fail(ErrorCode::kCancelled, {}, "the simulation was stopped {}; nothing of it was kept", where);
+}
+
+/// Renders frames in batches on all threads while the batch before is written by one of them. Returns
+/// the mean share of valid depth pixels.
+Result<double> write_frames(const Simulation& simulation, TumWriter& writer, const SimulationOptions& options,
+                            const ParallelLoop& loop) {
+  const std::size_t count = simulation.frame_count();
+  std::vector<RgbdFrame> ready, next;
+  double valid = 0;
+  for (std::size_t begin = 0; begin < count || !ready.empty(); begin += kBatch) {
+    const std::size_t done = std::min(begin, count);
+    if (auto go_on = check_not_stopped(options.run.stop, fmt::format("at frame {} of {}", done, count));
+        !go_on)
+      return forward_error(go_on);
+    next.clear();
+    next.resize(std::min(kBatch, count - done));
+    Result<void> written;
+    loop.for_ranges(next.size() + 1, 1, [&](std::size_t item, std::size_t) {
+      if (item > 0) {
+        next[item - 1] = simulation.frame(begin + item - 1);
+        return;
+      }
+      for (const RgbdFrame& frame : ready)
+        if (written = writer.add(frame); !written) return;
+    });
+    if (!written) return forward_error(written);
+    for (const RgbdFrame& frame : next) valid += valid_share(frame.depth);
+    ready.swap(next);
+    if (options.run.progress) options.run.progress({"simulating", done, count, {}});
+  }
+  return count > 0 ? valid / static_cast<double>(count) : 0.0;
+}
+
+Trajectory trajectory_of(const Simulation& simulation, SE3 (Simulation::*pose)(std::size_t) const) {
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < simulation.frame_count(); ++i)
+    trajectory.push_back({simulation.stamp(i), (simulation.*pose)(i)});
+  return trajectory;
+}
+
+JsonValue triple(const Vec3& v) { return JsonValue(JsonValue::Array{v.x(), v.y(), v.z()}); }
+
+std::string room_scene_json() {
+  JsonValue solids = JsonValue::array();
+  for (const RoomPrimitive& primitive : room_primitives()) {
+    JsonValue solid = JsonValue::object({{"name", primitive.name},
+                                         {"shape", to_string(primitive.shape)},
+                                         {"center_m", triple(primitive.center)}});
+    if (primitive.shape == RoomShape::kSphere)
+      solid["radius_m"] = primitive.half_m.x();
+    else
+      solid["half_size_m"] = triple(primitive.half_m);
+    if (primitive.shape == RoomShape::kShell) solid["wall_m"] = kRoomWall_m;
+    if (primitive.shape == RoomShape::kBox) solid["yaw_rad"] = primitive.yaw_rad;
+    solids.push_back(std::move(solid));
+  }
+  return to_json_text(
+      JsonValue::object({{"scene", "room"}, {"frame", "world"}, {"solids", std::move(solids)}}));
+}
+
+/// The truth beside the recording; each file is added to the outputs.
+Result<void> write_truth(const Simulation& simulation, const fs::path& folder, const ParallelLoop& loop,
+                         SimulationSummary& summary) {
+  TriangleMesh mesh = merged_mesh(simulation.world());
+  if (auto written = write_mesh(folder / "truth_mesh.ply", mesh); !written) return written;
+  summary.outputs.push_back(folder / "truth_mesh.ply");
+
+  SurfacePoints visible = simulation.visible_truth(loop);
+  TriangleMesh points;
+  points.vertices = std::move(visible.positions);
+  points.normals = std::move(visible.normals);
+  const double spacing_m = simulation.params().truth_spacing_m;
+  summary.truth_points = points.vertices.size();
+  summary.truth_area_m2 = static_cast<double>(summary.truth_points) * spacing_m * spacing_m;
+  if (auto written = write_mesh(folder / "truth_visible.ply", points); !written) return written;
+  summary.outputs.push_back(folder / "truth_visible.ply");
+
+  if (simulation.params().world != WorldKind::kRoom) return {};
+  if (auto written = write_file_text(folder / "truth_scene.json", room_scene_json() + "\n"); !written)
+    return written;
+  summary.outputs.push_back(folder / "truth_scene.json");
+  return {};
+}
+
+Result<void> write_parameters(SimulationParams params, const fs::path& path) {
+  ParamList list;
+  list.add("simulation", params);
+  return write_file_text(path, list.to_toml());
+}
+
+/// Everything but the mark that it is finished.
+Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& writer,
+                                    const SimulationOptions& options) {
+  const ParallelLoop loop(options.run.threads);
+  const fs::path& folder = options.output;
+  const bool drifts = simulation.params().pose_drift;
+  const auto valid = write_frames(simulation, writer, options, loop);
+  if (!valid) return forward_error(valid);
+  const Trajectory truth = trajectory_of(simulation, &Simulation::true_pose);
+  const Trajectory reported = trajectory_of(simulation, &Simulation::reported_pose);
+  writer.set_ground_truth(truth);
+  if (drifts) writer.set_device_poses(reported);
+  writer.set_imu(simulation.imu(), R_camera_tablet_imu());
+  if (auto finished = writer.finish(); !finished) return forward_error(finished);
+
+  SimulationSummary summary;
+  summary.frames = simulation.frame_count();
+  summary.duration_s = (truth.back().stamp - truth.front().stamp).seconds();
+  summary.path_length_m = path_length(truth);
+  summary.end_drift_m =
+      (truth.back().T_world_base.translation() - reported.back().T_world_base.translation()).norm();
+  summary.valid_ratio = *valid;
+  summary.outputs = {folder, folder / "groundtruth.txt"};
+  if (drifts) summary.outputs.push_back(folder / "poses.txt");
+  if (options.run.progress) options.run.progress({"finding what can be seen of the truth", 0, 0, {}});
+  if (auto written = write_truth(simulation, folder, loop, summary); !written) return forward_error(written);
+  if (auto go_on = check_not_stopped(options.run.stop, "after its last frame"); !go_on)
+    return forward_error(go_on);
+  return summary;
+}
+
+}  // namespace
+
+void remove_simulation(const fs::path& folder) {
+  std::error_code code;
+  if (!fs::exists(folder / kFinishedMark, code) && !fs::exists(folder / kUnfinishedMark, code)) return;
+  for (const char* name : kOwnFiles) fs::remove_all(folder / name, code);
+  fs::remove(folder, code);  // fails when something else is in it, as it should
+}
+
+Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
+  if (auto checked = check_params(options.params); !checked) return forward_error(checked);
+  const Stopwatch watch;
+  const fs::path &folder = options.output, unfinished = folder / kUnfinishedMark;
+  std::error_code code;
+  if (fs::exists(unfinished, code)) remove_simulation(folder);
+  const Simulation simulation(options.params);
+  auto writer = as_run_failure(TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
+  if (!writer) return forward_error(writer);
+  if (const auto marked = as_run_failure(write_parameters(options.params, unfinished)); !marked)
+    return forward_error(marked);
+  auto summary = as_run_failure(write_all(simulation, *writer, options));
+  if (summary) {
+    fs::rename(unfinished, folder / kFinishedMark, code);
+    if (code)
+      summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
+  }
+  if (!summary) {
+    remove_simulation(folder);
+    return summary;
+  }
+  summary->outputs.push_back(folder / kFinishedMark);
+  summary->wall_s = watch.seconds();
+  return summary;
+}
+
+}  // namespace hm

@@ -1,0 +1,32 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/occupancy_grid_2d.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+#include "hm/report/mesh_pictures.hpp"
+
+namespace hm {
+
+/// The faces between occupied voxels and what is not occupied, coloured by height (2nd to 98th percentile).
+/// Voxels of one size on one grid, as MultiVolumeGrid::voxels gives.
+TriangleMesh occupied_faces(std::span<const OccupancyVoxel> voxels, double size_m);
+
+/// What is drawn over a map seen from above.
+struct MapOverlay {
+  std::string name;
+  const Trajectory* path = nullptr;
+  Rgb8 color;
+};
+
+/// A horizontal occupancy grid from above (x to the right, y up): occupied dark, free light, unknown grey;
+/// paths over it, a legend and a scale bar. Nothing for an empty grid.
+std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
+                                               std::span<const MapOverlay> paths);
+
+/// The highest occupied voxel of each column from above, coloured by its height, with a legend.
+std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m);
+
+}  // namespace hm

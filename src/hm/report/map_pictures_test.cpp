@@ -1,0 +1,60 @@
+#include "hm/report/map_pictures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hm {
+namespace {
+
+OccupancyVoxel voxel(float x, float y, float z, Occupancy state = Occupancy::kOccupied) {
+  return {{x, y, z}, 0.1F, state == Occupancy::kOccupied ? 0.9F : 0.1F, state};
+}
+
+TEST(OccupiedFaces, AreTheSurfaceOfWhatIsOccupied) {
+  const std::vector<OccupancyVoxel> one{voxel(-0.05F, 0.05F, 0.35F),
+                                        voxel(0.05F, 0.05F, 0.35F, Occupancy::kFree)};
+  const TriangleMesh cube = occupied_faces(one, 0.1);
+  EXPECT_EQ(cube.triangles.size(), 12U);
+  EXPECT_NEAR(surface_area(cube), 0.06, 1e-6);
+  EXPECT_NEAR(enclosed_volume(cube), 1e-3, 1e-6);  // positive: the faces look outwards
+  EXPECT_EQ(cube.colors.size(), cube.vertices.size());
+  const std::vector<OccupancyVoxel> bar{voxel(0.05F, 0.05F, 0.05F), voxel(0.15F, 0.05F, 0.05F),
+                                        voxel(0.25F, 0.05F, 0.05F)};
+  const TriangleMesh faces = occupied_faces(bar, 0.1);
+  EXPECT_EQ(faces.triangles.size(), 28U);
+  EXPECT_NEAR(enclosed_volume(faces), 3e-3, 1e-6);
+  EXPECT_TRUE(occupied_faces({}, 0.1).triangles.empty());
+}
+
+TEST(OccupancyPicture, ShowsWallsUpwards) {
+  OccupancyGrid2D grid;
+  grid.cells = Image<std::uint8_t>(40, 30, OccupancyGrid2D::kUnknown);
+  for (int x = 0; x < 40; ++x)
+    for (int y = 10; y < 30; ++y) grid.cells(x, y) = y == 29 ? 100 : 0;
+  const auto picture = draw_occupancy_grid(grid, {});
+  ASSERT_TRUE(picture);
+  EXPECT_EQ(picture->width(), 12 * 40);
+  EXPECT_LT((*picture)(400, 2).r, 60);     // the highest y is at the top: the wall
+  EXPECT_GT((*picture)(400, 100).r, 240);  // free
+  EXPECT_LT((*picture)(400, 300).r, 220);  // unknown
+  EXPECT_FALSE(draw_occupancy_grid({}, {}));
+}
+
+TEST(OccupancyPicture, APictureSmallerThanTheGridKeepsItsWalls) {
+  OccupancyGrid2D grid;
+  grid.cells = Image<std::uint8_t>(5000, 40, 0);
+  for (int y = 0; y < 40; ++y) grid.cells(2500, y) = 100;
+  const auto picture = draw_occupancy_grid(grid, {});
+  ASSERT_TRUE(picture);
+  ASSERT_EQ(picture->width(), 1400);
+  EXPECT_LT((*picture)(700, 0).r, 60);
+  EXPECT_GT((*picture)(650, 0).r, 240);
+}
+
+TEST(HeightPicture, NothingForAnEmptyMap) {
+  EXPECT_FALSE(draw_heights({}, 0.1));
+  const std::vector<OccupancyVoxel> two{voxel(0.05F, 0.05F, 0.05F), voxel(0.05F, 0.05F, 2.05F)};
+  EXPECT_TRUE(draw_heights(two, 0.1));
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,87 @@
+#include "hm/report/mesh_pictures.hpp"
+
+#include "hm/report/render/mesh_renderer.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/io/image/image_file.hpp"
+
+namespace hm {
+namespace {
+
+RenderOptions render_options(const MeshPictureOptions& options, RenderStyle style) {
+  RenderOptions render;
+  render.width = options.width_px;
+  render.height = options.height_px;
+  render.style = style;
+  return render;
+}
+
+}  // namespace
+
+std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const MeshPictureOptions& options,
+                                            const ParallelLoop& loop) {
+  std::vector<MeshPicture> pictures;
+  if (mesh.triangles.empty()) return pictures;
+  const SceneExtent extent = scene_extent(mesh, options.up);
+  const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
+    const RenderOptions render = render_options(options, style);
+    pictures.push_back({std::move(name), std::move(caption),
+                        render_mesh(mesh, dollhouse_view(extent, render), render, loop)});
+  };
+  draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
+  if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
+  draw("height", "By height.", RenderStyle::kHeight);
+  if (options.T_world_camera) {
+    const RenderOptions render =
+        render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);
+    pictures.push_back({"camera", "As the camera saw it in the middle of the recording.",
+                        render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop)});
+  }
+  RenderOptions plan = render_options(options, RenderStyle::kShaded);
+  plan.trajectory = options.trajectory;
+  pictures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",
+                      render_floor_plan(mesh, extent, plan, loop)});
+  return pictures;
+}
+
+std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const TriangleMesh& truth,
+                                              const MeshPictureOptions& options, const ParallelLoop& loop) {
+  if (mesh.triangles.empty()) return std::nullopt;
+  const auto surface = SurfaceDistance::build(truth);
+  if (!surface) return std::nullopt;
+  const std::vector<float> errors_m = vertex_errors_m(mesh, *surface, loop);
+  RenderOptions render = render_options(options, RenderStyle::kScalar);
+  render.vertex_values = errors_m;
+  render.value_label = "error (mm)";
+  return MeshPicture{"error", "Signed distance to the true surface: red in front of it, blue behind.",
+                     render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
+}
+
+Result<void> write_pictures(const std::filesystem::path& output, std::span<const MeshPicture> pictures,
+                            std::vector<std::filesystem::path>& outputs) {
+  if (pictures.empty()) return {};
+  const auto folder = output / "pictures";
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  for (const MeshPicture& picture : pictures)
+    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
+      return written;
+  outputs.push_back(folder);
+  return {};
+}
+
+void add_picture(HtmlReport& report, const MeshPicture& picture) {
+  report.add_picture(encode_jpeg(picture.image, 88), picture.caption, picture.caption);
+}
+
+void add_error_histogram(HtmlReport& report, const MeshError& error) {
+  report.begin_section("Error");
+  std::vector<float> millimetres(error.accuracy.signed_distances_m);
+  for (float& value : millimetres) value *= 1e3f;
+  PlotOptions plot;
+  plot.x.label = "signed error (mm), positive in front of the true surface";
+  plot.y.label = "samples";
+  report.add_svg(histogram_svg(millimetres, 80, plot),
+                 fmt::format("{} points spread evenly over the reconstructed surface.", millimetres.size()));
+}
+
+}  // namespace hm

@@ -1,0 +1,28 @@
+#pragma once
+#include <span>
+
+#include "hm/report/html_report.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/evaluation/trajectory_error.hpp"
+
+namespace hm {
+
+/// Adds the paths from above and from the side (dissertation Fig. 3.12). Up is the axis of the frame that the
+/// first path's cameras hold upwards: z of a world, minus y of a first camera.
+void add_path_views(HtmlReport& report, std::span<const NamedTrajectory> paths, const std::string& caption);
+
+/// Adds lines over the frames' numbers.
+void add_frame_plot(HtmlReport& report, std::span<const PlotSeries> series, const char* y_label,
+                    const std::string& caption);
+
+/// The truth and the aligned estimate of the matched poses.
+Trajectory matched_truth(const TrajectoryError& error);
+Trajectory matched_estimate(const TrajectoryError& error);
+
+/// Adds the absolute error over time, and the relative ones over a second and over the parameters' own span.
+void add_error_plots(HtmlReport& report, const TrajectoryError& error);
+
+/// Adds the table of relative errors per frame, second and metre.
+void add_relative_table(HtmlReport& report, const TrajectoryError& error);
+
+}  // namespace hm

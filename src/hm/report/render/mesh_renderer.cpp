@@ -1,0 +1,34 @@
+#include "hm/report/render/mesh_renderer.hpp"
+
+#include "hm/core/check.hpp"
+#include "hm/report/render/color_map.hpp"
+#include "hm/report/render/picture.hpp"
+
+namespace hm {
+namespace {
+
+/// Light, a little darker towards the bottom.
+Image<Rgb8> gradient_background(const RenderOptions& options) {
+  Image<Rgb8> image(options.width, options.height);
+  for (int y = 0; y < options.height; ++y) {
+    const double down = static_cast<double>(y) / std::max(1, options.height - 1);
+    const Rgb8 color = to_rgb8(Vec3(0.975, 0.98, 0.988) - down * Vec3(0.085, 0.07, 0.05));
+    for (Rgb8& pixel : image.row(y)) pixel = color;
+  }
+  return image;
+}
+
+}  // namespace
+
+Image<Rgb8> render_mesh(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
+                        const ParallelLoop& loop) {
+  HM_CHECK(options.width > 0 && options.height > 0, "{} x {}", options.width, options.height);
+  HM_CHECK(options.style != RenderStyle::kScalar || options.vertex_values.size() == mesh.vertices.size(),
+           "{} values for {} vertices", options.vertex_values.size(), mesh.vertices.size());
+  SurfacePicture picture = draw_surface(mesh, view, options, loop, gradient_background(options));
+  if (options.trajectory != nullptr) draw_trajectory(picture, view, *options.trajectory);
+  draw_legend(picture, options);
+  return std::move(picture.image);
+}
+
+}  // namespace hm

@@ -1,0 +1,24 @@
+#pragma once
+#include "hm/report/render/rasteriser.hpp"
+
+namespace hm {
+
+/// What one sample looks at.
+struct SurfaceSample {
+  Vec3 p_world, normal;  ///< unit normal on the viewer's side
+  Vec3 weights;          ///< barycentric
+  std::uint32_t triangle = 0;
+  bool seen_from_behind = false;
+};
+SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
+                             const ViewProjection& projection, const Vec2& sample);
+
+/// How much of the hemisphere over each pixel's surface is free of other surfaces in the picture (1: all),
+/// from the depth buffer: crevices and the feet of furniture come out darker.
+Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
+                           const ViewProjection& projection, const ParallelLoop& loop);
+
+/// Brightness of a surface lit softly from the viewer, from above and a little from the left.
+double brightness(const SurfaceSample& sample, const Vec3& towards_viewer, const Vec3& up);
+
+}  // namespace hm

@@ -1,0 +1,154 @@
+#include "hm/sim/sensor/depth_sensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace hm {
+namespace {
+
+/// Standard normal numbers from 32 random bits: the quantile function, linear between 4096 nodes and
+/// scaled to unit variance. Symmetric, so exactly unbiased; about ten times faster than Box-Muller.
+class NormalTable {
+ public:
+  NormalTable() {
+    for (std::size_t i = 0; i <= kCells / 2; ++i) {
+      const double value = i == 0 ? -4.0 : quantile(static_cast<double>(i) / kCells);
+      nodes_[i] = value;
+      nodes_[kCells - i] = -value;
+    }
+    double variance = 0;
+    for (std::size_t i = 0; i < kCells; ++i) {
+      const double a = nodes_[i], b = nodes_[i + 1];
+      variance += (a * a + a * b + b * b) / (3.0 * kCells);
+    }
+    for (double& node : nodes_) node /= std::sqrt(variance);
+  }
+  double operator()(std::uint32_t bits) const {
+    const std::size_t cell = bits >> 20u;
+    const double fraction = (static_cast<double>(bits & 0xfffffu) + 0.5) / 1048576.0;
+    return nodes_[cell] + fraction * (nodes_[cell + 1] - nodes_[cell]);
+  }
+  /// The same from 16 bits.
+  double from_half(std::uint32_t bits16) const { return (*this)((bits16 << 16u) | 0x8000u); }
+
+ private:
+  static constexpr std::size_t kCells = 4096;
+  static double quantile(double p) {
+    double low = -9, high = 9;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (0.5 * std::erfc(-middle / std::numbers::sqrt2) < p ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+  }
+  std::array<double, kCells + 1> nodes_{};
+};
+
+const NormalTable& normal_table() {
+  static const NormalTable table;
+  return table;
+}
+
+/// Axial standard deviation at depth z on a surface seen at this cosine (Nguyen et al. 2012, eq. 3).
+double axial_sigma(const DepthNoise& noise, double z, double cosine) {
+  double sigma = noise.sigma_m(z);
+  if (cosine < 0.5) {
+    const double theta = std::acos(std::max(cosine, 0.03));
+    const double ratio = theta / (std::numbers::pi / 2 - theta);
+    sigma += 1e-4 / std::sqrt(z) * ratio * ratio;
+  }
+  return sigma;
+}
+
+struct Pixel {
+  int x = 0, y = 0;
+};
+
+/// The nearest whole number, for |value| < 1e9; rounding by truncation is inline, std::round is a call.
+int rounded(double value) { return static_cast<int>(value + (value < 0 ? -0.5 : 0.5)); }
+
+/// Where a pixel's reading comes from: itself, or across a depth edge a pixel a random shift away.
+Pixel lateral_source(const NormalTable& normal, double sigma_px, const Image<float>& depth_m, Pixel at,
+                     std::uint32_t bits) {
+  const int dx = rounded(sigma_px * normal.from_half(bits >> 16u));
+  const int dy = rounded(sigma_px * normal.from_half(bits & 0xffffu));
+  const Pixel from{at.x + dx, at.y + dy};
+  if ((dx == 0 && dy == 0) || !depth_m.contains(from.x, from.y)) return at;
+  const float here = depth_m(at.x, at.y), there = depth_m(from.x, from.y);
+  const bool edge = std::abs(here - there) > 0.02f + 0.04f * std::min(here, there);
+  return edge ? from : at;
+}
+
+double quantised(double z, double step_m) {
+  const int disparity = rounded(step_m / z);
+  return disparity > 0 ? step_m / disparity : 0.0;
+}
+
+}  // namespace
+
+SensorEffects SensorEffects::none() {
+  SensorEffects effects;
+  effects.axial_noise = effects.lateral_noise = effects.quantisation = effects.depth_bias = false;
+  effects.grazing_dropout = effects.material_dropout = false;
+  return effects;
+}
+
+SensorModel sensor_model(SensorPreset preset) {
+  SensorModel sensor;
+  if (preset == SensorPreset::kKinect) {
+    sensor.camera = {640, 480, 525, 525, 319.5, 239.5, {}};
+    sensor.lateral_sigma_px = 0.8;
+    sensor.disparity_step_m = 8 * 580.0 * 0.075;  // eighths of a pixel, 580 px focal length, 7.5 cm baseline
+    return sensor;
+  }
+  sensor.camera = {320, 180, 260, 260, 159.5, 89.5, {}};
+  sensor.rate_hz = 5;
+  sensor.max_depth_m = 4;
+  sensor.noise = {0.0028, -0.00224, 0.002948};  // 0.0025 + 0.0028 (z - 0.4)^2: about twice the Kinect's
+  sensor.lateral_sigma_px = 0.6;
+  sensor.bias_at_3m_m = preset == SensorPreset::kTangoPhone ? 0.3 : 0.0;
+  return sensor;
+}
+
+double depth_bias_m(const SensorModel& sensor, int x, int y, double depth_m) {
+  const double u = 2.0 * x / (sensor.camera.width - 1) - 1, v = 2.0 * y / (sensor.camera.height - 1) - 1;
+  const double share = u * u + v * v - 1;  // -1 in the middle of the image, 1 in its corners
+  const double z = depth_m / 3;
+  return sensor.bias_at_3m_m * share * (0.75 * z + 0.25) * z;
+}
+
+DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, const RenderedView& view,
+                       Rng& rng) {
+  const NormalTable& normal = normal_table();
+  const double least_cosine = effects.grazing_dropout ? std::cos(effects.grazing_limit_rad) : 0.0;
+  DepthImage depth{Image<std::uint16_t>(view.depth_m.width(), view.depth_m.height()), kSimulatedDepthUnit_m};
+  const bool biased = effects.depth_bias && sensor.bias_at_3m_m > 0;
+  for (int y = 0; y < depth.height(); ++y) {
+    for (int x = 0; x < depth.width(); ++x) {
+      // Every pixel takes its two numbers, so that one switch does not change another effect's noise.
+      const std::uint32_t lateral_bits = rng.next_u32(), axial_bits = rng.next_u32();
+      Pixel from{x, y};
+      if (effects.lateral_noise)
+        from = lateral_source(normal, sensor.lateral_sigma_px, view.depth_m, from, lateral_bits);
+      const double truth = static_cast<double>(view.depth_m(from.x, from.y));
+      const double cosine = static_cast<double>(view.cos_incidence(from.x, from.y));
+      // The range is judged by the true depth: judged by the reading it would bias what is left.
+      if (truth < sensor.min_depth_m || truth > sensor.max_depth_m || cosine < least_cosine) continue;
+      if (effects.material_dropout && view.returns[view.part(from.x, from.y)] == Reflectance::kNoReturn)
+        continue;
+      double z = truth;
+      if (biased) z += depth_bias_m(sensor, x, y, truth);
+      if (effects.axial_noise)
+        z += effects.noise_scale_ratio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
+      if (effects.quantisation && sensor.disparity_step_m > 0 && z > 0)
+        z = quantised(z, sensor.disparity_step_m);
+      const int units = rounded(z / depth.unit_m);
+      if (units >= 1 && units <= 65534) depth.units(x, y) = static_cast<std::uint16_t>(units);
+    }
+  }
+  return depth;
+}
+
+}  // namespace hm

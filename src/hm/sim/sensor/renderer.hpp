@@ -1,0 +1,72 @@
+#pragma once
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/image.hpp"
+#include "hm/sim/world/world.hpp"
+
+namespace hm {
+
+/// What an ideal camera sees, pixel by pixel. A pixel that sees nothing has depth 0 and part kNoPart.
+struct RenderedView {
+  static constexpr std::uint16_t kNoPart = 0xffff;
+  Image<float> depth_m;              ///< along the optical axis
+  Image<float> cos_incidence;        ///< between the ray and the surface normal, 0 grazing .. 1 facing
+  Image<std::uint16_t> part;         ///< index into World::parts
+  Image<Eigen::Vector3f> normal;     ///< of the surface, world frame
+  Image<Rgb8> color;                 ///< diffuse, the same from every side
+  std::vector<Reflectance> returns;  ///< what each part gives back to a depth sensor
+};
+
+/// A ray: where it starts, the unit vector along it, and from where on hits count.
+struct Ray {
+  Vec3 origin_world = Vec3::Zero();
+  Vec3 direction_world = Vec3::UnitX();
+  double near_m = 0;
+};
+
+/// The first surface on a ray; range infinity: none.
+struct RayHit {
+  double range_m = std::numeric_limits<double>::infinity();
+  Vec3 normal_world = Vec3::Zero();
+  std::uint16_t part = RenderedView::kNoPart;
+  [[nodiscard]] bool is_hit() const { return part != RenderedView::kNoPart; }
+};
+
+/// Casts rays into a world (Embree). Immutable after construction: all members may be called from
+/// several threads. The hit triangle comes from Embree, the depth from that triangle's plane in double
+/// precision.
+class Renderer {
+ public:
+  /// Keeps a reference: the world must outlive the renderer.
+  explicit Renderer(const World& world);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// Renders an undistorted view; image rows are shared out over the loop.
+  [[nodiscard]] RenderedView render(const PinholeCamera& camera, const SE3& T_world_camera,
+                                    const ParallelLoop& loop) const;
+  /// Colour only, with a pose for every image row (rolling exposure).
+  [[nodiscard]] Image<Rgb8> render_rolling_color(const PinholeCamera& camera,
+                                                 std::span<const SE3> T_world_camera,
+                                                 const ParallelLoop& loop) const;
+
+  /// The first hit of every ray (one hit a ray). Fastest when neighbouring rays are alike.
+  void cast(std::span<const Ray> rays, std::span<RayHit> hits) const;
+
+  /// True when nothing lies on the segment between two points, but for `margin_m` at its ends.
+  [[nodiscard]] bool is_free(const Vec3& a_world, const Vec3& b_world, double margin_m) const;
+  /// The distance from a point to the nearest surface, or `limit_m` when there is none closer.
+  [[nodiscard]] double clearance_m(const Vec3& p_world, double limit_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

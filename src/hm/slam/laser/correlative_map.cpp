@@ -1,0 +1,101 @@
+#include "hm/slam/laser/correlative_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kMaxExtent_m = 500;
+constexpr double kKernelSigmas = 3;
+
+std::vector<Vec2> usable_points(std::span<const Vec2> points_m) {
+  std::vector<Vec2> usable;
+  for (const Vec2& point : points_m)
+    if (point.allFinite() && (usable.empty() || (point - usable.front()).norm() < kMaxExtent_m))
+      usable.push_back(point);
+  return usable;
+}
+
+}  // namespace
+
+CorrelativeMap::CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params)
+    : resolution_m_(params.resolution_m) {
+  HM_CHECK(params.resolution_m > 0 && params.sigma_m > 0 && params.levels >= 1 && params.levels < 16,
+           "resolution {} m, sigma {} m, {} levels", params.resolution_m, params.sigma_m, params.levels);
+  levels_.emplace_back();
+  const std::vector<Vec2> usable = usable_points(points_m);
+  if (!usable.empty()) splat(usable, params.sigma_m);
+  for (int level = 1; level < params.levels; ++level)
+    levels_.push_back(coarser(levels_.back(), 1 << (level - 1)));
+}
+
+void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m) {
+  const int radius = static_cast<int>(std::ceil(kKernelSigmas * sigma_m / resolution_m_));
+  Vec2 low = points_m.front(), high = low;
+  for (const Vec2& point : points_m) low = low.cwiseMin(point), high = high.cwiseMax(point);
+  origin_m_ = ((low / resolution_m_).array().floor() - radius).matrix() * resolution_m_;
+  Level& base = levels_.front();
+  const Eigen::Vector2i size = cell_of(high) + Eigen::Vector2i::Constant(radius + 1);
+  base.width = static_cast<unsigned>(size.x());
+  base.height = static_cast<unsigned>(size.y());
+  base.values.assign(static_cast<std::size_t>(base.width) * base.height, 0);
+  for (const Vec2& point : points_m) {
+    const Eigen::Vector2i cell = cell_of(point);
+    for (int y = std::max(0, cell.y() - radius); y <= std::min(size.y() - 1, cell.y() + radius); ++y)
+      for (int x = std::max(0, cell.x() - radius); x <= std::min(size.x() - 1, cell.x() + radius); ++x) {
+        const Vec2 centre = origin_m_ + resolution_m_ * Vec2(x + 0.5, y + 0.5);
+        const double likelihood = std::exp(-0.5 * (centre - point).squaredNorm() / (sigma_m * sigma_m));
+        std::uint8_t& value =
+            base.values[static_cast<std::size_t>(y) * base.width + static_cast<std::size_t>(x)];
+        value = std::max(value, static_cast<std::uint8_t>(std::lround(255 * likelihood)));
+      }
+  }
+}
+
+/// The maximum over two squares of the finer level in each direction, first along rows, then along columns.
+CorrelativeMap::Level CorrelativeMap::coarser(const Level& fine, int step) {
+  Level coarse;
+  coarse.margin = fine.margin + step;
+  if (fine.values.empty()) return coarse;
+  const auto shift = static_cast<unsigned>(step);
+  coarse.width = fine.width + shift;
+  coarse.height = fine.height + shift;
+  std::vector<std::uint8_t> rows(static_cast<std::size_t>(coarse.width) * fine.height, 0);
+  for (std::size_t y = 0; y < fine.height; ++y) {
+    const std::uint8_t* from = &fine.values[y * fine.width];
+    std::uint8_t* to = &rows[y * coarse.width];
+    std::copy(from, from + fine.width, to + shift);
+    for (std::size_t x = 0; x < fine.width; ++x) to[x] = std::max(to[x], from[x]);
+  }
+  coarse.values.assign(static_cast<std::size_t>(coarse.width) * coarse.height, 0);
+  std::copy(rows.begin(), rows.end(),
+            coarse.values.begin() + static_cast<std::ptrdiff_t>(shift * coarse.width));
+  for (std::size_t i = 0; i < rows.size(); ++i) coarse.values[i] = std::max(coarse.values[i], rows[i]);
+  return coarse;
+}
+
+double CorrelativeMap::score(std::span<const Vec2> points_m, const SE2& T_map_points) const {
+  if (points_m.empty()) return 0;
+  double sum = 0;
+  for (const Vec2& point : points_m) {
+    const Vec2 at = (T_map_points * point - origin_m_) / resolution_m_ - Vec2(0.5, 0.5);
+    if (!(at.cwiseAbs().maxCoeff() < 1e6)) continue;
+    const Vec2 low = at.array().floor();
+    const Vec2 part = at - low;
+    const int x = static_cast<int>(low.x()), y = static_cast<int>(low.y());
+    sum += (1 - part.y()) * ((1 - part.x()) * value(x, y) + part.x() * value(x + 1, y)) +
+           part.y() * ((1 - part.x()) * value(x, y + 1) + part.x() * value(x + 1, y + 1));
+  }
+  return sum / (255.0 * static_cast<double>(points_m.size()));
+}
+
+std::size_t CorrelativeMap::bytes() const {
+  std::size_t sum = 0;
+  for (const Level& level : levels_) sum += level.values.size();
+  return sum;
+}
+
+}  // namespace hm

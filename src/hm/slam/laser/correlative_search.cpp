@@ -1,0 +1,238 @@
+#include "hm/slam/laser/correlative_search.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "hm/core/check.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kMaxSteps = 4096;  // of the window, in each direction
+
+/// A square of 2^level cells of translations at one angle, and the sum that none in it exceeds.
+struct Candidate {
+  int angle = 0, x = 0, y = 0;
+  std::uint32_t sum = 0;
+};
+
+bool better(const Candidate& a, const Candidate& b) {
+  if (a.sum != b.sum) return a.sum > b.sum;
+  if (a.angle != b.angle) return a.angle < b.angle;
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
+int steps_of(double half_width, double step) {
+  const double steps = std::ceil(half_width / step - 1e-9);
+  return std::isfinite(steps) ? static_cast<int>(std::clamp(steps, 0.0, double{kMaxSteps})) : kMaxSteps;
+}
+
+class Search {
+ public:
+  Search(const CorrelativeMap& map, std::span<const Vec2> points_m, const SearchWindow& window,
+         const CorrelativeSearchParams& params)
+      : map_(map), centre_(window.centre), params_(params), scan_(points_m), points_(points_m.size()) {
+    double reach_m = map.resolution_m();
+    for (const Vec2& point : points_m) reach_m = std::max(reach_m, point.norm());
+    angle_step_ = params.angle_step_rad > 0 ? params.angle_step_rad : map.resolution_m() / reach_m;
+    angles_ = steps_of(window.half_angle_rad, angle_step_);
+    columns_ = steps_of(window.half_x_m, map.resolution_m());
+    rows_ = steps_of(window.half_y_m, map.resolution_m());
+    for (int angle = -angles_; angle <= angles_; ++angle) {
+      const SE2 T = pose({angle, 0, 0, 0});
+      for (const Vec2& point : points_m) cells_.push_back(map.cell_of(T * point));
+    }
+  }
+
+  /// Mean likelihood of the points that lie where the map was looked at; 0 when these are too few.
+  [[nodiscard]] double seen_score(const Candidate& c) const {
+    if (params_.seen == nullptr) return score_of(c.sum);
+    const SE2 T = pose(c);
+    const auto inside =
+        std::ranges::count_if(scan_, [&](const Vec2& p) { return params_.seen->contains(T * p); });
+    if (static_cast<double>(inside) < params_.min_overlap_ratio * static_cast<double>(points_)) return 0;
+    return c.sum / (255.0 * static_cast<double>(inside));
+  }
+  /// The least sum with which another place can be as good as this one.
+  [[nodiscard]] std::uint32_t least_beside(const Candidate& c) const {
+    const double overlap = params_.seen == nullptr ? 1.0 : params_.min_overlap_ratio;
+    return sum_of(overlap * params_.ambiguity_ratio * std::max(seen_score(c), score_of(c.sum)));
+  }
+  /// The best pose with at least `min_sum`; with `beside`, the first one found that is another place.
+  std::optional<Candidate> run(std::uint32_t min_sum, const std::optional<Candidate>& beside) {
+    beside_ = beside;
+    least_ = min_sum;
+    best_.reset();
+    int level = 0;
+    while (level + 1 < map_.levels() && (2 << level) <= 2 * std::max(columns_, rows_) + 1) ++level;
+    std::vector<Candidate> roots;
+    for (int angle = -angles_; angle <= angles_; ++angle)
+      for (int y = -rows_; y <= rows_; y += 1 << level)
+        for (int x = -columns_; x <= columns_; x += 1 << level) add(level, {angle, x, y, 0}, roots);
+    std::sort(roots.begin(), roots.end(), better);
+    for (const Candidate& root : roots) descend(level, root);
+    return best_;
+  }
+
+  [[nodiscard]] SE2 pose(const Candidate& c) const {
+    return {centre_.x() + c.x * map_.resolution_m(), centre_.y() + c.y * map_.resolution_m(),
+            centre_.angle() + c.angle * angle_step_};
+  }
+  [[nodiscard]] std::uint32_t sum_of(double score) const {
+    return static_cast<std::uint32_t>(std::ceil(score * 255.0 * static_cast<double>(points_)));
+  }
+  [[nodiscard]] double score_of(std::uint32_t sum) const {
+    return sum / (255.0 * static_cast<double>(points_));
+  }
+  [[nodiscard]] std::size_t evaluations() const { return evaluations_; }
+  [[nodiscard]] bool gave_up() const { return evaluations_ > params_.max_evaluations; }
+
+ private:
+  template <class List>
+  void add(int level, Candidate candidate, List& list) {
+    if (gave_up() || is_same_place(level, candidate)) return;
+    ++evaluations_;
+    const Eigen::Vector2i* cell = &cells_[static_cast<std::size_t>(candidate.angle + angles_) * points_];
+    for (std::size_t i = 0; i < points_; ++i)
+      candidate.sum += map_.bound(level, cell[i].x() + candidate.x, cell[i].y() + candidate.y);
+    candidate.sum -= std::min(candidate.sum, least_penalty(level, candidate));
+    if (candidate.sum >= least_) list.push_back(candidate);
+  }
+
+  /// What the pose of a square that is nearest to the centre of the window loses.
+  [[nodiscard]] std::uint32_t least_penalty(int level, const Candidate& c) const {
+    if (params_.shift_penalty_per_m2 <= 0 && params_.turn_penalty_per_rad2 <= 0) return 0;
+    const int last = (1 << level) - 1;
+    const double dx = std::max({0, c.x, -(c.x + last)}), dy = std::max({0, c.y, -(c.y + last)});
+    const double turn = c.angle * angle_step_;
+    const double shift_m2 = (dx * dx + dy * dy) * map_.resolution_m() * map_.resolution_m();
+    const double loss = params_.shift_penalty_per_m2 * shift_m2 + params_.turn_penalty_per_rad2 * turn * turn;
+    return static_cast<std::uint32_t>(std::min(loss, 1.0) * 255.0 * static_cast<double>(points_));
+  }
+
+  void descend(int level, const Candidate& node) {
+    if (gave_up() || node.sum < least_ || (best_ && node.sum <= best_->sum)) return;
+    if (level == 0) {
+      if (beside_ && seen_score(node) < params_.ambiguity_ratio * seen_score(*beside_)) return;
+      best_ = node;
+      // One other place is enough: nothing is looked for beyond it.
+      least_ = beside_ ? std::numeric_limits<std::uint32_t>::max() : node.sum;
+      return;
+    }
+    struct Children {
+      std::array<Candidate, 4> items;
+      std::size_t count = 0;
+      void push_back(const Candidate& c) {
+        std::size_t at = count++;
+        for (; at > 0 && better(c, items[at - 1]); --at) items[at] = items[at - 1];
+        items[at] = c;
+      }
+    } children;
+    const int half = 1 << (level - 1);
+    for (const int dy : {0, half})
+      for (const int dx : {0, half})
+        if (node.x + dx <= columns_ && node.y + dy <= rows_)
+          add(level - 1, {node.angle, node.x + dx, node.y + dy, 0}, children);
+    for (std::size_t i = 0; i < children.count; ++i) descend(level - 1, children.items[i]);
+  }
+
+  /// Whether all of a square is too near the pose that others are sought beside.
+  [[nodiscard]] bool is_same_place(int level, const Candidate& c) const {
+    if (!beside_) return false;
+    if (std::abs(wrap_angle((c.angle - beside_->angle) * angle_step_)) > params_.other_angle_rad)
+      return false;
+    const int last = (1 << level) - 1;
+    const double dx = std::max(std::abs(c.x - beside_->x), std::abs(c.x + last - beside_->x));
+    const double dy = std::max(std::abs(c.y - beside_->y), std::abs(c.y + last - beside_->y));
+    return std::hypot(dx, dy) * map_.resolution_m() < params_.other_place_m;
+  }
+
+  const CorrelativeMap& map_;
+  SE2 centre_;
+  CorrelativeSearchParams params_;
+  std::span<const Vec2> scan_;
+  std::size_t points_;
+  double angle_step_ = 0;
+  int angles_ = 0, columns_ = 0, rows_ = 0;
+  std::vector<Eigen::Vector2i> cells_;  // of the points at every angle, at the window's centre
+  std::optional<Candidate> beside_, best_;
+  std::uint32_t least_ = 0;
+  std::size_t evaluations_ = 0;
+};
+
+}  // namespace
+
+std::string_view to_string(CorrelativeStatus status) {
+  switch (status) {
+    case CorrelativeStatus::kFound:
+      return "found";
+    case CorrelativeStatus::kNothing:
+      return "nothing";
+    case CorrelativeStatus::kAmbiguous:
+      return "ambiguous";
+    case CorrelativeStatus::kGaveUp:
+      return "gave up";
+  }
+  return "";
+}
+
+CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const Vec2> points_m,
+                                    const SearchWindow& window, const CorrelativeSearchParams& params) {
+  CorrelativeMatch match;
+  match.T_map_scan = window.centre;
+  std::vector<Vec2> usable;
+  for (const Vec2& point : points_m)
+    if (point.allFinite() && point.norm() < 1e4) usable.push_back(point);
+  if (usable.empty() || map.empty() || !(window.centre.vector().cwiseAbs().maxCoeff() < 1e6)) return match;
+  Search search(map, usable, window, params);
+  const auto best = search.run(std::max(1U, search.sum_of(params.min_score)), {});
+  match.evaluations = search.evaluations();
+  if (search.gave_up()) match.status = CorrelativeStatus::kGaveUp;
+  if (search.gave_up() || !best) return match;
+  match.score = search.score_of(best->sum);
+  SearchWindow wide = window;
+  wide.half_x_m *= params.other_window_ratio;
+  wide.half_y_m *= params.other_window_ratio;
+  Search beside(map, usable, wide, params);
+  const auto other = beside.run(beside.least_beside(*best), best);
+  match.evaluations += beside.evaluations();
+  match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
+  match.status = CorrelativeStatus::kFound;
+  if (beside.gave_up()) match.status = CorrelativeStatus::kGaveUp;
+  if (other) {
+    match.status = CorrelativeStatus::kAmbiguous;
+    match.other_score = search.score_of(other->sum);
+  }
+  return match;
+}
+
+SE2 refine_on_map(const CorrelativeMap& map, std::span<const Vec2> points_m, const SE2& T_map_scan) {
+  double reach_m = map.resolution_m();
+  for (const Vec2& point : points_m)
+    if (point.allFinite()) reach_m = std::max(reach_m, point.norm());
+  SE2 best = T_map_scan;
+  double best_score = map.score(points_m, best);
+  double step_m = map.resolution_m() / 2;
+  for (int round = 0; round < 40 && step_m > map.resolution_m() / 40; ++round) {
+    bool improved = false;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1.0, 1.0}) {
+        Vec3 moved = best.vector();
+        moved[axis] += sign * (axis == 2 ? 2 * step_m / reach_m : step_m);
+        const SE2 candidate(moved.x(), moved.y(), moved.z());
+        const double score = map.score(points_m, candidate);
+        if (score <= best_score) continue;
+        best = candidate;
+        best_score = score;
+        improved = true;
+      }
+    if (!improved) step_m /= 2;
+  }
+  return best;
+}
+
+}  // namespace hm

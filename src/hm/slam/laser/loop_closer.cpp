@@ -1,0 +1,63 @@
+#include "hm/slam/laser/loop_closer.hpp"
+
+#include <cmath>
+
+namespace hm {
+namespace {
+
+Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
+  Mat3 turn = Mat3::Identity();
+  turn.topLeftCorner<2, 2>() = rotation;
+  return turn * covariance * turn.transpose();
+}
+
+/// Covariance of a step's match along the axes of `odom`.
+Mat3 match_in_odom(const OdometryStep& step) {
+  const bool matched = step.status == OdometryStatus::kTracking || step.status == OdometryStatus::kFound;
+  if (!matched || !step.T_keyframe_base) return Mat3::Zero();
+  const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
+  return turned(T_odom_keyframe.rotation(), step.match.covariance);
+}
+
+}  // namespace
+
+std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const OdometryStep& step) {
+  if (!step.T_odom_base) return std::nullopt;
+  const Mat3 match = match_in_odom(step);
+  unknown_since_ = unknown_since_ || step.status == OdometryStatus::kRestarted;
+  std::optional<ScanGraphStep> result;
+  if (wants_node(*step.T_odom_base)) {
+    result = graph_.add_keyframe({scan, *step.T_odom_base, covariance_since_last(match)});
+    last_match_ = match;
+    keyframes_since_.setZero();
+    unknown_since_ = false;
+    new_loops_ += result->loops_accepted;
+    if (new_loops_ >= loops_per_solution_) finish();
+  }
+  if (step.new_keyframe) keyframes_since_ += match;
+  return result;
+}
+
+bool LoopCloser::wants_node(const SE2& T_odom_base) const {
+  if (graph_.size() == 0 || unknown_since_) return true;
+  const SE2 motion = graph_.keyframe(graph_.size() - 1).T_odom_base.inverse() * T_odom_base;
+  return motion.translation().norm() > params_.graph_distance_m ||
+         std::abs(motion.angle()) > params_.graph_angle_rad;
+}
+
+/// Both matches, and the keyframes between them, err on their own. After a restart nobody knows how far the
+/// vehicle is from the node before.
+Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
+  if (unknown_since_) return kFreeDirectionVariance_m2 * Mat3::Identity();
+  if (graph_.size() == 0) return Mat3::Zero();
+  const SE2& T_odom_last = graph_.keyframe(graph_.size() - 1).T_odom_base;
+  return turned(T_odom_last.rotation().transpose(), last_match_ + keyframes_since_ + match_odom);
+}
+
+PoseGraphSolution LoopCloser::finish() {
+  new_loops_ = 0;
+  ++solutions_;
+  return graph_.optimise();
+}
+
+}  // namespace hm

@@ -1,0 +1,39 @@
+#pragma once
+#include <optional>
+
+#include "hm/laser/odometry/scan_odometry.hpp"
+#include "hm/slam/laser/scan_graph_2d.hpp"
+
+namespace hm {
+
+/// Feeds the keyframes of scan odometry to a scan graph and solves it now and then: `map -> odom` for a
+/// vehicle that drives by `odom`. Deterministic; not thread safe.
+class LoopCloser {
+ public:
+  /// The graph is solved as soon as `loops_per_solution` loops are new, and by finish().
+  explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
+      : params_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
+
+  /// What odometry made of a scan. Nothing for scans that do not become a node.
+  std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
+  /// Solves the graph a last time.
+  PoseGraphSolution finish();
+
+  [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
+  [[nodiscard]] const ScanGraph2D& graph() const { return graph_; }
+  [[nodiscard]] int solutions() const { return solutions_; }
+
+ private:
+  [[nodiscard]] bool wants_node(const SE2& T_odom_base) const;
+  [[nodiscard]] Mat3 covariance_since_last(const Mat3& match_odom) const;
+
+  ScanGraph2DParams params_;
+  ScanGraph2D graph_;
+  // Along the axes of `odom`: of the last node's match, and of the odometry's keyframes since.
+  Mat3 last_match_ = Mat3::Zero(), keyframes_since_ = Mat3::Zero();
+  bool unknown_since_ = false;  // odometry was restarted
+  int loops_per_solution_;
+  int new_loops_ = 0, solutions_ = 0;
+};
+
+}  // namespace hm

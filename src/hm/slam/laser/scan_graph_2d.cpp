@@ -1,0 +1,253 @@
+#include "hm/slam/laser/scan_graph_2d.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "hm/core/check.hpp"
+#include "hm/slam/pose_graph/pose_uncertainty.hpp"
+
+namespace hm {
+namespace {
+
+/// A turn of one radian hides as much of a scan as this many metres.
+constexpr double kApartPerTurn_m = 0.7;
+/// What odometry is believed to know of a motion even where the matcher knows nothing.
+constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
+constexpr int kMaxTakeOutRounds = 4;
+
+/// Covariance that also takes what odometry itself must know of a motion.
+Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
+  const double sigma_m = kMotionSigma_m + kMotionSigmaRatio * motion.translation().norm();
+  const double sigma_rad = kMotionSigma_rad + kMotionSigmaRatio * std::abs(motion.angle());
+  const Vec3 information(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad));
+  return (covariance.inverse() + Mat3(information.asDiagonal())).inverse();
+}
+
+/// A matcher's covariance with what it does not know of itself.
+Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) {
+  Mat3 sum = params.edge_covariance_scale * covariance;
+  sum.diagonal() += Vec3(params.edge_sigma_m, params.edge_sigma_m, params.edge_sigma_rad).cwiseAbs2();
+  return sum;
+}
+
+SE2 between(const SE2& a, const SE2& b, double fraction) {
+  return a * SE2::exp(fraction * (a.inverse() * b).log());
+}
+
+LoopOutcome outcome_of(CorrelativeStatus status) {
+  switch (status) {
+    case CorrelativeStatus::kAmbiguous:
+      return LoopOutcome::kAmbiguous;
+    case CorrelativeStatus::kGaveUp:
+      return LoopOutcome::kGaveUp;
+    case CorrelativeStatus::kFound:
+    case CorrelativeStatus::kNothing:
+      break;
+  }
+  return LoopOutcome::kNoMatch;
+}
+
+}  // namespace
+
+std::string_view to_string(LoopOutcome outcome) {
+  switch (outcome) {
+    case LoopOutcome::kAccepted:
+      return "accepted";
+    case LoopOutcome::kNoMatch:
+      return "no match";
+    case LoopOutcome::kAmbiguous:
+      return "ambiguous";
+    case LoopOutcome::kGaveUp:
+      return "gave up";
+    case LoopOutcome::kNotVerified:
+      return "not verified";
+  }
+  return "";
+}
+
+ScanGraph2D::ScanGraph2D(const ScanGraph2DParams& params)
+    : params_(params), rasters_(params), matcher_(params.matcher) {}
+
+ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
+  HM_CHECK(keyframe.T_odom_base.vector().allFinite() && keyframe.covariance.allFinite(),
+           "keyframe {} is not finite", keyframes_.size());
+  HM_CHECK(keyframes_.empty() || keyframe.scan.stamp > keyframes_.back().scan.stamp,
+           "the stamp of keyframe {} is not later than the last one", keyframes_.size());
+  keyframes_.push_back(std::move(keyframe));
+  ScanGraphStep step;
+  step.node = keyframes_.size() - 1;
+  if (submaps_.empty() ||
+      submaps_.back().end - submaps_.back().first >= static_cast<std::size_t>(params_.submap_keyframes))
+    submaps_.push_back({step.node, step.node});
+  ++submaps_.back().end;
+  add_odometry_edge();
+  if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.min_points)) return step;
+  for (const Candidate& candidate : loop_candidates()) {
+    step.attempts.push_back(try_loop(candidate));
+    count(step.attempts.back().outcome);
+    if (step.attempts.back().outcome == LoopOutcome::kAccepted) ++step.loops_accepted;
+  }
+  return step;
+}
+
+void ScanGraph2D::add_odometry_edge() {
+  const std::size_t node = keyframes_.size() - 1;
+  if (node == 0) {
+    graph_.T_map_node.push_back(keyframes_[0].T_odom_base);
+    return;
+  }
+  const SE2 motion = keyframes_[node - 1].T_odom_base.inverse() * keyframes_[node].T_odom_base;
+  const Mat3 covariance = with_motion_prior(motion, honest_covariance(keyframes_[node].covariance, params_));
+  graph_.T_map_node.push_back(graph_.T_map_node.back() * motion);
+  graph_.edges.push_back(
+      {node - 1, node, motion, edge_information(motion, covariance), PoseEdgeKind::kOdometry});
+}
+
+double ScanGraph2D::apartness(const SE2& T_map_base, std::size_t node) const {
+  const SE2 motion = T_map_base.inverse() * graph_.T_map_node[node];
+  return motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle());
+}
+
+SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const std::vector<Mat3>& covariances) const {
+  const std::size_t anchor = submap.anchor();
+  SearchWindow window;
+  const SE2 T_base_anchor = graph_.T_map_node.back().inverse() * graph_.T_map_node[anchor];
+  window.centre = T_base_anchor.inverse();
+  const Mat3 covariance = inverse_covariance(T_base_anchor, covariances[anchor]);
+  const Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const auto metres = [&](double sigma) {
+    return std::clamp(params_.window_sigmas * sigma, params_.min_window_m, params_.max_window_m);
+  };
+  window.half_x_m = metres(sigmas.x());
+  window.half_y_m = metres(sigmas.y());
+  window.half_angle_rad =
+      std::clamp(params_.window_sigmas * sigmas.z(), params_.min_window_rad, params_.max_window_rad);
+  return window;
+}
+
+std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
+  std::vector<Candidate> candidates;
+  const std::size_t node = keyframes_.size() - 1;
+  if (params_.max_submaps_tried == 0 || submaps_.size() < 2) return candidates;
+  const std::vector<Mat3> covariances = covariances_seen_from(graph_, node);
+  for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
+    const ScanSubmap& submap = submaps_[s];
+    if (submap.end + static_cast<std::size_t>(params_.min_keyframes_apart) > node + 1) break;
+    double distance_m = apartness(graph_.T_map_node[node], submap.first);
+    for (std::size_t k = submap.first; k < submap.end; ++k)
+      distance_m = std::min(distance_m, apartness(graph_.T_map_node[node], k));
+    const SearchWindow window = window_of(submap, covariances);
+    if (distance_m > params_.max_loop_distance_m + std::max(window.half_x_m, window.half_y_m)) continue;
+    candidates.push_back({s, distance_m, window});
+  }
+  std::ranges::stable_sort(candidates, {}, &Candidate::distance_m);
+  if (candidates.size() > static_cast<std::size_t>(params_.max_submaps_tried))
+    candidates.resize(static_cast<std::size_t>(params_.max_submaps_tried));
+  return candidates;
+}
+
+LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
+  LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
+  const ScanSubmap& submap = submaps_[candidate.submap];
+  const std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.max_point_range_m,
+                                                   static_cast<std::size_t>(params_.max_search_points));
+  if (points_m.size() < static_cast<std::size_t>(params_.min_points) / 2) return attempt;
+  CorrelativeSearchParams search;
+  search.min_score = params_.min_score;
+  search.ambiguity_ratio = params_.ambiguity_ratio;
+  const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
+  search.seen = &raster.seen;
+  // A wrong place of a structure with period p has p <= 2 windows, and so another one within three of them.
+  search.other_window_ratio = 3;
+  const CorrelativeMatch match = search_correlative(raster.map, points_m, candidate.window, search);
+  attempt.score = match.score;
+  attempt.outcome = outcome_of(match.status);
+  if (match.status != CorrelativeStatus::kFound) return attempt;
+  const std::optional<PoseEdge2D> edge = verified(submap, match.T_map_scan);
+  attempt.outcome = edge ? LoopOutcome::kAccepted : LoopOutcome::kNotVerified;
+  if (edge) graph_.edges.push_back(*edge);
+  return attempt;
+}
+
+/// The edge from the submap's keyframe that sees most of the same, when PL-ICP agrees with the search.
+std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const SE2& T_anchor_base) {
+  const SE2 T_odom_anchor = keyframes_[submap.anchor()].T_odom_base;
+  std::size_t nearest = submap.first;
+  double least = std::numeric_limits<double>::infinity();
+  SE2 guess;
+  for (std::size_t k = submap.first; k < submap.end; ++k) {
+    const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_anchor * T_anchor_base;
+    const double apart = T_k_base.translation().norm() + kApartPerTurn_m * std::abs(T_k_base.angle());
+    if (apart >= least) continue;
+    least = apart;
+    nearest = k;
+    guess = T_k_base;
+  }
+  const ScanMatch match = matcher_.match(keyframes_[nearest].scan, keyframes_.back().scan, guess);
+  if (!match.ok()) return std::nullopt;
+  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
+  const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
+  if (correction.translation().norm() > params_.verify_max_shift_m ||
+      std::abs(correction.angle()) > params_.verify_max_turn_rad || paired < params_.verify_min_pairs_ratio ||
+      match.mean_error_m > params_.verify_max_error_m)
+    return std::nullopt;
+  const Mat3 covariance = honest_covariance(match.covariance, params_);
+  return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,
+                    edge_information(*match.T_reference_sensed, covariance), PoseEdgeKind::kLoop};
+}
+
+void ScanGraph2D::count(LoopOutcome outcome) {
+  ++statistics_.candidates;
+  if (outcome == LoopOutcome::kAccepted) ++statistics_.accepted;
+  if (outcome == LoopOutcome::kNoMatch) ++statistics_.no_match;
+  if (outcome == LoopOutcome::kAmbiguous) ++statistics_.ambiguous;
+  if (outcome == LoopOutcome::kGaveUp) ++statistics_.gave_up;
+  if (outcome == LoopOutcome::kNotVerified) ++statistics_.not_verified;
+}
+
+PoseGraphSolution ScanGraph2D::optimise() {
+  PoseGraphSolution solution = solve_pose_graph(graph_, params_.solver);
+  for (int round = 0; round < kMaxTakeOutRounds && take_out_contradictions(); ++round)
+    solution = solve_pose_graph(graph_, params_.solver);
+  return solution;
+}
+
+bool ScanGraph2D::take_out_contradictions() {
+  const std::size_t removed = std::erase_if(graph_.edges, [&](const PoseEdge2D& edge) {
+    return edge.kind == PoseEdgeKind::kLoop && pose_edge_chi2(edge, graph_) > params_.max_loop_chi2;
+  });
+  statistics_.taken_out += removed;
+  return removed > 0;
+}
+
+SE2 ScanGraph2D::T_map_odom() const {
+  if (keyframes_.empty()) return {};
+  return graph_.T_map_node.back() * keyframes_.back().T_odom_base.inverse();
+}
+
+std::optional<SE2> ScanGraph2D::T_map_base(Time stamp, const SE2& T_odom_base) const {
+  if (keyframes_.empty()) return std::nullopt;
+  const auto moved_with = [&](std::size_t node) {
+    return graph_.T_map_node[node] * (keyframes_[node].T_odom_base.inverse() * T_odom_base);
+  };
+  const auto after =
+      std::ranges::upper_bound(keyframes_, stamp, {}, [](const GraphKeyframe2D& k) { return k.scan.stamp; });
+  const auto next = static_cast<std::size_t>(after - keyframes_.begin());
+  if (next == 0) return moved_with(0);
+  if (next == keyframes_.size()) return moved_with(next - 1);
+  const Time before = keyframes_[next - 1].scan.stamp;
+  const double fraction = (stamp - before).seconds() / (after->scan.stamp - before).seconds();
+  return between(moved_with(next - 1), moved_with(next), fraction);
+}
+
+Trajectory ScanGraph2D::corrected(const Trajectory& T_odom_base) const {
+  Trajectory result;
+  for (const StampedPose& pose : T_odom_base)
+    if (const SE2 planar = SE2::from_se3(pose.T_world_base); const auto T = T_map_base(pose.stamp, planar))
+      result.push_back({pose.stamp, (*T * planar.inverse()).to_se3() * pose.T_world_base});
+  return result;
+}
+
+}  // namespace hm

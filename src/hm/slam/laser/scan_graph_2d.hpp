@@ -1,0 +1,99 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "hm/geometry/pose_graph_2d.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/laser/matching/pl_icp.hpp"
+#include "hm/slam/laser/correlative_search.hpp"
+#include "hm/slam/laser/scan_submaps.hpp"
+
+namespace hm {
+
+enum class LoopOutcome {
+  kAccepted,
+  kNoMatch,      ///< the scan fits nowhere in the window
+  kAmbiguous,    ///< it fits several places of the window nearly as well
+  kGaveUp,       ///< the window was too large
+  kNotVerified,  ///< PL-ICP does not confirm it
+};
+std::string_view to_string(LoopOutcome outcome);
+
+/// One search for a keyframe in a submap.
+struct LoopAttempt {
+  std::size_t submap = 0;
+  LoopOutcome outcome = LoopOutcome::kNoMatch;
+  double score = 0;
+  SearchWindow window;  ///< in the frame of the submap's anchor
+};
+
+struct ScanGraphStep {
+  std::size_t node = 0;
+  std::vector<LoopAttempt> attempts;
+  int loops_accepted = 0;
+};
+
+/// What became of the searches for loops; `candidates` is the sum of the five after it.
+struct ScanGraphStatistics {
+  std::size_t candidates = 0;
+  std::size_t accepted = 0, no_match = 0, ambiguous = 0, gave_up = 0, not_verified = 0;
+  std::size_t taken_out = 0;  ///< of the accepted: the solved graph contradicts them
+  [[nodiscard]] std::size_t rejected() const { return candidates - accepted + taken_out; }
+};
+
+/// Corrects the drift of 2D odometry by places seen again: keyframe scans as nodes; loops found by
+/// correlative search in submaps of a few keyframes, within the window that the graph's uncertainty leaves,
+/// verified by PL-ICP; the graph solved with a robust loss. Gives `map -> odom`; `odom` is only read and
+/// never jumps.
+///
+/// add_keyframe() costs at most `max_submaps_tried` bounded searches; optimise() costs a sparse solution and
+/// is up to the caller, who may leave it for when there is time. Deterministic; not thread safe.
+class ScanGraph2D {
+ public:
+  explicit ScanGraph2D(const ScanGraph2DParams& params = {});
+
+  /// Adds a keyframe and looks for loops. Stamps must increase; poses and covariance must be finite.
+  ScanGraphStep add_keyframe(GraphKeyframe2D keyframe);
+  /// Solves the graph and takes out loops that contradict the rest. The first keyframe stays where it is.
+  PoseGraphSolution optimise();
+
+  [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
+  [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
+  [[nodiscard]] const PoseGraph2D& graph() const { return graph_; }
+  /// The correction at the last keyframe; changes with optimise() only. Identity while there is none.
+  [[nodiscard]] SE2 T_map_odom() const;
+  /// Where the base was at a moment for which odometry had T_odom_base: moved with the keyframes before and
+  /// after it. Nothing without keyframes.
+  [[nodiscard]] std::optional<SE2> T_map_base(Time stamp, const SE2& T_odom_base) const;
+  /// A whole trajectory of `odom` brought into `map`; heights and tilts stay.
+  [[nodiscard]] Trajectory corrected(const Trajectory& T_odom_base) const;
+  [[nodiscard]] const ScanGraphStatistics& statistics() const { return statistics_; }
+
+ private:
+  struct Candidate {
+    std::size_t submap;
+    double distance_m;
+    SearchWindow window;
+  };
+  void add_odometry_edge();
+  [[nodiscard]] std::vector<Candidate> loop_candidates() const;
+  [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const std::vector<Mat3>& covariances) const;
+  [[nodiscard]] double apartness(const SE2& T_map_base, std::size_t node) const;
+  LoopAttempt try_loop(const Candidate& candidate);
+  [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
+  void count(LoopOutcome outcome);
+  bool take_out_contradictions();
+
+  ScanGraph2DParams params_;
+  std::vector<GraphKeyframe2D> keyframes_;
+  std::vector<ScanSubmap> submaps_;
+  PoseGraph2D graph_;
+  SubmapRasters rasters_;
+  PlIcp matcher_;
+  ScanGraphStatistics statistics_;
+};
+
+}  // namespace hm

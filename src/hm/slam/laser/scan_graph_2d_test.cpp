@@ -1,0 +1,182 @@
+#include "hm/slam/laser/scan_graph_2d.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "hm/laser/testing/planar_world.hpp"
+
+namespace hm {
+namespace {
+
+using namespace laser_testing;
+
+/// A drive whose odometry drifts: true and believed poses of each keyframe, with its scan.
+struct Drive {
+  std::vector<SE2> truth;
+  std::vector<GraphKeyframe2D> keyframes;
+};
+
+constexpr double kDriftPerStep_rad = 0.004, kScale = 1.01;
+
+Drive drive(const PlanarWorld& world, const std::vector<SE2>& path, const TestLaser& laser) {
+  Rng rng(11);
+  Drive result{path, {}};
+  SE2 T_odom_base = path[0];
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i > 0) {
+      const SE2 motion = path[i - 1].inverse() * path[i];
+      T_odom_base = T_odom_base * SE2(kScale * motion.translation(), motion.angle() + kDriftPerStep_rad);
+    }
+    PlanarScan scan = planar_scan_of_world(world, path[i], laser, rng);
+    scan.stamp = Time::from_seconds(10 + static_cast<double>(i));
+    result.keyframes.push_back({scan, T_odom_base, Vec3(1e-4, 1e-4, 2e-5).asDiagonal()});
+  }
+  return result;
+}
+
+std::vector<SE2> two_rounds() {
+  std::vector<SE2> path;
+  for (double at_m = 0; at_m < 1.6 * kOfficeLoop_m; at_m += 0.5) path.push_back(office_loop(at_m));
+  return path;
+}
+
+const TestLaser kLaser{361, 4.71, 30, 0.01};
+
+double worst_error_m(const ScanGraph2D& graph, const Drive& run) {
+  double worst = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    worst = std::max(worst, (run.truth[i].translation() - graph.graph().T_map_node[i].translation()).norm());
+  return worst;
+}
+
+TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
+  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  ScanGraph2D graph;
+  SE2 T_map_odom;
+  for (const GraphKeyframe2D& keyframe : run.keyframes) {
+    const ScanGraphStep step = graph.add_keyframe(keyframe);
+    // Adding never moves what is there: `odom` has no jump, `map` only jumps when solved.
+    EXPECT_LT((T_map_odom.inverse() * graph.T_map_odom()).vector().norm(), 1e-9);
+    if (step.loops_accepted > 0) graph.optimise();
+    T_map_odom = graph.T_map_odom();
+  }
+  double odometry_error_m = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i)
+    odometry_error_m = std::max(
+        odometry_error_m, (run.truth[i].translation() - run.keyframes[i].T_odom_base.translation()).norm());
+  EXPECT_GT(odometry_error_m, 3.0);
+  // The far side of the first round keeps part of the drift: the first keyframe alone is held.
+  EXPECT_LT(worst_error_m(graph, run), 0.15 * odometry_error_m);
+  // The end lies as it should to where the first round came by, 83 steps before.
+  const std::size_t last = graph.size() - 1, before = last - 83;
+  const auto& nodes = graph.graph().T_map_node;
+  const SE2 error =
+      (run.truth[before].inverse() * run.truth[last]).inverse() * (nodes[before].inverse() * nodes[last]);
+  EXPECT_LT(error.translation().norm(), 0.05);
+  EXPECT_LT(std::abs(error.angle()), 0.01);
+  const ScanGraphStatistics& counts = graph.statistics();
+  EXPECT_GT(counts.accepted, 20U);
+  EXPECT_EQ(counts.candidates,
+            counts.accepted + counts.no_match + counts.ambiguous + counts.gave_up + counts.not_verified);
+  // Every loop is a true one.
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    const SE2 wrong = (run.truth[edge.from].inverse() * run.truth[edge.to]).inverse() * edge.T_from_to;
+    EXPECT_LT(wrong.translation().norm(), 0.05) << edge.from << " " << edge.to;
+    EXPECT_LT(std::abs(wrong.angle()), 0.02);
+  }
+}
+
+TEST(ScanGraph2D, SameBitsEveryTime) {
+  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  ScanGraph2D a, b;
+  for (const GraphKeyframe2D& keyframe : run.keyframes)
+    EXPECT_EQ(a.add_keyframe(keyframe).loops_accepted, b.add_keyframe(keyframe).loops_accepted);
+  a.optimise();
+  b.optimise();
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_EQ(a.graph().T_map_node[i].vector(), b.graph().T_map_node[i].vector());
+}
+
+/// A corridor, 60 m, with the same door niche every 2 m on both sides, and odometry that is 1.5 m wrong when
+/// the way back reaches the beginning: the door next to the true one fits as well, and is nearer to the
+/// prediction. No loop may be taken that is not true.
+TEST(ScanGraph2D, IdenticalDoorsGiveNoFalseLoop) {
+  PlanarWorld world;
+  std::vector<Vec2> corners;
+  for (int door = 0; door < 30; ++door)
+    for (const Vec2& corner : {Vec2(0, 0), Vec2(0.5, 0), Vec2(0.5, -0.3), Vec2(1.5, -0.3), Vec2(1.5, 0)})
+      corners.push_back(corner + Vec2(2.0 * door, 0));
+  for (std::size_t i = corners.size(); i-- > 0;) corners.emplace_back(corners[i].x(), 2 - corners[i].y());
+  world.add_polygon(corners);
+  std::vector<SE2> path;
+  for (double x = 15; x < 45; x += 0.5) path.emplace_back(x, 1.0, 0.0);
+  for (double x = 45; x > 15; x -= 0.5) path.emplace_back(x, 1.1, 0.0);  // backwards
+  TestLaser laser = kLaser;
+  laser.range_max_m = 8;
+  Drive run = drive(world, path, laser);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const double back_m = std::max(0.0, static_cast<double>(i) - 60) * 0.5;
+    run.keyframes[i].T_odom_base = path[i] * SE2(0.05 * back_m, 0, 0);
+    run.keyframes[i].covariance = Vec3(1e4, 1e-4, 2e-5).asDiagonal();  // scan matching knows nothing along it
+  }
+  ScanGraph2D graph;
+  for (const GraphKeyframe2D& keyframe : run.keyframes)
+    if (graph.add_keyframe(keyframe).loops_accepted > 0) graph.optimise();
+  EXPECT_GT(graph.statistics().candidates, 20U);
+  EXPECT_GT(graph.statistics().ambiguous, 10U);
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    const SE2 error = (run.truth[edge.from].inverse() * run.truth[edge.to]).inverse() * edge.T_from_to;
+    EXPECT_LT(error.translation().norm(), 0.3) << edge.from << " " << edge.to;
+  }
+}
+
+TEST(ScanGraph2D, CorrectsPosesBetweenKeyframes) {
+  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  ScanGraph2D graph;
+  EXPECT_FALSE(graph.T_map_base(Time::from_seconds(1), {}));
+  EXPECT_EQ(graph.T_map_odom().vector(), Vec3::Zero());
+  Trajectory odometry;
+  for (const GraphKeyframe2D& keyframe : run.keyframes) {
+    graph.add_keyframe(keyframe);
+    odometry.push_back({keyframe.scan.stamp, keyframe.T_odom_base.to_se3(0.4)});
+  }
+  graph.optimise();
+  const Trajectory corrected = graph.corrected(odometry);
+  ASSERT_EQ(corrected.size(), odometry.size());
+  for (std::size_t i = 0; i < corrected.size(); ++i) {
+    const SE2 error = graph.graph().T_map_node[i].inverse() * SE2::from_se3(corrected[i].T_world_base);
+    EXPECT_LT(error.vector().norm(), 1e-9);
+    EXPECT_EQ(corrected[i].T_world_base.translation().z(), 0.4);
+  }
+  // Half way between two keyframes, and beyond the last.
+  const SE2 before = *graph.T_map_base(Time::from_seconds(40), run.keyframes[30].T_odom_base);
+  const SE2 half = *graph.T_map_base(Time::from_seconds(40.5), run.keyframes[30].T_odom_base);
+  const SE2 after = *graph.T_map_base(Time::from_seconds(41), run.keyframes[30].T_odom_base);
+  EXPECT_LT(((before.translation() + after.translation()) / 2 - half.translation()).norm(), 1e-3);
+  const SE2 beyond = *graph.T_map_base(Time::from_seconds(1e6), run.keyframes.back().T_odom_base);
+  EXPECT_LT((beyond.vector() - graph.graph().T_map_node.back().vector()).norm(), 1e-9);
+}
+
+TEST(ScanGraph2D, DegenerateScansCloseNoLoop) {
+  ScanGraph2D graph;
+  for (int i = 0; i < 60; ++i) {
+    PlanarScan scan;
+    scan.stamp = Time::from_seconds(i);
+    if (i % 3 == 1) scan.points_m = {{1, 0}, {1, 0.1}, {1, 0.2}};
+    if (i % 3 == 2)  // one straight wall
+      for (int k = 0; k < 100; ++k) scan.points_m.emplace_back(2, -3 + 0.06 * k);
+    sort_by_bearing(scan);
+    const Mat3 covariance = (i % 2 == 0 ? 0.0 : 1e4) * Mat3::Identity();
+    EXPECT_EQ(graph.add_keyframe({scan, SE2(0.01 * i, 0, 0), covariance}).loops_accepted, 0);
+  }
+  EXPECT_TRUE(graph.optimise().converged);
+  EXPECT_LT((graph.graph().T_map_node.back().vector() - Vec3(0.59, 0, 0)).norm(), 1e-6);
+}
+
+}  // namespace
+}  // namespace hm

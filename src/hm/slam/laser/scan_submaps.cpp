@@ -1,0 +1,62 @@
+#include "hm/slam/laser/scan_submaps.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "hm/core/thinned.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kKeptRasters = 16;
+constexpr int kRasterLevels = 7;
+/// Points further apart leave holes in the raster: what is seen there later need not agree with it.
+constexpr double kDenseSigmas = 2.5;
+
+/// Distance from the nearer neighbour in order of bearing.
+double gap_beside(const std::vector<Vec2>& points, std::size_t i) {
+  double gap = std::numeric_limits<double>::infinity();
+  if (i > 0) gap = (points[i] - points[i - 1]).norm();
+  if (i + 1 < points.size()) gap = std::min(gap, (points[i + 1] - points[i]).norm());
+  return gap;
+}
+
+}  // namespace
+
+std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::size_t max_points) {
+  std::vector<Vec2> near;
+  for (const Vec2& point : scan.points_m)
+    if ((point - scan.origin_m).norm() <= range_m) near.push_back(point);
+  return thinned(std::move(near), max_points);
+}
+
+const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,
+                                                   std::span<const GraphKeyframe2D> keyframes) {
+  const auto found = std::ranges::find(kept_, submap.first, &Raster::first);
+  if (found != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, found);
+    return kept_.front();
+  }
+  std::vector<Vec2> points_m;
+  std::vector<SeenBeam> beams;
+  const SE2 T_anchor_odom = keyframes[submap.anchor()].T_odom_base.inverse();
+  for (std::size_t k = submap.first; k < submap.end; ++k) {
+    const SE2 T_anchor_base = T_anchor_odom * keyframes[k].T_odom_base;
+    const std::vector<Vec2> near =
+        points_within(keyframes[k].scan, params_.max_point_range_m, std::numeric_limits<std::size_t>::max());
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      points_m.push_back(T_anchor_base * near[i]);
+      if (gap_beside(near, i) <= kDenseSigmas * params_.raster_sigma_m)
+        beams.push_back({T_anchor_base * keyframes[k].scan.origin_m, points_m.back()});
+    }
+  }
+  if (kept_.size() >= kKeptRasters) kept_.pop_back();
+  kept_.push_front(
+      {submap.first,
+       CorrelativeMap(points_m, {params_.raster_resolution_m, params_.raster_sigma_m, kRasterLevels}),
+       SeenArea(beams)});
+  return kept_.front();
+}
+
+}  // namespace hm

@@ -1,0 +1,42 @@
+#pragma once
+#include <Eigen/Eigenvalues>
+
+#include "hm/geometry/pose_edge_kind.hpp"
+#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+
+namespace ceres {
+class LossFunction;
+class Problem;
+}  // namespace ceres
+
+namespace hm::detail {
+
+/// The square root R of an information matrix (R^T R), also of one that is not of full rank.
+template <int kSize>
+Eigen::Matrix<double, kSize, kSize> information_root(const Eigen::Matrix<double, kSize, kSize>& information) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kSize, kSize>> solver(information);
+  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+}
+
+/// The loss of an edge: Cauchy's for loops where the parameters ask for it, else none. The caller owns it.
+ceres::LossFunction* new_edge_loss(PoseEdgeKind kind, const PoseGraphSolverParams& params);
+
+/// What a solution says before anything has moved; false when there is nothing to solve: the graph is not
+/// finite, or has no edges.
+template <class Graph>
+bool begin_solution(const Graph& graph, bool is_finite, PoseGraphSolution& solution) {
+  if (!is_finite) {
+    solution.message = "the graph is not finite";
+    return false;
+  }
+  solution.initial_chi2 = solution.final_chi2 = pose_graph_chi2(graph);
+  solution.converged = true;
+  return !graph.edges.empty();
+}
+
+/// Solves a pose graph's problem (sparse Cholesky, one thread), the state `first` held where an edge reaches
+/// it. Fills message, iterations and converged; false when the states are of no use.
+bool solve_graph_problem(ceres::Problem& problem, double* first, const PoseGraphSolverParams& params,
+                         PoseGraphSolution& solution);
+
+}  // namespace hm::detail

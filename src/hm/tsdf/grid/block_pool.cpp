@@ -1,0 +1,37 @@
+#include "hm/tsdf/grid/block_pool.hpp"
+
+#include <sys/mman.h>
+
+#include <cstring>
+
+namespace hm {
+
+BlockPool::~BlockPool() {
+  for (void* slab : slabs_) munmap(slab, kSlabBytes);
+}
+
+bool BlockPool::add_slab() {
+  void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (slab == MAP_FAILED) return false;
+  slabs_.push_back(slab);
+  // Pushed in reverse, so that blocks are handed out by rising address.
+  for (std::size_t offset = kSlabBytes; offset > 0; offset -= kBlockBytes)
+    free_.push_back(static_cast<std::byte*>(slab) + (offset - kBlockBytes));
+  return true;
+}
+
+void* BlockPool::take() {
+  if (free_.empty() && !add_slab()) return nullptr;
+  void* block = free_.back();
+  free_.pop_back();
+  ++in_use_;
+  return block;
+}
+
+void BlockPool::give_back(void* block, bool dirty) {
+  if (dirty) std::memset(block, 0, kBlockBytes);
+  free_.push_back(block);
+  --in_use_;
+}
+
+}  // namespace hm

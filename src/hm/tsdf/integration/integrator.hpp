@@ -1,0 +1,47 @@
+#pragma once
+#include <memory>
+#include <span>
+
+#include "hm/core/parallel.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/projection/scan_stats.hpp"
+#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
+
+namespace hm {
+
+/// Points seen from one place, for sensors without an organised depth image. `colors` is empty or as
+/// long as `p_world_points`. Points that are not finite are counted and skipped.
+struct PointScan {
+  Vec3 p_world_origin = Vec3::Zero();
+  std::span<const Eigen::Vector3f> p_world_points;
+  std::span<const Rgb8> colors;
+};
+
+/// Writes scans into a volume grid (dissertation 4.3). One integrator serves one grid at a time; the
+/// result depends on the scans and their order only, never on the number of threads.
+class Integrator {
+ public:
+  /// `camera` must have no lens distortion (readers remove it). The loop must outlive the integrator.
+  Integrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera,
+             const ParallelLoop& loop);
+  ~Integrator();
+  Integrator(Integrator&&) noexcept;
+
+  /// A grid with the voxel size, unit and memory cap of these parameters.
+  static VolumeGrid make_grid(const TsdfParams& params);
+
+  /// Integrates a depth image with its pose by the method of the parameters. A frame without a pose or
+  /// with a pose that is not rigid changes nothing; the statistics say why.
+  ScanStats integrate(VolumeGrid& grid, const RgbdFrame& frame);
+  /// The same with another pose than the frame's own.
+  ScanStats integrate(VolumeGrid& grid, const PosedFrame& posed);
+  /// Integrates points by voxel traversal.
+  ScanStats integrate(VolumeGrid& grid, const PointScan& scan);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hm

@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "hm/core/parallel.hpp"
+#include "hm/geometry/box.hpp"
+#include "hm/tsdf/projection/projection_scan.hpp"
+
+namespace hm {
+
+/// What the volumes near the surface are found from.
+struct BandQuery {
+  const PreparedDepth& depth;
+  const PinholeCamera& camera;
+  const SE3& T_world_camera;
+  double voxel_size_m = 0;
+  TruncationModel truncation;
+};
+
+/// Finds the volumes that the truncation bands of a depth image pass through: from the depth, never from
+/// the frustum (4.2.7; the replacement of create-then-delete). Per tile of pixels, the piece of its
+/// pyramid between (nearest reading - truncation) and (farthest + truncation) is boxed; tiles across a
+/// depth edge are cut at the gaps between their readings.
+class CandidateFinder {
+ public:
+  /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
+  /// within the truncation of its own pixel's reading lies in one of them.
+  void find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys);
+  /// True for the volumes that find() found last.
+  [[nodiscard]] bool found(VolumeKey key) const;
+
+ private:
+  struct Segment {
+    float near_m, far_m;
+  };
+  void place_rays(const PreparedDepth& depth, const PinholeCamera& camera, const Mat3& R_world_camera_per_m);
+  void place_bitmap(const PreparedDepth& depth, float widest_m);
+  void mark_quad(const PreparedDepth& depth, int tile_x, int tile_y);
+  void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
+  void mark_gapped_tile(const PreparedDepth& depth, int tile_x, int tile_y);
+  /// A block of tiles: first tile, tiles on a side.
+  struct Tiles {
+    int x, y, width, height;
+  };
+  void mark_segment(const Tiles& tiles, Segment segment);
+  void mark_box(const Eigen::Array4f& low, const Eigen::Array4f& high);
+  void collect(std::vector<VolumeKey>& keys);
+
+  TruncationModel truncation_;
+  // Four numbers each, the last unused: one vector register.
+  Eigen::Array4f origin_ = Eigen::Array4f::Zero();  ///< camera, in volumes, relative to base_
+  using Rays = std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>>;
+  Rays rays_;  ///< at tile corners, volumes per metre
+  Rays columns_;
+  int corners_x_ = 0;
+  float volume_size_m_ = 1;
+  VolumeKey base_;  ///< of bit 0
+  int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
+  std::vector<std::uint64_t> bitmap_;
+};
+
+}  // namespace hm
