@@ -11,6 +11,7 @@
 #include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
+#include "hm/odometry/make_odometry.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/odometry/make_odometry.hpp"
 #include "measurement.hpp"
 #include "peer_opencv.hpp"
 #include "scene_frames.hpp"

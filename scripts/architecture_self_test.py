@@ -9,6 +9,7 @@ CLEAN = {
     "src/hm/core/README.md": "# core\n",
     "src/hm/tsdf/grid.hpp": '#pragma once\n#include <Eigen/Core>\n#include "hm/core/result.hpp"\n',
     "src/hm/tsdf/README.md": "# tsdf\n",
+    "src/hm/tsdf/part/leaf.hpp": '#pragma once\n#include "hm/tsdf/grid.hpp"\n',
     "apps/hm/main.cpp": '#include <CLI/CLI.hpp>\n#include "hm/tsdf/grid.hpp"\n',
     "CMakeLists.txt": "hm_room(core LINK fmt::fmt)\nhm_room(tsdf USES core)\n",
 }
@@ -30,8 +31,8 @@ PLANTED = [
     ("unseeded random", "src/hm/tsdf/bad.cpp", "std::random_device d;\n", "seeded Rng"),
     ("pragma", "src/hm/tsdf/bad.hpp", "int f();\n", "#pragma once"),
     ("todo", "src/hm/tsdf/bad.cpp", "// TODO mend\n", "issue number"),
-    ("long file", "src/hm/tsdf/bad.cpp", "\n" * 301, "more than 300"),
-    ("long verb", "apps/hm/bad.cpp", "\n" * 151, "more than 150"),
+    ("long file", "src/hm/tsdf/bad.cpp", "\n" * 501, "more than 500"),
+    ("circle of sub-rooms", "src/hm/tsdf/grid.hpp", '#pragma once\n#include "hm/tsdf/part/leaf.hpp"\n', "in a circle"),
     ("long readme", "src/hm/tsdf/README.md", "\n" * 41, "more than 40"),
     ("file name", "src/hm/tsdf/BadName.cpp", "\n", "snake_case"),
     ("test name", "src/hm/tsdf/test_grid.cpp", "\n", "thing_test.cpp"),
@@ -64,7 +65,11 @@ def run(checker_class):
         (Path(root) / "src/hm/tsdf/README.md").unlink()
         if not any("every room has a README" in line for line in checker_class(root).run()):
             wrong.append("a missing README was not found")
+    with tempfile.TemporaryDirectory() as root:
+        make_tree(root, {**CLEAN, **{f"src/hm/core/unit_{i}.hpp": "#pragma once\n" for i in range(15)}})
+        if not any("holds 16 units" in line for line in checker_class(root).run()):
+            wrong.append("a folder of 16 units was not found")
     for line in wrong:
         print("self-test:", line)
-    print(f"architecture self-test: {len(PLANTED) + 2} cases, {len(wrong)} wrong")
+    print(f"architecture self-test: {len(PLANTED) + 3} cases, {len(wrong)} wrong")
     return 1 if wrong else 0

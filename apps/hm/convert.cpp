@@ -7,12 +7,12 @@
 
 namespace {
 
-struct Flags {
+struct ConvertFlags {
   std::string from, to;
   RecordingFlags of_recording;
 };
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -39,7 +39,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_convert(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ConvertFlags>();
   CLI::App& command =
       program.add({"convert", "From one format into another, told by the names.",
                    "  hm convert result/mesh.ply mesh.obj\n"

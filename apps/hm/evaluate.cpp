@@ -10,19 +10,19 @@
 
 namespace {
 
-struct Flags {
+struct EvaluateFlags {
   std::string result, truth, report, alignment;
 };
 
 /// Writes the page of --report, if one was asked for.
-hm::Result<void> write_report(const Flags& flags, const std::string& html, Outcome& outcome) {
+hm::Result<void> write_report(const EvaluateFlags& flags, const std::string& html, Outcome& outcome) {
   if (const auto written = hm::as_run_failure(hm::write_file_text(flags.report, html)); !written)
     return written;
   outcome.outputs.emplace_back(flags.report);
   return {};
 }
 
-hm::Result<Outcome> run_trajectory(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_trajectory(const EvaluateFlags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -40,7 +40,7 @@ hm::Result<Outcome> run_trajectory(const Flags& flags, Session& session) {
   return outcome;
 }
 
-hm::Result<Outcome> run_mesh(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -68,7 +68,7 @@ void add_evaluate(Program& program) {
                "  hm evaluate trajectory result/trajectory.tum recording\n"
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<EvaluateFlags>();
   const auto add_paths = [flags](CLI::App& command, const char* result, const char* truth) {
     command.add_option("result", flags->result, result)->required();
     command.add_option("truth", flags->truth, truth)->required();

@@ -8,14 +8,14 @@
 
 namespace {
 
-struct Flags {
+struct ExperimentFlags {
   std::string recording, output;
   double voxel_m = 0;
   int frames = 0, views = 0;
   RecordingFlags of_recording;
 };
 
-hm::Result<Outcome> run_compensation(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_compensation(const ExperimentFlags& flags, Session& session) {
   hm::DepthCompensationOptions options;
   options.recording = flags.recording;
   options.output = flags.output;
@@ -34,7 +34,7 @@ hm::Result<Outcome> run_compensation(const Flags& flags, Session& session) {
   return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
 }
 
-hm::Result<Outcome> run_uncertainty(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   parameters.simulation.sensor = hm::SensorPreset::kKinect;
@@ -57,7 +57,7 @@ hm::Result<Outcome> run_uncertainty(const Flags& flags, Session& session) {
 }
 
 void add_uncertainty(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ExperimentFlags>();
   CLI::App& command = program.add(
       {"evaluate uncertainty", "Models of depth's deviation against what many frames of a still scene show.",
        "  hm evaluate uncertainty -o simulated\n"
@@ -78,7 +78,7 @@ void add_uncertainty(Program& program) {
 
 void add_experiments(Program& program) {
   add_uncertainty(program);
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ExperimentFlags>();
   CLI::App& compensation = program.add(
       {"evaluate depth-compensation",
        "A map with and without the calibration's depth correction, side by side.",

@@ -10,13 +10,13 @@
 
 namespace {
 
-struct Flags {
+struct InfoFlags {
   std::string path;
   RecordingFlags of_recording;
   LaserFlags of_laser;
 };
 
-hm::Result<Outcome> show_recording(const Flags& flags, Session& session) {
+hm::Result<Outcome> show_recording(const InfoFlags& flags, Session& session) {
   const auto options = flags.of_recording.options();
   if (!options) return hm::forward_error(options);
   const auto recording = hm::open_recording(flags.path, *options);
@@ -27,7 +27,7 @@ hm::Result<Outcome> show_recording(const Flags& flags, Session& session) {
   return outcome;
 }
 
-hm::Result<Outcome> show_laser_recording(const Flags& flags) {
+hm::Result<Outcome> show_laser_recording(const InfoFlags& flags) {
   const auto recording = hm::open_laser_recording(flags.path, flags.of_laser.options());
   if (!recording) return hm::forward_error(recording);
   const auto report = hm::inspect_laser_recording(*recording);
@@ -55,7 +55,7 @@ hm::Result<Outcome> show_trajectory(const std::string& path) {
   return outcome;
 }
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
   const auto kind = hm::kind_of(flags.path);
   if (!kind) return hm::forward_error(kind);
   hm::Result<Outcome> outcome;
@@ -91,7 +91,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_info(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<InfoFlags>();
   CLI::App& command = program.add(
       {"info", "What is in a recording, map, mesh, trajectory or pose graph, and what looks wrong.",
        "  hm info recording\n"

@@ -5,12 +5,12 @@
 
 namespace {
 
-struct Flags {
+struct LaserVerbFlags {
   std::string recording, output, relations, saved_map, pace = "fast";
   hm::LaserRecordingOptions topics;
 };
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   hm::LaserRunOptions options;
   options.recording = flags.recording;
   options.recording_options = flags.topics;
@@ -27,7 +27,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_laser(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<LaserVerbFlags>();
   CLI::App& command =
       program.add({"laser", "Laser scans become a trajectory, height and a map.",
                    "  hm laser my_flight -o result\n"

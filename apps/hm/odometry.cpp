@@ -6,12 +6,12 @@
 
 namespace {
 
-struct Flags {
+struct OdometryFlags {
   std::string recording, output, method;
   RecordingFlags of_recording;
 };
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   hm::OdometryRunOptions options;
   options.recording = flags.recording;
   options.output = output_folder(flags.output, flags.recording, "odometry");
@@ -30,7 +30,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_odometry(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<OdometryFlags>();
   CLI::App& command =
       program.add({"odometry", "Depth and colour pictures become the motion of their camera.",
                    "  hm odometry recording -o result\n"

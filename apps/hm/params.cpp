@@ -6,7 +6,7 @@
 
 namespace {
 
-struct Flags {
+struct ParamsFlags {
   std::string name, file, other;
   bool markdown = false;
 };
@@ -17,7 +17,7 @@ hm::JsonValue as_json(const hm::ParamList& list) {
   return json;
 }
 
-hm::Result<Outcome> show(const Flags& flags, Session& session) {
+hm::Result<Outcome> show(const ParamsFlags& flags, Session& session) {
   hm::Parameters parameters;
   auto list = hm::list_all(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -36,7 +36,7 @@ hm::Result<void> read(hm::Parameters& parameters, const std::string& path) {
   return result;
 }
 
-hm::Result<Outcome> check(const Flags& flags) {
+hm::Result<Outcome> check(const ParamsFlags& flags) {
   hm::Parameters parameters;
   if (const auto result = read(parameters, flags.file); !result) return hm::forward_error(result);
   Outcome outcome;
@@ -44,7 +44,7 @@ hm::Result<Outcome> check(const Flags& flags) {
   return outcome;
 }
 
-hm::Result<Outcome> explain(const Flags& flags) {
+hm::Result<Outcome> explain(const ParamsFlags& flags) {
   hm::Parameters parameters;
   const auto list = hm::list_all(parameters);
   Outcome outcome;
@@ -63,7 +63,7 @@ hm::Result<Outcome> explain(const Flags& flags) {
   return hm::fail(hm::ErrorCode::kUsage, {}, "{}", unknown ? "unknown parameter" : unknown.error().message);
 }
 
-hm::Result<Outcome> diff(const Flags& flags) {
+hm::Result<Outcome> diff(const ParamsFlags& flags) {
   hm::Parameters a, b;
   if (const auto result = read(a, flags.file); !result) return hm::forward_error(result);
   if (const auto result = read(b, flags.other); !result) return hm::forward_error(result);
@@ -89,7 +89,7 @@ void add_params(Program& program) {
                "  hm params explain tsdf.voxel_size_m\n"
                "  hm params check result/parameters.toml",
                {}});
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ParamsFlags>();
   CLI::App& show_command = program.add(
       {"params show", "All parameters as TOML, with --params and --set applied.",
        "  hm params show\n  hm params show --set tsdf.voxel_size_m=0.01\n  hm params show --markdown",

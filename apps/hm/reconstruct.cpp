@@ -6,14 +6,14 @@
 
 namespace {
 
-struct Flags {
+struct ReconstructFlags {
   std::string recording, output, poses;
   double voxel_m = 0;
   bool resume = false, align = false;
   RecordingFlags of_recording;
 };
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   hm::ReconstructionOptions options;
   options.recording = flags.recording;
   options.output = output_folder(flags.output, flags.recording, "reconstruction");
@@ -39,7 +39,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_reconstruct(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<ReconstructFlags>();
   CLI::App& command = program.add({"reconstruct", "Depth and poses become volumes and a coloured mesh.",
                                    "  hm reconstruct recording -o result\n"
                                    "  hm reconstruct recording -o fine --voxel 0.01\n"

@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view kLaserMav = "laser_mav", kXtion = "xtion";
 constexpr const char* kStopped = "what was written is removed";
 
-struct Flags {
+struct SimulateFlags {
   std::string world = "house", output, sensor;
   int frames = 0, seed = -1;
   bool drift = false, perfect = false;
@@ -23,11 +23,11 @@ void choose(const std::string& name, const std::string_view (&names)[N], Enum& v
     if (name == names[i]) value = static_cast<Enum>(i);
 }
 
-std::string output_of(const Flags& flags) {
+std::string output_of(const SimulateFlags& flags) {
   return flags.output.empty() ? flags.world + "_recording" : flags.output;
 }
 
-hm::Result<Outcome> run_camera(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
   hm::Parameters parameters;
   hm::SimulationParams& simulation = parameters.simulation;
   choose(flags.world, hm::kWorldKindNames, simulation.world);
@@ -59,7 +59,7 @@ hm::Result<Outcome> run_camera(const Flags& flags, Session& session) {
   return outcome;
 }
 
-hm::Result<Outcome> run_laser(const Flags& flags, Session& session) {
+hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
   hm::Parameters parameters;
   hm::LaserSimulationParams& simulation = parameters.laser_simulation;
   choose(flags.world, hm::kWorldKindNames, simulation.world);
@@ -91,7 +91,7 @@ hm::Result<Outcome> run_laser(const Flags& flags, Session& session) {
   return outcome;
 }
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
   const bool boards = flags.world == "calibration";
   if (boards && flags.sensor == kLaserMav)
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no pictures of boards");
@@ -105,7 +105,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<SimulateFlags>();
   CLI::App& command =
       program.add({"simulate", "Generate a recording with exact truth.",
                    "  hm simulate room -o recording --frames 40\n"

@@ -6,13 +6,13 @@
 
 namespace {
 
-struct Flags {
+struct SlamFlags {
   std::string recording, output, maps;
   double voxel_m = 0;
   RecordingFlags of_recording;
 };
 
-hm::Result<Outcome> run(const Flags& flags, Session& session) {
+hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   hm::SlamRunOptions options;
   options.recording = flags.recording;
   options.output = output_folder(flags.output, flags.recording, "slam");
@@ -30,7 +30,7 @@ hm::Result<Outcome> run(const Flags& flags, Session& session) {
 }  // namespace
 
 void add_slam(Program& program) {
-  auto flags = std::make_shared<Flags>();
+  auto flags = std::make_shared<SlamFlags>();
   CLI::App& command =
       program.add({"slam", "Depth and colour pictures without poses become a trajectory, loops and a map.",
                    "  hm slam recording -o result\n"

@@ -3,7 +3,7 @@
 #include <mutex>
 #include <string>
 
-#include "hm/core/progress.hpp"
+#include "hm/core/run_context.hpp"
 
 /// Progress and messages on standard error: one line that redraws itself on a terminal, a plain line
 /// every few seconds elsewhere. May be used from several threads.

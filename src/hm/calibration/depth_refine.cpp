@@ -16,11 +16,11 @@ namespace {
 using detail::Intrinsics;
 using detail::Motion;
 
-constexpr int kBlock_px = 16;       // depth is averaged over such squares
+constexpr int kRefineBlock_px = 16;       // depth is averaged over such squares
 constexpr double kCorner_px = 0.1;  // deviation of a corner
 constexpr double kHuber = 3;        // deviations
 constexpr double kLargestCorrection_m = 0.3;
-constexpr int kMostIterations = 30;
+constexpr int kMostRefineIterations = 30;
 
 /// Depth averaged over a block, corrected, minus that of the board's plane, by its deviation. Blocks of
 /// parameters: T_color_board, T_depth_color, intrinsics of the depth camera, 16 control points.
@@ -129,7 +129,7 @@ void Adjustment::add_corners(const DepthPose& pose, Motion& board) {
 }
 
 void Adjustment::add_depth(const DepthPose& pose, Motion& board) {
-  for (const detail::BlockMean& mean : detail::block_means(pose.depth, kBlock_px)) {
+  for (const detail::BlockMean& mean : detail::block_means(pose.depth, kRefineBlock_px)) {
     const auto u = detail::spline_place(mean.pixel.x(), model_.width, model_.columns);
     const auto v = detail::spline_place(mean.pixel.y(), model_.height, model_.rows);
     const auto across = detail::spline_weights(u.t), down = detail::spline_weights(v.t);
@@ -190,7 +190,7 @@ Result<DepthRefinement> Adjustment::solve() {
   DepthRefinement refined;
   refined.corners_before = rms(corners_), refined.depth_before = rms(depths_);
   const ceres::Solver::Options options =
-      detail::solver_options(ceres::SPARSE_NORMAL_CHOLESKY, kMostIterations);
+      detail::solver_options(ceres::SPARSE_NORMAL_CHOLESKY, kMostRefineIterations);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
   refined.geometry = start_;

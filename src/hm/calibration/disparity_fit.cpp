@@ -14,7 +14,7 @@ namespace {
 using detail::Intrinsics;
 using detail::Motion;
 
-constexpr int kBlock_px = 16;        // disparity is averaged over such squares
+constexpr int kDisparityBlock_px = 16;        // disparity is averaged over such squares
 constexpr double kDistortion = 0.5;  // units: what disparity is wrong by over the image
 constexpr double kCauchy = 2;        // deviations: hands, edges of the board
 constexpr int kMostIterations = 100;
@@ -77,7 +77,7 @@ class Fit {
 };
 
 void Fit::add_board(const DepthPose& pose) {
-  for (const detail::BlockMean& mean : detail::block_means(pose.depth, kBlock_px)) {
+  for (const detail::BlockMean& mean : detail::block_means(pose.depth, kDisparityBlock_px)) {
     const double z = mean.measured_m, noise = mean.sigma_m / (z * z * std::abs(start_.disparity.slope_per_m));
     sigmas_.push_back(std::hypot(noise, kDistortion));
     readings_.push_back(problem_.AddResidualBlock(

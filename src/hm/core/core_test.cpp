@@ -12,7 +12,6 @@
 #include "hm/core/rng.hpp"
 #include "hm/core/round_up.hpp"
 #include "hm/core/statistics.hpp"
-#include "hm/core/thinned.hpp"
 #include "hm/core/time.hpp"
 
 namespace hm {

@@ -1,5 +1,7 @@
 #include "hm/core/params.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>

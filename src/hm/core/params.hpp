@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -27,8 +26,11 @@ struct ParamDoc {
 /// An enumeration as a parameter: its members' names in the order of their values (0, 1, 2 ...).
 struct ChoiceRef {
   std::span<const std::string_view> names;
-  std::function<int()> get;
-  std::function<void(int)> set;
+  void* member = nullptr;
+  int (*read)(const void*) = nullptr;
+  void (*write)(void*, int) = nullptr;
+  [[nodiscard]] int get() const { return read(member); }
+  void set(int value) const { write(member, value); }
 };
 
 /// One parameter of a running program: full name ("tsdf.voxel_size_m"), range, help, and the place where
@@ -93,11 +95,10 @@ struct ParamCollector {
   }
   template <class Enum>
   void operator()(const ParamDoc& doc, Enum& member, std::span<const std::string_view> names) {
-    Enum* place = &member;
-    ChoiceRef choice{names, [place] { return static_cast<int>(*place); },
-                     [place](int index) { *place = static_cast<Enum>(index); }};
-    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help),
-                   std::move(choice)});
+    const ChoiceRef choice{names, &member,
+                           [](const void* place) { return static_cast<int>(*static_cast<const Enum*>(place)); },
+                           [](void* place, int index) { *static_cast<Enum*>(place) = static_cast<Enum>(index); }};
+    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help), choice});
   }
 };
 }  // namespace detail

@@ -27,7 +27,7 @@ std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera
 }  // namespace
 
 struct DensePipeline::Impl {
-  Impl(const Parameters& all, const PinholeCamera& its_camera, int threads)
+  Impl(const DenseParams& all, const PinholeCamera& its_camera, int threads)
       : parameters(all),
         camera(its_camera),
         loop(threads),
@@ -36,7 +36,7 @@ struct DensePipeline::Impl {
         mesher(all.mesh, loop),
         aligner(all.alignment, all.tsdf, all.depth_noise, its_camera) {}
 
-  Parameters parameters;
+  DenseParams parameters;
   PinholeCamera camera;
   ParallelLoop loop;
   VolumeGrid grid;
@@ -47,7 +47,7 @@ struct DensePipeline::Impl {
   void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
 };
 
-DensePipeline::DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads)
+DensePipeline::DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads)
     : impl_(std::make_unique<Impl>(parameters, camera, threads)) {
   HM_CHECK(camera.distortion.is_zero(), "the camera has lens distortion");
 }

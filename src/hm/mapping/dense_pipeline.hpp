@@ -8,7 +8,7 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
@@ -33,7 +33,7 @@ struct FrameOutcome {
 class DensePipeline {
  public:
   /// The camera must be free of lens distortion; the parameters must pass check_parameters().
-  DensePipeline(const Parameters& parameters, const PinholeCamera& camera, int threads);
+  DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads);
   ~DensePipeline();
   DensePipeline(const DensePipeline&) = delete;
   DensePipeline& operator=(const DensePipeline&) = delete;

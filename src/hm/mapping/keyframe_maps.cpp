@@ -43,21 +43,21 @@ bool has(const std::vector<std::string>& kinds, const char* kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-KeyframePointParams point_params(const Parameters& parameters, int stride_px) {
+KeyframePointParams point_params(const KeyframeMapParams& wanted, int stride_px) {
   KeyframePointParams params;
   params.stride_px = stride_px;
-  params.max_depth_m = parameters.slam.map_depth_m;
-  params.max_sigma_m = parameters.odometry.max_depth_sigma_m;
-  params.top_m = parameters.slam.map_top_m;
-  params.noise = parameters.depth_noise;
+  params.max_depth_m = wanted.slam.map_depth_m;
+  params.max_sigma_m = wanted.max_depth_sigma_m;
+  params.top_m = wanted.slam.map_top_m;
+  params.noise = wanted.depth_noise;
   return params;
 }
 
-void add_keyframe(const RgbdFrame& frame, const PinholeCamera& camera, const Parameters& parameters,
+void add_keyframe(const RgbdFrame& frame, const PinholeCamera& camera, const KeyframeMapParams& wanted,
                   KeyframeMaps& maps) {
-  if (maps.points) maps.points->add(keyframe_points(frame, camera, point_params(parameters, 1)));
+  if (maps.points) maps.points->add(keyframe_points(frame, camera, point_params(wanted, 1)));
   if (!maps.occupancy && !maps.volumes) return;
-  const ColoredPoints sparse = keyframe_points(frame, camera, point_params(parameters, kOccupancyStride_px));
+  const ColoredPoints sparse = keyframe_points(frame, camera, point_params(wanted, kOccupancyStride_px));
   if (maps.colors) maps.colors->add(sparse);
   if (maps.occupancy) maps.occupancy->insert(sparse.p_map, sparse.p_map_origin);
   if (maps.volumes) maps.volumes->insert(sparse.p_map, sparse.p_map_origin);
@@ -140,18 +140,18 @@ Rgb8 PointMap::color_at(const Eigen::Vector3f& p_map, Rgb8 otherwise) const {
 }
 
 KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
-                                const Parameters& parameters, const RunContext& run) {
+                                const KeyframeMapParams& wanted, const RunContext& run) {
   KeyframeMaps maps;
-  const auto kinds = map_kinds(parameters.slam);
+  const auto kinds = map_kinds(wanted.slam);
   if (!kinds || kinds->empty()) return maps;
-  if (has(*kinds, "points")) maps.points = std::make_unique<PointMap>(parameters.slam.points_voxel_m);
+  if (has(*kinds, "points")) maps.points = std::make_unique<PointMap>(wanted.slam.points_voxel_m);
   if (has(*kinds, "octomap")) {
-    MvogParams cells = parameters.laser.mvog;
-    cells.resolution_m = parameters.slam.octomap_resolution_m;
+    MvogParams cells = wanted.mvog;
+    cells.resolution_m = wanted.slam.octomap_resolution_m;
     maps.occupancy = std::make_unique<MultiVolumeGrid>(cells);
     maps.colors = std::make_unique<PointMap>(cells.resolution_m);
   }
-  if (has(*kinds, "mvog")) maps.volumes = std::make_unique<MultiVolumeGrid>(parameters.laser.mvog);
+  if (has(*kinds, "mvog")) maps.volumes = std::make_unique<MultiVolumeGrid>(wanted.mvog);
   const PinholeCamera camera = recording.info().camera.without_distortion();
   const std::size_t total = keyframes.keyframes().size();
   for (const CorrectedKeyframe& keyframe : keyframes.keyframes()) {
@@ -163,7 +163,7 @@ KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyfr
       continue;
     }
     frame->T_world_camera = keyframe.T_map_camera;
-    add_keyframe(*frame, camera, parameters, maps);
+    add_keyframe(*frame, camera, wanted, maps);
     ++maps.keyframes;
     if (run.progress) run.progress({"making maps of keyframes", maps.keyframes, total, {}});
   }

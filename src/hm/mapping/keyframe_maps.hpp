@@ -6,7 +6,8 @@
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
+#include "hm/mvog/mvog_params.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 
@@ -60,10 +61,17 @@ struct KeyframeMaps {
   std::size_t keyframes = 0, unreadable = 0;
 };
 
-/// Reads the keyframes of the first map again and makes the maps that parameters.slam.maps names; asked to
-/// stop, of those read so far.
+struct KeyframeMapParams {
+  SlamParams slam;  ///< which maps, how far and how fine
+  MvogParams mvog;
+  DepthNoise depth_noise;
+  double max_depth_sigma_m = 0.05;  ///< see KeyframePointParams
+};
+
+/// Reads the keyframes of the first map again and makes the maps that slam.maps names; asked to stop, of
+/// those read so far.
 KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
-                                const Parameters& parameters, const RunContext& run);
+                                const KeyframeMapParams& params, const RunContext& run);
 
 /// What each of the occupancy map's voxels looks like: white unless it is occupied, as OctoMap has it.
 std::vector<Rgb8> voxel_colors(const KeyframeMaps& maps, std::span<const OccupancyVoxel> voxels);

@@ -27,10 +27,10 @@ struct LiveMapCorrection::Impl {
     std::optional<RgbdFrame> pictures;
   };
 
-  Impl(const Parameters& all, const Recording& its_recording, const MapRebuildOptions& its_options)
+  Impl(const DenseParams& all, const Recording& its_recording, const MapRebuildOptions& its_options)
       : parameters(all), recording(its_recording), options(its_options) {}
 
-  Parameters parameters;
+  DenseParams parameters;
   const Recording& recording;
   MapRebuildOptions options;
   mutable std::mutex mutex;  ///< of all below
@@ -92,7 +92,7 @@ void LiveMapCorrection::Impl::work(const std::stop_token& stop) {
   }
 }
 
-LiveMapCorrection::LiveMapCorrection(const Parameters& parameters, const Recording& recording,
+LiveMapCorrection::LiveMapCorrection(const DenseParams& parameters, const Recording& recording,
                                      const MapRebuildOptions& options)
     : impl_(std::make_unique<Impl>(parameters, recording, options)) {
   impl_->worker = std::jthread([impl = impl_.get()](const std::stop_token& stop) { impl->work(stop); });

@@ -11,7 +11,7 @@ namespace hm {
 class LiveMapCorrection {
  public:
   /// The recording must outlive it.
-  LiveMapCorrection(const Parameters& parameters, const Recording& recording,
+  LiveMapCorrection(const DenseParams& parameters, const Recording& recording,
                     const MapRebuildOptions& options);
   /// Gives up what is under way.
   ~LiveMapCorrection();

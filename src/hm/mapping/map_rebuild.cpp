@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-Parameters without_mesh(Parameters parameters) {
+DenseParams without_mesh(DenseParams parameters) {
   parameters.reconstruction.live_mesh = false;
   return parameters;
 }
@@ -25,7 +25,7 @@ double shift_m(const SE3& before, const SE3& after, double depth_m) {
   return std::max(1e-12, change.translation().norm() + change.angle() * depth_m);
 }
 
-MapRebuild::MapRebuild(const Parameters& parameters, const Recording& recording,
+MapRebuild::MapRebuild(const DenseParams& parameters, const Recording& recording,
                        const MapRebuildOptions& options)
     : recording_(recording),
       options_(options),

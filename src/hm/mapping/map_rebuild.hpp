@@ -52,7 +52,7 @@ struct MapCorrection {
 class MapRebuild {
  public:
   /// The recording must outlive it.
-  MapRebuild(const Parameters& parameters, const Recording& recording, const MapRebuildOptions& options);
+  MapRebuild(const DenseParams& parameters, const Recording& recording, const MapRebuildOptions& options);
   ~MapRebuild();
 
   /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: told to

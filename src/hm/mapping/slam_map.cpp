@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-MapRebuildOptions rebuild_options(const Parameters& parameters) {
+MapRebuildOptions rebuild_options(const MappingParams& parameters) {
   MapRebuildOptions options;
   options.least_shift_m = parameters.slam.rebuild_shift_voxel * parameters.tsdf.voxel_size_m;
   options.prefetch_frames = static_cast<std::size_t>(parameters.reconstruction.prefetch_frames);
@@ -32,7 +32,7 @@ std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation&
 }  // namespace
 
 struct SlamMap::Impl {
-  Impl(const Parameters& all, const Recording& its_recording, const RunContext& its_run)
+  Impl(const MappingParams& all, const Recording& its_recording, const RunContext& its_run)
       : parameters(all),
         recording(its_recording),
         run(its_run),
@@ -41,7 +41,7 @@ struct SlamMap::Impl {
     run.stop = {};  // who asks to stop gets what there is, and that is right
   }
 
-  Parameters parameters;
+  MappingParams parameters;
   const Recording& recording;
   RunContext run;
   MapRebuildOptions options;
@@ -60,7 +60,7 @@ struct SlamMap::Impl {
   [[nodiscard]] MapRebuild whole_rebuild() const;
 };
 
-SlamMap::SlamMap(const Parameters& parameters, const Recording& recording, const RunContext& run)
+SlamMap::SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run)
     : impl_(std::make_unique<Impl>(parameters, recording, run)) {}
 SlamMap::~SlamMap() = default;
 

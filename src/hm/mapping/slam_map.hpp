@@ -23,7 +23,7 @@ struct LiveCorrection {
 class SlamMap {
  public:
   /// The recording must outlive the map.
-  SlamMap(const Parameters& parameters, const Recording& recording, const RunContext& run);
+  SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run);
   ~SlamMap();
 
   /// To be called before every frame with what loops say now (slam.rebuild_online).

@@ -13,7 +13,7 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kGrain = 32;  // volumes per range
+constexpr std::size_t kWholeMeshGrain = 32;  // volumes per range
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 /// A vertex on a far side (x, y or z = 8) of a volume: its edge, numbered in the order of vertices, and its
@@ -53,13 +53,13 @@ class Welder {
 
   template <class Body>
   void for_volumes(Body&& body) {
-    loop_.for_ranges(volumes_.size(), kGrain, [&](std::size_t begin, std::size_t end) { body(begin, end); });
+    loop_.for_ranges(volumes_.size(), kWholeMeshGrain, [&](std::size_t begin, std::size_t end) { body(begin, end); });
   }
   [[nodiscard]] cells::Topology topology(std::size_t i) const {
     return {volumes_[i]->cube_rows(), volumes_[i]->cases()};
   }
   std::span<BorderVertex> border(std::size_t i) {
-    return {borders_[i / kGrain].data() + parts_[i].first_border, parts_[i].border_count};
+    return {borders_[i / kWholeMeshGrain].data() + parts_[i].first_border, parts_[i].border_count};
   }
   void list_borders(std::size_t begin, std::size_t end);
   void count_owned(std::size_t begin, std::size_t end);
@@ -146,7 +146,7 @@ unsigned near_bits(int axis, int row) {
 }
 
 void Welder::list_borders(std::size_t begin, std::size_t end) {
-  std::vector<BorderVertex>& list = borders_[begin / kGrain];
+  std::vector<BorderVertex>& list = borders_[begin / kWholeMeshGrain];
   for (std::size_t i = begin; i < end; ++i) {
     parts_[i].first_border = static_cast<std::uint32_t>(list.size());
     const cells::Topology cells = topology(i);
@@ -255,7 +255,7 @@ void Welder::write(std::size_t begin, std::size_t end, TriangleMesh& out) {
 
 TriangleMesh Welder::run() {
   TriangleMesh out;
-  borders_.resize((volumes_.size() + kGrain - 1) / kGrain);
+  borders_.resize((volumes_.size() + kWholeMeshGrain - 1) / kWholeMeshGrain);
   for_volumes([&](std::size_t begin, std::size_t end) { list_borders(begin, end); });
   for_volumes([&](std::size_t begin, std::size_t end) { count_owned(begin, end); });
   place_parts(out);
@@ -273,7 +273,7 @@ TriangleMesh extract_mesh(const VolumeGrid& grid, const MeshParams& params, cons
   const std::vector<VolumeKey> keys = grid.sorted_keys();
   const std::uint16_t min_weight = min_voxel_weight(params);
   std::vector<VolumeMesh> meshes(keys.size());
-  loop.for_ranges(keys.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  loop.for_ranges(keys.size(), kWholeMeshGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) meshes[i] = mesh_volume(grid, *grid.find(keys[i]), min_weight);
   });
   std::vector<const VolumeMesh*> volumes;

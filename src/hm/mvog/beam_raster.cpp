@@ -18,7 +18,7 @@ constexpr std::int64_t kHalfLevel = std::int64_t{1} << (kHeightBits - 1);
 constexpr std::int64_t kWordHeight = std::int64_t{1} << kWordBits;
 
 std::int64_t to_units(double level) { return static_cast<std::int64_t>(level * kHeightUnits); }
-int floor_int(double v) {
+int truncated_floor(double v) {
   const int i = static_cast<int>(v);
   return i - (v < i);
 }
@@ -51,13 +51,13 @@ void BeamRaster::begin(const CellPoint& origin, int bottom, bool count_glancing)
   layers_.begin(bottom);
   bottom_ = bottom;
   origin_ = origin - CellPoint(0, 0, bottom);
-  origin_x_ = floor_int(origin.x());
-  origin_y_ = floor_int(origin.y());
+  origin_x_ = truncated_floor(origin.x());
+  origin_y_ = truncated_floor(origin.y());
 }
 
 /// Two levels of the column of an end, and of the columns that are near.
 void BeamRaster::mark_end(const CellPoint& end) {
-  const int x = floor_int(end.x()), y = floor_int(end.y()), level = floor_int(end.z() + 0.5) - 1;
+  const int x = truncated_floor(end.x()), y = truncated_floor(end.y()), level = truncated_floor(end.z() + 0.5) - 1;
   const TileKey patch = ScanLayers::patch_of(x, y);
   const double u = end.x() - x, v = end.y() - y;
   const int dx = (u >= 1 - kNearColumn) - (u < kNearColumn), dy = (v >= 1 - kNearColumn) - (v < kNearColumn);
@@ -125,7 +125,7 @@ struct BeamRaster::Walk {
     place = ScanLayer::place(x, y);
     step_x = end.x() < origin.x() ? -1 : 1;
     step_y = end.y() < origin.y() ? -ScanLayer::kRow : ScanLayer::kRow;
-    const int walls_x = std::abs(floor_int(end.x()) - x), walls_y = std::abs(floor_int(end.y()) - y);
+    const int walls_x = std::abs(truncated_floor(end.x()) - x), walls_y = std::abs(truncated_floor(end.y()) - y);
     walls = walls_x + walls_y;
     const double dz = end.z() - origin.z();
     double t_x = 0, t_y = 0;
@@ -232,7 +232,7 @@ void BeamRaster::walk(const CellPoint& end, BeamEnd kind) {
   Walk walk(*this, end);
   const double dz = end.z() - origin_.z();
   if (kind != BeamEnd::kNothing && std::abs(dz) >= kLevelBeam && !count_glancing_) {
-    walk.glancing_from = floor_int(end.z()) - kGlancing;
+    walk.glancing_from = truncated_floor(end.z()) - kGlancing;
     walk.glancing_count = 2 * kGlancing + 1;
   }
   while (walk.walls > 0) {

@@ -63,9 +63,6 @@ struct NamedTrajectory {
 /// Trajectories from above (x right, y up, metres, equal scales), start marked.
 std::string trajectory_svg(std::span<const NamedTrajectory> trajectories, const PlotOptions& options);
 
-/// "Nice" tick positions (1, 2, 5 times a power of ten) within [min, max], about `wanted` of them.
-std::vector<double> nice_ticks(double min, double max, int wanted);
-
 /// Text with & < > " ' written as entities and control characters removed, for SVG and HTML.
 std::string escape_markup(std::string_view text);
 

@@ -7,7 +7,7 @@
 
 namespace hm {
 namespace {
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20u;
+constexpr std::size_t kInputBufferBytes = std::size_t{1} << 20u;
 }
 
 Result<InputFile> InputFile::open(const std::filesystem::path& path) {
@@ -25,7 +25,7 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     return fail(ErrorCode::kUnreadable, file.name_, "cannot be opened: {}",
                 code ? code.message() : std::strerror(errno));
   std::setvbuf(file.file_.get(), nullptr, _IONBF, 0);
-  file.buffer_.resize(static_cast<std::size_t>(std::clamp<std::uint64_t>(file.size_, 1, kBufferBytes)));
+  file.buffer_.resize(static_cast<std::size_t>(std::clamp<std::uint64_t>(file.size_, 1, kInputBufferBytes)));
   return file;
 }
 

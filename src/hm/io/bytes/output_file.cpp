@@ -7,7 +7,7 @@
 
 namespace hm {
 namespace {
-constexpr std::size_t kBufferBytes = std::size_t{1} << 20u;
+constexpr std::size_t kOutputBufferBytes = std::size_t{1} << 20u;
 }
 
 Result<void> make_folder(const std::filesystem::path& folder) {
@@ -25,7 +25,7 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), par
     return;
   }
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
-  buffer_.reserve(kBufferBytes);
+  buffer_.reserve(kOutputBufferBytes);
 }
 
 OutputFile::~OutputFile() {
@@ -41,8 +41,8 @@ void OutputFile::note_failure() {
 
 void OutputFile::write(const void* bytes, std::size_t count) {
   if (failure_ != 0) return;
-  if (buffer_.size() + count > kBufferBytes) flush();
-  if (count > kBufferBytes) {
+  if (buffer_.size() + count > kOutputBufferBytes) flush();
+  if (count > kOutputBufferBytes) {
     errno = 0;
     if (std::fwrite(bytes, 1, count, file_.get()) != count) note_failure();
     return;

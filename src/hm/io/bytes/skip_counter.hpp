@@ -1,12 +1,14 @@
 #pragma once
 #include <algorithm>
+#include <filesystem>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "hm/io/rgbd/recording.hpp"
-#include "hm/io/rgbd/stamped_list.hpp"
+#include "hm/core/time.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 
 namespace hm::detail {
 
@@ -41,6 +43,9 @@ class SkipCounter {
   std::vector<SkippedLines> skipped_;
   std::set<std::pair<SkippedLines::Reason, std::size_t>> seen_;
 };
+
+/// Indices of a longest strictly increasing subsequence: what is left when as few stamps as possible go.
+std::vector<std::size_t> longest_increasing(std::span<const Time> stamps);
 
 /// Keeps the items whose stamps increase; the others are counted at their line.
 template <class Item, class StampOf>

@@ -1,5 +1,6 @@
 #pragma once
 // What readers of the project's own TOML files share. For .cpp files of this room only: it needs toml++.
+#include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
 #include <initializer_list>

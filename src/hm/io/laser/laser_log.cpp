@@ -1,5 +1,7 @@
 #include "hm/io/laser/laser_log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>

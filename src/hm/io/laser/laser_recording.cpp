@@ -7,6 +7,7 @@
 #include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/bytes/stamped_list.hpp"
 
 namespace hm {
 namespace {

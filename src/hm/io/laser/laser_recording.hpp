@@ -7,7 +7,7 @@
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/trajectory.hpp"
-#include "hm/io/rgbd/recording.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 #include "hm/sensors/imu.hpp"
 #include "hm/sensors/laser_rig.hpp"
 #include "hm/sensors/laser_scan.hpp"

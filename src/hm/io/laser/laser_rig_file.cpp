@@ -2,19 +2,17 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <string>
 #include <string_view>
 
+#include "hm/core/angle.hpp"
 #include "hm/geometry/se2.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/bytes/toml_reader_inl.hpp"
 
 namespace hm {
 namespace {
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 class RigReader : private TomlReader {
  public:

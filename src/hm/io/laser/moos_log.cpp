@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/angle.hpp"
 #include "hm/io/laser/laser_log.hpp"
 
 /// MOOS logs of the New College data set: two SICK scanners that look up and down on both sides of the
@@ -8,7 +9,6 @@
 namespace hm::detail {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 constexpr double kRangeMin_m = 0.2, kRangeMax_m = 50.0;  // as the data set's published parsers have it
 
 /// The value behind `name=` in `a=1,b=2,c=[2]{3,4}`; empty when it is not there.

@@ -15,7 +15,7 @@ namespace hm {
 namespace {
 
 constexpr int kMaxEdge = 1 << 20;
-constexpr std::size_t kMaxCells = std::size_t{1} << 28;
+constexpr std::size_t kMaxGridCells = std::size_t{1} << 28;
 constexpr std::uint8_t kOccupiedGray = 0, kFreeGray = 254, kUnknownGray = 205;
 
 std::uint8_t gray_of(std::uint8_t cell, OccupancyGridMode mode) {
@@ -59,7 +59,7 @@ class PgmReader {
         gray.width < 1 || gray.height < 1 || gray.maximum < 1)
       return stop(ErrorCode::kCorrupted, "width, height or maximum (1 to 255) is wrong");
     const std::size_t count = static_cast<std::size_t>(gray.width) * static_cast<std::size_t>(gray.height);
-    if (count > kMaxCells) return stop(ErrorCode::kUnsupported, "is too large");
+    if (count > kMaxGridCells) return stop(ErrorCode::kUnsupported, "is too large");
     if (binary) {
       ++at_;  // one blank
       if (at_ > bytes_.size() || bytes_.size() - at_ < count)

@@ -16,7 +16,7 @@ using namespace octree;
 
 namespace {
 
-constexpr std::size_t kMaxCells = std::size_t{1} << 28;
+constexpr std::size_t kMaxTreeCells = std::size_t{1} << 28;
 
 struct Cell {
   std::uint64_t code = 0;
@@ -68,8 +68,8 @@ Result<std::vector<Cell>> cells_of(const Content& content, const std::string& wh
     for (std::int64_t z = first[2]; z <= last[2]; ++z)
       for (std::int64_t y = first[1]; y <= last[1]; ++y)
         for (std::int64_t x = first[0]; x <= last[0]; ++x) {
-          if (cells.size() == kMaxCells)
-            return fail(ErrorCode::kOutOfMemory, where, "more than {} cells", kMaxCells);
+          if (cells.size() == kMaxTreeCells)
+            return fail(ErrorCode::kOutOfMemory, where, "more than {} cells", kMaxTreeCells);
           cells.push_back({code_of({x, y, z}), log_odds, color});
         }
   }

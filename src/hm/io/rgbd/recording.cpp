@@ -143,29 +143,6 @@ std::string_view to_string(RecordingKind kind) {
   return "unknown";
 }
 
-std::string to_string(const SkippedLines& skipped) {
-  const auto reason = [&] {
-    switch (skipped.reason) {
-      case SkippedLines::Reason::kStampNotIncreasing:
-        return "stamps that run backwards or repeat";
-      case SkippedLines::Reason::kNotFinite:
-        return "NaN or infinity";
-      case SkippedLines::Reason::kNotRigid:
-        return "not a rotation";
-      case SkippedLines::Reason::kMalformed:
-        return "malformed";
-      case SkippedLines::Reason::kCutOff:
-        return "cut off";
-    }
-    return "";
-  }();
-  if (skipped.first_line == 0)
-    return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
-                       skipped.count == 1 ? " is" : "s are", reason, skipped.file);
-  return fmt::format("{} {}{} of {} left out: {} (first: {}:{})", skipped.count, skipped.unit,
-                     skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.file, skipped.first_line);
-}
-
 void detail::add_note(RecordingInfo& info, std::string_view note) {
   if (!info.notes.empty()) info.notes += '\n';
   info.notes += note;

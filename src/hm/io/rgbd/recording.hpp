@@ -9,6 +9,7 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/trajectory.hpp"
+#include "hm/io/bytes/skipped_lines.hpp"
 #include "hm/sensors/imu.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
@@ -28,17 +29,6 @@ struct RecordingOptions {
   /// one.
   std::filesystem::path calibration = {};
 };
-
-/// Lines of a recording's text files (or single pictures) that were left out.
-struct SkippedLines {
-  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
-  Reason reason = Reason::kStampNotIncreasing;
-  std::string file;  ///< name inside the recording
-  std::size_t count = 0;
-  std::size_t first_line = 0;      ///< counted from 1
-  std::string_view unit = "line";  ///< what is counted: "line", "message"
-};
-std::string to_string(const SkippedLines& skipped);
 
 /// What a recording says about itself, read without decoding a picture.
 struct RecordingInfo {

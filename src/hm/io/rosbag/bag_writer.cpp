@@ -18,44 +18,44 @@ namespace {
 using detail::BagMessageType;
 using detail::BagOp;
 
-/// Bytes that grow by little-endian values.
-class Bytes {
+/// RecordBytes that grow by little-endian values.
+class RecordBytes {
  public:
   template <class T>
-  Bytes& value(T number) {
+  RecordBytes& value(T number) {
     static_assert(std::is_arithmetic_v<T>);
     char raw[sizeof(T)];
     std::memcpy(raw, &number, sizeof(T));
     text_.append(raw, sizeof(T));
     return *this;
   }
-  Bytes& floats(std::initializer_list<double> numbers) {
+  RecordBytes& floats(std::initializer_list<double> numbers) {
     for (const double number : numbers) value(static_cast<float>(number));
     return *this;
   }
-  Bytes& vector(const Vec3& v) { return value(v.x()).value(v.y()).value(v.z()); }
-  Bytes& covariance(std::size_t count, double first = 0) {
+  RecordBytes& vector(const Vec3& v) { return value(v.x()).value(v.y()).value(v.z()); }
+  RecordBytes& covariance(std::size_t count, double first = 0) {
     value(first);
     for (std::size_t i = 1; i < count; ++i) value(0.0);
     return *this;
   }
-  Bytes& text(std::string_view characters) {
+  RecordBytes& text(std::string_view characters) {
     value(static_cast<std::uint32_t>(characters.size()));
     text_ += characters;
     return *this;
   }
-  Bytes& raw(std::string_view bytes) {
+  RecordBytes& raw(std::string_view bytes) {
     text_ += bytes;
     return *this;
   }
-  Bytes& time(Time time) {
+  RecordBytes& time(Time time) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     HM_CHECK(time.ns > 0 && time.ns / kSecond_ns <= std::numeric_limits<std::uint32_t>::max(),
              "a bag cannot hold the time {} ns", time.ns);
     value(static_cast<std::uint32_t>(time.ns / kSecond_ns));
     return value(static_cast<std::uint32_t>(time.ns % kSecond_ns));
   }
-  Bytes& pose(const SE3& pose) {
+  RecordBytes& pose(const SE3& pose) {
     const Eigen::Quaterniond q = pose.quaternion();
     return vector(pose.translation()).value(q.x()).value(q.y()).value(q.z()).value(q.w());
   }
@@ -67,21 +67,21 @@ class Bytes {
 };
 
 /// A record: fields of its header, then data.
-class Record {
+class BagRecord {
  public:
-  explicit Record(BagOp op) { field("op", Bytes().value(static_cast<std::uint8_t>(op))); }
-  Record& field(std::string_view name, const Bytes& bytes) { return field(name, bytes.str()); }
-  Record& field(std::string_view name, std::string_view bytes) {
+  explicit BagRecord(BagOp op) { field("op", RecordBytes().value(static_cast<std::uint8_t>(op))); }
+  BagRecord& field(std::string_view name, const RecordBytes& bytes) { return field(name, bytes.str()); }
+  BagRecord& field(std::string_view name, std::string_view bytes) {
     header_.text(std::string(name) + "=" + std::string(bytes));
     return *this;
   }
   [[nodiscard]] std::string with(std::string_view data) const {
-    return Bytes().text(header_.str()).text(data).str();
+    return RecordBytes().text(header_.str()).text(data).str();
   }
   [[nodiscard]] std::size_t header_size() const { return header_.size(); }
 
  private:
-  Bytes header_;
+  RecordBytes header_;
 };
 
 struct Connection {
@@ -92,13 +92,13 @@ struct Connection {
 };
 
 std::string connection_record(const Connection& connection) {
-  const Bytes about = Bytes()
+  const RecordBytes about = RecordBytes()
                           .text("topic=" + connection.topic)
                           .text("type=" + std::string(connection.type.name))
                           .text("md5sum=" + std::string(connection.type.md5sum))
                           .text("message_definition=" + detail::bag_message_definition(connection.type.name));
-  return Record(BagOp::kConnection)
-      .field("conn", Bytes().value(connection.id))
+  return BagRecord(BagOp::kConnection)
+      .field("conn", RecordBytes().value(connection.id))
       .field("topic", connection.topic)
       .with(about.str());
 }
@@ -124,8 +124,8 @@ struct BagWriter::Impl {
   }
   [[nodiscard]] std::string bag_header(std::uint64_t index_position) const;
   Connection& connection(const BagTopic& topic, const BagMessageType& type);
-  Bytes message_header(const BagTopic& topic, const BagMessageType& type, Time stamp);
-  void add(const BagTopic& topic, Time received, const Bytes& message);
+  RecordBytes message_header(const BagTopic& topic, const BagMessageType& type, Time stamp);
+  void add(const BagTopic& topic, Time received, const RecordBytes& message);
   void close_chunk();
 
   OutputFile file;
@@ -137,11 +137,11 @@ struct BagWriter::Impl {
 };
 
 std::string BagWriter::Impl::bag_header(std::uint64_t index_position) const {
-  const Record record =
-      Record(BagOp::kBagHeader)
-          .field("index_pos", Bytes().value(index_position))
-          .field("conn_count", Bytes().value(static_cast<std::uint32_t>(connections.size())))
-          .field("chunk_count", Bytes().value(static_cast<std::uint32_t>(chunk_infos.size())));
+  const BagRecord record =
+      BagRecord(BagOp::kBagHeader)
+          .field("index_pos", RecordBytes().value(index_position))
+          .field("conn_count", RecordBytes().value(static_cast<std::uint32_t>(connections.size())))
+          .field("chunk_count", RecordBytes().value(static_cast<std::uint32_t>(chunk_infos.size())));
   return record.with(std::string(detail::kBagHeaderRecordBytes - record.header_size(), ' '));
 }
 
@@ -157,19 +157,19 @@ Connection& BagWriter::Impl::connection(const BagTopic& topic, const BagMessageT
   return connection;
 }
 
-Bytes BagWriter::Impl::message_header(const BagTopic& topic, const BagMessageType& type, Time stamp) {
-  Bytes bytes;
+RecordBytes BagWriter::Impl::message_header(const BagTopic& topic, const BagMessageType& type, Time stamp) {
+  RecordBytes bytes;
   bytes.value(connection(topic, type).next_sequence++).time(stamp).text(topic.frame_id);
   return bytes;
 }
 
-void BagWriter::Impl::add(const BagTopic& topic, Time received, const Bytes& message) {
+void BagWriter::Impl::add(const BagTopic& topic, Time received, const RecordBytes& message) {
   constexpr std::size_t kChunkBytes = 768 * 1024;
   const std::uint32_t id = connections.at(topic.name).id;
   index[id].push_back({received, static_cast<std::uint32_t>(chunk.size())});
-  chunk += Record(BagOp::kMessage)
-               .field("conn", Bytes().value(id))
-               .field("time", Bytes().time(received))
+  chunk += BagRecord(BagOp::kMessage)
+               .field("conn", RecordBytes().value(id))
+               .field("time", RecordBytes().time(received))
                .with(message.str());
   if (chunk.size() >= kChunkBytes) close_chunk();
 }
@@ -177,31 +177,31 @@ void BagWriter::Impl::add(const BagTopic& topic, Time received, const Bytes& mes
 void BagWriter::Impl::close_chunk() {
   if (index.empty()) return;
   const std::uint64_t chunk_position = position;
-  put(Record(BagOp::kChunk)
+  put(BagRecord(BagOp::kChunk)
           .field("compression", "none")
-          .field("size", Bytes().value(static_cast<std::uint32_t>(chunk.size())))
+          .field("size", RecordBytes().value(static_cast<std::uint32_t>(chunk.size())))
           .with(chunk));
   Time first = index.begin()->second.front().received, last = first;
-  Bytes counts;
+  RecordBytes counts;
   for (auto& [id, entries] : index) {
     std::ranges::stable_sort(entries, {}, &IndexEntry::received);
     first = std::min(first, entries.front().received);
     last = std::max(last, entries.back().received);
     counts.value(id).value(static_cast<std::uint32_t>(entries.size()));
-    Bytes places;
+    RecordBytes places;
     for (const IndexEntry& entry : entries) places.time(entry.received).value(entry.offset);
-    put(Record(BagOp::kIndex)
-            .field("ver", Bytes().value(std::uint32_t{1}))
-            .field("conn", Bytes().value(id))
-            .field("count", Bytes().value(static_cast<std::uint32_t>(entries.size())))
+    put(BagRecord(BagOp::kIndex)
+            .field("ver", RecordBytes().value(std::uint32_t{1}))
+            .field("conn", RecordBytes().value(id))
+            .field("count", RecordBytes().value(static_cast<std::uint32_t>(entries.size())))
             .with(places.str()));
   }
-  chunk_infos.push_back(Record(BagOp::kChunkInfo)
-                            .field("ver", Bytes().value(std::uint32_t{1}))
-                            .field("chunk_pos", Bytes().value(chunk_position))
-                            .field("start_time", Bytes().time(first))
-                            .field("end_time", Bytes().time(last))
-                            .field("count", Bytes().value(static_cast<std::uint32_t>(index.size())))
+  chunk_infos.push_back(BagRecord(BagOp::kChunkInfo)
+                            .field("ver", RecordBytes().value(std::uint32_t{1}))
+                            .field("chunk_pos", RecordBytes().value(chunk_position))
+                            .field("start_time", RecordBytes().time(first))
+                            .field("end_time", RecordBytes().time(last))
+                            .field("count", RecordBytes().value(static_cast<std::uint32_t>(index.size())))
                             .with(counts.str()));
   chunk.clear();
   index.clear();
@@ -214,7 +214,7 @@ BagWriter& BagWriter::operator=(BagWriter&&) noexcept = default;
 
 void BagWriter::write_scan(const BagTopic& topic, Time received, const LaserScan& scan) {
   HM_CHECK(scan.size() > 0);
-  Bytes message = impl_->message_header(topic, detail::kLaserScanType, scan.stamp);
+  RecordBytes message = impl_->message_header(topic, detail::kLaserScanType, scan.stamp);
   const auto beams = static_cast<double>(scan.size());
   message.floats({scan.angle_min_rad, scan.angle_rad(scan.size() - 1), scan.angle_increment_rad,
                   scan.time_increment_s, beams * scan.time_increment_s, scan.range_min_m, scan.range_max_m});
@@ -226,7 +226,7 @@ void BagWriter::write_scan(const BagTopic& topic, Time received, const LaserScan
 
 void BagWriter::write_imu(const BagTopic& topic, Time received, const ImuSample& sample) {
   constexpr std::size_t kCovariance = 9;
-  Bytes message = impl_->message_header(topic, detail::kImuType, sample.stamp);
+  RecordBytes message = impl_->message_header(topic, detail::kImuType, sample.stamp);
   const Eigen::Quaterniond q =
       sample.R_world_imu ? Eigen::Quaterniond(*sample.R_world_imu) : Eigen::Quaterniond(0, 0, 0, 0);
   message.value(q.x()).value(q.y()).value(q.z()).value(q.w());
@@ -238,14 +238,14 @@ void BagWriter::write_imu(const BagTopic& topic, Time received, const ImuSample&
 
 void BagWriter::write_range(const BagTopic& topic, Time received, const RangeReading& reading) {
   constexpr std::uint8_t kInfrared = 1;
-  Bytes message = impl_->message_header(topic, detail::kRangeType, reading.stamp);
+  RecordBytes message = impl_->message_header(topic, detail::kRangeType, reading.stamp);
   message.value(kInfrared).floats({0, reading.range_min_m, reading.range_max_m, reading.range_m});
   impl_->add(topic, received, message);
 }
 
 void BagWriter::write_odometry(const BagTopic& topic, Time received, const OdometryReading& reading) {
   constexpr std::size_t kCovariance = 36;
-  Bytes message = impl_->message_header(topic, detail::kOdometryType, reading.pose.stamp);
+  RecordBytes message = impl_->message_header(topic, detail::kOdometryType, reading.pose.stamp);
   message.text(topic.child_frame_id).pose(reading.pose.T_world_base).covariance(kCovariance);
   message.vector(reading.linear_velocity_base_m_s).vector(reading.angular_velocity_base_rad_s);
   message.covariance(kCovariance);
@@ -253,7 +253,7 @@ void BagWriter::write_odometry(const BagTopic& topic, Time received, const Odome
 }
 
 void BagWriter::write_pose(const BagTopic& topic, Time received, const StampedPose& pose) {
-  Bytes message = impl_->message_header(topic, detail::kPoseType, pose.stamp);
+  RecordBytes message = impl_->message_header(topic, detail::kPoseType, pose.stamp);
   impl_->add(topic, received, message.pose(pose.T_world_base));
 }
 

@@ -25,7 +25,7 @@ struct Candidate {
 
 bool by_place(const Candidate& a, const Candidate& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
 
-cv::Mat view_of(const Image<std::uint8_t>& image) {
+cv::Mat matrix_over(const Image<std::uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
 }
 
@@ -176,7 +176,7 @@ class Occupied {
 std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, const FeatureParams& params) {
   const int least_size = 2 * kCornerBorder_px + 1;
   if (gray.width() < least_size || gray.height() < least_size || wanted <= 0) return {};
-  CellGrid grid(view_of(gray), params.cell_px);
+  CellGrid grid(matrix_over(gray), params.cell_px);
   const std::size_t share = (static_cast<std::size_t>(wanted) + grid.size() - 1) / grid.size();
   grid.find(share);
   float best = 0;
@@ -210,9 +210,9 @@ std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, co
 std::vector<Corner> shi_tomasi_corners(const Image<std::uint8_t>& gray, const Image<std::uint8_t>& mask,
                                        int wanted, const FeatureParams& params) {
   std::vector<cv::Point2f> points;
-  const cv::Mat mask_view = mask.empty() ? cv::Mat() : view_of(mask);
+  const cv::Mat mask_view = mask.empty() ? cv::Mat() : matrix_over(mask);
   const double quality = std::max(params.quality_ratio, 1e-9);
-  cv::goodFeaturesToTrack(view_of(gray), points, wanted, quality, params.min_distance_px, mask_view);
+  cv::goodFeaturesToTrack(matrix_over(gray), points, wanted, quality, params.min_distance_px, mask_view);
   std::vector<Corner> corners;
   for (const cv::Point2f& point : points) {
     const int x = static_cast<int>(point.x);

@@ -3,8 +3,6 @@
 #include <string_view>
 
 #include "hm/odometry/feature/feature_params.hpp"
-#include "hm/odometry/published/model_registration.hpp"
-#include "hm/odometry/published/point_model.hpp"
 #include "hm/odometry/registration/ransac.hpp"
 
 namespace hm {
@@ -28,6 +26,47 @@ inline FeatureParams published_features() {
   features.depth_noise = {0.001425, 0, 0};
   return features;
 }
+
+/// Iterative closest point of a frame's features against the model, as published (Besl and McKay 1992;
+/// dissertation 3.2). The limits of the published code were commented as "1 mm, 1 degree" and were a tenth.
+struct ModelIcpParams {
+  int max_icp_iterations = 10;
+  double max_pair_distance_m = 0.15;
+  int min_pairs = 15;
+  double converged_m = 1e-4;
+  double converged_rad = 1.7e-3;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"max_icp_iterations", {1, 1000}, "ICP: steps at most"}, self.max_icp_iterations);
+    v(ParamDoc{"max_pair_distance_m", {1e-3, 10}, "ICP: farther model points are not paired"},
+      self.max_pair_distance_m);
+    v(ParamDoc{"min_pairs", {3, 10000}, "ICP: fewer pairs are a failure"}, self.min_pairs);
+    v(ParamDoc{"converged_m", {0, 1}, "ICP: ends when a step moves less and ..."}, self.converged_m);
+    v(ParamDoc{"converged_rad", {0, 1}, "... ICP: turns less"}, self.converged_rad);
+  }
+};
+
+struct PointModelParams {
+  int max_model_points = 3000;
+  int association_neighbours = 4;
+  double association_gate_ratio = 10;
+  double least_sigma_m = 0.002;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"max_model_points", {10, 1e6}, "the model's size; then the oldest points make room"},
+      self.max_model_points);
+    v(ParamDoc{"association_neighbours", {1, 100}, "model points tried for each new one"},
+      self.association_neighbours);
+    v(
+        ParamDoc{
+            "association_gate_ratio", {0.1, 100}, "Mahalanobis distance up to which a point is seen again"},
+        self.association_gate_ratio);
+    v(ParamDoc{"least_sigma_m", {0, 1}, "a model point never gets more certain than this"},
+      self.least_sigma_m);
+  }
+};
 
 /// Parameters of the dissertation's pipeline with the values of the published code; section
 /// `odometry_published`.

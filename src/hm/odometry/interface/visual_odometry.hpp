@@ -46,7 +46,6 @@ struct MotionHint {
   std::optional<Vec3> force_camera_m_s2;
 };
 
-
 /// The answer for one frame.
 struct TrackedFrame {
   TrackingStatus status = TrackingStatus::kLost;
@@ -70,10 +69,5 @@ class VisualOdometry {
   /// Bytes held by model and keyframes (bounded; see max_model_points, max_keyframes).
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
-
-/// The method that the parameters name. The camera must be free of lens distortion.
-std::unique_ptr<VisualOdometry> make_visual_odometry(const OdometryParams& params,
-                                                     const PinholeCamera& camera,
-                                                     const SE3& T_odom_first_camera = {});
 
 }  // namespace hm

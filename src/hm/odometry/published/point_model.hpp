@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "hm/core/params.hpp"
+#include "hm/odometry/interface/published_params.hpp"
 #include "hm/odometry/published/point_index.hpp"
 
 namespace hm {
@@ -11,27 +11,6 @@ namespace hm {
 struct UncertainPoint {
   Vec3 mean = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2
-};
-
-struct PointModelParams {
-  int max_model_points = 3000;
-  int association_neighbours = 4;
-  double association_gate_ratio = 10;
-  double least_sigma_m = 0.002;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_model_points", {10, 1e6}, "the model's size; then the oldest points make room"},
-      self.max_model_points);
-    v(ParamDoc{"association_neighbours", {1, 100}, "model points tried for each new one"},
-      self.association_neighbours);
-    v(
-        ParamDoc{
-            "association_gate_ratio", {0.1, 100}, "Mahalanobis distance up to which a point is seen again"},
-        self.association_gate_ratio);
-    v(ParamDoc{"least_sigma_m", {0, 1}, "a model point never gets more certain than this"},
-      self.least_sigma_m);
-  }
 };
 
 /// The dissertation's persistent model (3.2): points with covariances in a fixed frame, at most so many, the

@@ -7,13 +7,13 @@
 namespace hm {
 namespace {
 
-using Vec6f = Eigen::Matrix<float, 6, 1>;
+using CoarseVec6 = Eigen::Matrix<float, 6, 1>;
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 constexpr int kGridLevel = 2;      // where a pixel is a cell of the depth grid
 constexpr int kMinWidth_px = 120;  // of the finest level used: what is smaller has lost its pattern
 constexpr float kMinGradient = 4.0f;
-constexpr int kIterations = 8;
+constexpr int kCoarseIterations = 8;
 constexpr double kMinOverlapRatio = 0.25;
 constexpr double kTurnStep_px = 3, kMaxTurn_rad = 0.2;  // of the search for turns, finest level
 constexpr double kMinSearchOverlapRatio = 0.4;
@@ -139,14 +139,14 @@ std::optional<Vec6> solve_step(const CoarseReference::Level& level, const Differ
 SE3 align_level(const CoarseReference::Level& level, const Image<std::uint8_t>& image, SE3 T_ref_cur) {
   SE3 best = T_ref_cur;
   double best_residual = 1e9;
-  for (int iteration = 0; iteration <= kIterations; ++iteration) {
+  for (int iteration = 0; iteration <= kCoarseIterations; ++iteration) {
     const Differences differences = differences_at(level, image, T_ref_cur.inverse());
     if (differences.overlap_ratio < kMinOverlapRatio || differences.mean_abs > best_residual * 1.02) break;
     if (differences.mean_abs < best_residual) {
       best_residual = differences.mean_abs;
       best = T_ref_cur;
     }
-    const auto step = iteration < kIterations ? solve_step(level, differences) : std::nullopt;
+    const auto step = iteration < kCoarseIterations ? solve_step(level, differences) : std::nullopt;
     if (!step) break;
     T_ref_cur = SE3::exp(*step) * T_ref_cur;
     // A tenth of a pixel of the level, seen from afar.

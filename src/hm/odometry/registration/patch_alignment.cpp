@@ -10,7 +10,7 @@ namespace {
 constexpr int kSide = 12;  // of the patch; a multiple of the vector's length
 constexpr int kBordered = kSide + 2;
 constexpr float kMiddle = 0.5f * (kSide - 1);
-constexpr int kIterations = 10;
+constexpr int kPatchIterations = 10;
 constexpr float kConverged_px = 0.02f;
 constexpr double kMinNoise = 2.0;     // grey levels: rounding, and what the model does not know
 constexpr double kMinSigma_px = 0.1;  // of a match, however strong its gradients are
@@ -130,7 +130,7 @@ std::optional<LevelResult> align_level(const Template& reference, const Image<st
   constexpr float n = kSide * kSide;
   Patch patch;
   bool converged = false;
-  for (int iteration = 0; iteration < kIterations && !converged; ++iteration) {
+  for (int iteration = 0; iteration < kPatchIterations && !converged; ++iteration) {
     if (!sample_patch(image, centre, patch)) return std::nullopt;
     for (std::size_t i = 0; i < patch.size(); ++i) patch[i] -= reference.value[i] + reference.mean;
     const Vec4f rhs(dot(patch.data(), reference.gx.data()), dot(patch.data(), reference.gy.data()),

@@ -12,7 +12,7 @@ namespace hm {
 namespace {
 
 constexpr int kMaxSteps = 10;
-constexpr double kConverged = 1e-8;              ///< metres and radians
+constexpr double kRigidConverged = 1e-8;              ///< metres and radians
 constexpr double kLeastSpreadRatio = 1e-6;       ///< second to first singular value of the points' moments
 constexpr double kLeastInformationRatio = 1e-9;  ///< smallest to largest eigenvalue, metres against radians
 
@@ -105,7 +105,7 @@ std::optional<RefinedMotion> refine_registration(std::span<const PointPair> pair
     const Eigen::LDLT<Mat6> solver(equations.information);
     const Vec6 update = -solver.solve(equations.gradient);
     motion.T_a_b = SE3::exp(update) * motion.T_a_b;
-    if (update.norm() < kConverged) break;
+    if (update.norm() < kRigidConverged) break;
   }
   const Equations last = build_equations(pairs, motion.T_a_b, cauchy_sigma);
   if (!is_determined(last.information) || !is_rigid(motion.T_a_b)) return std::nullopt;

@@ -11,7 +11,7 @@ constexpr std::array kGates_m{0.3, 0.15, 0.06, 0.02};  // of the association, be
 constexpr int kIterationsPerGate = 5;
 constexpr double kReadingWeight = 0.05;                        // readings of one surface are not independent
 constexpr double kGuessSigma_m = 0.1, kGuessSigma_rad = 0.05;  // holds what the surfaces leave free
-constexpr double kConverged = 1e-4, kMaxStep = 0.5;            // m and rad
+constexpr double kFollowingConverged = 1e-4, kMaxStep = 0.5;            // m and rad
 constexpr double kHeldSigma = 0.03;                            // m and rad
 constexpr double kMinFittingRatio = 0.3;                       // of the elements
 
@@ -37,7 +37,7 @@ std::optional<SurfaceMotion> follow_surface(std::span<const SurfaceElement> refe
       const Vec6 step = -information.ldlt().solve(kReadingWeight * equations.gradient + prior * from_guess);
       if (!step.allFinite() || step.norm() > kMaxStep) return std::nullopt;
       T_ref_cur = T_ref_cur * SE3::exp(step);
-      if (step.lpNorm<Eigen::Infinity>() < kConverged) break;
+      if (step.lpNorm<Eigen::Infinity>() < kFollowingConverged) break;
     }
   }
   if (equations.terms == 0 || equations.terms < kMinFittingRatio * static_cast<double>(reference.size()))

@@ -15,7 +15,7 @@ using VecX = Eigen::VectorXd;
 using Mat63 = Eigen::Matrix<double, 6, 3>;
 constexpr int kFixed = -1;
 constexpr double kMinLandmarkSigma_m = 0.001;
-constexpr double kLeastVarianceScale = 0.04;  // of the sightings, however well they agree
+constexpr double kLeastSightVarianceScale = 0.04;  // of the sightings, however well they agree
 
 struct View {
   int pose = kFixed;         // row of blocks; kFixed does not move
@@ -47,7 +47,7 @@ class Window {
   WindowAdjustmentResult run() {
     WindowAdjustmentResult result;
     double lambda = 1e-4;
-    variance_scale_ = std::clamp(residual_variance_scale(), kLeastVarianceScale, 1.0);
+    variance_scale_ = std::clamp(residual_variance_scale(), kLeastSightVarianceScale, 1.0);
     result.cost_before = linearise();
     double cost = result.cost_before;
     for (int i = 0; i < params_.iterations && pose_count_ > 0; ++i) {

@@ -1,5 +1,7 @@
 #include "hm/pipeline/calibrate/calibration_depth.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,7 @@
 #include "hm/pipeline/calibrate/calibration_set.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "hm/calibration/camera_fit.hpp"

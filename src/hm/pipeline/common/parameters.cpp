@@ -1,5 +1,7 @@
 #include "hm/pipeline/common/parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -70,25 +72,6 @@ void add_slam(ParamList& list, Parameters& parameters) {
   list.add("keyframe_solver", parameters.loops.solver);
 }
 
-/// The words of a list with commas between; an error names one that is not known.
-Result<std::vector<std::string>> words_of(const std::string& text, std::string_view parameter,
-                                          std::span<const std::string_view> known) {
-  std::vector<std::string> words;
-  std::string word;
-  for (const char c : text + ",") {
-    if (c != ',' && c != ' ') {
-      word += c;
-    } else if (!word.empty()) {
-      if (std::find(known.begin(), known.end(), word) == known.end())
-        return fail(ErrorCode::kUsage, "parameters", "{} names '{}'; known are {}", parameter, word,
-                    fmt::join(known, ", "));
-      words.push_back(std::move(word));
-      word.clear();
-    }
-  }
-  return words;
-}
-
 }  // namespace
 
 ParamList list_reconstruction(Parameters& parameters) {
@@ -155,6 +138,11 @@ std::vector<std::string> map_parameters(const Parameters& parameters) {
   return lines;
 }
 
+KeyframeMapParams keyframe_map_params(const Parameters& parameters) {
+  return {parameters.slam, parameters.laser.mvog, parameters.depth_noise,
+          parameters.odometry.max_depth_sigma_m};
+}
+
 Result<void> check_parameters(const Parameters& parameters) {
   if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));
@@ -165,16 +153,6 @@ Result<void> check_parameters(const Parameters& parameters) {
   if (parameters.laser.run.slice_top_m < parameters.laser.run.slice_bottom_m)
     return fail(ErrorCode::kUsage, "parameters", "laser.slice_top_m lies below laser.slice_bottom_m");
   return {};
-}
-
-Result<std::vector<std::string>> mesh_formats(const ReconstructionParams& params) {
-  constexpr std::array<std::string_view, 3> kFormats{"ply", "glb", "obj"};
-  return words_of(params.mesh_formats, "reconstruction.mesh_formats", kFormats);
-}
-
-Result<std::vector<std::string>> map_kinds(const SlamParams& params) {
-  constexpr std::array<std::string_view, 3> kKinds{"points", "octomap", "mvog"};
-  return words_of(params.maps, "slam.maps", kKinds);
 }
 
 std::string to_markdown(const ParamList& list) {

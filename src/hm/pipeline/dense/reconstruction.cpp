@@ -12,7 +12,6 @@
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/mapping/map_store.hpp"
-#include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
@@ -279,7 +278,7 @@ Result<ReconstructionSummary> Run::finish() {
 
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
-  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   Trajectory poses;
   if (!options.poses.empty()) {

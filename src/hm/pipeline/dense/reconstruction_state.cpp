@@ -1,5 +1,7 @@
 #include "hm/pipeline/dense/reconstruction_state.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 

@@ -1,5 +1,5 @@
 #include "hm/pipeline/dense/alignment_summary.hpp"
-#include "hm/pipeline/inspect/file_check.hpp"
+#include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
 
 namespace hm {

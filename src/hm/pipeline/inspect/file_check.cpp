@@ -6,6 +6,7 @@
 #include "hm/io/pose/g2o_file.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
 #include "hm/tsdf/grid/volume.hpp"
 
@@ -91,16 +92,6 @@ Result<MapReport> inspect_map(const std::filesystem::path& path) {
     report.frames_integrated = state->frames_integrated;
   }
   return report;
-}
-
-JsonValue to_json(const Box3& box) {
-  if (box.isEmpty()) return {};
-  const auto corner = [](const Vec3& p) {
-    auto list = JsonValue::array();
-    for (int axis = 0; axis < 3; ++axis) list.push_back(p[axis]);
-    return list;
-  };
-  return JsonValue::object({{"min", corner(box.min())}, {"max", corner(box.max())}});
 }
 
 JsonValue to_json(const MapReport& report) {

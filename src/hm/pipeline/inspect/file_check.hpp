@@ -59,7 +59,4 @@ Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path);
 JsonValue to_json(const PoseGraphReport& report);
 std::string to_text(const PoseGraphReport& report);
 
-/// A box as {"min": [x, y, z], "max": [x, y, z]}; null when it is empty.
-JsonValue to_json(const Box3& box);
-
 }  // namespace hm

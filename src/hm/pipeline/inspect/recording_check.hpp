@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hm/core/json_value.hpp"
-#include "hm/core/progress.hpp"
+#include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/inspect/stream_report.hpp"
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/file_check.hpp"
+#include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/laser/laser_run.hpp"
 
 namespace hm {

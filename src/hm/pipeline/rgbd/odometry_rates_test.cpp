@@ -6,6 +6,7 @@
 
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/sim/recording/simulation.hpp"
+#include "hm/odometry/make_odometry.hpp"
 
 namespace hm {
 namespace {

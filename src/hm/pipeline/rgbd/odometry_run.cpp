@@ -3,7 +3,6 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
@@ -56,15 +55,6 @@ Result<void> write_odometry_results(const OdometryRunOptions& options, OdometryS
 
 }  // namespace
 
-Result<std::unique_ptr<Recording>> open_rgbd_recording(const std::filesystem::path& path,
-                                                       const RecordingOptions& options) {
-  auto recording = open_recording(path, options);
-  if (!recording && is_laser_recording(path))
-    return fail(ErrorCode::kUnsupported, path.string(),
-                "this is a recording of a laser, not of depth pictures; `hm laser` is for it");
-  return recording;
-}
-
 SE3 level_camera() {
   Mat3 R_odom_camera;  // x right, y down, z forward as seen from x forward, y left, z up
   R_odom_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -73,7 +63,7 @@ SE3 level_camera() {
 
 Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
-  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const RecordingInfo& info = (*recording)->info();

@@ -30,10 +30,6 @@ struct OdometrySummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// Opens a recording of depth and colour pictures. One of a laser is an error that names its verb.
-Result<std::unique_ptr<Recording>> open_rgbd_recording(const std::filesystem::path& path,
-                                                       const RecordingOptions& options);
-
 /// Where odometry begins: a camera held level at the origin of a frame whose z axis points up.
 SE3 level_camera();
 

@@ -110,7 +110,7 @@ void Output::write_keyframe_maps() {
   RunContext finishing = options_.run;  // asked to stop, the maps of what there is are whole nevertheless
   finishing.stop = {};
   const KeyframeMaps maps =
-      make_keyframe_maps(recording_, *summary_.state.keyframes, options_.parameters, finishing);
+      make_keyframe_maps(recording_, *summary_.state.keyframes, keyframe_map_params(options_.parameters), finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));

@@ -48,7 +48,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (options.parameters.reconstruction.align)
     return fail(ErrorCode::kUsage, "reconstruction.align",
                 "it corrects given poses (hm reconstruct); for those of odometry there is slam.align");
-  auto recording = open_rgbd_recording(options.recording, options.recording_options);
+  auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const Stopwatch watch;

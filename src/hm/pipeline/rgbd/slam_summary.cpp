@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "hm/pipeline/inspect/file_check.hpp"
+#include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include "hm/core/angle.hpp"
+#include "hm/odometry/make_odometry.hpp"
 
 namespace hm {
 namespace {

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBatch = 64;
+constexpr std::size_t kScanBatch = 64;
 
 ParamList list_of(LaserSimulationParams& params) {
   ParamList list;
@@ -103,10 +103,10 @@ Result<void> record(const LaserSimulation& simulation, const LaserSimulationOpti
   FlightRecorder recorder(simulation, options.output / "recording.bag");
   std::vector<Received<LaserScan>> batch;
   BeamCount beams;
-  for (std::size_t begin = 0; begin < count; begin += kBatch) {
+  for (std::size_t begin = 0; begin < count; begin += kScanBatch) {
     if (options.run.progress) options.run.progress({"flying", begin, count, {}});
     if (auto go_on = check_not_stopped(options.run.stop, begin, count); !go_on) return go_on;
-    batch.resize(std::min(kBatch, count - begin));
+    batch.resize(std::min(kScanBatch, count - begin));
     loop.for_ranges(batch.size(), 1,
                     [&](std::size_t item, std::size_t) { batch[item] = simulation.scan(begin + item); });
     for (const Received<LaserScan>& scan : batch) {

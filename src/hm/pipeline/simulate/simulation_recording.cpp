@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBatch = 16;
+constexpr std::size_t kFrameBatch = 16;
 using detail::kFinishedMark, detail::kUnfinishedMark;
 
 /// All that simulate_recording() and simulate_laser_recording() may write; the marks last, so that a removal
@@ -66,13 +66,13 @@ Result<double> write_frames(const Simulation& simulation, TumWriter& writer, con
   const std::size_t count = simulation.frame_count();
   std::vector<RgbdFrame> ready, next;
   double valid = 0;
-  for (std::size_t begin = 0; begin < count || !ready.empty(); begin += kBatch) {
+  for (std::size_t begin = 0; begin < count || !ready.empty(); begin += kFrameBatch) {
     const std::size_t done = std::min(begin, count);
     if (auto go_on = check_not_stopped(options.run.stop, fmt::format("at frame {} of {}", done, count));
         !go_on)
       return forward_error(go_on);
     next.clear();
-    next.resize(std::min(kBatch, count - done));
+    next.resize(std::min(kFrameBatch, count - done));
     Result<void> written;
     loop.for_ranges(next.size() + 1, 1, [&](std::size_t item, std::size_t) {
       if (item > 0) {

@@ -1,8 +1,8 @@
 #include <cmath>
 
+#include "hm/report/render/axis_ticks.hpp"
 #include "hm/report/render/color_map.hpp"
 #include "hm/report/render/picture.hpp"
-#include "hm/report/plot.hpp"
 
 namespace hm {
 namespace {

@@ -14,7 +14,7 @@ constexpr double kResolution_m = 0.05;
 constexpr int kLevels = 6;
 constexpr double kLeastTime_s = 0.25;  // in less, no vehicle is elsewhere
 /// A turn of one radian hides as much of a scan as this many metres.
-constexpr double kApartPerTurn_m = 0.7;
+constexpr double kSearchApartPerTurn_m = 0.7;
 
 }  // namespace
 
@@ -81,7 +81,7 @@ std::optional<FoundScan> MotionSearch::confirmed(const PlanarScan& scan, const S
   double least = std::numeric_limits<double>::infinity();
   for (const Keyframe& keyframe : keyframes_) {
     const SE2 T = keyframe.T_odom_base.inverse() * T_odom_base;
-    const double apart = T.translation().norm() + kApartPerTurn_m * std::abs(T.angle());
+    const double apart = T.translation().norm() + kSearchApartPerTurn_m * std::abs(T.angle());
     if (apart < least) least = apart, nearest = &keyframe;
   }
   const ScanMatch match = matcher_.match(nearest->scan, scan, nearest->T_odom_base.inverse() * T_odom_base);

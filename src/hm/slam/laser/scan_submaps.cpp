@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "hm/core/thinned.hpp"
+#include "hm/core/statistics.hpp"
 
 namespace hm {
 namespace {

@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-constexpr std::uint64_t kSeed = 20130501;
+constexpr std::uint64_t kTreeSeed = 20130501;
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 /// Children stand one after another from `first_child` on, one for each centre; a leaf has neither.
@@ -62,7 +62,7 @@ struct DescriptorIndex::Impl {
   std::vector<BinaryDescriptor> descriptors;
   std::vector<DescriptorOwner> owners;
   std::vector<std::vector<TreeNode>> trees;  ///< each tree's first node is its root
-  Rng rng{kSeed};
+  Rng rng{kTreeSeed};
 
   /// A branch not gone down yet: distance to its centre, tree, node, in one number that sorts by distance.
   using Branch = std::uint64_t;

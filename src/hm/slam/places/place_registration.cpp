@@ -13,7 +13,7 @@
 namespace hm {
 namespace {
 
-constexpr std::uint64_t kSeed = 331;
+constexpr std::uint64_t kRansacSeed = 331;
 constexpr int kRefinements = 5;
 /// Samples whose points are nearer to one another than this determine no rotation.
 constexpr double kMinSampleDistance_m = 0.1;
@@ -92,7 +92,7 @@ std::size_t count_near(const std::vector<MatchPoints>& points, const SE3& T_a_b,
 }
 
 std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const PlaceVerifierParams& params) {
-  Rng rng(kSeed);
+  Rng rng(kRansacSeed);
   std::optional<SE3> best;
   std::size_t most = 3;
   // As many samples as a motion needs that would be believed at all.

@@ -9,9 +9,9 @@ namespace hm {
 namespace {
 
 /// root * pose_edge_error, with its derivatives.
-class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
+class PlanarEdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
  public:
-  explicit EdgeCost(const PoseEdge2D& edge)
+  explicit PlanarEdgeCost(const PoseEdge2D& edge)
       : edge_(edge), root_(detail::information_root(edge.information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
@@ -45,7 +45,7 @@ void add_edges(const PoseGraph2D& graph, const PoseGraphSolverParams& params, st
   for (const PoseEdge2D& edge : graph.edges) {
     HM_CHECK(edge.from < states.size() && edge.to < states.size() && edge.from != edge.to,
              "edge from {} to {} of {} nodes", edge.from, edge.to, states.size());
-    problem.AddResidualBlock(new EdgeCost(edge), detail::new_edge_loss(edge.kind, params),
+    problem.AddResidualBlock(new PlanarEdgeCost(edge), detail::new_edge_loss(edge.kind, params),
                              states[edge.from].data(), states[edge.to].data());
   }
 }

@@ -9,10 +9,10 @@ namespace hm {
 namespace {
 
 /// Turns an angle's variance into that of a place this far away, to order paths by one number.
-constexpr double kLever_m = 5;
+constexpr double kPlanarLever_m = 5;
 
 double size_of(const Mat3& covariance) {
-  return covariance(0, 0) + covariance(1, 1) + kLever_m * kLever_m * covariance(2, 2);
+  return covariance(0, 0) + covariance(1, 1) + kPlanarLever_m * kPlanarLever_m * covariance(2, 2);
 }
 
 Mat3 turned(const Mat2& rotation, const Mat3& covariance) {

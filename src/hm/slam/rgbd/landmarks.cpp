@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "hm/core/thinned.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 namespace hm {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "hm/core/thinned.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/slam/places/place_registration.hpp"
 
 namespace hm {
@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kSamples = 24;    // features that stand for what a keyframe sees
 constexpr double kMinShared = 0.25;     // of them
 constexpr double kMinViewCosine = 0.5;  // between two views of a point: descriptors change
-constexpr double kMinDepth_m = 0.1;
+constexpr double kLinkMinDepth_m = 0.1;
 constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
 
 /// Some of the points that a keyframe sees, from all of its picture.
@@ -27,7 +27,7 @@ bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b,
   const auto is_shared = [&](const Vec3& p_b) {
     const Vec3 p_a = T_a_b * p_b, ray_b = T_a_b.rotation() * p_b;
     const bool is_from_same_side = p_a.dot(ray_b) > kMinViewCosine * p_a.norm() * ray_b.norm();
-    return is_from_same_side && p_a.z() > kMinDepth_m && camera.contains(camera.project(p_a));
+    return is_from_same_side && p_a.z() > kLinkMinDepth_m && camera.contains(camera.project(p_a));
   };
   const auto shared = static_cast<double>(std::ranges::count_if(points_b, is_shared));
   return shared > kMinShared * static_cast<double>(points_b.size());

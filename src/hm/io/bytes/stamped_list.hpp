@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "hm/io/rgbd/recording.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/io/bytes/skip_counter.hpp"
 
 /// The text lists that a TUM or ICL-NUIM folder consists of, read with the patience that recordings need.
 /// In all of them a malformed line is an error naming file:line, except for a last line without an end, which
@@ -55,8 +56,5 @@ std::optional<SE3> pose_between(const PoseList& list, Time stamp, Duration max_g
 /// closest first, each used once (the rule of TUM's associate.py). Both increase.
 std::vector<std::optional<std::size_t>> associate(std::span<const Time> a, std::span<const Time> b,
                                                   Duration max_difference);
-
-/// Indices of a longest strictly increasing subsequence: what is left when as few stamps as possible go.
-std::vector<std::size_t> longest_increasing(std::span<const Time> stamps);
 
 }  // namespace hm::detail

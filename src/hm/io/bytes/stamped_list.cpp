@@ -1,4 +1,4 @@
-#include "hm/io/rgbd/stamped_list.hpp"
+#include "hm/io/bytes/stamped_list.hpp"
 
 #include <algorithm>
 #include <array>
@@ -176,25 +176,6 @@ std::vector<std::optional<std::size_t>> associate(std::span<const Time> a, std::
     used[j] = true;
   }
   return partner;
-}
-
-std::vector<std::size_t> longest_increasing(std::span<const Time> stamps) {
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> ends;  // ends[k]: the smallest last element of an increasing run of k + 1
-  std::vector<std::size_t> before(stamps.size(), kNone);
-  for (std::size_t i = 0; i < stamps.size(); ++i) {
-    const auto place =
-        std::ranges::lower_bound(ends, stamps[i], {}, [&](std::size_t k) { return stamps[k]; });
-    if (place != ends.begin()) before[i] = *(place - 1);
-    if (place == ends.end())
-      ends.push_back(i);
-    else if (stamps[i] < stamps[*place])
-      *place = i;
-  }
-  std::vector<std::size_t> kept(ends.size());
-  std::size_t at = ends.empty() ? kNone : ends.back();
-  for (std::size_t k = kept.size(); k-- > 0; at = before[at]) kept[k] = at;
-  return kept;
 }
 
 }  // namespace hm::detail

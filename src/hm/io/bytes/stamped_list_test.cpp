@@ -1,4 +1,4 @@
-#include "hm/io/rgbd/stamped_list.hpp"
+#include "hm/io/bytes/stamped_list.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,24 @@
+#include "hm/io/bytes/skip_counter.hpp"
+
+namespace hm::detail {
+
+std::vector<std::size_t> longest_increasing(std::span<const Time> stamps) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> ends;  // ends[k]: the smallest last element of an increasing run of k + 1
+  std::vector<std::size_t> before(stamps.size(), kNone);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const auto place =
+        std::ranges::lower_bound(ends, stamps[i], {}, [&](std::size_t k) { return stamps[k]; });
+    if (place != ends.begin()) before[i] = *(place - 1);
+    if (place == ends.end())
+      ends.push_back(i);
+    else if (stamps[i] < stamps[*place])
+      *place = i;
+  }
+  std::vector<std::size_t> kept(ends.size());
+  std::size_t at = ends.empty() ? kNone : ends.back();
+  for (std::size_t k = kept.size(); k-- > 0; at = before[at]) kept[k] = at;
+  return kept;
+}
+
+}  // namespace hm::detail

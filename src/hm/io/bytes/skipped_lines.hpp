@@ -1,0 +1,19 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace hm {
+
+/// Lines of a recording's text files (or single pictures) that were left out.
+struct SkippedLines {
+  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
+  Reason reason = Reason::kStampNotIncreasing;
+  std::string file;  ///< name inside the recording
+  std::size_t count = 0;
+  std::size_t first_line = 0;      ///< counted from 1
+  std::string_view unit = "line";  ///< what is counted: "line", "message"
+};
+std::string to_string(const SkippedLines& skipped);
+
+}  // namespace hm
