@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Runs every command of the documents, and of the program's own --help, in a folder of its own; checks that links to
-files lead somewhere and pictures are small.
+files lead somewhere, pictures are small, and names of the code exist.
 
     scripts/check_docs.py --program build/release/bin/hm
+    scripts/check_docs.py --names      only the names: those in backticks on a line with a link to a source file
     scripts/check_docs.py --self-test
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
@@ -34,6 +35,7 @@ SMALL_SET = f"hm simulate calibration -o set --quiet --set {SET}.camera_views=12
             f"--set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.depth_images=6"
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
+SOURCE_REFERENCE = re.compile(r"\[`[^`]+`\]\(\.\./(src/[^)]+)\): ((?:`\w+`(?:, )?)+)")
 
 
 def blocks_of(text):
@@ -111,6 +113,40 @@ def check_links(name, text, folder):
     return problems
 
 
+def check_names(name, text, root):
+    """References to code ("[`file`](../src/file): `name`, `name`") whose file does not have the name."""
+    count, problems = 0, []
+    for source, names in SOURCE_REFERENCE.findall(text):
+        path = Path(root) / source
+        code = path.read_text(encoding="utf-8") if path.is_file() else ""
+        for word in re.findall(r"`(\w+)`", names):
+            count += 1
+            if not re.search(rf"\b{word}\b", code):
+                problems.append(f"{name}: {source} has no {word}")
+    return count, problems
+
+
+def check_words(name, text, code):
+    """Types and functions in backticks (a capital or an underscore in them) that are nowhere in the code."""
+    words = {part for word in re.findall(r"`((?:\w+::)?\w+)`", text) for part in word.split("::")
+             if re.search(r"[A-Z_]", part)}
+    return len(words), [f"{name}: {word} is nowhere in src/hm" for word in sorted(words - code)]
+
+
+def check_all_names():
+    code = {word for path in (ROOT / "src/hm").rglob("*.[ch]pp") for word in re.findall(r"\w+", path.read_text("utf-8"))}
+    code |= {path.name for path in (ROOT / "src/hm").iterdir()}
+    total, problems = check_words("docs/architecture.md", (ROOT / "docs/architecture.md").read_text("utf-8"), code)
+    for path in sorted((ROOT / "docs").glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        count, found = check_names(str(path.relative_to(ROOT)), text, ROOT)
+        total, problems = total + count, problems + found + check_links(path.name, text, path.parent)
+    for problem in problems:
+        print(problem)
+    print(f"names: {total} checked, {len(problems)} problems")
+    return 1 if problems or total == 0 else 0
+
+
 def help_examples(program, verb):
     text = subprocess.run([program, *verb.split(), "--help"], capture_output=True, text=True, check=True).stdout
     return [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
@@ -151,7 +187,12 @@ def self_test():
         count, problems = check_text("text", text, folder)
         (Path(folder) / "there.png").write_bytes(bytes(PICTURE_LIMIT_BYTES + 1))
         links = check_links("text", "![a](there.png) [b](there.png) [c](gone.md) [d](https://x.org) [e](#f)", folder)
-    good = count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
+        (Path(folder) / "src").mkdir()
+        (Path(folder) / "src/a.hpp").write_text("struct There {};")
+        names = check_names("text", "[`a`](../src/a.hpp): `There`, `Gone`; [`b`](../src/b.hpp): `There`", folder)
+    words = check_words("text", "`There::is_it` and `Gone` but not `these` or `a/B.hpp`", {"There", "is_it"})
+    good = names[0] == 3 and len(names[1]) == 2 and words[0] == 3 and len(words[1]) == 1
+    good = good and count == 2 and len(problems) == 2 and "`false`" in problems[0] and "`rm -r x`" in problems[1]
     good = good and len(links) == 2 and "bytes" in links[0] and "gone.md" in links[1]
     print("docs self-test:", "good" if good else f"wrong: {count} {problems} {links}")
     return 0 if good else 1
@@ -160,8 +201,11 @@ def self_test():
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--program")
+    parser.add_argument("--names", action="store_true")
     parser.add_argument("--self-test", action="store_true")
     arguments = parser.parse_args()
+    if arguments.names:
+        return check_all_names()
     if arguments.self_test:
         return self_test()
     if not arguments.program:
