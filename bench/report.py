@@ -94,6 +94,16 @@ def merged(stored, found, details, when):
                                       if key in benches or re.sub(r"_\d+$", "", key) in benches}}
 
 
+def table_lines(name, entries, measured):
+    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | measured |",
+             "|---|---|---|---|---|---|---|---|---|"]
+    for e in entries:
+        when = measured[e["name"]]
+        lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} |")
+    return lines if entries else []
+
+
 def document(stored):
     """docs/benchmarks.md: every stored row judged by the bars of today, with the day and commit it was measured at."""
     measured = stored["rows"]
@@ -109,18 +119,16 @@ def document(stored):
     lines += ["", "```sh manual", "bench/run                     # every row; writes this file",
               "bench/run --skip vo_hour      # every row but these, which stay as they were",
               "bench/run --update simd       # these rows only, and the others stay as they were",
+              "bench/run --changed           # the rows whose rooms changed since they were measured (--list: names them)",
               "bench/run simd threads --json # writes no file",
-              "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```", "",
-              "| row | ours | peer | ratio | bar | aim | unit | | measured |", "|---|---|---|---|---|---|---|---|---|"]
-    for e in entries:
-        when = measured[e["name"]]
-        lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} |")
+              "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```"]
+    for name in rows.TABLES:
+        lines += table_lines(name, [entry for entry in entries if rows.table_of(entry["name"]) == name], measured)
     if missing := [name for name in rows.NAMES if name not in measured]:
         lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
     lines += ["", "`measured`: the day and the commit; a + after it: with changes that are not in it. `ratio` is peer over ours, more",
-              "is better; without a peer `ours` is judged. A row that has companions below it (`open3d_scalable` and",
-              "`open3d_scalable_depth`) holds only if they do.", "", "## How it is measured", "",
+              "is better; without a peer `ours` is judged. A row that has companions below it (`slam_house` and",
+              "`slam_house_ate`) holds only if they do.", "", "## How it is measured", "",
               "Recordings lie in `$HM_DATA`, else in `../shared/data`; 600 frames of `sevenscenes_a`, 640x480, voxels of 2 cm, a",
               "band of 8 cm and depth to 4 m for both sides. Frames are loaded a chunk of 40 at a time; then everybody integrates",
               "the chunk in turn, and again for every round, each round into a map of its own; a frame counts with its fastest round,",

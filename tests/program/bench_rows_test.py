@@ -29,22 +29,34 @@ by_name = {row.name: row for row in rows.ROWS}
 assert len(by_name) == len(rows.ROWS)
 fast = rows.judged(by_name["open3d_scalable"], 1.0, 5.5)
 assert fast["ratio"] == 5.5 and fast["holds"] is True
-slow_depth = rows.judged(by_name["open3d_scalable_depth"], 1.0, 5.5)
-assert slow_depth["holds"] is False
-rows.combine([fast, slow_depth])
-assert fast["holds"] is False, "a row holds only with its companions"
+drift, error = rows.judged(by_name["slam_house"], 0.5, None), rows.judged(by_name["slam_house_ate"], 6.0, 9.0)
+assert drift["holds"] is True and error["holds"] is False
+rows.combine([drift, error])
+assert drift["holds"] is False, "a row holds only with its companions"
 assert rows.judged(by_name["open3d_scalable"], 1.0, None)["holds"] is None
 assert rows.judged(by_name["carving"], 1.2, None)["holds"] is False
 assert rows.judged(by_name["completeness"], 97.5, None)["holds"] is True
-assert rows.judged(by_name["fidelity_covered"], 98.9, 99.3)["holds"] is False
 
 # What is measured: a row brings what it needs to hold; skipping one skips all that its bench measures.
 benches, wanted = rows.benches_of(["slam_house"])
 assert benches == [("slam_house", 2)] and wanted == ["slam_house", "slam_house_ate"], (benches, wanted)
 benches, wanted = rows.benches_of([], ["mesh_from_slam", "vo_hour"])
-assert "slam_house" not in dict(benches) and "slam_house_ate" not in wanted and "vo_hour_process" not in wanted
+assert "slam_house" not in dict(benches) and "slam_house_ate" not in wanted and "vo_hour" not in wanted
 assert set(wanted) == {row.name for row in rows.ROWS if row.bench not in ("slam_house", "vo_hour")}
 assert rows.benches_of([]) == (rows.benches_of(rows.NAMES)[0], rows.NAMES)
+
+# Which rows --changed measures: those never measured, and those whose rooms differ from the commit of their measurement.
+assert all(row.bench in rows.ROOMS for row in rows.ROWS)
+for room in {room for rooms in rows.ROOMS.values() for room in rooms}:
+    assert (ROOT / "src/hm" / room).is_dir(), room
+asked = []
+everything = {"rows": {name: {"commit": "aaaaaaa+"} for name in rows.NAMES if name != "simd"}}
+changed = rows.changed_rows(everything, lambda commit, paths: asked.append((commit, paths)) or "src/hm/mvog" in paths)
+assert changed == ["simd", *(row.name for row in rows.ROWS if row.bench == "mvog")], changed
+assert ("aaaaaaa", ["src/hm/core", "src/hm/geometry", "src/hm/sensors", "src/hm/mvog"]) in asked
+assert run("--changed", "simd").returncode == 2
+assert [rows.table_of(name) for name in ("seams", "plicp_bag", "places")] == [
+    "Dense reconstruction", "Laser", "RGB-D odometry and SLAM"]
 
 # What was measured before stays, with its day and commit, and is judged by the bars of today.
 day_one = {"date": "2026-01-02", "commit": "aaaaaaa", "machine": "old box", "load": 0.3}
