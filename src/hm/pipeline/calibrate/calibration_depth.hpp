@@ -27,7 +27,7 @@ struct DistanceError {
   double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: single images tell none
 };
 
-/// Errors of poses, gathered around full quarters of a metre (calibration_depth_errors.cpp).
+/// Errors of poses, gathered around full quarters of a metre.
 std::vector<DistanceError> errors_by_distance(std::span<const DepthViewError> errors);
 
 /// What raw disparity was found to mean.

@@ -11,9 +11,9 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/laser/laser_evaluation.hpp"
+#include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_run_report.hpp"
-#include "hm/pipeline/laser/laser_saved_map.hpp"
-#include "hm/pipeline/laser/laser_tables.hpp"
+#include "hm/pipeline/laser/laser_summary.hpp"
 #include "hm/report/map_pictures.hpp"
 
 namespace hm {

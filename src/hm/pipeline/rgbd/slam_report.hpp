@@ -24,4 +24,9 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
 /// The summary as JSON, with the series behind the plots.
 JsonValue slam_report_json(const SlamSummary& summary, const std::string& program_version);
 
+/// accepted, not_accepted, refused{why: frames}, moved_m{}, mean_ms, p99_ms.
+JsonValue to_json(const SlamAlignmentSummary& summary);
+/// The section of the report: how many were aligned, why others were not, how far poses moved, the time.
+void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summary);
+
 }  // namespace hm
