@@ -1,8 +1,8 @@
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
-#include "hm/report/html_report.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/html_report.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 namespace {
@@ -71,9 +71,9 @@ std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, c
                    fmt::format("mean; 95 % under {:.1f} mm", distance.p95 * 1e3)});
   report.add_card({"bias", fmt::format("{:+.2f}", error.accuracy.bias_m * 1e3), "mm", "positive: in front"});
   report.add_card({"completeness", fmt::format("{:.1f}", error.completeness.ratio * 100), "%", {}});
-  if (const auto picture = make_error_picture(mesh, truth.mesh, {}, loop)) {
+  if (const auto figure = make_error_figure(mesh, truth.mesh, {}, loop)) {
     report.begin_section("Against the truth");
-    add_picture(report, *picture);
+    add_figure(report, *figure);
   }
   add_error_histogram(report, error);
   return report.html();

@@ -76,7 +76,7 @@ std::string alignment_warning(const AlignmentSummary& alignment, std::span<const
   for (const auto& [status, count] : counts)
     reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, to_string(status));
   return fmt::format(
-      "{} of {} depth pictures could not be aligned to the map ({}) and kept the motion of their given "
+      "{} of {} depth images could not be aligned to the map ({}) and kept the motion of their given "
       "poses; the "
       "poses or the camera's intrinsics may be wrong, or too little is in range",
       alignment.not_accepted, all, reasons);
@@ -107,7 +107,7 @@ void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summ
   if (!summary.alignment) return;
   const AlignmentSummary& alignment = *summary.alignment;
   std::string lead =
-      fmt::format("{} depth pictures were aligned to the map, {} were not; {:.1f} ms each (median).",
+      fmt::format("{} depth images were aligned to the map, {} were not; {:.1f} ms each (median).",
                   alignment.accepted, alignment.not_accepted, alignment.ms.median);
   if (alignment.given_ate_m && alignment.aligned_ate_m)
     lead += fmt::format(" The trajectory is off by {:.1f} mm (rmse), as given by {:.1f} mm.",
@@ -119,10 +119,10 @@ void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summ
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &FrameRecord::rms_before_m),
                                             series_of(summary, "after", &FrameRecord::rms_after_m)};
   add_frame_plot(report, distances, "distance (mm)",
-                 "Distance of the depth pictures from the map (rms of what agrees).");
+                 "Distance of the depth images from the map (rms of what agrees).");
   const PlotSeries shifts = series_of(summary, "correction", &FrameRecord::shift_m);
   add_frame_plot(report, std::span(&shifts, 1), "correction (mm)",
-                 "By how much each picture moved its camera.");
+                 "By how much each image moved its camera.");
 }
 
 }  // namespace hm

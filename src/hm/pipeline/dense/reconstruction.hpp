@@ -40,7 +40,7 @@ struct FrameRecord {
   double scan_ms = 0;                        ///< all of the integration
   std::optional<AlignmentStatus> alignment;  ///< with reconstruction.align
   double shift_m = 0;                        ///< by which alignment corrected the pose, since the last frame
-  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth picture from the map
+  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth image from the map
   std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
 };
 

@@ -15,7 +15,7 @@ struct Stage {
   const char* name;
   double FrameRecord::*ms;
 };
-constexpr std::array<Stage, 8> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
+constexpr std::array<Stage, 8> kStages{{{"waiting for images", &FrameRecord::wait_ms},
                                         {"aligning", &FrameRecord::align_ms},
                                         {"allocating volumes", &FrameRecord::allocate_ms},
                                         {"integrating", &FrameRecord::integrate_ms},
@@ -111,7 +111,7 @@ void add_recording_section(HtmlReport& report, const ReconstructionSummary& summ
       {"what", "value"},
       {{"folder", info.path.string()},
        {"kind", std::string(to_string(info.kind))},
-       {"depth pictures", grouped(info.frame_count)},
+       {"depth images", grouped(info.frame_count)},
        {"camera", fmt::format("{} x {}, f {:.1f} {:.1f}, c {:.1f} {:.1f} ({})", camera.width, camera.height,
                               camera.fx, camera.fy, camera.cx, camera.cy, info.camera_source)},
        {"depth unit", fmt::format("{:g} mm", info.depth_unit_m * 1e3)},
@@ -152,8 +152,8 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
                           summary.parameters.tsdf.voxel_size_m * 1e3, summary.frames_per_s));
   add_cards(report, summary);
   add_warnings_section(report, summary.warnings);
-  if (!material.pictures.empty()) report.begin_section("Pictures");
-  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  if (!material.figures.empty()) report.begin_section("Figures");
+  for (const Figure& figure : material.figures) add_figure(report, figure);
   if (summary.error) add_error_histogram(report, *summary.error);
   add_alignment_section(report, summary);
   add_time_section(report, summary);

@@ -262,7 +262,7 @@ Error Run::nothing_posed() const {
 /// The path in the frame `map`, and the map of that path where it is another than that of odometry.
 std::optional<MultiVolumeGrid> Run::correct() {
   const LaserMapFrame& frame = pipeline_.map_frame();
-  LaserMapSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
+  MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
   if (map.localisation) map.localisation->map = options_.saved_map;
   summary_.trajectory = frame.corrected(summary_.trajectory_odom);
   if (!map.corrected) return std::nullopt;
@@ -310,7 +310,7 @@ Result<LaserSummary> Run::finish() {
 Result<LaserRecording> open(const LaserRunOptions& options) {
   if (!is_laser_recording(options.recording) && open_recording(options.recording))
     return fail(ErrorCode::kUnsupported, options.recording.string(),
-                "this is a recording of depth pictures, not of a laser; `hm reconstruct` is for it");
+                "this is a recording of depth images, not of a laser; `hm reconstruct` is for it");
   auto recording = open_laser_recording(options.recording, options.recording_options);
   if (!recording) return recording;
   std::erase_if(recording->lasers, [](const LaserStream& stream) { return stream.scans.empty(); });

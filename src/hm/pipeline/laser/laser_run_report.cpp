@@ -34,7 +34,7 @@ void add_before_and_after(HtmlReport& report, const LaserSummary& summary) {
   if (!rows.empty()) report.add_table({"", "in odom", "in map"}, rows);
 }
 
-void add_loops(HtmlReport& report, const LaserMapSummary& map) {
+void add_loops(HtmlReport& report, const MapFrameSummary& map) {
   const ScanGraphStatistics& loops = map.loops;
   report.add_table({"searches for loops", ""},
                    Rows{{"candidates", std::to_string(loops.candidates)},
@@ -171,7 +171,7 @@ void add_cards(HtmlReport& report, const LaserSummary& summary) {
   if (summary.height_error)
     report.add_card(
         {"height error", fmt::format("{:.1f}", summary.height_error->rmse_m * 1e2), "cm", "RMSE"});
-  if (const LaserMapSummary& map = summary.map_frame; map.localisation)
+  if (const MapFrameSummary& map = summary.map_frame; map.localisation)
     report.add_card({"located",
                      std::to_string(map.localisation->located),
                      {},
@@ -273,7 +273,7 @@ void add_failures(HtmlReport& report, const LaserSummary& summary) {
 }  // namespace
 
 void add_map_frame_section(HtmlReport& report, const LaserSummary& summary) {
-  const LaserMapSummary& map = summary.map_frame;
+  const MapFrameSummary& map = summary.map_frame;
   if (map.source == MapFrameSource::kOdometry) return;
   report.begin_section(
       map.localisation ? "Place in the map" : "Loops",
@@ -298,8 +298,8 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
                                  summary.trajectory.size(), summary.scans_total, summary.mvog.area_m2));
   add_cards(report, summary);
   add_warnings_section(report, summary.warnings);
-  if (!material.pictures.empty()) report.begin_section("Map");
-  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  if (!material.figures.empty()) report.begin_section("Map");
+  for (const Figure& figure : material.figures) add_figure(report, figure);
   add_path_section(report, summary);
   add_map_frame_section(report, summary);
   add_height_section(report, summary);

@@ -64,7 +64,7 @@ JsonValue pose_to_json(const SE2& pose) {
 }
 
 /// What both sources have in common.
-JsonValue common_json(const LaserMapSummary& summary) {
+JsonValue common_json(const MapFrameSummary& summary) {
   auto json = JsonValue::object({{"corrected", summary.corrected},
                                  {"T_map_odom", pose_to_json(summary.T_map_odom)},
                                  {"max_shift_m", summary.max_shift_m},
@@ -196,8 +196,8 @@ std::string_view name_of(FloorEvent event) {
 
 }  // namespace
 
-LaserMapSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records) {
-  LaserMapSummary summary;
+MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records) {
+  MapFrameSummary summary;
   summary.source = frame.source();
   if (summary.source == MapFrameSource::kOdometry) return summary;
   summary.corrected = frame.corrects();
@@ -216,7 +216,7 @@ LaserMapSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const 
   return summary;
 }
 
-JsonValue loops_to_json(const LaserMapSummary& summary) {
+JsonValue loops_to_json(const MapFrameSummary& summary) {
   if (summary.source != MapFrameSource::kLoops) return {};
   const ScanGraphStatistics& loops = summary.loops;
   JsonValue json = common_json(summary);
@@ -233,7 +233,7 @@ JsonValue loops_to_json(const LaserMapSummary& summary) {
   return json;
 }
 
-JsonValue localisation_to_json(const LaserMapSummary& summary) {
+JsonValue localisation_to_json(const MapFrameSummary& summary) {
   if (!summary.localisation) return {};
   const LocalisationSummary& place = *summary.localisation;
   JsonValue json = common_json(summary);
@@ -256,7 +256,7 @@ JsonValue localisation_to_json(const LaserMapSummary& summary) {
   return json;
 }
 
-JsonValue history_to_json(const LaserMapSummary& summary, Time begin) {
+JsonValue history_to_json(const MapFrameSummary& summary, Time begin) {
   auto time_s = JsonValue::array(), x_m = JsonValue::array(), y_m = JsonValue::array(),
        yaw_rad = JsonValue::array();
   for (const MapFrameChange& change : summary.history) {
@@ -268,7 +268,7 @@ JsonValue history_to_json(const LaserMapSummary& summary, Time begin) {
   return JsonValue::object({{"time_s", time_s}, {"x_m", x_m}, {"y_m", y_m}, {"yaw_rad", yaw_rad}});
 }
 
-std::string map_frame_csv(const LaserMapSummary& summary) {
+std::string map_frame_csv(const MapFrameSummary& summary) {
   std::string text = "stamp_s,x_m,y_m,yaw_rad\n";
   for (const MapFrameChange& change : summary.history)
     text += fmt::format("{},{:.5f},{:.5f},{:.6f}\n", stamp_text(change.stamp), change.T_map_odom.x(),
@@ -276,7 +276,7 @@ std::string map_frame_csv(const LaserMapSummary& summary) {
   return text;
 }
 
-std::string to_text(const LaserMapSummary& summary) {
+std::string to_text(const MapFrameSummary& summary) {
   std::string text;
   const ScanGraphStatistics& loops = summary.loops;
   if (summary.source == MapFrameSource::kLoops)

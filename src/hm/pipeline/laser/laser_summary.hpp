@@ -58,7 +58,7 @@ struct LocalisationSummary {
 };
 
 /// What is known of the frame `map` at the end of a run.
-struct LaserMapSummary {
+struct MapFrameSummary {
   MapFrameSource source = MapFrameSource::kOdometry;
   bool corrected = false;                ///< `map` is not `odom`: map and trajectory were made anew
   SE2 T_map_odom;                        ///< at the end
@@ -98,7 +98,7 @@ struct LaserSummary {
   MvogSize mvog;
   Box3 bounds_m;
   std::vector<FloorLevel> floors;
-  LaserMapSummary map_frame;
+  MapFrameSummary map_frame;
   Trajectory trajectory;  ///< T_map_base of the scans that have a pose, with all that is known at the end
   Trajectory trajectory_odom;  ///< T_odom_base of the same, never corrected
   Trajectory truth;            ///< T_world_base, of the recording
@@ -113,17 +113,17 @@ struct LaserSummary {
 };
 
 /// All of it but rebuild_s, mvog_odom, max_shift_m.
-LaserMapSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records);
+MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records);
 
 /// The keys `loops` or `localisation` of a run, null where there is none.
-JsonValue loops_to_json(const LaserMapSummary& summary);
-JsonValue localisation_to_json(const LaserMapSummary& summary);
+JsonValue loops_to_json(const MapFrameSummary& summary);
+JsonValue localisation_to_json(const MapFrameSummary& summary);
 /// T_map_odom over time, as columns.
-JsonValue history_to_json(const LaserMapSummary& summary, Time begin);
+JsonValue history_to_json(const MapFrameSummary& summary, Time begin);
 /// stamp_s, x_m, y_m, yaw_rad of T_map_odom, a line a change.
-std::string map_frame_csv(const LaserMapSummary& summary);
+std::string map_frame_csv(const MapFrameSummary& summary);
 /// In a few lines for a terminal; empty where `map` is `odom`.
-std::string to_text(const LaserMapSummary& summary);
+std::string to_text(const MapFrameSummary& summary);
 
 /// scans{read,matched,failed,keyframes}, match_ms{median,p99}, path_length_m ... (the keys of `hm laser
 /// --json`).

@@ -162,11 +162,11 @@ void add_tracking_sections(HtmlReport& report, const VisualTrack& track) {
   add_inertial(report, track);
   add_sizes(report, track);
   add_times(report, track);
-  report.begin_section("Pictures and certainty");
+  report.begin_section("Images and certainty");
   add_one(report, series_of(track, "sharpness", sharpness_of), "variance of the Laplacian",
-          "Sharpness of the colour picture: low where it is blurred, dark or bare.");
+          "Sharpness of the colour image: low where it is blurred, dark or bare.");
   add_one(report, series_of(track, "depth", coverage_of), "pixels with depth (%)",
-          "Coverage of the depth picture.");
+          "Coverage of the depth image.");
   add_one(report, series_of(track, "position", sigma_mm_of), "standard deviation (mm)",
           "Of the position, as the tracker's covariance has it.");
   add_unused(report, track);
@@ -178,7 +178,7 @@ void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info) {
       {"what", "value"},
       {{"folder", info.path.string()},
        {"kind", std::string(to_string(info.kind))},
-       {"depth pictures", std::to_string(info.frame_count)},
+       {"depth images", std::to_string(info.frame_count)},
        {"with colour", std::to_string(info.paired_count)},
        {"camera", fmt::format("{} x {}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f} ({})", info.camera.width,
                               info.camera.height, info.camera.fx, info.camera.fy, info.camera.cx,

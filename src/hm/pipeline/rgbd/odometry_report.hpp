@@ -21,7 +21,7 @@ JsonValue odometry_report_json(const OdometrySummary& summary, const std::string
 // ---- parts that the report of a whole run shares ----
 void add_tracking_cards(HtmlReport& report, const VisualTrack& track);
 void add_error_cards(HtmlReport& report, const std::optional<TrajectoryError>& error);
-/// Sections: lost stretches, sizes per frame, time per frame, quality of the pictures, unused frames.
+/// Sections: lost stretches, sizes per frame, time per frame, quality of the images, unused frames.
 void add_tracking_sections(HtmlReport& report, const VisualTrack& track);
 /// What the recording is, as a section.
 void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info);

@@ -96,7 +96,7 @@ void add_loops(HtmlReport& report, const SlamSummary& summary, const SlamReportM
         "times where loops closed, {} times between other visits of a place.",
         state.alignment.landmarks, state.alignment.error_before_px, state.alignment.error_after_px,
         state.alignment.loop_links, state.alignment.visit_links));
-  for (const MeshPicture& picture : material.matrices) add_picture(report, picture);
+  for (const Figure& figure : material.matrices) add_figure(report, figure);
 }
 
 std::string mm(const std::optional<MeshError>& error) {
@@ -141,9 +141,9 @@ void add_map(HtmlReport& report, const SlamSummary& summary, const SlamReportMat
         {"mesh", "mean distance from the true surface (mm)", "complete (%)"},
         {{"with odometry's poses", mm(summary.odometry_mesh_error), percent(summary.odometry_mesh_error)},
          {"with corrected poses", mm(summary.mesh_error), percent(summary.mesh_error)}});
-  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  for (const Figure& figure : material.figures) add_figure(report, figure);
   if (!material.maps.empty()) report.begin_section("Maps of keyframes");
-  for (const MeshPicture& picture : material.maps) add_picture(report, picture);
+  for (const Figure& figure : material.maps) add_figure(report, figure);
 }
 
 }  // namespace
@@ -165,7 +165,7 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
   report.begin_section(
       "Dense alignment",
       fmt::format(
-          "{} of {} depth pictures were aligned to what was seen just before them, and moved their "
+          "{} of {} depth images were aligned to what was seen just before them, and moved their "
           "camera by {:.1f} mm (median; {:.1f} mm at most); {:.1f} ms a frame (99 % under {:.1f} ms). "
           "Odometry, above and below, is what alignment made of it.",
           summary.accepted, summary.frames.size(), moved.median * 1e3, moved.max * 1e3,
@@ -178,11 +178,11 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &SlamAlignedFrame::rms_before_m),
                                             series_of(summary, "after", &SlamAlignedFrame::rms_after_m)};
   add_frame_plot(report, distances, "distance (mm)",
-                 "Distance of the depth pictures from what was seen before (rms of what agrees).");
-  const std::array<PlotSeries, 2> moves{series_of(summary, "by this picture", &SlamAlignedFrame::shift_m),
+                 "Distance of the depth images from what was seen before (rms of what agrees).");
+  const std::array<PlotSeries, 2> moves{series_of(summary, "by this image", &SlamAlignedFrame::shift_m),
                                         series_of(summary, "in all", &SlamAlignedFrame::drift_m)};
   add_frame_plot(report, moves, "moved (mm)",
-                 "How far each picture moved its camera, and how far all so far have.");
+                 "How far each image moved its camera, and how far all so far have.");
 }
 
 std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material) {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/report/mesh_pictures.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 
@@ -13,9 +13,9 @@ namespace hm {
 struct SlamReportMaterial {
   std::string program_version;
   std::string parameters_toml;
-  std::vector<MeshPicture> pictures;  ///< of the mesh, before and after
-  std::vector<MeshPicture> matrices;  ///< of place recognition (dissertation Fig. 3.11)
-  std::vector<MeshPicture> maps;      ///< of the maps made of keyframes
+  std::vector<Figure> figures;   ///< of the mesh, before and after
+  std::vector<Figure> matrices;  ///< of place recognition (dissertation Fig. 3.11)
+  std::vector<Figure> maps;      ///< of the maps made of keyframes
 };
 
 /// The self-contained page of a run: path before and after (dissertation Fig. 3.12), loops, map before and

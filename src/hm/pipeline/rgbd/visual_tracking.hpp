@@ -22,7 +22,7 @@ struct VisualFrame {
   int submap = 0;
   bool keyframe = false;
   double sigma_m = 0;  ///< of the position, as the covariance has it: root of the trace
-  double wait_ms = 0;  ///< for the pictures
+  double wait_ms = 0;  ///< for the images
   TrackingNumbers numbers;
 };
 
