@@ -25,6 +25,12 @@ void add_list_table(HtmlReport& report, const SummaryTree& summary, std::string_
   if (!table.rows.empty()) report.add_table(table.header, table.rows);
 }
 
+std::string output_lines(std::span<const std::filesystem::path> outputs) {
+  std::string text;
+  for (const auto& path : outputs) text += "  " + path.string() + "\n";
+  return text;
+}
+
 void add_warnings_section(HtmlReport& report, const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;
   report.begin_section("Warnings");

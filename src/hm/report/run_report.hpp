@@ -1,5 +1,7 @@
 #pragma once
+#include <filesystem>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +21,9 @@ void add_cards(HtmlReport& report, const SummaryTree& summary, std::initializer_
 void add_summary_table(HtmlReport& report, const SummaryTree& summary, std::string_view group = {});
 /// Adds the table of a list of the summary; nothing for an empty one.
 void add_list_table(HtmlReport& report, const SummaryTree& summary, std::string_view list);
+
+/// The files that a run wrote, a line each, for a terminal.
+std::string output_lines(std::span<const std::filesystem::path> outputs);
 
 /// The section of warnings, if there are any.
 void add_warnings_section(HtmlReport& report, const std::vector<std::string>& warnings);

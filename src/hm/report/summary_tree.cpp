@@ -29,6 +29,13 @@ double quantity_of(const Summary& values, std::string_view name) {
   return 0;
 }
 
+std::string with_thousands(std::int64_t number) {
+  std::string text = std::to_string(number);
+  const std::size_t first = number < 0 ? 1 : 0;
+  for (std::size_t at = text.size(); at > first + 3;) text.insert(at -= 3, ",");
+  return text;
+}
+
 }  // namespace
 
 void SummaryTree::add(const SummaryDoc& doc, JsonValue value, std::string text) {
@@ -45,6 +52,7 @@ void SummaryTree::add_number(const SummaryDoc& doc, double number, JsonValue val
 }
 
 void SummaryTree::operator()(const SummaryDoc& doc, std::int64_t value) {
+  if (doc.format == kThousands) return add(doc, value, with_thousands(value));
   if (doc.scale != 1) return add_number(doc, static_cast<double>(value), value);
   add(doc, value, fmt::format(fmt::runtime(doc.format), value));
 }
@@ -53,14 +61,11 @@ void SummaryTree::operator()(const SummaryDoc& doc, std::string_view value) {
   add(doc, value, fmt::format(fmt::runtime(doc.format), value));
 }
 
-void SummaryTree::spread(const SummaryDoc& doc, const Summary& values,
-                         std::initializer_list<std::string_view> quantities) {
-  SummaryTree below;
-  for (const std::string_view name : quantities) {
+void SummaryTree::quantities(const SummaryDoc& doc, const Summary& values, Quantities names) {
+  for (const std::string_view name : names) {
     const std::string label = doc.label.empty() ? std::string() : fmt::format("{}, {}", doc.label, name);
-    below({name, label, doc.format, doc.scale}, quantity_of(values, name));
+    (*this)({name, label, doc.format, doc.scale}, quantity_of(values, name));
   }
-  adopt(doc.key, std::move(below));
 }
 
 void SummaryTree::json(std::string_view key, JsonValue value) { json_[key] = std::move(value); }

@@ -22,6 +22,9 @@ struct SummaryDoc {
   double scale = 1;                ///< from the value to the printed number
 };
 
+/// A format for whole numbers: 1,234,567.
+inline constexpr std::string_view kThousands = "thousands";
+
 /// The values of a summary, described once for JSON, console and report, as ParamList does for parameters.
 ///
 /// A summary has one function that names its values, and its sentences refer to them by key:
@@ -37,6 +40,8 @@ struct SummaryDoc {
 ///     tree.sentence("{volumes} volumes, {map_bytes}[; {loops.accepted} loops]");
 class SummaryTree {
  public:
+  using Quantities = std::initializer_list<std::string_view>;
+
   void operator()(const SummaryDoc& doc, double value) { add_number(doc, value, value); }
   void operator()(const SummaryDoc& doc, int value) { (*this)(doc, std::int64_t{value}); }
   void operator()(const SummaryDoc& doc, std::int64_t value);
@@ -56,14 +61,24 @@ class SummaryTree {
   }
   /// The named quantities of a set of numbers, as an object: "median", "mean", "rmse", "p95", "p99", "min",
   /// "max". The label becomes "label, median" ...
-  void spread(const SummaryDoc& doc, const Summary& values,
-              std::initializer_list<std::string_view> quantities = {"median", "p99", "mean", "max"});
+  void spread(const SummaryDoc& doc, const Summary& values, Quantities names = {"median", "p99", "mean", "max"}) {
+    object(doc.key, [&](SummaryTree& below) { below.quantities(doc, values, names); });
+  }
+  /// The same quantities among the other values; the key is not used.
+  void quantities(const SummaryDoc& doc, const Summary& values, Quantities names);
   /// A value that no sentence and no table shows.
   void json(std::string_view key, JsonValue value);
   /// Text that is not in the JSON.
   void shown(std::string_view key, std::string_view label, std::string text);
 
-  /// The values of a part, as an object.
+  /// Values that stand together, as an object: `describe(SummaryTree&)` names them.
+  template <class Describe>
+  void object(std::string_view key, Describe&& describe) {
+    SummaryTree below;
+    describe(below);
+    adopt(key, std::move(below));
+  }
+  /// The values of a part, as an object, by its visit().
   template <class Part>
   void group(std::string_view key, const Part& part) {
     SummaryTree below;
@@ -124,6 +139,13 @@ SummaryTree describe(const Described& summary) {
   SummaryTree tree;
   visit(summary, tree);
   return tree;
+}
+
+/// The JSON of whatever has a visit().
+template <class Described>
+  requires requires(const Described& summary, SummaryTree& tree) { visit(summary, tree); }
+JsonValue to_json(const Described& summary) {
+  return describe(summary).json();
 }
 
 }  // namespace hm

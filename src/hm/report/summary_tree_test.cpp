@@ -84,6 +84,14 @@ TEST(SummaryTree, TablesShowWhatHasALabel) {
   EXPECT_EQ(table.rows, (SummaryTree::Rows{{"10", "4.0 mm"}, {"20", "-"}}));
 }
 
+TEST(SummaryTree, LargeNumbersAreGrouped) {
+  SummaryTree tree;
+  tree({"a", "", kThousands}, 999);
+  tree({"b", "", kThousands}, 1000);
+  tree({"c", "", kThousands}, -1234567);
+  EXPECT_EQ(tree.sentence("{a} {b} {c}"), "999 1,000 -1,234,567");
+}
+
 TEST(SummaryTree, CardsAndTablesOfAReport) {
   HtmlReport report("run");
   const SummaryTree tree = describe(full_run());
