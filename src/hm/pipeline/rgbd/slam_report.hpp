@@ -25,7 +25,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
 JsonValue slam_report_json(const SlamSummary& summary, const std::string& program_version);
 
 /// accepted, not_accepted, refused{why: frames}, moved_m{}, mean_ms, p99_ms.
-JsonValue to_json(const SlamAlignmentSummary& summary);
+void visit(const SlamAlignmentSummary& summary, SummaryTree& v);
 /// The section of the report: how many were aligned, why others were not, how far poses moved, the time.
 void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summary);
 
