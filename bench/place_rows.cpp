@@ -94,7 +94,7 @@ JsonValue sweep(const HouseKeyframes& house, const PlaceMatrices& brute_force, P
 }
 
 /// The matrices of Fig. 3.11 as files, when HM_PLACE_PICTURES names a folder.
-Result<void> write_pictures(const PlaceMatrices& matrices) {
+Result<void> write_figures(const PlaceMatrices& matrices) {
   const char* folder = std::getenv("HM_PLACE_PICTURES");
   if (folder == nullptr) return {};
   const PlacePictures pictures = draw_places(matrices, 4);
@@ -150,7 +150,7 @@ Result<BenchResult> bench_places(const BenchOptions&) {
   search.min_keyframes_apart = 2;
   const PlaceMatrices brute_force = brute_force_places(house.keyframes, search, {});
   const PlaceMatrices heuristic = heuristic_places(house.keyframes, search, {});
-  if (auto written = write_pictures(heuristic); !written) return forward_error(written);
+  if (auto written = write_figures(heuristic); !written) return forward_error(written);
   const PlaceSweepRow row = compare_places(brute_force, heuristic, search);
   const ClosedHouse closed = close_house(house);
   BenchResult result;

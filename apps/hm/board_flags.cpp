@@ -6,7 +6,7 @@
 #include "program.hpp"
 
 void BoardFlags::add_to(CLI::App& command) {
-  const auto group = "Board (default: board.toml of the pictures, else 9x6 corners of 0.1 m)";
+  const auto group = "Board (default: board.toml of the images, else 9x6 corners of 0.1 m)";
   command.add_option("--board", kind, "checkerboard or charuco")
       ->check(CLI::IsMember({"checkerboard", "charuco"}))
       ->group(group);

@@ -7,7 +7,7 @@
 #include "hm/core/result.hpp"
 
 /// Options of verbs that look for a calibration board. What is not given comes from the board.toml of the
-/// pictures.
+/// images.
 struct BoardFlags {
   std::string kind, corners;
   double square_m = 0;

@@ -59,7 +59,7 @@ hm::Result<Outcome> run_extrinsics(const CalibrateFlags& flags, Session& session
 
 void add_calibrate(Program& program) {
   program.add({"calibrate",
-               "Pictures of a board become cameras, their places, depth correction and noise.",
+               "Images of a board become cameras, their places, depth correction and noise.",
                "  hm calibrate intrinsics set/color -o color\n"
                "  hm calibrate noise set/depth -o noise",
                {}});
@@ -69,10 +69,10 @@ void add_calibrate(Program& program) {
                    "  hm calibrate intrinsics set/color -o color\n"
                    "  hm calibrate intrinsics set/ir -o both --camera depth --calibration color",
                    [flags](Session& session) { return run_intrinsics(*flags, session); }});
-  intrinsics.add_option("pictures", flags->input, "folder of pictures of a board (.png, .jpg)")->required();
+  intrinsics.add_option("pictures", flags->input, "folder of images of a board (.png, .jpg)")->required();
   add_calibrate_output(intrinsics, flags, "calibration", CalibrationStart::kOptional);
   intrinsics
-      .add_option("--camera", flags->camera, "whose pictures they are: color (default) or depth (infrared)")
+      .add_option("--camera", flags->camera, "whose images they are: color (default) or depth (infrared)")
       ->check(CLI::IsMember({"color", "depth"}));
   flags->board.add_to(intrinsics);
 
@@ -80,10 +80,8 @@ void add_calibrate(Program& program) {
       program.add({"calibrate extrinsics", "The motion from the depth camera to the colour camera.",
                    "  hm calibrate extrinsics set/stereo/ir set/stereo/color --calibration both -o rig",
                    [flags](Session& session) { return run_extrinsics(*flags, session); }});
-  extrinsics.add_option("depth_pictures", flags->input, "folder of infrared pictures of the board")
-      ->required();
-  extrinsics
-      .add_option("color_pictures", flags->second_input, "folder of colour pictures, of the same names")
+  extrinsics.add_option("depth_images", flags->input, "folder of infrared images of the board")->required();
+  extrinsics.add_option("color_images", flags->second_input, "folder of colour images, of the same names")
       ->required();
   add_calibrate_output(extrinsics, flags, "calibration", CalibrationStart::kRequired);
   flags->board.add_to(extrinsics);

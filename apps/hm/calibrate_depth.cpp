@@ -9,7 +9,7 @@ hm::Result<Outcome> run_depth(const CalibrateFlags& flags, Session& session) {
   if (!parameters) return hm::forward_error(parameters);
   hm::DepthCalibrationOptions options;
   options.set = flags.input, options.start = flags.start, options.output = flags.output;
-  if (flags.is_raw_disparity) options.pictures = hm::DepthPictures::kRawDisparity;
+  if (flags.is_raw_disparity) options.images = hm::DepthImages::kRawDisparity;
   options.depth_units_per_m = flags.depth_units_per_m;
   options.board = parameters->board;
   options.fit = parameters->depth_fit;
@@ -56,10 +56,10 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
   add_calibrate_output(depth, flags, "calibration", CalibrationStart::kRequired);
   depth
       .add_option("--depth-units-per-m", flags->depth_units_per_m,
-                  "number in the depth pictures for one metre (default: 1000)")
+                  "number in the depth images for one metre (default: 1000)")
       ->check(positive_number());
   depth.add_flag("--raw-disparity", flags->is_raw_disparity,
-                 "depth pictures hold a Kinect's raw disparity (11 bits): what it means is found first");
+                 "depth images hold a Kinect's raw disparity (11 bits): what it means is found first");
   flags->board.add_to(depth);
 
   CLI::App& noise = program.add({"calibrate noise", "Noise of depth against distance, for --params.",

@@ -9,9 +9,9 @@ namespace {
 std::string closing_words(const hm::DemoSummary& demo, const std::filesystem::path& output) {
   const hm::ReconstructionSummary& result = demo.reconstruction;
   std::string text = fmt::format(
-      "\nA simulated walk of {:.0f} m through a house, {} depth pictures, became a coloured mesh of {} "
+      "\nA simulated walk of {:.0f} m through a house, {} depth images, became a coloured mesh of {} "
       "triangles\n"
-      "at {:g} mm, {:.0f} pictures a second, with {:.0f} MB of map.\n",
+      "at {:g} mm, {:.0f} frames a second, with {:.0f} MB of map.\n",
       demo.simulation.path_length_m, result.frames_integrated, result.triangles,
       result.parameters.tsdf.voxel_size_m * 1e3, result.frames_per_s,
       static_cast<double>(result.map_bytes) * 1e-6);
@@ -51,7 +51,7 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
 void add_demo(Program& program) {
   auto output = std::make_shared<std::string>("hm_demo");
   CLI::App& command =
-      program.add({"demo", "Scan a simulated house live: mesh, map, pictures, report, accuracy.",
+      program.add({"demo", "Scan a simulated house live: mesh, map, figures, report, accuracy.",
                    "  hm demo\n"
                    "  hm demo -o demo --set simulation.frame_limit=100",
                    [output](Session& session) { return run(*output, session); }});

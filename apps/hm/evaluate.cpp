@@ -52,9 +52,10 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
   const auto& params = parameters.mesh_error;
   const auto error = hm::evaluate_mesh(*mesh, truth->mesh, params, loop, truth->visible_points);
   if (!error) return hm::forward_error(error);
-  Outcome outcome{hm::to_text(*error, params), hm::to_json(*error, params), {}, {}};
+  const hm::MeasuredMesh measured{*error, params};
+  Outcome outcome{to_text(measured), to_json(measured), {}, {}};
   if (!flags.report.empty()) {
-    const auto written = write_report(flags, hm::mesh_report_html(*mesh, *truth, *error, loop), outcome);
+    const auto written = write_report(flags, hm::mesh_report_html(*mesh, *truth, measured, loop), outcome);
     if (!written) return hm::forward_error(written);
   }
   return outcome;

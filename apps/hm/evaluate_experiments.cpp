@@ -66,7 +66,7 @@ void add_uncertainty(Program& program) {
   command.add_option("recording", flags->recording,
                      "folder of a recording in which neither camera nor scene moves (default: a simulated "
                      "Kinect stands still at five places of a house; section simulation)");
-  command.add_option("-o,--output", flags->output, "folder for the page and the pictures")->required();
+  command.add_option("-o,--output", flags->output, "folder for the page and the figures")->required();
   command.add_option("--frames", flags->frames, "frames of each place (default: 300)")
       ->check(CLI::Range(10, 100000));
   command.add_option("--views", flags->views, "places of the simulation (default: 5)")
@@ -88,7 +88,7 @@ void add_experiments(Program& program) {
        "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
        [flags](Session& session) { return run_compensation(*flags, session); }});
   compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
-  compensation.add_option("-o,--output", flags->output, "folder for both maps, pictures and the page")
+  compensation.add_option("-o,--output", flags->output, "folder for both maps, figures and the page")
       ->required();
   compensation.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (default here: 0.03)")
       ->check(positive_number());

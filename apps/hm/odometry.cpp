@@ -32,7 +32,7 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
 void add_odometry(Program& program) {
   auto flags = std::make_shared<OdometryFlags>();
   CLI::App& command =
-      program.add({"odometry", "Depth and colour pictures become the motion of their camera.",
+      program.add({"odometry", "Depth and colour images become the motion of their camera.",
                    "  hm odometry recording -o result\n"
                    "  hm odometry recording -o published --method published_ransac_icp --json\n"
                    "  hm odometry recording -o sparse --set reconstruction.frame_stride=5",

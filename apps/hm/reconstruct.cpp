@@ -52,11 +52,11 @@ void add_reconstruct(Program& program) {
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_reconstruction)");
   command.add_option("--poses", flags->poses,
                      "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
-                     "pictures, camera in world");
+                     "images, camera in world");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_flag("--align", flags->align,
-                   "correct each given pose by aligning its depth picture to the map (reconstruction.align)");
+                   "correct each given pose by aligning its depth image to the map (reconstruction.align)");
   command.add_flag("--resume", flags->resume,
                    "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);

@@ -9,16 +9,16 @@ void RecordingFlags::add_to(CLI::App& command) {
       ->group(group);
   command
       .add_option("--calibration", calibration,
-                  "calibration.toml that is applied to every picture (default: that of the folder)")
+                  "calibration.toml that is applied to every image (default: that of the folder)")
       ->group(group);
   command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
       ->expected(4)
       ->group(group);
   command
-      .add_option("--size", size_px, "width and height of the pictures, with --intrinsics (default: 640 480)")
+      .add_option("--size", size_px, "width and height of the images, with --intrinsics (default: 640 480)")
       ->expected(2)
       ->group(group);
-  command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth pictures for one metre")
+  command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth images for one metre")
       ->check(positive_number())
       ->group(group);
 }

@@ -94,9 +94,9 @@ hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
 hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
   const bool boards = flags.world == "calibration";
   if (boards && flags.sensor == kLaserMav)
-    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no pictures of boards");
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no images of boards");
   if (!boards && flags.sensor == kXtion)
-    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "an xtion takes pictures of boards only");
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "an xtion takes images of boards only");
   if (boards)
     return simulate_calibration_set({output_of(flags), flags.sensor, flags.seed, flags.perfect}, session);
   return flags.sensor == kLaserMav ? run_laser(flags, session) : run_camera(flags, session);
@@ -117,7 +117,7 @@ void add_simulate(Program& program) {
   command
       .add_option(
           "world", flags->world,
-          "house, room or corridor (default: house); calibration: pictures of boards for `hm calibrate`")
+          "house, room or corridor (default: house); calibration: images of boards for `hm calibrate`")
       ->check(CLI::IsMember({"house", "room", "corridor", "calibration"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command

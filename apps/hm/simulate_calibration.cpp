@@ -10,7 +10,7 @@ hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, S
     if (flags.sensor == hm::kCalibrationSensorNames[i])
       simulation.sensor = static_cast<hm::CalibrationSensor>(i);
   if (flags.perfect && simulation.sensor != hm::CalibrationSensor::kXtion)
-    return hm::fail(hm::ErrorCode::kUsage, "--perfect", "the pictures of a {} come with its errors",
+    return hm::fail(hm::ErrorCode::kUsage, "--perfect", "the images of a {} come with its errors",
                     flags.sensor);
   if (flags.perfect) simulation.noise_quadratic_per_m = simulation.gray_sigma = simulation.warp_at_4m_m = 0;
   auto list = hm::list_all(parameters);
@@ -22,11 +22,11 @@ hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, S
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
   outcome.text =
-      fmt::format("{}: {} colour and {} infrared pictures, {} pairs, {} + {} poses with {} depth images\n",
-                  options.output.string(), summary->color_pictures, summary->ir_pictures, summary->pairs,
+      fmt::format("{}: {} colour and {} infrared images, {} pairs, {} + {} poses with {} depth images\n",
+                  options.output.string(), summary->color_images, summary->ir_images, summary->pairs,
                   summary->train_poses, summary->test_poses, summary->depth_images);
-  outcome.json = hm::JsonValue::object({{"color_pictures", summary->color_pictures},
-                                        {"ir_pictures", summary->ir_pictures},
+  outcome.json = hm::JsonValue::object({{"color_pictures", summary->color_images},
+                                        {"ir_pictures", summary->ir_images},
                                         {"pairs", summary->pairs},
                                         {"train_poses", summary->train_poses},
                                         {"test_poses", summary->test_poses},

@@ -32,7 +32,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
 void add_slam(Program& program) {
   auto flags = std::make_shared<SlamFlags>();
   CLI::App& command =
-      program.add({"slam", "Depth and colour pictures without poses become a trajectory, loops and a map.",
+      program.add({"slam", "Depth and colour images without poses become a trajectory, loops and a map.",
                    "  hm slam recording -o result\n"
                    "  hm slam recording -o fine --voxel 0.01\n"
                    "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",

@@ -57,8 +57,8 @@ const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
-const SE3& DensePipeline::T_map_given() const { return impl_->aligner.T_map_odom(); }
-void DensePipeline::set_T_map_given(const SE3& T_map_given) { impl_->aligner.set_T_map_odom(T_map_given); }
+const SE3& DensePipeline::T_map_input() const { return impl_->aligner.T_map_odom(); }
+void DensePipeline::set_T_map_input(const SE3& T_map_input) { impl_->aligner.set_T_map_odom(T_map_input); }
 
 void DensePipeline::adopt(VolumeGrid grid) {
   HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),

@@ -41,7 +41,7 @@ class DensePipeline {
   /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_given()) and, with
+  /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_input()) and, with
   /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
   /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
@@ -55,9 +55,9 @@ class DensePipeline {
   void swap_grid(VolumeGrid& other);
 
   /// What alignment has found out so far about the world of the given poses (TrajectoryAligner::T_map_odom).
-  [[nodiscard]] const SE3& T_map_given() const;
+  [[nodiscard]] const SE3& T_map_input() const;
   /// For going on with a map, or after a loop was closed.
-  void set_T_map_given(const SE3& T_map_given);
+  void set_T_map_input(const SE3& T_map_input);
 
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.

@@ -46,7 +46,7 @@ struct ReconstructionParams {
       self.save_interval_frames);
     v(ParamDoc{"mesh_formats", {}, "mesh files to write: any of ply, glb, obj, with commas between"},
       self.mesh_formats);
-    v(ParamDoc{"pictures", {}, "draw pictures of the result for the report"}, self.pictures);
+    v(ParamDoc{"pictures", {}, "draw figures of the result for the report"}, self.pictures);
   }
 };
 

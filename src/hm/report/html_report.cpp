@@ -95,7 +95,7 @@ void HtmlReport::begin_section(std::string heading, std::string introduction) {
   if (!introduction.empty()) add_paragraph(std::move(introduction));
 }
 
-void HtmlReport::add_picture(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption) {
+void HtmlReport::add_figure(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption) {
   HM_CHECK(!file_bytes.empty(), "{}", alt);
   body_ += figure_html(fmt::format("<img src=\"data:{};base64,{}\" alt=\"{}\">", media_type(file_bytes),
                                    base64(file_bytes), escape_markup(alt)),

@@ -25,8 +25,8 @@ class HtmlReport {
 
   /// Starts a section; what is added afterwards belongs to it.
   void begin_section(std::string heading, std::string introduction = {});
-  /// A picture as file bytes; the kind (PNG, JPEG) is seen from the bytes. `alt` says what it shows.
-  void add_picture(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption);
+  /// A figure as file bytes; the kind (PNG, JPEG) is seen from the bytes. `alt` says what it shows.
+  void add_figure(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption);
   /// An <svg> element, as plot.hpp makes.
   void add_svg(std::string svg, std::string caption);
   void add_table(std::vector<std::string> header, std::vector<std::vector<std::string>> rows);

@@ -176,8 +176,8 @@ TEST(HtmlReport, ContainsWhatWasGivenEscapedAndNothingExternal) {
   report.add_card({"surface error", "2.4", "mm", "95 % < 6 mm"});
   report.begin_section("Pictures", "What it looks like.");
   const std::vector<std::uint8_t> png{0x89, 'P', 'N', 'G'}, jpeg{0xff, 0xd8, 0xff};
-  report.add_picture(png, "shaded \"view\"", "from above");
-  report.add_picture(jpeg, "photo", "");
+  report.add_figure(png, "shaded \"view\"", "from above");
+  report.add_figure(jpeg, "photo", "");
   report.begin_section("Numbers");
   const PlotSeries line = sine("ms", SeriesStyle::kLine);
   report.add_svg(plot_svg(std::span(&line, 1), {}), "time per frame");

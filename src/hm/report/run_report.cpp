@@ -1,6 +1,35 @@
 #include "hm/report/run_report.hpp"
 
+#include <algorithm>
+
 namespace hm {
+
+void add_cards(HtmlReport& report, const SummaryTree& summary, std::initializer_list<SummaryCard> cards) {
+  for (const SummaryCard& card : cards) {
+    const auto value = summary.sentence(card.value);
+    if (!value) continue;
+    const std::size_t space = std::min(value->find(' '), value->size());
+    const std::string unit = space < value->size() ? value->substr(space + 1) : std::string();
+    report.add_card(
+        {std::string(card.name), value->substr(0, space), unit, summary.sentence(card.note).value_or("")});
+  }
+}
+
+void add_summary_table(HtmlReport& report, const SummaryTree& summary, std::string_view group) {
+  const auto rows = summary.rows(group);
+  if (!rows.empty()) report.add_table({"what", "value"}, rows);
+}
+
+void add_list_table(HtmlReport& report, const SummaryTree& summary, std::string_view list) {
+  const auto table = summary.table(list);
+  if (!table.rows.empty()) report.add_table(table.header, table.rows);
+}
+
+std::string output_lines(std::span<const std::filesystem::path> outputs) {
+  std::string text;
+  for (const auto& path : outputs) text += "  " + path.string() + "\n";
+  return text;
+}
 
 void add_warnings_section(HtmlReport& report, const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;

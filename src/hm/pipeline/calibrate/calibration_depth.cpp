@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
@@ -15,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One pose after all of its pictures were read: samples, or why there are none.
+/// One pose after all of its images were read: samples, or why there are none.
 struct Compared {
   std::optional<DepthViewResult> result;
   std::string left_out;
@@ -28,7 +29,7 @@ class Run {
  public:
   Run(const DepthCalibrationOptions& options, RgbdCalibration start)
       : options_(options), start_(std::move(start)) {
-    if (options.pictures == DepthPictures::kRawDisparity) {
+    if (options.images == DepthImages::kRawDisparity) {
       is_nominal_ = !start_.registers_depth();
       if (is_nominal_) start_.depth_camera = nominal_kinect().camera;
       if (is_nominal_) start_.T_color_depth = nominal_kinect().T_color_depth;
@@ -82,19 +83,18 @@ Result<void> Run::list() {
   return {};
 }
 
-/// The board's pose comes from the colour picture alone; depth only from the depth pictures.
+/// The board's pose comes from the colour image alone; depth only from the depth images.
 Compared Run::compare(const DepthPoseFolder& pose) const {
   const auto out = [&](const std::string& why) {
     return Compared{std::nullopt, pose.name + ": " + why, {}, {}};
   };
-  if (pose.color.empty()) return out("no colour picture");
-  const auto picture = read_color_image(pose.color);
-  if (!picture) return out(to_string(picture.error()));
-  if (picture->width() != start_.color_camera->width || picture->height() != start_.color_camera->height)
-    return out(fmt::format("the colour picture is {} x {}, the calibration's camera {} x {}",
-                           picture->width(), picture->height(), start_.color_camera->width,
-                           start_.color_camera->height));
-  const BoardDetection detection = find_board(*picture, options_.board);
+  if (pose.color.empty()) return out("no colour image");
+  const auto image = read_color_image(pose.color);
+  if (!image) return out(to_string(image.error()));
+  if (image->width() != start_.color_camera->width || image->height() != start_.color_camera->height)
+    return out(fmt::format("the colour image is {} x {}, the calibration's camera {} x {}", image->width(),
+                           image->height(), start_.color_camera->width, start_.color_camera->height));
+  const BoardDetection detection = find_board(*image, options_.board);
   if (detection.search != BoardSearch::kFound) return out("no board in " + pose.color.filename().string());
   const auto T_color_board = board_pose(detection.view, options_.board, *start_.color_camera);
   if (!T_color_board) return out("the corners tell no pose");
@@ -245,7 +245,7 @@ void Run::warn() {
 Result<DepthCalibrationSummary> Run::run() {
   if (auto listed = list(); !listed) return forward_error(listed);
   if (auto compared = compare_all(); !compared) return forward_error(compared);
-  if (options_.pictures == DepthPictures::kRawDisparity)
+  if (options_.images == DepthImages::kRawDisparity)
     if (auto fitted = fit_disparity(); !fitted) return forward_error(fitted);
   if (options_.fit.refine != DepthRefine::kNone)
     if (auto refined = refine(); !refined) return forward_error(refined);
@@ -274,16 +274,41 @@ Result<DepthCalibrationSummary> Run::run() {
 Result<DepthCalibrationSummary> calibrate_depth(const DepthCalibrationOptions& options) {
   auto start = read_start(options.start);
   if (!start) return forward_error(start);
-  if (options.pictures == DepthPictures::kRawDisparity && !start->color_camera)
+  if (options.images == DepthImages::kRawDisparity && !start->color_camera)
     return fail(ErrorCode::kUsage, options.start,
                 "a calibration with the colour camera is needed (--calibration): `hm calibrate intrinsics`");
-  if (options.pictures == DepthPictures::kDepth && !start->registers_depth())
+  if (options.images == DepthImages::kDepth && !start->registers_depth())
     return fail(ErrorCode::kUsage, options.start,
                 "a calibration with both cameras and the motion between them is needed (--calibration): `hm "
                 "calibrate "
                 "intrinsics` and `hm calibrate extrinsics`");
   if (auto checked = check_params(options.board); !checked) return forward_error(checked);
   return Run(options, std::move(*start)).run();
+}
+
+std::vector<DistanceError> errors_by_distance(std::span<const DepthViewError> errors) {
+  constexpr double kStep_m = 0.25;
+  struct Sum {
+    double z = 0, before = 0, after = 0, noise = 0;
+    std::size_t samples = 0;
+  };
+  std::map<int, Sum> sums;
+  for (const DepthViewError& error : errors) {
+    Sum& sum = sums[static_cast<int>(std::lround(error.distance_m / kStep_m))];
+    const auto n = static_cast<double>(error.samples);
+    sum.z += n * error.distance_m;
+    sum.before += n * error.before_rms_m * error.before_rms_m;
+    sum.after += n * error.after_rms_m * error.after_rms_m;
+    sum.noise += n * error.noise_m * error.noise_m;
+    sum.samples += error.samples;
+  }
+  std::vector<DistanceError> gathered;
+  for (const auto& [bin, sum] : sums) {
+    const auto n = static_cast<double>(sum.samples);
+    gathered.push_back({sum.z / n, sum.samples, std::sqrt(sum.before / n), std::sqrt(sum.after / n),
+                        std::sqrt(sum.noise / n)});
+  }
+  return gathered;
 }
 
 }  // namespace hm

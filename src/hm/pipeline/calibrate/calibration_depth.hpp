@@ -4,15 +4,15 @@
 
 namespace hm {
 
-/// What the numbers in depth pictures are.
-enum class DepthPictures { kDepth, kRawDisparity };
+/// What the numbers in depth images are.
+enum class DepthImages { kDepth, kRawDisparity };
 
 struct DepthCalibrationOptions {
   std::filesystem::path
       set;  ///< a folder: a folder for each pose of the board, or train/ and test/ with those
   std::filesystem::path start;   ///< the calibration with the cameras and the motion between them
   std::filesystem::path output;  ///< a folder
-  DepthPictures pictures = DepthPictures::kDepth;
+  DepthImages images = DepthImages::kDepth;
   double depth_units_per_m = 1000;
   BoardParams board;
   DepthFitParams fit;
@@ -27,7 +27,7 @@ struct DistanceError {
   double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: single images tell none
 };
 
-/// Errors of poses, gathered around full quarters of a metre (calibration_depth_errors.cpp).
+/// Errors of poses, gathered around full quarters of a metre.
 std::vector<DistanceError> errors_by_distance(std::span<const DepthViewError> errors);
 
 /// What raw disparity was found to mean.
@@ -54,7 +54,7 @@ struct DepthCalibrationSummary {
 
 /// Boards at many distances -> correction of depth (dissertation 3.1.2), judged on poses that the fit did not
 /// see: writes calibration.toml with its correction, report.json, report.html. Each pose is a folder with one
-/// colour picture (color.png or .jpg) and any number of depth pictures (depth*.png, 16 bits), which are
+/// colour image (color.png or .jpg) and any number of depth images (depth*.png, 16 bits), which are
 /// averaged; or a pair of files (list_depth_poses()). Of raw disparity, its two constants, the depth camera
 /// and the motion to the colour camera are fitted first; a start without a depth camera is enough then.
 /// Errors: set or start unusable, too few poses.

@@ -1,10 +1,10 @@
 #include <cmath>
 
 #include "hm/core/angle.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/calibration_depth.hpp"
-#include "hm/pipeline/calibrate/calibration_pictures.hpp"
+#include "hm/pipeline/calibrate/calibration_figures.hpp"
+#include "hm/report/plot.hpp"
 
 namespace hm {
 namespace {
@@ -73,8 +73,8 @@ void add_maps(HtmlReport& report, const DepthCorrectionModel& model) {
                        "the trained range; beyond it the correction is held.");
   const double full_m = largest_correction_m(model);
   for (const double z : {model.min_depth_m, (model.min_depth_m + model.max_depth_m) / 2, model.max_depth_m})
-    report.add_picture(encode_png(draw_correction(model, z, full_m)), "correction over the image",
-                       fmt::format("Readings of {:.2f} m.", z));
+    report.add_figure(encode_png(draw_correction(model, z, full_m)), "correction over the image",
+                      fmt::format("Readings of {:.2f} m.", z));
 }
 
 JsonValue raw_json(const RawDepthSummary& raw) {

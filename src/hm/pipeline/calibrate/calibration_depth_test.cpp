@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 /// What the simulated device says instead of depth; not the published constants.
 constexpr DisparityModel kDevice{3.12, -0.00285};
 
-/// Simulated boards whose depth pictures are turned into raw disparity, with a calibration of the colour
+/// Simulated boards whose depth images are turned into raw disparity, with a calibration of the colour
 /// camera alone to start from.
 class RawDisparity : public ::testing::Test {
  protected:
@@ -39,7 +39,7 @@ class RawDisparity : public ::testing::Test {
     ASSERT_TRUE(write_calibration(folder_.path() / "color.toml", start));
     options_.set = set / "depth", options_.start = folder_.path() / "color.toml";
     options_.output = folder_.path() / "result";
-    options_.pictures = DepthPictures::kRawDisparity;
+    options_.images = DepthImages::kRawDisparity;
   }
   static void make_raw(const fs::path& path) {
     auto units = read_depth_picture(path);

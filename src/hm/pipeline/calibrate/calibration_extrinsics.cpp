@@ -5,23 +5,23 @@
 
 #include "hm/core/angle.hpp"
 #include "hm/io/image/image_file.hpp"
-#include "hm/pipeline/calibrate/calibration_pictures.hpp"
+#include "hm/pipeline/calibrate/calibration_figures.hpp"
 
 namespace hm {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Pictures of both folders that have a partner, in the same order.
+/// Images of both folders that have a partner, in the same order.
 struct PairedFiles {
   std::vector<fs::path> depth, color;
   std::size_t without_partner = 0;
 };
 
 Result<PairedFiles> pair_up(const ExtrinsicsOptions& options) {
-  const auto depth = list_pictures(options.depth_pictures);
+  const auto depth = list_images(options.depth_images);
   if (!depth) return forward_error(depth);
-  const auto color = list_pictures(options.color_pictures);
+  const auto color = list_images(options.color_images);
   if (!color) return forward_error(color);
   std::map<std::string, fs::path> by_stem;
   for (const fs::path& path : *color) by_stem[path.stem().string()] = path;
@@ -33,8 +33,8 @@ Result<PairedFiles> pair_up(const ExtrinsicsOptions& options) {
     pairs.color.push_back(partner->second);
   }
   if (pairs.depth.empty())
-    return fail(ErrorCode::kNotFound, options.depth_pictures,
-                "no picture has a partner of the same name in {}", options.color_pictures.string());
+    return fail(ErrorCode::kNotFound, options.depth_images, "no image has a partner of the same name in {}",
+                options.color_images.string());
   pairs.without_partner = depth->size() + color->size() - 2 * pairs.depth.size();
   return pairs;
 }
@@ -63,10 +63,10 @@ void add_errors(HtmlReport& report, const StereoFit& fit) {
   }
   report.begin_section("Errors over the images",
                        "What is left between corners found and predicted; it should look random.");
-  report.add_picture(encode_png(draw_error_vectors(depth, fit.depth_camera.width, fit.depth_camera.height)),
-                     "error vectors in the depth camera", "Depth (infrared) camera.");
-  report.add_picture(encode_png(draw_error_vectors(color, fit.color_camera.width, fit.color_camera.height)),
-                     "error vectors in the colour camera", "Colour camera.");
+  report.add_figure(encode_png(draw_error_vectors(depth, fit.depth_camera.width, fit.depth_camera.height)),
+                    "error vectors in the depth camera", "Depth (infrared) camera.");
+  report.add_figure(encode_png(draw_error_vectors(color, fit.color_camera.width, fit.color_camera.height)),
+                    "error vectors in the colour camera", "Colour camera.");
 }
 
 std::string html_of(const ExtrinsicsSummary& summary) {
@@ -107,7 +107,7 @@ void add_warnings(ExtrinsicsSummary& summary, std::size_t pairs) {
   append(warnings_of(summary.depth_found));
   append(warnings_of(summary.color_found));
   if (summary.without_partner > 0)
-    warnings.push_back(fmt::format("{} pictures have no partner of the same name", summary.without_partner));
+    warnings.push_back(fmt::format("{} images have no partner of the same name", summary.without_partner));
   append(summary.fit.warnings);
   for (std::size_t i = 0; i < pairs; ++i)
     if (summary.fit.pairs[i].is_outlier)
@@ -138,17 +138,17 @@ Result<ExtrinsicsSummary> calibrate_extrinsics(const ExtrinsicsOptions& options)
                               const fs::path& folder) -> Result<void> {
     if (found.width == camera.width && found.height == camera.height) return {};
     return fail(ErrorCode::kInvalidValue, folder,
-                "the pictures are {} x {}, the calibration's camera is {} x {}", found.width, found.height,
+                "the images are {} x {}, the calibration's camera is {} x {}", found.width, found.height,
                 camera.width, camera.height);
   };
-  if (auto right = check_size(summary.depth_found, *start->depth_camera, options.depth_pictures); !right)
+  if (auto right = check_size(summary.depth_found, *start->depth_camera, options.depth_images); !right)
     return forward_error(right);
-  if (auto right = check_size(summary.color_found, *start->color_camera, options.color_pictures); !right)
+  if (auto right = check_size(summary.color_found, *start->color_camera, options.color_images); !right)
     return forward_error(right);
   const auto pairs = both_seen(summary);
   auto fit = fit_stereo(pairs, options.board, *start->depth_camera, *start->color_camera, options.fit);
   if (!fit) {
-    fit.error().where = options.depth_pictures;
+    fit.error().where = options.depth_images;
     return forward_error(fit);
   }
   summary.fit = std::move(*fit);

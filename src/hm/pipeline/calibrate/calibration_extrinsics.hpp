@@ -5,8 +5,8 @@
 namespace hm {
 
 struct ExtrinsicsOptions {
-  std::filesystem::path depth_pictures,
-      color_pictures;            ///< folders; a pair has the same name but for the ending
+  std::filesystem::path depth_images,
+      color_images;              ///< folders; a pair has the same name but for the ending
   std::filesystem::path start;   ///< the calibration with both cameras
   std::filesystem::path output;  ///< a folder
   BoardParams board;
@@ -23,7 +23,7 @@ struct ExtrinsicsSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// Pairs of pictures of a board -> T_color_depth (dissertation 3.1.1), added to the calibration: writes
+/// Pairs of images of a board -> T_color_depth (dissertation 3.1.1), added to the calibration: writes
 /// calibration.toml, report.json, report.html. Errors: folders or start unusable, a camera missing there, no
 /// pairs.
 Result<ExtrinsicsSummary> calibrate_extrinsics(const ExtrinsicsOptions& options);

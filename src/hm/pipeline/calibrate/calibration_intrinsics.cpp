@@ -1,9 +1,9 @@
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
 
 #include "hm/core/angle.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/image/image_file.hpp"
-#include "hm/pipeline/calibrate/calibration_pictures.hpp"
+#include "hm/pipeline/calibrate/calibration_figures.hpp"
+#include "hm/report/plot.hpp"
 
 namespace hm {
 namespace {
@@ -20,15 +20,15 @@ std::size_t outliers(const CameraFit& fit) {
       std::count_if(fit.views.begin(), fit.views.end(), [](const ViewFit& view) { return view.is_outlier; }));
 }
 
-void add_pictures(HtmlReport& report, const CameraFit& fit) {
+void add_corner_figures(HtmlReport& report, const CameraFit& fit) {
   const auto corners = used_corners(fit);
   const auto& camera = fit.camera;
   report.begin_section(
       "Errors over the image",
       "What is left between corners that were found and corners that the camera predicts. It should look "
       "random: lines that agree over a part of the image are distortion that the model cannot follow.");
-  report.add_picture(encode_png(draw_error_vectors(corners, camera.width, camera.height)),
-                     "error vectors over the image", "Reprojection errors, enlarged.");
+  report.add_figure(encode_png(draw_error_vectors(corners, camera.width, camera.height)),
+                    "error vectors over the image", "Reprojection errors, enlarged.");
   PlotSeries scatter{"corners", {}, {}, SeriesStyle::kScatter};
   for (const CornerResidual& corner : corners) {
     scatter.x.push_back(corner.error_px.x());
@@ -40,8 +40,8 @@ void add_pictures(HtmlReport& report, const CameraFit& fit) {
   report.add_svg(plot_svg({&scatter, 1}, plot), "The same errors around zero.");
   report.begin_section("Coverage",
                        "Where the boards were. Lens distortion is only known where there are corners.");
-  report.add_picture(encode_png(draw_coverage(corners, camera.width, camera.height)),
-                     "corners per cell of the image", "Corners in each cell.");
+  report.add_figure(encode_png(draw_coverage(corners, camera.width, camera.height)),
+                    "corners per cell of the image", "Corners in each cell.");
 }
 
 std::string html_of(const IntrinsicsSummary& summary) {
@@ -50,7 +50,7 @@ std::string html_of(const IntrinsicsSummary& summary) {
                                 kCalibratedCameraNames[static_cast<std::size_t>(summary.camera)]));
   const bool good = fit.warnings.empty();
   report.set_verdict(good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
-                     good ? fmt::format("A good set: {} pictures, {:.2f} px of error.",
+                     good ? fmt::format("A good set: {} images, {:.2f} px of error.",
                                         fit.views.size() - outliers(fit), fit.rms_px)
                           : fmt::format("A poor set: {}.", fit.warnings.front()));
   report.add_card(
@@ -60,7 +60,7 @@ std::string html_of(const IntrinsicsSummary& summary) {
   report.add_card({"pictures",
                    std::to_string(fit.views.size() - outliers(fit)),
                    {},
-                   fmt::format("of {}", summary.found.pictures)});
+                   fmt::format("of {}", summary.found.images)});
   report.add_card({"coverage", fmt::format("{:.0f}", 100 * fit.covered_ratio), "%",
                    "of the image's cells have a corner"});
   if (!summary.warnings.empty()) {
@@ -70,8 +70,8 @@ std::string html_of(const IntrinsicsSummary& summary) {
   report.begin_section("Camera",
                        "Plumb-bob model, as OpenCV and ROS; deviations from the scatter of the corners.");
   report.add_table({"", "value", "deviation"}, camera_table(fit.camera, fit.sigma));
-  add_pictures(report, fit);
-  report.begin_section("Pictures");
+  add_corner_figures(report, fit);
+  report.begin_section("Figures");
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < fit.views.size(); ++i) {
     const ViewFit& view = fit.views[i];
@@ -79,7 +79,7 @@ std::string html_of(const IntrinsicsSummary& summary) {
         {summary.found.names[i], fmt::format("{:.3f}", view.rms_px), fmt::format("{:.2f}", view.distance_m),
          fmt::format("{:.0f}", view.tilt_rad * kDegreesPerRadian), view.is_outlier ? "left out" : ""});
   }
-  report.add_table({"picture", "error (px)", "distance (m)", "tilt (deg)", ""}, rows);
+  report.add_table({"image", "error (px)", "distance (m)", "tilt (deg)", ""}, rows);
   return report.html();
 }
 
@@ -88,13 +88,13 @@ std::string html_of(const IntrinsicsSummary& summary) {
 Result<IntrinsicsSummary> calibrate_intrinsics(const IntrinsicsOptions& options) {
   auto start = read_start(options.start);
   if (!start) return forward_error(start);
-  const auto pictures = list_pictures(options.pictures);
-  if (!pictures) return forward_error(pictures);
-  auto found = find_boards(*pictures, options.board, options.run);
+  const auto images = list_images(options.images);
+  if (!images) return forward_error(images);
+  auto found = find_boards(*images, options.board, options.run);
   if (!found) return forward_error(found);
   auto fit = fit_camera(found->views, options.board, found->width, found->height, options.fit);
   if (!fit) {
-    fit.error().where = options.pictures;
+    fit.error().where = options.images;
     return forward_error(fit);
   }
   IntrinsicsSummary summary{std::move(*found), std::move(*fit), options.camera, {}, {}};
@@ -139,8 +139,8 @@ std::string to_text(const IntrinsicsSummary& summary) {
   const CameraFit& fit = summary.fit;
   const PinholeCamera& c = fit.camera;
   std::string text = fmt::format(
-      "{} of {} pictures used, reprojection error {:.3f} px, {:.0f} % of the image covered\n",
-      fit.views.size() - outliers(fit), summary.found.pictures, fit.rms_px, 100 * fit.covered_ratio);
+      "{} of {} images used, reprojection error {:.3f} px, {:.0f} % of the image covered\n",
+      fit.views.size() - outliers(fit), summary.found.images, fit.rms_px, 100 * fit.covered_ratio);
   text += fmt::format("focal lengths   {:.2f} +- {:.2f}, {:.2f} +- {:.2f} px\n", c.fx, fit.sigma[0], c.fy,
                       fit.sigma[1]);
   text += fmt::format("principal point {:.2f} +- {:.2f}, {:.2f} +- {:.2f} px\n", c.cx, fit.sigma[2], c.cy,

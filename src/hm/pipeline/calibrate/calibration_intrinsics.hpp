@@ -5,7 +5,7 @@
 namespace hm {
 
 struct IntrinsicsOptions {
-  std::filesystem::path pictures;  ///< a folder
+  std::filesystem::path images;    ///< a folder
   std::filesystem::path start;     ///< a calibration that the camera is added to; empty: none
   std::filesystem::path output;    ///< a folder
   CalibratedCamera camera = CalibratedCamera::kColor;
@@ -22,7 +22,7 @@ struct IntrinsicsSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// Pictures of a board -> intrinsics (dissertation 3.1.1): writes calibration.toml, COLOR_camera_info.yaml,
+/// Images of a board -> intrinsics (dissertation 3.1.1): writes calibration.toml, COLOR_camera_info.yaml,
 /// report.json and report.html. Errors: folder, board or start unusable; too few boards.
 Result<IntrinsicsSummary> calibrate_intrinsics(const IntrinsicsOptions& options);
 JsonValue to_json(const IntrinsicsSummary& summary);

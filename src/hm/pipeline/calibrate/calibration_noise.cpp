@@ -131,7 +131,7 @@ std::string html_of(const NoiseCalibrationSummary& summary) {
 void warn(NoiseCalibrationSummary& summary) {
   if (summary.unreadable > 0)
     summary.warnings.push_back(
-        fmt::format("{} pictures or poses left out ({})", summary.unreadable, summary.first_unreadable));
+        fmt::format("{} images or poses left out ({})", summary.unreadable, summary.first_unreadable));
   const double range = summary.samples.back().depth_m / summary.samples.front().depth_m;
   if (range < 1.5)
     summary.warnings.push_back(
@@ -157,11 +157,11 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
     fit.error().where = options.input;
     if (summary.unreadable > 0)
       fit.error().message +=
-          fmt::format("; {} pictures or poses left out ({})", summary.unreadable, summary.first_unreadable);
+          fmt::format("; {} images or poses left out ({})", summary.unreadable, summary.first_unreadable);
     const bool single = std::ranges::all_of(poses, [](const auto& pose) { return pose.depth.size() < 2; });
     if (options.source == NoiseSource::kStatic && !poses.empty() && single)
       fit.error().message +=
-          "; poses have a single depth picture each, which tells no deviation: `--from planes`";
+          "; poses have a single depth image each, which tells no deviation: `--from planes`";
     return forward_error(fit);
   }
   summary.fit = *fit;

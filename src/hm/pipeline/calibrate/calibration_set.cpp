@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What was found in one picture.
+/// What was found in one image.
 struct Looked {
   std::string unreadable;  ///< why, or empty
   int width = 0, height = 0;
@@ -28,18 +28,18 @@ struct Looked {
 
 Looked look(const fs::path& path, const BoardParams& board) {
   Looked looked;
-  const auto picture = read_color_image(path);
-  if (!picture) {
-    looked.unreadable = picture.error().message;
+  const auto image = read_color_image(path);
+  if (!image) {
+    looked.unreadable = image.error().message;
     return looked;
   }
-  looked.width = picture->width(), looked.height = picture->height();
-  looked.detection = find_board(*picture, board);
+  looked.width = image->width(), looked.height = image->height();
+  looked.detection = find_board(*image, board);
   return looked;
 }
 
 void sort_in(FoundBoards& found, const std::string& name, Looked looked) {
-  ++found.pictures;
+  ++found.images;
   if (!looked.unreadable.empty()) {
     found.unreadable.push_back(name + ": " + looked.unreadable);
     return;
@@ -60,43 +60,43 @@ void sort_in(FoundBoards& found, const std::string& name, Looked looked) {
 
 }  // namespace
 
-Result<std::vector<fs::path>> list_pictures(const fs::path& folder) {
+Result<std::vector<fs::path>> list_images(const fs::path& folder) {
   std::error_code code;
   if (!fs::is_directory(folder, code)) return fail(ErrorCode::kNotFound, folder, "there is no such folder");
-  std::vector<fs::path> pictures;
+  std::vector<fs::path> images;
   for (const auto& entry : fs::directory_iterator(folder, code)) {
     const std::string extension = lower_extension(entry.path());
-    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") pictures.push_back(entry.path());
+    if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") images.push_back(entry.path());
   }
-  if (pictures.empty()) return fail(ErrorCode::kNotFound, folder, "no picture (.png, .jpg) in this folder");
-  std::ranges::sort(pictures);
-  return pictures;
+  if (images.empty()) return fail(ErrorCode::kNotFound, folder, "no image (.png, .jpg) in this folder");
+  std::ranges::sort(images);
+  return images;
 }
 
-Result<FoundBoards> find_boards(const std::vector<fs::path>& pictures, const BoardParams& board,
+Result<FoundBoards> find_boards(const std::vector<fs::path>& images, const BoardParams& board,
                                 const RunContext& run) {
   if (auto checked = check_params(board); !checked) return forward_error(checked);
   FoundBoards found;
   const ParallelLoop loop(run.threads);
   const auto chunk = static_cast<std::size_t>(run.threads) * 2;
-  for (std::size_t begin = 0; begin < pictures.size(); begin += chunk) {
+  for (std::size_t begin = 0; begin < images.size(); begin += chunk) {
     if (run.stop.stop_requested()) return fail(ErrorCode::kCancelled, "", "stopped while looking for boards");
-    std::vector<Looked> looked(std::min(chunk, pictures.size() - begin));
+    std::vector<Looked> looked(std::min(chunk, images.size() - begin));
     loop.for_ranges(looked.size(), 1, [&](std::size_t from, std::size_t to) {
-      for (std::size_t i = from; i < to; ++i) looked[i] = look(pictures[begin + i], board);
+      for (std::size_t i = from; i < to; ++i) looked[i] = look(images[begin + i], board);
     });
     for (std::size_t i = 0; i < looked.size(); ++i)
-      sort_in(found, pictures[begin + i].filename().string(), std::move(looked[i]));
+      sort_in(found, images[begin + i].filename().string(), std::move(looked[i]));
     if (run.progress)
-      run.progress({"looking for boards", begin + looked.size(), pictures.size(),
+      run.progress({"looking for boards", begin + looked.size(), images.size(),
                     fmt::format("{} found", found.views.size())});
   }
   if (found.views.empty())
     return fail(
-        ErrorCode::kInvalidValue, pictures.empty() ? "" : pictures.front().parent_path().string(),
-        "no {} of {} x {} inner corners in {} pictures ({} unreadable); corners are counted between squares",
-        kBoardKindNames[static_cast<std::size_t>(board.kind)], board.corners_x, board.corners_y,
-        found.pictures, found.unreadable.size());
+        ErrorCode::kInvalidValue, images.empty() ? "" : images.front().parent_path().string(),
+        "no {} of {} x {} inner corners in {} images ({} unreadable); corners are counted between squares",
+        kBoardKindNames[static_cast<std::size_t>(board.kind)], board.corners_x, board.corners_y, found.images,
+        found.unreadable.size());
   return found;
 }
 
@@ -151,7 +151,7 @@ Result<std::vector<fs::path>> write_calibration_output(const CalibrationOutput& 
 }
 
 JsonValue to_json(const FoundBoards& found) {
-  auto json = JsonValue::object({{"pictures", found.pictures}, {"boards", found.views.size()}});
+  auto json = JsonValue::object({{"pictures", found.images}, {"boards", found.views.size()}});
   json["unreadable"] = JsonValue::array_of(found.unreadable);
   json["without_board"] = JsonValue::array_of(found.without_board);
   return json;
@@ -160,11 +160,11 @@ JsonValue to_json(const FoundBoards& found) {
 std::vector<std::string> warnings_of(const FoundBoards& found) {
   std::vector<std::string> warnings;
   if (!found.unreadable.empty())
-    warnings.push_back(fmt::format("{} of {} pictures left out: {}", found.unreadable.size(), found.pictures,
+    warnings.push_back(fmt::format("{} of {} images left out: {}", found.unreadable.size(), found.images,
                                    fmt::join(found.unreadable, "; ")));
   if (!found.without_board.empty())
-    warnings.push_back(fmt::format("no board found in {} of {} pictures: {}", found.without_board.size(),
-                                   found.pictures, fmt::join(found.without_board, ", ")));
+    warnings.push_back(fmt::format("no board found in {} of {} images: {}", found.without_board.size(),
+                                   found.images, fmt::join(found.without_board, ", ")));
   return warnings;
 }
 

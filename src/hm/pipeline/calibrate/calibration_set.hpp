@@ -11,25 +11,25 @@
 
 namespace hm {
 
-/// Which of the two cameras pictures belong to.
+/// Which of the two cameras images belong to.
 enum class CalibratedCamera { kColor, kDepth };
 inline constexpr std::string_view kCalibratedCameraNames[] = {"color", "depth"};
 
-/// Boards found in the pictures of a folder. What could not be used is named with the reason.
+/// Boards found in the images of a folder. What could not be used is named with the reason.
 struct FoundBoards {
-  std::vector<std::string> names;  ///< of the pictures with a board, as `views`
+  std::vector<std::string> names;  ///< of the images with a board, as `views`
   std::vector<BoardView> views;
-  int width = 0, height = 0;               ///< of the pictures
-  std::size_t pictures = 0;                ///< that were looked at
+  int width = 0, height = 0;               ///< of the images
+  std::size_t images = 0;                  ///< that were looked at
   std::vector<std::string> unreadable;     ///< "12.png: ends at byte 100"
   std::vector<std::string> without_board;  ///< names
 };
 
-/// Colour pictures (.png, .jpg) in a folder, by name. An error when there is no such folder, or no picture in
+/// Colour images (.png, .jpg) in a folder, by name. An error when there is no such folder, or no image in
 /// it.
-Result<std::vector<std::filesystem::path>> list_pictures(const std::filesystem::path& folder);
-/// Looks for the board in every picture. Errors: not one board found (told with the counts), stopped.
-Result<FoundBoards> find_boards(const std::vector<std::filesystem::path>& pictures, const BoardParams& board,
+Result<std::vector<std::filesystem::path>> list_images(const std::filesystem::path& folder);
+/// Looks for the board in every image. Errors: not one board found (told with the counts), stopped.
+Result<FoundBoards> find_boards(const std::vector<std::filesystem::path>& images, const BoardParams& board,
                                 const RunContext& run);
 
 /// The board of a folder: its board.toml, if there is one, or that of the folder above; nothing otherwise.
@@ -49,7 +49,7 @@ Result<std::vector<std::filesystem::path>> write_calibration_output(const Calibr
 
 /// {"pictures", "boards", "unreadable", "without_board"}.
 JsonValue to_json(const FoundBoards& found);
-/// One sentence each for pictures that were left out.
+/// One sentence each for images that were left out.
 std::vector<std::string> warnings_of(const FoundBoards& found);
 JsonValue to_json(const PinholeCamera& camera);
 std::vector<std::vector<std::string>> camera_table(const PinholeCamera& camera,

@@ -31,7 +31,7 @@ DepthPoseFolder look_into(const fs::path& folder, std::string name) {
   return pose;
 }
 
-/// Poses of one picture each, side by side: NAME-d.pgm with NAME-c1.jpg.
+/// Poses of one image each, side by side: NAME-d.pgm with NAME-c1.jpg.
 std::vector<DepthPoseFolder> side_by_side(const fs::path& folder, const std::string& prefix) {
   std::vector<DepthPoseFolder> poses;
   std::error_code code;

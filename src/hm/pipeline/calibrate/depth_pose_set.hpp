@@ -18,17 +18,17 @@ struct DepthPoseFolder {
 Result<std::vector<DepthPoseFolder>> list_depth_poses(const std::filesystem::path& folder,
                                                       const std::string& prefix = {});
 
-/// What the numbers in depth pictures mean, and the camera that took them.
+/// What the numbers in depth images mean, and the camera that took them.
 struct DepthReading {
   double units_per_m = 1000;
   std::optional<DisparityModel> disparity;  ///< the numbers are raw disparity
   const PinholeCamera* camera = nullptr;    ///< rectified for it; none: as they are
 };
 
-/// A depth picture, in metres by its unit; not rectified. Errors name it.
+/// A depth image, in metres by its unit; not rectified. Errors name it.
 Result<DepthImage> read_depth_of(const std::filesystem::path& path, const DepthReading& reading);
 
-/// Mean and deviation of the depth pictures of one pose. Errors name the picture.
+/// Mean and deviation of the depth images of one pose. Errors name the image.
 Result<DepthAverage> average_depth(const DepthPoseFolder& pose, const DepthReading& reading);
 
 }  // namespace hm

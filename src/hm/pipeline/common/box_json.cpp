@@ -1,5 +1,7 @@
 #include "hm/pipeline/common/box_json.hpp"
 
+#include <fmt/format.h>
+
 #include "hm/geometry/se3.hpp"
 
 namespace hm {
@@ -12,6 +14,13 @@ JsonValue to_json(const Box3& box) {
     return list;
   };
   return JsonValue::object({{"min", corner(box.min())}, {"max", corner(box.max())}});
+}
+
+void add_box(SummaryTree& v, std::string_view key, const Box3& box) {
+  v.json(key, to_json(box));
+  if (box.isEmpty()) return;
+  const Vec3 size = box.sizes();
+  v.shown(key, "size", fmt::format("{:.2f} x {:.2f} x {:.2f} m", size.x(), size.y(), size.z()));
 }
 
 }  // namespace hm

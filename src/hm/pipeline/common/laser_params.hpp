@@ -82,7 +82,7 @@ struct LaserRunParams {
     v(ParamDoc{"slice_bottom_m", {-1000, 1000}, "map.pgm: lowest height; planar recordings: all heights"},
       self.slice_bottom_m);
     v(ParamDoc{"slice_top_m", {-1000, 1000}, "map.pgm: greatest height"}, self.slice_top_m);
-    v(ParamDoc{"pictures", {}, "draw pictures of the map for the report"}, self.pictures);
+    v(ParamDoc{"pictures", {}, "draw figures of the map for the report"}, self.pictures);
   }
 };
 

@@ -1,8 +1,9 @@
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
-#include "hm/report/html_report.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/html_report.hpp"
+#include "hm/report/mesh_figures.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -32,50 +33,52 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path) {
   return truth;
 }
 
-JsonValue to_json(const MeshError& error, const MeshErrorParams& params) {
-  const Summary& distance = error.accuracy.distance_m;
-  auto accuracy = JsonValue::object({{"mean", distance.mean * 1e3},
-                                     {"median", distance.median * 1e3},
-                                     {"rmse", distance.rmse * 1e3},
-                                     {"p95", distance.p95 * 1e3},
-                                     {"bias", error.accuracy.bias_m * 1e3}});
-  return JsonValue::object({{"accuracy_mm", std::move(accuracy)},
-                            {"accuracy_ratio", error.accuracy.within_ratio},
-                            {"completeness_ratio", error.completeness.ratio},
-                            {"f_score_ratio", error.f_score},
-                            {"threshold_m", params.threshold_m},
-                            {"samples", distance.count},
-                            {"truth_points", error.completeness.distance_m.count}});
+void add_surface_error(SummaryTree& v, std::string_view key, const MeshAccuracy& accuracy,
+                       SummaryTree::Quantities quantities) {
+  const Summary& m = accuracy.distance_m;
+  Summary mm;
+  mm.mean = 1e3 * m.mean, mm.median = 1e3 * m.median, mm.rmse = 1e3 * m.rmse, mm.p95 = 1e3 * m.p95;
+  v.object(key, [&](SummaryTree& below) {
+    below.quantities({{}, "distance from the true surface", "{:.2f} mm"}, mm, quantities);
+    below({"bias", "mean signed distance, in front is positive", "{:+.2f} mm"}, 1e3 * accuracy.bias_m);
+  });
 }
 
-std::string to_text(const MeshError& error, const MeshErrorParams& params) {
-  const Summary& distance = error.accuracy.distance_m;
-  return fmt::format(
-      "accuracy      mean {:.2f} mm, median {:.2f} mm, 95 % under {:.2f} mm, bias {:+.2f} mm\n"
-      "precision     {:.2f} % of the surface within {:.0f} mm of the truth\n"
-      "completeness  {:.2f} % of the truth within {:.0f} mm of the surface\n",
-      distance.mean * 1e3, distance.median * 1e3, distance.p95 * 1e3, error.accuracy.bias_m * 1e3,
-      error.accuracy.within_ratio * 100, params.threshold_m * 1e3, error.completeness.ratio * 100,
-      params.threshold_m * 1e3);
+void visit(const MeasuredMesh& mesh, SummaryTree& v) {
+  const MeshError& error = mesh.error;
+  add_surface_error(v, "accuracy_mm", error.accuracy, {"mean", "median", "rmse", "p95"});
+  v({"accuracy_ratio", "surface near the truth", "{:.2f} %", 100}, error.accuracy.within_ratio);
+  v({"completeness_ratio", "truth that is there", "{:.2f} %", 100}, error.completeness.ratio);
+  v({"f_score_ratio", "f-score", "{:.2f} %", 100}, error.f_score);
+  v({"threshold_m", "near is within", "{:.0f} mm", 1e3}, mesh.params.threshold_m);
+  v({"samples"}, error.accuracy.distance_m.count);
+  v({"truth_points"}, error.completeness.distance_m.count);
 }
 
-std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, const MeshError& error,
+std::string to_text(const MeasuredMesh& mesh) {
+  return describe(mesh).lines(
+      {"accuracy      mean {accuracy_mm.mean}, median {accuracy_mm.median}, 95 % under {accuracy_mm.p95}, bias "
+       "{accuracy_mm.bias}",
+       "precision     {accuracy_ratio} of the surface within {threshold_m} of the truth",
+       "completeness  {completeness_ratio} of the truth within {threshold_m} of the surface"});
+}
+
+std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, const MeasuredMesh& measured,
                              const ParallelLoop& loop) {
-  const Summary& distance = error.accuracy.distance_m;
+  const SummaryTree tree = describe(measured);
   HtmlReport report("Mesh against truth");
-  report.set_verdict(
-      HtmlReport::Verdict::kNone,
-      fmt::format("The surface is {:.1f} mm from the truth on average; {:.1f} % of the truth is there.",
-                  distance.mean * 1e3, error.completeness.ratio * 100));
-  report.add_card({"surface error", fmt::format("{:.2f}", distance.mean * 1e3), "mm",
-                   fmt::format("mean; 95 % under {:.1f} mm", distance.p95 * 1e3)});
-  report.add_card({"bias", fmt::format("{:+.2f}", error.accuracy.bias_m * 1e3), "mm", "positive: in front"});
-  report.add_card({"completeness", fmt::format("{:.1f}", error.completeness.ratio * 100), "%", {}});
-  if (const auto picture = make_error_picture(mesh, truth.mesh, {}, loop)) {
+  report.set_verdict(HtmlReport::Verdict::kNone,
+                     *tree.sentence("The surface is {accuracy_mm.mean} from the truth on average; "
+                                    "{completeness_ratio} of the truth is there."));
+  add_cards(report, tree,
+            {{"surface error", "{accuracy_mm.mean}", "mean; 95 % under {accuracy_mm.p95}"},
+             {"bias", "{accuracy_mm.bias}", "positive: in front"},
+             {"completeness", "{completeness_ratio}", "of the truth within {threshold_m}"}});
+  if (const auto figure = make_error_figure(mesh, truth.mesh, {}, loop)) {
     report.begin_section("Against the truth");
-    add_picture(report, *picture);
+    add_figure(report, *figure);
   }
-  add_error_histogram(report, error);
+  add_error_histogram(report, measured.error);
   return report.html();
 }
 

@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/parallel.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -23,13 +23,21 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path);
 /// True when the folder of a recording holds a true mesh.
 bool has_mesh_truth(const std::filesystem::path& folder);
 
+/// A mesh's error, and what counts as near.
+struct MeasuredMesh {
+  const MeshError& error;
+  const MeshErrorParams& params;
+};
 /// accuracy_mm{mean,median,rmse,p95,bias}, accuracy_ratio, completeness_ratio, f_score_ratio ...
-JsonValue to_json(const MeshError& error, const MeshErrorParams& params);
-/// The same as lines for a terminal.
-std::string to_text(const MeshError& error, const MeshErrorParams& params);
-
+void visit(const MeasuredMesh& mesh, SummaryTree& v);
+/// Lines for a terminal.
+std::string to_text(const MeasuredMesh& mesh);
 /// A self-contained page: heat-map of the error, histogram, numbers.
-std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, const MeshError& error,
+std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, const MeasuredMesh& measured,
                              const ParallelLoop& loop);
+
+/// Adds quantities of the distance from the true surface and its `bias`, millimetres, as an object.
+void add_surface_error(SummaryTree& v, std::string_view key, const MeshAccuracy& accuracy,
+                       SummaryTree::Quantities quantities);
 
 }  // namespace hm

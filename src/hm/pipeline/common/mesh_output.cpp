@@ -22,14 +22,14 @@ Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
   return {};
 }
 
-MeshPictureOptions picture_options(const PinholeCamera& camera, const Trajectory& trajectory) {
-  MeshPictureOptions draw;
+MeshFigureOptions figure_options(const PinholeCamera& camera, const Trajectory& trajectory) {
+  MeshFigureOptions draw;
   draw.trajectory = &trajectory;
   draw.up = up_of_cameras(trajectory);
   if (trajectory.empty()) return draw;
   draw.T_world_camera = trajectory[trajectory.size() / 2].T_world_base;
   if (camera.fy < 0) {
-    // The picture is turned over: the camera's y axis points up (ICL-NUIM).
+    // The figure is turned over: the camera's y axis points up (ICL-NUIM).
     draw.up = -draw.up;
     draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, std::numbers::pi)), Vec3::Zero());
   }

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/report/mesh_pictures.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 
@@ -19,6 +19,6 @@ Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
                               std::vector<std::filesystem::path>& outputs);
 
 /// How a mesh is drawn that this camera made on this way. The trajectory must outlive the options.
-MeshPictureOptions picture_options(const PinholeCamera& camera, const Trajectory& trajectory);
+MeshFigureOptions figure_options(const PinholeCamera& camera, const Trajectory& trajectory);
 
 }  // namespace hm

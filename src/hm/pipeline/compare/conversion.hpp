@@ -25,7 +25,7 @@ struct ConversionSummary {
 };
 
 /// mesh -> mesh (.ply .obj .glb), map (.hmap) -> mesh, trajectory (TUM, EuRoC, KITTI) -> .tum .txt .kitti,
-/// recording (a folder) -> TUM recording (a folder). Distortion is removed from a recording's pictures.
+/// recording (a folder) -> TUM recording (a folder). Distortion is removed from a recording's images.
 /// Errors: input that cannot be read, a name that what was read cannot become (kUsage), a failure to write
 /// (kInternal).
 Result<ConversionSummary> convert(const ConversionOptions& options);

@@ -3,17 +3,17 @@
 #include <algorithm>
 
 #include "hm/evaluation/surface_distance.hpp"
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/mesh/mesh_file.hpp"
-#include "hm/io/map/octomap_file.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/pipeline/compare/depth_compensation_report.hpp"
-#include "hm/pipeline/common/frame_range.hpp"
+#include "hm/io/camera/calibration_file.hpp"
+#include "hm/io/map/octomap_file.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/mapping/keyframe_maps.hpp"
-#include "hm/report/map_pictures.hpp"
+#include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/compare/depth_compensation_report.hpp"
+#include "hm/report/map_figures.hpp"
 
 namespace hm {
 namespace {
@@ -161,12 +161,12 @@ Result<void> Experiment::write_results() {
   material_.program_version = options_.run.program_version;
   material_.parameters_toml = list_all(parameters_).to_toml();
   if (truth_) material_.surface = &*surface_;
-  const std::vector<MeshPicture> pictures = draw_compensation(summary_, material_, loop_);
-  if (auto written = write_pictures(options_.output, pictures, summary_.outputs); !written) return written;
+  const std::vector<Figure> figures = draw_compensation(summary_, material_, loop_);
+  if (auto written = write_figures(options_.output, figures, summary_.outputs); !written) return written;
   const auto json = to_json_text(to_json(summary_));
   if (auto written = write_file_text(options_.output / "report.json", json + "\n"); !written) return written;
   summary_.outputs.push_back(options_.output / "report.json");
-  const auto html = depth_compensation_html(summary_, material_, pictures);
+  const auto html = depth_compensation_html(summary_, material_, figures);
   summary_.outputs.push_back(options_.output / "report.html");
   return write_file_text(summary_.outputs.back(), html);
 }
@@ -179,7 +179,7 @@ Result<DepthCompensationSummary> Experiment::run() {
   if (auto ran = run_side("without", without_, summary_.without, material_.without); !ran)
     return forward_error(ran);
   if (auto ran = run_side("with", with_, summary_.with, material_.with); !ran) return forward_error(ran);
-  if (options_.run.progress) options_.run.progress({"drawing pictures", 0, 0, {}});
+  if (options_.run.progress) options_.run.progress({"drawing figures", 0, 0, {}});
   if (auto written = as_run_failure(write_results()); !written) return forward_error(written);
   return std::move(summary_);
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kErrorLimit_m = 0.1;  ///< ends of the heat-maps and histograms
 
-/// Both pictures in one, on white, their upper edges in line.
+/// Both figures in one, on white, their upper edges in line.
 Image<Rgb8> side_by_side(const Image<Rgb8>& left, const Image<Rgb8>& right) {
   constexpr int kGap_px = 16;
   Image<Rgb8> both(left.width() + kGap_px + right.width(), std::max(left.height(), right.height()),
@@ -150,16 +150,16 @@ JsonValue to_json(const CompensationSide& side) {
 
 }  // namespace
 
-std::vector<MeshPicture> draw_compensation(const DepthCompensationSummary& summary,
-                                           const CompensationMaterial& material, const ParallelLoop& loop) {
-  std::vector<MeshPicture> pictures;
+std::vector<Figure> draw_compensation(const DepthCompensationSummary& summary,
+                                      const CompensationMaterial& material, const ParallelLoop& loop) {
+  std::vector<Figure> figures;
   const TriangleMesh &without = material.without.mesh, &with = material.with.mesh;
-  if (without.triangles.empty() || with.triangles.empty()) return pictures;
+  if (without.triangles.empty() || with.triangles.empty()) return figures;
   // Both are seen from one place.
   const SceneExtent extent = scene_extent(with, up_of_cameras(summary.with.reconstruction.trajectory));
   const auto pair = [&](std::string name, std::string caption, auto&& draw) {
-    pictures.push_back({std::move(name), "Left without, right with depth compensation: " + caption,
-                        side_by_side(draw(without), draw(with))});
+    figures.push_back({std::move(name), "Left without, right with depth compensation: " + caption,
+                       side_by_side(draw(without), draw(with))});
   };
   pair("plan", "floor plan, cut 1.4 m over the floor.", [&](const TriangleMesh& mesh) {
     return render_floor_plan(mesh, extent, render_options(RenderStyle::kShaded), loop);
@@ -178,17 +178,17 @@ std::vector<MeshPicture> draw_compensation(const DepthCompensationSummary& summa
            return render_mesh(mesh, dollhouse_view(extent, render), render, loop);
          });
   if (material.without.heights && material.with.heights)
-    pictures.push_back(
+    figures.push_back(
         {"occupancy",
          "Left without, right with depth compensation: the highest occupied cell of the occupancy "
          "map, from above, by height.",
          side_by_side(*material.without.heights, *material.with.heights)});
-  return pictures;
+  return figures;
 }
 
 std::string depth_compensation_html(const DepthCompensationSummary& summary,
                                     const CompensationMaterial& material,
-                                    const std::vector<MeshPicture>& pictures) {
+                                    const std::vector<Figure>& figures) {
   HtmlReport report("Depth compensation");
   report.set_verdict(HtmlReport::Verdict::kNone, sentence(summary));
   add_warnings_section(report, summary.warnings);
@@ -201,7 +201,7 @@ std::string depth_compensation_html(const DepthCompensationSummary& summary,
   for (const Row& row : rows_of(summary))
     table.push_back({row.what, written(row.without, row.format), written(row.with, row.format)});
   report.add_table({"", "without", "with"}, table);
-  for (const MeshPicture& picture : pictures) add_picture(report, picture);
+  for (const Figure& figure : figures) add_figure(report, figure);
   const auto &without = summary.without.reconstruction.error, &with = summary.with.reconstruction.error;
   if (without && with) {
     report.begin_section("Error");

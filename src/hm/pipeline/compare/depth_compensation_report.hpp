@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "hm/pipeline/compare/depth_compensation.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 
-/// What the pictures and the page of the experiment are made of, besides its summary.
+/// What the figures and the page of the experiment are made of, besides its summary.
 struct CompensationMaterial {
   struct Side {
     TriangleMesh mesh;
@@ -19,13 +19,12 @@ struct CompensationMaterial {
   std::string parameters_toml, program_version;
 };
 
-/// Pictures with both maps side by side from the same place: floor plan, shaded, error, occupancy.
-std::vector<MeshPicture> draw_compensation(const DepthCompensationSummary& summary,
-                                           const CompensationMaterial& material, const ParallelLoop& loop);
+/// Figures with both maps side by side from the same place: floor plan, shaded, error, occupancy.
+std::vector<Figure> draw_compensation(const DepthCompensationSummary& summary,
+                                      const CompensationMaterial& material, const ParallelLoop& loop);
 
-/// The page: one sentence, a table, the pictures, the errors' histograms.
+/// The page: one sentence, a table, the figures, the errors' histograms.
 std::string depth_compensation_html(const DepthCompensationSummary& summary,
-                                    const CompensationMaterial& material,
-                                    const std::vector<MeshPicture>& pictures);
+                                    const CompensationMaterial& material, const std::vector<Figure>& figures);
 
 }  // namespace hm

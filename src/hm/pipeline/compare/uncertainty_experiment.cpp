@@ -45,9 +45,9 @@ struct StillView {
 /// Gathers the comparison over views.
 class Comparison {
  public:
-  /// Pictures are kept of the view with this number.
-  Comparison(const FeatureParams& features, std::size_t picture_view, UncertaintyResult& result)
-      : features_(features), picture_view_(picture_view), result_(result) {}
+  /// Images are kept of the view with this number.
+  Comparison(const FeatureParams& features, std::size_t image_view, UncertaintyResult& result)
+      : features_(features), image_view_(image_view), result_(result) {}
   void add(const StillView& view);
 
  private:
@@ -58,7 +58,7 @@ class Comparison {
   void keep_images(const StillView& view);
 
   const FeatureParams& features_;
-  std::size_t picture_view_;
+  std::size_t image_view_;
   UncertaintyResult& result_;
 };
 
@@ -136,7 +136,7 @@ void Comparison::keep_images(const StillView& view) {
 }
 
 void Comparison::add(const StillView& view) {
-  if (result_.views++ == picture_view_) keep_images(view);
+  if (result_.views++ == image_view_) keep_images(view);
   result_.frames += static_cast<std::size_t>(view.readings.images());
   for (const RgbdFrame& single : view.singles) {
     const Image<std::uint8_t> at_feature = feature_pixels(view, single);

@@ -1,17 +1,17 @@
-#include "hm/report/render/color_map.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/report/mesh_pictures.hpp"
-#include "hm/report/run_report.hpp"
 #include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/report/mesh_figures.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/report/render/color_map.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
 
 constexpr std::size_t kLeastPixels = 30;  ///< that a step of depth needs to be drawn
-constexpr double kBrightest_m = 0.05;     ///< deviation at the light end of the pictures' colours
+constexpr double kBrightest_m = 0.05;     ///< deviation at the light end of the figures' colours
 
 constexpr std::array<const char*, kUncertaintyModelCount> kModelWords{"quadratic", "4/2/1, noise once",
                                                                       "4/2/1", "10/3/1", "4/1/0"};
@@ -20,29 +20,29 @@ constexpr std::array<const char*, kPixelSetCount> kSetWords{"all pixels", "featu
 
 /// Square roots of deviations as colours, so that millimetres and centimetres can both be told; grey: none.
 Image<Rgb8> draw_deviations(const Image<float>& deviation_m) {
-  Image<Rgb8> picture(deviation_m.width(), deviation_m.height(), Rgb8{128, 128, 128});
-  for (int y = 0; y < picture.height(); ++y)
-    for (int x = 0; x < picture.width(); ++x)
+  Image<Rgb8> figure(deviation_m.width(), deviation_m.height(), Rgb8{128, 128, 128});
+  for (int y = 0; y < figure.height(); ++y)
+    for (int x = 0; x < figure.width(); ++x)
       if (std::isfinite(deviation_m(x, y)))
-        picture(x, y) =
+        figure(x, y) =
             to_rgb8(sequential_color(std::sqrt(static_cast<double>(deviation_m(x, y)) / kBrightest_m)));
-  return picture;
+  return figure;
 }
 
-std::vector<MeshPicture> draw_pictures(const UncertaintyResult& result) {
-  std::vector<MeshPicture> pictures;
+std::vector<Figure> draw_figures(const UncertaintyResult& result) {
+  std::vector<Figure> figures;
   const DeviationImages& images = result.images;
-  if (!images.color.empty()) pictures.push_back({"color", "What the camera sees.", images.color});
-  pictures.push_back(
+  if (!images.color.empty()) figures.push_back({"color", "What the camera sees.", images.color});
+  figures.push_back(
       {"actual",
        fmt::format("Actual deviation of each pixel over all frames of the view: dark none, light "
                    "{:.0f} mm and more, grey no reading.",
                    1e3 * kBrightest_m),
        draw_deviations(images.actual_m)});
   for (std::size_t m = 0; m < kUncertaintyModelCount; ++m)
-    pictures.push_back({kUncertaintyModels[m], fmt::format("Predicted from one frame: {}.", kModelWords[m]),
-                        draw_deviations(images.predicted_m[m])});
-  return pictures;
+    figures.push_back({kUncertaintyModels[m], fmt::format("Predicted from one frame: {}.", kModelWords[m]),
+                       draw_deviations(images.predicted_m[m])});
+  return figures;
 }
 
 /// Root mean squares over the depths where there are enough of them, millimetres.
@@ -73,7 +73,7 @@ void add_plots(HtmlReport& report, const UncertaintyResult& result, PixelSet whi
                  fmt::format("Actual and predicted deviation: {}.", kSetWords[set]));
 }
 
-std::string to_html(const UncertaintyResult& result, const std::vector<MeshPicture>& pictures,
+std::string to_html(const UncertaintyResult& result, const std::vector<Figure>& figures,
                     const std::string& program_version) {
   const double quadratic = result.error_m(0, PixelSet::kEdges), ours = result.error_m(1, PixelSet::kEdges),
                published = result.error_m(2, PixelSet::kEdges);
@@ -107,7 +107,7 @@ std::string to_html(const UncertaintyResult& result, const std::vector<MeshPictu
   for (const PixelSet set : {PixelSet::kAll, PixelSet::kFeatures, PixelSet::kEdges})
     if (result.models[0].error_m[static_cast<std::size_t>(set)].count > 0) add_plots(report, result, set);
   report.begin_section("One of the views");
-  for (const MeshPicture& picture : pictures) add_picture(report, picture);
+  for (const Figure& figure : figures) add_figure(report, figure);
   if (!program_version.empty()) report.set_footer("housemartin " + program_version);
   return report.html();
 }
@@ -119,12 +119,11 @@ Result<std::vector<std::filesystem::path>> write_uncertainty(const UncertaintyRe
                                                              const RunContext& run) {
   std::vector<std::filesystem::path> outputs;
   if (auto made = make_folder(output); !made) return forward_error(made);
-  const std::vector<MeshPicture> pictures = draw_pictures(result);
-  if (auto drawn = as_run_failure(write_pictures(output, pictures, outputs)); !drawn)
+  const std::vector<Figure> figures = draw_figures(result);
+  if (auto drawn = as_run_failure(write_figures(output, figures, outputs)); !drawn)
     return forward_error(drawn);
-  for (const auto& [name, text] :
-       {std::pair{"report.json", to_json_text(to_json(result)) + "\n"},
-        std::pair{"report.html", to_html(result, pictures, run.program_version)}}) {
+  for (const auto& [name, text] : {std::pair{"report.json", to_json_text(to_json(result)) + "\n"},
+                                   std::pair{"report.html", to_html(result, figures, run.program_version)}}) {
     if (auto written = as_run_failure(write_file_text(output / name, text)); !written)
       return forward_error(written);
     outputs.push_back(output / name);

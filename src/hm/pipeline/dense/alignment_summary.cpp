@@ -76,53 +76,38 @@ std::string alignment_warning(const AlignmentSummary& alignment, std::span<const
   for (const auto& [status, count] : counts)
     reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, to_string(status));
   return fmt::format(
-      "{} of {} depth pictures could not be aligned to the map ({}) and kept the motion of their given "
+      "{} of {} depth images could not be aligned to the map ({}) and kept the motion of their given "
       "poses; the "
       "poses or the camera's intrinsics may be wrong, or too little is in range",
       alignment.not_accepted, all, reasons);
 }
 
-JsonValue to_json(const AlignmentSummary& alignment) {
-  auto json = JsonValue::object({{"accepted", alignment.accepted}, {"not_accepted", alignment.not_accepted}});
-  json["align_ms"] = JsonValue::object({{"median", alignment.ms.median},
-                                        {"p99", alignment.ms.p99},
-                                        {"mean", alignment.ms.mean},
-                                        {"max", alignment.ms.max}});
-  if (alignment.given_ate_m) json["ate_given_m"] = *alignment.given_ate_m;
-  if (alignment.aligned_ate_m) json["ate_aligned_m"] = *alignment.aligned_ate_m;
-  return json;
-}
-
-std::string to_text(const AlignmentSummary& alignment) {
-  std::string text =
-      fmt::format("alignment    {} frames aligned, {} not; median {:.2f} ms, 99 % under {:.2f} ms\n",
-                  alignment.accepted, alignment.not_accepted, alignment.ms.median, alignment.ms.p99);
-  if (alignment.given_ate_m && alignment.aligned_ate_m)
-    text += fmt::format("             trajectory error {:.1f} mm as given, {:.1f} mm aligned\n",
-                        *alignment.given_ate_m * 1e3, *alignment.aligned_ate_m * 1e3);
-  return text;
+void visit(const AlignmentSummary& alignment, SummaryTree& v) {
+  v({"accepted", "frames aligned"}, alignment.accepted);
+  v({"not_accepted", "frames not aligned"}, alignment.not_accepted);
+  v.spread({"align_ms", "aligning", "{:.2f} ms"}, alignment.ms);
+  v({"ate_given_m", "trajectory error as given", "{:.1f} mm", 1e3}, alignment.given_ate_m);
+  v({"ate_aligned_m", "trajectory error aligned", "{:.1f} mm", 1e3}, alignment.aligned_ate_m);
 }
 
 void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summary) {
   if (!summary.alignment) return;
   const AlignmentSummary& alignment = *summary.alignment;
-  std::string lead =
-      fmt::format("{} depth pictures were aligned to the map, {} were not; {:.1f} ms each (median).",
-                  alignment.accepted, alignment.not_accepted, alignment.ms.median);
-  if (alignment.given_ate_m && alignment.aligned_ate_m)
-    lead += fmt::format(" The trajectory is off by {:.1f} mm (rmse), as given by {:.1f} mm.",
-                        *alignment.aligned_ate_m * 1e3, *alignment.given_ate_m * 1e3);
-  report.begin_section("Alignment", lead);
+  report.begin_section(
+      "Alignment",
+      *describe(alignment).sentence(
+          "{accepted} depth images were aligned to the map, {not_accepted} were not; {align_ms.median} each "
+          "(median).[ The trajectory is off by {ate_aligned_m} (rmse), as given by {ate_given_m}.]"));
   std::vector<NamedTrajectory> paths{{"as given", &alignment.given}, {"aligned", &summary.trajectory}};
   if (!summary.recording.truth.empty()) paths.push_back({"truth", &summary.recording.truth});
   add_path_views(report, paths, "Poses as given and aligned.");
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &FrameRecord::rms_before_m),
                                             series_of(summary, "after", &FrameRecord::rms_after_m)};
   add_frame_plot(report, distances, "distance (mm)",
-                 "Distance of the depth pictures from the map (rms of what agrees).");
+                 "Distance of the depth images from the map (rms of what agrees).");
   const PlotSeries shifts = series_of(summary, "correction", &FrameRecord::shift_m);
   add_frame_plot(report, std::span(&shifts, 1), "correction (mm)",
-                 "By how much each picture moved its camera.");
+                 "By how much each image moved its camera.");
 }
 
 }  // namespace hm

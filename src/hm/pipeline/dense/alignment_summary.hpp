@@ -22,9 +22,7 @@ AlignmentSummary summarise_alignment(const ReconstructionState& state, const Giv
 std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);
 
 /// accepted, not_accepted, align_ms{}, ate_given_m, ate_aligned_m.
-JsonValue to_json(const AlignmentSummary& alignment);
-/// A line or two for a terminal.
-std::string to_text(const AlignmentSummary& alignment);
+void visit(const AlignmentSummary& alignment, SummaryTree& v);
 
 /// The section of the report: both paths (and the true one), the distance from the map before and after, the
 /// corrections.

@@ -103,7 +103,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   saver_.emplace(std::move(*file));
   saver_->restore_marks(*grid, state->interior_marks);
   pipeline_.adopt(std::move(*grid));
-  pipeline_.set_T_map_given(state->T_map_given);
+  pipeline_.set_T_map_input(state->T_map_input);
   state_ = std::move(*state);
   if (const auto same = check_poses(path); !same) return same;
   summary_.resumed = true;
@@ -122,7 +122,7 @@ Result<void> Run::check_poses(const std::filesystem::path& map) const {
   const StampedPose& last = state_.trajectory.back();
   const std::optional<SE3> now = given_pose(last.stamp);
   constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
-  if (now && ((state_.T_map_given * *now).inverse() * last.T_world_base).log().norm() < kSame) return {};
+  if (now && ((state_.T_map_input * *now).inverse() * last.T_world_base).log().norm() < kSame) return {};
   return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
               options_.poses.string());
 }
@@ -187,12 +187,12 @@ void Run::note_alignment(const FrameOutcome& outcome, FrameRecord& record) {
   const bool first = state_.frames_integrated + (outcome.integrated ? 0u : 1u) == 1;  // nothing to align to
   if (!first)
     ++(alignment.status == AlignmentStatus::kAccepted ? state_.frames_aligned : state_.frames_not_aligned);
-  const SE3 T_map_given_before = std::exchange(state_.T_map_given, pipeline_.T_map_given());
+  const SE3 T_map_input_before = std::exchange(state_.T_map_input, pipeline_.T_map_input());
   record.align_ms = alignment.milliseconds;
   record.alignment = alignment.status;
   record.shift_m =
       (outcome.T_world_camera.translation() -
-       T_map_given_before * (state_.T_map_given.inverse() * outcome.T_world_camera.translation()))
+       T_map_input_before * (state_.T_map_input.inverse() * outcome.T_world_camera.translation()))
           .norm();
   record.rms_before_m = alignment.before.rms_m, record.rms_after_m = alignment.after.rms_m;
 }

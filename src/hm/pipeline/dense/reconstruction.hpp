@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
+#include "hm/core/run_context.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/common/parameters.hpp"
-#include "hm/core/run_context.hpp"
+#include "hm/report/summary_tree.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
@@ -40,7 +40,7 @@ struct FrameRecord {
   double scan_ms = 0;                        ///< all of the integration
   std::optional<AlignmentStatus> alignment;  ///< with reconstruction.align
   double shift_m = 0;                        ///< by which alignment corrected the pose, since the last frame
-  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth picture from the map
+  double rms_before_m = 0, rms_after_m = 0;  ///< distance of the depth image from the map
   std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
 };
 
@@ -94,8 +94,8 @@ Result<Parameters> parameters_of_map(const std::filesystem::path& map);
 
 /// frames{read,integrated,skipped}, integrate_ms{median,p99}, volumes ... (the keys of `hm reconstruct
 /// --json`).
-JsonValue to_json(const ReconstructionSummary& summary);
-/// The same in a few lines for a terminal.
+void visit(const ReconstructionSummary& summary, SummaryTree& v);
+/// A few lines for a terminal.
 std::string to_text(const ReconstructionSummary& summary);
 
 }  // namespace hm

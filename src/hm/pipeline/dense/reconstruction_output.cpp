@@ -31,7 +31,7 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
     return;
   }
   summary.error = std::move(*error);
-  truth->visible_points = {};  // a million or two; pictures only need the mesh
+  truth->visible_points = {};  // a million or two; figures only need the mesh
   material.truth = std::move(*truth);
   trim_memory();
 }
@@ -102,13 +102,13 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   measure(options, mesh, pipeline.loop(), material, summary);
   add_warnings(options, summary);
   if (options.parameters.reconstruction.pictures) {
-    say(options, "drawing pictures");
-    const MeshPictureOptions draw = picture_options(summary.recording.camera, summary.trajectory);
-    material.pictures = make_mesh_pictures(mesh, draw, pipeline.loop());
+    say(options, "drawing figures");
+    const MeshFigureOptions draw = figure_options(summary.recording.camera, summary.trajectory);
+    material.figures = make_mesh_figures(mesh, draw, pipeline.loop());
     if (material.truth)
-      if (auto picture = make_error_picture(mesh, material.truth->mesh, draw, pipeline.loop()))
-        material.pictures.push_back(std::move(*picture));
-    if (const auto written = write_pictures(options.output, material.pictures, summary.outputs); !written)
+      if (auto figure = make_error_figure(mesh, material.truth->mesh, draw, pipeline.loop()))
+        material.figures.push_back(std::move(*figure));
+    if (const auto written = write_figures(options.output, material.figures, summary.outputs); !written)
       return as_run_failure(written);
   }
   return as_run_failure(write_texts(options, material, summary));

@@ -12,17 +12,17 @@ namespace hm {
 namespace {
 
 struct Stage {
-  const char* name;
+  const char *key, *name;
   double FrameRecord::*ms;
 };
-constexpr std::array<Stage, 8> kStages{{{"waiting for pictures", &FrameRecord::wait_ms},
-                                        {"aligning", &FrameRecord::align_ms},
-                                        {"allocating volumes", &FrameRecord::allocate_ms},
-                                        {"integrating", &FrameRecord::integrate_ms},
-                                        {"carving", &FrameRecord::carve_ms},
-                                        {"meshing", &FrameRecord::mesh_ms},
-                                        {"packing", &FrameRecord::pack_ms},
-                                        {"saving", &FrameRecord::save_ms}}};
+constexpr std::array<Stage, 8> kStages{{{"wait_ms", "waiting for images", &FrameRecord::wait_ms},
+                                        {"align_ms", "aligning", &FrameRecord::align_ms},
+                                        {"allocate_ms", "allocating volumes", &FrameRecord::allocate_ms},
+                                        {"integrate_ms", "integrating", &FrameRecord::integrate_ms},
+                                        {"carve_ms", "carving", &FrameRecord::carve_ms},
+                                        {"mesh_ms", "meshing", &FrameRecord::mesh_ms},
+                                        {"pack_ms", "packing", &FrameRecord::pack_ms},
+                                        {"save_ms", "saving", &FrameRecord::save_ms}}};
 
 std::vector<double> values_of(const ReconstructionSummary& summary, double FrameRecord::*member) {
   std::vector<double> values;
@@ -37,37 +37,15 @@ std::vector<double> megabytes_of(const ReconstructionSummary& summary, std::size
   return values;
 }
 
-/// 1234567 -> "1,234,567".
-std::string grouped(std::size_t number) {
-  const std::string digits = std::to_string(number);
-  std::string text;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
-    text += digits[i];
-  }
-  return text;
-}
-
-void add_cards(HtmlReport& report, const ReconstructionSummary& summary) {
-  report.add_card({"frames",
-                   grouped(summary.frames_integrated),
-                   {},
-                   fmt::format("of {}; {} skipped", summary.frames_total, summary.skipped.size())});
-  report.add_card({"integration", fmt::format("{:.1f}", summary.integrate_ms.median), "ms",
-                   fmt::format("per frame, median; 99 % under {:.1f} ms", summary.integrate_ms.p99)});
-  report.add_card({"mesh", grouped(summary.triangles), "triangles",
-                   fmt::format("{} vertices", grouped(summary.vertices))});
-  report.add_card({"map", fmt::format("{:.1f}", static_cast<double>(summary.map_bytes) * 1e-6), "MB",
-                   fmt::format("{} volumes, {:.1f} MB on disk", grouped(summary.volumes),
-                               static_cast<double>(summary.map_file_bytes) * 1e-6)});
-  if (!summary.error) return;
-  const MeshAccuracy& accuracy = summary.error->accuracy;
-  report.add_card({"surface error", fmt::format("{:.1f}", accuracy.distance_m.mean * 1e3), "mm",
-                   fmt::format("mean; 95 % under {:.1f} mm, bias {:+.1f} mm", accuracy.distance_m.p95 * 1e3,
-                               accuracy.bias_m * 1e3)});
-  report.add_card({"completeness", fmt::format("{:.1f}", summary.error->completeness.ratio * 100), "%",
-                   fmt::format("of what could be seen, within {:.0f} mm",
-                               summary.parameters.mesh_error.threshold_m * 1e3)});
+void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
+  add_cards(report, summary,
+            {{"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
+             {"integration", "{integrate_ms.median}", "per frame, median; 99 % under {integrate_ms.p99}"},
+             {"mesh", "{triangles} triangles", "{vertices} vertices"},
+             {"map", "{map_bytes}", "{volumes} volumes, {map_file_bytes} on disk"},
+             {"surface error", "{surface_error_mm.mean}",
+              "mean; 95 % under {surface_error_mm.p95}, bias {surface_error_mm.bias}"},
+             {"completeness", "{completeness_ratio}", "of what could be seen"}});
 }
 
 void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) {
@@ -111,7 +89,7 @@ void add_recording_section(HtmlReport& report, const ReconstructionSummary& summ
       {"what", "value"},
       {{"folder", info.path.string()},
        {"kind", std::string(to_string(info.kind))},
-       {"depth pictures", grouped(info.frame_count)},
+       {"depth images", std::to_string(info.frame_count)},
        {"camera", fmt::format("{} x {}, f {:.1f} {:.1f}, c {:.1f} {:.1f} ({})", camera.width, camera.height,
                               camera.fx, camera.fy, camera.cx, camera.cy, info.camera_source)},
        {"depth unit", fmt::format("{:g} mm", info.depth_unit_m * 1e3)},
@@ -140,6 +118,7 @@ void add_skipped(HtmlReport& report, const ReconstructionSummary& summary) {
 
 std::string report_html(const ReconstructionSummary& summary, const ReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
+  const SummaryTree tree = describe(summary);
   HtmlReport report("Reconstruction of " + summary.recording.path.filename().string());
   const bool empty = summary.triangles == 0;
   report.set_verdict(
@@ -147,13 +126,12 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
       : summary.warnings.empty() ? Verdict::kGood
                                  : Verdict::kDoubtful,
       empty ? "No surface was found."
-            : fmt::format("{} frames became a mesh of {} triangles at {:g} mm, {:.1f} frames per second.",
-                          grouped(summary.frames_integrated), grouped(summary.triangles),
-                          summary.parameters.tsdf.voxel_size_m * 1e3, summary.frames_per_s));
-  add_cards(report, summary);
+            : *tree.sentence("{frames.integrated} frames became a mesh of {triangles} triangles at "
+                             "{voxel_size_m}, {frames_per_s}."));
+  add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
-  if (!material.pictures.empty()) report.begin_section("Pictures");
-  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+  if (!material.figures.empty()) report.begin_section("Figures");
+  for (const Figure& figure : material.figures) add_figure(report, figure);
   if (summary.error) add_error_histogram(report, *summary.error);
   add_alignment_section(report, summary);
   add_time_section(report, summary);
@@ -168,24 +146,15 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   json["version"] = program_version;
   json["recording"] = summary.recording.path.string();
   auto series = JsonValue::object();
-  auto frames = JsonValue::array();
+  std::vector<std::size_t> frames;
   for (const FrameRecord& record : summary.records) frames.push_back(record.index);
-  series["frame"] = std::move(frames);
-  const auto add = [&](const char* key, const std::vector<double>& values) {
-    series[key] = JsonValue::array_of(values);
-  };
-  add("time_s", values_of(summary, &FrameRecord::time_s));
-  add("wait_ms", values_of(summary, &FrameRecord::wait_ms));
-  add("align_ms", values_of(summary, &FrameRecord::align_ms));
-  add("allocate_ms", values_of(summary, &FrameRecord::allocate_ms));
-  add("integrate_ms", values_of(summary, &FrameRecord::integrate_ms));
-  add("carve_ms", values_of(summary, &FrameRecord::carve_ms));
-  add("mesh_ms", values_of(summary, &FrameRecord::mesh_ms));
-  add("pack_ms", values_of(summary, &FrameRecord::pack_ms));
-  add("save_ms", values_of(summary, &FrameRecord::save_ms));
-  add("resident_mb", megabytes_of(summary, &FrameRecord::resident_bytes));
-  add("map_mb", megabytes_of(summary, &FrameRecord::map_bytes));
-  add("mesh_mb", megabytes_of(summary, &FrameRecord::mesh_bytes));
+  series["frame"] = JsonValue::array_of(frames);
+  series["time_s"] = JsonValue::array_of(values_of(summary, &FrameRecord::time_s));
+  for (const Stage& stage : kStages) series[stage.key] = JsonValue::array_of(values_of(summary, stage.ms));
+  for (const auto& [key, bytes] : {std::pair{"resident_mb", &FrameRecord::resident_bytes},
+                                   std::pair{"map_mb", &FrameRecord::map_bytes},
+                                   std::pair{"mesh_mb", &FrameRecord::mesh_bytes}})
+    series[key] = JsonValue::array_of(megabytes_of(summary, bytes));
   json["series"] = std::move(series);
   return json;
 }

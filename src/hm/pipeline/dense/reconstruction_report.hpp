@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/report/mesh_pictures.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 
@@ -13,11 +13,11 @@ namespace hm {
 struct ReportMaterial {
   std::string program_version;
   std::string parameters_toml;
-  std::vector<MeshPicture> pictures;
+  std::vector<Figure> figures;
   std::optional<MeshTruth> truth;
 };
 
-/// The self-contained page of a run: pictures, error, time of each stage, memory, what was skipped and why.
+/// The self-contained page of a run: figures, error, time of each stage, memory, what was skipped and why.
 std::string report_html(const ReconstructionSummary& summary, const ReportMaterial& material);
 /// The summary as JSON, with the series behind the plots.
 JsonValue report_json(const ReconstructionSummary& summary, const std::string& program_version);

@@ -89,7 +89,7 @@ std::string state_to_json(const ReconstructionState& state) {
                                          {"volumes_refused", state.volumes_refused},
                                          {"frames_aligned", state.frames_aligned},
                                          {"frames_not_aligned", state.frames_not_aligned},
-                                         {"T_map_given", pose_to_json({{}, state.T_map_given})},
+                                         {"T_map_given", pose_to_json({{}, state.T_map_input})},
                                          {"skipped", std::move(skipped)},
                                          {"trajectory", std::move(trajectory)},
                                          {"interior_marks", std::move(marks)}}),
@@ -117,7 +117,7 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
     StampedPose pose;
     if (!pose_from_json(*motion, pose))
       return fail(ErrorCode::kCorrupted, where, "T_map_given of its state is damaged");
-    state.T_map_given = pose.T_world_base;
+    state.T_map_input = pose.T_world_base;
   }
   if (const JsonValue* skipped = json->find("skipped"); skipped && skipped->as_array())
     for (const JsonValue& frame : *skipped->as_array())

@@ -15,7 +15,7 @@ struct ReconstructionState {
   std::size_t next_frame = 0;
   std::size_t frames_read = 0, frames_integrated = 0, volumes_refused = 0;
   std::size_t frames_aligned = 0, frames_not_aligned = 0;
-  SE3 T_map_given;  ///< see DensePipeline
+  SE3 T_map_input;  ///< see DensePipeline
   std::vector<SkippedFrame> skipped;
   Trajectory trajectory;                  ///< of the integrated frames, as they were integrated
   std::vector<VolumeKey> interior_marks;  ///< see MapSaver::MakeHeader

@@ -1,83 +1,60 @@
-#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/common/box_json.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
-namespace {
 
-JsonValue times_to_json(const Summary& times) {
-  return JsonValue::object(
-      {{"median", times.median}, {"p99", times.p99}, {"mean", times.mean}, {"max", times.max}});
+void visit(const SkippedFrame& frame, SummaryTree& v) {
+  v({"index", "frame"}, frame.index);
+  v({"reason", "reason"}, frame.reason);
 }
 
-JsonValue skipped_to_json(const std::vector<SkippedFrame>& skipped) {
-  auto list = JsonValue::array();
-  for (const SkippedFrame& frame : skipped)
-    list.push_back(JsonValue::object({{"index", frame.index}, {"reason", frame.reason}}));
-  return list;
-}
-
-}  // namespace
-
-JsonValue to_json(const ReconstructionSummary& summary) {
-  auto json = JsonValue::object();
-  json["frames"] = JsonValue::object({{"total", summary.frames_total},
-                                      {"read", summary.frames_read},
-                                      {"integrated", summary.frames_integrated},
-                                      {"skipped", summary.skipped.size()}});
-  json["skipped_frames"] = skipped_to_json(summary.skipped);
-  json["interrupted"] = summary.interrupted;
-  if (summary.resumed) json["resumed_at_frame"] = summary.resumed_at_frame;
-  json["threads"] = summary.threads;
-  json["run_s"] = summary.run_s;
-  json["frames_per_s"] = summary.frames_per_s;
-  json["integrate_ms"] = times_to_json(summary.integrate_ms);
-  json["mesh_ms"] = times_to_json(summary.mesh_ms);
-  json["volumes"] = summary.volumes;
-  json["volumes_refused"] = summary.volumes_refused;
-  json["map_bytes"] = summary.map_bytes;
-  json["map_file_bytes"] = summary.map_file_bytes;
-  json["voxel_size_m"] = summary.parameters.tsdf.voxel_size_m;
-  json["vertices"] = summary.vertices;
-  json["triangles"] = summary.triangles;
-  json["bounds_m"] = to_json(summary.bounds_m);
-  if (summary.alignment) json["alignment"] = to_json(*summary.alignment);
-  json["path_length_m"] = path_length(summary.trajectory);
-  if (summary.error) {
-    const MeshAccuracy& accuracy = summary.error->accuracy;
-    json["surface_error_mm"] = JsonValue::object({{"mean", accuracy.distance_m.mean * 1e3},
-                                                  {"median", accuracy.distance_m.median * 1e3},
-                                                  {"p95", accuracy.distance_m.p95 * 1e3},
-                                                  {"bias", accuracy.bias_m * 1e3}});
-    json["completeness_ratio"] = summary.error->completeness.ratio;
-  }
-  return json;
+void visit(const ReconstructionSummary& summary, SummaryTree& v) {
+  v.object("frames", [&](SummaryTree& frames) {
+    frames({"total"}, summary.frames_total);
+    frames({"read"}, summary.frames_read);
+    frames({"integrated"}, summary.frames_integrated);
+    frames({"skipped"}, summary.skipped.size());
+  });
+  v.list("skipped_frames", summary.skipped);
+  v({"interrupted"}, summary.interrupted);
+  if (summary.resumed) v({"resumed_at_frame"}, summary.resumed_at_frame);
+  v({"threads"}, summary.threads);
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
+  v({"frames_per_s", "rate", "{:.1f} frames per second"}, summary.frames_per_s);
+  v.spread({"integrate_ms", "integration", "{:.2f} ms"}, summary.integrate_ms);
+  v.spread({"mesh_ms", "meshing", "{:.2f} ms"}, summary.mesh_ms);
+  v({"volumes", "volumes", kThousands}, summary.volumes);
+  v({"volumes_refused"}, summary.volumes_refused);
+  v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
+  v({"map_file_bytes", "map on disk", "{:.1f} MB", 1e-6}, summary.map_file_bytes);
+  v({"voxel_size_m", "voxels", "{:g} mm", 1e3}, summary.parameters.tsdf.voxel_size_m);
+  v({"vertices", "vertices", kThousands}, summary.vertices);
+  v({"triangles", "triangles", kThousands}, summary.triangles);
+  add_box(v, "bounds_m", summary.bounds_m);
+  v.group("alignment", summary.alignment);
+  v({"path_length_m", "path", "{:.2f} m"}, path_length(summary.trajectory));
+  if (!summary.error) return;
+  add_surface_error(v, "surface_error_mm", summary.error->accuracy, {"mean", "median", "p95"});
+  v({"completeness_ratio", "surface that is there", "{:.2f} %", 100}, summary.error->completeness.ratio);
 }
 
 std::string to_text(const ReconstructionSummary& summary) {
-  std::string text = fmt::format(
-      "{} of {} frames integrated, {} skipped; {:.1f} frames/s\n"
-      "integration  median {:.2f} ms, 99 % under {:.2f} ms a frame; meshing median {:.2f} ms\n"
-      "map          {} volumes of {:g} mm voxels, {:.1f} MB\n"
-      "mesh         {} vertices, {} triangles\n",
-      summary.frames_integrated, summary.frames_total, summary.skipped.size(), summary.frames_per_s,
-      summary.integrate_ms.median, summary.integrate_ms.p99, summary.mesh_ms.median, summary.volumes,
-      summary.parameters.tsdf.voxel_size_m * 1e3, static_cast<double>(summary.map_bytes) * 1e-6,
-      summary.vertices, summary.triangles);
-  if (summary.alignment) text += to_text(*summary.alignment);
-  if (!summary.bounds_m.isEmpty()) {
-    const Vec3 size = summary.bounds_m.sizes();
-    text += fmt::format("size         {:.2f} x {:.2f} x {:.2f} m\n", size.x(), size.y(), size.z());
-  }
-  if (summary.error) {
-    const MeshAccuracy& accuracy = summary.error->accuracy;
-    text += fmt::format(
-        "against the truth: mean {:.2f} mm, 95 % under {:.2f} mm, bias {:+.2f} mm; {:.2f} % complete\n",
-        accuracy.distance_m.mean * 1e3, accuracy.distance_m.p95 * 1e3, accuracy.bias_m * 1e3,
-        summary.error->completeness.ratio * 100);
-  }
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  return describe(summary).lines(
+             {"{frames.integrated} of {frames.total} frames integrated, {frames.skipped} skipped; {frames_per_s}",
+              "integration  median {integrate_ms.median}, 99 % under {integrate_ms.p99} a frame; meshing median "
+              "{mesh_ms.median}",
+              "map          {volumes} volumes of {voxel_size_m} voxels, {map_bytes}",
+              "mesh         {vertices} vertices, {triangles} triangles",
+              "alignment    {alignment.accepted} frames aligned, {alignment.not_accepted} not; median "
+              "{alignment.align_ms.median}, 99 % under {alignment.align_ms.p99}",
+              "             trajectory error {alignment.ate_given_m} as given, {alignment.ate_aligned_m} aligned",
+              "size         {bounds_m}",
+              "against the truth: mean {surface_error_mm.mean}, 95 % under {surface_error_mm.p95}, bias "
+              "{surface_error_mm.bias}; {completeness_ratio} complete"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

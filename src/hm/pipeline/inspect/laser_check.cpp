@@ -16,7 +16,7 @@ bool same_ranges(const LaserScan& a, const LaserScan& b) {
 }
 
 /// The returns of at most a thousand scans, and how many of all beams are one.
-void describe_ranges(const LaserStream& laser, LaserReport& report) {
+void describe_ranges(const LaserStream& laser, LaserStreamStats& report) {
   constexpr std::size_t kMostScans = 1000;
   const std::size_t step = laser.scans.size() / kMostScans + 1;
   std::vector<double> returns_m;
@@ -44,7 +44,7 @@ void describe_ranges(const LaserStream& laser, LaserReport& report) {
   report.median_m = quantile(std::move(returns_m), 0.5);
 }
 
-void describe_latency(const LaserStream& laser, LaserReport& report) {
+void describe_latency(const LaserStream& laser, LaserStreamStats& report) {
   std::vector<double> latencies_s;
   for (std::size_t i = 0; i < laser.received.size(); ++i)
     latencies_s.push_back((laser.received[i] - laser.scans[i].stamp).seconds());
@@ -53,8 +53,8 @@ void describe_latency(const LaserStream& laser, LaserReport& report) {
   report.latency_s = quantile(std::move(latencies_s), 0.5);
 }
 
-LaserReport describe_laser(const LaserStream& laser) {
-  LaserReport report;
+LaserStreamStats describe_laser(const LaserStream& laser) {
+  LaserStreamStats report;
   report.stream = describe_stream(laser.name, stamps_of(laser.scans), laser.scans.size());
   const LaserScan& first = laser.scans.front();
   report.beams = report.fewest_beams = first.size();
@@ -145,7 +145,7 @@ LaserRecordingReport inspect_laser_recording(const LaserRecording& recording) {
   report.has_rig = recording.rig.has_value();
   report.notes = recording.notes;
   find_odd_stamps(recording, report);
-  for (const LaserReport& laser : report.lasers) find_odd_scans(laser, report);
+  for (const LaserStreamStats& laser : report.lasers) find_odd_scans(laser, report);
   if (report.imu) find_odd_units(*report.imu, report);
   find_odd_odometry(recording, report);
   return report;

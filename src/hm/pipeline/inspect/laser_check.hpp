@@ -12,7 +12,7 @@
 namespace hm {
 
 /// What one range finder of a recording delivers.
-struct LaserReport {
+struct LaserStreamStats {
   StreamReport stream;
   std::size_t beams = 0, fewest_beams = 0;                               ///< in a scan: most, fewest
   double angle_min_rad = 0, angle_max_rad = 0, angle_increment_rad = 0;  ///< of the first scan
@@ -57,7 +57,7 @@ struct LaserFinding {
 /// What `hm info` shows of a laser recording.
 struct LaserRecordingReport {
   std::string kind, path, truth_source;
-  std::vector<LaserReport> lasers;
+  std::vector<LaserStreamStats> lasers;
   std::optional<ImuReport> imu;
   std::optional<StreamReport> ranges, odometry, truth;
   double odometry_length_m = 0, truth_length_m = 0;

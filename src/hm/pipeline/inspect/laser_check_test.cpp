@@ -57,7 +57,7 @@ std::string findings(const LaserRecordingReport& report, LaserFindingKind kind) 
 TEST(LaserCheck, SoundRecording) {
   const LaserRecordingReport report = inspect_laser_recording(recording());
   ASSERT_EQ(report.lasers.size(), 1U);
-  const LaserReport& laser = report.lasers[0];
+  const LaserStreamStats& laser = report.lasers[0];
   EXPECT_EQ(laser.stream.count, 20U);
   EXPECT_NEAR(laser.stream.rate_hz, 10, 1e-6);
   EXPECT_EQ(laser.beams, 90U);

@@ -52,7 +52,7 @@ void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& repo
   if (!recording.mended_stamps.empty())
     add(report, LaserFindingKind::kStamps,
         fmt::format("{} stamps ran backwards and were mended", recording.mended_stamps.size()));
-  for (const LaserReport& laser : report.lasers) find_gap(laser.stream, report);
+  for (const LaserStreamStats& laser : report.lasers) find_gap(laser.stream, report);
   if (report.imu) find_gap(report.imu->stream, report);
   for (const auto* stream : {&report.ranges, &report.odometry})
     if (*stream) find_gap(**stream, report);
@@ -63,7 +63,7 @@ void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& repo
   if (const auto truth = span_of(recording.truth)) find_apart("truth", *truth, *scans, report);
 }
 
-void find_odd_scans(const LaserReport& laser, LaserRecordingReport& report) {
+void find_odd_scans(const LaserStreamStats& laser, LaserRecordingReport& report) {
   constexpr double kFewReturns_ratio = 0.05, kMarker_ratio = 0.05, kRepeated_ratio = 0.1;
   constexpr double kFullTurn_rad = 2 * std::numbers::pi + 0.01, kLate_s = 1.0, kEarly_s = -0.001;
   const std::string& name = laser.stream.name;

@@ -7,7 +7,7 @@ namespace hm {
 /// Stamps that run backwards, streams that do not meet in time, holes, damage.
 void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& report);
 /// Ranges and angles that no working range finder delivers.
-void find_odd_scans(const LaserReport& laser, LaserRecordingReport& report);
+void find_odd_scans(const LaserStreamStats& laser, LaserRecordingReport& report);
 /// Accelerations and turning rates in other units.
 void find_odd_units(const ImuReport& imu, LaserRecordingReport& report);
 void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& report);

@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// What the sampled depth pictures hold; metres. All zero when none could be read.
+/// What the sampled depth images hold; metres. All zero when none could be read.
 struct DepthReport {
   std::size_t frames_sampled = 0;
   std::size_t frames_unreadable = 0;
@@ -37,7 +37,7 @@ enum class FindingKind {
   kPoorAgreement,      ///< depth and poses do not agree, and no hypothesis explains it
   kStamps,             ///< stamps run backwards or repeat
   kUnregisteredColor,  ///< colour edges lie a shift or a scale away from depth edges
-  kMissing,            ///< pictures or poses are missing or unreadable
+  kMissing,            ///< images or poses are missing or unreadable
   kGap,                ///< holes in a stream
   kDepthRange,         ///< almost nothing valid, or depths that no such sensor delivers
 };
@@ -78,7 +78,7 @@ struct InspectOptions {
 };
 
 /// Looks at a recording: streams, rates, depth, poses, and what seems wrong with them. Decodes about fifty
-/// pictures. Pictures that cannot be read are counted, not fatal.
+/// images. Images that cannot be read are counted, not fatal.
 RecordingReport inspect_recording(const Recording& recording, const InspectOptions& options = {},
                                   const ProgressSink& progress = {});
 

@@ -46,7 +46,7 @@ TEST_P(RealCheck, WhatIsOddIsFoundAndEveryInjectedFaultIs) {
 INSTANTIATE_TEST_SUITE_P(All, RealCheck, ::testing::Values("sevenscenes_a", "tum_fr1_xyz", "icl_of_kt3"),
                          [](const auto& instance) { return std::string(instance.param); });
 
-/// A copy of the list files with inverted poses, pictures linked.
+/// A copy of the list files with inverted poses, images linked.
 TEST_P(RealCheck, InvertedPosesAreFound) {
   const fs::path path = real_recording(GetParam());
   if (!fs::exists(path)) GTEST_SKIP() << "no recording at " << path;

@@ -217,7 +217,7 @@ TEST_F(RoomCheck, BackwardStampsAndMissingThingsAreFound) {
       << messages(report);
   EXPECT_THAT(messages(report),
               HasSubstr("1 line of depth.txt left out: stamps that run backwards or repeat"));
-  EXPECT_THAT(messages(report), HasSubstr("1 pictures are missing (first: depth/none.png)"));
+  EXPECT_THAT(messages(report), HasSubstr("1 images are missing (first: depth/none.png)"));
   EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images have no pose"));
   EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images have no colour"));
 }

@@ -121,8 +121,7 @@ void find_missing(RecordingReport& report) {
   const RecordingInfo& info = report.info;
   if (info.missing_pictures > 0)
     add(report, FindingKind::kMissing,
-        fmt::format("{} pictures are missing (first: {})", info.missing_pictures,
-                    info.first_missing_picture));
+        fmt::format("{} images are missing (first: {})", info.missing_pictures, info.first_missing_picture));
   if (report.depth.frames_unreadable > 0)
     add(report, FindingKind::kMissing,
         fmt::format("{} of {} sampled frames cannot be read (first: {})", report.depth.frames_unreadable,

@@ -7,7 +7,7 @@
 /// What inspect_recording() looks for: each function appends what it finds to report.findings.
 namespace hm {
 
-/// Pictures, poses and colour that are not there or cannot be used.
+/// Images, poses and colour that are not there or cannot be used.
 void find_missing(RecordingReport& report);
 /// Stamps that run backwards or repeat; long holes.
 void find_odd_stamps(RecordingReport& report);

@@ -7,7 +7,6 @@
 
 #include "hm/laser/testing/planar_world.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
-#include "hm/pipeline/laser/laser_saved_map.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
 
 namespace hm {

@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <limits>
 
-#include "hm/report/render/mesh_renderer.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/laser/laser_evaluation.hpp"
+#include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_run_report.hpp"
-#include "hm/pipeline/laser/laser_saved_map.hpp"
-#include "hm/pipeline/laser/laser_tables.hpp"
-#include "hm/report/map_pictures.hpp"
+#include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/report/map_figures.hpp"
+#include "hm/report/render/mesh_renderer.hpp"
 
 namespace hm {
 namespace {
@@ -114,43 +114,43 @@ struct MapDrawing {
   const TriangleMesh& faces;
 };
 
-std::vector<MeshPicture> draw_pictures(const MapDrawing& map, const LaserSummary& summary,
-                                       const ParallelLoop& loop) {
-  std::vector<MeshPicture> pictures;
+std::vector<Figure> draw_figures(const MapDrawing& map, const LaserSummary& summary,
+                                 const ParallelLoop& loop) {
+  std::vector<Figure> figures;
   const double size_m = summary.parameters.laser.mvog.resolution_m;
   const Trajectory truth = summary.error ? truth_in_map_of(summary) : Trajectory{};
   std::vector<MapOverlay> paths;
   if (!truth.empty()) paths.push_back({"truth", &truth, kTruthColor});
   paths.push_back({"estimate", &summary.trajectory, kEstimateColor});
   if (auto plan = draw_occupancy_grid(map.slice, paths))
-    pictures.push_back({"plan",
-                        summary.planar
-                            ? "The map from above: occupied dark, free light, unknown grey."
-                            : fmt::format("The map from above between heights of {:g} m and {:g} m: "
-                                          "occupied dark, free light, unknown grey.",
-                                          summary.parameters.laser.run.slice_bottom_m,
-                                          summary.parameters.laser.run.slice_top_m),
-                        std::move(*plan)});
+    figures.push_back({"plan",
+                       summary.planar
+                           ? "The map from above: occupied dark, free light, unknown grey."
+                           : fmt::format("The map from above between heights of {:g} m and {:g} m: "
+                                         "occupied dark, free light, unknown grey.",
+                                         summary.parameters.laser.run.slice_bottom_m,
+                                         summary.parameters.laser.run.slice_top_m),
+                       std::move(*plan)});
   if (map.slice_odom) {
     const std::vector<MapOverlay> path{{"odometry", &summary.trajectory_odom, kEstimateColor}};
     if (auto before = draw_occupancy_grid(*map.slice_odom, path))
-      pictures.push_back({"plan_odom", "For comparison: the same before it was corrected, in the frame odom.",
-                          std::move(*before)});
+      figures.push_back({"plan_odom", "For comparison: the same before it was corrected, in the frame odom.",
+                         std::move(*before)});
   }
-  if (summary.planar || map.faces.triangles.empty()) return pictures;
+  if (summary.planar || map.faces.triangles.empty()) return figures;
   if (auto above = draw_heights(map.voxels, size_m))
-    pictures.push_back({"above", "The highest that is occupied, from above, by height.", std::move(*above)});
+    figures.push_back({"above", "The highest that is occupied, from above, by height.", std::move(*above)});
   RenderOptions render;
   render.width = 1400, render.height = 900;
   render.style = RenderStyle::kHeight;
   render.trajectory = &summary.trajectory;
   RenderView view = dollhouse_view(scene_extent(map.faces), render);
   if (!summary.floors.empty()) view.cut_height_m = highest_m(summary.trajectory) + kCutOverPath_m;
-  pictures.push_back({"perspective",
-                      "The map's occupied cells, by height, with the path; in a building, what lies well "
-                      "above the path is cut away.",
-                      render_mesh(map.faces, view, render, loop)});
-  return pictures;
+  figures.push_back({"perspective",
+                     "The map's occupied cells, by height, with the path; in a building, what lies well "
+                     "above the path is cut away.",
+                     render_mesh(map.faces, view, render, loop)});
+  return figures;
 }
 
 Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, LaserReportMaterial& material,
@@ -176,13 +176,13 @@ Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, La
   if (!writer.result()) return writer.result();
   if (slice && !slice->cells.empty()) summary.outputs.push_back(options.output / "map.pgm");
   if (!options.parameters.laser.run.pictures || !slice) return {};
-  say(options, "drawing pictures");
+  say(options, "drawing figures");
   std::optional<OccupancyGrid2D> slice_odom;
   if (maps.map_odom)
     if (auto odom = laser_slice(*maps.map_odom, options.parameters.laser.run)) slice_odom = std::move(*odom);
-  material.pictures =
-      draw_pictures({*slice, slice_odom, voxels, faces}, summary, ParallelLoop(options.run.threads));
-  return write_pictures(options.output, material.pictures, summary.outputs);
+  material.figures =
+      draw_figures({*slice, slice_odom, voxels, faces}, summary, ParallelLoop(options.run.threads));
+  return write_figures(options.output, material.figures, summary.outputs);
 }
 
 Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,

@@ -7,7 +7,7 @@ namespace hm {
 /// The maps of a run.
 struct LaserMaps {
   const MultiVolumeGrid& map;                 ///< in the frame `map`
-  const MultiVolumeGrid* map_odom = nullptr;  ///< in `odom`, where that is another: only for a picture
+  const MultiVolumeGrid* map_odom = nullptr;  ///< in `odom`, where that is another: only for a figure
 };
 
 /// Measures a run against truth and relations where there are any, and writes everything that it leaves.

@@ -1,11 +1,43 @@
 #include "hm/pipeline/laser/laser_pipeline.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "hm/core/check.hpp"
-#include "hm/pipeline/laser/laser_pipeline_state.hpp"
+#include "hm/core/stopwatch.hpp"
+#include "hm/pipeline/laser/laser_motion.hpp"
+#include "hm/slam/laser/motion_search.hpp"
 
 namespace hm {
+namespace {
+
+constexpr int kScansForVelocity = 10;  // in quick succession, before a velocity is believed
+
+/// When the last beam of a scan has been measured.
+Time end_of(const LaserScan& scan) { return scan.stamp_of(scan.size()); }
+
+/// The matcher's covariance in the axes of `odom`.
+Mat3 in_odom(const OdometryStep& step) {
+  const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
+  Mat3 turn = Mat3::Identity();
+  turn.topLeftCorner<2, 2>() = T_odom_keyframe.rotation();
+  return turn * step.match.covariance * turn.transpose();
+}
+
+bool decide_matching(const LaserParameters& params, const LaserPlatform& platform) {
+  if (params.run.poses != LaserPoseSource::kAuto) return params.run.poses == LaserPoseSource::kScans;
+  return scans_horizontally(platform.rigs.front()) || !platform.has_odometry;
+}
+
+LaserMapFrame map_frame_of(const LaserParameters& params, bool matches_scans, const OccupancyGrid2D* saved) {
+  const LaserMapFrameParams frame{params.loops, params.localiser, params.run.seek_interval_s};
+  if (!matches_scans) return {};
+  if (saved) return LaserMapFrame::from_saved_map(*saved, frame);
+  return params.run.close_loops ? LaserMapFrame::from_loops(frame) : LaserMapFrame();
+}
+
+}  // namespace
 
 std::string_view to_string(LaserScanStatus status) {
   switch (status) {
@@ -27,6 +59,232 @@ std::string_view to_string(LaserScanStatus status) {
 
 bool scans_horizontally(const LaserRig& rig) {
   return std::abs(rig.T_base_laser.rotation()(2, 2)) >= std::cos(LaserPipeline::kMaxHorizontalTilt_rad);
+}
+
+/// The stages of a LaserPipeline and what they remember.
+struct LaserPipeline::State {
+  State(const LaserParameters& parameters, LaserPlatform of_vehicle, const OccupancyGrid2D* saved_map);
+  void process_waiting(bool all);
+  void process(const LaserScan& scan, LaserStep& step);
+  void process_matched(const LaserScan& scan, LaserStep& step);
+  void process_with_odometry(const LaserScan& scan, LaserStep& step);
+  void estimate_height(const LaserScan& scan, LaserStep& step);
+  ProjectedScan project(const LaserScan& scan, LaserStep& step);
+  [[nodiscard]] MotionPrediction prediction_for(Time stamp);
+  bool match(const PlanarScan& scan, LaserStep& step);
+  void fuse(LaserStep& step);
+  [[nodiscard]] MatchedSweep sweep_of(const LaserStep& step) const;
+  void insert(const LaserScan& scan, LaserStep& step, const SweepPose& T_odom_base);
+  [[nodiscard]] bool is_ready(const LaserScan& scan) const;
+  [[nodiscard]] const LaserRig& rig() const { return platform.rigs.front(); }
+
+  struct Waiting {
+    LaserScan scan;
+    std::size_t laser;
+  };
+  LaserParameters params;
+  LaserPlatform platform;
+  bool matches_scans, uses_imu, uses_odometry;
+  LaserMotion motion;
+  ScanProjector projector;
+  ScanOdometry odometry;
+  MotionSearch search;
+  std::optional<Time> last_match;
+  int scans_without_velocity = 0;  // so many more
+  LaserMapFrame map_frame;
+  HeightEstimator floor, ceiling;
+  MultiVolumeGrid grid;
+  SweepPoints points;
+  std::vector<std::optional<Time>> last_stamps;  // of each laser
+  std::optional<Time> newest_input;
+  std::deque<Waiting> waiting;
+  std::vector<LaserStep> steps;
+};
+
+LaserPipeline::State::State(const LaserParameters& parameters, LaserPlatform of_vehicle,
+                            const OccupancyGrid2D* saved_map)
+    : params(parameters),
+      platform(std::move(of_vehicle)),
+      matches_scans(decide_matching(params, platform)),
+      uses_imu(matches_scans && platform.has_imu && params.run.use_imu),
+      uses_odometry(platform.has_odometry && (!matches_scans || params.run.use_odometry)),
+      motion(params.state, rig().T_base_imu, Duration::from_seconds(params.run.max_odometry_gap_s)),
+      projector(rig(), params.projection),
+      odometry(params.matcher),
+      search(params.motion_search, params.matcher.matcher),
+      map_frame(map_frame_of(params, matches_scans, saved_map)),
+      floor(params.height, SurfaceSide::kFloor),
+      ceiling(params.height, SurfaceSide::kCeiling),
+      grid(params.mvog),
+      points(params.run.clear_without_return_m),
+      last_stamps(platform.rigs.size()) {}
+
+bool LaserPipeline::State::is_ready(const LaserScan& scan) const {
+  const Time end = end_of(scan);
+  if ((!uses_imu || motion.imu_reaches(end)) && (!uses_odometry || motion.odometry_reaches(end))) return true;
+  return newest_input && (*newest_input - end).seconds() >= params.run.max_wait_s;
+}
+
+void LaserPipeline::State::process_waiting(bool all) {
+  while (!waiting.empty() && (all || is_ready(waiting.front().scan))) {
+    const Waiting next = std::move(waiting.front());
+    waiting.pop_front();
+    LaserStep step;
+    step.laser = next.laser;
+    step.stamp = step.scan_stamp = next.scan.stamp;
+    process(next.scan, step);
+    steps.push_back(std::move(step));
+  }
+}
+
+void LaserPipeline::State::process(const LaserScan& scan, LaserStep& step) {
+  auto& last = last_stamps[step.laser];
+  if (last && scan.stamp <= *last) {
+    step.status = LaserScanStatus::kTimeBackwards;
+    step.reason = "not later than the scan before";
+    return;
+  }
+  last = scan.stamp;
+  if (matches_scans)
+    process_matched(scan, step);
+  else
+    process_with_odometry(scan, step);
+}
+
+void LaserPipeline::State::process_with_odometry(const LaserScan& scan, LaserStep& step) {
+  step.stamp = scan.stamp_of(scan.size() / 2);
+  step.T_odom_base = motion.odometry_at(step.stamp);
+  step.status = LaserScanStatus::kPosed;
+  if (step.T_odom_base) insert(scan, step, [this](Time time) { return motion.odometry_at(time); });
+  if (step.T_odom_base && step.status == LaserScanStatus::kPosed) return;
+  step.T_odom_base.reset();
+  step.status = LaserScanStatus::kNoOdometry;
+  step.reason = "the odometry does not reach its time";
+}
+
+void LaserPipeline::State::process_matched(const LaserScan& scan, LaserStep& step) {
+  estimate_height(scan, step);
+  const ProjectedScan projected = project(scan, step);
+  if (projected.status != ProjectionStatus::kOk) {
+    step.status = LaserScanStatus::kNotProjected;
+    step.reason = std::string(to_string(projected.status));
+    return;
+  }
+  step.stamp = projected.scan.stamp;
+  if (!match(projected.scan, step)) return;
+  if (rig().down && floor.profile().empty() && (!step.height || step.height->status != HeightStatus::kOk)) {
+    step.status = LaserScanStatus::kNoHeight;
+    step.reason = "the height is not known yet";
+    return;
+  }
+  const MatchedSweep sweep = sweep_of(step);
+  step.T_odom_base = sweep.at(step.stamp);
+  step.status = LaserScanStatus::kPosed;
+  fuse(step);
+  insert(scan, step, [&sweep](Time time) { return sweep.at(time); });
+}
+
+void LaserPipeline::State::estimate_height(const LaserScan& scan, LaserStep& step) {
+  if (!rig().down && !rig().up) return;
+  const SweepAttitude attitude = motion.sweep_attitude(scan.stamp, end_of(scan));
+  if (rig().down) step.height = floor.update(scan, *rig().down, attitude);
+  if (rig().up) ceiling.update(scan, *rig().up, attitude);
+}
+
+ProjectedScan LaserPipeline::State::project(const LaserScan& scan, LaserStep& step) {
+  const Stopwatch watch;
+  SweepMotion sweep;
+  sweep.attitude = motion.attitude();
+  sweep.velocity_ortho = odometry.velocity_base();
+  if (step.height && step.height->status == HeightStatus::kOk)
+    sweep.height_above_floor_m = step.height->clearance_m;
+  if (rig().up && ceiling.last().status == HeightStatus::kOk)
+    sweep.clearance_below_ceiling_m = ceiling.last().clearance_m;
+  auto projected = projector.project(scan, sweep);
+  step.project_ms = watch.milliseconds();
+  return projected;
+}
+
+MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
+  MotionPrediction prediction = motion.since_last(stamp);
+  if (!params.run.search_motion) return prediction;
+  const double elapsed_s = last_match ? (stamp - *last_match).seconds() : 0;
+  prediction.find = [this, elapsed_s](const PlanarScan& scan,
+                                      const SE2& T_odom_base) -> std::optional<FoundPose> {
+    const auto found = search.find(scan, T_odom_base, elapsed_s);
+    if (!found) return std::nullopt;
+    return FoundPose{found->T_odom_base, found->covariance};
+  };
+  // A vehicle may do anything between scans that far apart: its velocity predicts nothing, nor does one that
+  // was learned from such scans.
+  if (elapsed_s > params.run.search_gap_s) scans_without_velocity = kScansForVelocity;
+  const bool slow = scans_without_velocity > 0;
+  if (slow) --scans_without_velocity;
+  prediction.find_first = slow && !prediction.T_last_now;
+  if (prediction.find_first) prediction.T_last_now = SE2();
+  return prediction;
+}
+
+bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
+  const MotionPrediction prediction = prediction_for(scan.stamp);
+  const Stopwatch watch;
+  step.odometry = odometry.process(scan, prediction);
+  if (step.odometry.T_odom_base) {
+    last_match = scan.stamp;
+    if (params.run.search_motion) search.add(scan, *step.odometry.T_odom_base);
+  }
+  step.match_ms = watch.milliseconds();
+  step.matched_scan = true;
+  step.velocity_base = odometry.velocity_base();
+  const OdometryStatus status = step.odometry.status;
+  if (status != OdometryStatus::kTimeBackwards && status != OdometryStatus::kTooFewPoints)
+    motion.remember(scan.stamp);
+  step.map_frame = map_frame.process(scan, step.odometry);
+  if (step.odometry.T_odom_base) return true;
+  step.status = status == OdometryStatus::kTimeBackwards ? LaserScanStatus::kTimeBackwards
+                                                         : LaserScanStatus::kNotMatched;
+  step.reason = std::string(status == OdometryStatus::kMatchFailed ? to_string(step.odometry.match.status)
+                                                                   : to_string(status));
+  return false;
+}
+
+MatchedSweep LaserPipeline::State::sweep_of(const LaserStep& step) const {
+  const SE2& planar = *step.odometry.T_odom_base;
+  const Vec2 v_odom = planar.rotation() * step.velocity_base.head<2>();
+  MatchedSweep sweep;
+  sweep.stamp = step.stamp;
+  sweep.yaw_rad = planar.angle();
+  sweep.yaw_rate_rad_s = step.velocity_base.z();
+  sweep.p_odom = Vec3(planar.x(), planar.y(), step.height ? step.height->height_m : 0);
+  sweep.v_odom_m_s = Vec3(v_odom.x(), v_odom.y(), step.height ? step.height->climb_m_s : 0);
+  sweep.attitude = motion.attitude();
+  if (sweep.attitude)
+    if (const auto R_world_base = sweep.attitude->at(step.stamp))
+      sweep.attitude_yaw_rad = roll_pitch_yaw(*R_world_base).z();
+  return sweep;
+}
+
+void LaserPipeline::State::fuse(LaserStep& step) {
+  if (!motion.any_imu()) return;
+  PlanarPose pose{step.stamp, *step.odometry.T_odom_base, std::nullopt};
+  if (step.odometry.T_keyframe_base && step.odometry.match.ok() && params.matcher.matcher.compute_covariance)
+    pose.covariance = in_odom(step.odometry);
+  motion.estimator().add_pose(pose);
+  if (step.height && step.height->status == HeightStatus::kOk)
+    motion.estimator().add_height({step.height->stamp, step.height->height_m, step.height->height_std_m});
+  step.state = motion.estimator().state();
+}
+
+void LaserPipeline::State::insert(const LaserScan& scan, LaserStep& step, const SweepPose& T_odom_base) {
+  const Stopwatch watch;
+  if (points.compute(scan, platform.rigs[step.laser], T_odom_base)) {
+    step.beams = grid.insert(points.beam_scan());
+    if (map_frame.source() != MapFrameSource::kOdometry) step.sweep = points.knots();
+  } else {
+    step.status = LaserScanStatus::kNotProjected;
+    step.reason = "no pose for all of its beams";
+  }
+  step.insert_ms = watch.milliseconds();
 }
 
 LaserPipeline::LaserPipeline(const LaserParameters& params, LaserPlatform platform,

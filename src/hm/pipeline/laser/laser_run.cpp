@@ -2,22 +2,106 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/relations_file.hpp"
-#include "hm/pipeline/laser/laser_choices.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
-#include "hm/pipeline/laser/laser_saved_map.hpp"
-#include "hm/core/process_memory.hpp"
 
 namespace hm {
 namespace {
 
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
+
+/// What carries the lasers of a recording.
+LaserPlatform laser_platform(const LaserRecording& recording) {
+  LaserPlatform platform;
+  for (const LaserStream& stream : recording.lasers) {
+    LaserRig rig;
+    if (platform.rigs.empty() && recording.rig) rig = *recording.rig;
+    rig.T_base_laser = stream.T_base_laser;
+    platform.rigs.push_back(rig);
+  }
+  platform.has_imu = !recording.imu.empty();
+  platform.has_odometry = !recording.odometry.empty();
+  return platform;
+}
+
+/// What the choices of a run follow from.
+struct LaserChoiceInput {
+  const LaserRecording& recording;
+  const LaserRunOptions& options;
+  const LaserPipeline& pipeline;
+};
+
+std::string prediction_text(const LaserRecording& recording, const LaserParameters& params) {
+  const LaserRunParams& run = params.run;
+  if (recording.odometry.empty() || !run.use_odometry)
+    return run.search_motion
+               ? "no odometry: predicted with the velocity of the last scans; scans far apart in time, or "
+                 "not matched, are sought among the last keyframes"
+               : "no odometry: predicted with the velocity of the last scans";
+  if (!run.degraded_odometry) return "predicted with the recording's odometry";
+  const WheelNoiseParams& noise = params.wheel_noise;
+  return fmt::format(
+      "predicted with a stand-in for wheel odometry: the recording's true poses ({}), their motion from one "
+      "to the "
+      "next with noise of {:g} % along and {:g} % across it, {:g} % of a turn, {:g} rad/m of heading, "
+      "systematic "
+      "errors of {:g} % and {:g} rad/m (seed {})",
+      recording.truth_source, 100 * noise.along_ratio, 100 * noise.across_ratio, 100 * noise.angle_ratio,
+      noise.angle_rad_per_m, 100 * noise.scale_sigma_ratio, noise.drift_sigma_rad_per_m, noise.seed);
+}
+
+std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions& options) {
+  switch (pipeline.map_frame().source()) {
+    case MapFrameSource::kLoops:
+      return "drift corrected by places seen again; odom itself stays as it is";
+    case MapFrameSource::kSavedMap:
+      return "located in the map " + options.saved_map.string();
+    case MapFrameSource::kOdometry:
+      break;
+  }
+  return "drift is not corrected";
+}
+
+void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& choices) {
+  const LaserRecording& recording = input.recording;
+  const LaserParameters& params = input.options.parameters.laser;
+  choices.push_back(fmt::format("poses by scan matching of {}", recording.lasers.front().name));
+  if (!scans_horizontally(laser_platform(recording).rigs.front()))
+    choices.emplace_back("its scan plane is not horizontal: poses in the plane may be wrong");
+  if (recording.lasers.size() > 1)
+    choices.push_back(fmt::format("{} more lasers are not used", recording.lasers.size() - 1));
+  choices.emplace_back(!recording.imu.empty() && params.run.use_imu
+                           ? "attitude, yaw between scans and fusion from the IMU"
+                           : "no IMU: the vehicle is taken as level");
+  choices.push_back(prediction_text(recording, params));
+  if (!recording.rig || !recording.rig->down) choices.emplace_back("no mirror: the height stays as it is");
+  choices.push_back(map_frame_text(input.pipeline, input.options));
+}
+
+/// What was used of a recording and why, in words, with the recording's own notes.
+std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
+  const LaserRecording& recording = input.recording;
+  std::vector<std::string> choices;
+  if (input.pipeline.matches_scans())
+    describe_matching(input, choices);
+  else
+    choices.push_back(fmt::format("poses from the recording's odometry{}",
+                                  scans_horizontally(laser_platform(recording).rigs.front())
+                                      ? ""
+                                      : ", as no laser scans horizontally: the scans only build the map"));
+  if (!recording.ranges.empty()) choices.emplace_back("readings of the distance sensor are not used");
+  choices.insert(choices.end(), recording.notes.begin(), recording.notes.end());
+  return choices;
+}
 
 /// One run of run_laser().
 class Run {
@@ -178,7 +262,7 @@ Error Run::nothing_posed() const {
 /// The path in the frame `map`, and the map of that path where it is another than that of odometry.
 std::optional<MultiVolumeGrid> Run::correct() {
   const LaserMapFrame& frame = pipeline_.map_frame();
-  LaserMapSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
+  MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
   if (map.localisation) map.localisation->map = options_.saved_map;
   summary_.trajectory = frame.corrected(summary_.trajectory_odom);
   if (!map.corrected) return std::nullopt;
@@ -226,7 +310,7 @@ Result<LaserSummary> Run::finish() {
 Result<LaserRecording> open(const LaserRunOptions& options) {
   if (!is_laser_recording(options.recording) && open_recording(options.recording))
     return fail(ErrorCode::kUnsupported, options.recording.string(),
-                "this is a recording of depth pictures, not of a laser; `hm reconstruct` is for it");
+                "this is a recording of depth images, not of a laser; `hm reconstruct` is for it");
   auto recording = open_laser_recording(options.recording, options.recording_options);
   if (!recording) return recording;
   std::erase_if(recording->lasers, [](const LaserStream& stream) { return stream.scans.empty(); });

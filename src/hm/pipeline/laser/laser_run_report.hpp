@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/pipeline/laser/laser_run.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 
@@ -11,10 +11,10 @@ namespace hm {
 struct LaserReportMaterial {
   std::string program_version;
   std::string parameters_toml;
-  std::vector<MeshPicture> pictures;
+  std::vector<Figure> figures;
 };
 
-/// The self-contained page of a run: pictures of the map, path, height, velocities, times, size, failures.
+/// The self-contained page of a run: figures of the map, path, height, velocities, times, size, failures.
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material);
 /// The summary as JSON, with the series behind the plots.
 JsonValue laser_report_json(const LaserSummary& summary, const std::string& program_version);

@@ -1,4 +1,4 @@
-// Visual odometry (dissertation 3.2) at other picture sizes and rates than a Kinect's own, in the simulated
+// Visual odometry (dissertation 3.2) at other image sizes and rates than a Kinect's own, in the simulated
 // room with exact truth.
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 
 #include <array>
-#include <numbers>
 
 #include "hm/report/plot.hpp"
 #include "hm/report/path_plots.hpp"
@@ -25,20 +24,20 @@ PlotSeries series_of(const VisualTrack& track, std::string name, Getter get,
 }
 
 struct Part {
-  const char* name;
+  const char *key, *name;
   Getter get;
 };
 constexpr std::array<Part, 4> kStages{
-    {{"features", [](const VisualFrame& f) { return f.numbers.features_ms; }},
-     {"prediction", [](const VisualFrame& f) { return f.numbers.prediction_ms; }},
-     {"registration", [](const VisualFrame& f) { return f.numbers.registration_ms; }},
-     {"model", [](const VisualFrame& f) { return f.numbers.model_ms; }}}};
+    {{"features_ms", "features", [](const VisualFrame& f) { return f.numbers.features_ms; }},
+     {"prediction_ms", "prediction", [](const VisualFrame& f) { return f.numbers.prediction_ms; }},
+     {"registration_ms", "registration", [](const VisualFrame& f) { return f.numbers.registration_ms; }},
+     {"model_ms", "model", [](const VisualFrame& f) { return f.numbers.model_ms; }}}};
 constexpr std::array<Part, 4> kCounts{
-    {{"features", [](const VisualFrame& f) { return static_cast<double>(f.numbers.features); }},
-     {"of them with depth",
+    {{"features", "features", [](const VisualFrame& f) { return static_cast<double>(f.numbers.features); }},
+     {"features_with_depth", "of them with depth",
       [](const VisualFrame& f) { return static_cast<double>(f.numbers.features_with_depth); }},
-     {"matches", [](const VisualFrame& f) { return static_cast<double>(f.numbers.matches); }},
-     {"inliers", [](const VisualFrame& f) { return static_cast<double>(f.numbers.inliers); }}}};
+     {"matches", "matches", [](const VisualFrame& f) { return static_cast<double>(f.numbers.matches); }},
+     {"inliers", "inliers", [](const VisualFrame& f) { return static_cast<double>(f.numbers.inliers); }}}};
 
 double model_points_of(const VisualFrame& frame) { return static_cast<double>(frame.numbers.model_points); }
 double total_ms_of(const VisualFrame& frame) { return frame.numbers.total_ms; }
@@ -84,41 +83,30 @@ void add_times(HtmlReport& report, const VisualTrack& track) {
   report.add_table({"stage", "mean (ms)", "median (ms)", "99 % (ms)", "longest (ms)"}, rows);
 }
 
-void add_inertial(HtmlReport& report, const VisualTrack& track) {
-  if (track.imu_source.empty()) return;
-  report.begin_section("Inertial device", "What was carried along with the camera, and what became of it.");
-  report.add_table(
-      {"what", "value"},
-      {{"readings", track.imu_source},
-       {"frames whose turn a gyroscope predicted", std::to_string(track.turns_given)},
-       {"frames whose roll and pitch gravity helped to hold", std::to_string(track.gravity_used)},
-       {"frames whose readings did not fit and were not used", std::to_string(track.gravity_rejected)}});
+void add_inertial(HtmlReport& report, const SummaryTree& summary) {
+  if (summary.rows("imu").empty()) return;
+  report.begin_section("Inertial device", "Readings that were taken beside the camera, and their use.");
+  add_summary_table(report, summary, "imu");
 }
 
-void add_lost(HtmlReport& report, const VisualTrack& track) {
+/// Adds the first rows of a list as a section, and how many more there are.
+void add_first(HtmlReport& report, SummaryTree::Table table, std::size_t most) {
+  const std::size_t all = table.rows.size();
+  table.rows.resize(std::min(all, most));
+  report.add_table(table.header, table.rows);
+  if (all > most) report.add_paragraph(fmt::format("and {} more", all - most));
+}
+
+void add_lost(HtmlReport& report, const VisualTrack& track, const SummaryTree& summary) {
   if (track.lost.empty()) return;
   report.begin_section("Lost", "Stretches without a pose; the model is not touched by them.");
-  std::vector<std::vector<std::string>> rows;
-  constexpr std::size_t kMost = 100;
-  for (std::size_t i = 0; i < std::min(kMost, track.lost.size()); ++i) {
-    const LostStretch& stretch = track.lost[i];
-    rows.push_back({std::to_string(stretch.first_frame), std::to_string(stretch.frames),
-                    fmt::format("{:.2f}", stretch.duration_s), stretch.reason});
-  }
-  report.add_table({"first frame", "frames", "time (s)", "reason"}, rows);
-  if (track.lost.size() > kMost) report.add_paragraph(fmt::format("and {} more", track.lost.size() - kMost));
+  add_first(report, summary.table("lost_stretches"), 100);
 }
 
-void add_unused(HtmlReport& report, const VisualTrack& track) {
+void add_unused(HtmlReport& report, const VisualTrack& track, const SummaryTree& summary) {
   if (track.unused.empty()) return;
   report.begin_section("Unused frames");
-  std::vector<std::vector<std::string>> rows;
-  constexpr std::size_t kMost = 50;
-  for (std::size_t i = 0; i < std::min(kMost, track.unused.size()); ++i)
-    rows.push_back({std::to_string(track.unused[i].index), track.unused[i].reason});
-  report.add_table({"frame", "reason"}, rows);
-  if (track.unused.size() > kMost)
-    report.add_paragraph(fmt::format("and {} more", track.unused.size() - kMost));
+  add_first(report, summary.table("unused_frames"), 50);
 }
 
 void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
@@ -137,39 +125,32 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
 
 }  // namespace
 
-void add_tracking_cards(HtmlReport& report, const VisualTrack& track) {
-  report.add_card({"frames",
-                   std::to_string(track.frames_tracked),
-                   {},
-                   fmt::format("of {} have a pose; {} lost", track.frames_total, track.frames_lost)});
-  report.add_card({"tracking", fmt::format("{:.1f}", track.track_ms.mean), "ms",
-                   fmt::format("a frame, mean; 99 % under {:.1f} ms", track.track_ms.p99)});
-  report.add_card({"path", fmt::format("{:.1f}", path_length(track.trajectory)), "m",
-                   fmt::format("{} keyframes", track.keyframes.size())});
+void add_tracking_cards(HtmlReport& report, const SummaryTree& summary) {
+  add_cards(report, summary,
+            {{"frames", "{frames.tracked}", "of {frames.total} have a pose; {frames.lost} lost"},
+             {"tracking", "{track_ms.mean}", "a frame, mean; 99 % under {track_ms.p99}"},
+             {"path", "{path_length_m}", "{keyframes} keyframes"}});
 }
 
-void add_error_cards(HtmlReport& report, const std::optional<TrajectoryError>& error) {
-  if (!error) return;
-  report.add_card({"ATE", fmt::format("{:.1f}", error->position_m.rmse * 1e2), "cm", "rmse of the position"});
-  if (!error->per_second.spans.empty())
-    report.add_card({"RPE", fmt::format("{:.1f}", error->per_second.translation_m.rmse * 1e2), "cm",
-                     fmt::format("a second, rmse; {:.2f} deg",
-                                 error->per_second.rotation_rad.rmse * 180 / std::numbers::pi)});
+void add_error_cards(HtmlReport& report, const SummaryTree& summary) {
+  add_cards(report, summary,
+            {{"ATE", "{ate_rmse_m}", "rmse of the position"},
+             {"RPE", "{rpe_second_m}", "a second, rmse; {rpe_second_rad}"}});
 }
 
-void add_tracking_sections(HtmlReport& report, const VisualTrack& track) {
-  add_lost(report, track);
-  add_inertial(report, track);
+void add_tracking_sections(HtmlReport& report, const VisualTrack& track, const SummaryTree& summary) {
+  add_lost(report, track, summary);
+  add_inertial(report, summary);
   add_sizes(report, track);
   add_times(report, track);
-  report.begin_section("Pictures and certainty");
+  report.begin_section("Images and certainty");
   add_one(report, series_of(track, "sharpness", sharpness_of), "variance of the Laplacian",
-          "Sharpness of the colour picture: low where it is blurred, dark or bare.");
+          "Sharpness of the colour image: low where it is blurred, dark or bare.");
   add_one(report, series_of(track, "depth", coverage_of), "pixels with depth (%)",
-          "Coverage of the depth picture.");
+          "Coverage of the depth image.");
   add_one(report, series_of(track, "position", sigma_mm_of), "standard deviation (mm)",
           "Of the position, as the tracker's covariance has it.");
-  add_unused(report, track);
+  add_unused(report, track, summary);
 }
 
 void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info) {
@@ -178,7 +159,7 @@ void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info) {
       {"what", "value"},
       {{"folder", info.path.string()},
        {"kind", std::string(to_string(info.kind))},
-       {"depth pictures", std::to_string(info.frame_count)},
+       {"depth images", std::to_string(info.frame_count)},
        {"with colour", std::to_string(info.paired_count)},
        {"camera", fmt::format("{} x {}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f} ({})", info.camera.width,
                               info.camera.height, info.camera.fx, info.camera.fy, info.camera.cx,
@@ -189,14 +170,13 @@ JsonValue tracking_series_json(const VisualTrack& track) {
   auto json = JsonValue::object();
   json["frame"] = JsonValue::array_of(
       series_of(track, {}, [](const VisualFrame& f) { return static_cast<double>(f.index); }).y);
-  for (const Part& part : kStages)
-    json[std::string(part.name) + "_ms"] = JsonValue::array_of(series_of(track, {}, part.get).y);
-  json["total_ms"] = JsonValue::array_of(series_of(track, {}, total_ms_of).y);
-  json["features"] = JsonValue::array_of(series_of(track, {}, kCounts[0].get).y);
-  json["features_with_depth"] = JsonValue::array_of(series_of(track, {}, kCounts[1].get).y);
-  json["matches"] = JsonValue::array_of(series_of(track, {}, kCounts[2].get).y);
-  json["inliers"] = JsonValue::array_of(series_of(track, {}, kCounts[3].get).y);
-  json["model_points"] = JsonValue::array_of(series_of(track, {}, model_points_of).y);
+  const auto add = [&](const char* key, Getter get) {
+    json[key] = JsonValue::array_of(series_of(track, {}, get).y);
+  };
+  for (const Part& stage : kStages) add(stage.key, stage.get);
+  add("total_ms", total_ms_of);
+  for (const Part& count : kCounts) add(count.key, count.get);
+  add("model_points", model_points_of);
   auto status = JsonValue::array();
   for (const VisualFrame& frame : track.frames)
     if (frame.status != TrackingStatus::kSkipped) status.push_back(to_string(frame.status));
@@ -208,14 +188,15 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
   using Verdict = HtmlReport::Verdict;
   const VisualTrack& track = summary.track;
   HtmlReport report("Odometry of " + summary.recording.path.filename().string());
-  report.set_verdict(track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     fmt::format("{} of {} frames have a pose, over a path of {:.2f} m.",
-                                 track.frames_tracked, track.frames_total, path_length(track.trajectory)));
-  add_tracking_cards(report, track);
-  add_error_cards(report, summary.error);
+  const SummaryTree tree = describe(summary);
+  report.set_verdict(
+      track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+      *tree.sentence("{frames.tracked} of {frames.total} frames have a pose, over a path of {path_length_m}."));
+  add_tracking_cards(report, tree);
+  add_error_cards(report, tree);
   add_warnings_section(report, summary.warnings);
   add_path_section(report, summary);
-  add_tracking_sections(report, track);
+  add_tracking_sections(report, track, tree);
   add_rgbd_recording_section(report, summary.recording);
   return page_with_parameters(report, material.parameters_toml, material.program_version);
 }

@@ -18,12 +18,12 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
 /// The summary as JSON, with the series behind the plots.
 JsonValue odometry_report_json(const OdometrySummary& summary, const std::string& program_version);
 
-// ---- parts that the report of a whole run shares ----
-void add_tracking_cards(HtmlReport& report, const VisualTrack& track);
-void add_error_cards(HtmlReport& report, const std::optional<TrajectoryError>& error);
-/// Sections: lost stretches, sizes per frame, time per frame, quality of the pictures, unused frames.
-void add_tracking_sections(HtmlReport& report, const VisualTrack& track);
-/// What the recording is, as a section.
+// ---- parts that the report of a whole run shares; `summary` describes it ----
+void add_tracking_cards(HtmlReport& report, const SummaryTree& summary);
+void add_error_cards(HtmlReport& report, const SummaryTree& summary);
+/// Sections: lost stretches, sizes per frame, time per frame, quality of the images, unused frames.
+void add_tracking_sections(HtmlReport& report, const VisualTrack& track, const SummaryTree& summary);
+/// Adds the recording's kind, size and camera as a section.
 void add_rgbd_recording_section(HtmlReport& report, const RecordingInfo& info);
 JsonValue tracking_series_json(const VisualTrack& track);
 

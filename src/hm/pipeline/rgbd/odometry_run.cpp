@@ -7,6 +7,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -93,21 +94,21 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   return summary;
 }
 
-JsonValue to_json(const OdometrySummary& summary) {
-  auto json = JsonValue::object();
-  json["method"] = kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)];
-  add_json(json, summary.track);
-  json["loops"] = JsonValue::object({{"candidates", 0}, {"accepted", 0}});  // odometry looks for none
-  add_json(json, summary.error);
-  json["interrupted"] = summary.interrupted;
-  json["run_s"] = summary.run_s;
-  return json;
+void visit(const OdometrySummary& summary, SummaryTree& v) {
+  v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
+  visit(summary.track, v);
+  v.json("loops", JsonValue::object({{"candidates", 0}, {"accepted", 0}}));  // odometry looks for none
+  if (summary.error) visit_error(*summary.error, v);
+  v({"interrupted"}, summary.interrupted);
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
 }
 
 std::string to_text(const OdometrySummary& summary) {
-  std::string text = to_text(summary.track) + to_text_line(summary.error, "error");
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  const SummaryTree tree = describe(summary);
+  return tracking_lines(tree) +
+         tree.lines({"error     ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and "
+                     "{rpe_second_rad} a second]"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

@@ -43,8 +43,8 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options);
 
 /// frames{read,tracked,lost}, track_ms{median,mean,p99}, path_length_m ... (the keys of `hm odometry
 /// --json`).
-JsonValue to_json(const OdometrySummary& summary);
-/// The same in a few lines for a terminal.
+void visit(const OdometrySummary& summary, SummaryTree& v);
+/// A few lines for a terminal.
 std::string to_text(const OdometrySummary& summary);
 
 }  // namespace hm

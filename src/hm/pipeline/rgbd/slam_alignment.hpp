@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "hm/core/statistics.hpp"
-#include "hm/report/html_report.hpp"
-#include "hm/io/bytes/json.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
@@ -29,11 +27,6 @@ struct SlamAlignmentSummary {
   std::vector<SlamAlignedFrame> frames;        ///< those that were counted
   std::map<AlignmentStatus, std::string> first_reason;  ///< of the first frame not accepted so, in words
 };
-
-/// accepted, not_accepted, refused{why: frames}, moved_m{}, mean_ms, p99_ms.
-JsonValue to_json(const SlamAlignmentSummary& summary);
-/// The section of the report: how many were aligned, why others were not, how far poses moved, the time.
-void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summary);
 
 /// Dense alignment of odometry's poses (dissertation 4.2.8; slam.align): each frame is aligned to what the
 /// frames of the last slam.align_memory_frames have seen, in a map of its own in `odom`. So odometry stays

@@ -3,18 +3,18 @@
 #include <algorithm>
 
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/pose/g2o_file.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/pose/g2o_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/keyframe_maps.hpp"
-#include "hm/report/map_pictures.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
+#include "hm/report/map_figures.hpp"
 #include "hm/slam/places/place_experiment.hpp"
 
 namespace hm {
@@ -100,10 +100,10 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
   const double resolution_m = options_.parameters.slam.octomap_resolution_m;
   file("occupancy.ot",
        [&](const auto& path) { return write_color_octomap(path, voxels, colors, resolution_m); });
-  if (auto picture = draw_heights(voxels, resolution_m))
+  if (auto figure = draw_heights(voxels, resolution_m))
     material_.maps.push_back({"occupancy",
                               "The highest occupied cell of the occupancy map, from above, by height.",
-                              std::move(*picture)});
+                              std::move(*figure)});
 }
 
 void Output::write_keyframe_maps() {
@@ -172,29 +172,28 @@ void Output::draw_matrices() {
   const PlaceMatrices matrices =
       heuristic_places(keyframes, options_.parameters.loops.search, options_.parameters.loops.verifier);
   const int pixels = std::clamp(static_cast<int>(800 / keyframes.size()), 1, 8);
-  PlacePictures pictures = draw_places(matrices, pixels);
+  PlacePictures figures = draw_places(matrices, pixels);
   material_.matrices = {
       {"match_matrix", "Votes of each keyframe's features (row) for other keyframes (column).",
-       std::move(pictures.match)},
-      {"candidate_matrix", "Pairs that were compared.", std::move(pictures.candidate)},
-      {"correspondence_matrix", "Features on which compared pairs agree.",
-       std::move(pictures.correspondence)},
-      {"association_matrix", "Pairs that show the same place.", std::move(pictures.association)}};
+       std::move(figures.match)},
+      {"candidate_matrix", "Pairs that were compared.", std::move(figures.candidate)},
+      {"correspondence_matrix", "Features on which compared pairs agree.", std::move(figures.correspondence)},
+      {"association_matrix", "Pairs that show the same place.", std::move(figures.association)}};
 }
 
 void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (!options_.parameters.reconstruction.pictures) return;
-  say("drawing pictures");
-  const MeshPictureOptions draw = picture_options(summary_.recording.camera, summary_.state.corrected);
-  material_.pictures = make_mesh_pictures(mesh, draw, pipeline_.dense().loop());
+  say("drawing figures");
+  const MeshFigureOptions draw = figure_options(summary_.recording.camera, summary_.state.corrected);
+  material_.figures = make_mesh_figures(mesh, draw, pipeline_.dense().loop());
   if (before.triangles.empty()) return;
-  const MeshPictureOptions draw_before =
-      picture_options(summary_.recording.camera, summary_.state.track.trajectory);
-  for (MeshPicture& picture : make_mesh_pictures(before, draw_before, pipeline_.dense().loop())) {
-    if (picture.name != "plan" && picture.name != "color") continue;
-    picture.name = "before_" + picture.name;
-    picture.caption = "Before loops were closed: " + picture.caption;
-    material_.pictures.push_back(std::move(picture));
+  const MeshFigureOptions draw_before =
+      figure_options(summary_.recording.camera, summary_.state.track.trajectory);
+  for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
+    if (figure.name != "plan" && figure.name != "color") continue;
+    figure.name = "before_" + figure.name;
+    figure.caption = "Before loops were closed: " + figure.caption;
+    material_.figures.push_back(std::move(figure));
   }
 }
 
@@ -202,10 +201,10 @@ void Output::write_report() {
   Parameters parameters = options_.parameters;
   material_.program_version = options_.run.program_version;
   material_.parameters_toml = list_slam(parameters).to_toml();
-  std::vector<MeshPicture> all = material_.pictures;
+  std::vector<Figure> all = material_.figures;
   all.insert(all.end(), material_.matrices.begin(), material_.matrices.end());
   all.insert(all.end(), material_.maps.begin(), material_.maps.end());
-  if (result_) result_ = write_pictures(options_.output, all, summary_.outputs);
+  if (result_) result_ = write_figures(options_.output, all, summary_.outputs);
   file("parameters.toml", [&](const auto& path) { return write_file_text(path, material_.parameters_toml); });
   if (!result_) return;
   for (const char* name : {"report.json", "report.html"}) summary_.outputs.push_back(options_.output / name);

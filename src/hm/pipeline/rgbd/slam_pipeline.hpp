@@ -10,7 +10,7 @@
 namespace hm {
 
 /// The RGB-D system (dissertation ch. 3 and 4): a recording without poses -> trajectory, keyframes in a pose
-/// graph, dense map. Tracking and mapping on the calling thread (and the map's), pictures, loop closing and
+/// graph, dense map. Tracking and mapping on the calling thread (and the map's), images, loop closing and
 /// the rebuilding of what loops move on threads of their own. The result does not depend on their pace: at
 /// the end the map is brought to the final poses.
 class SlamPipeline {

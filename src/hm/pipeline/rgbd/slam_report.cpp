@@ -1,28 +1,50 @@
 #include "hm/pipeline/rgbd/slam_report.hpp"
 
 #include <array>
+#include <map>
 
-#include "hm/report/plot.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
+#include "hm/pipeline/rgbd/slam_alignment.hpp"
 #include "hm/report/path_plots.hpp"
+#include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
 
-void add_cards(HtmlReport& report, const SlamSummary& summary) {
-  const SlamPipeline::State& state = summary.state;
-  add_tracking_cards(report, state.track);
-  report.add_card({"loops",
-                   std::to_string(state.loops.accepted),
-                   {},
-                   fmt::format("of {} candidates; largest correction {:.2f} m", state.loops.candidates,
-                               state.largest_shift_m)});
-  add_error_cards(report, summary.error);
-  if (summary.mesh_error)
-    report.add_card({"surface error",
-                     fmt::format("{:.1f}", summary.mesh_error->accuracy.distance_m.mean * 1e3), "mm",
-                     "mean distance from the true surface"});
+/// Frames that kept odometry's motion.
+std::map<AlignmentStatus, std::size_t> refused(const SlamAlignmentSummary& summary) {
+  std::map<AlignmentStatus, std::size_t> counts;
+  for (const SlamAlignedFrame& frame : summary.frames)
+    if (frame.status != AlignmentStatus::kAccepted) ++counts[frame.status];
+  return counts;
+}
+
+Summary moved_m(const SlamAlignmentSummary& summary) {
+  std::vector<double> shifts;
+  for (const SlamAlignedFrame& frame : summary.frames)
+    if (frame.status == AlignmentStatus::kAccepted) shifts.push_back(frame.shift_m);
+  return summarise(shifts);
+}
+
+PlotSeries series_of(const SlamAlignmentSummary& summary, const char* name,
+                     double SlamAlignedFrame::*member) {
+  PlotSeries series{name, {}, {}, SeriesStyle::kLine};
+  for (const SlamAlignedFrame& frame : summary.frames) {
+    series.x.push_back(static_cast<double>(frame.index));
+    series.y.push_back(frame.*member * 1e3);
+  }
+  return series;
+}
+
+void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
+  add_tracking_cards(report, summary);
+  add_cards(report, summary,
+            {{"loops", "{loops.accepted}", "of {loops.candidates} candidates; largest correction "
+                                           "{largest_correction_m}"}});
+  add_error_cards(report, summary);
+  add_cards(report, summary,
+            {{"surface error", "{mesh_error.accuracy_mm.mean}", "mean distance from the true surface"}});
 }
 
 void add_path(HtmlReport& report, const SlamSummary& summary) {
@@ -48,95 +70,99 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
   add_error_plots(report, *summary.error);
 }
 
-void add_loops(HtmlReport& report, const SlamSummary& summary, const SlamReportMaterial& material) {
-  const SlamPipeline::State& state = summary.state;
-  const RgbdLoopStatistics& loops = state.loops;
+void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportMaterial& material) {
   report.begin_section("Loops", "Places that were seen again, on a thread of its own.");
-  const auto count = [](std::size_t number) { return std::to_string(number); };
-  report.add_table({"what", "number"}, {{"keyframes", count(state.track.keyframes.size())},
-                                        {"candidates", count(loops.candidates)},
-                                        {"accepted", count(loops.accepted)},
-                                        {"no motion explains the matches", count(loops.not_verified)},
-                                        {"further off than odometry can be", count(loops.too_far)},
-                                        {"ambiguous", count(loops.ambiguous)},
-                                        {"not confirmed by another", count(loops.unconfirmed)},
-                                        {"taken out again", count(loops.taken_out)},
-                                        {"submaps", count(loops.submaps)},
-                                        {"maps after connecting", count(loops.maps)}});
-  if (state.alignment.adjusted)
-    report.add_paragraph(fmt::format(
-        "Bundle adjustment of {} landmarks: {:.2f} px before, {:.2f} px after. Features were matched {} "
-        "times where loops closed, {} times between other visits of a place.",
-        state.alignment.landmarks, state.alignment.error_before_px, state.alignment.error_after_px,
-        state.alignment.loop_links, state.alignment.visit_links));
-  for (const MeshPicture& picture : material.matrices) add_picture(report, picture);
+  add_summary_table(report, summary, "loops");
+  if (const auto adjustment = summary.sentence(
+          "Bundle adjustment of {bundle_adjustment.landmarks} landmarks: {bundle_adjustment.error_before_px} "
+          "before, {bundle_adjustment.error_after_px} after. Features were matched "
+          "{bundle_adjustment.loop_links} times where loops closed, {bundle_adjustment.visit_links} times "
+          "between other visits of a place."))
+    report.add_paragraph(*adjustment);
+  for (const Figure& figure : material.matrices) add_figure(report, figure);
 }
 
-std::string mm(const std::optional<MeshError>& error) {
-  return error ? fmt::format("{:.2f}", error->accuracy.distance_m.mean * 1e3) : std::string("-");
-}
-std::string percent(const std::optional<MeshError>& error) {
-  return error ? fmt::format("{:.1f}", error->completeness.ratio * 100) : std::string("-");
-}
-
-/// Corrections while tracking: when, how much, how far, how long.
-void add_live_corrections(HtmlReport& report, const SlamPipeline::State& state) {
+/// Adds when the map was corrected while tracking, how much of it, how far, how long.
+void add_live_corrections(HtmlReport& report, const SlamPipeline::State& state, const SummaryTree& summary) {
   if (state.live_corrections.empty()) return;
-  report.add_paragraph(fmt::format(
-      "While tracking went on, what loops had moved was rebuilt beside the map {} times and then put "
-      "in its place; tracking waited {:.1f} ms at most for one of them.",
-      state.live_corrections.size(), longest_stall_ms(state)));
-  std::vector<std::vector<std::string>> rows;
-  for (const LiveCorrection& live : state.live_corrections)
-    rows.push_back({std::to_string(live.frame_index),
-                    fmt::format("{:.1f}", (live.stamp - live.begun).seconds()),
-                    std::to_string(live.map.frames_moved), std::to_string(live.map.frames_replayed),
-                    fmt::format("{} of {}", live.map.volumes_rebuilt, live.map.volumes_before),
-                    fmt::format("{:.3f}", live.map.largest_shift_m), fmt::format("{:.2f}", live.map.seconds),
-                    fmt::format("{:.1f}", live.stall_ms)});
-  report.add_table({"in place at frame", "after (s of the recording)", "frames moved", "others replayed",
-                    "volumes rebuilt", "largest shift at 3 m (m)", "rebuilt in (s)", "tracking waited (ms)"},
-                   rows);
+  report.add_paragraph(*summary.sentence(
+      "While tracking went on, what loops had moved was rebuilt beside the map {corrections} times and then put "
+      "in its place; tracking waited {longest_stall_ms} at most for one of them."));
+  add_list_table(report, summary, "live_corrections");
 }
 
-void add_map(HtmlReport& report, const SlamSummary& summary, const SlamReportMaterial& material) {
-  const MapCorrection& correction = summary.state.correction;
+void add_map(HtmlReport& report, const SlamSummary& slam, const SummaryTree& summary,
+             const SlamReportMaterial& material) {
   report.begin_section(
-      "Map",
-      fmt::format(
-          "At the end, {} of {} volumes were rebuilt from the recording in {:.1f} s: {} frames had moved "
-          "(by up to {:.3f} m at a depth of 3 m), {} others had seen the same.",
-          correction.volumes_rebuilt, correction.volumes_before, correction.seconds, correction.frames_moved,
-          correction.largest_shift_m, correction.frames_replayed));
-  add_live_corrections(report, summary.state);
-  if (summary.mesh_error)
-    report.add_table(
-        {"mesh", "mean distance from the true surface (mm)", "complete (%)"},
-        {{"with odometry's poses", mm(summary.odometry_mesh_error), percent(summary.odometry_mesh_error)},
-         {"with corrected poses", mm(summary.mesh_error), percent(summary.mesh_error)}});
-  for (const MeshPicture& picture : material.pictures) add_picture(report, picture);
+      "Map", *summary.sentence(
+                 "At the end, {map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes were "
+                 "rebuilt from the recording in {map_correction.seconds}: {map_correction.frames_moved} frames "
+                 "had moved (by up to {map_correction.largest_shift_m} at a depth of 3 m), "
+                 "{map_correction.frames_replayed} others had seen the same."));
+  add_live_corrections(report, slam.state, summary);
+  SummaryTree::Rows meshes;
+  for (const auto& [name, key] : {std::pair{"with odometry's poses", "odometry_mesh_error"},
+                                  std::pair{"with corrected poses", "mesh_error"}})
+    if (const auto mean = summary.sentence(fmt::format("{{{}.accuracy_mm.mean}}", key)))
+      meshes.push_back({name, *mean, *summary.sentence(fmt::format("{{{}.completeness_ratio}}", key))});
+  if (!meshes.empty()) report.add_table({"mesh", "mean distance from the true surface", "complete"}, meshes);
+  for (const Figure& figure : material.figures) add_figure(report, figure);
   if (!material.maps.empty()) report.begin_section("Maps of keyframes");
-  for (const MeshPicture& picture : material.maps) add_picture(report, picture);
+  for (const Figure& figure : material.maps) add_figure(report, figure);
 }
 
 }  // namespace
 
+void visit(const SlamAlignmentSummary& summary, SummaryTree& v) {
+  v({"accepted", "frames aligned"}, summary.accepted);
+  v({"not_accepted", "frames not aligned"}, summary.not_accepted);
+  v.object("refused", [&](SummaryTree& reasons) {
+    for (const auto& [status, frames] : refused(summary)) reasons({to_string(status)}, frames);
+  });
+  v.spread({"moved_m", "moved", "{:.1f} mm", 1e3}, moved_m(summary), {"median", "p99", "max"});
+  v({"mean_ms", "a frame, mean", "{:.1f} ms"}, summary.milliseconds.mean);
+  v({"p99_ms", "a frame, 99 % under", "{:.1f} ms"}, summary.milliseconds.p99);
+}
+
+void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summary) {
+  report.begin_section(
+      "Dense alignment",
+      *describe(summary).sentence(
+          "{accepted} depth images were aligned to what was seen just before them, {not_accepted} were not; "
+          "alignment moved their cameras by {moved_m.median} (median; {moved_m.max} at most), in {mean_ms} a "
+          "frame (99 % under {p99_ms}). Odometry, above and below, is odometry after alignment."));
+  if (summary.frames.empty()) return;
+  std::vector<std::vector<std::string>> rows{{"aligned", std::to_string(summary.accepted), ""}};
+  for (const auto& [status, frames] : refused(summary))
+    rows.push_back({std::string(to_string(status)), std::to_string(frames), summary.first_reason.at(status)});
+  report.add_table({"outcome", "frames", "the first, why"}, rows);
+  const std::array<PlotSeries, 2> distances{series_of(summary, "before", &SlamAlignedFrame::rms_before_m),
+                                            series_of(summary, "after", &SlamAlignedFrame::rms_after_m)};
+  add_frame_plot(report, distances, "distance (mm)",
+                 "Distance of the depth images from what was seen before (rms of what agrees).");
+  const std::array<PlotSeries, 2> moves{series_of(summary, "by this image", &SlamAlignedFrame::shift_m),
+                                        series_of(summary, "in all", &SlamAlignedFrame::drift_m)};
+  add_frame_plot(report, moves, "moved (mm)",
+                 "How far each image moved its camera, and how far all so far have.");
+}
+
 std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const SlamPipeline::State& state = summary.state;
+  const SummaryTree tree = describe(summary);
   HtmlReport report("SLAM of " + summary.recording.path.filename().string());
   report.set_verdict(
       summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
       fmt::format("{} of {} frames are in the map, over a path of {:.1f} m; {} loops were closed.",
                   state.corrected.size(), state.frames_total, path_length(state.corrected),
                   state.loops.accepted));
-  add_cards(report, summary);
+  add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
-  add_map(report, summary, material);
+  add_map(report, summary, tree, material);
   add_path(report, summary);
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
-  add_loops(report, summary, material);
-  add_tracking_sections(report, state.track);
+  add_loops(report, tree, material);
+  add_tracking_sections(report, state.track, tree);
   add_rgbd_recording_section(report, summary.recording);
   return page_with_parameters(report, material.parameters_toml, material.program_version);
 }

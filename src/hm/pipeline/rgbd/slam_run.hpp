@@ -43,13 +43,10 @@ struct SlamSummary {
 /// cannot be used is none: it is named in `state.track.unused`.
 Result<SlamSummary> run_slam(const SlamRunOptions& options);
 
-/// The longest that tracking waited for a correction of the map while frames came in; 0 without any.
-double longest_stall_ms(const SlamPipeline::State& state);
-
 /// frames{read,tracked,lost}, track_ms{median,mean,p99}, loops{candidates,accepted} ... (the keys of
 /// `hm slam --json`).
-JsonValue to_json(const SlamSummary& summary);
-/// The same in a few lines for a terminal.
+void visit(const SlamSummary& summary, SummaryTree& v);
+/// A few lines for a terminal.
 std::string to_text(const SlamSummary& summary);
 
 }  // namespace hm

@@ -2,132 +2,118 @@
 
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
-namespace {
 
-JsonValue loops_to_json(const RgbdLoopStatistics& loops) {
-  return JsonValue::object({{"candidates", loops.candidates},
-                            {"accepted", loops.accepted},
-                            {"not_verified", loops.not_verified},
-                            {"too_far", loops.too_far},
-                            {"ambiguous", loops.ambiguous},
-                            {"unconfirmed", loops.unconfirmed},
-                            {"taken_out", loops.taken_out},
-                            {"maps", loops.maps},
-                            {"solutions", loops.solutions}});
+void visit(const RgbdLoopStatistics& loops, SummaryTree& v) {
+  v({"candidates", "candidates"}, loops.candidates);
+  v({"accepted", "accepted"}, loops.accepted);
+  v({"not_verified", "no motion explains the matches"}, loops.not_verified);
+  v({"too_far", "further off than odometry can be"}, loops.too_far);
+  v({"ambiguous", "ambiguous"}, loops.ambiguous);
+  v({"unconfirmed", "not confirmed by another"}, loops.unconfirmed);
+  v({"taken_out", "taken out again"}, loops.taken_out);
+  v.shown("submaps", "submaps", std::to_string(loops.submaps));
+  v({"maps", "maps after connecting"}, loops.maps);
+  v({"solutions", "times solved"}, loops.solutions);
 }
 
-JsonValue adjustment_to_json(const RgbdAlignmentReport& report) {
-  return JsonValue::object({{"adjusted", report.adjusted},
-                            {"loop_links", report.loop_links},
-                            {"visit_links", report.visit_links},
-                            {"landmarks", report.landmarks},
-                            {"observations", report.observations},
-                            {"error_before_px", report.error_before_px},
-                            {"error_after_px", report.error_after_px}});
+/// Sentences about bundle adjustment have values only where it was kept.
+void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
+  v({"adjusted"}, report.adjusted);
+  const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
+    if (report.adjusted)
+      v(doc, value);
+    else
+      v.json(doc.key, value);
+  };
+  where_adjusted({"loop_links"}, report.loop_links);
+  where_adjusted({"visit_links"}, report.visit_links);
+  where_adjusted({"landmarks"}, report.landmarks);
+  where_adjusted({"observations"}, report.observations);
+  where_adjusted({"error_before_px", {}, "{:.2f} px"}, report.error_before_px);
+  where_adjusted({"error_after_px", {}, "{:.2f} px"}, report.error_after_px);
 }
 
-JsonValue correction_to_json(const MapCorrection& correction) {
-  return JsonValue::object({{"frames_moved", correction.frames_moved},
-                            {"frames_replayed", correction.frames_replayed},
-                            {"frames_removed", correction.frames_removed},
-                            {"volumes_before", correction.volumes_before},
-                            {"volumes_rebuilt", correction.volumes_rebuilt},
-                            {"volumes_after", correction.volumes_after},
-                            {"largest_shift_m", correction.largest_shift_m},
-                            {"seconds", correction.seconds}});
+void visit(const MapCorrection& correction, SummaryTree& v) {
+  v({"frames_moved", "frames moved"}, correction.frames_moved);
+  v({"frames_replayed", "others replayed"}, correction.frames_replayed);
+  v({"frames_removed", "removed"}, correction.frames_removed);
+  v({"volumes_before", "volumes before"}, correction.volumes_before);
+  v({"volumes_rebuilt", "rebuilt"}, correction.volumes_rebuilt);
+  v({"volumes_after", "after"}, correction.volumes_after);
+  v({"largest_shift_m", "largest shift at 3 m", "{:.3f} m"}, correction.largest_shift_m);
+  v({"seconds", "rebuilt in", "{:.2f} s"}, correction.seconds);
 }
 
-JsonValue live_corrections_to_json(const std::vector<LiveCorrection>& corrections) {
-  auto list = JsonValue::array();
-  for (const LiveCorrection& live : corrections) {
-    auto one = correction_to_json(live.map);
-    one["frame"] = live.frame_index;
-    one["after_s"] = (live.stamp - live.begun).seconds();
-    one["stall_ms"] = live.stall_ms;
-    list.push_back(std::move(one));
-  }
-  return list;
+void visit(const LiveCorrection& live, SummaryTree& v) {
+  visit(live.map, v);
+  v({"frame", "in place at frame"}, live.frame_index);
+  v({"after_s", "after (of the recording)", "{:.1f} s"}, (live.stamp - live.begun).seconds());
+  v({"stall_ms", "tracking waited", "{:.1f} ms"}, live.stall_ms);
 }
 
-}  // namespace
-
-double longest_stall_ms(const SlamPipeline::State& state) {
-  double longest_ms = 0;
-  for (const LiveCorrection& live : state.live_corrections) longest_ms = std::max(longest_ms, live.stall_ms);
-  return longest_ms;
-}
-
-JsonValue to_json(const SlamSummary& summary) {
+void visit(const SlamSummary& summary, SummaryTree& v) {
   const SlamPipeline::State& state = summary.state;
-  auto json = JsonValue::object();
-  json["method"] = kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)];
-  add_json(json, state.track);
-  json["loops"] = loops_to_json(state.loops);
-  json["bundle_adjustment"] = adjustment_to_json(state.alignment);
-  add_json(json, summary.error);
-  if (summary.odometry_error) {
-    auto odometry = JsonValue::object();
-    add_json(odometry, summary.odometry_error);
-    json["odometry"] = std::move(odometry);
-  }
-  json["largest_correction_m"] = state.largest_shift_m;
-  if (state.dense_alignment) json["alignment"] = to_json(*state.dense_alignment);
-  json["frames_mapped"] = state.frames_mapped;
-  json["frames_apart"] = state.frames_apart;
-  json["map_correction"] = correction_to_json(state.correction);
-  json["live_corrections"] = live_corrections_to_json(state.live_corrections);
-  json["longest_stall_ms"] = longest_stall_ms(state);
-  json["frame_ms"] = JsonValue::object({{"median", state.frame_ms.median},
-                                        {"mean", state.frame_ms.mean},
-                                        {"p99", state.frame_ms.p99},
-                                        {"max", state.frame_ms.max}});
-  json["volumes"] = summary.volumes;
-  json["map_bytes"] = summary.map_bytes;
-  json["mesh"] = JsonValue::object({{"vertices", summary.vertices}, {"triangles", summary.triangles}});
-  json["bounds_m"] = to_json(summary.bounds_m);
-  if (summary.mesh_error) json["mesh_error"] = to_json(*summary.mesh_error, summary.parameters.mesh_error);
+  v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
+  visit(state.track, v);
+  v.group("loops", state.loops);
+  v.group("bundle_adjustment", state.alignment);
+  if (summary.error) visit_error(*summary.error, v);
+  if (summary.odometry_error)
+    v.object("odometry", [&](SummaryTree& odometry) { visit_error(*summary.odometry_error, odometry); });
+  v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
+  v.group("alignment", state.dense_alignment);
+  v({"frames_mapped", "frames mapped"}, state.frames_mapped);
+  v({"frames_apart", "frames in unconnected maps"}, state.frames_apart);
+  v.group("map_correction", state.correction);
+  v.list("live_corrections", state.live_corrections);
+  if (!state.live_corrections.empty()) v.shown("corrections", {}, std::to_string(state.live_corrections.size()));
+  double longest_stall_ms = 0;
+  for (const LiveCorrection& live : state.live_corrections)
+    longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
+  v({"longest_stall_ms", "longest wait for a correction", "{:.1f} ms"}, longest_stall_ms);
+  v.spread({"frame_ms", "a frame", "{:.1f} ms"}, state.frame_ms, {"median", "mean", "p99", "max"});
+  v({"volumes", "volumes", kThousands}, summary.volumes);
+  v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
+  v.object("mesh", [&](SummaryTree& mesh) {
+    mesh({"vertices", "vertices", kThousands}, summary.vertices);
+    mesh({"triangles", "triangles", kThousands}, summary.triangles);
+  });
+  add_box(v, "bounds_m", summary.bounds_m);
+  const MeshErrorParams& near = summary.parameters.mesh_error;
+  if (summary.mesh_error) v.group("mesh_error", MeasuredMesh{*summary.mesh_error, near});
   if (summary.odometry_mesh_error)
-    json["odometry_mesh_error"] = to_json(*summary.odometry_mesh_error, summary.parameters.mesh_error);
-  json["interrupted"] = state.interrupted;
-  json["run_s"] = summary.run_s;
-  return json;
+    v.group("odometry_mesh_error", MeasuredMesh{*summary.odometry_mesh_error, near});
+  v({"interrupted"}, state.interrupted);
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
 }
 
 std::string to_text(const SlamSummary& summary) {
-  const SlamPipeline::State& state = summary.state;
-  std::string text = to_text(state.track);
-  text += fmt::format("loops     {} of {} candidates accepted, largest correction {:.3f} m\n",
-                      state.loops.accepted, state.loops.candidates, state.largest_shift_m);
-  if (const auto& alignment = state.dense_alignment)
-    text += fmt::format("alignment {} frames aligned, {} not; {:.1f} ms a frame, 99 % under {:.1f} ms\n",
-                        alignment->accepted, alignment->not_accepted, alignment->milliseconds.mean,
-                        alignment->milliseconds.p99);
-  if (state.alignment.adjusted)
-    text += fmt::format(
-        "bundle    {} landmarks, {} matches of loops, {} of other visits; {:.2f} px before, {:.2f} px "
-        "after\n",
-        state.alignment.landmarks, state.alignment.loop_links, state.alignment.visit_links,
-        state.alignment.error_before_px, state.alignment.error_after_px);
-  text += to_text_line(summary.odometry_error, "odometry") + to_text_line(summary.error, "corrected");
-  const MapCorrection& correction = state.correction;
-  text += fmt::format("map       {} frames, {} volumes, {} triangles; {} of {} volumes rebuilt in {:.1f} s\n",
-                      state.frames_mapped, summary.volumes, summary.triangles, correction.volumes_rebuilt,
-                      correction.volumes_before, correction.seconds);
-  if (!state.live_corrections.empty())
-    text += fmt::format("          corrected {} times while tracking, which waited {:.1f} ms at most\n",
-                        state.live_corrections.size(), longest_stall_ms(state));
-  if (summary.odometry_mesh_error)
-    text += fmt::format("surface error before loops were closed {:.2f} mm\n",
-                        summary.odometry_mesh_error->accuracy.distance_m.mean * 1e3);
-  if (summary.mesh_error)
-    text += fmt::format("surface error {:.2f} mm (mean), {:.1f} % complete\n",
-                        summary.mesh_error->accuracy.distance_m.mean * 1e3,
-                        summary.mesh_error->completeness.ratio * 100);
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  const SummaryTree tree = describe(summary);
+  return tracking_lines(tree) +
+         tree.lines(
+             {"loops     {loops.accepted} of {loops.candidates} candidates accepted, largest correction "
+              "{largest_correction_m}",
+              "alignment {alignment.accepted} frames aligned, {alignment.not_accepted} not; {alignment.mean_ms} a "
+              "frame, 99 % under {alignment.p99_ms}",
+              "bundle    {bundle_adjustment.landmarks} landmarks, {bundle_adjustment.loop_links} matches of loops, "
+              "{bundle_adjustment.visit_links} of other visits; {bundle_adjustment.error_before_px} before, "
+              "{bundle_adjustment.error_after_px} after",
+              "odometry  ATE {odometry.ate_rmse_m}[, RPE {odometry.rpe_frame_m} a frame][, "
+              "{odometry.rpe_second_m} and {odometry.rpe_second_rad} a second]",
+              "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} a "
+              "second]",
+              "map       {frames_mapped} frames, {volumes} volumes, {mesh.triangles} triangles; "
+              "{map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes rebuilt in "
+              "{map_correction.seconds}",
+              "          corrected {corrections} times while tracking, which waited {longest_stall_ms} at most",
+              "surface error before loops were closed {odometry_mesh_error.accuracy_mm.mean}",
+              "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} complete"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

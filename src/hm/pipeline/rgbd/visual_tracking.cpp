@@ -128,74 +128,65 @@ std::string why_no_pose(const VisualTrack& track) {
   return fmt::format("not one of {} frames got a pose ({}); `hm info` may say why", track.frames_total, most);
 }
 
-void add_json(JsonValue& json, const VisualTrack& track) {
-  json["frames"] = JsonValue::object({{"total", track.frames_total},
-                                      {"read", track.frames_read},
-                                      {"tracked", track.frames_tracked},
-                                      {"lost", track.frames_lost},
-                                      {"unused", track.unused.size()}});
-  auto unused = JsonValue::array();
-  for (const UnusedFrame& frame : track.unused)
-    unused.push_back(JsonValue::object({{"index", frame.index}, {"reason", frame.reason}}));
-  json["unused_frames"] = std::move(unused);
-  json["track_ms"] = JsonValue::object({{"median", track.track_ms.median},
-                                        {"mean", track.track_ms.mean},
-                                        {"p99", track.track_ms.p99},
-                                        {"max", track.track_ms.max}});
-  json["path_length_m"] = path_length(track.trajectory);
-  json["keyframes"] = track.keyframes.size();
-  json["model_points"] = track.model_points;
-  json["submaps"] = track.submaps;
-  json["relocalised"] = track.relocalised;
-  if (!track.imu_source.empty())
-    json["imu"] = JsonValue::object({{"source", track.imu_source},
-                                     {"turns_given", track.turns_given},
-                                     {"gravity_used", track.gravity_used},
-                                     {"gravity_rejected", track.gravity_rejected}});
-  auto lost = JsonValue::array();
-  for (const LostStretch& stretch : track.lost)
-    lost.push_back(JsonValue::object({{"first_frame", stretch.first_frame},
-                                      {"last_frame", stretch.last_frame},
-                                      {"duration_s", stretch.duration_s},
-                                      {"reason", stretch.reason}}));
-  json["lost_stretches"] = std::move(lost);
+void visit(const UnusedFrame& frame, SummaryTree& v) {
+  v({"index", "frame"}, frame.index);
+  v({"reason", "reason"}, frame.reason);
 }
 
-void add_json(JsonValue& json, const std::optional<TrajectoryError>& error) {
-  if (!error) return;
-  json["ate_rmse_m"] = error->position_m.rmse;
-  if (!error->per_frame.spans.empty()) json["rpe_frame_m"] = error->per_frame.translation_m.rmse;
-  if (!error->per_second.spans.empty()) {
-    json["rpe_second_m"] = error->per_second.translation_m.rmse;
-    json["rpe_second_rad"] = error->per_second.rotation_rad.rmse;
+void visit(const LostStretch& stretch, SummaryTree& v) {
+  v({"first_frame", "first frame"}, stretch.first_frame);
+  v({"last_frame", "last frame"}, stretch.last_frame);
+  v.shown("frames", "frames", std::to_string(stretch.frames));
+  v({"duration_s", "time", "{:.2f} s"}, stretch.duration_s);
+  v({"reason", "reason"}, stretch.reason);
+}
+
+void visit(const VisualTrack& track, SummaryTree& v) {
+  v.object("frames", [&](SummaryTree& frames) {
+    frames({"total"}, track.frames_total);
+    frames({"read"}, track.frames_read);
+    frames({"tracked"}, track.frames_tracked);
+    frames({"lost"}, track.frames_lost);
+    frames({"unused"}, track.unused.size());
+  });
+  v.list("unused_frames", track.unused);
+  v.spread({"track_ms", "tracking", "{:.1f} ms"}, track.track_ms, {"median", "mean", "p99", "max"});
+  v({"path_length_m", "path", "{:.2f} m"}, path_length(track.trajectory));
+  v({"keyframes", "keyframes"}, track.keyframes.size());
+  v({"model_points", "points in the model"}, track.model_points);
+  v({"submaps", "submaps"}, track.submaps);
+  v({"relocalised", "relocalised"}, track.relocalised);
+  if (!track.imu_source.empty())
+    v.object("imu", [&](SummaryTree& imu) {
+      imu({"source", "readings"}, track.imu_source);
+      imu({"turns_given", "frames whose turn a gyroscope predicted"}, track.turns_given);
+      imu({"gravity_used", "frames whose roll and pitch gravity helped to hold"}, track.gravity_used);
+      imu({"gravity_rejected", "frames whose readings did not fit and were not used"}, track.gravity_rejected);
+    });
+  v.list("lost_stretches", track.lost);
+}
+
+void visit_error(const TrajectoryError& error, SummaryTree& v) {
+  v({"ate_rmse_m", "ATE", "{:.4f} m"}, error.position_m.rmse);
+  if (!error.per_frame.spans.empty())
+    v({"rpe_frame_m", "RPE a frame", "{:.4f} m"}, error.per_frame.translation_m.rmse);
+  if (!error.per_second.spans.empty()) {
+    v({"rpe_second_m", "RPE a second", "{:.4f} m"}, error.per_second.translation_m.rmse);
+    v({"rpe_second_rad", "RPE a second", "{:.2f} deg", kDegreesPerRadian}, error.per_second.rotation_rad.rmse);
   }
-  if (!error->per_metre.spans.empty()) json["rpe_metre_m"] = error->per_metre.translation_m.rmse;
-  json["truth_path_m"] = error->truth_path_m;
+  if (!error.per_metre.spans.empty())
+    v({"rpe_metre_m", "RPE a metre", "{:.4f} m"}, error.per_metre.translation_m.rmse);
+  v({"truth_path_m", "true path", "{:.2f} m"}, error.truth_path_m);
 }
 
-std::string to_text(const VisualTrack& track) {
-  std::string text = fmt::format(
-      "{} of {} frames have a pose, {} were lost, {} could not be used\n"
-      "path      {:.2f} m, {} keyframes, {} points in the model\n",
-      track.frames_tracked, track.frames_total, track.frames_lost, track.unused.size(),
-      path_length(track.trajectory), track.keyframes.size(), track.model_points);
-  if (!track.imu_source.empty())
-    text += fmt::format("inertial  {}: {} turns by gyroscope, gravity used in {} frames, rejected in {}\n",
-                        track.imu_source, track.turns_given, track.gravity_used, track.gravity_rejected);
-  if (!track.track_ms.count) return text;
-  return text + fmt::format("tracking  median {:.1f} ms, mean {:.1f} ms, 99 % under {:.1f} ms a frame\n",
-                            track.track_ms.median, track.track_ms.mean, track.track_ms.p99);
-}
-
-std::string to_text_line(const std::optional<TrajectoryError>& error, const char* name) {
-  if (!error) return {};
-  std::string text = fmt::format("{:<9} ATE {:.4f} m", name, error->position_m.rmse);
-  if (!error->per_frame.spans.empty())
-    text += fmt::format(", RPE {:.4f} m a frame", error->per_frame.translation_m.rmse);
-  if (!error->per_second.spans.empty())
-    text += fmt::format(", {:.4f} m and {:.2f} deg a second", error->per_second.translation_m.rmse,
-                        error->per_second.rotation_rad.rmse * kDegreesPerRadian);
-  return text + "\n";
+std::string tracking_lines(const SummaryTree& summary) {
+  return summary.lines(
+      {"{frames.tracked} of {frames.total} frames have a pose, {frames.lost} were lost, {frames.unused} could not "
+       "be used",
+       "path      {path_length_m}, {keyframes} keyframes, {model_points} points in the model",
+       "inertial  {imu.source}: {imu.turns_given} turns by gyroscope, gravity used in {imu.gravity_used} frames, "
+       "rejected in {imu.gravity_rejected}",
+       "tracking  median {track_ms.median}, mean {track_ms.mean}, 99 % under {track_ms.p99} a frame"});
 }
 
 }  // namespace hm

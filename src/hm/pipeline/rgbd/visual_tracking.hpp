@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -22,7 +22,7 @@ struct VisualFrame {
   int submap = 0;
   bool keyframe = false;
   double sigma_m = 0;  ///< of the position, as the covariance has it: root of the trace
-  double wait_ms = 0;  ///< for the pictures
+  double wait_ms = 0;  ///< for the images
   TrackingNumbers numbers;
 };
 
@@ -94,13 +94,12 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
 std::vector<std::string> warnings_of(const VisualTrack& track);
 /// Why there is no pose at all, in words.
 std::string why_no_pose(const VisualTrack& track);
-/// Adds frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
+/// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
 /// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
-void add_json(JsonValue& json, const VisualTrack& track);
-/// Adds ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m; nothing without an error.
-void add_json(JsonValue& json, const std::optional<TrajectoryError>& error);
-/// The same in a few lines for a terminal.
-std::string to_text(const VisualTrack& track);
-std::string to_text_line(const std::optional<TrajectoryError>& error, const char* name);
+void visit(const VisualTrack& track, SummaryTree& v);
+/// ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m (those without a span are left out).
+void visit_error(const TrajectoryError& error, SummaryTree& v);
+/// Lines for a terminal of a summary with these values.
+std::string tracking_lines(const SummaryTree& summary);
 
 }  // namespace hm

@@ -4,10 +4,10 @@
 #include <numbers>
 
 #include "hm/core/angle.hpp"
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/image/image_file.hpp"
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/io/camera/calibration_file.hpp"
+#include "hm/io/image/image_file.hpp"
 
 namespace hm {
 namespace {
@@ -46,12 +46,12 @@ class BoardSimulation {
   Result<void> write_truth();
   [[nodiscard]] std::vector<Place> training_places() const;
   [[nodiscard]] std::vector<Place> test_places();
-  SE3 place(const FlatRenderer& renderer, const FlatPicture& picture, const Place& where);
+  SE3 place(const FlatRenderer& renderer, const FlatPicture& target, const Place& where);
   [[nodiscard]] FlatPicture small() const { return {small_gray_, small_.square_m / kSquare_px}; }
   [[nodiscard]] FlatPicture large() const { return {large_gray_, options_.board.square_m / kSquare_px}; }
   Result<void> write_board(const fs::path& folder, BoardParams board);
-  Result<void> picture(const fs::path& path, const FlatRenderer& renderer, const FlatPicture& flat,
-                       const SE3& T);
+  Result<void> write_image(const fs::path& path, const FlatRenderer& renderer, const FlatPicture& flat,
+                           const SE3& T);
   Result<void> step(const char* stage, std::size_t done, std::size_t total);
 
   const CalibrationSimulationOptions& options_;
@@ -76,20 +76,20 @@ Result<void> BoardSimulation::write_board(const fs::path& folder, BoardParams bo
   return write_file_text(folder / "board.toml", list.to_toml());
 }
 
-Result<void> BoardSimulation::picture(const fs::path& path, const FlatRenderer& renderer, const FlatPicture& flat,
-                                 const SE3& T) {
+Result<void> BoardSimulation::write_image(const fs::path& path, const FlatRenderer& renderer,
+                                          const FlatPicture& flat, const SE3& T) {
   return write_png(path, renderer.render(flat, T, rig_.gray_sigma, rng_), PngEffort::kFast);
 }
 
 /// The white margin of a board, half a square wide, need not be seen.
-double margin_px(const FlatPicture& picture, const PinholeCamera& camera, double distance_m) {
+double margin_px(const FlatPicture& target, const PinholeCamera& camera, double distance_m) {
   constexpr double kKept_px = 4;
-  return kKept_px - 0.4 * kSquare_px * picture.pixel_m * camera.fx / distance_m;
+  return kKept_px - 0.4 * kSquare_px * target.pixel_m * camera.fx / distance_m;
 }
 
-/// A random pose near a place at which the whole picture is seen; less and less tilted, farther from the
+/// A random pose near a place at which the whole board is seen; less and less tilted, farther from the
 /// border and farther away until it is.
-SE3 BoardSimulation::place(const FlatRenderer& renderer, const FlatPicture& picture, const Place& where) {
+SE3 BoardSimulation::place(const FlatRenderer& renderer, const FlatPicture& target, const Place& where) {
   const PinholeCamera& camera = renderer.camera();
   SE3 T;
   for (int attempt = 0; attempt < 200; ++attempt) {
@@ -102,21 +102,20 @@ SE3 BoardSimulation::place(const FlatRenderer& renderer, const FlatPicture& pict
     view.tilt_rad = where.most_tilt_rad * rng_.uniform(0.3, 1);
     view.tilt_axis_rad = rng_.uniform(0, 2 * std::numbers::pi);
     view.roll_rad = rng_.uniform(-12, 12) * kRadiansPerDegree;
-    T = place_picture(camera, picture, view);
-    if (sees_whole(camera, picture, T, margin_px(picture, camera, view.distance_m))) break;
+    T = place_picture(camera, target, view);
+    if (sees_whole(camera, target, T, margin_px(target, camera, view.distance_m))) break;
   }
   return T;
 }
 
 Result<void> BoardSimulation::write_intrinsics(const char* folder, const FlatRenderer& renderer,
-                                          std::size_t& count) {
+                                               std::size_t& count) {
   const fs::path path = options_.output / folder;
   if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, small_); !written) return written;
   const int views = options_.params.camera_views;
   for (int i = 0; i < views; ++i) {
-    if (auto go_on =
-            step("simulating pictures", static_cast<std::size_t>(i), static_cast<std::size_t>(views));
+    if (auto go_on = step("simulating images", static_cast<std::size_t>(i), static_cast<std::size_t>(views));
         !go_on)
       return go_on;
     // The board's middle goes over a grid of 4 x 3 places; it fills half of the image's width or less.
@@ -126,7 +125,7 @@ Result<void> BoardSimulation::write_intrinsics(const char* folder, const FlatRen
     where.share = Vec2(((i % 4) + 0.5) / 4, ((i / 4 % 3) + 0.5) / 3);
     where.most_tilt_rad = 0.75;
     const SE3 T = place(renderer, small(), where);
-    if (auto written = picture(path / fmt::format("{:02}.png", i), renderer, small(), T); !written)
+    if (auto written = write_image(path / fmt::format("{:02}.png", i), renderer, small(), T); !written)
       return written;
     ++count;
   }
@@ -155,8 +154,9 @@ Result<void> BoardSimulation::write_pairs() {
       if (sees_whole(ir_.camera(), small(), T_ir, margin_px(small(), ir_.camera(), where.distance_m))) break;
     }
     const std::string name = fmt::format("{:02}.png", i);
-    if (auto written = picture(path / "color" / name, color_, small(), T); !written) return written;
-    if (auto written = picture(path / "ir" / name, ir_, small(), rig_.T_color_depth.inverse() * T); !written)
+    if (auto written = write_image(path / "color" / name, color_, small(), T); !written) return written;
+    if (auto written = write_image(path / "ir" / name, ir_, small(), rig_.T_color_depth.inverse() * T);
+        !written)
       return written;
     ++summary_.pairs;
   }
@@ -207,7 +207,7 @@ std::vector<BoardSimulation::Place> BoardSimulation::test_places() {
 
 Result<void> BoardSimulation::write_pose(const fs::path& folder, const SE3& T_color_picture) {
   if (auto made = make_folder(folder); !made) return made;
-  if (auto written = picture(folder / "color.png", color_, large(), T_color_picture); !written)
+  if (auto written = write_image(folder / "color.png", color_, large(), T_color_picture); !written)
     return written;
   const Image<float> truth = ir_.depth_m(large(), rig_.T_color_depth.inverse() * T_color_picture);
   for (int i = 0; i < options_.params.depth_images; ++i) {
@@ -221,7 +221,7 @@ Result<void> BoardSimulation::write_pose(const fs::path& folder, const SE3& T_co
 }
 
 Result<void> BoardSimulation::write_depth(const char* folder, const std::vector<Place>& places,
-                                     std::size_t& count) {
+                                          std::size_t& count) {
   const fs::path path = options_.output / "depth";
   if (auto made = make_folder(path); !made) return made;
   if (auto written = write_board(path, options_.board); !written) return written;
@@ -254,10 +254,9 @@ Result<void> BoardSimulation::write_truth() {
 }
 
 Result<CalibrationSimulationSummary> BoardSimulation::run() {
-  if (auto written = write_intrinsics("color", color_, summary_.color_pictures); !written)
+  if (auto written = write_intrinsics("color", color_, summary_.color_images); !written)
     return forward_error(written);
-  if (auto written = write_intrinsics("ir", ir_, summary_.ir_pictures); !written)
-    return forward_error(written);
+  if (auto written = write_intrinsics("ir", ir_, summary_.ir_images); !written) return forward_error(written);
   if (auto written = write_pairs(); !written) return forward_error(written);
   if (auto written = write_depth("train", training_places(), summary_.train_poses); !written)
     return forward_error(written);

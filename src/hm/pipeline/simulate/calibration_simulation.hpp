@@ -8,13 +8,13 @@
 
 namespace hm {
 
-/// Whose pictures are simulated: an Xtion with two cameras (xtion_rig()), or a device of `hm simulate`, whose
+/// Whose images are simulated: an Xtion with two cameras (xtion_rig()), or a device of `hm simulate`, whose
 /// recordings have the same bias (in the order of SensorPreset).
 enum class CalibrationSensor { kXtion, kTangoTablet, kTangoPhone, kKinect };
 inline constexpr std::string_view kCalibrationSensorNames[] = {"xtion", "tango_tablet", "tango_phone",
                                                                "kinect"};
 
-/// A set of calibration pictures: of which sensor, how many, of which boards.
+/// A set of calibration images: of which sensor, how many, of which boards.
 struct CalibrationSimulationParams {
   CalibrationSensor sensor = CalibrationSensor::kXtion;
   int camera_views = 24;
@@ -34,8 +34,8 @@ struct CalibrationSimulationParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"sensor", {}, "xtion: colour and infrared camera; the others as in simulation.sensor"},
       self.sensor, kCalibrationSensorNames);
-    v(ParamDoc{"camera_views", {3, 1000}, "pictures for each camera's intrinsics"}, self.camera_views);
-    v(ParamDoc{"stereo_views", {1, 1000}, "pairs of pictures for the motion between the cameras"},
+    v(ParamDoc{"camera_views", {3, 1000}, "images for each camera's intrinsics"}, self.camera_views);
+    v(ParamDoc{"stereo_views", {1, 1000}, "pairs of images for the motion between the cameras"},
       self.stereo_views);
     v(ParamDoc{"depth_steps", {2, 100}, "distances of the board for training, several places each"},
       self.depth_steps);
@@ -46,7 +46,7 @@ struct CalibrationSimulationParams {
     v(ParamDoc{"warp_at_4m_m", {0, 1}, "xtion: largest bias of depth at 4 m"}, self.warp_at_4m_m);
     v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "xtion: axial noise of depth, factor of z^2"},
       self.noise_quadratic_per_m);
-    v(ParamDoc{"gray_sigma", {0, 50}, "noise of pictures, grey levels"}, self.gray_sigma);
+    v(ParamDoc{"gray_sigma", {0, 50}, "noise of images, grey levels"}, self.gray_sigma);
     v(ParamDoc{"small_corners_x", {3, 50}, "inner corners along a row of the board for both cameras"},
       self.small_corners_x);
     v(ParamDoc{"small_corners_y", {3, 50}, "inner corners along its columns"}, self.small_corners_y);
@@ -63,15 +63,14 @@ struct CalibrationSimulationOptions {
 };
 
 struct CalibrationSimulationSummary {
-  std::size_t color_pictures = 0, ir_pictures = 0, pairs = 0, train_poses = 0, test_poses = 0,
-              depth_images = 0;
+  std::size_t color_images = 0, ir_images = 0, pairs = 0, train_poses = 0, test_poses = 0, depth_images = 0;
   std::vector<std::filesystem::path> outputs;
 };
 
 /// The rig that a set is made with.
 CalibrationRig rig_of(const CalibrationSimulationParams& params);
 
-/// Writes a set of calibration pictures of a simulated sensor:
+/// Writes a set of calibration images of a simulated sensor:
 ///
 ///     color/NN.png, ir/NN.png              the small board, for the intrinsics
 ///     stereo/color/NN.png, stereo/ir/NN.png   the same moment

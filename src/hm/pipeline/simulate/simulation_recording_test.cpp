@@ -161,7 +161,7 @@ TEST_F(SimulationRecording, LeavesNothingWhenItIsStopped) {
 
 TEST_F(SimulationRecording, ReplacesWhatAKilledOneLeft) {
   ASSERT_TRUE(simulate_recording(options("whole")));
-  // As after a kill in the middle: the mark of an unfinished run, pictures, no lists.
+  // As after a kill in the middle: the mark of an unfinished run, images, no lists.
   const fs::path killed = folder_ / "killed";
   fs::create_directories(killed / "depth");
   fs::create_directories(killed / "rgb");

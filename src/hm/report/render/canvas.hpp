@@ -14,8 +14,8 @@ struct Ink {
 
 enum class TextAlign { kLeft, kCentre, kRight };
 
-/// Anti-aliased drawing on a picture, pixels, (0, 0) the centre of the top left one. Whatever lies
-/// outside of the picture is left out; coordinates that are not finite draw nothing.
+/// Anti-aliased drawing on an image, pixels, (0, 0) the centre of the top left one. Whatever lies
+/// outside of the image is left out; coordinates that are not finite draw nothing.
 void blend_pixel(Image<Rgb8>& image, int x, int y, const Ink& ink);
 void fill_rectangle(Image<Rgb8>& image, const Eigen::AlignedBox2d& box, const Ink& ink);
 void draw_line(Image<Rgb8>& image, const Vec2& from, const Vec2& to, double width_px, const Ink& ink);

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/report/render/picture.hpp"
+#include "hm/report/render/figure.hpp"
 
 namespace hm {
 namespace {
@@ -10,7 +10,7 @@ constexpr Rgb8 kWallColor{52, 58, 70};
 constexpr double kWallLine_m = 0.035;   ///< thickness of a cut surface
 constexpr double kWallInside_m = 0.32;  ///< the unseen inside of a wall is filled up to this thickness
 
-/// Where the mesh meets the cutting plane, as lines on the picture.
+/// Where the mesh meets the cutting plane, as lines on the image.
 std::vector<std::pair<Vec2, Vec2>> cut_lines(const TriangleMesh& mesh, const RenderView& view,
                                              const ViewProjection& projection) {
   std::vector<std::pair<Vec2, Vec2>> lines;
@@ -80,23 +80,23 @@ void fill_solids(Mask& walls, const Mask& seen_from_behind) {
 }
 
 /// How much of each pixel is wall (0..255): cut surfaces as lines, and what lies inside of them.
-Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, const SurfacePicture& picture) {
-  const int width = picture.image.width(), height = picture.image.height();
+Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, const SurfaceFigure& figure) {
+  const int width = figure.image.width(), height = figure.image.height();
   Image<Rgb8> lines(width, height, {0, 0, 0});
   const double line_px = std::max(1.6, kWallLine_m * view.pixels_per_m);
-  for (const auto& [from, to] : cut_lines(mesh, view, picture.projection))
+  for (const auto& [from, to] : cut_lines(mesh, view, figure.projection))
     draw_line(lines, from, to, line_px, {{255, 255, 255}, 1});
   Mask walls(width, height, 0), behind(width, height, 0);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       walls(x, y) = lines(x, y).r > 127 ? 1 : 0;
-      if (walls(x, y) == 0 && picture.buffer.hit(2 * x, 2 * y))
+      if (walls(x, y) == 0 && figure.buffer.hit(2 * x, 2 * y))
         behind(x, y) =
-            surface_sample(mesh, picture.buffer, picture.projection, Vec2(2 * x, 2 * y)).seen_from_behind;
+            surface_sample(mesh, figure.buffer, figure.projection, Vec2(2 * x, 2 * y)).seen_from_behind;
     }
   fill_solids(walls, behind);
   const int longest = static_cast<int>(kWallInside_m * view.pixels_per_m) + 1;
-  for (int pass = 0; pass < 2; ++pass) fill_unseen(walls, picture.buffer, longest);  // then where walls meet
+  for (int pass = 0; pass < 2; ++pass) fill_unseen(walls, figure.buffer, longest);  // then where walls meet
   for (std::size_t i = 0; i < walls.size(); ++i)
     if (walls.pixels()[i] != 0) lines.pixels()[i] = {255, 255, 255};
   return lines;
@@ -157,15 +157,15 @@ Image<Rgb8> render_floor_plan(const TriangleMesh& mesh, const SceneExtent& exten
   const RenderView view = plan_view(extent, options);
   RenderView both = view;
   both.faces = Faces::kBoth;
-  SurfacePicture picture = draw_surface(mesh, both, options, loop, page_with_grid(options, view, extent));
-  const Image<Rgb8> walls = wall_coverage(mesh, view, picture);
+  SurfaceFigure figure = draw_surface(mesh, both, options, loop, page_with_grid(options, view, extent));
+  const Image<Rgb8> walls = wall_coverage(mesh, view, figure);
   for (int y = 0; y < options.height; ++y)
     for (int x = 0; x < options.width; ++x)
-      if (walls(x, y).r > 0) blend_pixel(picture.image, x, y, {kWallColor, walls(x, y).r / 255.0});
-  if (options.trajectory != nullptr) draw_trajectory(picture, view, *options.trajectory);
-  draw_legend(picture, options);
-  draw_scale_bar(picture.image, view.pixels_per_m);
-  return std::move(picture.image);
+      if (walls(x, y).r > 0) blend_pixel(figure.image, x, y, {kWallColor, walls(x, y).r / 255.0});
+  if (options.trajectory != nullptr) draw_trajectory(figure, view, *options.trajectory);
+  draw_legend(figure, options);
+  draw_scale_bar(figure.image, view.pixels_per_m);
+  return std::move(figure.image);
 }
 
 }  // namespace hm

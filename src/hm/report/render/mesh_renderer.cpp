@@ -2,7 +2,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/report/render/color_map.hpp"
-#include "hm/report/render/picture.hpp"
+#include "hm/report/render/figure.hpp"
 
 namespace hm {
 namespace {
@@ -25,10 +25,10 @@ Image<Rgb8> render_mesh(const TriangleMesh& mesh, const RenderView& view, const 
   HM_CHECK(options.width > 0 && options.height > 0, "{} x {}", options.width, options.height);
   HM_CHECK(options.style != RenderStyle::kScalar || options.vertex_values.size() == mesh.vertices.size(),
            "{} values for {} vertices", options.vertex_values.size(), mesh.vertices.size());
-  SurfacePicture picture = draw_surface(mesh, view, options, loop, gradient_background(options));
-  if (options.trajectory != nullptr) draw_trajectory(picture, view, *options.trajectory);
-  draw_legend(picture, options);
-  return std::move(picture.image);
+  SurfaceFigure figure = draw_surface(mesh, view, options, loop, gradient_background(options));
+  if (options.trajectory != nullptr) draw_trajectory(figure, view, *options.trajectory);
+  draw_legend(figure, options);
+  return std::move(figure.image);
 }
 
 }  // namespace hm

@@ -17,11 +17,11 @@ enum class RenderStyle { kShaded, kColor, kHeight, kScalar };
 enum class Projection { kPerspective, kOrthographic };
 enum class Faces { kFront, kBoth };
 
-/// A picture's point of view. The camera looks along its +z (x right, y down).
+/// An image's point of view. The camera looks along its +z (x right, y down).
 struct RenderView {
   SE3 T_world_camera;
   Projection projection = Projection::kPerspective;
-  double focal_px = 0;          ///< perspective: focal length for the picture's size
+  double focal_px = 0;          ///< perspective: focal length for the image's size
   double pixels_per_m = 0;      ///< orthographic
   Vec3 up = Vec3::UnitZ();      ///< unit, world; heights are measured along it
   Faces faces = Faces::kFront;  ///< kFront: triangles seen from behind are left out, as in a doll's house
@@ -53,7 +53,7 @@ SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint = Vec3::U
 /// The mean upward direction of a camera that is carried roughly upright; z when there is no pose.
 Vec3 up_of_cameras(const Trajectory& trajectory);
 
-/// A three-quarter view from above into the rooms, ceiling cut away, that fills the picture.
+/// A three-quarter view from above into the rooms, ceiling cut away, that fills the image.
 RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options);
 /// Straight from above, cut at this height over the floor.
 RenderView plan_view(const SceneExtent& extent, const RenderOptions& options, double cut_above_floor_m = 1.4);

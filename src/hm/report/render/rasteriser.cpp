@@ -132,7 +132,7 @@ class Band {
 
 enum class Fate : std::uint8_t { kDropped, kWhole, kClipped };
 
-/// A part of a picture being drawn: what every band needs to know.
+/// A part of an image being drawn: what every band needs to know.
 struct Scene {
   const TriangleMesh& mesh;
   const RenderView& view;

@@ -10,7 +10,7 @@ namespace hm {
 
 inline constexpr std::uint32_t kNoTriangle = 0xffffffffU;
 
-/// A view as the maps between world, camera and the samples of a picture.
+/// A view as the maps between world, camera and the samples of an image.
 class ViewProjection {
  public:
   /// `samples_per_px` samples along each side of a pixel; width and height count pixels.
@@ -18,7 +18,7 @@ class ViewProjection {
 
   [[nodiscard]] Vec3 to_camera(const Vec3& p_world) const { return T_camera_world_ * p_world; }
   /// Sample coordinates (whole at sample centres) of a camera point in front of the near plane, and its
-  /// nearness, which is linear over the picture: 1/z, or -z for an orthographic view.
+  /// nearness, which is linear over the image: 1/z, or -z for an orthographic view.
   [[nodiscard]] Vec3 project(const Vec3& p_camera) const {
     if (orthographic_)
       return {scale_ * p_camera.x() + centre_.x(), scale_ * p_camera.y() + centre_.y(), -p_camera.z()};
@@ -43,7 +43,7 @@ class ViewProjection {
   Vec2 centre_;
 };
 
-/// What each sample of a picture sees.
+/// What each sample of an image sees.
 struct VisibilityBuffer {
   Image<float> nearness;          ///< see ViewProjection::project; lowest float where nothing is seen
   Image<std::uint32_t> triangle;  ///< kNoTriangle where nothing is seen

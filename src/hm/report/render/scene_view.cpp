@@ -152,7 +152,7 @@ Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& s
   return axes * place;
 }
 
-/// Pixels kept free at the sides of a picture.
+/// Pixels kept free at the sides of an image.
 constexpr double kMarginRatio = 0.04;
 
 }  // namespace

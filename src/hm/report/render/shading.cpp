@@ -44,7 +44,7 @@ float outline(const VisibilityBuffer& buffer, int x, int y) {
   return 1 - 0.38F * std::clamp((strongest - 0.004F) / 0.008F, 0.F, 1.F);
 }
 
-/// A pixel of the picture; it is made of 2 x 2 samples of the buffer.
+/// A pixel of the image; it is made of 2 x 2 samples of the buffer.
 struct Pixel {
   int x = 0, y = 0;
 };

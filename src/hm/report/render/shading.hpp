@@ -13,7 +13,7 @@ struct SurfaceSample {
 SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                              const ViewProjection& projection, const Vec2& sample);
 
-/// How much of the hemisphere over each pixel's surface is free of other surfaces in the picture (1: all),
+/// How much of the hemisphere over each pixel's surface is free of other surfaces in the image (1: all),
 /// from the depth buffer: crevices and the feet of furniture come out darker.
 Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                            const ViewProjection& projection, const ParallelLoop& loop);

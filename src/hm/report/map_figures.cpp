@@ -1,4 +1,4 @@
-#include "hm/report/map_pictures.hpp"
+#include "hm/report/map_figures.hpp"
 
 #include <algorithm>
 #include <array>
@@ -164,7 +164,7 @@ std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
       const Occupancy state = grid.state(x, y, 33);
       const int left = static_cast<int>(x * frame.scale), right = static_cast<int>((x + 1) * frame.scale);
       const int low = static_cast<int>(y * frame.scale), high = static_cast<int>((y + 1) * frame.scale);
-      // A picture smaller than the grid shows the strongest of the cells that share a pixel.
+      // A figure smaller than the grid shows the strongest of the cells that share a pixel.
       for (int v = low; v < std::max(high, low + 1); ++v)
         for (int u = left; u < std::max(right, left + 1); ++u) {
           const int row = image.height() - 1 - v;

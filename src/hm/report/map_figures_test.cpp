@@ -1,4 +1,4 @@
-#include "hm/report/map_pictures.hpp"
+#include "hm/report/map_figures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,32 +25,32 @@ TEST(OccupiedFaces, AreTheSurfaceOfWhatIsOccupied) {
   EXPECT_TRUE(occupied_faces({}, 0.1).triangles.empty());
 }
 
-TEST(OccupancyPicture, ShowsWallsUpwards) {
+TEST(OccupancyFigure, ShowsWallsUpwards) {
   OccupancyGrid2D grid;
   grid.cells = Image<std::uint8_t>(40, 30, OccupancyGrid2D::kUnknown);
   for (int x = 0; x < 40; ++x)
     for (int y = 10; y < 30; ++y) grid.cells(x, y) = y == 29 ? 100 : 0;
-  const auto picture = draw_occupancy_grid(grid, {});
-  ASSERT_TRUE(picture);
-  EXPECT_EQ(picture->width(), 12 * 40);
-  EXPECT_LT((*picture)(400, 2).r, 60);     // the highest y is at the top: the wall
-  EXPECT_GT((*picture)(400, 100).r, 240);  // free
-  EXPECT_LT((*picture)(400, 300).r, 220);  // unknown
+  const auto figure = draw_occupancy_grid(grid, {});
+  ASSERT_TRUE(figure);
+  EXPECT_EQ(figure->width(), 12 * 40);
+  EXPECT_LT((*figure)(400, 2).r, 60);     // the highest y is at the top: the wall
+  EXPECT_GT((*figure)(400, 100).r, 240);  // free
+  EXPECT_LT((*figure)(400, 300).r, 220);  // unknown
   EXPECT_FALSE(draw_occupancy_grid({}, {}));
 }
 
-TEST(OccupancyPicture, APictureSmallerThanTheGridKeepsItsWalls) {
+TEST(OccupancyFigure, APictureSmallerThanTheGridKeepsItsWalls) {
   OccupancyGrid2D grid;
   grid.cells = Image<std::uint8_t>(5000, 40, 0);
   for (int y = 0; y < 40; ++y) grid.cells(2500, y) = 100;
-  const auto picture = draw_occupancy_grid(grid, {});
-  ASSERT_TRUE(picture);
-  ASSERT_EQ(picture->width(), 1400);
-  EXPECT_LT((*picture)(700, 0).r, 60);
-  EXPECT_GT((*picture)(650, 0).r, 240);
+  const auto figure = draw_occupancy_grid(grid, {});
+  ASSERT_TRUE(figure);
+  ASSERT_EQ(figure->width(), 1400);
+  EXPECT_LT((*figure)(700, 0).r, 60);
+  EXPECT_GT((*figure)(650, 0).r, 240);
 }
 
-TEST(HeightPicture, NothingForAnEmptyMap) {
+TEST(HeightFigure, NothingForAnEmptyMap) {
   EXPECT_FALSE(draw_heights({}, 0.1));
   const std::vector<OccupancyVoxel> two{voxel(0.05F, 0.05F, 0.05F), voxel(0.05F, 0.05F, 2.05F)};
   EXPECT_TRUE(draw_heights(two, 0.1));

@@ -6,7 +6,7 @@
 #include "hm/geometry/occupancy_grid_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 

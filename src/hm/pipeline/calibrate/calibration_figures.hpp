@@ -2,8 +2,8 @@
 #include <span>
 
 #include "hm/calibration/camera_fit.hpp"
-#include "hm/geometry/image.hpp"
 #include "hm/depth_camera/depth_correction.hpp"
+#include "hm/geometry/image.hpp"
 
 namespace hm {
 

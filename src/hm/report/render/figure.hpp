@@ -5,24 +5,24 @@
 namespace hm {
 
 /// A surface drawn without labels, and what is needed to draw on top of it; internal to this room.
-struct SurfacePicture {
+struct SurfaceFigure {
   Image<Rgb8> image;
   VisibilityBuffer buffer;  ///< two samples along each side of a pixel
   ViewProjection projection;
   double low = 0, high = 1;  ///< values at the ends of the colour map, metres
 };
-SurfacePicture draw_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
-                            const ParallelLoop& loop, Image<Rgb8> background);
+SurfaceFigure draw_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
+                           const ParallelLoop& loop, Image<Rgb8> background);
 
 /// The path of the camera; parts hidden by the surface are faint.
-void draw_trajectory(SurfacePicture& picture, const RenderView& view, const Trajectory& trajectory);
+void draw_trajectory(SurfaceFigure& figure, const RenderView& view, const Trajectory& trajectory);
 /// The colour map with its numbers, for the styles that have one.
-void draw_legend(SurfacePicture& picture, const RenderOptions& options);
-/// A panel that makes labels readable on any picture.
+void draw_legend(SurfaceFigure& figure, const RenderOptions& options);
+/// A panel that makes labels readable on any image.
 void draw_panel(Image<Rgb8>& image, const Eigen::AlignedBox2d& box);
 
 inline constexpr Rgb8 kInkColor{45, 50, 60};
-/// Size of letters that suits a picture.
+/// Size of letters that suits an image.
 inline double text_size_px(int width, int height) {
   return std::max(7.0, 0.011 * (width + height) / 2 * 1.0);
 }

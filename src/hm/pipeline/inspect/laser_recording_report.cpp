@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-JsonValue sentinels_json(const LaserReport& laser) {
+JsonValue sentinels_json(const LaserStreamStats& laser) {
   JsonValue list = JsonValue::array();
   for (const auto& [range, count] : laser.sentinels_m)
     list.push_back(JsonValue::object(
@@ -17,7 +17,7 @@ JsonValue sentinels_json(const LaserReport& laser) {
   return list;
 }
 
-JsonValue laser_json(const LaserReport& laser) {
+JsonValue laser_json(const LaserStreamStats& laser) {
   JsonValue json = to_json(laser.stream);
   json["beams"] = static_cast<std::int64_t>(laser.beams);
   json["fewest_beams"] = static_cast<std::int64_t>(laser.fewest_beams);
@@ -66,14 +66,14 @@ std::string stream_text(const StreamReport& s) {
   return text;
 }
 
-std::string sentinels_text(const LaserReport& laser) {
+std::string sentinels_text(const LaserStreamStats& laser) {
   std::string text;
   for (const auto& [range, count] : laser.sentinels_m)
     text += fmt::format("{}{:.6g} m {} times", text.empty() ? "" : ", ", range, count);
   return text.empty() ? "none" : text;
 }
 
-std::string laser_text(const LaserReport& laser) {
+std::string laser_text(const LaserStreamStats& laser) {
   std::string text = stream_text(laser.stream) + "\n";
   text += fmt::format("{}{} beams over {:.1f} deg ({:.1f} to {:.1f}, every {:.3f}), {:.2f} to {:.4g} m\n",
                       kIndent, laser.beams, (laser.angle_max_rad - laser.angle_min_rad) * kDegreesPerRadian,
@@ -122,7 +122,7 @@ std::string_view to_string(LaserFindingKind kind) {
 JsonValue to_json(const LaserRecordingReport& report) {
   JsonValue json = JsonValue::object({{"kind", report.kind}, {"path", report.path}});
   json["lasers"] = JsonValue::array();
-  for (const LaserReport& laser : report.lasers) json["lasers"].push_back(laser_json(laser));
+  for (const LaserStreamStats& laser : report.lasers) json["lasers"].push_back(laser_json(laser));
   json["imu"] = report.imu ? imu_json(*report.imu) : JsonValue();
   json["ranges"] = report.ranges ? to_json(*report.ranges) : JsonValue();
   json["odometry"] = report.odometry ? poses_json(*report.odometry, report.odometry_length_m) : JsonValue();
@@ -140,7 +140,7 @@ JsonValue to_json(const LaserRecordingReport& report) {
 
 std::string to_text(const LaserRecordingReport& report) {
   std::string text = fmt::format("recording  {} ({})\n", report.path, report.kind);
-  for (const LaserReport& laser : report.lasers) text += laser_text(laser);
+  for (const LaserStreamStats& laser : report.lasers) text += laser_text(laser);
   if (report.imu) text += imu_text(*report.imu);
   if (report.ranges) text += stream_text(*report.ranges) + "\n";
   if (report.odometry)

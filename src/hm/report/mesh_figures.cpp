@@ -1,13 +1,13 @@
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/mesh_figures.hpp"
 
-#include "hm/report/render/mesh_renderer.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/image/image_file.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/report/render/mesh_renderer.hpp"
 
 namespace hm {
 namespace {
 
-RenderOptions render_options(const MeshPictureOptions& options, RenderStyle style) {
+RenderOptions render_options(const MeshFigureOptions& options, RenderStyle style) {
   RenderOptions render;
   render.width = options.width_px;
   render.height = options.height_px;
@@ -17,15 +17,15 @@ RenderOptions render_options(const MeshPictureOptions& options, RenderStyle styl
 
 }  // namespace
 
-std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const MeshPictureOptions& options,
-                                            const ParallelLoop& loop) {
-  std::vector<MeshPicture> pictures;
-  if (mesh.triangles.empty()) return pictures;
+std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigureOptions& options,
+                                      const ParallelLoop& loop) {
+  std::vector<Figure> figures;
+  if (mesh.triangles.empty()) return figures;
   const SceneExtent extent = scene_extent(mesh, options.up);
   const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
     const RenderOptions render = render_options(options, style);
-    pictures.push_back({std::move(name), std::move(caption),
-                        render_mesh(mesh, dollhouse_view(extent, render), render, loop)});
+    figures.push_back({std::move(name), std::move(caption),
+                       render_mesh(mesh, dollhouse_view(extent, render), render, loop)});
   };
   draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
   if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
@@ -33,18 +33,18 @@ std::vector<MeshPicture> make_mesh_pictures(const TriangleMesh& mesh, const Mesh
   if (options.T_world_camera) {
     const RenderOptions render =
         render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);
-    pictures.push_back({"camera", "As the camera saw it in the middle of the recording.",
-                        render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop)});
+    figures.push_back({"camera", "As the camera saw it in the middle of the recording.",
+                       render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop)});
   }
   RenderOptions plan = render_options(options, RenderStyle::kShaded);
   plan.trajectory = options.trajectory;
-  pictures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",
-                      render_floor_plan(mesh, extent, plan, loop)});
-  return pictures;
+  figures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",
+                     render_floor_plan(mesh, extent, plan, loop)});
+  return figures;
 }
 
-std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const TriangleMesh& truth,
-                                              const MeshPictureOptions& options, const ParallelLoop& loop) {
+std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const TriangleMesh& truth,
+                                        const MeshFigureOptions& options, const ParallelLoop& loop) {
   if (mesh.triangles.empty()) return std::nullopt;
   const auto surface = SurfaceDistance::build(truth);
   if (!surface) return std::nullopt;
@@ -52,25 +52,25 @@ std::optional<MeshPicture> make_error_picture(const TriangleMesh& mesh, const Tr
   RenderOptions render = render_options(options, RenderStyle::kScalar);
   render.vertex_values = errors_m;
   render.value_label = "error (mm)";
-  return MeshPicture{"error", "Signed distance to the true surface: red in front of it, blue behind.",
-                     render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
+  return Figure{"error", "Signed distance to the true surface: red in front of it, blue behind.",
+                render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
 }
 
-Result<void> write_pictures(const std::filesystem::path& output, std::span<const MeshPicture> pictures,
-                            std::vector<std::filesystem::path>& outputs) {
-  if (pictures.empty()) return {};
+Result<void> write_figures(const std::filesystem::path& output, std::span<const Figure> figures,
+                           std::vector<std::filesystem::path>& outputs) {
+  if (figures.empty()) return {};
   const auto folder = output / "pictures";
   std::error_code code;
   std::filesystem::create_directories(folder, code);
-  for (const MeshPicture& picture : pictures)
-    if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
+  for (const Figure& figure : figures)
+    if (const auto written = write_png(folder / (figure.name + ".png"), figure.image); !written)
       return written;
   outputs.push_back(folder);
   return {};
 }
 
-void add_picture(HtmlReport& report, const MeshPicture& picture) {
-  report.add_picture(encode_jpeg(picture.image, 88), picture.caption, picture.caption);
+void add_figure(HtmlReport& report, const Figure& figure) {
+  report.add_figure(encode_jpeg(figure.image, 88), figure.caption, figure.caption);
 }
 
 void add_error_histogram(HtmlReport& report, const MeshError& error) {
