@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"
 

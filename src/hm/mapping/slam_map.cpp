@@ -32,17 +32,17 @@ std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation&
 }  // namespace
 
 struct SlamMap::Impl {
-  Impl(const MappingParams& all, const Recording& its_recording, const RunContext& its_run)
+  Impl(const MappingParams& all, const FrameSource& its_frames, const RunContext& its_run)
       : parameters(all),
-        recording(its_recording),
+        frames(its_frames),
         run(its_run),
         options(rebuild_options(all)),
-        dense(all, its_recording.info().camera.without_distortion(), its_run.threads) {
+        dense(all, its_frames.camera(), its_run.threads) {
     run.stop = {};  // who asks to stop gets what there is, and that is right
   }
 
   MappingParams parameters;
-  const Recording& recording;
+  const FrameSource& frames;
   RunContext run;
   MapRebuildOptions options;
   DensePipeline dense;
@@ -60,8 +60,8 @@ struct SlamMap::Impl {
   [[nodiscard]] MapRebuild whole_rebuild() const;
 };
 
-SlamMap::SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run)
-    : impl_(std::make_unique<Impl>(parameters, recording, run)) {}
+SlamMap::SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run)
+    : impl_(std::make_unique<Impl>(parameters, frames, run)) {}
 SlamMap::~SlamMap() = default;
 
 DensePipeline& SlamMap::dense() { return impl_->dense; }
@@ -90,7 +90,7 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
   if (!live) {
     MapRebuildOptions moved_only = options;
     moved_only.extent = RebuildExtent::kMoved;
-    live = std::make_unique<LiveMapCorrection>(parameters, recording, moved_only);
+    live = std::make_unique<LiveMapCorrection>(parameters, frames, moved_only);
   }
   solutions_begun = now.solutions;
   live->start(log, [corrected = now.corrected](const Observation& o) { return place(*corrected, o); });
@@ -150,7 +150,7 @@ MapRebuild SlamMap::Impl::whole_rebuild() const {
   MapRebuildOptions whole = options;
   whole.extent = RebuildExtent::kWhole;
   whole.threads = run.threads;
-  return MapRebuild(parameters, recording, whole);
+  return MapRebuild(parameters, frames, whole);
 }
 
 MapCorrection SlamMap::correct(const CorrectedKeyframes& keyframes) {

@@ -22,8 +22,8 @@ struct LiveCorrection {
 /// happens depends on the machine's speed; after correct() the map is that of the final poses, to the bit.
 class SlamMap {
  public:
-  /// The recording must outlive the map.
-  SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run);
+  /// `frames` gives every frame of add() again by its index, and must outlive the map.
+  SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run);
   ~SlamMap();
 
   /// To be called before every frame with what loops say now (slam.rebuild_online).
