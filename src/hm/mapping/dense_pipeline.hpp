@@ -4,17 +4,18 @@
 #include <span>
 #include <string>
 
-#include "hm/core/parallel.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mapping/mapping_params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/alignment/dense_alignment.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/alignment/trajectory_aligner.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
+
+class IncrementalMesher;
+class ParallelLoop;
+class VolumeGrid;
 
 /// What became of one frame.
 struct FrameOutcome {

@@ -5,6 +5,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/rgbd/recording.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {

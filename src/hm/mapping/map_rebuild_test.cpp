@@ -9,6 +9,7 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/mapping/live_map_correction.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {
@@ -55,7 +56,6 @@ struct SlamMap::Impl {
 
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
   void begin(const RgbdFrame& frame);
-  [[nodiscard]] std::optional<SE3> pose_of_new_frame(const TrackedFrame& tracked) const;
   [[nodiscard]] PoseOfObservation final_poses(const CorrectedKeyframes& keyframes) const;
   [[nodiscard]] MapRebuild whole_rebuild() const;
 };
@@ -113,7 +113,7 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
   if (now.solutions != impl.solutions_begun && !(impl.live && impl.live->busy())) impl.begin(frame);
 }
 
-std::optional<SE3> SlamMap::Impl::pose_of_new_frame(const TrackedFrame& tracked) const {
+std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked) {
   const SE3& T_odom_camera = *tracked.T_odom_camera;
   if (now.solutions == 0) return tracked.submap == 0 ? std::optional(T_odom_camera) : std::nullopt;
   const CorrectedKeyframe& last = now.corrected->keyframes().back();
@@ -124,7 +124,7 @@ std::optional<SE3> SlamMap::Impl::pose_of_new_frame(const TrackedFrame& tracked)
 void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   Impl& impl = *impl_;
   const Observation observation{frame.index, frame.stamp, tracked.submap, *tracked.T_odom_camera,
-                                impl.pose_of_new_frame(tracked)};
+                                pose_in_map(impl.now, tracked)};
   if (!observation.T_map_camera) return impl.log.note(observation, {});
   frame.T_world_camera = observation.T_map_camera;
   const FrameOutcome outcome = impl.dense.process_in_map(frame);

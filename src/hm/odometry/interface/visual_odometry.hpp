@@ -5,11 +5,12 @@
 #include <string_view>
 
 #include "hm/geometry/camera.hpp"
-#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
+
+struct Keyframe;
 
 enum class TrackingStatus {
   kTracked,      ///< the pose is an answer of this frame
