@@ -52,7 +52,9 @@ void MapQuery::at(std::span<const Vec3> p_world, std::span<GridSample> samples,
 double MapQuery::voxel_size_m() const { return grid_->voxel_size_m(); }
 Box3 MapQuery::bounds() const { return grid_->bounds(); }
 std::size_t MapQuery::volume_count() const { return grid_->volume_count(); }
-TriangleMesh MapQuery::mesh(const ParallelLoop& loop) const { return extract_mesh(*grid_, MeshParams(), loop); }
+TriangleMesh MapQuery::mesh(const ParallelLoop& loop) const {
+  return extract_mesh(*grid_, MeshParams(), loop);
+}
 
 Result<void> save_map(const std::filesystem::path& path, VolumeGrid& grid, const std::string& program) {
   std::filesystem::path partial = path;
@@ -63,7 +65,8 @@ Result<void> save_map(const std::filesystem::path& path, VolumeGrid& grid, const
     return written;
   }
   std::filesystem::rename(partial, path, failure);
-  if (failure) return fail(ErrorCode::kUnreadable, path.string(), "cannot be replaced: {}", failure.message());
+  if (failure)
+    return fail(ErrorCode::kUnreadable, path.string(), "cannot be replaced: {}", failure.message());
   return {};
 }
 

@@ -34,7 +34,8 @@ Bytes decompress(const Bytes& packed, std::size_t plain_size) {
   return plain;
 }
 
-/// Differences to the pixel on the left: first their low bytes, then their high ones, signs in the lowest bit.
+/// Differences to the pixel on the left: first their low bytes, then their high ones, signs in the lowest
+/// bit.
 Bytes pack_depth(const Image<std::uint16_t>& depth) {
   Bytes plain(2 * depth.size());
   std::size_t at = 0;

@@ -6,8 +6,8 @@
 
 namespace hm {
 
-/// Frames kept in memory, compressed without loss: the FrameSource of a live camera, whose frames nothing else
-/// can give again.
+/// Frames kept in memory, compressed without loss: the FrameSource of a live camera, whose frames nothing
+/// else can give again.
 ///
 /// A frame of 640 x 480 takes about 0.5 MB (a third of its pictures' size; smooth depth and plain walls less,
 /// noise more) and some 10 ms to keep. One thread may keep frames while others read them.

@@ -15,9 +15,9 @@ class FrameSource {
   virtual ~FrameSource() = default;
   /// The camera of the frames as read() gives them: without lens distortion, of the pictures' size.
   [[nodiscard]] virtual PinholeCamera camera() const = 0;
-  /// Reads the frame with this number, pictures decoded and free of lens distortion: the same bits every time.
-  /// Called from several threads at the same time. An Error names what could not be read; other frames are not
-  /// affected.
+  /// Reads the frame with this number, pictures decoded and free of lens distortion: the same bits every
+  /// time. Called from several threads at the same time. An Error names what could not be read; other frames
+  /// are not affected.
   [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
 };
 

@@ -38,7 +38,7 @@ struct LaserMapper::Impl {
   LaserParameters parameters;
   std::vector<LaserRig> rigs;
   LaserPipeline pipeline;
-  bool keeps_scans;  ///< `map` may become another frame than `odom`
+  bool keeps_scans;                            ///< `map` may become another frame than `odom`
   std::vector<std::deque<LaserScan>> waiting;  ///< of each laser, until their steps come
   std::vector<MappedScan> mapped;
   Trajectory T_odom_base;

@@ -18,14 +18,14 @@ namespace hm {
 /// Where the vehicle was when a scan was measured. Frames: `base` (x forward, y left, z up), `odom` and `map`
 /// (z up; both begin at the base of the first scan).
 struct LaserPose {
-  Time stamp;             ///< of the pose, within the sweep
-  std::size_t laser = 0;  ///< whose scan it is
-  std::string reason;     ///< in words, where there is no pose, or the scan is not in the map
+  Time stamp;                      ///< of the pose, within the sweep
+  std::size_t laser = 0;           ///< whose scan it is
+  std::string reason;              ///< in words, where there is no pose, or the scan is not in the map
   std::optional<SE3> T_odom_base;  ///< continuous, never corrected: for control
   std::optional<SE3> T_map_base;   ///< with what loops, or a saved map, say by now; may jump
   /// Of the base over the floor where the flight began, where a mirror turns beams towards the floor.
   std::optional<double> height_m;
-  Vec3 velocity_base = Vec3::Zero();       ///< vx, vy (m/s), yaw rate (rad/s), of scan matching
+  Vec3 velocity_base = Vec3::Zero();  ///< vx, vy (m/s), yaw rate (rad/s), of scan matching
 };
 
 /// The perception half of the laser system (dissertation 2.2, 2.5), scan by scan: projection, scan matching,
@@ -36,8 +36,8 @@ struct LaserPose {
 /// (laser.max_wait_s at most), so that take_poses() may give nothing for it at once. One thread calls it; no
 /// other works. Deterministic.
 ///
-/// Memory: the grid (`mvog.max_map_mb` caps it), and while loops are closed every scan with its pose (5 kB for
-/// 1,081 beams, 12 MB a minute at 40 Hz), from which corrected_map() is made.
+/// Memory: the grid (`mvog.max_map_mb` caps it), and while loops are closed every scan with its pose (5 kB
+/// for 1,081 beams, 12 MB a minute at 40 Hz), from which corrected_map() is made.
 class LaserMapper {
  public:
   /// `settings`: parameters as "section.key=value" (docs/parameters.md; sections as of `hm laser`).

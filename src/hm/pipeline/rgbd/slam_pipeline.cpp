@@ -127,8 +127,9 @@ void SlamPipeline::Impl::keep(const RgbdFrame& frame) {
   const auto kept = archive->keep(frame);
   if (kept) return;
   if (frames_not_kept++ == 0 && run.log)
-    run.log(LogLevel::kWarning, to_string(kept.error()) + "; such frames leave the map when a loop moves it: "
-                                "raise max_kept_bytes or slam.map_stride, or give SlamInput::frames");
+    run.log(LogLevel::kWarning, to_string(kept.error()) +
+                                    "; such frames leave the map when a loop moves it: "
+                                    "raise max_kept_bytes or slam.map_stride, or give SlamInput::frames");
 }
 
 SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame,

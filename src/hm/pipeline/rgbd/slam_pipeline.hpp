@@ -26,8 +26,8 @@ struct SlamInput {
   PinholeCamera camera;  ///< of depth and colour, without lens distortion
   /// The first frame's pose in `map`; none: level at the origin, looking along x, z up.
   std::optional<SE3> T_map_first_camera = {};
-  /// Gives the n-th frame of add() again as frame n (from 0), to rebuild what a loop has moved; must outlive the
-  /// pipeline. Null: the pipeline keeps the frames of the map itself (FrameArchive).
+  /// Gives the n-th frame of add() again as frame n (from 0), to rebuild what a loop has moved; must outlive
+  /// the pipeline. Null: the pipeline keeps the frames of the map itself (FrameArchive).
   const FrameSource* frames = nullptr;
   std::size_t max_kept_bytes = 0;  ///< caps what the pipeline keeps itself; 0: no cap
 };
@@ -35,7 +35,7 @@ struct SlamInput {
 /// What became of a frame of SlamPipeline::add().
 struct SlamStep {
   TrackingStatus status = TrackingStatus::kSkipped;
-  std::string reason;               ///< in words, with numbers, when there is no pose
+  std::string reason;                ///< in words, with numbers, when there is no pose
   std::optional<SE3> T_odom_camera;  ///< continuous, never corrected: for control
   /// In the map, with the loops that are closed by now; none while nothing connects where tracking began anew
   /// with the first frame.
@@ -53,10 +53,11 @@ struct SlamCounts {
   std::size_t kept_bytes = 0;  ///< by the pipeline's own archive
 };
 
-/// The RGB-D system (dissertation ch. 3 and 4): frames without poses -> trajectory, keyframes in a pose graph,
-/// dense map. Tracking and mapping on the calling thread (and the map's), loop closing and the rebuilding of
-/// what loops move on threads of their own. One thread calls it. Poses and map while frames come in depend on
-/// the pace of these threads; the result does not: finish() brings the map to the final poses.
+/// The RGB-D system (dissertation ch. 3 and 4): frames without poses -> trajectory, keyframes in a pose
+/// graph, dense map. Tracking and mapping on the calling thread (and the map's), loop closing and the
+/// rebuilding of what loops move on threads of their own. One thread calls it. Poses and map while frames
+/// come in depend on the pace of these threads; the result does not: finish() brings the map to the final
+/// poses.
 ///
 /// Frames come from the caller, one by one:
 ///
@@ -68,8 +69,8 @@ struct SlamCounts {
 /// or from a recording (the second constructor), which it reads ahead itself.
 ///
 /// Memory: the map (DensePipeline), keyframes (about 0.1 MB each), and, unless SlamInput::frames gives them
-/// again, every frame of the map, compressed without loss: about 0.5 MB for one of 640 x 480, 15 MB a second at
-/// 30 Hz. `slam.map_stride=3` maps and keeps every third one.
+/// again, every frame of the map, compressed without loss: about 0.5 MB for one of 640 x 480, 15 MB a second
+/// at 30 Hz. `slam.map_stride=3` maps and keeps every third one.
 class SlamPipeline {
  public:
   /// `settings`: parameters as "section.key=value" (docs/parameters.md; sections as of `hm slam`). Errors: an
@@ -82,8 +83,8 @@ class SlamPipeline {
   SlamPipeline(SlamPipeline&&) noexcept;
   SlamPipeline& operator=(SlamPipeline&&) = delete;
 
-  /// Tracks a frame and brings it into the map. Stamps increase; pictures are of the camera's size and free of
-  /// lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
+  /// Tracks a frame and brings it into the map. Stamps increase; pictures are of the camera's size and free
+  /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
   SlamStep add(RgbdFrame frame);
   /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped.

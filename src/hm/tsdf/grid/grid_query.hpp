@@ -17,17 +17,18 @@ struct GridSample {
   /// Signed distance to the surface, metres: positive in front of it, negative behind; clamped to the
   /// truncation of the readings that it is made of.
   double distance_m = 0;
-  Vec3 gradient = Vec3::Zero();  ///< of the distance, metres per metre, world axes: points away from the surface
-  double weight = 0;             ///< observations, each counted as one at the narrowest truncation
-  std::optional<Rgb8> color;     ///< of the voxels that have one; only near surfaces
+  Vec3 gradient =
+      Vec3::Zero();           ///< of the distance, metres per metre, world axes: points away from the surface
+  double weight = 0;          ///< observations, each counted as one at the narrowest truncation
+  std::optional<Rgb8> color;  ///< of the voxels that have one; only near surfaces
 };
 
-/// Samples a grid at a point in world coordinates (metres). A point that is not finite, or outside of the grid,
-/// is unknown. Any number of threads may query a grid that none changes.
+/// Samples a grid at a point in world coordinates (metres). A point that is not finite, or outside of the
+/// grid, is unknown. Any number of threads may query a grid that none changes.
 GridSample query_grid(const VolumeGrid& grid, const Vec3& p_world);
 
-/// The same for many points, at the same places of `samples` (as long); fastest where neighbours in the list are
-/// neighbours in space. The same values for any number of threads.
+/// The same for many points, at the same places of `samples` (as long); fastest where neighbours in the list
+/// are neighbours in space. The same values for any number of threads.
 void query_grid(const VolumeGrid& grid, std::span<const Vec3> p_world, std::span<GridSample> samples,
                 const ParallelLoop& loop);
 

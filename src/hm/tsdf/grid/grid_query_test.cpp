@@ -83,8 +83,9 @@ TEST(GridQuery, AgreesWithTheGridsOwnSample) {
   const Box3 bounds = grid.bounds();
   int known = 0;
   for (int i = 0; i < 20000; ++i) {
-    const Vec3 p = bounds.min() + bounds.sizes().cwiseProduct(
-                                      Vec3(rng.uniform(-0.1, 1.1), rng.uniform(-0.1, 1.1), rng.uniform(-0.1, 1.1)));
+    const Vec3 p =
+        bounds.min() + bounds.sizes().cwiseProduct(
+                           Vec3(rng.uniform(-0.1, 1.1), rng.uniform(-0.1, 1.1), rng.uniform(-0.1, 1.1)));
     const GridSample sample = query_grid(grid, p);
     const auto wanted = grid.sample(p);
     ASSERT_EQ(sample.known, wanted.has_value());
@@ -114,8 +115,8 @@ TEST(GridQuery, ColoursAreThoseOfTheSurface) {
 TEST(GridQuery, SaysWhereNothingIsKnown) {
   const VolumeGrid grid = map_of(wall_and_ball(), {looking_along_x(Vec3::Zero())});
   const double infinite = std::numeric_limits<double>::infinity();
-  for (const Vec3& p : {Vec3(-1, 0, 0), Vec3(2.5, 0, 0), Vec3(1e12, 0, 0), Vec3(-infinite, 0, 0),
-                        Vec3(0, std::nan(""), 0)}) {
+  for (const Vec3& p :
+       {Vec3(-1, 0, 0), Vec3(2.5, 0, 0), Vec3(1e12, 0, 0), Vec3(-infinite, 0, 0), Vec3(0, std::nan(""), 0)}) {
     const GridSample sample = query_grid(grid, p);
     EXPECT_FALSE(sample.known) << p.transpose();
     EXPECT_FALSE(sample.color);
