@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <functional>
 
+#include "hm/core/parallel.hpp"
+
 namespace hm::bench {
 namespace {
 

@@ -2,6 +2,7 @@
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
+#include "hm/pipeline/rgbd/slam_state.hpp"
 #include "measurement.hpp"
 #include "simulated_recording.hpp"
 

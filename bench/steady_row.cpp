@@ -5,6 +5,7 @@
 
 #include "contender.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {

@@ -59,6 +59,9 @@ MAX_LINES = 500
 # Files that may be longer, each with its reason.
 LONG_FILES = {}
 MAX_README_LINES = 40
+# The list of headers that are installed, and how many there may be at most.
+PUBLIC_HEADERS = "src/hm/public_headers.txt"
+MAX_PUBLIC_HEADERS = 60
 
 
 def reachable(room):

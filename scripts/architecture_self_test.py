@@ -11,6 +11,7 @@ CLEAN = {
     "src/hm/tsdf/README.md": "# tsdf\n",
     "src/hm/tsdf/part/leaf.hpp": '#pragma once\n#include "hm/tsdf/grid.hpp"\n',
     "apps/hm/main.cpp": '#include <CLI/CLI.hpp>\n#include "hm/tsdf/grid.hpp"\n',
+    "src/hm/public_headers.txt": "# core\nhm/core/result.hpp\n",
     "CMakeLists.txt": "hm_room(core LINK fmt::fmt)\nhm_room(tsdf USES core)\n",
 }
 
@@ -37,6 +38,10 @@ PLANTED = [
     ("file name", "src/hm/tsdf/BadName.cpp", "\n", "snake_case"),
     ("test name", "src/hm/tsdf/test_grid.cpp", "\n", "thing_test.cpp"),
     ("test without subject", "src/hm/tsdf/other_test.cpp", "\n", "no file of this room"),
+    ("public header that is not there", "src/hm/public_headers.txt", "hm/core/nothing.hpp\n", "does not exist"),
+    ("public header twice", "src/hm/public_headers.txt", "hm/core/result.hpp\n" * 2, "listed twice"),
+    ("public header of an implementation", "src/hm/public_headers.txt", "hm/core/result_impl.hpp\n", "not installed"),
+    ("private include of a public header", "src/hm/public_headers.txt", "hm/tsdf/grid.hpp\n", "is not public"),
     ("cmake arrow", "CMakeLists.txt", "hm_room(core USES tsdf)\n", "core may not use tsdf"),
 ]
 

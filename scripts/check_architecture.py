@@ -63,6 +63,7 @@ class Checker:
         self.check_units()
         self.check_sub_room_circles()
         self.check_cmake_arrows()
+        self.check_public_headers()
         return self.violations
 
     def check_length(self, path, lines):
@@ -71,7 +72,8 @@ class Checker:
                         "split it where its concepts part, or give LONG_FILES the reason")
 
     def check_name(self, path):
-        if not re.fullmatch(r"[a-z][a-z0-9_]*(\.in)?\.[a-z]+", path.name) and path.parts[0] != "cmake" \
+        number = r"(\d\d_)?" if path.parts[0] == "examples" else ""  # in reading order
+        if not re.fullmatch(number + r"[a-z][a-z0-9_]*(\.in)?\.[a-z]+", path.name) and path.parts[0] != "cmake" \
                 and path.name not in ("CMakeLists.txt", "__init__.py"):
             self.report(path, 0, "file names are snake_case")
         if path.name.endswith("_tests.cpp") or (path.suffix == ".cpp" and path.name.startswith("test_")):
@@ -194,6 +196,32 @@ class Checker:
         for (folder, included), (path, line, target) in sorted(self.folder_arrows.items()):
             if reaches(included, folder):
                 self.report(path, line, f"{folder} and {included} include each other in a circle ({target})")
+
+    def check_public_headers(self):
+        """What is installed: headers that exist, include each other only, and are no part of an implementation."""
+        path = self.root / rules.PUBLIC_HEADERS
+        if not path.is_file():
+            return
+        listed = {}
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if line and not line.startswith("#"):
+                if line in listed:
+                    self.report(rules.PUBLIC_HEADERS, number, f"{line} is listed twice")
+                listed[line] = number
+        if len(listed) > rules.MAX_PUBLIC_HEADERS:
+            self.report(rules.PUBLIC_HEADERS, 0, f"lists {len(listed)} headers, more than {rules.MAX_PUBLIC_HEADERS}")
+        for header, number in listed.items():
+            file = self.root / "src" / header
+            if re.search(r"(_inl|_impl|_test)\.hpp$|/(testing|detail)/", header):
+                self.report(rules.PUBLIC_HEADERS, number, f"{header} is part of an implementation: not installed")
+                continue
+            if not file.is_file():
+                self.report(rules.PUBLIC_HEADERS, number, f"{header} does not exist")
+                continue
+            for at, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+                match = INCLUDE.match(line)
+                if match and match[2].startswith("hm/") and match[2] not in listed:
+                    self.report(f"src/{header}", at, f"a public header includes {match[2]}, which is not public")
 
     def check_cmake_arrows(self):
         cmake = self.root / "CMakeLists.txt"

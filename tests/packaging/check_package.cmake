@@ -1,5 +1,5 @@
-# Installs into an empty prefix; builds and runs two programs that know nothing but find_package(housemartin):
-# one that touches every room, and the one in the README; and runs the installed hm.
+# Installs into an empty prefix; checks that the public headers are there and no others; builds and runs programs
+# that know nothing but find_package(housemartin): the six examples, and the one in the README; runs the installed hm.
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output
                   WORKING_DIRECTORY ${WORK})
@@ -17,7 +17,7 @@ endfunction()
 
 function(build_against_prefix FOLDER)
   run(${CMAKE_COMMAND} -S ${FOLDER} -B ${FOLDER}/build -G Ninja -DCMAKE_BUILD_TYPE=Release
-      -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix)
+      -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix ${ARGN})
   run(${CMAKE_COMMAND} --build ${FOLDER}/build)
 endfunction()
 
@@ -28,13 +28,29 @@ run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${WORK}/prefix/bin/hm --version)
 expect("housemartin [0-9]+\\.[0-9]+")
 
-build_against_prefix(${WORK}/consumer)
-run(${WORK}/consumer/build/consumer)
-expect("[0-9]+ triangles")
+file(STRINGS ${SOURCE}/src/hm/public_headers.txt listed REGEX "^hm/")
+file(GLOB_RECURSE installed RELATIVE ${WORK}/prefix/include ${WORK}/prefix/include/*)
+list(SORT listed)
+list(SORT installed)
+if(NOT listed STREQUAL installed)
+  message(FATAL_ERROR "installed: ${installed}\nnot those of public_headers.txt: ${listed}")
+endif()
+
+build_against_prefix(${WORK}/consumer -DEXAMPLES=${SOURCE}/examples -DINCLUDES=${WORK}/prefix/include)
+run(${CMAKE_COMMAND} -DHM=${WORK}/prefix/bin/hm -DFOLDER=${WORK}/examples -P ${SOURCE}/examples/make_recording.cmake)
+function(run_example NAME PATTERN)
+  run(${CMAKE_COMMAND} -E chdir ${WORK}/examples ${WORK}/consumer/build/${NAME})
+  expect("${PATTERN}")
+endfunction()
+run_example(01_mesh_from_frames "mesh.ply: [0-9]+ triangles")
+run_example(02_odometry "odometry.tum: [0-9]+ of [0-9]+ frames have a pose")
+run_example(03_slam "keyframes, [0-9]+ loops")
+run_example(04_laser "floor.pgm: [0-9]+ m2 seen")
+run_example(05_query_a_map "distance [+-]0\\.[0-9]+ m")
+run_example(06_evaluate_a_trajectory "absolute: [0-9.]+ mm root mean square")
 
 run(${PYTHON} ${SOURCE}/tests/packaging/extract_program.py ${SOURCE}/README.md ${WORK}/mine)
 build_against_prefix(${WORK}/mine)
-run(${WORK}/prefix/bin/hm simulate room -o recording --frames 3 --quiet)
-run(${WORK}/mine/build/mine recording)
+run(${WORK}/mine/build/mine ${WORK}/examples/recording)
 run(${WORK}/prefix/bin/hm info mesh.ply)
 expect("triangles")

@@ -4,17 +4,18 @@
 #include <span>
 #include <string>
 
-#include "hm/core/parallel.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mapping/mapping_params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/alignment/dense_alignment.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/alignment/trajectory_aligner.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
+
+class IncrementalMesher;
+class ParallelLoop;
+class VolumeGrid;
 
 /// What became of one frame.
 struct FrameOutcome {
@@ -30,9 +31,13 @@ struct FrameOutcome {
 
 /// The dense system in memory (dissertation ch. 4): frames with poses in, a volume grid and its mesh out.
 /// One thread calls it; it computes on `threads` threads, with the same bits for any number of them.
+///
+/// Memory: 2 kB a volume of 8 x 8 x 8 voxels, 4 kB with colours, 1.7 kB out of sight, and the mesh of each
+/// (live_mesh); tsdf.max_map_mb caps the volumes. Query and save the grid with map_query.hpp.
 class DensePipeline {
  public:
-  /// The camera must be free of lens distortion; the parameters must pass check_parameters().
+  /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and pass
+  /// check_params() (tsdf_params.hpp); `threads` is at least 1.
   DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads);
   ~DensePipeline();
   DensePipeline(const DensePipeline&) = delete;
@@ -41,9 +46,10 @@ class DensePipeline {
   /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_input()) and, with
-  /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
-  /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
+  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour are of
+  /// the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is corrected first
+  /// (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite, with pictures of the
+  /// wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);

@@ -1,4 +1,6 @@
 #include "hm/mapping/dense_pipeline.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
+
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

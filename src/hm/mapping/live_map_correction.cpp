@@ -27,11 +27,11 @@ struct LiveMapCorrection::Impl {
     std::optional<RgbdFrame> pictures;
   };
 
-  Impl(const DenseParams& all, const Recording& its_recording, const MapRebuildOptions& its_options)
-      : parameters(all), recording(its_recording), options(its_options) {}
+  Impl(const DenseParams& all, const FrameSource& its_frames, const MapRebuildOptions& its_options)
+      : parameters(all), frames(its_frames), options(its_options) {}
 
   DenseParams parameters;
-  const Recording& recording;
+  const FrameSource& frames;
   MapRebuildOptions options;
   mutable std::mutex mutex;  ///< of all below
   std::condition_variable_any changed;
@@ -49,7 +49,7 @@ struct LiveMapCorrection::Impl {
 };
 
 std::unique_ptr<MapRebuild> LiveMapCorrection::Impl::rebuild(const Task& with, const std::stop_token& stop) {
-  auto result = std::make_unique<MapRebuild>(parameters, recording, options);
+  auto result = std::make_unique<MapRebuild>(parameters, frames, options);
   RunContext run;
   run.stop = stop;
   run.progress = [this](const Progress& progress) {
@@ -92,9 +92,9 @@ void LiveMapCorrection::Impl::work(const std::stop_token& stop) {
   }
 }
 
-LiveMapCorrection::LiveMapCorrection(const DenseParams& parameters, const Recording& recording,
+LiveMapCorrection::LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
                                      const MapRebuildOptions& options)
-    : impl_(std::make_unique<Impl>(parameters, recording, options)) {
+    : impl_(std::make_unique<Impl>(parameters, frames, options)) {
   impl_->worker = std::jthread([impl = impl_.get()](const std::stop_token& stop) { impl->work(stop); });
 }
 LiveMapCorrection::~LiveMapCorrection() = default;

@@ -10,8 +10,8 @@ namespace hm {
 /// the destructor, for one frame of it.
 class LiveMapCorrection {
  public:
-  /// The recording must outlive it.
-  LiveMapCorrection(const DenseParams& parameters, const Recording& recording,
+  /// `frames` must outlive it.
+  LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
                     const MapRebuildOptions& options);
   /// Gives up what is under way.
   ~LiveMapCorrection();

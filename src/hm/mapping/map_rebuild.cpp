@@ -4,6 +4,8 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {
@@ -25,11 +27,11 @@ double shift_m(const SE3& before, const SE3& after, double depth_m) {
   return std::max(1e-12, change.translation().norm() + change.angle() * depth_m);
 }
 
-MapRebuild::MapRebuild(const DenseParams& parameters, const Recording& recording,
+MapRebuild::MapRebuild(const DenseParams& parameters, const FrameSource& frames,
                        const MapRebuildOptions& options)
-    : recording_(recording),
+    : frames_(frames),
       options_(options),
-      aside_(without_mesh(parameters), recording.info().camera.without_distortion(), options.threads),
+      aside_(without_mesh(parameters), frames.camera(), options.threads),
       whole_(options.extent == RebuildExtent::kWhole) {}
 MapRebuild::~MapRebuild() = default;
 
@@ -103,7 +105,7 @@ bool MapRebuild::integrate(std::span<const std::size_t> places, const RunContext
         indices.push_back(observation.frame_index);
       }
   frames_total_ += jobs.size();
-  FramePrefetcher frames(recording_, std::move(indices), options_.prefetch_frames);
+  FramePrefetcher frames(frames_, std::move(indices), options_.prefetch_frames);
   for (const auto& [place, observation] : jobs) {
     if (run.stop.stop_requested()) return false;
     auto frame = frames.next();
@@ -136,7 +138,7 @@ bool MapRebuild::replay(const ObservationLog& log, const PoseOfObservation& pose
 void MapRebuild::follow(const Observation& observation, std::span<const VolumeKey> changed,
                         std::optional<RgbdFrame> pictures) {
   if (!observation.T_map_camera || is_empty() || (!whole_ && !any_of(changed, wanted_))) return;
-  auto frame = pictures ? Result<RgbdFrame>(std::move(*pictures)) : recording_.read(observation.frame_index);
+  auto frame = pictures ? Result<RgbdFrame>(std::move(*pictures)) : frames_.read(observation.frame_index);
   if (!frame) {
     ++report_.frames_lost;
     return;

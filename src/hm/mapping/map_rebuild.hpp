@@ -5,7 +5,7 @@
 #include <set>
 #include <span>
 
-#include "hm/io/rgbd/recording.hpp"
+#include "hm/io/rgbd/frame_source.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/observation_log.hpp"
 #include "hm/core/run_context.hpp"
@@ -46,13 +46,13 @@ struct MapCorrection {
   bool interrupted = false;  ///< told to stop: the map is as it was before
 };
 
-/// Makes a map, or the part of it whose frames have moved, again from the recording beside the old one, which
+/// Makes a map, or the part of it whose frames have moved, again from its frames beside the old one, which
 /// stays whole meanwhile; put_into() then exchanges them. May run on another thread than the map's; one
 /// thread at a time.
 class MapRebuild {
  public:
-  /// The recording must outlive it.
-  MapRebuild(const DenseParams& parameters, const Recording& recording, const MapRebuildOptions& options);
+  /// `frames` must outlive it.
+  MapRebuild(const DenseParams& parameters, const FrameSource& frames, const MapRebuildOptions& options);
   ~MapRebuild();
 
   /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: told to
@@ -78,7 +78,7 @@ class MapRebuild {
   void integrate_frame(std::size_t place, Observation& observation, Result<RgbdFrame>& frame);
   [[nodiscard]] std::vector<std::size_t> next_places(Groups groups) const;
 
-  const Recording& recording_;
+  const FrameSource& frames_;
   MapRebuildOptions options_;
   DensePipeline aside_;
   MapCorrection report_;

@@ -6,8 +6,10 @@
 #include <map>
 #include <thread>
 
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {
@@ -41,8 +43,8 @@ class SimulatedFrames final : public Recording {
   RecordingInfo info_;
 };
 
-Parameters coarse() {
-  Parameters parameters;
+DenseParams coarse() {
+  DenseParams parameters;
   parameters.tsdf.voxel_size_m = 0.04;
   parameters.reconstruction.live_mesh = false;
   return parameters;

@@ -7,6 +7,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/mapping/live_map_correction.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {
@@ -32,17 +33,17 @@ std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation&
 }  // namespace
 
 struct SlamMap::Impl {
-  Impl(const MappingParams& all, const Recording& its_recording, const RunContext& its_run)
+  Impl(const MappingParams& all, const FrameSource& its_frames, const RunContext& its_run)
       : parameters(all),
-        recording(its_recording),
+        frames(its_frames),
         run(its_run),
         options(rebuild_options(all)),
-        dense(all, its_recording.info().camera.without_distortion(), its_run.threads) {
+        dense(all, its_frames.camera(), its_run.threads) {
     run.stop = {};  // who asks to stop gets what there is, and that is right
   }
 
   MappingParams parameters;
-  const Recording& recording;
+  const FrameSource& frames;
   RunContext run;
   MapRebuildOptions options;
   DensePipeline dense;
@@ -55,13 +56,12 @@ struct SlamMap::Impl {
 
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
   void begin(const RgbdFrame& frame);
-  [[nodiscard]] std::optional<SE3> pose_of_new_frame(const TrackedFrame& tracked) const;
   [[nodiscard]] PoseOfObservation final_poses(const CorrectedKeyframes& keyframes) const;
   [[nodiscard]] MapRebuild whole_rebuild() const;
 };
 
-SlamMap::SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run)
-    : impl_(std::make_unique<Impl>(parameters, recording, run)) {}
+SlamMap::SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run)
+    : impl_(std::make_unique<Impl>(parameters, frames, run)) {}
 SlamMap::~SlamMap() = default;
 
 DensePipeline& SlamMap::dense() { return impl_->dense; }
@@ -90,7 +90,7 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
   if (!live) {
     MapRebuildOptions moved_only = options;
     moved_only.extent = RebuildExtent::kMoved;
-    live = std::make_unique<LiveMapCorrection>(parameters, recording, moved_only);
+    live = std::make_unique<LiveMapCorrection>(parameters, frames, moved_only);
   }
   solutions_begun = now.solutions;
   live->start(log, [corrected = now.corrected](const Observation& o) { return place(*corrected, o); });
@@ -113,7 +113,7 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
   if (now.solutions != impl.solutions_begun && !(impl.live && impl.live->busy())) impl.begin(frame);
 }
 
-std::optional<SE3> SlamMap::Impl::pose_of_new_frame(const TrackedFrame& tracked) const {
+std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked) {
   const SE3& T_odom_camera = *tracked.T_odom_camera;
   if (now.solutions == 0) return tracked.submap == 0 ? std::optional(T_odom_camera) : std::nullopt;
   const CorrectedKeyframe& last = now.corrected->keyframes().back();
@@ -124,7 +124,7 @@ std::optional<SE3> SlamMap::Impl::pose_of_new_frame(const TrackedFrame& tracked)
 void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   Impl& impl = *impl_;
   const Observation observation{frame.index, frame.stamp, tracked.submap, *tracked.T_odom_camera,
-                                impl.pose_of_new_frame(tracked)};
+                                pose_in_map(impl.now, tracked)};
   if (!observation.T_map_camera) return impl.log.note(observation, {});
   frame.T_world_camera = observation.T_map_camera;
   const FrameOutcome outcome = impl.dense.process_in_map(frame);
@@ -150,7 +150,7 @@ MapRebuild SlamMap::Impl::whole_rebuild() const {
   MapRebuildOptions whole = options;
   whole.extent = RebuildExtent::kWhole;
   whole.threads = run.threads;
-  return MapRebuild(parameters, recording, whole);
+  return MapRebuild(parameters, frames, whole);
 }
 
 MapCorrection SlamMap::correct(const CorrectedKeyframes& keyframes) {

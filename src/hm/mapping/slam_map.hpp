@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,17 @@ struct LiveCorrection {
   double stall_ms = 0;  ///< for which tracking had to wait: beginning it and exchanging
 };
 
+/// The pose of a frame that has just been tracked, by the loops that are closed now; nothing when no loop
+/// connects its submap with the first.
+std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked);
+
 /// The dense map of a SLAM run: frames come in where loops put them now; what they have moved is rebuilt
 /// beside the map on a thread of its own, then exchanged, so that the map is whole at any moment. When that
 /// happens depends on the machine's speed; after correct() the map is that of the final poses, to the bit.
 class SlamMap {
  public:
-  /// The recording must outlive the map.
-  SlamMap(const MappingParams& parameters, const Recording& recording, const RunContext& run);
+  /// `frames` gives every frame of add() again by its index, and must outlive the map.
+  SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run);
   ~SlamMap();
 
   /// To be called before every frame with what loops say now (slam.rebuild_online).

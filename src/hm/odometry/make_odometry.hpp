@@ -1,9 +1,12 @@
 #pragma once
+#include <memory>
+
 #include "hm/odometry/interface/visual_odometry.hpp"
 
 namespace hm {
 
-/// The method that the parameters name. The camera must be free of lens distortion.
+/// Odometry by the method that the parameters name (the tracker by default). `camera`: of depth and colour, without
+/// lens distortion. `T_odom_first_camera`: the pose that the first frame gets.
 std::unique_ptr<VisualOdometry> make_visual_odometry(const OdometryParams& params,
                                                      const PinholeCamera& camera,
                                                      const SE3& T_odom_first_camera = {});

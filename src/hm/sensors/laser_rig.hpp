@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "hm/geometry/se3.hpp"
 
@@ -34,6 +35,12 @@ struct LaserRig {
     return horizontal ? BeamRange{std::min(horizontal->begin, size), std::min(horizontal->end, size)}
                       : BeamRange{0, size};
   }
+};
+
+/// What a vehicle carries.
+struct LaserPlatform {
+  std::vector<LaserRig> rigs;  ///< one for each laser; the first is the one that is matched
+  bool has_imu = false, has_odometry = false;
 };
 
 }  // namespace hm

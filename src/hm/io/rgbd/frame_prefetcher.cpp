@@ -15,11 +15,11 @@ struct FramePrefetcher::Impl {
   bool finished = false;
   std::jthread reader;  // last: it stops before the rest goes
 
-  void read_all(const std::stop_token& stop, const Recording& recording,
+  void read_all(const std::stop_token& stop, const FrameSource& frames,
                 const std::vector<std::size_t>& indices, std::size_t ahead);
 };
 
-void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const Recording& recording,
+void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const FrameSource& frames,
                                      const std::vector<std::size_t>& indices, std::size_t ahead) {
   for (const std::size_t index : indices) {
     {
@@ -27,7 +27,7 @@ void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const Recordin
       std::unique_lock lock(mutex);
       if (!changed.wait(lock, stop, [&] { return ready.size() < ahead; })) return;
     }
-    auto frame = recording.read(index);
+    auto frame = frames.read(index);
     const std::scoped_lock lock(mutex);
     ready.push_back(std::move(frame));
     changed.notify_all();
@@ -52,13 +52,13 @@ FramePrefetcher::FramePrefetcher(const Recording& recording, std::size_t begin, 
                                  std::size_t stride, std::size_t ahead)
     : FramePrefetcher(recording, every(stride, begin, std::min(end, recording.info().frame_count)), ahead) {}
 
-FramePrefetcher::FramePrefetcher(const Recording& recording, std::vector<std::size_t> indices,
+FramePrefetcher::FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices,
                                  std::size_t ahead)
     : impl_(std::make_unique<Impl>()) {
   HM_CHECK(ahead >= 1, "ahead = {}", ahead);
   impl_->reader =
-      std::jthread([impl = impl_.get(), &recording, indices = std::move(indices),
-                    ahead](const std::stop_token& stop) { impl->read_all(stop, recording, indices, ahead); });
+      std::jthread([impl = impl_.get(), &frames, indices = std::move(indices),
+                    ahead](const std::stop_token& stop) { impl->read_all(stop, frames, indices, ahead); });
 }
 
 FramePrefetcher::~FramePrefetcher() = default;

@@ -10,6 +10,7 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/io/bytes/skipped_lines.hpp"
+#include "hm/io/rgbd/frame_source.hpp"
 #include "hm/sensors/imu.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
@@ -60,13 +61,11 @@ struct RecordingInfo {
 };
 
 /// A recording on disk. Frames are read on request, in any order, from any thread.
-class Recording {
+class Recording : public FrameSource {
  public:
-  virtual ~Recording() = default;
   [[nodiscard]] virtual const RecordingInfo& info() const = 0;
-  /// The frame with its pictures decoded and lens distortion removed (the camera is then
-  /// info().camera.without_distortion()). An Error names the file; other frames are not affected.
-  [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
+  /// The camera of the frames that read() gives: info().camera.without_distortion().
+  [[nodiscard]] PinholeCamera camera() const override { return info().camera.without_distortion(); }
 };
 
 /// Opens a recording folder, guessing its kind from what lies in it:
@@ -89,7 +88,7 @@ class FramePrefetcher {
   FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end, std::size_t stride = 1,
                   std::size_t ahead = 4);
   /// The frames with these indices.
-  FramePrefetcher(const Recording& recording, std::vector<std::size_t> indices, std::size_t ahead = 4);
+  FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices, std::size_t ahead = 4);
   ~FramePrefetcher();
   FramePrefetcher(const FramePrefetcher&) = delete;
   FramePrefetcher& operator=(const FramePrefetcher&) = delete;

@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "hm/odometry/feature/feature_params.hpp"
-#include "hm/odometry/registration/ransac.hpp"
+#include "hm/odometry/registration/ransac_params.hpp"
 
 namespace hm {
 

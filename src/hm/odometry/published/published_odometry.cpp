@@ -9,6 +9,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/feature/feature_detection.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/interface/frame_check.hpp"
 #include "hm/odometry/published/frame_to_frame.hpp"
 #include "hm/odometry/published/model_registration.hpp"

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/testing/box_room.hpp"
 
 namespace hm {

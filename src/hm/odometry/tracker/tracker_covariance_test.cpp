@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "hm/geometry/pose_graph_3d.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 #include "hm/odometry/tracker/tracker.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 
 namespace hm {

@@ -143,6 +143,15 @@ KeyframeMapParams keyframe_map_params(const Parameters& parameters) {
           parameters.odometry.max_depth_sigma_m};
 }
 
+Result<void> apply_settings(ParamList list, const std::vector<std::string>& settings) {
+  for (const std::string& setting : settings)
+    if (auto set = list.set(setting); !set) {
+      set.error().where = setting;
+      return set;
+    }
+  return list.check();
+}
+
 Result<void> check_parameters(const Parameters& parameters) {
   if (const auto tsdf = check_params(parameters.tsdf); !tsdf)
     return fail(ErrorCode::kUsage, "parameters", "{}", to_string(tsdf.error()));

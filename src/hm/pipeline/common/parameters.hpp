@@ -22,10 +22,14 @@
 
 namespace hm {
 
-/// Every parameter of the program, by section.
-struct Parameters : MappingParams {
+/// What decides how frames without poses become a trajectory and a map.
+struct RgbdSlamParams : MappingParams {
   OdometryParams odometry;
   RgbdLoopParams loops;
+};
+
+/// Every parameter of the program, by section.
+struct Parameters : RgbdSlamParams {
   LaserParameters laser;
   SimulationParams simulation;
   LaserSimulationParams laser_simulation;
@@ -63,6 +67,8 @@ std::vector<std::string> map_parameters(const Parameters& parameters);
 /// Those of the maps that are made of keyframes.
 KeyframeMapParams keyframe_map_params(const Parameters& parameters);
 
+/// Sets parameters from "section.key=value" each, and checks all of the list. An error names the setting.
+Result<void> apply_settings(ParamList list, const std::vector<std::string>& settings);
 /// What contradicts, all of it in one error; ranges are checked by ParamList::check().
 Result<void> check_parameters(const Parameters& parameters);
 

@@ -8,6 +8,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"

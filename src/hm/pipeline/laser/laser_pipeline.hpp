@@ -15,14 +15,9 @@
 #include "hm/pipeline/common/laser_params.hpp"
 #include "hm/pipeline/laser/laser_sweep.hpp"
 #include "hm/sensors/imu.hpp"
+#include "hm/sensors/laser_rig.hpp"
 
 namespace hm {
-
-/// What a vehicle carries.
-struct LaserPlatform {
-  std::vector<LaserRig> rigs;  ///< one for each laser; the first is the one that is matched
-  bool has_imu = false, has_odometry = false;
-};
 
 /// What became of a scan.
 enum class LaserScanStatus {

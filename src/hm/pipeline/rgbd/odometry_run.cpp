@@ -69,7 +69,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
-  VisualTracking tracking(options.parameters, info.camera.without_distortion(),
+  VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
                           {range.count(), level_camera(), info.imu});
   OdometrySummary summary;
   const Stopwatch watch;

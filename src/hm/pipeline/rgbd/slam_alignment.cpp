@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
 #include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
 
@@ -20,7 +21,7 @@ TsdfParams without_color(TsdfParams params) {
 }  // namespace
 
 struct SlamAlignment::Impl {
-  Impl(const Parameters& all, const PinholeCamera& camera)
+  Impl(const MappingParams& all, const PinholeCamera& camera)
       : tsdf(without_color(all.tsdf)),
         memory_frames(static_cast<std::size_t>(all.slam.align_memory_frames)),
         grid(Integrator::make_grid(tsdf)),
@@ -49,7 +50,7 @@ struct SlamAlignment::Impl {
   void remember(const RgbdFrame& frame, const SE3& T_odom_camera);
 };
 
-SlamAlignment::SlamAlignment(const Parameters& parameters, const PinholeCamera& camera)
+SlamAlignment::SlamAlignment(const MappingParams& parameters, const PinholeCamera& camera)
     : impl_(std::make_unique<Impl>(parameters, camera)) {}
 SlamAlignment::~SlamAlignment() = default;
 

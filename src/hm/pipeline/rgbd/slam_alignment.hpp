@@ -6,7 +6,7 @@
 
 #include "hm/core/statistics.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
@@ -34,7 +34,7 @@ struct SlamAlignmentSummary {
 /// the pose graph as aligned.
 class SlamAlignment {
  public:
-  SlamAlignment(const Parameters& parameters, const PinholeCamera& camera);
+  SlamAlignment(const MappingParams& parameters, const PinholeCamera& camera);
   ~SlamAlignment();
 
   /// Corrects the pose of a tracked frame, and its keyframe's.

@@ -1,11 +1,17 @@
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/rgbd/frame_archive.hpp"
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/slam_state.hpp"
+#include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 
 namespace hm {
 namespace {
@@ -18,31 +24,41 @@ SE3 first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pos
   return level_camera();
 }
 
+VisualTracking::Start start_of(const Recording& recording, const RgbdSlamParams& parameters,
+                               const FrameRange& range) {
+  const RecordingInfo& info = recording.info();
+  return {range.count(), first_camera(info, range.begin, parameters.slam.start_at_pose), info.imu};
+}
+
 }  // namespace
 
 struct SlamPipeline::Impl {
-  Impl(const Recording& its_recording, const Parameters& all, const RunContext& its_run)
-      : recording(its_recording),
-        parameters(all),
+  Impl(const FrameSource& frames, const VisualTracking::Start& start, const RgbdSlamParams& all,
+       const RunContext& its_run)
+      : parameters(all),
         run(its_run),
-        camera(recording.info().camera.without_distortion()),
-        range(frame_range(all.reconstruction, recording.info().frame_count)),
-        tracking(all, camera,
-                 {range.count(), first_camera(recording.info(), range.begin, all.slam.start_at_pose),
-                  recording.info().imu}),
+        camera(frames.camera()),
+        tracking(all.odometry, camera, start),
         closer(camera, all.loops),
-        map(all, recording, its_run) {
+        map(all, frames, its_run) {
     if (all.slam.align) alignment.emplace(all, camera);
   }
 
-  void take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
+  struct Taken {
+    TrackedFrame tracked;
+    std::optional<SE3> T_map_camera;
+  };
+  Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
   void align(const RgbdFrame& frame, TrackedFrame& tracked);
+  void keep(const RgbdFrame& frame);
   [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
+  void conclude_tracking();
   void place_trajectory();
 
-  const Recording& recording;
-  Parameters parameters;
+  std::unique_ptr<FrameArchive> archive;  ///< of the map's frames, where nobody else keeps them
+  const Recording* recording = nullptr;   ///< where the frames come from; null: add()
+  RgbdSlamParams parameters;
   RunContext run;
   PinholeCamera camera;
   FrameRange range;
@@ -53,16 +69,44 @@ struct SlamPipeline::Impl {
   Trajectory aligned;  ///< instead of the tracking's, with alignment; and its keyframes
   std::vector<std::shared_ptr<const Keyframe>> aligned_keyframes;
   std::vector<double> frame_ms;
+  std::size_t frames_added = 0, frames_not_kept = 0;
+  bool finished = false;
   State state;
 };
 
-SlamPipeline::SlamPipeline(const Recording& recording, const Parameters& parameters, const RunContext& run)
-    : impl_(std::make_unique<Impl>(recording, parameters, run)) {}
+SlamPipeline::SlamPipeline(const Recording& recording, const RgbdSlamParams& parameters,
+                           const RunContext& run) {
+  const FrameRange range = frame_range(parameters.reconstruction, recording.info().frame_count);
+  impl_ = std::make_unique<Impl>(recording, start_of(recording, parameters, range), parameters, run);
+  impl_->recording = &recording;
+  impl_->range = range;
+}
+SlamPipeline::SlamPipeline(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SlamPipeline::SlamPipeline(SlamPipeline&&) noexcept = default;
 SlamPipeline::~SlamPipeline() = default;
+
+Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vector<std::string>& settings,
+                                          const RunContext& run) {
+  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
+  Parameters parameters;
+  if (const auto set = apply_settings(list_slam(parameters), settings); !set) return forward_error(set);
+  if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
+  std::unique_ptr<FrameArchive> archive;
+  if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
+  const FrameSource& frames = archive ? *archive : *input.frames;
+  const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera())};
+  auto impl = std::make_unique<Impl>(frames, start, parameters, run);
+  impl->archive = std::move(archive);
+  return SlamPipeline(std::move(impl));
+}
 
 const SlamPipeline::State& SlamPipeline::state() const { return impl_->state; }
 SlamPipeline::State& SlamPipeline::state() { return impl_->state; }
 DensePipeline& SlamPipeline::dense() { return impl_->map.dense(); }
+TriangleMesh SlamPipeline::mesh() { return impl_->map.dense().finished_mesh(); }
+const Trajectory& SlamPipeline::trajectory() const {
+  return impl_->finished ? impl_->state.corrected : impl_->tracking.track().trajectory;
+}
 
 /// From here on odometry is what alignment made of it.
 void SlamPipeline::Impl::align(const RgbdFrame& frame, TrackedFrame& tracked) {
@@ -77,18 +121,72 @@ bool SlamPipeline::Impl::is_for_map() const {
   return (tracking.track().frames_tracked - 1) % static_cast<std::size_t>(parameters.slam.map_stride) == 0;
 }
 
-void SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms) {
+/// Keeps a frame for when a loop has moved it, where nobody else does.
+void SlamPipeline::Impl::keep(const RgbdFrame& frame) {
+  if (!archive) return;
+  const auto kept = archive->keep(frame);
+  if (kept) return;
+  if (frames_not_kept++ == 0 && run.log)
+    run.log(LogLevel::kWarning, to_string(kept.error()) +
+                                    "; such frames leave the map when a loop moves it: "
+                                    "raise max_kept_bytes or slam.map_stride, or give SlamInput::frames");
+}
+
+SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame,
+                                                   double wait_ms) {
   const Stopwatch watch;
-  TrackedFrame tracked = tracking.take(index, frame, wait_ms);
+  Taken taken{tracking.take(index, frame, wait_ms), {}};
+  TrackedFrame& tracked = taken.tracked;
   if (frame) align(*frame, tracked);
   if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
   if (frame) {
+    const auto now = closer.snapshot();
     frame->index = index;
-    map.follow(closer.snapshot(), *frame);
-    if (tracked.T_odom_camera && is_for_map()) map.add(*frame, tracked);
+    map.follow(now, *frame);
+    if (tracked.T_odom_camera) taken.T_map_camera = pose_in_map(now, tracked);
+    if (tracked.T_odom_camera && is_for_map()) {
+      keep(*frame);
+      map.add(*frame, tracked);
+    }
     frame_ms.push_back(watch.milliseconds());
   }
   show_progress();
+  return taken;
+}
+
+SlamStep SlamPipeline::add(RgbdFrame frame) {
+  Impl& impl = *impl_;
+  HM_CHECK(!impl.recording, "this pipeline takes its frames from a recording");
+  HM_CHECK(!impl.finished, "this pipeline is finished");
+  const std::size_t index = impl.frames_added++;
+  frame.index = index;
+  Result<RgbdFrame> given(std::move(frame));
+  const Impl::Taken taken = impl.take(index, given, 0);
+  return {taken.tracked.status, taken.tracked.reason, taken.tracked.T_odom_camera, taken.T_map_camera,
+          taken.tracked.new_keyframe != nullptr};
+}
+
+void SlamPipeline::finish() {
+  if (impl_->finished) return;
+  impl_->conclude_tracking();
+  impl_->state.frames_total = impl_->frames_added;
+  close_loops();
+  impl_->state.track.frames_total = impl_->frames_added;
+  correct_dense_map();
+}
+
+SlamCounts SlamPipeline::counts() const {
+  const Impl& impl = *impl_;
+  const VisualTrack& track = impl.finished ? impl.state.track : impl.tracking.track();
+  SlamCounts counts;
+  counts.frames = track.frames_read + track.unused.size();
+  counts.frames_tracked = track.frames_tracked;
+  counts.frames_lost = track.frames_lost;
+  counts.keyframes = track.keyframes.size();
+  counts.loops = impl.closer.snapshot().statistics.accepted;
+  counts.frames_not_kept = impl.frames_not_kept;
+  counts.kept_bytes = impl.archive ? impl.archive->bytes() : 0;
+  return counts;
 }
 
 void SlamPipeline::Impl::show_progress() const {
@@ -103,7 +201,8 @@ void SlamPipeline::Impl::show_progress() const {
 void SlamPipeline::track_and_map() {
   Impl& impl = *impl_;
   const Stopwatch watch;
-  FramePrefetcher frames(impl.recording, impl.range.begin, impl.range.end, impl.range.stride,
+  HM_CHECK(impl.recording, "this pipeline takes its frames from add()");
+  FramePrefetcher frames(*impl.recording, impl.range.begin, impl.range.end, impl.range.stride,
                          static_cast<std::size_t>(impl.parameters.reconstruction.prefetch_frames));
   std::size_t index = impl.range.begin;
   while (!impl.run.stop.stop_requested()) {
@@ -115,9 +214,13 @@ void SlamPipeline::track_and_map() {
   }
   impl.state.frames_total = impl.range.count();
   impl.state.interrupted = index < impl.range.end;
-  impl.state.frame_ms = summarise(impl.frame_ms);
-  impl.state.live_corrections = impl.map.corrections();
+  impl.conclude_tracking();
   impl.state.seconds = watch.seconds();
+}
+
+void SlamPipeline::Impl::conclude_tracking() {
+  state.frame_ms = summarise(frame_ms);
+  state.live_corrections = map.corrections();
 }
 
 /// Brings odometry's poses into the map.
@@ -153,6 +256,7 @@ void SlamPipeline::close_loops() {
     impl.state.dense_alignment = impl.alignment->summary();
   }
   impl.place_trajectory();
+  impl.finished = true;
   impl.state.close_seconds = watch.seconds();
 }
 

@@ -1,26 +1,105 @@
 #pragma once
-#include <functional>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "hm/pipeline/rgbd/slam_alignment.hpp"
-#include "hm/mapping/slam_map.hpp"
-#include "hm/pipeline/rgbd/visual_tracking.hpp"
+#include "hm/core/result.hpp"
+#include "hm/core/run_context.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
 
-/// The RGB-D system (dissertation ch. 3 and 4): a recording without poses -> trajectory, keyframes in a pose
-/// graph, dense map. Tracking and mapping on the calling thread (and the map's), images, loop closing and
-/// the rebuilding of what loops move on threads of their own. The result does not depend on their pace: at
-/// the end the map is brought to the final poses.
+class DensePipeline;
+class FrameSource;
+class Recording;
+struct RgbdSlamParams;
+struct SlamState;
+
+/// What SLAM frame by frame begins with.
+struct SlamInput {
+  PinholeCamera camera;  ///< of depth and colour, without lens distortion
+  /// The first frame's pose in `map`; none: level at the origin, looking along x, z up.
+  std::optional<SE3> T_map_first_camera = {};
+  /// Gives the n-th frame of add() again as frame n (from 0), to rebuild what a loop has moved; must outlive
+  /// the pipeline. Null: the pipeline keeps the frames of the map itself (FrameArchive).
+  const FrameSource* frames = nullptr;
+  std::size_t max_kept_bytes = 0;  ///< caps what the pipeline keeps itself; 0: no cap
+};
+
+/// What became of a frame of SlamPipeline::add().
+struct SlamStep {
+  TrackingStatus status = TrackingStatus::kSkipped;
+  std::string reason;                ///< in words, with numbers, when there is no pose
+  std::optional<SE3> T_odom_camera;  ///< continuous, never corrected: for control
+  /// In the map, with the loops that are closed by now; none while nothing connects where tracking began anew
+  /// with the first frame.
+  std::optional<SE3> T_map_camera;
+  bool keyframe = false;
+};
+
+/// How far a SlamPipeline has come.
+struct SlamCounts {
+  std::size_t frames = 0, frames_tracked = 0, frames_lost = 0;
+  std::size_t keyframes = 0;
+  std::size_t loops = 0;  ///< accepted
+  /// Did not fit into max_kept_bytes: they leave the map when a loop makes it be rebuilt.
+  std::size_t frames_not_kept = 0;
+  std::size_t kept_bytes = 0;  ///< by the pipeline's own archive
+};
+
+/// The RGB-D system (dissertation ch. 3 and 4): frames without poses -> trajectory, keyframes in a pose
+/// graph, dense map. Tracking and mapping on the calling thread (and the map's), loop closing and the
+/// rebuilding of what loops move on threads of their own. One thread calls it. Poses and map while frames
+/// come in depend on the pace of these threads; the result does not: finish() brings the map to the final
+/// poses.
+///
+/// Frames come from the caller, one by one:
+///
+///     auto slam = SlamPipeline::create({camera}, {"tsdf.voxel_size_m=0.04"}).value();
+///     for (...) slam.add(frame);
+///     slam.finish();
+///     write_mesh("mesh.ply", slam.mesh());
+///
+/// or from a recording (the second constructor), which it reads ahead itself.
+///
+/// Memory: the map (DensePipeline), keyframes (about 0.1 MB each), and, unless SlamInput::frames gives them
+/// again, every frame of the map, compressed without loss: about 0.5 MB for one of 640 x 480, 15 MB a second
+/// at 30 Hz. `slam.map_stride=3` maps and keeps every third one.
 class SlamPipeline {
  public:
-  /// The recording must outlive the pipeline.
-  SlamPipeline(const Recording& recording, const Parameters& parameters, const RunContext& run);
+  /// `settings`: parameters as "section.key=value" (docs/parameters.md; sections as of `hm slam`). Errors: an
+  /// unknown key, a value out of range, parameters that contradict.
+  static Result<SlamPipeline> create(const SlamInput& input, const std::vector<std::string>& settings = {},
+                                     const RunContext& run = {});
+  /// Takes its frames from a recording, which must outlive the pipeline: track_and_map() instead of add().
+  SlamPipeline(const Recording& recording, const RgbdSlamParams& parameters, const RunContext& run);
   ~SlamPipeline();
-  SlamPipeline(const SlamPipeline&) = delete;
-  SlamPipeline& operator=(const SlamPipeline&) = delete;
+  SlamPipeline(SlamPipeline&&) noexcept;
+  SlamPipeline& operator=(SlamPipeline&&) = delete;
 
+  /// Tracks a frame and brings it into the map. Stamps increase; pictures are of the camera's size and free
+  /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
+  /// recognised is lost, each with its reason; both change nothing. Not after finish().
+  SlamStep add(RgbdFrame frame);
+  /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped.
+  void finish();
+
+  /// T_map_camera of the frames with a pose; complete, and corrected by all loops, after finish(). Frames of
+  /// maps that nothing connects to the first are left out.
+  [[nodiscard]] const Trajectory& trajectory() const;
+  [[nodiscard]] SlamCounts counts() const;
+  /// The mesh of the map as it is now.
+  TriangleMesh mesh();
+  /// The map as it is now, to save and to query (map_query.hpp).
+  [[nodiscard]] DensePipeline& dense();
+
+  // ---- a recording, step by step (run_slam) ----
   /// Reads, tracks and maps all frames of the parameters' range; asked to stop, what there is.
   void track_and_map();
   /// Waits for the loop closer, solves a last time, adjusts.
@@ -30,30 +109,14 @@ class SlamPipeline {
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
   /// to be stopped: a run that was asked to stop gets the right map of what there is.
   void correct_dense_map();
-
-  struct State {
-    VisualTrack track;  ///< T_odom_camera, with slam.align as aligned; complete after close_loops()
-    std::optional<SlamAlignmentSummary> dense_alignment;  ///< with slam.align
-    Trajectory corrected;  ///< T_map_camera of the same frames; those of unconnected maps are left out
-    std::shared_ptr<const CorrectedKeyframes> keyframes;
-    RgbdLoopStatistics loops;
-    RgbdAlignmentReport alignment;
-    PoseGraph3D graph;
-    std::vector<LiveCorrection> live_corrections;                       ///< while tracking
-    MapCorrection correction;                                           ///< the last one, at the end
-    std::size_t frames_total = 0, frames_mapped = 0, frames_apart = 0;  ///< apart: in unconnected maps
-    Summary frame_ms;  ///< tracking, mapping and what corrections take of a frame's time; not waiting
-    bool interrupted = false;
-    double seconds = 0;          ///< of track_and_map()
-    double close_seconds = 0;    ///< waiting for loops and adjusting
-    double largest_shift_m = 0;  ///< of a position of the trajectory, by correction
-  };
+  /// slam_state.hpp
+  using State = SlamState;
   [[nodiscard]] const State& state() const;
   State& state();
-  [[nodiscard]] DensePipeline& dense();
 
  private:
   struct Impl;
+  explicit SlamPipeline(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

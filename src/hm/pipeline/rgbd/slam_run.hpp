@@ -6,7 +6,9 @@
 
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/core/run_context.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
+#include "hm/pipeline/rgbd/slam_state.hpp"
 
 namespace hm {
 

@@ -13,11 +13,11 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 
 }  // namespace
 
-VisualTracking::VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start)
-    : odometry_(make_visual_odometry(parameters.odometry, camera, start.T_odom_first_camera)),
-      hints_(start.imu, parameters.odometry.use_imu) {
-  if (start.imu && parameters.odometry.use_imu != ImuUse::kOff &&
-      parameters.odometry.method == OdometryMethod::kTracker)
+VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
+                               const Start& start)
+    : odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
+      hints_(start.imu, parameters.use_imu) {
+  if (start.imu && parameters.use_imu != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
     track_.imu_source = start.imu->source;
   track_.frames_total = start.frames_total;
 }

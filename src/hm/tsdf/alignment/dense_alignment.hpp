@@ -9,9 +9,10 @@
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/tsdf/alignment/alignment_params.hpp"
 #include "hm/tsdf/projection/tsdf_params.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
+
+class VolumeGrid;
 
 enum class AlignmentStatus {
   kAccepted,           ///< the pose explains the scan better (or as well) and agrees with the map

@@ -1,0 +1,159 @@
+#include "hm/pipeline/rgbd/slam_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <vector>
+
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/mapping/dense_pipeline.hpp"
+#include "hm/mapping/map_query.hpp"
+#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/rgbd/slam_state.hpp"
+#include "hm/sim/recording/simulation.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kWalk = 40;
+const std::vector<std::string> kSettings{"tsdf.voxel_size_m=0.06", "slam.rebuild_shift_voxel=0"};
+
+/// A walk through the simulated room and the same way back, so that every place is seen twice.
+class ThereAndBack final : public Recording {
+ public:
+  ThereAndBack() : simulation_(params()) {
+    info_.camera = simulation_.camera();
+    info_.frame_count = 2 * kWalk;
+    for (std::size_t i = 0; i < info_.frame_count; ++i)
+      info_.stamps.push_back(Time::from_seconds(0.2 * static_cast<double>(i + 1)));
+    for (std::size_t i = 0; i < kWalk; ++i) frames_.push_back(simulation_.frame(i));
+  }
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
+    ++reads;
+    RgbdFrame frame = frames_.at(index < kWalk ? index : 2 * kWalk - 1 - index);
+    frame.index = index;
+    frame.stamp = frame.color_stamp = info_.stamps[index];
+    frame.T_world_camera.reset();
+    return frame;
+  }
+  mutable std::atomic<int> reads = 0;
+
+ private:
+  static SimulationParams params() {
+    SimulationParams params;
+    params.world = WorldKind::kRoom;
+    params.frame_limit = static_cast<int>(kWalk);
+    return params;
+  }
+  Simulation simulation_;
+  RecordingInfo info_;
+  std::vector<RgbdFrame> frames_;
+};
+
+const ThereAndBack& recording() {
+  static const ThereAndBack walk;
+  return walk;
+}
+
+SlamPipeline run_frame_by_frame(const SlamInput& input, const RunContext& run = {}) {
+  auto slam = SlamPipeline::create(input, kSettings, run);
+  EXPECT_TRUE(slam) << to_string(slam.error());
+  for (std::size_t i = 0; i < recording().info().frame_count; ++i) {
+    RgbdFrame frame = recording().read(i).value();
+    frame.index = 1000 + i;  // what a caller's frame says of itself does not matter
+    const SlamStep step = slam->add(std::move(frame));
+    EXPECT_TRUE(step.T_odom_camera) << i << ": " << step.reason;
+    EXPECT_TRUE(step.T_map_camera) << i;
+  }
+  slam->finish();
+  return std::move(*slam);
+}
+
+void expect_same_result(SlamPipeline& a, SlamPipeline& b) {
+  ASSERT_EQ(a.trajectory().size(), b.trajectory().size());
+  for (std::size_t i = 0; i < a.trajectory().size(); ++i) {
+    EXPECT_EQ(a.trajectory()[i].stamp, b.trajectory()[i].stamp);
+    EXPECT_EQ(a.trajectory()[i].T_world_base.matrix(), b.trajectory()[i].T_world_base.matrix()) << i;
+  }
+  EXPECT_EQ(a.dense().grid().volume_count(), b.dense().grid().volume_count());
+  EXPECT_EQ(a.mesh().vertices, b.mesh().vertices);
+}
+
+TEST(SlamPipeline, FramesFromACallerGiveWhatARecordingGives) {
+  Parameters parameters;
+  ASSERT_TRUE(apply_settings(list_slam(parameters), kSettings));
+  SlamPipeline from_recording(recording(), parameters, {});
+  from_recording.track_and_map();
+  from_recording.close_loops();
+  from_recording.correct_dense_map();
+  ASSERT_GT(from_recording.counts().loops, 0u) << "nothing had to be read again";
+  ASSERT_GT(from_recording.state().correction.frames, 0u);
+
+  SlamPipeline slam = run_frame_by_frame({recording().camera()});
+  const SlamCounts counts = slam.counts();
+  EXPECT_EQ(counts.frames, 2 * kWalk);
+  EXPECT_EQ(counts.frames_tracked, 2 * kWalk);
+  EXPECT_EQ(counts.frames_lost, 0u);
+  EXPECT_GT(counts.keyframes, 2u);
+  EXPECT_GT(counts.loops, 0u);
+  EXPECT_GT(counts.kept_bytes, 0u);
+  EXPECT_LT(counts.kept_bytes, 2 * kWalk * 320 * 180 * 5 / 2) << "less than half of the pictures' size";
+  EXPECT_EQ(slam.state().correction.frames_lost, 0u);
+  expect_same_result(from_recording, slam);
+}
+
+TEST(SlamPipeline, ReadsFramesAgainFromTheCallersOwnSource) {
+  SlamInput input{recording().camera()};
+  input.frames = &recording();
+  const int reads_before = recording().reads;
+  SlamPipeline slam = run_frame_by_frame(input);
+  EXPECT_EQ(slam.counts().kept_bytes, 0u);
+  EXPECT_GT(recording().reads - reads_before, static_cast<int>(2 * kWalk)) << "the map was made again";
+  EXPECT_EQ(slam.state().correction.frames_lost, 0u);
+  SlamPipeline kept = run_frame_by_frame({recording().camera()});
+  expect_same_result(slam, kept);
+}
+
+TEST(SlamPipeline, CountsFramesThatItsCapDoesNotLetItKeep) {
+  SlamInput input{recording().camera()};
+  input.max_kept_bytes = 1'000'000;
+  std::vector<std::string> said;
+  RunContext run;
+  run.log = [&](LogLevel, const std::string& text) { said.push_back(text); };
+  SlamPipeline slam = run_frame_by_frame(input, run);
+  EXPECT_LE(slam.counts().kept_bytes, 1'000'000u);
+  EXPECT_GT(slam.counts().frames_not_kept, 0u);
+  EXPECT_EQ(slam.state().correction.frames_lost, slam.counts().frames_not_kept);
+  ASSERT_EQ(said.size(), 1u) << "once, not for every frame";
+  EXPECT_NE(said[0].find("max_kept_bytes"), std::string::npos) << said[0];
+}
+
+TEST(SlamPipeline, RefusesSettingsThatAreNone) {
+  const PinholeCamera camera = recording().camera();
+  const auto unknown = SlamPipeline::create({camera}, {"tsdf.voxel_size=0.05"});
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(to_string(unknown.error()).find("tsdf.voxel_size_m"), std::string::npos)
+      << to_string(unknown.error());
+  EXPECT_FALSE(SlamPipeline::create({camera}, {"tsdf.voxel_size_m=-1"}));
+  EXPECT_FALSE(SlamPipeline::create({camera}, {"matcher.max_iterations=3"})) << "a laser's";
+}
+
+TEST(SlamPipeline, SkipsFramesThatCannotBeUsedAndSaysWhy) {
+  auto slam = SlamPipeline::create({recording().camera()}, kSettings);
+  ASSERT_TRUE(slam);
+  RgbdFrame gray = recording().read(0).value();
+  gray.color = {};
+  const SlamStep step = slam->add(std::move(gray));
+  EXPECT_EQ(step.status, TrackingStatus::kSkipped);
+  EXPECT_FALSE(step.T_odom_camera);
+  EXPECT_FALSE(step.reason.empty());
+  EXPECT_TRUE(slam->add(recording().read(0).value()).T_map_camera);
+  slam->finish();
+  EXPECT_EQ(slam->trajectory().size(), 1u);
+  EXPECT_GT(MapQuery(slam->dense().grid()).volume_count(), 0u);
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,35 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hm/core/statistics.hpp"
+#include "hm/geometry/pose_graph_3d.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/mapping/slam_map.hpp"
+#include "hm/pipeline/rgbd/slam_alignment.hpp"
+#include "hm/pipeline/rgbd/visual_tracking.hpp"
+#include "hm/slam/rgbd/rgbd_loop_closer.hpp"
+
+namespace hm {
+
+/// Everything that a run through SlamPipeline has found out.
+struct SlamState {
+  VisualTrack track;  ///< T_odom_camera, with slam.align as aligned; complete after close_loops()
+  std::optional<SlamAlignmentSummary> dense_alignment;  ///< with slam.align
+  Trajectory corrected;  ///< T_map_camera of the same frames; those of unconnected maps are left out
+  std::shared_ptr<const CorrectedKeyframes> keyframes;
+  RgbdLoopStatistics loops;
+  RgbdAlignmentReport alignment;
+  PoseGraph3D graph;
+  std::vector<LiveCorrection> live_corrections;                       ///< while tracking
+  MapCorrection correction;                                           ///< the last one, at the end
+  std::size_t frames_total = 0, frames_mapped = 0, frames_apart = 0;  ///< apart: in unconnected maps
+  Summary frame_ms;  ///< tracking, mapping and what corrections take of a frame's time; not waiting
+  bool interrupted = false;
+  double seconds = 0;          ///< of track_and_map()
+  double close_seconds = 0;    ///< waiting for loops and adjusting
+  double largest_shift_m = 0;  ///< of a position of the trajectory, by correction
+};
+
+}  // namespace hm
