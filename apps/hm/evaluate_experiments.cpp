@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "hm/pipeline/compare/depth_compensation.hpp"
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/depth_compensation.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 #include "recording_flags.hpp"
 
 namespace {

@@ -9,7 +9,7 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/report/map_pictures.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"

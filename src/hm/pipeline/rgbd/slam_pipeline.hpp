@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "hm/pipeline/rgbd/slam_alignment.hpp"
-#include "hm/mapping/slam_map.hpp"
+#include "hm/mapping/keyframes/slam_map.hpp"
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 
 namespace hm {

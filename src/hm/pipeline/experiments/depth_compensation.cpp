@@ -1,4 +1,4 @@
-#include "hm/pipeline/compare/depth_compensation.hpp"
+#include "hm/pipeline/experiments/depth_compensation.hpp"
 
 #include <algorithm>
 
@@ -9,9 +9,9 @@
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/pipeline/compare/depth_compensation_report.hpp"
+#include "hm/pipeline/experiments/depth_compensation_report.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
-#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/report/map_pictures.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
