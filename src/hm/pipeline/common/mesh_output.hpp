@@ -5,7 +5,7 @@
 
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/report/mesh_pictures.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
 
 namespace hm {
 

@@ -3,7 +3,7 @@
 namespace hm {
 
 Result<DemoSummary> run_demo(const DemoOptions& options) {
-  SimulationOptions simulation{options.parameters.simulation, options.output / "recording", options.run};
+  SimulationOptions simulation{options.simulation, options.output / "recording", options.run};
   if (simulation.params.truth_far_m == 0) simulation.params.truth_far_m = options.parameters.tsdf.far_m;
   remove_simulation(simulation.output);  // what an earlier demo left
   auto simulated = simulate_recording(simulation);

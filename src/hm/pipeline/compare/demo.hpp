@@ -7,7 +7,8 @@ namespace hm {
 /// The main job on a generated house.
 struct DemoOptions {
   std::filesystem::path output;  ///< gets recording/ and result/
-  Parameters parameters;
+  DenseParameters parameters;
+  SimulationParams simulation;
   RunContext run;
 };
 

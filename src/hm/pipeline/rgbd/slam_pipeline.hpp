@@ -16,7 +16,7 @@ namespace hm {
 class SlamPipeline {
  public:
   /// The recording must outlive the pipeline.
-  SlamPipeline(const Recording& recording, const Parameters& parameters, const RunContext& run);
+  SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);
   ~SlamPipeline();
   SlamPipeline(const SlamPipeline&) = delete;
   SlamPipeline& operator=(const SlamPipeline&) = delete;
