@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/report/mesh_pictures.hpp"
 #include "hm/mapping/mapping_params.hpp"
