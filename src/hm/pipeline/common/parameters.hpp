@@ -15,8 +15,8 @@ struct ParameterPart {
   std::function<Result<void>()> check;  ///< empty: nothing can contradict
 };
 
-/// A part made of a struct of values, the function that lists its sections, and check_parameters() where it has
-/// one.
+/// A part made of a struct of values, the function that lists its sections, and check_parameters() where it
+/// has one.
 template <class Values>
 ParameterPart make_parameter_part(ParamList (*list_of)(Values&)) {
   auto values = std::make_shared<Values>();
