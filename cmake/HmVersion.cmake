@@ -1,5 +1,5 @@
 # Writes the version, with the commit where git knows one, into a source file, only when it changed.
-# Run at every build: cmake -DVERSION=... -DPARTS=... -DSOURCE=... -DOUTPUT=... -P HmVersion.cmake
+# Run at every build: cmake -DVERSION=... -DSOURCE=... -DOUTPUT=... -P HmVersion.cmake
 set(commit "")
 find_program(GIT git)
 if(GIT)
@@ -10,12 +10,7 @@ set(version "${VERSION}")
 if(commit)
   set(version "${VERSION}+${commit}")
 endif()
-if(PARTS STREQUAL "all")
-  set(all true)
-else()
-  set(all false)
-endif()
-set(text "#include \"version.hpp\"\n\nconst char* const kVersion = \"${version}\";\nconst bool kHasAllParts = ${all};\n")
+set(text "#include \"version.hpp\"\n\nconst char* const kVersion = \"${version}\";\n")
 set(old "")
 if(EXISTS ${OUTPUT})
   file(READ ${OUTPUT} old)

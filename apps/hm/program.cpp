@@ -124,7 +124,7 @@ int Program::run(int argc, char** argv) {
 }
 
 std::string Program::absent_verb(std::span<char* const> words) const {
-  if (kHasAllParts) return {};
+  if (has_all_parts) return {};
   const CLI::App* command = &app_;
   std::string verb;
   for (const std::string_view word : words) {

@@ -120,5 +120,8 @@ struct VerbRegistration {
   VerbRegistration(int place, void (*add)(Program&));
 };
 
+/// Whether this program has the verbs that need more than dense reconstruction; all_parts.cpp says so before main().
+inline bool has_all_parts = false;
+
 /// The error of a word whose part was not built.
 hm::Error not_built(const std::string& words);

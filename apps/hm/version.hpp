@@ -2,5 +2,3 @@
 
 /// The project's version and, where git knew one at build time, the commit: "0.1.0+1efc29a12345".
 extern const char* const kVersion;
-/// Whether every verb was built (HM_PARTS=all), or only those of dense reconstruction.
-extern const bool kHasAllParts;
