@@ -6,7 +6,10 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
-find_program(HM_CCACHE ccache)
+if(NOT DEFINED HM_CCACHE)
+  # Looked for once: with a launcher that comes later everything would be compiled again.
+  find_program(HM_CCACHE ccache)
+endif()
 if(HM_CCACHE AND PROJECT_IS_TOP_LEVEL)
   # Paths are relative to the sources, so that every clone shares one cache; precompiled headers need the sloppiness.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1

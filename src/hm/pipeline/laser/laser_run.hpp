@@ -13,7 +13,7 @@ struct LaserRunOptions {
   std::filesystem::path output;     ///< a folder, made if needed; results of an earlier run are replaced
   std::filesystem::path relations;  ///< known relative poses to compare with; empty: none
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
-  Parameters parameters;
+  LaserRunParameters parameters;
   LaserPace pace = LaserPace::kFast;
   RunContext run;  ///< asked to stop, it finishes with what there is
 };

@@ -24,7 +24,7 @@ SE3 first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pos
   return level_camera();
 }
 
-VisualTracking::Start start_of(const Recording& recording, const RgbdSlamParams& parameters,
+VisualTracking::Start start_of(const Recording& recording, const RgbdParameters& parameters,
                                const FrameRange& range) {
   const RecordingInfo& info = recording.info();
   return {range.count(), first_camera(info, range.begin, parameters.slam.start_at_pose), info.imu};
@@ -33,7 +33,7 @@ VisualTracking::Start start_of(const Recording& recording, const RgbdSlamParams&
 }  // namespace
 
 struct SlamPipeline::Impl {
-  Impl(const FrameSource& frames, const VisualTracking::Start& start, const RgbdSlamParams& all,
+  Impl(const FrameSource& frames, const VisualTracking::Start& start, const RgbdParameters& all,
        const RunContext& its_run)
       : parameters(all),
         run(its_run),
@@ -58,7 +58,7 @@ struct SlamPipeline::Impl {
 
   std::unique_ptr<FrameArchive> archive;  ///< of the map's frames, where nobody else keeps them
   const Recording* recording = nullptr;   ///< where the frames come from; null: add()
-  RgbdSlamParams parameters;
+  RgbdParameters parameters;
   RunContext run;
   PinholeCamera camera;
   FrameRange range;
@@ -74,7 +74,7 @@ struct SlamPipeline::Impl {
   State state;
 };
 
-SlamPipeline::SlamPipeline(const Recording& recording, const RgbdSlamParams& parameters,
+SlamPipeline::SlamPipeline(const Recording& recording, const RgbdParameters& parameters,
                            const RunContext& run) {
   const FrameRange range = frame_range(parameters.reconstruction, recording.info().frame_count);
   impl_ = std::make_unique<Impl>(recording, start_of(recording, parameters, range), parameters, run);
@@ -88,7 +88,7 @@ SlamPipeline::~SlamPipeline() = default;
 Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vector<std::string>& settings,
                                           const RunContext& run) {
   HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
-  Parameters parameters;
+  RgbdParameters parameters;
   if (const auto set = apply_settings(list_slam(parameters), settings); !set) return forward_error(set);
   if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
   std::unique_ptr<FrameArchive> archive;

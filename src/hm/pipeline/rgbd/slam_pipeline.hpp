@@ -18,7 +18,7 @@ namespace hm {
 class DensePipeline;
 class FrameSource;
 class Recording;
-struct RgbdSlamParams;
+struct RgbdParameters;
 struct SlamState;
 
 /// What SLAM frame by frame begins with.
@@ -78,7 +78,7 @@ class SlamPipeline {
   static Result<SlamPipeline> create(const SlamInput& input, const std::vector<std::string>& settings = {},
                                      const RunContext& run = {});
   /// Takes its frames from a recording, which must outlive the pipeline: track_and_map() instead of add().
-  SlamPipeline(const Recording& recording, const RgbdSlamParams& parameters, const RunContext& run);
+  SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);
   ~SlamPipeline();
   SlamPipeline(SlamPipeline&&) noexcept;
   SlamPipeline& operator=(SlamPipeline&&) = delete;

@@ -9,7 +9,7 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {

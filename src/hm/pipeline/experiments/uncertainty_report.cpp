@@ -1,7 +1,7 @@
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 #include "hm/report/mesh_figures.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/render/color_map.hpp"
