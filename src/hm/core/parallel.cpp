@@ -15,8 +15,8 @@
 namespace hm {
 namespace {
 
-/// What ThreadSanitizer cannot see, because TBB is not compiled with it: a loop's bodies run after the call and
-/// before its return. Nothing orders the bodies among themselves, so that races between them are found.
+/// What ThreadSanitizer cannot see, because TBB is not compiled with it: a loop's bodies run after the call
+/// and before its return. Nothing orders the bodies among themselves, so that races between them are found.
 class LoopOrder {
  public:
 #ifdef __SANITIZE_THREAD__
