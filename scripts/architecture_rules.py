@@ -50,8 +50,9 @@ TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "assimp"}
 BENCH_ONLY = {"benchmark", "open3d"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}
-# Headers of the operating system (POSIX, x86), in .cpp files only.
-SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux"}
+# Headers of the operating system (POSIX, x86) and the compiler, in .cpp files only.
+SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux",
+                  "sanitizer"}
 
 # At most so many units (thing.hpp, thing.cpp and their tests are one) in a folder.
 MAX_UNITS = 15

@@ -8,7 +8,34 @@
 
 #include "hm/core/check.hpp"
 
+#ifdef __SANITIZE_THREAD__
+#include <sanitizer/tsan_interface.h>
+#endif
+
 namespace hm {
+namespace {
+
+/// What ThreadSanitizer cannot see, because TBB is not compiled with it: a loop's bodies run after the call
+/// and before its return. Nothing orders the bodies among themselves, so that races between them are found.
+class LoopOrder {
+ public:
+#ifdef __SANITIZE_THREAD__
+  void begin_loop() { __tsan_release(&began_); }
+  void begin_body() { __tsan_acquire(&began_); }
+  void end_body() { __tsan_release(&ended_); }
+  void end_loop() { __tsan_acquire(&ended_); }
+
+ private:
+  char began_ = 0, ended_ = 0;
+#else
+  void begin_loop() {}
+  void begin_body() {}
+  void end_body() {}
+  void end_loop() {}
+#endif
+};
+
+}  // namespace
 
 struct ParallelLoop::Impl {
   explicit Impl(int threads)
@@ -34,8 +61,16 @@ void ParallelLoop::for_ranges(std::size_t count, std::size_t grain,
     for (std::size_t range = 0; range < ranges; ++range) run(range);
     return;
   }
+  LoopOrder order;
+  const auto run_in_order = [&](std::size_t range) {
+    order.begin_body();
+    run(range);
+    order.end_body();
+  };
+  order.begin_loop();
   impl_->arena.execute(
-      [&] { tbb::parallel_for(std::size_t{0}, ranges, run, tbb::simple_partitioner{}); });
+      [&] { tbb::parallel_for(std::size_t{0}, ranges, run_in_order, tbb::simple_partitioner{}); });
+  order.end_loop();
 }
 
 int available_threads() { return std::max(1, tbb::this_task_arena::max_concurrency()); }

@@ -65,10 +65,11 @@ class Welder {
   void count_owned(std::size_t begin, std::size_t end);
   void place_parts(TriangleMesh& out);
   void write(std::size_t begin, std::size_t end, TriangleMesh& out);
-  /// The earlier volume that owns a vertex, and the vertex's place among what that volume owns.
+  /// The earlier volume that owns a vertex, and the vertex's place in that volume's list of far vertices.
+  /// (Not its rank: while ranks are counted, other threads write them.)
   struct Owner {
     std::size_t volume = kNone;  ///< kNone: no earlier volume has it
-    std::uint16_t rank = 0;
+    std::size_t place = 0;
   };
   Owner find_owner(Earlier& earlier, const VertexEdge& edge);
 
@@ -178,7 +179,7 @@ Welder::Owner Welder::find_owner(Earlier& earlier, const VertexEdge& edge) {
         const auto list = border(volume);
         std::size_t& next = earlier.next_in(place);
         while (next < list.size() && list[next].edge < number) ++next;
-        if (next < list.size() && list[next].edge == number) return {volume, list[next].rank};
+        if (next < list.size() && list[next].edge == number) return {volume, next};
       }
   return {};
 }
@@ -243,7 +244,8 @@ void Welder::write(std::size_t begin, std::size_t end, TriangleMesh& out) {
           const VertexEdge edge{axis, row, x};
           const Owner owner = shared >> x & 1u ? find_owner(earlier, edge) : Owner{};
           if (owner.volume != kNone)
-            writer.set_index(edge, parts_[owner.volume].first_vertex + owner.rank);
+            writer.set_index(edge,
+                             parts_[owner.volume].first_vertex + border(owner.volume)[owner.place].rank);
           else
             writer.write_vertex(edge, local, next++);
           ++local;

@@ -1,14 +1,10 @@
 #include "hm/odometry/feature/descriptor_matching.hpp"
 
+#include "hm/odometry/feature/with_popcount.hpp"
+
 namespace hm {
 
 namespace {
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define HM_WITH_POPCOUNT __attribute__((target_clones("popcnt", "default")))
-#else
-#define HM_WITH_POPCOUNT
-#endif
 
 constexpr int kFar_bits = 257;
 

@@ -8,7 +8,7 @@
 #include "hm/io/image/image_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
-#include "hm/report/mesh_pictures.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 namespace {
@@ -43,10 +43,10 @@ Result<void> draw_room(const DemoOptions& options, const fs::path& picture) {
     if (options.run.progress)
       options.run.progress({"scanning a room first", i + 1, simulation.frame_count(), {}});
   }
-  const auto drawn = make_mesh_pictures(pipeline.take_finished_mesh(),
-                                        picture_options(simulation.camera(), trajectory), loop);
+  const auto drawn = make_mesh_figures(pipeline.take_finished_mesh(),
+                                        figure_options(simulation.camera(), trajectory), loop);
   const auto color =
-      std::find_if(drawn.begin(), drawn.end(), [](const MeshPicture& made) { return made.name == "color"; });
+      std::find_if(drawn.begin(), drawn.end(), [](const Figure& made) { return made.name == "color"; });
   if (color == drawn.end()) return {};
   std::error_code code;
   fs::create_directories(picture.parent_path(), code);

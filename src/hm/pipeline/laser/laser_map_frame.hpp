@@ -8,7 +8,7 @@
 #include "hm/geometry/occupancy_grid_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
-#include "hm/pipeline/common/laser_params.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/slam/laser/grid_localiser.hpp"
 #include "hm/slam/laser/loop_closer.hpp"
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
 
 namespace hm {
@@ -56,7 +57,7 @@ LaserMapper& LaserMapper::operator=(LaserMapper&&) noexcept = default;
 Result<LaserMapper> LaserMapper::create(LaserPlatform platform, const std::vector<std::string>& settings,
                                         const OccupancyGrid2D* saved_map) {
   if (platform.rigs.empty()) return fail(ErrorCode::kUsage, "platform", "it has no laser");
-  Parameters parameters;
+  LaserRunParameters parameters;
   if (const auto set = apply_settings(list_laser(parameters), settings); !set) return forward_error(set);
   if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
   auto impl = std::make_unique<Impl>(parameters.laser, platform, saved_map);

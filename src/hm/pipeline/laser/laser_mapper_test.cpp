@@ -76,7 +76,7 @@ TEST(LaserMapper, TheCorrectedMapIsTheMapWhereNothingWasCorrected) {
 TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   LaserRecording kept;
   kept.lasers.resize(1);
-  Parameters parameters;
+  LaserRunParameters parameters;
   ASSERT_TRUE(apply_settings(list_laser(parameters), {"laser.poses=scans"}));
   auto mapper = LaserMapper::create(one_laser(), {"laser.poses=scans"});
   ASSERT_TRUE(mapper);

@@ -76,7 +76,7 @@ struct MapFrameSummary {
 struct LaserSummary {
   std::filesystem::path recording;
   std::string kind, laser;  ///< kind of recording; the laser whose scans were matched, or all that were used
-  Parameters parameters;
+  LaserRunParameters parameters;
   bool interrupted = false;
   LaserPace pace = LaserPace::kFast;
   bool matched_scans = false;

@@ -9,7 +9,9 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 

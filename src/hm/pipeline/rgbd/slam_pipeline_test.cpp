@@ -82,7 +82,7 @@ void expect_same_result(SlamPipeline& a, SlamPipeline& b) {
 }
 
 TEST(SlamPipeline, FramesFromACallerGiveWhatARecordingGives) {
-  Parameters parameters;
+  RgbdParameters parameters;
   ASSERT_TRUE(apply_settings(list_slam(parameters), kSettings));
   SlamPipeline from_recording(recording(), parameters, {});
   from_recording.track_and_map();

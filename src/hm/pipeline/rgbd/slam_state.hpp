@@ -6,7 +6,7 @@
 #include "hm/core/statistics.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/geometry/trajectory.hpp"
-#include "hm/mapping/slam_map.hpp"
+#include "hm/mapping/keyframes/slam_map.hpp"
 #include "hm/pipeline/rgbd/slam_alignment.hpp"
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 #include "hm/slam/rgbd/rgbd_loop_closer.hpp"

@@ -1,14 +1,7 @@
 #include "hm/slam/places/hamming_rows.hpp"
 
 #include "hm/core/check.hpp"
-
-// The processor's bit count, where it has one: every x86-64 since 2008, but not what compilers assume.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define HM_WITH_POPCOUNT __attribute__((target_clones("default", "popcnt")))
-#else
-#define HM_WITH_POPCOUNT
-#endif
+#include "hm/odometry/feature/with_popcount.hpp"
 
 namespace hm::detail {
 
