@@ -13,6 +13,7 @@
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
+#include "hm/pipeline/dense/dense_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/report/map_figures.hpp"
 #include "hm/slam/places/place_experiment.hpp"
