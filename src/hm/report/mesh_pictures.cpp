@@ -60,8 +60,7 @@ Result<void> write_pictures(const std::filesystem::path& output, std::span<const
                             std::vector<std::filesystem::path>& outputs) {
   if (pictures.empty()) return {};
   const auto folder = output / "pictures";
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
+  if (const auto made = make_folder_in(output, "pictures"); !made) return made;
   for (const MeshPicture& picture : pictures)
     if (const auto written = write_png(folder / (picture.name + ".png"), picture.image); !written)
       return written;
