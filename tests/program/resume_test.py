@@ -110,6 +110,36 @@ class Resume(support.ProgramTest):
         self.assertIn("map.hmap", text)
 
 
+    def test_resume_of_a_crafted_or_foreign_map_is_refused_in_words(self):
+        path = self.folder / "whole/map.hmap"
+        change_header(path, lambda header: header.update(voxel_size_m=0.04))
+        text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", expect=3).stderr
+        self.assertIn("its header says voxels of 0.04 m", text)
+        change_header(path, lambda header: header.update(voxel_size_m=1e300))
+        text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", expect=3).stderr
+        self.assertIn("voxel size of 1e+300 m", text)
+        change_header(path, lambda header: header.update(voxel_size_m=0.02, state_json=""))
+        text = self.run_hm("reconstruct", "recording", "-o", "whole", "--resume", expect=2).stderr
+        self.assertIn("not made by `hm reconstruct`", text)
+        change_header(path, lambda header: header.update(last_row=2**62))
+        self.assertTrue(self.run_json("info", path)["problems"])  # and it ends
+
+
+def change_header(path, change):
+    """Changes the header of a map as an attacker would, who can compute its checksum."""
+    database = sqlite3.connect(path)
+    header = json.loads(database.execute("select content from header").fetchone()[0])
+    change(header)
+    text = json.dumps(header, indent=2)
+    checksum = 0xcbf29ce484222325
+    for byte in text.encode():
+        checksum = (checksum ^ byte) * 0x100000001b3 % 2**64
+    signed = checksum - 2**64 if checksum >= 2**63 else checksum
+    database.execute("update header set checksum = ?, content = ?", (signed, text))
+    database.commit()
+    database.close()
+
+
 def map_pages(path):
     """The pages of a map, without the order in which they were written."""
     database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)

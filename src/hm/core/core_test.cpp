@@ -103,6 +103,34 @@ TEST(Params, TomlReportsAllViolationsWithLinesAndChangesNothing) {
   EXPECT_THAT(broken.error().where, HasSubstr("p.toml:1"));
 }
 
+TEST(Params, DeeplyNestedTomlIsRefused) {
+  ExampleParams params;
+  ParamList list;
+  list.add("ex", params);
+  const auto repeated = [](std::string_view part, int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += part;
+    return text;
+  };
+  const std::string dots = repeated("a.", 40'000) + "a";
+  const std::string texts = R"(b = [ """x\""" '# [ " """"", 'it\', '''"""''' ] # " ')";
+  for (const std::string& text :
+       {"\n[" + dots + "]\n", "\n" + dots + " = 1\n", "\nb = {" + dots + " = 1}\n", "\n[[" + dots + "]]\n",
+        "\na = " + repeated("[", 40'000), "\na = " + repeated("{a=", 40'000), texts + "\n[" + dots + "]"}) {
+    const auto read = list.read_toml(text, "deep.toml");
+    ASSERT_FALSE(read) << text.substr(0, 20);
+    EXPECT_EQ(read.error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(read.error().where, "deep.toml:2");
+    EXPECT_THAT(read.error().message, HasSubstr("nested too deeply"));
+  }
+  EXPECT_FALSE(list.read_toml(std::string(kMaxTomlBytes + 1, '#'), "large.toml"));
+  EXPECT_FALSE(list.read_toml_file("/dev/zero"));
+  // Dots in texts, comments and numbers are no nesting.
+  const std::string harmless = "[ex]\nlabel = '" + repeated(".", 400) + "' # " + repeated("[.", 400);
+  EXPECT_TRUE(list.read_toml(harmless + "\n", "memory"));
+  EXPECT_TRUE(check_toml_text("a = [" + repeated("1.5, 0.25, ", 500) + "]\n", "memory"));
+}
+
 TEST(Rng, IsReproducibleAndWellSpread) {
   Rng a(42), b(42), other_stream(42, 1);
   std::vector<double> values;

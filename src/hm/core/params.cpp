@@ -120,6 +120,61 @@ std::optional<Value> toml_value(const toml::node& node) {
   return std::nullopt;
 }
 
+/// Measures how deep the tables of a TOML text lie in each other. Exact up to the first mistake in the text,
+/// where the parser stops too.
+class TomlNesting {
+ public:
+  explicit TomlNesting(std::string_view text) : text_(text) {}
+  /// The line where tables are nested too deeply, and what is; nothing when they are not.
+  std::optional<std::pair<std::size_t, std::string>> too_deep() {
+    while (at_ < text_.size()) {
+      step();
+      if (dots_ > kMaxDots) return std::pair{line_, fmt::format("a key has more than {} dots", kMaxDots)};
+      if (brackets_ > kMaxBrackets)
+        return std::pair{line_, fmt::format("more than {} brackets in each other", kMaxBrackets)};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr int kMaxDots = 8, kMaxBrackets = 32;
+
+  void step() {
+    const char c = text_[at_];
+    if (c == '"' || c == '\'') return skip_string(c);
+    ++at_;
+    if (c == '#') at_ = std::min(text_.find('\n', at_), text_.size());
+    if (c == '\n') ++line_;
+    if (c == '.') ++dots_;
+    if (c == '[' || c == '{') ++brackets_;
+    if (c == ']' || c == '}') --brackets_;
+    if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots_ = 0;
+  }
+
+  void skip_string(char quote) {
+    const std::string three(3, quote);
+    const bool long_string = text_.substr(at_).starts_with(three);
+    at_ += long_string ? 3 : 1;
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '\n') ++line_;
+      if (c == '\\' && quote == '"') {
+        at_ += 2;
+      } else if (long_string ? text_.substr(at_).starts_with(three) : c == quote || c == '\n') {
+        at_ += long_string ? 3 : 1;
+        for (int more = 0; long_string && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more) ++at_;
+        return;
+      } else {
+        ++at_;
+      }
+    }
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0, line_ = 1;
+  int dots_ = 0, brackets_ = 0;
+};
+
 }  // namespace
 
 void ParamList::add_missing(const ParamList& other) {
@@ -128,6 +183,16 @@ void ParamList::add_missing(const ParamList& other) {
   for (const ParamRef& param : params_) present.insert(section_of(param));
   for (const ParamRef& param : other.params_)
     if (!present.contains(section_of(param))) params_.push_back(param);
+}
+
+Result<void> check_toml_text(std::string_view text, const std::string& where) {
+  if (text.size() > kMaxTomlBytes)
+    return fail(ErrorCode::kUnsupported, where, "{} bytes of TOML; at most {} are read", text.size(),
+                kMaxTomlBytes);
+  if (const auto found = TomlNesting(text).too_deep())
+    return fail(ErrorCode::kUnsupported, fmt::format("{}:{}", where, found->first),
+                "tables are nested too deeply: {}", found->second);
+  return {};
 }
 
 const ParamRef* ParamList::find(std::string_view name) const {
@@ -148,6 +213,7 @@ Result<void> ParamList::set(std::string_view assignment) {
 }
 
 Result<void> ParamList::read_toml(std::string_view text, const std::string& where) {
+  if (auto checked = check_toml_text(text, where); !checked) return checked;
   toml::table document;
   try {
     document = toml::parse(text, where);
@@ -184,9 +250,14 @@ Result<void> ParamList::read_toml(std::string_view text, const std::string& wher
 Result<void> ParamList::read_toml_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return fail(ErrorCode::kNotFound, path, "cannot open this parameter file");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return read_toml(text.str(), path);
+  // One byte more than is allowed: a device that never ends is refused like a file that is too large.
+  std::string text(kMaxTomlBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad()) return fail(ErrorCode::kUnreadable, path, "cannot read this parameter file");
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kMaxTomlBytes)
+    return fail(ErrorCode::kUnsupported, path, "more than {} bytes: not a parameter file", kMaxTomlBytes);
+  return read_toml(text, path);
 }
 
 Result<void> ParamList::check() const {

@@ -83,6 +83,14 @@ class ParamList {
   std::vector<ParamRef> params_;
 };
 
+/// Files of parameters, calibrations and rigs are at most this large.
+inline constexpr std::size_t kMaxTomlBytes = std::size_t{1} << 20U;
+
+/// Checks TOML text before a parser sees it: at most kMaxTomlBytes, at most eight dots in a key, at most 32
+/// brackets in each other. The parser's tables are freed by recursion, so that a key of 40,000 dots would
+/// overflow the stack. Text that is not TOML may pass.
+Result<void> check_toml_text(std::string_view text, const std::string& where);
+
 /// The value of a parameter as it is written in TOML.
 std::string value_text(const ParamRef& param);
 

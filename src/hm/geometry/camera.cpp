@@ -55,18 +55,25 @@ PinholeCamera PinholeCamera::scaled(double ratio) const {
 }
 
 Result<void> check_camera(const PinholeCamera& camera) {
+  // Pictures have at most 32768 pixels a side; a lens that sees less than a degree of them, or all but a
+  // straight angle, is a mistake in a file. Where the size is not known yet it counts as one pixel.
+  constexpr double kMaxFocal_px = 1e6, kMinFocalPerWidth = 0.01, kMaxPrincipal_px = 1e5, kMaxDistortion = 1e4;
   const auto wrong = [](const char* name, double value) {
     return fail(ErrorCode::kInvalidValue, "", "camera {} = {} cannot be right", name, value);
   };
+  const auto beyond = [](double value, double low, double high) {
+    return !(std::abs(value) >= low && std::abs(value) <= high);
+  };
   if (camera.width < 1 || camera.width > 32768) return wrong("width", camera.width);
   if (camera.height < 1 || camera.height > 32768) return wrong("height", camera.height);
-  if (!std::isfinite(camera.fx) || camera.fx <= 0) return wrong("fx", camera.fx);
-  if (!std::isfinite(camera.fy) || camera.fy == 0) return wrong("fy", camera.fy);
-  if (!std::isfinite(camera.cx)) return wrong("cx", camera.cx);
-  if (!std::isfinite(camera.cy)) return wrong("cy", camera.cy);
+  if (camera.fx <= 0 || beyond(camera.fx, kMinFocalPerWidth * camera.width, kMaxFocal_px))
+    return wrong("fx", camera.fx);
+  if (beyond(camera.fy, kMinFocalPerWidth * camera.height, kMaxFocal_px)) return wrong("fy", camera.fy);
+  if (beyond(camera.cx, 0, kMaxPrincipal_px)) return wrong("cx", camera.cx);
+  if (beyond(camera.cy, 0, kMaxPrincipal_px)) return wrong("cy", camera.cy);
   const auto& d = camera.distortion;
   for (const double k : {d.k1, d.k2, d.p1, d.p2, d.k3})
-    if (!std::isfinite(k)) return wrong("distortion", k);
+    if (beyond(k, 0, kMaxDistortion)) return wrong("distortion", k);
   return {};
 }
 

@@ -33,7 +33,8 @@ struct PinholeCamera {
   [[nodiscard]] PinholeCamera scaled(double ratio) const;
 };
 
-/// An error naming the value when sizes or focal lengths cannot be those of a camera.
+/// An error naming the value when sizes, focal lengths, principal point or distortion cannot be those of a
+/// camera: not finite, or far from any lens. The one check of every reader.
 Result<void> check_camera(const PinholeCamera& camera);
 
 }  // namespace hm

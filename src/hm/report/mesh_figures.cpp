@@ -60,8 +60,7 @@ Result<void> write_figures(const std::filesystem::path& output, std::span<const 
                            std::vector<std::filesystem::path>& outputs) {
   if (figures.empty()) return {};
   const auto folder = output / "pictures";
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
+  if (const auto made = make_folder_in(output, "pictures"); !made) return made;
   for (const Figure& figure : figures)
     if (const auto written = write_png(folder / (figure.name + ".png"), figure.image); !written)
       return written;

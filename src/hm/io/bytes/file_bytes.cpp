@@ -1,7 +1,6 @@
 #include "hm/io/bytes/file_bytes.hpp"
 
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 
@@ -16,8 +15,9 @@ Result<std::vector<std::uint8_t>> read_file_bytes(const std::filesystem::path& p
   return bytes;
 }
 
-Result<void> write_file_bytes(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  OutputFile file(path);
+Result<void> write_file_bytes(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                              Durability durability) {
+  OutputFile file(path, durability);
   file.write(bytes.data(), bytes.size());
   return file.finish();
 }

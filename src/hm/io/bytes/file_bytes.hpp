@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 
@@ -13,7 +14,8 @@ namespace hm {
 Result<std::vector<std::uint8_t>> read_file_bytes(const std::filesystem::path& path,
                                                   std::size_t max_bytes = std::size_t{1} << 30);
 /// Writes (replaces) a file, whole or not at all; an error when the system refuses any of it.
-Result<void> write_file_bytes(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+Result<void> write_file_bytes(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                              Durability durability = Durability::kBeforeRename);
 Result<void> write_file_text(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace hm

@@ -1,5 +1,8 @@
 #include "hm/io/bytes/output_file.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -17,11 +20,37 @@ Result<void> make_folder(const std::filesystem::path& folder) {
   return {};
 }
 
-OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), partial_path_(path_) {
+Result<void> make_folder_in(const std::filesystem::path& folder, std::string_view name) {
+  const std::filesystem::path path = folder / name;
+  std::error_code ignored;
+  if (std::filesystem::is_symlink(path, ignored))
+    return fail(ErrorCode::kUsage, path, "is a link, which is not followed: remove it, or choose another folder");
+  return make_folder(path);
+}
+
+int create_exclusively(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::symlink_status(path, ignored).type() == std::filesystem::file_type::regular)
+    std::filesystem::remove(path, ignored);
+  return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
+int sync_to_disk(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.empty() ? "." : path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return errno;
+  const int failure = ::fsync(descriptor) != 0 && errno != EINVAL && errno != ENOTSUP ? errno : 0;
+  ::close(descriptor);
+  return failure;
+}
+
+OutputFile::OutputFile(std::filesystem::path path, Durability durability)
+    : path_(std::move(path)), partial_path_(path_), durability_(durability) {
   partial_path_ += ".partial";
-  file_.reset(std::fopen(partial_path_.c_str(), "wb"));
+  const int descriptor = create_exclusively(partial_path_);
+  if (descriptor >= 0) file_.reset(::fdopen(descriptor, "wb"));
   if (!file_) {
     note_failure();
+    if (descriptor >= 0) ::close(descriptor);
     return;
   }
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
@@ -69,14 +98,22 @@ void OutputFile::rewrite(std::uint64_t offset, std::string_view bytes) {
 }
 
 Result<void> OutputFile::finish() {
-  if (file_) flush();
+  const bool is_ours = file_ != nullptr, durable = durability_ == Durability::kBeforeRename;
+  if (is_ours) flush();
   errno = 0;
-  if (file_ && std::fclose(file_.release()) != 0) note_failure();
+  if (is_ours && durable && failure_ == 0 && ::fsync(::fileno(file_.get())) != 0 && errno != EINVAL)
+    note_failure();
+  errno = 0;
+  if (is_ours && std::fclose(file_.release()) != 0) note_failure();
   std::error_code code(failure_, std::generic_category());
   if (!code) std::filesystem::rename(partial_path_, path_, code);
+  if (!code && durable) code.assign(sync_to_disk(path_.parent_path()), std::generic_category());
   if (!code) return {};
   std::error_code ignored;
-  std::filesystem::remove(partial_path_, ignored);
+  if (is_ours) std::filesystem::remove(partial_path_, ignored);
+  if (code == std::errc::file_exists)
+    return fail(ErrorCode::kUnreadable, partial_path_.string(),
+                "is in the way and no file of ours (links are not followed): remove it");
   return fail(ErrorCode::kUnreadable, path_.string(), "cannot be written: {}", code.message());
 }
 

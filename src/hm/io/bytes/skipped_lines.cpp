@@ -17,9 +17,15 @@ std::string to_string(const SkippedLines& skipped) {
         return "malformed";
       case SkippedLines::Reason::kCutOff:
         return "cut off";
+      case SkippedLines::Reason::kDamaged:
+        return "cut off or damaged";
     }
     return "";
   }();
+  if (!skipped.place.empty())
+    return fmt::format("{} {}{} of {} left out: {} ({}{})", skipped.count, skipped.unit,
+                       skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.count == 1 ? "" : "first: ",
+                       skipped.place);
   if (skipped.first_line == 0)
     return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
                        skipped.count == 1 ? " is" : "s are", reason, skipped.file);

@@ -5,14 +5,15 @@
 
 namespace hm {
 
-/// Lines of a recording's text files (or single pictures) that were left out.
+/// Lines of a recording's text files, messages or parts of its bags, or single pictures that were left out.
 struct SkippedLines {
-  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff };
+  enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff, kDamaged };
   Reason reason = Reason::kStampNotIncreasing;
   std::string file;  ///< name inside the recording
   std::size_t count = 0;
   std::size_t first_line = 0;      ///< counted from 1
-  std::string_view unit = "line";  ///< what is counted: "line", "message"
+  std::string_view unit = "line";  ///< what is counted: "line", "message", "part"
+  std::string place = {};          ///< of the first, in words, where it has no line
 };
 std::string to_string(const SkippedLines& skipped);
 

@@ -1,6 +1,7 @@
 #include "hm/io/bytes/stamped_list.hpp"
 
-#include <gtest/gtest.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -213,6 +214,18 @@ TEST_F(ListFile, CameraFileErrorsNameTheLine) {
   EXPECT_FALSE(read_camera_file(write("")));
 }
 
+TEST_F(ListFile, ImplausibleIntrinsicsAreRefusedWithTheNumber) {
+  for (const auto& [fx, cx, number] : {std::tuple{"1e300", "320", "fx = 1e+300"},
+                                       {"1e-3", "320", "fx = 0.001"},
+                                       {"525", "-1e9", "cx = -1000000000"}}) {
+    const auto text = fmt::format("width 640\nheight 480\nfx {}\nfy 525\ncx {}\ncy 240\n", fx, cx);
+    const auto camera = read_camera_file(write(text));
+    ASSERT_FALSE(camera) << text;
+    EXPECT_THAT(camera.error().message, ::testing::HasSubstr(number));
+  }
+  EXPECT_FALSE(read_intrinsics_matrix(write("1e300 0 320\n0 525 240\n0 0 1")));
+}
+
 TEST_F(ListFile, IntrinsicsMatrix) {
   const auto camera = read_intrinsics_matrix(write("5.85e+02 0 3.2e+02\n0 5.84e+02 2.4e+02 \n 0 0 1\n"));
   ASSERT_TRUE(camera);
@@ -226,8 +239,12 @@ TEST_F(ListFile, IntrinsicsMatrix) {
 TEST(KnownCamera, TumByName) {
   EXPECT_EQ(known_tum_camera("rgbd_dataset_freiburg1_xyz")->fx, 517.3);
   EXPECT_EQ(known_tum_camera("tum_fr2_desk")->fx, 520.9);
-  EXPECT_TRUE(known_tum_camera("Freiburg3_office")->distortion.is_zero());
-  EXPECT_FALSE(known_tum_camera("kitchen"));
+  EXPECT_EQ(known_tum_camera("tum_fr1_xyz_part")->fx, 517.3);
+  EXPECT_EQ(known_tum_camera("fr2_large_with_loop.bag")->fx, 520.9);
+  EXPECT_TRUE(known_tum_camera("Freiburg3_long_office_household")->distortion.is_zero());
+  for (const char* name : {"kitchen", "my_fr2024", "fr2024", "fr2", "fr2_kitchen", "my_fr2_desk", "fr4_desk", "fr",
+                           "freiburg", "fr1_xyzzy", "fr1_large_no_loop", "from1_xyz", ""})
+    EXPECT_FALSE(known_tum_camera(name)) << name;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include <toml++/toml.h>
 
+#include "hm/core/params.hpp"
 #include "hm/core/result.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 
@@ -52,13 +53,14 @@ class TomlReader {
   std::optional<Error> error_;
 };
 
-/// Parses a small file (1 MiB at most). Not TOML: an error naming the line.
+/// Parses a small file (check_toml_text()). Not TOML: an error naming the line.
 inline Result<toml::table> parse_toml_file(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-  const auto bytes = read_file_bytes(path, kMostBytes);
+  const auto bytes = read_file_bytes(path, kMaxTomlBytes);
   if (!bytes) return forward_error(bytes);
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  if (const auto checked = check_toml_text(text, path.string()); !checked) return forward_error(checked);
   try {
-    return toml::parse(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
+    return toml::parse(text);
   } catch (const toml::parse_error& error) {
     return fail(ErrorCode::kCorrupted, fmt::format("{}:{}", path.string(), error.source().begin.line), "{}",
                 error.description());

@@ -204,6 +204,28 @@ TEST(CalibrationFile, CorruptedTomlNeverCrashes) {
   }
 }
 
+TEST(CalibrationFile, DeepHeadersAndImplausibleCamerasAreRefused) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "calibration.toml";
+  std::string dots = "[a";
+  for (int i = 0; i < 40'000; ++i) dots += ".a";
+  ASSERT_TRUE(write_file_text(path, dots + "]\n"));
+  const auto deep = read_calibration(path);
+  ASSERT_FALSE(deep);
+  EXPECT_THAT(deep.error().message, HasSubstr("nested too deeply"));
+  EXPECT_THAT(deep.error().where, HasSubstr("calibration.toml:1"));
+
+  RgbdCalibration calibration = some_calibration();
+  ASSERT_TRUE(write_calibration(path, calibration));
+  std::string text = testing_recordings::file_text(path);
+  const std::size_t at = text.find("fx = ") + 5;
+  text.replace(at, text.find('\n', at) - at, "1e300");
+  ASSERT_TRUE(write_file_text(path, text));
+  const auto implausible = read_calibration(path);
+  ASSERT_FALSE(implausible);
+  EXPECT_THAT(implausible.error().message, HasSubstr("fx = 1e+300"));
+}
+
 TEST(CameraInfo, HasTheFormThatRosWrites) {
   const std::string yaml = camera_info_yaml(*some_calibration().color_camera, "rgb");
   EXPECT_THAT(yaml, HasSubstr("image_width: 24\nimage_height: 16\ncamera_name: rgb\n"));

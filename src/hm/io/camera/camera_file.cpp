@@ -19,6 +19,18 @@ using Entries = std::map<std::string, Entry, std::less<>>;
 constexpr std::array<std::string_view, 13> kKnownKeys{
     "width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "depth_scale", "rate_hz"};
 
+/// The first words of the names of TUM's recordings with each of its cameras; parts and variants (`_part`,
+/// `_validation`, `_with_person`) follow. fr3 is already undistorted.
+constexpr std::array<std::string_view, 3> kTumSequences{
+    "xyz rpy 360 floor desk desk2 room plant teddy",
+    "xyz rpy 360_hemisphere 360_kidnap desk large_no_loop large_with_loop pioneer_360 pioneer_slam "
+    "pioneer_slam2 pioneer_slam3 coke dishes flowerbouquet metallic_sphere metallic_sphere2",
+    "long_office cabinet large_cabinet teddy nostructure structure sitting walking checkerboard"};
+constexpr std::array<PinholeCamera, 3> kTumCameras{
+    PinholeCamera{640, 480, 517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}},
+    PinholeCamera{640, 480, 520.9, 521.0, 325.1, 249.7, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}},
+    PinholeCamera{640, 480, 535.4, 539.2, 320.1, 247.6, {}}};
+
 /// The words of `key value`, whatever stands between them, without a comment behind.
 std::vector<std::string> key_and_value(std::string_view line) {
   std::string plain(line.substr(0, line.find('#')));
@@ -132,20 +144,29 @@ std::string camera_file_text(const PinholeCamera& c, double depth_units_per_m) {
       c.width, c.height, c.fx, c.fy, c.cx, c.cy, d.k1, d.k2, d.p1, d.p2, d.k3, depth_units_per_m);
 }
 
-std::optional<PinholeCamera> known_tum_camera(std::string_view name) {
-  std::string lower(name);
-  std::ranges::transform(lower, lower.begin(),
+std::optional<PinholeCamera> known_tum_camera(std::string_view recording) {
+  std::string name(recording);
+  std::ranges::transform(name, name.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto names = [&](std::string_view number) {
-    return lower.find("freiburg" + std::string(number)) != std::string::npos ||
-           lower.find("fr" + std::string(number)) != std::string::npos;
+  std::string_view rest = name;
+  const auto skip = [&rest](std::string_view word) {
+    const bool found = rest.starts_with(word);
+    if (found) rest.remove_prefix(word.size());
+    return found;
   };
-  if (names("1"))
-    return PinholeCamera{640, 480, 517.3, 516.5, 318.6, 255.3, {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
-  if (names("2"))
-    return PinholeCamera{640, 480, 520.9, 521.0, 325.1, 249.7, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}};
-  if (names("3")) return PinholeCamera{640, 480, 535.4, 539.2, 320.1, 247.6, {}};
-  return std::nullopt;
+  if (!skip("rgbd_dataset_")) skip("tum_");
+  if (!skip("freiburg") && !skip("fr")) return std::nullopt;
+  const std::size_t number = rest.empty() ? kTumSequences.size() : static_cast<std::size_t>(rest[0] - '1');
+  if (number >= kTumSequences.size() || rest.size() < 2 || (rest[1] != '_' && rest[1] != '-'))
+    return std::nullopt;
+  rest.remove_prefix(2);
+  const std::vector<std::string_view> known = words(kTumSequences[number]);
+  const auto is_rest = [rest](std::string_view sequence) {
+    return rest.starts_with(sequence) &&
+           (rest.size() == sequence.size() || std::string_view("_-.").find(rest[sequence.size()]) != std::string_view::npos);
+  };
+  if (std::ranges::none_of(known, is_rest)) return std::nullopt;
+  return kTumCameras[number];
 }
 
 }  // namespace hm

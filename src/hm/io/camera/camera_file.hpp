@@ -28,8 +28,9 @@ Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path);
 /// The text of a camera.txt that read_camera_file() reads back exactly.
 std::string camera_file_text(const PinholeCamera& camera, double depth_units_per_m);
 
-/// The published intrinsics of the TUM RGB-D cameras, when the text names one ("freiburg1", "fr1", ...).
-/// fr3 is already undistorted. (Sturm et al. 2012 and the data set's page.)
-std::optional<PinholeCamera> known_tum_camera(std::string_view name);
+/// The published intrinsics of the camera of a recording of TUM RGB-D, when this is the name of one:
+/// `rgbd_dataset_freiburg2_xyz`, `tum_fr1_desk_part`, `fr3_long_office_household.bag`; not any name with "fr2"
+/// in it. (Sturm et al. 2012 and the data set's page.)
+std::optional<PinholeCamera> known_tum_camera(std::string_view recording);
 
 }  // namespace hm

@@ -217,6 +217,14 @@ void tell_damage(const BagSummary& summary, LaserRecording& recording) {
   if (summary.lost_messages > 0)
     recording.notes.push_back(fmt::format("{} messages belong to connections that the file does not describe",
                                           summary.lost_messages));
+  // The notes have the places one by one; what was skipped is their number.
+  const std::string file = recording.path.filename().string();
+  if (!summary.problems.empty())
+    recording.skipped.push_back(
+        {SkippedLines::Reason::kDamaged, file, summary.problems.size(), 0, "part", summary.problems.front()});
+  if (summary.lost_messages > 0)
+    recording.skipped.push_back({SkippedLines::Reason::kMalformed, file, summary.lost_messages, 0, "message",
+                                 "of a connection that the file does not describe"});
 }
 
 }  // namespace

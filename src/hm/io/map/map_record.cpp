@@ -24,6 +24,9 @@ double number_at(const JsonValue& json, std::string_view key) {
   return value ? value->number_or(0) : 0;
 }
 
+/// Voxels and their units of distance are micrometres to kilometres, in any map.
+bool is_map_length(double length_m) { return length_m >= 1e-9 && length_m <= 1e4; }
+
 std::string text_at(const JsonValue& json, std::string_view key) {
   const JsonValue* value = json.find(key);
   const std::string* text = value ? value->as_string() : nullptr;
@@ -71,9 +74,12 @@ Result<MapRecord> parse_record(std::string_view text, const std::string& where) 
   const auto [end, error] =
       std::from_chars(digest.data(), digest.data() + digest.size(), record.summary.digest, 16);
   const bool has_digest = error == std::errc{} && end == digest.data() + digest.size() && !digest.empty();
-  if (text_at(*json, "format") != "housemartin map" || !has_digest || !(header.voxel_size_m > 0) ||
-      !(header.sdf_unit_m > 0) || record.summary.last_row < 0)
+  if (text_at(*json, "format") != "housemartin map" || !has_digest || record.summary.last_row < 0)
     return fail(ErrorCode::kCorrupted, where, "the header lacks what a map's header must hold");
+  if (!is_map_length(header.voxel_size_m) || !is_map_length(header.sdf_unit_m))
+    return fail(ErrorCode::kCorrupted, where,
+                "the header's voxel size of {} m and distance unit of {} m cannot be right",
+                header.voxel_size_m, header.sdf_unit_m);
   return record;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <string_view>
@@ -14,6 +15,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/io/bytes/input_file.hpp"
+#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 namespace {
@@ -138,12 +140,22 @@ Result<void> MapStorage::load() {
                 "the directory is damaged: {} blocks in {} pages instead of {} in {}",
                 summarise(*read).blocks, read->size(), record_.summary.blocks, record_.summary.pages);
   }
-  directory_ = salvage_directory(database_, record_.summary.last_row);
+  directory_ = salvage_directory(database_, last_row_to_try());
   const std::uint64_t saved = summarise(directory_).blocks;
   lost_blocks_ = record_.summary.blocks - std::min(saved, record_.summary.blocks);
   problems_.push_back(fmt::format("the directory is damaged; {} of {} blocks found without it", saved,
                                   record_.summary.blocks));
   return {};
+}
+
+std::int64_t MapStorage::last_row_to_try() {
+  // A crafted header may say any number: not worth a look are rows beyond the last one of the file and, where
+  // that is damaged, beyond what its bytes can hold.
+  constexpr std::int64_t kLeastRowBytes = 64;
+  std::error_code ignored;
+  const auto by_size = static_cast<std::int64_t>(fs::file_size(path_, ignored)) / kLeastRowBytes;
+  const auto in_file = database_.query_integer("SELECT max(id) FROM pages NOT INDEXED");
+  return std::min(record_.summary.last_row, std::max(by_size, in_file.value_or(0)));
 }
 
 Result<void> MapStorage::prepare_statements() {
@@ -198,7 +210,14 @@ Result<void> MapStorage::create_file() {
 Result<void> MapStorage::create(const fs::path& path, const MapHeader& header) {
   const fs::path fresh = with_suffix(path, ".partial");
   std::error_code code;
-  for (const char* suffix : {".partial", ".partial-journal"}) fs::remove(with_suffix(path, suffix), code);
+  fs::remove(with_suffix(path, ".partial-journal"), code);
+  // SQLite takes an empty file for a new database; made here, it is never the target of a link.
+  const int made_empty = create_exclusively(fresh);
+  if (made_empty < 0) {
+    code.assign(errno, std::generic_category());
+    return fail(ErrorCode::kUnreadable, fresh.string(), "cannot be created: {}", code.message());
+  }
+  ::close(made_empty);
   {
     MapStorage storage;
     storage.path_ = fresh;
@@ -212,6 +231,7 @@ Result<void> MapStorage::create(const fs::path& path, const MapHeader& header) {
   fs::remove(path, code);
   fs::remove(with_suffix(path, "-journal"), code);
   fs::rename(fresh, path, code);
+  if (!code) code.assign(sync_to_disk(path.parent_path()), std::generic_category());
   if (code) return fail(ErrorCode::kUnreadable, path.string(), "cannot be written: {}", code.message());
   return {};
 }

@@ -49,6 +49,7 @@ class MapStorage {
   Result<void> check_version_and_size();
   Result<void> check_tables();
   Result<void> load();
+  std::int64_t last_row_to_try();
   Result<void> check_whole_file();
   Result<void> prepare_statements();
 

@@ -21,7 +21,8 @@ struct OctomapContent {
 /// that, as OctoMap's threshold of 0.5 wants it). A voxel wider than the resolution fills all cells whose
 /// centres it holds; unknown ones are left out; where several fall into one cell, the likeliest obstacle
 /// wins. Eight equal cells become one. Errors: another extension, a resolution that is not positive, a voxel
-/// beyond the octree (32768 cells from the origin), more than 2^28 cells, a refusing disk.
+/// beyond the octree (32768 cells from the origin) or more than 2^28 cells (kInvalidValue: other files of the
+/// map can still be written), a refusing disk.
 Result<void> write_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
                            double resolution_m);
 

@@ -61,15 +61,18 @@ Result<std::vector<Cell>> cells_of(const Content& content, const std::string& wh
           static_cast<double>(voxel.p_world_centre[static_cast<Eigen::Index>(axis)]) / resolution_m;
       if (!key_range(centre, static_cast<double>(voxel.size_m) / resolution_m, first[axis], last[axis]))
         return fail(ErrorCode::kInvalidValue, where,
-                    "a voxel at ({}, {}, {}) m of {} m does not fit into an octree", voxel.p_world_centre.x(),
-                    voxel.p_world_centre.y(), voxel.p_world_centre.z(), voxel.size_m);
+                    "the voxel at ({}, {}, {}) m, {} m wide, lies beyond the {} m around the origin that an "
+                    "octree of {} m cells can hold",
+                    voxel.p_world_centre.x(), voxel.p_world_centre.y(), voxel.p_world_centre.z(), voxel.size_m,
+                    kKeyOffset * resolution_m, resolution_m);
     }
     const float log_odds = log_odds_of(voxel);
     for (std::int64_t z = first[2]; z <= last[2]; ++z)
       for (std::int64_t y = first[1]; y <= last[1]; ++y)
         for (std::int64_t x = first[0]; x <= last[0]; ++x) {
           if (cells.size() == kMaxTreeCells)
-            return fail(ErrorCode::kOutOfMemory, where, "more than {} cells", kMaxTreeCells);
+            return fail(ErrorCode::kInvalidValue, where, "the map has more than {} cells of {} m",
+                        kMaxTreeCells, resolution_m);
           cells.push_back({code_of({x, y, z}), log_odds, color});
         }
   }

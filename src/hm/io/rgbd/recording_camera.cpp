@@ -42,6 +42,7 @@ Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& opti
   } else if (known.camera) {
     info.camera = *known.camera;
     info.camera_source = known.source;
+    if (!known.note.empty()) add_note(info, known.note);
   } else {
     return fail(
         ErrorCode::kNotFound, info.path,
@@ -94,7 +95,11 @@ Result<void> fit_camera_to_pictures(RecordingListing& listing) {
     camera.width = size->width;
     camera.height = size->height;
   }
-  if (camera.width == size->width && camera.height == size->height) return {};
+  if (camera.width == size->width && camera.height == size->height) {
+    auto checked = check_camera(camera);  // the first time with its size, where the file did not name it
+    if (!checked) checked.error().where = fmt::format("{} ({})", info.path.string(), info.camera_source);
+    return checked;
+  }
   if (static_cast<std::int64_t>(camera.width) * size->height !=
       static_cast<std::int64_t>(camera.height) * size->width)
     return fail(

@@ -39,6 +39,7 @@ struct KnownCamera {
   std::optional<PinholeCamera> camera;
   std::string source;  ///< "the 7-Scenes camera"
   double depth_units_per_m = 1000;
+  std::string note = {};  ///< for the user where the camera is a guess
 };
 /// Fills camera, camera_source and depth_unit_m of `info`: the options before camera.txt before
 /// camera-intrinsics.txt before the known camera. Returns the frame rate (from camera.txt, else 30 Hz).

@@ -122,13 +122,21 @@ Result<AssociationList> read_tum_lists(const fs::path& folder, RecordingInfo& in
   return lists;
 }
 
-/// The camera by the folder's name, or by the name of the bag that the lists' comments tell.
+/// The camera by the folder's name, or by the name of the bag in the comments of its lists.
 KnownCamera tum_camera(const fs::path& folder) {
-  std::string names = fs::weakly_canonical(folder).filename().string();
+  std::vector<std::string> names{fs::weakly_canonical(folder).filename().string()};
   for (const char* list : {"depth.txt", "rgb.txt", "groundtruth.txt"})
     if (const auto file = TextFile::read(folder / list))
-      for (const std::string_view comment : file->comments()) names.append(1, ' ').append(comment);
-  return {known_tum_camera(names), "the TUM camera that the folder or its lists name", 5000.0};
+      for (const std::string_view comment : file->comments())
+        for (std::string_view word : words(comment)) {
+          while (word.starts_with('\'')) word.remove_prefix(1);
+          names.emplace_back(word.substr(0, word.find('\'')));
+        }
+  for (const std::string& name : names)
+    if (const auto camera = known_tum_camera(name))
+      return {camera, fmt::format("TUM's camera of `{}`", name), 5000.0,
+              fmt::format("no camera.txt: the published intrinsics of TUM's recording `{}` are used", name)};
+  return {std::nullopt, {}, 5000.0};
 }
 
 /// Nobody must have them: what cannot be read is told, not an error.

@@ -55,9 +55,17 @@ struct TumWriter::Impl {
   std::string depth_list = "# depth maps\n# timestamp filename\n";
   std::string color_list = "# color images\n# timestamp filename\n";
   std::string associations;
+  std::vector<fs::path> pictures;
   bool finished = false;
 
   Result<void> add_color(const RgbdFrame& frame, const std::string& depth_name);
+  /// Pictures are made durable together at the end: one by one, the disk would set the frame rate.
+  template <class Pixel>
+  Result<void> write_picture(const std::string& name, const Image<Pixel>& image) {
+    pictures.push_back(folder / name);
+    return write_file_bytes(pictures.back(), encode_png(image, PngEffort::kFast), Durability::kLater);
+  }
+  Result<void> sync_pictures() const;
 };
 
 TumWriter::TumWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -88,10 +96,20 @@ Result<void> TumWriter::Impl::add_color(const RgbdFrame& frame, const std::strin
                 stamp_text(frame.color_stamp));
   const std::string stamp = stamp_text(frame.color_stamp);
   const std::string name = "rgb/" + stamp + ".png";
-  if (auto written = write_png(folder / name, frame.color, PngEffort::kFast); !written) return written;
+  if (auto written = write_picture(name, frame.color); !written) return written;
   last_color_stamp = frame.color_stamp;
   color_list += fmt::format("{} {}\n", stamp, name);
   associations += fmt::format("{} {} {} {}\n", stamp, name, stamp_text(frame.stamp), depth_name);
+  return {};
+}
+
+Result<void> TumWriter::Impl::sync_pictures() const {
+  std::vector<fs::path> all = pictures;
+  for (const char* name : {"depth", "rgb"}) all.push_back(folder / name);
+  for (const fs::path& path : all)
+    if (const int failure = sync_to_disk(path); failure != 0)
+      return fail(ErrorCode::kUnreadable, path, "cannot be written: {}",
+                  std::generic_category().message(failure));
   return {};
 }
 
@@ -105,8 +123,7 @@ Result<void> TumWriter::add(const RgbdFrame& frame) {
                 stamp_text(frame.stamp));
   const std::string stamp = stamp_text(frame.stamp);
   const std::string name = "depth/" + stamp + ".png";
-  if (auto written = write_png(self.folder / name, in_units(frame.depth, self.units_per_m), PngEffort::kFast);
-      !written)
+  if (auto written = self.write_picture(name, in_units(frame.depth, self.units_per_m)); !written)
     return written;
   self.last_stamp = frame.stamp;
   self.depth_list += fmt::format("{} {}\n", stamp, name);
@@ -126,6 +143,7 @@ Result<void> TumWriter::finish() {
   Impl& self = *impl_;
   HM_CHECK(!self.finished, "finish() twice");
   self.finished = true;
+  if (auto synced = self.sync_pictures(); !synced) return synced;
   std::vector<std::pair<const char*, std::string>> files{
       {"camera.txt", camera_file_text(self.camera, self.units_per_m)},
       {"groundtruth.txt", pose_lines(self.truth ? *self.truth : self.poses)},

@@ -57,6 +57,11 @@ std::optional<Time> time_of(const Fields& fields) {
 /// A header may hold a path or a caller's name, never this much.
 constexpr std::uint32_t kMaxHeaderBytes = 1U << 20U;
 
+/// Compressed chunks may grow so much and no more, each and all together: a file of 600 bytes must not become
+/// a gigabyte. Recorders close a chunk near one megabyte; sensor data shrink to a tenth at best.
+constexpr std::uint64_t kMaxGrowth = 100, kMaxChunkBytes = std::uint64_t{256} << 20U;
+constexpr std::uint64_t kFreeChunkBytes = std::uint64_t{16} << 20U, kFreeBagBytes = std::uint64_t{64} << 20U;
+
 /// A record outside of the chunks.
 struct Record {
   std::uint64_t begin = 0;
@@ -88,6 +93,8 @@ class BagReader {
   /// The index repeats the connections: then those of a damaged chunk are known all the same.
   void read_connections(std::uint64_t index_position);
   void read_chunk(const Record& record);
+  /// Decompresses a chunk within the limits; `size` is what it should give, nothing where that is unknown.
+  DecompressedChunk decompress(const std::string& compression, Bytes data, std::optional<std::uint32_t> size);
   /// Reads the records of a chunk; where they stop making sense, if they do.
   std::optional<std::size_t> read_records(Bytes bytes);
   void read_inner(const Fields& fields, Bytes data);
@@ -100,6 +107,7 @@ class BagReader {
   const std::function<void(const BagMessage&)>& use_;
   std::map<std::uint32_t, BagConnection> connections_;
   BagSummary summary_;
+  std::uint64_t decompressed_ = 0;  ///< bytes that came out of compressed chunks
 };
 
 Result<BagSummary> BagReader::read() {
@@ -198,9 +206,10 @@ void BagReader::read_chunk(const Record& record) {
           : record.size;
   if (wanted == 0) return;  // plain and never closed: its records follow
   const auto data = read_data(wanted);
-  const std::uint32_t size =
-      never_closed ? std::uint32_t{1} << 30 : record.fields.number<std::uint32_t>("size").value_or(wanted);
-  const auto chunk = decompress_chunk(compression, data, size);
+  const auto chunk = decompress(
+      compression, data,
+      never_closed ? std::nullopt
+                   : std::optional(record.fields.number<std::uint32_t>("size").value_or(wanted)));
   const std::string where = fmt::format("the chunk at byte {}", record.begin);
   std::string damage = chunk.problem;
   if (const auto at = read_records(chunk.bytes); at && damage.empty())
@@ -209,6 +218,19 @@ void BagReader::read_chunk(const Record& record) {
     problem(fmt::format("the file ends inside of {}", where));
   else if (!damage.empty())
     problem(fmt::format("{} is damaged: {}", where, damage));
+}
+
+DecompressedChunk BagReader::decompress(const std::string& compression, Bytes data,
+                                        std::optional<std::uint32_t> size) {
+  if (compression == "none") return decompress_chunk(compression, data, size.value_or(0));
+  const std::uint64_t in_all = std::max(kFreeBagBytes, file_.size() * kMaxGrowth);
+  const std::uint64_t most = std::min({std::max(kFreeChunkBytes, data.size() * kMaxGrowth), kMaxChunkBytes,
+                                       in_all - std::min(in_all, decompressed_)});
+  if (size && *size > most)
+    return {{}, fmt::format("{} bytes that become {}: more than the {} allowed", data.size(), *size, most)};
+  auto chunk = decompress_chunk(compression, data, size.value_or(static_cast<std::uint32_t>(most)));
+  decompressed_ += chunk.bytes.size();
+  return chunk;
 }
 
 std::optional<std::size_t> BagReader::read_records(Bytes bytes) {

@@ -95,7 +95,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   auto state = state_from_json(file->header().state_json, path.string());
   if (!state) return forward_error(state);
   const auto resumable =
-      check_resumable(file->header(), *state, recording_->info(), options_.parameters, path.string());
+      check_resumable(file->header(), header(), *state, recording_->info(), options_.parameters, path.string());
   if (!resumable) return resumable;
   MapLoadOptions load;
   load.max_bytes = pipeline_.grid().max_bytes();

@@ -42,7 +42,10 @@ bool pose_from_json(const JsonValue& json, StampedPose& pose) {
 std::vector<VolumeKey> keys_from_json(const JsonValue* json) {
   std::vector<VolumeKey> keys;
   const auto* numbers = json ? json->as_array() : nullptr;
-  const auto at = [&](std::size_t i) { return static_cast<std::int32_t>((*numbers)[i].number_or(0)); };
+  const auto at = [&](std::size_t i) {
+    const std::int64_t* whole = (*numbers)[i].as_integer();
+    return static_cast<std::int32_t>(whole ? std::clamp<std::int64_t>(*whole, -(1 << 30), 1 << 30) : 0);
+  };
   for (std::size_t i = 0; numbers && i + 2 < numbers->size(); i += 3)
     keys.push_back({at(i), at(i + 1), at(i + 2)});
   return keys;
@@ -97,8 +100,12 @@ std::string state_to_json(const ReconstructionState& state) {
 }
 
 Result<ReconstructionState> state_from_json(std::string_view text, const std::string& where) {
-  const auto json = parse_json(text, where);
+  const auto json = text.empty() ? Result<JsonValue>(JsonValue::object()) : parse_json(text, where + " (its state)");
   if (!json) return forward_error(json);
+  if (json->find("state_version") == nullptr)
+    return fail(ErrorCode::kUsage, where,
+                "this map was not made by `hm reconstruct`, which could continue it: choose another folder, or "
+                "start anew without --resume");
   if (count_of(*json, "state_version") != kStateVersion)
     return fail(ErrorCode::kUnsupported, where,
                 "it does not hold a reconstruction that this program can continue");
@@ -142,9 +149,9 @@ Result<DenseParameters> parameters_of_map(const std::filesystem::path& map) {
   return parameters;
 }
 
-Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
-                             const RecordingInfo& info, const DenseParameters& parameters,
-                             const std::string& map_path) {
+Result<void> check_resumable(const MapHeader& header, const MapHeader& of_run,
+                             const ReconstructionState& state, const RecordingInfo& info,
+                             const DenseParameters& parameters, const std::string& map_path) {
   DenseParameters of_map;
   auto list = list_reconstruction(of_map);
   if (const auto read = list.read_toml(header.parameters_toml, map_path + " (its parameters)"); !read)
@@ -160,6 +167,11 @@ Result<void> check_resumable(const MapHeader& header, const ReconstructionState&
         "the map was made with {}; give the same parameters (--params with the parameters.toml beside it) "
         "or start anew without --resume",
         fmt::join(differences, ", "));
+  if (header.voxel_size_m != of_run.voxel_size_m || header.sdf_unit_m != of_run.sdf_unit_m)
+    return fail(ErrorCode::kCorrupted, map_path,
+                "its header says voxels of {} m and distances in units of {} m, its parameters {} m and {} m: "
+                "the map is damaged or was made by another program; start anew without --resume",
+                header.voxel_size_m, header.sdf_unit_m, of_run.voxel_size_m, of_run.sdf_unit_m);
   const bool same_start = !info.stamps.empty() && info.stamps.front() == state.first_stamp;
   if (state.kind != info.kind || !same_start || state.next_frame > info.frame_count)
     return fail(ErrorCode::kUsage, map_path,

@@ -67,12 +67,12 @@ TEST(ReconstructionState, ResumingNeedsTheSameParametersAndRecording) {
   DenseParameters parameters;
   MapHeader header;
   header.parameters_toml = list_reconstruction(parameters).to_toml();
-  EXPECT_TRUE(check_resumable(header, state, info, parameters, "map"));
+  EXPECT_TRUE(check_resumable(header, header, state, info, parameters, "map"));
 
   DenseParameters other = parameters;
   other.tsdf.voxel_size_m = 0.05;
   other.mesh.simplify_keep_ratio = 0.1;
-  const auto differs = check_resumable(header, state, info, other, "map");
+  const auto differs = check_resumable(header, header, state, info, other, "map");
   ASSERT_FALSE(differs);
   EXPECT_EQ(differs.error().code, ErrorCode::kUsage);
   EXPECT_THAT(differs.error().message, testing::HasSubstr("tsdf.voxel_size_m = 0.02 (now 0.05)"));
@@ -80,10 +80,17 @@ TEST(ReconstructionState, ResumingNeedsTheSameParametersAndRecording) {
 
   RecordingInfo later = info;
   later.stamps = {{state.first_stamp.ns + 1}};
-  EXPECT_FALSE(check_resumable(header, state, later, parameters, "map"));
+  EXPECT_FALSE(check_resumable(header, header, state, later, parameters, "map"));
   RecordingInfo shorter = info;
   shorter.frame_count = 10;
-  EXPECT_FALSE(check_resumable(header, state, shorter, parameters, "map"));
+  EXPECT_FALSE(check_resumable(header, header, state, shorter, parameters, "map"));
+
+  MapHeader crafted = header;
+  crafted.voxel_size_m *= 2;
+  const auto contradicts = check_resumable(crafted, header, state, info, parameters, "map");
+  ASSERT_FALSE(contradicts);
+  EXPECT_EQ(contradicts.error().code, ErrorCode::kCorrupted);
+  EXPECT_THAT(contradicts.error().message, HasSubstr("its header says voxels of"));
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ Result<void> Experiment::make_calibrations() {
   if (!calibration->depth_correction)
     return fail(ErrorCode::kUsage, with_, "has no depth correction: `hm calibrate depth` makes one");
   calibration->depth_correction.reset();
-  if (auto made = make_folder(options_.output / "without"); !made) return made;
+  if (auto made = make_folder_in(options_.output, "without"); !made) return made;
   without_ = options_.output / "without" / kCalibrationFileName;
   return as_run_failure(write_calibration(without_, *calibration));
 }

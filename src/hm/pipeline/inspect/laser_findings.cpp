@@ -43,11 +43,13 @@ std::optional<Span> span_of(const std::vector<Item>& items) {
 }  // namespace
 
 void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& report) {
-  for (const SkippedLines& skipped : recording.skipped)
+  for (const SkippedLines& skipped : recording.skipped) {
+    if (skipped.reason == SkippedLines::Reason::kDamaged) continue;  // place by place below
     add(report,
         skipped.reason == SkippedLines::Reason::kStampNotIncreasing ? LaserFindingKind::kStamps
                                                                     : LaserFindingKind::kDamage,
         to_string(skipped));
+  }
   for (const std::string& damage : recording.damage) add(report, LaserFindingKind::kDamage, damage);
   if (!recording.mended_stamps.empty())
     add(report, LaserFindingKind::kStamps,

@@ -9,6 +9,7 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/common/map_export.hpp"
 #include "hm/pipeline/laser/laser_evaluation.hpp"
 #include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_run_report.hpp"
@@ -70,6 +71,15 @@ class Writer {
     if (!result_) return *this;
     result_ = write(folder_ / name);
     if (result_) summary_.outputs.push_back(folder_ / name);
+    return *this;
+  }
+  /// The same, unless the format cannot hold the map.
+  template <class Write>
+  Writer& file_that_fits(const char* name, Write&& write) {
+    if (!result_) return *this;
+    const auto written = written_unless_too_large(folder_ / name, write(folder_ / name), summary_.warnings);
+    if (!written) result_ = forward_error(written);
+    if (written && *written) summary_.outputs.push_back(folder_ / name);
     return *this;
   }
   Writer& text(const char* name, const std::string& text) {
@@ -165,7 +175,7 @@ Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, La
   write.program = "housemartin " + options.run.program_version;
   Writer writer(options.output, summary);
   writer.file("map.mvog", [&](const auto& path) { return write_bytes(path, map.serialise()); })
-      .file("map.bt", [&](const auto& path) { return write_octomap(path, voxels, size_m); })
+      .file_that_fits("map.bt", [&](const auto& path) { return write_octomap(path, voxels, size_m); })
       .file("map.ply", [&](const auto& path) { return write_mesh(path, faces, write); });
   if (!slice)
     summary.warnings.push_back("no map.pgm: " + to_string(slice.error()));

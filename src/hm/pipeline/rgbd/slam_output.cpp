@@ -11,6 +11,7 @@
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/mapping/map_store.hpp"
+#include "hm/pipeline/common/map_export.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
@@ -99,8 +100,12 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
   const auto voxels = maps.occupancy->voxels();
   const std::vector<Rgb8> colors = voxel_colors(maps, voxels);
   const double resolution_m = options_.parameters.slam.octomap_resolution_m;
-  file("occupancy.ot",
-       [&](const auto& path) { return write_color_octomap(path, voxels, colors, resolution_m); });
+  if (!result_) return;
+  const auto path = options_.output / "occupancy.ot";
+  const auto written = written_unless_too_large(
+      path, write_color_octomap(path, voxels, colors, resolution_m), summary_.warnings);
+  if (!written) result_ = forward_error(written);
+  if (written && *written) summary_.outputs.push_back(path);
   if (auto figure = draw_heights(voxels, resolution_m))
     material_.maps.push_back({"occupancy",
                               "The highest occupied cell of the occupancy map, from above, by height.",

@@ -1,0 +1,94 @@
+"""Files that someone made to harm: bombs, deep headers, links in the way, numbers that no camera has."""
+import bz2
+import math
+import struct
+import time
+
+import support
+
+FAST = ["--set", "reconstruction.pictures=false", "--quiet"]
+
+
+def record(fields, data):
+    """A record of a ROS bag."""
+    header = b"".join(struct.pack("<I", len(key) + 1 + len(value)) + key + b"=" + value for key, value in fields)
+    return struct.pack("<I", len(header)) + header + struct.pack("<I", len(data)) + data
+
+
+def bomb(chunks, size):
+    """A bag of bz2 chunks of so many zeros each."""
+    head = [(b"op", b"\x03"), (b"index_pos", bytes(8)), (b"conn_count", bytes(4)), (b"chunk_count", bytes(4))]
+    packed = bz2.compress(bytes(size))
+    chunk = record([(b"op", b"\x05"), (b"compression", b"bz2"), (b"size", struct.pack("<I", size))], packed)
+    return b"#ROSBAG V2.0\n" + record(head, b"") + chunks * chunk
+
+
+class HostileFiles(support.ProgramTest):
+    def refused(self, *words, expect=3):
+        return self.run_json(*words, expect=expect)["error"]["message"]
+
+    def test_bombs_cost_neither_memory_nor_time(self):
+        for chunks, size in ((1, 1_000_000_000), (20, 200_000_000), (400, 15_000_000)):
+            (self.folder / "bomb.bag").write_bytes(bomb(chunks, size))
+            begun = time.monotonic()
+            text = self.refused("info", "bomb.bag")
+            self.assertIn("allowed", text)
+            self.assertLess(time.monotonic() - begun, 20)
+
+    def test_a_recordings_own_calibration_cannot_overflow_the_stack(self):
+        recording = self.simulate(frames=2)
+        (recording / "calibration.toml").write_text("[a" + 40_000 * ".a" + "]\n")
+        for verb in (["info", recording], ["reconstruct", recording, "-o", "out"]):
+            self.assertIn("nested too deeply", self.refused(*verb))
+        text = self.run_hm("reconstruct", recording, "-o", "out", "--params", recording / "calibration.toml",
+                           expect=2).stderr
+        self.assertIn("nested too deeply", text)
+
+    def test_a_camera_that_cannot_be_is_refused_with_its_number(self):
+        recording = self.simulate(frames=2)
+        camera = recording / "camera.txt"
+        lines = camera.read_text().splitlines()
+        camera.write_text("\n".join("fx 1e300" if line.startswith("fx ") else line for line in lines) + "\n")
+        self.assertIn("fx = 1e+300", self.refused("reconstruct", recording, "-o", "out"))
+
+    def test_links_in_a_folder_of_results_are_not_followed(self):
+        recording = self.simulate(frames=6)
+        victim, elsewhere = self.folder / "victim", self.folder / "elsewhere"
+        victim.write_text("precious")
+        elsewhere.mkdir()
+        for name, target in (("mesh.ply.partial", victim), ("map.hmap.partial", victim), ("pictures", elsewhere)):
+            out = self.folder / f"out_{name}"
+            out.mkdir()
+            (out / name).symlink_to(target)
+            result = self.start("reconstruct", recording, "-o", out, "--quiet")
+            _, errors = result.communicate(timeout=300)
+            self.assertNotEqual(result.returncode, 0, name)
+            self.assertIn(name, errors)
+        self.assertEqual(victim.read_text(), "precious")
+        self.assertEqual(list(elsewhere.iterdir()), [])
+
+    def test_a_place_beyond_octomap_costs_map_bt_only(self):
+        ranges = " ".join(f"{3 + 0.3 * math.sin(0.1 * i):.3f}" for i in range(180))
+        scans = [(100, 0.0), (101, 0.1), (102, 0.2), (103, 99_999.8), (104, 99_999.9), (105, 100_000.0)]
+        log = "".join(f"ODOM {x} 0 0 0 0 0 {t}.0 h 1\nFLASER 180 {ranges} {x} 0 0 {x} 0 0 {t}.0 h 1\n"
+                      for t, x in scans)
+        (self.folder / "far.log").write_text("# CARMEN Logfile\nPARAM front_laser_max 50\n" + log)
+        run = self.run_json("laser", "far.log", "-o", "out", "--set", "laser.poses=odometry")
+        self.assertTrue(any(warning.startswith("no map.bt: the voxel at (") for warning in run["warnings"]),
+                        run["warnings"])
+        self.assertFalse((self.folder / "out/map.bt").exists())
+        for name in ("map.mvog", "map.ply", "trajectory.txt", "report.json", "report.html"):
+            self.assertGreater((self.folder / "out" / name).stat().st_size, 20, name)
+
+    def test_a_folder_named_like_a_camera_is_no_recording_of_it(self):
+        recording = self.simulate("my_fr2024", frames=2)
+        (recording / "camera.txt").unlink()
+        self.assertIn("intrinsics are not known", self.refused("info", recording))
+        recording.rename(self.folder / "tum_fr2_desk")
+        info = self.run_json("info", "tum_fr2_desk")
+        self.assertIn("tum_fr2_desk", info["camera"]["source"])
+        self.assertIn("published intrinsics of TUM's recording `tum_fr2_desk`", info["notes"])
+
+
+if __name__ == "__main__":
+    support.main()
