@@ -61,7 +61,8 @@ class SummaryTree {
   }
   /// The named quantities of a set of numbers, as an object: "median", "mean", "rmse", "p95", "p99", "min",
   /// "max". The label becomes "label, median" ...
-  void spread(const SummaryDoc& doc, const Summary& values, Quantities names = {"median", "p99", "mean", "max"}) {
+  void spread(const SummaryDoc& doc, const Summary& values,
+              Quantities names = {"median", "p99", "mean", "max"}) {
     object(doc.key, [&](SummaryTree& below) { below.quantities(doc, values, names); });
   }
   /// The same quantities among the other values; the key is not used.
@@ -143,9 +144,7 @@ SummaryTree describe(const Described& summary) {
 
 /// The JSON of whatever has a visit().
 template <class Described>
-  requires requires(const Described& summary, SummaryTree& tree) { visit(summary, tree); }
-JsonValue to_json(const Described& summary) {
-  return describe(summary).json();
-}
+requires requires(const Described& summary, SummaryTree& tree) { visit(summary, tree); }
+JsonValue to_json(const Described& summary) { return describe(summary).json(); }
 
 }  // namespace hm

@@ -19,8 +19,7 @@ void add_before_and_after(HtmlReport& report, const LaserSummary& laser, const S
   compare("relations, mean error", "{relation_error_odom_m.mean}", "{relation_error_m.mean}");
   if (const auto& odom = laser.map_frame.mvog_odom) {
     const auto before = describe(*odom).rows(), after = summary.rows("mvog");
-    for (std::size_t i = 0; i < before.size(); ++i)
-      rows.push_back({before[i][0], before[i][1], after[i][1]});
+    for (std::size_t i = 0; i < before.size(); ++i) rows.push_back({before[i][0], before[i][1], after[i][1]});
   }
   if (!rows.empty()) report.add_table({"", "in odom", "in map"}, rows);
 }
@@ -155,8 +154,8 @@ void add_path_section(HtmlReport& report, const LaserSummary& summary) {
   report.add_svg(plot_svg({&errors, 1}, over_time("position error (m)")), "Distance from the truth.");
 }
 
-/// Adds the section about the frame `map`: loops or the place in a saved map, what the correction changed, and
-/// where `odom` lay over time. Nothing where `map` is `odom` by choice.
+/// Adds the section about the frame `map`: loops or the place in a saved map, what the correction changed,
+/// and where `odom` lay over time. Nothing where `map` is `odom` by choice.
 void add_map_frame_section(HtmlReport& report, const LaserSummary& laser, const SummaryTree& summary) {
   const MapFrameSummary& map = laser.map_frame;
   if (map.source == MapFrameSource::kOdometry) return;

@@ -159,7 +159,8 @@ void add_place(const MapFrameSummary& map, const LocalisationSummary& place, Sum
   if (place.first_fix_s) v({"first_fix_s", "first located after", "{:.2f} s"}, *place.first_fix_s);
   v.spread({"score", "score of the located scans (1: every point on a wall)", "{:.2f}"}, place.score,
            {"median", "min"});
-  v.spread({"correction_m", "jumps against odometry, a scan", "{:.3f} m"}, place.correction_m, {"median", "p99"});
+  v.spread({"correction_m", "jumps against odometry, a scan", "{:.3f} m"}, place.correction_m,
+           {"median", "p99"});
 }
 
 std::string_view name_of(HeightStatus status) {
@@ -276,7 +277,8 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   if (!summary.floors.empty()) v.list("floors", summary.floors);
   const MapFrameSummary& map = summary.map_frame;
   v.json("loops", {});
-  if (map.source == MapFrameSource::kLoops) v.object("loops", [&](SummaryTree& loops) { add_loops(map, loops); });
+  if (map.source == MapFrameSource::kLoops)
+    v.object("loops", [&](SummaryTree& loops) { add_loops(map, loops); });
   v.json("localisation", {});
   if (map.localisation)
     v.object("localisation", [&](SummaryTree& place) { add_place(map, *map.localisation, place); });
@@ -289,13 +291,15 @@ std::string to_text(const LaserSummary& summary) {
   const SummaryTree tree = describe(summary);
   std::string text;
   for (const std::string& choice : summary.choices) text += "  " + choice + "\n";
-  text += tree.lines(
-      {"{scans.posed} of {scans.total} scans have a pose, {scans.failed} have none; {scans.keyframes} keyframes, "
-       "path {path_length_m}",
-       "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
+  text +=
+      tree.lines({"{scans.posed} of {scans.total} scans have a pose, {scans.failed} have none; "
+                  "{scans.keyframes} keyframes, "
+                  "path {path_length_m}",
+                  "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
   if (summary.scans_searched > 0)
-    text += tree.lines({"search    {scans.searched} scans sought among the last keyframes, {scans.found} placed "
-                        "by it alone"});
+    text +=
+        tree.lines({"search    {scans.searched} scans sought among the last keyframes, {scans.found} placed "
+                    "by it alone"});
   text += tree.lines(
       {"loops     {loops.closed} of {loops.candidates} candidates closed; {loops.nodes} nodes, solved "
        "{loops.solutions} times",
@@ -303,16 +307,19 @@ std::string to_text(const LaserSummary& summary) {
        "{localisation.first_fix_s}], score {localisation.score.median} (median), against odometry "
        "{localisation.correction_m.median} (median) {localisation.correction_m.p99} (99 %)",
        "          {localisation.searches} searches of the whole map ({localisation.found} found, "
-       "{localisation.ambiguous} ambiguous, {localisation.not_found} nowhere, {localisation.gave_up} given up), "
+       "{localisation.ambiguous} ambiguous, {localisation.not_found} nowhere, {localisation.gave_up} given "
+       "up), "
        "lost {localisation.lost} times"});
   const char* source = summary.map_frame.localisation ? "localisation" : "loops";
   if (summary.map_frame.corrected)
-    text += tree.lines({fmt::format("          odom to map at the end ({{{0}.T_map_odom.x_m}}, "
-                                    "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
-                                    "{{{0}.rebuild_s}}",
-                                    source)});
-  text += tree.lines({"map       {mvog.area_m2}, {mvog.volumes_positive} occupied and {mvog.volumes_negative} free "
-                      "volumes, {mvog.bytes}; {insert_us_per_beam} a beam"});
+    text +=
+        tree.lines({fmt::format("          odom to map at the end ({{{0}.T_map_odom.x_m}}, "
+                                "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
+                                "{{{0}.rebuild_s}}",
+                                source)});
+  text += tree.lines(
+      {"map       {mvog.area_m2}, {mvog.volumes_positive} occupied and {mvog.volumes_negative} free "
+       "volumes, {mvog.bytes}; {insert_us_per_beam} a beam"});
   if (!summary.floors.empty()) {
     text += "floors   ";
     for (const FloorLevel& floor : summary.floors) text += fmt::format(" {:.2f} m", floor.level_m);
