@@ -59,6 +59,12 @@ class SummaryTree {
     else
       add_absent(doc);
   }
+  /// The same, but without a value the key is null.
+  template <class T>
+  void or_null(const SummaryDoc& doc, const std::optional<T>& value) {
+    json(doc.key, {});
+    (*this)(doc, value);
+  }
   /// The named quantities of a set of numbers, as an object: "median", "mean", "rmse", "p95", "p99", "min",
   /// "max". The label becomes "label, median" ...
   void spread(const SummaryDoc& doc, const Summary& values,
@@ -90,6 +96,11 @@ class SummaryTree {
   template <class Part>
   void group(std::string_view key, const std::optional<Part>& part) {
     if (part) group(key, *part);
+  }
+  template <class Part>
+  void group_or_null(std::string_view key, const std::optional<Part>& part) {
+    json(key, {});
+    group(key, part);
   }
   /// The values of equal items, as an array; a table with a row each.
   template <class Range>

@@ -155,8 +155,7 @@ void add_place(const MapFrameSummary& map, const LocalisationSummary& place, Sum
   v({"match_failed", "not matched"}, place.match_failed);
   v({"lost", "lost"}, place.lost);
   v({"too_few_points", "too few points"}, place.too_few_points);
-  if (!place.first_fix_s) v.json("first_fix_s", {});
-  if (place.first_fix_s) v({"first_fix_s", "first located after", "{:.2f} s"}, *place.first_fix_s);
+  v.or_null({"first_fix_s", "first located after", "{:.2f} s"}, place.first_fix_s);
   v.spread({"score", "score of the located scans (1: every point on a wall)", "{:.2f}"}, place.score,
            {"median", "min"});
   v.spread({"correction_m", "jumps against odometry, a scan", "{:.3f} m"}, place.correction_m,
