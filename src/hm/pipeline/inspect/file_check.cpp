@@ -183,11 +183,11 @@ void visit(const PoseGraphReport& report, SummaryTree& v) {
 }
 
 std::string to_text(const PoseGraphReport& report) {
-  return describe(report).lines(
-             {"pose graph in {space} of {nodes} nodes, {path_length_m} from node to node",
-              "edges        {odometry_edges} of odometry, {loop_edges} loops[; {left_out} lines of other kinds not "
-              "read]",
-              "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
+  return describe(report).lines({"pose graph in {space} of {nodes} nodes, {path_length_m} from node to node",
+                                 "edges        {odometry_edges} of odometry, {loop_edges} loops[; {left_out} "
+                                 "lines of other kinds not "
+                                 "read]",
+                                 "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
          problem_lines(report.problems);
 }
 

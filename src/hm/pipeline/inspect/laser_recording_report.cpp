@@ -134,11 +134,15 @@ std::string to_text(const LaserRecordingReport& report) {
   std::string text = tree.lines({"recording  {path} ({kind})"});
   for (const LaserStreamStats& laser : report.lasers) text += laser_text(laser);
   if (report.imu)
-    text += stream_line(report.imu->stream) + (report.imu->has_orientation ? ", with orientation\n" : "\n") +
-            tree.lines({"           stillest half second: {imu.still_force_m_s2}, turning {imu.still_turning_rad_s}"});
+    text +=
+        stream_line(report.imu->stream) + (report.imu->has_orientation ? ", with orientation\n" : "\n") +
+        tree.lines(
+            {"           stillest half second: {imu.still_force_m_s2}, turning {imu.still_turning_rad_s}"});
   if (report.ranges) text += stream_line(*report.ranges) + "\n";
-  if (report.odometry) text += stream_line(*report.odometry) + tree.lines({"; path {odometry.path_length_m}"});
-  if (report.truth) text += stream_line(*report.truth) + tree.lines({"; path {truth.path_length_m}, from {truth_source}"});
+  if (report.odometry)
+    text += stream_line(*report.odometry) + tree.lines({"; path {odometry.path_length_m}"});
+  if (report.truth)
+    text += stream_line(*report.truth) + tree.lines({"; path {truth.path_length_m}, from {truth_source}"});
   if (report.has_rig) text += "rig        rig.toml\n";
   for (std::size_t i = 0; i < report.notes.size(); ++i)
     text += fmt::format("{}{}\n", i == 0 ? "notes      " : kIndent, report.notes[i]);

@@ -114,7 +114,8 @@ void visit(const RecordingReport& report, SummaryTree& v) {
     });
   v({"has_truth_trajectory"}, !info.truth.empty());
   v({"has_truth_mesh"}, info.truth_mesh.has_value());
-  v.json("color_shift_px", JsonValue(JsonValue::Array{report.color_shift.right_px, report.color_shift.down_px}));
+  v.json("color_shift_px",
+         JsonValue(JsonValue::Array{report.color_shift.right_px, report.color_shift.down_px}));
   v({"color_scale_ratio"}, report.color_shift.scale_ratio);
   v({"pairs_compared"}, report.pairs_compared);
   v.list("agreement", report.agreement);
@@ -128,26 +129,31 @@ std::string to_text(const RecordingReport& report) {
   std::string text = tree.lines({"recording  {path} ({kind})"});
   for (const StreamReport& stream : report.streams) text += stream_line(stream, info.has_own_stamps) + "\n";
   if (info.imu)
-    text += tree.lines({info.imu->has_gyroscope ? "imu        {imu.source}"
-                                                : "imu        {imu.source}: accelerometer alone, no gyroscope"});
-  text += tree.lines(
-      {"frames     {frames} with depth, {frames_with_color} of them with colour, {frames_with_pose} with a pose",
-       "camera     {camera.width_px} x {camera.height_px}, fx {camera.fx_px} fy {camera.fy_px} cx {camera.cx_px} cy "
-       "{camera.cy_px} ({camera.source})"});
+    text +=
+        tree.lines({info.imu->has_gyroscope ? "imu        {imu.source}"
+                                            : "imu        {imu.source}: accelerometer alone, no gyroscope"});
+  text +=
+      tree.lines({"frames     {frames} with depth, {frames_with_color} of them with colour, "
+                  "{frames_with_pose} with a pose",
+                  "camera     {camera.width_px} x {camera.height_px}, fx {camera.fx_px} fy {camera.fy_px} cx "
+                  "{camera.cx_px} cy "
+                  "{camera.cy_px} ({camera.source})"});
   text += calibration_lines(info);
-  text += tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
-                      "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "
-                      "pixels valid"});
+  text +=
+      tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
+                  "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "
+                  "pixels valid"});
   if (!info.trajectory.empty())
     text += tree.lines({"poses      {pose_source}; path {path_length_m}, in a box of {pose_extent_m}"});
   if (!info.truth.empty() || info.truth_mesh) text += "truth      " + truth_text(info) + "\n";
   if (report.agreement.empty())
     text += "agreement  not compared: no two frames with poses moved enough\n";
   else
-    text += describe(report.agreement.front())
-                .lines({fmt::format("agreement  depth moved by its poses meets the depth measured there within "
-                                    "{{agreement_mm}} (median of {} pairs, {{agreement_ratio}} of the depth)",
-                                    report.pairs_compared)});
+    text +=
+        describe(report.agreement.front())
+            .lines({fmt::format("agreement  depth moved by its poses meets the depth measured there within "
+                                "{{agreement_mm}} (median of {} pairs, {{agreement_ratio}} of the depth)",
+                                report.pairs_compared)});
   if (!info.notes.empty()) {
     std::string notes = info.notes;
     for (std::size_t at = 0; (at = notes.find('\n', at)) != std::string::npos; at += 12)
