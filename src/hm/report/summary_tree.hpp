@@ -110,6 +110,14 @@ class SummaryTree {
     adopt_list(key, std::move(rows));
   }
 
+  /// The same of items that have no visit(): `describe(i, row)` names the values of the i-th.
+  template <class Describe>
+  void list_of(std::string_view key, std::size_t count, Describe&& describe) {
+    std::vector<SummaryTree> rows(count);
+    for (std::size_t i = 0; i < count; ++i) describe(i, rows[i]);
+    adopt_list(key, std::move(rows));
+  }
+
   [[nodiscard]] const JsonValue& json() const { return json_; }
   /// The text with each {key} replaced by its value as `format` has it; keys of a group: {loops.accepted}. A
   /// part in [brackets] with a key that has no value is left out; elsewhere such a key leaves nothing.
