@@ -93,12 +93,14 @@ void add_raw(HtmlReport& report, const RawDepthSummary& raw) {
       "`before` and `after` below are both of depth made with these numbers.");
   report.add_table({"", "found", "deviation"}, raw_table(raw));
   report.add_list(
-      {*tree.sentence(raw.is_nominal_start
-                          ? "By the Kinect's design the boards are off by (RMS) {before_rms_units}; fitted "
-                            "{after_rms_units}"
-                          : "As given the boards are off by (RMS) {before_rms_units}; fitted {after_rms_units}"),
-       *tree.sentence("Depth is {published_ratio} times that of the published constants (OpenKinect's 3.3309 and "
-                      "-0.0030711). The scale is that of the board's squares.")});
+      {*tree.sentence(
+           raw.is_nominal_start
+               ? "By the Kinect's design the boards are off by (RMS) {before_rms_units}; fitted "
+                 "{after_rms_units}"
+               : "As given the boards are off by (RMS) {before_rms_units}; fitted {after_rms_units}"),
+       *tree.sentence(
+           "Depth is {published_ratio} times that of the published constants (OpenKinect's 3.3309 and "
+           "-0.0030711). The scale is that of the board's squares.")});
 }
 
 }  // namespace

@@ -178,7 +178,8 @@ void visit(const ExtrinsicsSummary& summary, SummaryTree& v) {
     deviation.json("xyz_m", numbers(s));
     deviation.json("rotation_rad", numbers(fit.rotation_sigma_rad));
   });
-  v.shown("angle_sigma", {}, fmt::format("{:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian));
+  v.shown("angle_sigma", {},
+          fmt::format("{:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian));
   v({"rms_px", {}, "{:.3f} px"}, fit.rms_px);
   v.list_of("pairs", fit.pairs.size(), [&](std::size_t i, SummaryTree& row) {
     const PairFit& pair = fit.pairs[i];

@@ -127,7 +127,8 @@ void visit(const IntrinsicsSummary& summary, SummaryTree& v) {
 
 std::string to_text(const IntrinsicsSummary& summary) {
   return describe(summary).lines(
-             {"{used} of {found.pictures} images used, reprojection error {rms_px}, {covered_ratio} of the image "
+             {"{used} of {found.pictures} images used, reprojection error {rms_px}, {covered_ratio} of the "
+              "image "
               "covered",
               "focal lengths   {camera.fx_px} +- {deviation.fx}, {camera.fy_px} +- {deviation.fy}",
               "principal point {camera.cx_px} +- {deviation.cx}, {camera.cy_px} +- {deviation.cy}",

@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "hm/core/params.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/depth_pose_set.hpp"
+#include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {
@@ -198,9 +198,11 @@ void visit(const NoiseCalibrationSummary& summary, SummaryTree& v) {
 
 std::string to_text(const NoiseCalibrationSummary& summary) {
   return fmt::format("{} depth images; deviations at {} depths from {:.2f} to {:.2f} m\n", summary.images,
-                     summary.samples.size(), summary.samples.front().depth_m, summary.samples.back().depth_m) +
-         describe(summary).lines({"sigma(z) = {depth_noise.quadratic_per_m} z^2 + {depth_noise.linear_ratio} z + "
-                                  "{depth_noise.constant_m} (m), fits to {rms_relative}"}) +
+                     summary.samples.size(), summary.samples.front().depth_m,
+                     summary.samples.back().depth_m) +
+         describe(summary).lines(
+             {"sigma(z) = {depth_noise.quadratic_per_m} z^2 + {depth_noise.linear_ratio} z + "
+              "{depth_noise.constant_m} (m), fits to {rms_relative}"}) +
          output_lines(summary.outputs);
 }
 

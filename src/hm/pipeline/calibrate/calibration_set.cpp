@@ -171,8 +171,8 @@ std::vector<std::string> warnings_of(const FoundBoards& found) {
 void visit(const PinholeCamera& c, SummaryTree& v) {
   v({"width"}, c.width);
   v({"height"}, c.height);
-  for (const auto& [key, value] :
-       {std::pair{"fx_px", c.fx}, std::pair{"fy_px", c.fy}, std::pair{"cx_px", c.cx}, std::pair{"cy_px", c.cy}})
+  for (const auto& [key, value] : {std::pair{"fx_px", c.fx}, std::pair{"fy_px", c.fy},
+                                   std::pair{"cx_px", c.cx}, std::pair{"cy_px", c.cy}})
     v({key, {}, "{:.2f} px"}, value);
   const LensDistortion& d = c.distortion;
   for (const auto& [key, value] : {std::pair{"k1", d.k1}, std::pair{"k2", d.k2}, std::pair{"p1", d.p1},

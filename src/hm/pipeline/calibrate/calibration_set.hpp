@@ -5,9 +5,9 @@
 
 #include "hm/calibration/board.hpp"
 #include "hm/core/json_value.hpp"
-#include "hm/report/html_report.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/depth_camera/rgbd_calibration.hpp"
+#include "hm/report/html_report.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {
