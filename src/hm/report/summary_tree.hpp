@@ -59,9 +59,16 @@ class SummaryTree {
     else
       add_absent(doc);
   }
+  /// The same, but without a value the key is null.
+  template <class T>
+  void or_null(const SummaryDoc& doc, const std::optional<T>& value) {
+    json(doc.key, {});
+    (*this)(doc, value);
+  }
   /// The named quantities of a set of numbers, as an object: "median", "mean", "rmse", "p95", "p99", "min",
   /// "max". The label becomes "label, median" ...
-  void spread(const SummaryDoc& doc, const Summary& values, Quantities names = {"median", "p99", "mean", "max"}) {
+  void spread(const SummaryDoc& doc, const Summary& values,
+              Quantities names = {"median", "p99", "mean", "max"}) {
     object(doc.key, [&](SummaryTree& below) { below.quantities(doc, values, names); });
   }
   /// The same quantities among the other values; the key is not used.
@@ -90,11 +97,24 @@ class SummaryTree {
   void group(std::string_view key, const std::optional<Part>& part) {
     if (part) group(key, *part);
   }
+  template <class Part>
+  void group_or_null(std::string_view key, const std::optional<Part>& part) {
+    json(key, {});
+    group(key, part);
+  }
   /// The values of equal items, as an array; a table with a row each.
   template <class Range>
   void list(std::string_view key, const Range& items) {
     std::vector<SummaryTree> rows;
     for (const auto& item : items) visit(item, rows.emplace_back());
+    adopt_list(key, std::move(rows));
+  }
+
+  /// The same of items that have no visit(): `describe(i, row)` names the values of the i-th.
+  template <class Describe>
+  void list_of(std::string_view key, std::size_t count, Describe&& describe) {
+    std::vector<SummaryTree> rows(count);
+    for (std::size_t i = 0; i < count; ++i) describe(i, rows[i]);
     adopt_list(key, std::move(rows));
   }
 
@@ -143,9 +163,7 @@ SummaryTree describe(const Described& summary) {
 
 /// The JSON of whatever has a visit().
 template <class Described>
-  requires requires(const Described& summary, SummaryTree& tree) { visit(summary, tree); }
-JsonValue to_json(const Described& summary) {
-  return describe(summary).json();
-}
+requires requires(const Described& summary, SummaryTree& tree) { visit(summary, tree); }
+JsonValue to_json(const Described& summary) { return describe(summary).json(); }
 
 }  // namespace hm

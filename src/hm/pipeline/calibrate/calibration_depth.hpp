@@ -59,7 +59,7 @@ struct DepthCalibrationSummary {
 /// and the motion to the colour camera are fitted first; a start without a depth camera is enough then.
 /// Errors: set or start unusable, too few poses.
 Result<DepthCalibrationSummary> calibrate_depth(const DepthCalibrationOptions& options);
-JsonValue to_json(const DepthCalibrationSummary& summary);
+void visit(const DepthCalibrationSummary& summary, SummaryTree& v);
 std::string to_text(const DepthCalibrationSummary& summary);
 /// The page (calibration_depth_report.cpp).
 std::string to_html(const DepthCalibrationSummary& summary);

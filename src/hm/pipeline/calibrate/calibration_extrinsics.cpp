@@ -6,6 +6,7 @@
 #include "hm/core/angle.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/calibration_figures.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -71,31 +72,22 @@ void add_errors(HtmlReport& report, const StereoFit& fit) {
 
 std::string html_of(const ExtrinsicsSummary& summary) {
   const StereoFit& fit = summary.fit;
-  const Vec3 t_mm = 1e3 * fit.T_color_depth.translation();
+  const SummaryTree tree = describe(summary);
   HtmlReport report("Motion between depth and colour camera");
   const bool good = fit.warnings.empty();
   report.set_verdict(good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
                      good ? "A good set of pairs." : fmt::format("A poor set: {}.", fit.warnings.front()));
-  report.add_card(
-      {"distance", fmt::format("{:.2f}", t_mm.norm()), "mm",
-       fmt::format("+- {:.2f} mm along each axis at most", 1e3 * fit.translation_sigma_m.maxCoeff())});
-  report.add_card({"rotation", fmt::format("{:.3f}", fit.T_color_depth.angle() * kDegreesPerRadian), "deg",
-                   fmt::format("+- {:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian)});
-  report.add_card({"reprojection error", fmt::format("{:.3f}", fit.rms_px), "px", "both cameras"});
+  add_cards(report, tree,
+            {{"distance", "{distance}", "+- {distance_sigma} along each axis at most"},
+             {"rotation", "{T_color_depth.angle_rad}", "+- {angle_sigma}"},
+             {"reprojection error", "{rms_px}", "both cameras"}});
   if (!summary.warnings.empty()) {
     report.begin_section("What to mend");
     report.add_list(summary.warnings);
   }
   add_errors(report, fit);
   report.begin_section("Pairs");
-  std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < fit.pairs.size(); ++i) {
-    const PairFit& pair = fit.pairs[i];
-    rows.push_back(
-        {summary.names[i], fmt::format("{:.3f}", pair.depth_rms_px), fmt::format("{:.3f}", pair.color_rms_px),
-         fmt::format("{:.2f}", pair.T_color_board.translation().norm()), pair.is_outlier ? "left out" : ""});
-  }
-  report.add_table({"pair", "depth camera (px)", "colour camera (px)", "distance (m)", ""}, rows);
+  add_list_table(report, tree, "pairs");
   return report.html();
 }
 
@@ -163,40 +155,47 @@ Result<ExtrinsicsSummary> calibrate_extrinsics(const ExtrinsicsOptions& options)
   return summary;
 }
 
-JsonValue to_json(const ExtrinsicsSummary& summary) {
+void visit(const ExtrinsicsSummary& summary, SummaryTree& v) {
   const StereoFit& fit = summary.fit;
-  const auto numbers = [](const Vec3& v) { return JsonValue(JsonValue::Array{v.x(), v.y(), v.z()}); };
+  const Vec3& t = fit.T_color_depth.translation();
+  const Vec3& s = fit.translation_sigma_m;
+  const auto numbers = [](const Vec3& p) { return JsonValue(JsonValue::Array{p.x(), p.y(), p.z()}); };
   const Eigen::Quaterniond q = fit.T_color_depth.quaternion();
-  JsonValue json = JsonValue::object(
-      {{"depth_camera", to_json(summary.depth_found)}, {"color_camera", to_json(summary.color_found)}});
-  json["without_partner"] = summary.without_partner;
-  json["T_color_depth"] =
-      JsonValue::object({{"xyz_m", numbers(fit.T_color_depth.translation())},
-                         {"quaternion_xyzw", JsonValue(JsonValue::Array{q.x(), q.y(), q.z(), q.w()})},
-                         {"angle_rad", fit.T_color_depth.angle()}});
-  json["deviation"] = JsonValue::object(
-      {{"xyz_m", numbers(fit.translation_sigma_m)}, {"rotation_rad", numbers(fit.rotation_sigma_rad)}});
-  json["rms_px"] = fit.rms_px;
-  auto pairs = JsonValue::array();
-  for (std::size_t i = 0; i < fit.pairs.size(); ++i)
-    pairs.push_back(JsonValue::object({{"name", summary.names[i]},
-                                       {"depth_rms_px", fit.pairs[i].depth_rms_px},
-                                       {"color_rms_px", fit.pairs[i].color_rms_px},
-                                       {"left_out", fit.pairs[i].is_outlier}}));
-  json["pairs"] = std::move(pairs);
-  return json;
+  v.group("depth_camera", summary.depth_found);
+  v.group("color_camera", summary.color_found);
+  v({"without_partner"}, summary.without_partner);
+  v.object("T_color_depth", [&](SummaryTree& motion) {
+    motion.json("xyz_m", numbers(t));
+    motion.json("quaternion_xyzw", JsonValue(JsonValue::Array{q.x(), q.y(), q.z(), q.w()}));
+    motion({"angle_rad", {}, "{:.3f} deg", kDegreesPerRadian}, fit.T_color_depth.angle());
+  });
+  v.shown("xyz", {},
+          fmt::format("({:.2f} +- {:.2f}, {:.2f} +- {:.2f}, {:.2f} +- {:.2f}) mm", 1e3 * t.x(), 1e3 * s.x(),
+                      1e3 * t.y(), 1e3 * s.y(), 1e3 * t.z(), 1e3 * s.z()));
+  v.shown("distance", {}, fmt::format("{:.2f} mm", 1e3 * t.norm()));
+  v.shown("distance_sigma", {}, fmt::format("{:.2f} mm", 1e3 * s.maxCoeff()));
+  v.object("deviation", [&](SummaryTree& deviation) {
+    deviation.json("xyz_m", numbers(s));
+    deviation.json("rotation_rad", numbers(fit.rotation_sigma_rad));
+  });
+  v.shown("angle_sigma", {},
+          fmt::format("{:.3f} deg", fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian));
+  v({"rms_px", {}, "{:.3f} px"}, fit.rms_px);
+  v.list_of("pairs", fit.pairs.size(), [&](std::size_t i, SummaryTree& row) {
+    const PairFit& pair = fit.pairs[i];
+    row({"name", "pair"}, summary.names[i]);
+    row({"depth_rms_px", "depth camera", "{:.3f} px"}, pair.depth_rms_px);
+    row({"color_rms_px", "colour camera", "{:.3f} px"}, pair.color_rms_px);
+    row.shown("distance", "distance", fmt::format("{:.2f} m", pair.T_color_board.translation().norm()));
+    row({"left_out", "left out"}, pair.is_outlier);
+  });
 }
 
 std::string to_text(const ExtrinsicsSummary& summary) {
-  const StereoFit& fit = summary.fit;
-  const Vec3 t_mm = 1e3 * fit.T_color_depth.translation(), s_mm = 1e3 * fit.translation_sigma_m;
-  std::string text = fmt::format("{} pairs, reprojection error {:.3f} px\n", fit.pairs.size(), fit.rms_px);
-  text += fmt::format(
-      "T_color_depth: ({:.2f} +- {:.2f}, {:.2f} +- {:.2f}, {:.2f} +- {:.2f}) mm, {:.3f} deg +- {:.3f} deg\n",
-      t_mm.x(), s_mm.x(), t_mm.y(), s_mm.y(), t_mm.z(), s_mm.z(),
-      fit.T_color_depth.angle() * kDegreesPerRadian, fit.rotation_sigma_rad.maxCoeff() * kDegreesPerRadian);
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  const SummaryTree tree = describe(summary);
+  return fmt::format("{} pairs, reprojection error ", summary.fit.pairs.size()) +
+         tree.lines({"{rms_px}", "T_color_depth: {xyz}, {T_color_depth.angle_rad} +- {angle_sigma}"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

@@ -27,7 +27,7 @@ struct ExtrinsicsSummary {
 /// calibration.toml, report.json, report.html. Errors: folders or start unusable, a camera missing there, no
 /// pairs.
 Result<ExtrinsicsSummary> calibrate_extrinsics(const ExtrinsicsOptions& options);
-JsonValue to_json(const ExtrinsicsSummary& summary);
+void visit(const ExtrinsicsSummary& summary, SummaryTree& v);
 std::string to_text(const ExtrinsicsSummary& summary);
 
 }  // namespace hm

@@ -4,6 +4,7 @@
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/calibration_figures.hpp"
 #include "hm/report/plot.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -46,23 +47,18 @@ void add_corner_figures(HtmlReport& report, const CameraFit& fit) {
 
 std::string html_of(const IntrinsicsSummary& summary) {
   const CameraFit& fit = summary.fit;
+  const SummaryTree tree = describe(summary);
   HtmlReport report(fmt::format("Intrinsics of the {} camera",
                                 kCalibratedCameraNames[static_cast<std::size_t>(summary.camera)]));
   const bool good = fit.warnings.empty();
   report.set_verdict(good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
-                     good ? fmt::format("A good set: {} images, {:.2f} px of error.",
-                                        fit.views.size() - outliers(fit), fit.rms_px)
+                     good ? *tree.sentence("A good set: {used} images, {rms_px} of error.")
                           : fmt::format("A poor set: {}.", fit.warnings.front()));
-  report.add_card(
-      {"reprojection error", fmt::format("{:.3f}", fit.rms_px), "px", "root mean square over all corners"});
-  report.add_card({"focal length", fmt::format("{:.1f}", fit.camera.fx), "px",
-                   fmt::format("+- {:.2f} px", fit.sigma[0])});
-  report.add_card({"pictures",
-                   std::to_string(fit.views.size() - outliers(fit)),
-                   {},
-                   fmt::format("of {}", summary.found.images)});
-  report.add_card({"coverage", fmt::format("{:.0f}", 100 * fit.covered_ratio), "%",
-                   "of the image's cells have a corner"});
+  add_cards(report, tree,
+            {{"reprojection error", "{rms_px}", "root mean square over all corners"},
+             {"focal length", "{camera.fx_px}", "+- {deviation.fx}"},
+             {"images", "{used}", "of {found.pictures}"},
+             {"coverage", "{covered_ratio}", "of the image's cells have a corner"}});
   if (!summary.warnings.empty()) {
     report.begin_section("What to mend");
     report.add_list(summary.warnings);
@@ -71,15 +67,8 @@ std::string html_of(const IntrinsicsSummary& summary) {
                        "Plumb-bob model, as OpenCV and ROS; deviations from the scatter of the corners.");
   report.add_table({"", "value", "deviation"}, camera_table(fit.camera, fit.sigma));
   add_corner_figures(report, fit);
-  report.begin_section("Figures");
-  std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < fit.views.size(); ++i) {
-    const ViewFit& view = fit.views[i];
-    rows.push_back(
-        {summary.found.names[i], fmt::format("{:.3f}", view.rms_px), fmt::format("{:.2f}", view.distance_m),
-         fmt::format("{:.0f}", view.tilt_rad * kDegreesPerRadian), view.is_outlier ? "left out" : ""});
-  }
-  report.add_table({"image", "error (px)", "distance (m)", "tilt (deg)", ""}, rows);
+  report.begin_section("Images");
+  add_list_table(report, tree, "images");
   return report.html();
 }
 
@@ -113,42 +102,38 @@ Result<IntrinsicsSummary> calibrate_intrinsics(const IntrinsicsOptions& options)
   return summary;
 }
 
-JsonValue to_json(const IntrinsicsSummary& summary) {
+void visit(const IntrinsicsSummary& summary, SummaryTree& v) {
   const CameraFit& fit = summary.fit;
-  JsonValue json =
-      JsonValue::object({{"camera_name", kCalibratedCameraNames[static_cast<std::size_t>(summary.camera)]}});
-  json["found"] = to_json(summary.found);
-  json["camera"] = to_json(fit.camera);
-  JsonValue& sigma = json["deviation"] = JsonValue::object();
-  for (std::size_t i = 0; i < kCameraFitNames.size(); ++i) sigma[kCameraFitNames[i]] = fit.sigma[i];
-  json["rms_px"] = fit.rms_px;
-  json["covered_ratio"] = fit.covered_ratio;
-  json["left_out"] = outliers(fit);
-  auto images = JsonValue::array();
-  for (std::size_t i = 0; i < fit.views.size(); ++i)
-    images.push_back(JsonValue::object({{"name", summary.found.names[i]},
-                                        {"rms_px", fit.views[i].rms_px},
-                                        {"distance_m", fit.views[i].distance_m},
-                                        {"tilt_rad", fit.views[i].tilt_rad},
-                                        {"left_out", fit.views[i].is_outlier}}));
-  json["images"] = std::move(images);
-  return json;
+  v({"camera_name"}, kCalibratedCameraNames[static_cast<std::size_t>(summary.camera)]);
+  v.group("found", summary.found);
+  v.group("camera", fit.camera);
+  v.object("deviation", [&](SummaryTree& sigma) {
+    for (std::size_t i = 0; i < kCameraFitNames.size(); ++i)
+      sigma({kCameraFitNames[i], {}, i < 4 ? "{:.2f} px" : "{:.5f}"}, fit.sigma[i]);
+  });
+  v({"rms_px", {}, "{:.3f} px"}, fit.rms_px);
+  v({"covered_ratio", {}, "{:.0f} %", 100}, fit.covered_ratio);
+  v({"left_out"}, outliers(fit));
+  v.shown("used", {}, std::to_string(fit.views.size() - outliers(fit)));
+  v.list_of("images", fit.views.size(), [&](std::size_t i, SummaryTree& row) {
+    const ViewFit& view = fit.views[i];
+    row({"name", "image"}, summary.found.names[i]);
+    row({"rms_px", "error", "{:.3f} px"}, view.rms_px);
+    row({"distance_m", "distance", "{:.2f} m"}, view.distance_m);
+    row({"tilt_rad", "tilt", "{:.0f} deg", kDegreesPerRadian}, view.tilt_rad);
+    row({"left_out", "left out"}, view.is_outlier);
+  });
 }
 
 std::string to_text(const IntrinsicsSummary& summary) {
-  const CameraFit& fit = summary.fit;
-  const PinholeCamera& c = fit.camera;
-  std::string text = fmt::format(
-      "{} of {} images used, reprojection error {:.3f} px, {:.0f} % of the image covered\n",
-      fit.views.size() - outliers(fit), summary.found.images, fit.rms_px, 100 * fit.covered_ratio);
-  text += fmt::format("focal lengths   {:.2f} +- {:.2f}, {:.2f} +- {:.2f} px\n", c.fx, fit.sigma[0], c.fy,
-                      fit.sigma[1]);
-  text += fmt::format("principal point {:.2f} +- {:.2f}, {:.2f} +- {:.2f} px\n", c.cx, fit.sigma[2], c.cy,
-                      fit.sigma[3]);
-  text += fmt::format("distortion      k1 {:.5f} k2 {:.5f} p1 {:.5f} p2 {:.5f} k3 {:.5f}\n", c.distortion.k1,
-                      c.distortion.k2, c.distortion.p1, c.distortion.p2, c.distortion.k3);
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  return describe(summary).lines(
+             {"{used} of {found.pictures} images used, reprojection error {rms_px}, {covered_ratio} of the "
+              "image "
+              "covered",
+              "focal lengths   {camera.fx_px} +- {deviation.fx}, {camera.fy_px} +- {deviation.fy}",
+              "principal point {camera.cx_px} +- {deviation.cx}, {camera.cy_px} +- {deviation.cy}",
+              "distortion      k1 {camera.k1} k2 {camera.k2} p1 {camera.p1} p2 {camera.p2} k3 {camera.k3}"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

@@ -25,7 +25,7 @@ struct IntrinsicsSummary {
 /// Images of a board -> intrinsics (dissertation 3.1.1): writes calibration.toml, COLOR_camera_info.yaml,
 /// report.json and report.html. Errors: folder, board or start unusable; too few boards.
 Result<IntrinsicsSummary> calibrate_intrinsics(const IntrinsicsOptions& options);
-JsonValue to_json(const IntrinsicsSummary& summary);
+void visit(const IntrinsicsSummary& summary, SummaryTree& v);
 std::string to_text(const IntrinsicsSummary& summary);
 
 }  // namespace hm

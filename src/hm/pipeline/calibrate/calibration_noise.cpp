@@ -3,10 +3,11 @@
 #include <algorithm>
 
 #include "hm/core/params.hpp"
-#include "hm/report/plot.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/depth_pose_set.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -176,33 +177,33 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
   return summary;
 }
 
-JsonValue to_json(const NoiseCalibrationSummary& summary) {
+void visit(const NoiseCalibrationSummary& summary, SummaryTree& v) {
   const DepthNoise& noise = summary.fit.noise;
-  JsonValue json = JsonValue::object({{"images", summary.images}, {"unreadable", summary.unreadable}});
-  json["depth_noise"] = JsonValue::object({{"quadratic_per_m", noise.quadratic_per_m},
-                                           {"linear_ratio", noise.linear_ratio},
-                                           {"constant_m", noise.constant_m}});
-  json["rms_relative"] = summary.fit.rms_relative;
-  auto distances = JsonValue::array();
-  for (const NoiseSample& sample : summary.samples)
-    distances.push_back(JsonValue::object({{"depth_m", sample.depth_m},
-                                           {"sigma_m", sample.sigma_m},
-                                           {"fit_m", noise.sigma_m(sample.depth_m)},
-                                           {"readings", sample.weight}}));
-  json["distances"] = std::move(distances);
-  return json;
+  v({"images"}, summary.images);
+  v({"unreadable"}, summary.unreadable);
+  v.object("depth_noise", [&](SummaryTree& model) {
+    model({"quadratic_per_m", {}, "{:.6f}"}, noise.quadratic_per_m);
+    model({"linear_ratio", {}, "{:.6f}"}, noise.linear_ratio);
+    model({"constant_m", {}, "{:.6f}"}, noise.constant_m);
+  });
+  v({"rms_relative", {}, "{:.1f} %", 100}, summary.fit.rms_relative);
+  v.list_of("distances", summary.samples.size(), [&](std::size_t i, SummaryTree& row) {
+    const NoiseSample& sample = summary.samples[i];
+    row({"depth_m", "depth", "{:.2f} m"}, sample.depth_m);
+    row({"sigma_m", "standard deviation", "{:.2f} mm", 1e3}, sample.sigma_m);
+    row({"fit_m", "fit", "{:.2f} mm", 1e3}, noise.sigma_m(sample.depth_m));
+    row({"readings", "readings"}, sample.weight);
+  });
 }
 
 std::string to_text(const NoiseCalibrationSummary& summary) {
-  const DepthNoise& noise = summary.fit.noise;
-  std::string text =
-      fmt::format("{} depth images; deviations at {} depths from {:.2f} to {:.2f} m\n", summary.images,
-                  summary.samples.size(), summary.samples.front().depth_m, summary.samples.back().depth_m);
-  text +=
-      fmt::format("sigma(z) = {:.6f} z^2 + {:.6f} z + {:.6f} (m), fits to {:.1f} %\n", noise.quadratic_per_m,
-                  noise.linear_ratio, noise.constant_m, 100 * summary.fit.rms_relative);
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  return fmt::format("{} depth images; deviations at {} depths from {:.2f} to {:.2f} m\n", summary.images,
+                     summary.samples.size(), summary.samples.front().depth_m,
+                     summary.samples.back().depth_m) +
+         describe(summary).lines(
+             {"sigma(z) = {depth_noise.quadratic_per_m} z^2 + {depth_noise.linear_ratio} z + "
+              "{depth_noise.constant_m} (m), fits to {rms_relative}"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

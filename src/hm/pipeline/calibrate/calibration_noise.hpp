@@ -33,7 +33,7 @@ struct NoiseCalibrationSummary {
 /// Axial noise against depth (dissertation 3.1.3): writes noise.toml, which `hm reconstruct --params` takes,
 /// report.json and report.html. Errors: input unusable, deviations at too few distances.
 Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& options);
-JsonValue to_json(const NoiseCalibrationSummary& summary);
+void visit(const NoiseCalibrationSummary& summary, SummaryTree& v);
 std::string to_text(const NoiseCalibrationSummary& summary);
 
 }  // namespace hm

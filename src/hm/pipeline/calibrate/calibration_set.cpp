@@ -150,11 +150,11 @@ Result<std::vector<fs::path>> write_calibration_output(const CalibrationOutput& 
   return written;
 }
 
-JsonValue to_json(const FoundBoards& found) {
-  auto json = JsonValue::object({{"pictures", found.images}, {"boards", found.views.size()}});
-  json["unreadable"] = JsonValue::array_of(found.unreadable);
-  json["without_board"] = JsonValue::array_of(found.without_board);
-  return json;
+void visit(const FoundBoards& found, SummaryTree& v) {
+  v({"pictures"}, found.images);
+  v({"boards"}, found.views.size());
+  v.json("unreadable", JsonValue::array_of(found.unreadable));
+  v.json("without_board", JsonValue::array_of(found.without_board));
 }
 
 std::vector<std::string> warnings_of(const FoundBoards& found) {
@@ -168,18 +168,16 @@ std::vector<std::string> warnings_of(const FoundBoards& found) {
   return warnings;
 }
 
-JsonValue to_json(const PinholeCamera& c) {
-  return JsonValue::object({{"width", c.width},
-                            {"height", c.height},
-                            {"fx_px", c.fx},
-                            {"fy_px", c.fy},
-                            {"cx_px", c.cx},
-                            {"cy_px", c.cy},
-                            {"k1", c.distortion.k1},
-                            {"k2", c.distortion.k2},
-                            {"p1", c.distortion.p1},
-                            {"p2", c.distortion.p2},
-                            {"k3", c.distortion.k3}});
+void visit(const PinholeCamera& c, SummaryTree& v) {
+  v({"width"}, c.width);
+  v({"height"}, c.height);
+  for (const auto& [key, value] : {std::pair{"fx_px", c.fx}, std::pair{"fy_px", c.fy},
+                                   std::pair{"cx_px", c.cx}, std::pair{"cy_px", c.cy}})
+    v({key, {}, "{:.2f} px"}, value);
+  const LensDistortion& d = c.distortion;
+  for (const auto& [key, value] : {std::pair{"k1", d.k1}, std::pair{"k2", d.k2}, std::pair{"p1", d.p1},
+                                   std::pair{"p2", d.p2}, std::pair{"k3", d.k3}})
+    v({key, {}, "{:.5f}"}, value);
 }
 
 std::vector<std::vector<std::string>> camera_table(const PinholeCamera& c, std::span<const double> sigma) {

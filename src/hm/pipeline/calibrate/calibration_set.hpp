@@ -5,9 +5,10 @@
 
 #include "hm/calibration/board.hpp"
 #include "hm/core/json_value.hpp"
-#include "hm/report/html_report.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/depth_camera/rgbd_calibration.hpp"
+#include "hm/report/html_report.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -48,10 +49,10 @@ struct CalibrationOutput {
 Result<std::vector<std::filesystem::path>> write_calibration_output(const CalibrationOutput& output);
 
 /// {"pictures", "boards", "unreadable", "without_board"}.
-JsonValue to_json(const FoundBoards& found);
+void visit(const FoundBoards& found, SummaryTree& v);
 /// One sentence each for images that were left out.
 std::vector<std::string> warnings_of(const FoundBoards& found);
-JsonValue to_json(const PinholeCamera& camera);
+void visit(const PinholeCamera& camera, SummaryTree& v);
 std::vector<std::vector<std::string>> camera_table(const PinholeCamera& camera,
                                                    std::span<const double> sigma);
 

@@ -57,7 +57,8 @@ void visit(const MeasuredMesh& mesh, SummaryTree& v) {
 
 std::string to_text(const MeasuredMesh& mesh) {
   return describe(mesh).lines(
-      {"accuracy      mean {accuracy_mm.mean}, median {accuracy_mm.median}, 95 % under {accuracy_mm.p95}, bias "
+      {"accuracy      mean {accuracy_mm.mean}, median {accuracy_mm.median}, 95 % under {accuracy_mm.p95}, "
+       "bias "
        "{accuracy_mm.bias}",
        "precision     {accuracy_ratio} of the surface within {threshold_m} of the truth",
        "completeness  {completeness_ratio} of the truth within {threshold_m} of the surface"});

@@ -3,11 +3,12 @@
 #include <array>
 
 #include "hm/core/angle.hpp"
-#include "hm/report/html_report.hpp"
-#include "hm/report/plot.hpp"
-#include "hm/io/rgbd/recording.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/report/html_report.hpp"
 #include "hm/report/path_plots.hpp"
+#include "hm/report/plot.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -25,17 +26,11 @@ Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecordin
   return which == PosesOfRecording::kTrue && !info.truth.empty() ? info.truth : info.trajectory;
 }
 
-void add_relative(JsonValue& json, const std::string& name, const RelativeErrors& errors) {
+void add_relative(SummaryTree& v, const std::string& name, const RelativeErrors& errors) {
   if (errors.spans.empty()) return;
-  json[name + "_m"] = errors.translation_m.rmse;
-  json[name + "_rad"] = errors.rotation_rad.rmse;
-}
-
-std::string relative_text(const char* span, const RelativeErrors& errors) {
-  if (errors.spans.empty()) return {};
-  return fmt::format("  over {:<18} rmse {:.4f} m and {:.3f} deg ({} spans)\n", span,
-                     errors.translation_m.rmse, errors.rotation_rad.rmse * kDegreesPerRadian,
-                     errors.spans.size());
+  v({name + "_m", {}, "{:.4f} m"}, errors.translation_m.rmse);
+  v({name + "_rad", {}, "{:.3f} deg", kDegreesPerRadian}, errors.rotation_rad.rmse);
+  v.shown(name + "_spans", {}, std::to_string(errors.spans.size()));
 }
 
 }  // namespace
@@ -50,58 +45,56 @@ Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& e
   return evaluate_trajectory(*true_poses, *estimated, params);
 }
 
-JsonValue to_json(const TrajectoryError& error) {
-  auto json = JsonValue::object({{"ate_rmse_m", error.position_m.rmse},
-                                 {"ate_mean_m", error.position_m.mean},
-                                 {"ate_median_m", error.position_m.median},
-                                 {"ate_max_m", error.position_m.max},
-                                 {"rotation_rmse_rad", error.rotation_rad.rmse},
-                                 {"rpe_translation_rmse_m", error.relative.translation_m.rmse},
-                                 {"rpe_rotation_rmse_rad", error.relative.rotation_rad.rmse},
-                                 {"pairs", error.pairs},
-                                 {"relative_pairs", error.relative.spans.size()},
-                                 {"truth_path_m", error.truth_path_m},
-                                 {"alignment_scale_ratio", error.alignment.scale},
-                                 {"alignment_degenerate", error.alignment_degenerate}});
-  add_relative(json, "rpe_frame", error.per_frame);
-  add_relative(json, "rpe_second", error.per_second);
-  add_relative(json, "rpe_metre", error.per_metre);
-  return json;
+void visit(const TrajectoryError& error, SummaryTree& v) {
+  v({"ate_rmse_m", {}, "{:.4f} m"}, error.position_m.rmse);
+  v({"ate_mean_m", {}, "{:.4f} m"}, error.position_m.mean);
+  v({"ate_median_m", {}, "{:.4f} m"}, error.position_m.median);
+  v({"ate_max_m", {}, "{:.4f} m"}, error.position_m.max);
+  v({"rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.rotation_rad.rmse);
+  v.shown("rotation_max_rad", {}, fmt::format("{:.3f} deg", error.rotation_rad.max * kDegreesPerRadian));
+  v({"rpe_translation_rmse_m", {}, "{:.4f} m"}, error.relative.translation_m.rmse);
+  v({"rpe_rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.relative.rotation_rad.rmse);
+  v({"pairs"}, error.pairs);
+  v({"relative_pairs"}, error.relative.spans.size());
+  v({"truth_path_m", {}, "{:.2f} m"}, error.truth_path_m);
+  v({"alignment_scale_ratio", {}, "{:.5f}"}, error.alignment.scale);
+  v({"alignment_degenerate"}, error.alignment_degenerate);
+  add_relative(v, "rpe_frame", error.per_frame);
+  add_relative(v, "rpe_second", error.per_second);
+  add_relative(v, "rpe_metre", error.per_metre);
 }
 
 std::string to_text(const TrajectoryError& error) {
-  std::string text = fmt::format(
-      "{} pairs of poses, true path {:.2f} m\n"
-      "absolute error (ATE)    rmse {:.4f} m, median {:.4f} m, max {:.4f} m\n"
-      "orientation             rmse {:.3f} deg, max {:.3f} deg\n"
-      "relative error (RPE)\n",
-      error.pairs, error.truth_path_m, error.position_m.rmse, error.position_m.median, error.position_m.max,
-      error.rotation_rad.rmse * kDegreesPerRadian, error.rotation_rad.max * kDegreesPerRadian);
-  text += relative_text("a frame", error.per_frame) + relative_text("a second", error.per_second) +
-          relative_text("a metre", error.per_metre);
-  if (error.relative.delta != 1) {
-    const auto unit = kRpeUnitNames[static_cast<std::size_t>(error.relative.unit)];
-    text += relative_text(fmt::format("{:g} {}", error.relative.delta, unit).c_str(), error.relative);
-  }
-  if (error.alignment.scale != 1.0)
-    text += fmt::format("scale of the fit        {:.5f}\n", error.alignment.scale);
+  const SummaryTree tree = describe(error);
+  std::string text = tree.lines(
+      {"{pairs} pairs of poses, true path {truth_path_m}",
+       "absolute error (ATE)    rmse {ate_rmse_m}, median {ate_median_m}, max {ate_max_m}",
+       "orientation             rmse {rotation_rmse_rad}, max {rotation_max_rad}", "relative error (RPE)",
+       "  over a frame            rmse {rpe_frame_m} and {rpe_frame_rad} ({rpe_frame_spans} spans)",
+       "  over a second           rmse {rpe_second_m} and {rpe_second_rad} ({rpe_second_spans} spans)",
+       "  over a metre            rmse {rpe_metre_m} and {rpe_metre_rad} ({rpe_metre_spans} spans)"});
+  if (error.relative.delta != 1 && !error.relative.spans.empty())
+    text +=
+        tree.lines({fmt::format("  over {:<18} rmse {{rpe_translation_rmse_m}} and {{rpe_rotation_rmse_rad}} "
+                                "({{relative_pairs}} spans)",
+                                fmt::format("{:g} {}", error.relative.delta,
+                                            kRpeUnitNames[static_cast<std::size_t>(error.relative.unit)]))});
+  if (error.alignment.scale != 1.0) text += tree.lines({"scale of the fit        {alignment_scale_ratio}"});
   if (error.alignment_degenerate)
     text += "the true path is straight: the orientation of the fit is not determined\n";
   return text;
 }
 
 std::string trajectory_report_html(const TrajectoryError& error, const std::string& title) {
+  const SummaryTree tree = describe(error);
   HtmlReport report(title);
-  report.set_verdict(HtmlReport::Verdict::kNone,
-                     fmt::format("The path of {:.1f} m is off by {:.1f} mm (rmse of {} positions).",
-                                 error.truth_path_m, error.position_m.rmse * 1e3, error.pairs));
-  report.add_card({"ATE", fmt::format("{:.4f}", error.position_m.rmse), "m", "rmse after alignment"});
-  if (!error.per_second.spans.empty()) {
-    report.add_card(
-        {"RPE", fmt::format("{:.4f}", error.per_second.translation_m.rmse), "m", "rmse, a second"});
-    report.add_card({"RPE", fmt::format("{:.3f}", error.per_second.rotation_rad.rmse * kDegreesPerRadian),
-                     "deg", "rmse, a second"});
-  }
+  report.set_verdict(
+      HtmlReport::Verdict::kNone,
+      *tree.sentence("The path of {truth_path_m} is off by {ate_rmse_m} (rmse of {pairs} positions)."));
+  add_cards(report, tree,
+            {{"ATE", "{ate_rmse_m}", "rmse after alignment"},
+             {"RPE", "{rpe_second_m}", "rmse, a second"},
+             {"RPE", "{rpe_second_rad}", "rmse, a second"}});
   const Trajectory truth = matched_truth(error), estimate = matched_estimate(error);
   report.begin_section("Path");
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};

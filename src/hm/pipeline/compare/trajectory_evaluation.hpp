@@ -1,8 +1,8 @@
 #pragma once
 #include <filesystem>
 
-#include "hm/core/json_value.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -15,8 +15,8 @@ Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& e
 
 /// ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_metre_m, rpe_second_rad ... (those without a span are left
 /// out), rpe_translation_rmse_m and rpe_rotation_rmse_rad over the parameters' span, pairs ...
-JsonValue to_json(const TrajectoryError& error);
-/// The same as lines for a terminal.
+void visit(const TrajectoryError& error, SummaryTree& v);
+/// Lines for a terminal.
 std::string to_text(const TrajectoryError& error);
 
 /// A self-contained page with both paths and the errors over time.

@@ -151,9 +151,9 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   series["frame"] = JsonValue::array_of(frames);
   series["time_s"] = JsonValue::array_of(values_of(summary, &FrameRecord::time_s));
   for (const Stage& stage : kStages) series[stage.key] = JsonValue::array_of(values_of(summary, stage.ms));
-  for (const auto& [key, bytes] : {std::pair{"resident_mb", &FrameRecord::resident_bytes},
-                                   std::pair{"map_mb", &FrameRecord::map_bytes},
-                                   std::pair{"mesh_mb", &FrameRecord::mesh_bytes}})
+  for (const auto& [key, bytes] :
+       {std::pair{"resident_mb", &FrameRecord::resident_bytes}, std::pair{"map_mb", &FrameRecord::map_bytes},
+        std::pair{"mesh_mb", &FrameRecord::mesh_bytes}})
     series[key] = JsonValue::array_of(megabytes_of(summary, bytes));
   json["series"] = std::move(series);
   return json;

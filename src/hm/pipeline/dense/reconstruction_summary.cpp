@@ -43,14 +43,17 @@ void visit(const ReconstructionSummary& summary, SummaryTree& v) {
 
 std::string to_text(const ReconstructionSummary& summary) {
   return describe(summary).lines(
-             {"{frames.integrated} of {frames.total} frames integrated, {frames.skipped} skipped; {frames_per_s}",
-              "integration  median {integrate_ms.median}, 99 % under {integrate_ms.p99} a frame; meshing median "
+             {"{frames.integrated} of {frames.total} frames integrated, {frames.skipped} skipped; "
+              "{frames_per_s}",
+              "integration  median {integrate_ms.median}, 99 % under {integrate_ms.p99} a frame; meshing "
+              "median "
               "{mesh_ms.median}",
               "map          {volumes} volumes of {voxel_size_m} voxels, {map_bytes}",
               "mesh         {vertices} vertices, {triangles} triangles",
               "alignment    {alignment.accepted} frames aligned, {alignment.not_accepted} not; median "
               "{alignment.align_ms.median}, 99 % under {alignment.align_ms.p99}",
-              "             trajectory error {alignment.ate_given_m} as given, {alignment.ate_aligned_m} aligned",
+              "             trajectory error {alignment.ate_given_m} as given, {alignment.ate_aligned_m} "
+              "aligned",
               "size         {bounds_m}",
               "against the truth: mean {surface_error_mm.mean}, 95 % under {surface_error_mm.p95}, bias "
               "{surface_error_mm.bias}; {completeness_ratio} complete"}) +

@@ -41,8 +41,8 @@ struct DepthCompensationSummary {
 Result<DepthCompensationSummary> compare_depth_compensation(const DepthCompensationOptions& options);
 
 /// without{mesh_error{...}, points, point_error_mm{...}, ...}, with{the same}.
-JsonValue to_json(const DepthCompensationSummary& summary);
-/// The same as a table for a terminal.
+void visit(const DepthCompensationSummary& summary, SummaryTree& v);
+/// A table for a terminal.
 std::string to_text(const DepthCompensationSummary& summary);
 
 }  // namespace hm

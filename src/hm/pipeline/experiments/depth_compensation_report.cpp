@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/report/render/mesh_renderer.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/report/plot.hpp"
+#include "hm/report/render/mesh_renderer.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {
+
+void visit(const CompensationSide& side, SummaryTree& v);
+
 namespace {
 
 constexpr double kErrorLimit_m = 0.1;  ///< ends of the heat-maps and histograms
@@ -31,64 +35,16 @@ RenderOptions render_options(RenderStyle style) {
   return render;
 }
 
-/// One value of both maps as a row of the table.
-struct Row {
-  const char* what;
-  std::optional<double> without, with;
-  const char* format;
-};
-
-std::optional<double> mesh_value(const CompensationSide& side, double (*value)(const MeshError&)) {
-  const auto& error = side.reconstruction.error;
-  return error ? std::optional(value(*error)) : std::nullopt;
-}
-
-std::optional<double> map_value(const std::optional<MapAgreement>& error,
-                                double (*value)(const MapAgreement&)) {
-  return error ? std::optional(value(*error)) : std::nullopt;
-}
-
-std::vector<Row> rows_of(const DepthCompensationSummary& summary) {
-  std::vector<Row> rows;
-  const auto mesh = [&](const char* what, double (*value)(const MeshError&), const char* format) {
-    rows.push_back({what, mesh_value(summary.without, value), mesh_value(summary.with, value), format});
-  };
-  mesh(
-      "mesh: mean distance from the true surface (mm)",
-      [](const MeshError& e) { return 1e3 * e.accuracy.distance_m.mean; }, "{:.1f}");
-  mesh(
-      "mesh: 95 % under (mm)", [](const MeshError& e) { return 1e3 * e.accuracy.distance_m.p95; }, "{:.1f}");
-  mesh(
-      "mesh: mean signed distance (mm), in front is positive",
-      [](const MeshError& e) { return 1e3 * e.accuracy.bias_m; }, "{:+.1f}");
-  mesh(
-      "mesh: share of the true surface that is there (%)",
-      [](const MeshError& e) { return 100 * e.completeness.ratio; }, "{:.1f}");
-  const auto map = [&](const char* what, std::optional<MapAgreement> CompensationSide::*which,
-                       double (*value)(const MapAgreement&), const char* format) {
-    rows.push_back(
-        {what, map_value(summary.without.*which, value), map_value(summary.with.*which, value), format});
-  };
-  map(
-      "point map: mean distance (mm)", &CompensationSide::point_error,
-      [](const MapAgreement& m) { return 1e3 * m.distance_m.mean; }, "{:.1f}");
-  map(
-      "point map: 95 % under (mm)", &CompensationSide::point_error,
-      [](const MapAgreement& m) { return 1e3 * m.distance_m.p95; }, "{:.1f}");
-  map(
-      "occupancy map: cells farther from the surface than their edge (%)", &CompensationSide::cell_error,
-      [](const MapAgreement& m) { return 100 * (1 - m.near_ratio); }, "{:.1f}");
-  rows.push_back({"occupancy map: occupied cells", static_cast<double>(summary.without.occupied_cells),
-                  static_cast<double>(summary.with.occupied_cells), "{:.0f}"});
-  rows.push_back({"triangles", static_cast<double>(summary.without.reconstruction.triangles),
-                  static_cast<double>(summary.with.reconstruction.triangles), "{:.0f}"});
-  rows.push_back({"volumes", static_cast<double>(summary.without.reconstruction.volumes),
-                  static_cast<double>(summary.with.reconstruction.volumes), "{:.0f}"});
+/// Label, value without and value with the correction.
+SummaryTree::Rows rows_of(const DepthCompensationSummary& summary) {
+  const SummaryTree without = describe(summary.without), with = describe(summary.with);
+  SummaryTree::Rows rows = without.rows();
+  for (const auto& row : with.rows()) {
+    const auto same = std::ranges::find(rows, row[0], [](const auto& cells) { return cells[0]; });
+    if (same != rows.end()) same->push_back(row[1]);
+  }
+  for (auto& row : rows) row.resize(3, "-");
   return rows;
-}
-
-std::string written(const std::optional<double>& value, const char* format) {
-  return value ? fmt::format(fmt::runtime(format), *value) : std::string("-");
 }
 
 /// Shares of the surface by signed error, as a line.
@@ -109,46 +65,46 @@ PlotSeries histogram(const char* name, const MeshError& error) {
 }
 
 std::string sentence(const DepthCompensationSummary& summary) {
-  const auto &without = summary.without.reconstruction.error, &with = summary.with.reconstruction.error;
-  if (!without || !with)
-    return fmt::format("{} frames, mapped without and with depth compensation.",
-                       summary.with.reconstruction.frames_integrated);
-  return fmt::format(
-      "With depth compensation the surface is {:.1f} mm from the truth on average, without {:.1f} mm; {:.0f} "
-      "% "
-      "of the true surface is there, without {:.0f} %.",
-      1e3 * with->accuracy.distance_m.mean, 1e3 * without->accuracy.distance_m.mean,
-      100 * with->completeness.ratio, 100 * without->completeness.ratio);
+  const SummaryTree tree = describe(summary);
+  const auto compared = tree.sentence(
+      "With depth compensation the surface is {with.surface_error_mm.mean} from the truth on average, "
+      "without "
+      "{without.surface_error_mm.mean}; {with.completeness_ratio} of the true surface is there, without "
+      "{without.completeness_ratio}.");
+  return compared ? *compared
+                  : *tree.sentence("{with.frames} frames, mapped without and with depth compensation.");
 }
 
-JsonValue to_json(const MapAgreement& agreement) {
-  return JsonValue::object({{"count", agreement.count},
-                            {"mean_mm", 1e3 * agreement.distance_m.mean},
-                            {"median_mm", 1e3 * agreement.distance_m.median},
-                            {"p95_mm", 1e3 * agreement.distance_m.p95},
-                            {"near_ratio", agreement.near_ratio}});
-}
-
-JsonValue to_json(const CompensationSide& side) {
-  auto json = JsonValue::object({{"frames", side.reconstruction.frames_integrated},
-                                 {"volumes", side.reconstruction.volumes},
-                                 {"triangles", side.reconstruction.triangles},
-                                 {"keyframes", side.keyframes},
-                                 {"points", side.points},
-                                 {"occupied_cells", side.occupied_cells}});
-  if (const auto& error = side.reconstruction.error) {
-    json["surface_error_mm"] = JsonValue::object({{"mean", 1e3 * error->accuracy.distance_m.mean},
-                                                  {"median", 1e3 * error->accuracy.distance_m.median},
-                                                  {"p95", 1e3 * error->accuracy.distance_m.p95},
-                                                  {"bias", 1e3 * error->accuracy.bias_m}});
-    json["completeness_ratio"] = error->completeness.ratio;
-  }
-  if (side.point_error) json["point_error"] = to_json(*side.point_error);
-  if (side.cell_error) json["cell_error"] = to_json(*side.cell_error);
-  return json;
+void add_agreement(SummaryTree& v, const char* key, const std::string& map,
+                   const std::optional<MapAgreement>& agreement) {
+  if (!agreement) return;
+  v.object(key, [&](SummaryTree& error) {
+    error({"count"}, agreement->count);
+    error({"mean_mm", map + ": mean distance", "{:.1f} mm"}, 1e3 * agreement->distance_m.mean);
+    error({"median_mm", map + ": median distance", "{:.1f} mm"}, 1e3 * agreement->distance_m.median);
+    error({"p95_mm", map + ": 95 % under", "{:.1f} mm"}, 1e3 * agreement->distance_m.p95);
+    error({"near_ratio", map + ": within a cell's edge of the surface", "{:.1f} %", 100},
+          agreement->near_ratio);
+  });
 }
 
 }  // namespace
+
+void visit(const CompensationSide& side, SummaryTree& v) {
+  v({"frames", "frames"}, side.reconstruction.frames_integrated);
+  v({"volumes", "volumes"}, side.reconstruction.volumes);
+  v({"triangles", "triangles"}, side.reconstruction.triangles);
+  v({"keyframes", "keyframes"}, side.keyframes);
+  v({"points", "point map: points"}, side.points);
+  v({"occupied_cells", "occupancy map: occupied cells"}, side.occupied_cells);
+  if (const auto& error = side.reconstruction.error) {
+    add_surface_error(v, "surface_error_mm", error->accuracy, {"mean", "median", "p95"});
+    v({"completeness_ratio", "share of the true surface that is there", "{:.1f} %", 100},
+      error->completeness.ratio);
+  }
+  add_agreement(v, "point_error", "point map", side.point_error);
+  add_agreement(v, "cell_error", "occupancy map", side.cell_error);
+}
 
 std::vector<Figure> draw_compensation(const DepthCompensationSummary& summary,
                                       const CompensationMaterial& material, const ParallelLoop& loop) {
@@ -197,10 +153,7 @@ std::string depth_compensation_html(const DepthCompensationSummary& summary,
                                "calibration's depth correction. Point map and occupancy map are made of {} "
                                "keyframes.",
                                summary.with.reconstruction.frames_integrated, summary.with.keyframes));
-  std::vector<std::vector<std::string>> table;
-  for (const Row& row : rows_of(summary))
-    table.push_back({row.what, written(row.without, row.format), written(row.with, row.format)});
-  report.add_table({"", "without", "with"}, table);
+  report.add_table({"", "without", "with"}, rows_of(summary));
   for (const Figure& figure : figures) add_figure(report, figure);
   const auto &without = summary.without.reconstruction.error, &with = summary.with.reconstruction.error;
   if (without && with) {
@@ -214,15 +167,15 @@ std::string depth_compensation_html(const DepthCompensationSummary& summary,
   return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
 
-JsonValue to_json(const DepthCompensationSummary& summary) {
-  return JsonValue::object({{"without", to_json(summary.without)}, {"with", to_json(summary.with)}});
+void visit(const DepthCompensationSummary& summary, SummaryTree& v) {
+  v.group("without", summary.without);
+  v.group("with", summary.with);
 }
 
 std::string to_text(const DepthCompensationSummary& summary) {
-  std::string text = fmt::format("{:<70}{:>10}{:>10}\n", "depth compensation", "without", "with");
-  for (const Row& row : rows_of(summary))
-    text += fmt::format("{:<70}{:>10}{:>10}\n", row.what, written(row.without, row.format),
-                        written(row.with, row.format));
+  std::string text = fmt::format("{:<70}{:>12}{:>12}\n", "depth compensation", "without", "with");
+  for (const auto& row : rows_of(summary))
+    text += fmt::format("{:<70}{:>12}{:>12}\n", row[0], row[1], row[2]);
   return text;
 }
 

@@ -53,6 +53,13 @@ PoseGraphReport report_of(const G2oGraph<Graph>& file, int dimensions) {
   return report;
 }
 
+/// Problems, a line each.
+std::string problem_lines(const std::vector<std::string>& problems) {
+  std::string text;
+  for (const std::string& problem : problems) text += "problem      " + problem + "\n";
+  return text;
+}
+
 }  // namespace
 
 Result<PathKind> kind_of(const std::filesystem::path& path) {
@@ -94,38 +101,33 @@ Result<MapReport> inspect_map(const std::filesystem::path& path) {
   return report;
 }
 
-JsonValue to_json(const MapReport& report) {
-  return JsonValue::object({{"format_version", report.header.format_version},
-                            {"program_version", report.header.program_version},
-                            {"voxel_size_m", report.header.voxel_size_m},
-                            {"sdf_unit_m", report.header.sdf_unit_m},
-                            {"volumes", report.volumes},
-                            {"volumes_with_color", report.volumes_with_color},
-                            {"volumes_damaged", report.volumes_damaged},
-                            {"voxels_known", report.voxels_known},
-                            {"voxels_inside", report.voxels_inside},
-                            {"bounds_m", to_json(report.bounds_m)},
-                            {"file_bytes", report.file_bytes},
-                            {"frames_integrated", report.frames_integrated},
-                            {"next_frame", report.next_frame},
-                            {"problems", JsonValue::array_of(report.problems)},
-                            {"parameters_toml", report.header.parameters_toml}});
+void visit(const MapReport& report, SummaryTree& v) {
+  v({"format_version"}, report.header.format_version);
+  v({"program_version"}, report.header.program_version);
+  v({"voxel_size_m", {}, "{:g} mm", 1e3}, report.header.voxel_size_m);
+  v({"sdf_unit_m", {}, "{:.2f} um", 1e6}, report.header.sdf_unit_m);
+  v({"volumes"}, report.volumes);
+  v({"volumes_with_color"}, report.volumes_with_color);
+  v({"volumes_damaged"}, report.volumes_damaged);
+  v({"voxels_known"}, report.voxels_known);
+  v({"voxels_inside"}, report.voxels_inside);
+  add_box(v, "bounds_m", report.bounds_m);
+  v({"file_bytes", {}, "{:.1f} MB", 1e-6}, report.file_bytes);
+  v({"frames_integrated"}, report.frames_integrated);
+  v({"next_frame"}, report.next_frame);
+  v.json("problems", JsonValue::array_of(report.problems));
+  v({"parameters_toml"}, report.header.parameters_toml);
 }
 
 std::string to_text(const MapReport& report) {
-  const Vec3 size = report.bounds_m.isEmpty() ? Vec3::Zero() : Vec3(report.bounds_m.sizes());
-  std::string text = fmt::format(
-      "map, format {} (saved by housemartin {})\n"
-      "voxels       {:g} mm, distances in {:.2f} um; {} volumes of 8^3, {} with colour\n"
-      "known        {} voxels, {} of them on or behind a surface\n"
-      "size         {:.2f} x {:.2f} x {:.2f} m, {:.1f} MB on disk\n"
-      "made from    {} frames; --resume would go on at frame {}\n",
-      report.header.format_version, report.header.program_version, report.header.voxel_size_m * 1e3,
-      report.header.sdf_unit_m * 1e6, report.volumes, report.volumes_with_color, report.voxels_known,
-      report.voxels_inside, size.x(), size.y(), size.z(), static_cast<double>(report.file_bytes) * 1e-6,
-      report.frames_integrated, report.next_frame);
-  for (const std::string& problem : report.problems) text += "problem      " + problem + "\n";
-  return text;
+  return describe(report).lines(
+             {"map, format {format_version} (saved by housemartin {program_version})",
+              "voxels       {voxel_size_m}, distances in {sdf_unit_m}; {volumes} volumes of 8^3, "
+              "{volumes_with_color} with colour",
+              "known        {voxels_known} voxels, {voxels_inside} of them on or behind a surface",
+              "size         [{bounds_m}, ]{file_bytes} on disk",
+              "made from    {frames_integrated} frames; --resume would go on at frame {next_frame}"}) +
+         problem_lines(report.problems);
 }
 
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path) {
@@ -136,27 +138,24 @@ Result<MeshReport> inspect_mesh(const std::filesystem::path& path) {
                     enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path)};
 }
 
-JsonValue to_json(const MeshReport& report) {
-  return JsonValue::object({{"vertices", report.vertices},
-                            {"triangles", report.triangles},
-                            {"open_edges", report.open_edges},
-                            {"has_normals", report.has_normals},
-                            {"has_colors", report.has_colors},
-                            {"area_m2", report.area_m2},
-                            {"enclosed_volume_m3", report.enclosed_volume_m3},
-                            {"bounds_m", to_json(report.bounds_m)},
-                            {"file_bytes", report.file_bytes}});
+void visit(const MeshReport& report, SummaryTree& v) {
+  v({"vertices"}, report.vertices);
+  v({"triangles"}, report.triangles);
+  v({"open_edges"}, report.open_edges);
+  v({"has_normals"}, report.has_normals);
+  v({"has_colors"}, report.has_colors);
+  v({"area_m2", {}, "{:.2f} m2"}, report.area_m2);
+  v({"enclosed_volume_m3"}, report.enclosed_volume_m3);
+  add_box(v, "bounds_m", report.bounds_m);
+  v({"file_bytes"}, report.file_bytes);
+  v.shown("normals", {}, report.has_normals ? "with" : "without");
+  v.shown("colors", {}, report.has_colors ? "with" : "without");
 }
 
 std::string to_text(const MeshReport& report) {
-  const Vec3 size = report.bounds_m.isEmpty() ? Vec3::Zero() : Vec3(report.bounds_m.sizes());
-  return fmt::format(
-      "mesh of {} vertices and {} triangles, {} normals, {} colours\n"
-      "size         {:.2f} x {:.2f} x {:.2f} m, {:.2f} m2 of surface\n"
-      "open edges   {}\n",
-      report.vertices, report.triangles, report.has_normals ? "with" : "without",
-      report.has_colors ? "with" : "without", size.x(), size.y(), size.z(), report.area_m2,
-      report.open_edges);
+  return describe(report).lines(
+      {"mesh of {vertices} vertices and {triangles} triangles, {normals} normals, {colors} colours",
+       "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}"});
 }
 
 Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {
@@ -169,29 +168,27 @@ Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {
   return fail(ErrorCode::kCorrupted, path.string(), "no vertex and no edge of a pose graph in this file");
 }
 
-JsonValue to_json(const PoseGraphReport& report) {
-  return JsonValue::object({{"dimensions", report.dimensions},
-                            {"nodes", report.nodes},
-                            {"odometry_edges", report.odometry_edges},
-                            {"loop_edges", report.loop_edges},
-                            {"other_lines", report.other_lines},
-                            {"path_length_m", report.path_length_m},
-                            {"chi2", report.chi2},
-                            {"largest_loop_chi2", report.largest_loop_chi2},
-                            {"problems", JsonValue::array_of(report.problems)}});
+void visit(const PoseGraphReport& report, SummaryTree& v) {
+  v({"dimensions"}, report.dimensions);
+  v.shown("space", {}, report.dimensions == 2 ? "the plane" : "space");
+  v({"nodes"}, report.nodes);
+  v({"odometry_edges"}, report.odometry_edges);
+  v({"loop_edges"}, report.loop_edges);
+  v({"other_lines"}, report.other_lines);
+  if (report.other_lines > 0) v.shown("left_out", {}, std::to_string(report.other_lines));
+  v({"path_length_m", {}, "{:.2f} m"}, report.path_length_m);
+  v({"chi2", {}, "{:.4g}"}, report.chi2);
+  v({"largest_loop_chi2", {}, "{:.4g}"}, report.largest_loop_chi2);
+  v.json("problems", JsonValue::array_of(report.problems));
 }
 
 std::string to_text(const PoseGraphReport& report) {
-  std::string text = fmt::format(
-      "pose graph in {} of {} nodes, {:.2f} m from node to node\n"
-      "edges        {} of odometry, {} loops{}\n"
-      "chi2         {:.4g}; largest of a loop {:.4g}\n",
-      report.dimensions == 2 ? "the plane" : "space", report.nodes, report.path_length_m,
-      report.odometry_edges, report.loop_edges,
-      report.other_lines == 0 ? "" : fmt::format("; {} lines of other kinds not read", report.other_lines),
-      report.chi2, report.largest_loop_chi2);
-  for (const std::string& problem : report.problems) text += "problem      " + problem + "\n";
-  return text;
+  return describe(report).lines({"pose graph in {space} of {nodes} nodes, {path_length_m} from node to node",
+                                 "edges        {odometry_edges} of odometry, {loop_edges} loops[; {left_out} "
+                                 "lines of other kinds not "
+                                 "read]",
+                                 "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
+         problem_lines(report.problems);
 }
 
 }  // namespace hm

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/result.hpp"
 #include "hm/geometry/box.hpp"
 #include "hm/io/map/map_file.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -28,7 +28,7 @@ struct MapReport {
 };
 /// Reads all of a map; damaged parts are counted, not fatal.
 Result<MapReport> inspect_map(const std::filesystem::path& path);
-JsonValue to_json(const MapReport& report);
+void visit(const MapReport& report, SummaryTree& v);
 std::string to_text(const MapReport& report);
 
 /// What `hm info` shows of a mesh.
@@ -42,7 +42,7 @@ struct MeshReport {
 };
 /// Reads all of a mesh (.ply .obj .glb).
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
-JsonValue to_json(const MeshReport& report);
+void visit(const MeshReport& report, SummaryTree& v);
 std::string to_text(const MeshReport& report);
 
 /// What `hm info` shows of a pose graph.
@@ -56,7 +56,7 @@ struct PoseGraphReport {
 };
 /// Reads a pose graph of the plane or of space (.g2o).
 Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path);
-JsonValue to_json(const PoseGraphReport& report);
+void visit(const PoseGraphReport& report, SummaryTree& v);
 std::string to_text(const PoseGraphReport& report);
 
 }  // namespace hm

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/pipeline/inspect/stream_report.hpp"
 
@@ -69,8 +68,9 @@ struct LaserRecordingReport {
 /// Looks at a laser recording: streams, rates, beams, markers, units, and what seems wrong with them.
 LaserRecordingReport inspect_laser_recording(const LaserRecording& recording);
 
-/// The report as one JSON object (keys in snake_case with units), and as lines for a terminal.
-JsonValue to_json(const LaserRecordingReport& report);
+/// The report's keys in snake_case with units, and its lines for a terminal.
+void visit(const LaserStreamStats& laser, SummaryTree& v);
+void visit(const LaserRecordingReport& report, SummaryTree& v);
 std::string to_text(const LaserRecordingReport& report);
 
 }  // namespace hm

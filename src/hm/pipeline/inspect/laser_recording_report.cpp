@@ -17,54 +17,7 @@ JsonValue sentinels_json(const LaserStreamStats& laser) {
   return list;
 }
 
-JsonValue laser_json(const LaserStreamStats& laser) {
-  JsonValue json = to_json(laser.stream);
-  json["beams"] = static_cast<std::int64_t>(laser.beams);
-  json["fewest_beams"] = static_cast<std::int64_t>(laser.fewest_beams);
-  json["angle_min_rad"] = laser.angle_min_rad;
-  json["angle_max_rad"] = laser.angle_max_rad;
-  json["angle_increment_rad"] = laser.angle_increment_rad;
-  json["time_increment_s"] = laser.time_increment_s;
-  json["range_min_m"] = laser.range_min_m;
-  json["range_max_m"] = laser.range_max_m;
-  json["returns_ratio"] = laser.returns_ratio;
-  json["no_returns_ratio"] = laser.no_returns_ratio;
-  json["invalid_ratio"] = laser.invalid_ratio;
-  json["nearest_m"] = laser.nearest_m;
-  json["median_m"] = laser.median_m;
-  json["farthest_m"] = laser.farthest_m;
-  json["sentinels"] = sentinels_json(laser);
-  json["repeated_ratio"] = laser.repeated_ratio;
-  json["latency_s"] = laser.latency_s ? JsonValue(*laser.latency_s) : JsonValue();
-  json["max_latency_s"] = laser.max_latency_s ? JsonValue(*laser.max_latency_s) : JsonValue();
-  return json;
-}
-
-JsonValue imu_json(const ImuReport& imu) {
-  JsonValue json = to_json(imu.stream);
-  json["has_orientation"] = imu.has_orientation;
-  json["force_m_s2"] = imu.force_m_s2;
-  json["still_force_m_s2"] = imu.still_force_m_s2;
-  json["still_spread_m_s2"] = imu.still_spread_m_s2;
-  json["still_turning_rad_s"] = imu.still_turning_rad_s;
-  return json;
-}
-
-JsonValue poses_json(const StreamReport& stream, double length_m) {
-  JsonValue json = to_json(stream);
-  json["path_length_m"] = length_m;
-  return json;
-}
-
 constexpr std::string_view kIndent = "           ";
-
-std::string stream_text(const StreamReport& s) {
-  std::string text = fmt::format("{:<10} {}", s.name, s.count);
-  if (s.rate_hz > 0)
-    text += fmt::format(", {:.1f} Hz, {:.2f} s, longest interval {:.0f} ms", s.rate_hz, s.duration_s,
-                        1e3 * s.longest_gap_s);
-  return text;
-}
 
 std::string sentinels_text(const LaserStreamStats& laser) {
   std::string text;
@@ -73,29 +26,72 @@ std::string sentinels_text(const LaserStreamStats& laser) {
   return text.empty() ? "none" : text;
 }
 
-std::string laser_text(const LaserStreamStats& laser) {
-  std::string text = stream_text(laser.stream) + "\n";
-  text += fmt::format("{}{} beams over {:.1f} deg ({:.1f} to {:.1f}, every {:.3f}), {:.2f} to {:.4g} m\n",
-                      kIndent, laser.beams, (laser.angle_max_rad - laser.angle_min_rad) * kDegreesPerRadian,
-                      laser.angle_min_rad * kDegreesPerRadian, laser.angle_max_rad * kDegreesPerRadian,
-                      laser.angle_increment_rad * kDegreesPerRadian, laser.range_min_m, laser.range_max_m);
-  text += fmt::format("{}{:.1f} % return, from {:.2f} to {:.2f} m, median {:.2f} m\n", kIndent,
-                      100 * laser.returns_ratio, laser.nearest_m, laser.farthest_m, laser.median_m);
-  text += fmt::format("{}{:.1f} % see nothing (markers: {}), {:.1f} % invalid\n", kIndent,
-                      100 * laser.no_returns_ratio, sentinels_text(laser), 100 * laser.invalid_ratio);
-  if (laser.latency_s)
-    text += fmt::format("{}arrives {:.1f} ms after its stamp (median; at most {:.1f})\n", kIndent,
-                        1e3 * *laser.latency_s, 1e3 * *laser.max_latency_s);
-  return text;
+/// A stream of poses, with the length of their path.
+struct PoseStream {
+  const StreamReport& stream;
+  double length_m;
+};
+void visit(const PoseStream& poses, SummaryTree& v) {
+  visit(poses.stream, v);
+  v({"path_length_m", {}, "{:.2f} m"}, poses.length_m);
+}
+std::optional<PoseStream> with_path(const std::optional<StreamReport>& stream, double length_m) {
+  return stream ? std::optional<PoseStream>({*stream, length_m}) : std::nullopt;
 }
 
-std::string imu_text(const ImuReport& imu) {
-  return fmt::format("{}{}\n{}stillest half second: {:.3f} m/s2, turning {:.4f} rad/s\n",
-                     stream_text(imu.stream), imu.has_orientation ? ", with orientation" : "", kIndent,
-                     imu.still_force_m_s2, imu.still_turning_rad_s);
+std::string laser_text(const LaserStreamStats& laser) {
+  return stream_line(laser.stream) + "\n" +
+         describe(laser).lines(
+             {"           {beams} beams over {angle_rad} ({angle_min_rad} to {angle_max_rad}, every "
+              "{angle_increment_rad}), {range_min_m} to {range_max_m}",
+              "           {returns_ratio} return, from {nearest_m} to {farthest_m}, median {median_m}",
+              "           {no_returns_ratio} see nothing (markers: {sentinels}), {invalid_ratio} invalid",
+              "           arrives {latency_s} after its stamp (median; at most {max_latency_s})"});
 }
 
 }  // namespace
+
+void visit(const LaserStreamStats& laser, SummaryTree& v) {
+  visit(laser.stream, v);
+  v({"beams"}, laser.beams);
+  v({"fewest_beams"}, laser.fewest_beams);
+  const auto angle = [&](std::string_view key, std::string_view format, double angle_rad) {
+    v({key, {}, format, kDegreesPerRadian}, angle_rad);
+  };
+  angle("angle_min_rad", "{:.1f}", laser.angle_min_rad);
+  angle("angle_max_rad", "{:.1f}", laser.angle_max_rad);
+  angle("angle_increment_rad", "{:.3f}", laser.angle_increment_rad);
+  v.shown("angle_rad", {},
+          fmt::format("{:.1f} deg", (laser.angle_max_rad - laser.angle_min_rad) * kDegreesPerRadian));
+  v({"time_increment_s"}, laser.time_increment_s);
+  v({"range_min_m", {}, "{:.2f}"}, laser.range_min_m);
+  v({"range_max_m", {}, "{:.4g} m"}, laser.range_max_m);
+  v({"returns_ratio", {}, "{:.1f} %", 100}, laser.returns_ratio);
+  v({"no_returns_ratio", {}, "{:.1f} %", 100}, laser.no_returns_ratio);
+  v({"invalid_ratio", {}, "{:.1f} %", 100}, laser.invalid_ratio);
+  v({"nearest_m", {}, "{:.2f}"}, laser.nearest_m);
+  v({"median_m", {}, "{:.2f} m"}, laser.median_m);
+  v({"farthest_m", {}, "{:.2f} m"}, laser.farthest_m);
+  v.json("sentinels", sentinels_json(laser));
+  v.shown("sentinels", {}, sentinels_text(laser));
+  v({"repeated_ratio"}, laser.repeated_ratio);
+  v.or_null({"latency_s", {}, "{:.1f} ms", 1e3}, laser.latency_s);
+  v.or_null({"max_latency_s", {}, "{:.1f}", 1e3}, laser.max_latency_s);
+}
+
+void visit(const ImuReport& imu, SummaryTree& v) {
+  visit(imu.stream, v);
+  v({"has_orientation"}, imu.has_orientation);
+  v({"force_m_s2"}, imu.force_m_s2);
+  v({"still_force_m_s2", {}, "{:.3f} m/s2"}, imu.still_force_m_s2);
+  v({"still_spread_m_s2"}, imu.still_spread_m_s2);
+  v({"still_turning_rad_s", {}, "{:.4f} rad/s"}, imu.still_turning_rad_s);
+}
+
+void visit(const LaserFinding& finding, SummaryTree& v) {
+  v({"kind"}, to_string(finding.kind));
+  v({"message"}, finding.message);
+}
 
 std::string_view to_string(LaserFindingKind kind) {
   switch (kind) {
@@ -119,35 +115,34 @@ std::string_view to_string(LaserFindingKind kind) {
   return "unknown";
 }
 
-JsonValue to_json(const LaserRecordingReport& report) {
-  JsonValue json = JsonValue::object({{"kind", report.kind}, {"path", report.path}});
-  json["lasers"] = JsonValue::array();
-  for (const LaserStreamStats& laser : report.lasers) json["lasers"].push_back(laser_json(laser));
-  json["imu"] = report.imu ? imu_json(*report.imu) : JsonValue();
-  json["ranges"] = report.ranges ? to_json(*report.ranges) : JsonValue();
-  json["odometry"] = report.odometry ? poses_json(*report.odometry, report.odometry_length_m) : JsonValue();
-  json["truth"] = report.truth ? poses_json(*report.truth, report.truth_length_m) : JsonValue();
-  json["truth_source"] = report.truth_source;
-  json["has_rig"] = report.has_rig;
-  json["findings"] = JsonValue::array();
-  for (const LaserFinding& finding : report.findings)
-    json["findings"].push_back(
-        JsonValue::object({{"kind", to_string(finding.kind)}, {"message", finding.message}}));
-  json["notes"] = JsonValue::array();
-  for (const std::string& note : report.notes) json["notes"].push_back(note);
-  return json;
+void visit(const LaserRecordingReport& report, SummaryTree& v) {
+  v({"kind"}, report.kind);
+  v({"path"}, report.path);
+  v.list("lasers", report.lasers);
+  v.group_or_null("imu", report.imu);
+  v.group_or_null("ranges", report.ranges);
+  v.group_or_null("odometry", with_path(report.odometry, report.odometry_length_m));
+  v.group_or_null("truth", with_path(report.truth, report.truth_length_m));
+  v({"truth_source"}, report.truth_source);
+  v({"has_rig"}, report.has_rig);
+  v.list("findings", report.findings);
+  v.json("notes", JsonValue::array_of(report.notes));
 }
 
 std::string to_text(const LaserRecordingReport& report) {
-  std::string text = fmt::format("recording  {} ({})\n", report.path, report.kind);
+  const SummaryTree tree = describe(report);
+  std::string text = tree.lines({"recording  {path} ({kind})"});
   for (const LaserStreamStats& laser : report.lasers) text += laser_text(laser);
-  if (report.imu) text += imu_text(*report.imu);
-  if (report.ranges) text += stream_text(*report.ranges) + "\n";
+  if (report.imu)
+    text +=
+        stream_line(report.imu->stream) + (report.imu->has_orientation ? ", with orientation\n" : "\n") +
+        tree.lines(
+            {"           stillest half second: {imu.still_force_m_s2}, turning {imu.still_turning_rad_s}"});
+  if (report.ranges) text += stream_line(*report.ranges) + "\n";
   if (report.odometry)
-    text += fmt::format("{}; path {:.2f} m\n", stream_text(*report.odometry), report.odometry_length_m);
+    text += stream_line(*report.odometry) + tree.lines({"; path {odometry.path_length_m}"});
   if (report.truth)
-    text += fmt::format("{}; path {:.2f} m, from {}\n", stream_text(*report.truth), report.truth_length_m,
-                        report.truth_source);
+    text += stream_line(*report.truth) + tree.lines({"; path {truth.path_length_m}, from {truth_source}"});
   if (report.has_rig) text += "rig        rig.toml\n";
   for (std::size_t i = 0; i < report.notes.size(); ++i)
     text += fmt::format("{}{}\n", i == 0 ? "notes      " : kIndent, report.notes[i]);

@@ -4,7 +4,6 @@
 #include <string_view>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/inspect/stream_report.hpp"
@@ -82,8 +81,8 @@ struct InspectOptions {
 RecordingReport inspect_recording(const Recording& recording, const InspectOptions& options = {},
                                   const ProgressSink& progress = {});
 
-/// The report as one JSON object (keys in snake_case with units), and as lines for a terminal.
-JsonValue to_json(const RecordingReport& report);
+/// The report's keys in snake_case with units, and its lines for a terminal.
+void visit(const RecordingReport& report, SummaryTree& v);
 std::string to_text(const RecordingReport& report);
 
 }  // namespace hm

@@ -7,62 +7,49 @@ namespace {
 
 JsonValue vector_json(const Vec3& v) { return JsonValue(JsonValue::Array{v.x(), v.y(), v.z()}); }
 
-JsonValue camera_json(const RecordingInfo& info) {
+void add_camera(const RecordingInfo& info, SummaryTree& v) {
   const PinholeCamera& c = info.camera;
   const LensDistortion& d = c.distortion;
-  return JsonValue::object(
-      {{"source", info.camera_source},
-       {"calibration", info.calibration.empty() ? JsonValue() : JsonValue(info.calibration)},
-       {"width_px", c.width},
-       {"height_px", c.height},
-       {"fx_px", c.fx},
-       {"fy_px", c.fy},
-       {"cx_px", c.cx},
-       {"cy_px", c.cy},
-       {"distortion", JsonValue(JsonValue::Array{d.k1, d.k2, d.p1, d.p2, d.k3})}});
+  v({"source"}, info.camera_source);
+  v.json("calibration", info.calibration.empty() ? JsonValue() : JsonValue(info.calibration));
+  v({"width_px"}, c.width);
+  v({"height_px"}, c.height);
+  v({"fx_px", {}, "{:.2f}"}, c.fx);
+  v({"fy_px", {}, "{:.2f}"}, c.fy);
+  v({"cx_px", {}, "{:.2f}"}, c.cx);
+  v({"cy_px", {}, "{:.2f} px"}, c.cy);
+  v.json("distortion", JsonValue(JsonValue::Array{d.k1, d.k2, d.p1, d.p2, d.k3}));
 }
 
-JsonValue depth_json(const RecordingReport& report) {
+void add_depth(const RecordingReport& report, SummaryTree& v) {
   const DepthReport& d = report.depth;
-  return JsonValue::object({{"unit_m", report.info.depth_unit_m},
-                            {"frames_sampled", static_cast<std::int64_t>(d.frames_sampled)},
-                            {"frames_unreadable", static_cast<std::int64_t>(d.frames_unreadable)},
-                            {"valid_ratio", d.valid_ratio},
-                            {"min_m", d.min_m},
-                            {"p05_m", d.p05_m},
-                            {"median_m", d.median_m},
-                            {"p95_m", d.p95_m},
-                            {"max_m", d.max_m}});
+  v({"unit_m"}, report.info.depth_unit_m);
+  v.shown("units_per_m", {}, fmt::format("{:.4g}", 1.0 / report.info.depth_unit_m));
+  v({"frames_sampled"}, d.frames_sampled);
+  v({"frames_unreadable"}, d.frames_unreadable);
+  v({"valid_ratio", {}, "{:.1f} %", 100}, d.valid_ratio);
+  v({"min_m", {}, "{:.3f}"}, d.min_m);
+  v({"p05_m", {}, "{:.2f}"}, d.p05_m);
+  v({"median_m", {}, "{:.2f} m"}, d.median_m);
+  v({"p95_m", {}, "{:.2f} m"}, d.p95_m);
+  v({"max_m", {}, "{:.2f} m"}, d.max_m);
 }
 
-std::string camera_text(const RecordingInfo& info) {
-  const PinholeCamera& c = info.camera;
-  const LensDistortion& d = c.distortion;
-  std::string text = fmt::format("{} x {}, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f} px ({})", c.width,
-                                 c.height, c.fx, c.fy, c.cx, c.cy, info.camera_source);
+/// Lens distortion and calibration, where there are any, below the camera's line.
+std::string calibration_lines(const RecordingInfo& info) {
+  const LensDistortion& d = info.camera.distortion;
+  std::string text;
   if (!d.is_zero())
-    text += fmt::format("\n           lens distortion k1 {} k2 {} p1 {} p2 {} k3 {}, removed when read", d.k1,
+    text += fmt::format("           lens distortion k1 {} k2 {} p1 {} p2 {} k3 {}, removed when read\n", d.k1,
                         d.k2, d.p1, d.p2, d.k3);
-  if (!info.calibration.empty()) text += fmt::format("\n           {}", info.calibration);
+  if (!info.calibration.empty()) text += fmt::format("           {}\n", info.calibration);
   return text;
 }
 
-std::string stream_text(const StreamReport& s, bool own_stamps) {
-  std::string text = fmt::format("{:<10} {}", s.name, s.count);
-  if (s.rate_hz <= 0) return text + "\n";
-  text += own_stamps ? fmt::format(", {:.1f} Hz, {:.2f} s", s.rate_hz, s.duration_s)
-                     : fmt::format(", no stamps of their own, {:.0f} Hz assumed", s.rate_hz);
-  if (own_stamps) text += fmt::format(", longest interval {:.0f} ms", 1e3 * s.longest_gap_s);
-  return text + "\n";
-}
-
-std::string agreement_text(const RecordingReport& report) {
-  if (report.agreement.empty()) return "not compared: no two frames with poses moved enough\n";
-  const AgreementReport& given = report.agreement[0];
-  return fmt::format(
-      "depth moved by its poses meets the depth measured there within {:.1f} mm (median of {} pairs, "
-      "{:.2f} % of the depth)\n",
-      given.agreement_mm, report.pairs_compared, 100 * given.agreement_ratio);
+/// The truth of a recording in words.
+std::string truth_text(const RecordingInfo& info) {
+  if (info.truth.empty()) return "mesh";
+  return info.truth_mesh ? "trajectory, mesh" : "trajectory";
 }
 
 }  // namespace
@@ -91,66 +78,82 @@ std::string_view to_string(FindingKind kind) {
   return "unknown";
 }
 
-JsonValue to_json(const RecordingReport& report) {
+void visit(const AgreementReport& agreement, SummaryTree& v) {
+  v({"hypothesis"}, agreement.hypothesis);
+  v({"agreement_mm", {}, "{:.1f} mm"}, agreement.agreement_mm);
+  v({"agreement_ratio", {}, "{:.2f} %", 100}, agreement.agreement_ratio);
+  v({"systematic_ratio"}, agreement.systematic_ratio);
+  v({"overlap_ratio"}, agreement.overlap_ratio);
+}
+
+void visit(const Finding& finding, SummaryTree& v) {
+  v({"kind"}, to_string(finding.kind));
+  v({"message"}, finding.message);
+}
+
+void visit(const RecordingReport& report, SummaryTree& v) {
   const RecordingInfo& info = report.info;
-  JsonValue json = JsonValue::object({{"kind", to_string(info.kind)}, {"path", info.path.string()}});
-  json["frames"] = static_cast<std::int64_t>(info.frame_count);
-  json["frames_with_color"] = static_cast<std::int64_t>(info.paired_count);
-  json["frames_with_pose"] = static_cast<std::int64_t>(info.posed_count);
-  json["has_own_stamps"] = info.has_own_stamps;
-  for (const StreamReport& stream : report.streams) json["streams"].push_back(to_json(stream));
-  json["camera"] = camera_json(info);
-  json["depth"] = depth_json(report);
-  json["path_length_m"] = report.path_length_m;
-  json["pose_extent_m"] = vector_json(report.pose_extent_m);
-  json["pose_source"] = info.trajectory_source;
+  const Vec3& extent = report.pose_extent_m;
+  v({"kind"}, to_string(info.kind));
+  v({"path"}, info.path.string());
+  v({"frames"}, info.frame_count);
+  v({"frames_with_color"}, info.paired_count);
+  v({"frames_with_pose"}, info.posed_count);
+  v({"has_own_stamps"}, info.has_own_stamps);
+  if (!report.streams.empty()) v.list("streams", report.streams);
+  v.object("camera", [&](SummaryTree& camera) { add_camera(info, camera); });
+  v.object("depth", [&](SummaryTree& depth) { add_depth(report, depth); });
+  v({"path_length_m", {}, "{:.2f} m"}, report.path_length_m);
+  v.json("pose_extent_m", vector_json(extent));
+  v.shown("pose_extent_m", {}, fmt::format("{:.2f} x {:.2f} x {:.2f} m", extent.x(), extent.y(), extent.z()));
+  v({"pose_source"}, info.trajectory_source);
   if (info.imu)
-    json["imu"] = JsonValue::object(
-        {{"source", info.imu->source}, {"has_gyroscope", JsonValue(info.imu->has_gyroscope)}});
-  json["has_truth_trajectory"] = !info.truth.empty();
-  json["has_truth_mesh"] = info.truth_mesh.has_value();
-  json["color_shift_px"] =
-      JsonValue(JsonValue::Array{report.color_shift.right_px, report.color_shift.down_px});
-  json["color_scale_ratio"] = report.color_shift.scale_ratio;
-  json["pairs_compared"] = static_cast<std::int64_t>(report.pairs_compared);
-  json["agreement"] = JsonValue::array();
-  for (const AgreementReport& a : report.agreement)
-    json["agreement"].push_back(JsonValue::object({{"hypothesis", a.hypothesis},
-                                                   {"agreement_mm", a.agreement_mm},
-                                                   {"agreement_ratio", a.agreement_ratio},
-                                                   {"systematic_ratio", a.systematic_ratio},
-                                                   {"overlap_ratio", a.overlap_ratio}}));
-  json["findings"] = JsonValue::array();
-  for (const Finding& finding : report.findings)
-    json["findings"].push_back(
-        JsonValue::object({{"kind", to_string(finding.kind)}, {"message", finding.message}}));
-  json["notes"] = info.notes;
-  return json;
+    v.object("imu", [&](SummaryTree& imu) {
+      imu({"source"}, info.imu->source);
+      imu({"has_gyroscope"}, info.imu->has_gyroscope);
+    });
+  v({"has_truth_trajectory"}, !info.truth.empty());
+  v({"has_truth_mesh"}, info.truth_mesh.has_value());
+  v.json("color_shift_px",
+         JsonValue(JsonValue::Array{report.color_shift.right_px, report.color_shift.down_px}));
+  v({"color_scale_ratio"}, report.color_shift.scale_ratio);
+  v({"pairs_compared"}, report.pairs_compared);
+  v.list("agreement", report.agreement);
+  v.list("findings", report.findings);
+  v({"notes"}, info.notes);
 }
 
 std::string to_text(const RecordingReport& report) {
   const RecordingInfo& info = report.info;
-  const DepthReport& d = report.depth;
-  const Vec3& extent = report.pose_extent_m;
-  std::string text = fmt::format("recording  {} ({})\n", info.path.string(), to_string(info.kind));
-  for (const StreamReport& stream : report.streams) text += stream_text(stream, info.has_own_stamps);
+  const SummaryTree tree = describe(report);
+  std::string text = tree.lines({"recording  {path} ({kind})"});
+  for (const StreamReport& stream : report.streams) text += stream_line(stream, info.has_own_stamps) + "\n";
   if (info.imu)
-    text += fmt::format("imu        {}{}\n", info.imu->source,
-                        info.imu->has_gyroscope ? "" : ": accelerometer alone, no gyroscope");
-  text += fmt::format("frames     {} with depth, {} of them with colour, {} with a pose\n", info.frame_count,
-                      info.paired_count, info.posed_count);
-  text += fmt::format("camera     {}\n", camera_text(info));
-  text += fmt::format(
-      "depth      {:.4g} units per metre; {:.3f} to {:.2f} m, median {:.2f} m, 90 % within {:.2f} to "
-      "{:.2f} m; {:.1f} % of the pixels valid\n",
-      1.0 / info.depth_unit_m, d.min_m, d.max_m, d.median_m, d.p05_m, d.p95_m, 100 * d.valid_ratio);
+    text +=
+        tree.lines({info.imu->has_gyroscope ? "imu        {imu.source}"
+                                            : "imu        {imu.source}: accelerometer alone, no gyroscope"});
+  text +=
+      tree.lines({"frames     {frames} with depth, {frames_with_color} of them with colour, "
+                  "{frames_with_pose} with a pose",
+                  "camera     {camera.width_px} x {camera.height_px}, fx {camera.fx_px} fy {camera.fy_px} cx "
+                  "{camera.cx_px} cy "
+                  "{camera.cy_px} ({camera.source})"});
+  text += calibration_lines(info);
+  text +=
+      tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
+                  "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "
+                  "pixels valid"});
   if (!info.trajectory.empty())
-    text += fmt::format("poses      {}; path {:.2f} m, in a box of {:.2f} x {:.2f} x {:.2f} m\n",
-                        info.trajectory_source, report.path_length_m, extent.x(), extent.y(), extent.z());
-  if (!info.truth.empty() || info.truth_mesh)
-    text += fmt::format("truth      {}{}{}\n", info.truth.empty() ? "" : "trajectory",
-                        !info.truth.empty() && info.truth_mesh ? ", " : "", info.truth_mesh ? "mesh" : "");
-  text += "agreement  " + agreement_text(report);
+    text += tree.lines({"poses      {pose_source}; path {path_length_m}, in a box of {pose_extent_m}"});
+  if (!info.truth.empty() || info.truth_mesh) text += "truth      " + truth_text(info) + "\n";
+  if (report.agreement.empty())
+    text += "agreement  not compared: no two frames with poses moved enough\n";
+  else
+    text +=
+        describe(report.agreement.front())
+            .lines({fmt::format("agreement  depth moved by its poses meets the depth measured there within "
+                                "{{agreement_mm}} (median of {} pairs, {{agreement_ratio}} of the depth)",
+                                report.pairs_compared)});
   if (!info.notes.empty()) {
     std::string notes = info.notes;
     for (std::size_t at = 0; (at = notes.find('\n', at)) != std::string::npos; at += 12)

@@ -20,13 +20,20 @@ StreamReport describe_stream(std::string name, const std::vector<Time>& stamps, 
   return stream;
 }
 
-JsonValue to_json(const StreamReport& s) {
-  return JsonValue::object({{"name", s.name},
-                            {"count", static_cast<std::int64_t>(s.count)},
-                            {"rate_hz", s.rate_hz},
-                            {"duration_s", s.duration_s},
-                            {"gaps", static_cast<std::int64_t>(s.gaps)},
-                            {"longest_gap_s", s.longest_gap_s}});
+void visit(const StreamReport& stream, SummaryTree& v) {
+  v({"name", {}, "{:<10}"}, stream.name);
+  v({"count"}, stream.count);
+  v({"rate_hz", {}, "{:.1f} Hz"}, stream.rate_hz);
+  v({"duration_s", {}, "{:.2f} s"}, stream.duration_s);
+  v({"gaps"}, stream.gaps);
+  v({"longest_gap_s", {}, "{:.0f} ms", 1e3}, stream.longest_gap_s);
+}
+
+std::string stream_line(const StreamReport& stream, bool has_own_stamps) {
+  return *describe(stream).sentence(
+      stream.rate_hz <= 0 ? "{name} {count}"
+      : has_own_stamps    ? "{name} {count}, {rate_hz}, {duration_s}, longest interval {longest_gap_s}"
+                          : "{name} {count}, no stamps of their own, {rate_hz} assumed");
 }
 
 }  // namespace hm

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/time.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -21,7 +21,10 @@ struct StreamReport {
 
 /// The report of a stream with these stamps, in order; `count` may be more than there are stamps for.
 StreamReport describe_stream(std::string name, const std::vector<Time>& stamps, std::size_t count);
-JsonValue to_json(const StreamReport& stream);
+/// name, count, rate_hz, duration_s, gaps, longest_gap_s.
+void visit(const StreamReport& stream, SummaryTree& v);
+/// A line for a terminal, without its end. Without stamps of their own frames have an assumed rate.
+std::string stream_line(const StreamReport& stream, bool has_own_stamps = true);
 
 /// The stamps of things that have one.
 template <class Item>

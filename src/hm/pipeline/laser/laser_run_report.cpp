@@ -9,58 +9,22 @@
 namespace hm {
 namespace {
 
-using Rows = std::vector<std::vector<std::string>>;
-
-void add_before_and_after(HtmlReport& report, const LaserSummary& summary) {
-  Rows rows;
-  const auto compare = [&](const char* what, const std::string& before, const std::string& after) {
-    rows.push_back({what, before, after});
+/// Adds what the correction changed: errors and sizes in `odom` and in `map`.
+void add_before_and_after(HtmlReport& report, const LaserSummary& laser, const SummaryTree& summary) {
+  SummaryTree::Rows rows;
+  const auto compare = [&](const char* what, const char* before, const char* after) {
+    if (const auto first = summary.sentence(before)) rows.push_back({what, *first, *summary.sentence(after)});
   };
-  if (summary.error && summary.error_odom)
-    compare("position error against the truth, RMSE",
-            fmt::format("{:.3f} m", summary.error_odom->position_m.rmse),
-            fmt::format("{:.3f} m", summary.error->position_m.rmse));
-  if (summary.relation_error && summary.relation_error_odom)
-    compare("relations, mean error", fmt::format("{:.4f} m", summary.relation_error_odom->translation_m.mean),
-            fmt::format("{:.4f} m", summary.relation_error->translation_m.mean));
-  if (const auto& odom = summary.map_frame.mvog_odom) {
-    compare("area of the map", fmt::format("{:.1f} m2", odom->area_m2),
-            fmt::format("{:.1f} m2", summary.mvog.area_m2));
-    compare("occupied volumes", std::to_string(odom->volumes_positive),
-            std::to_string(summary.mvog.volumes_positive));
-    compare("memory", fmt::format("{:.2f} MB", static_cast<double>(odom->bytes) * 1e-6),
-            fmt::format("{:.2f} MB", static_cast<double>(summary.mvog.bytes) * 1e-6));
+  compare("position error against the truth, RMSE", "{ate_rmse_odom_m}", "{ate_rmse_m}");
+  compare("relations, mean error", "{relation_error_odom_m.mean}", "{relation_error_m.mean}");
+  if (const auto& odom = laser.map_frame.mvog_odom) {
+    const auto before = describe(*odom).rows(), after = summary.rows("mvog");
+    for (std::size_t i = 0; i < before.size(); ++i) rows.push_back({before[i][0], before[i][1], after[i][1]});
   }
   if (!rows.empty()) report.add_table({"", "in odom", "in map"}, rows);
 }
 
-void add_loops(HtmlReport& report, const MapFrameSummary& map) {
-  const ScanGraphStatistics& loops = map.loops;
-  report.add_table({"searches for loops", ""},
-                   Rows{{"candidates", std::to_string(loops.candidates)},
-                        {"closed", std::to_string(loops.accepted)},
-                        {"the scan fits nowhere", std::to_string(loops.no_match)},
-                        {"it fits several places", std::to_string(loops.ambiguous)},
-                        {"search given up", std::to_string(loops.gave_up)},
-                        {"not confirmed by PL-ICP", std::to_string(loops.not_verified)},
-                        {"taken out again: the others contradict", std::to_string(loops.taken_out)},
-                        {"nodes of the graph", std::to_string(map.nodes)},
-                        {"times solved", std::to_string(map.solutions)}});
-}
-
-void add_place(HtmlReport& report, const LaserSummary& summary, const LocalisationSummary& place) {
-  report.add_table({"place in the map", place.map.string()},
-                   Rows{{"scans that were located", fmt::format("{} of {}", place.located, place.sought)},
-                        {"first after", fmt::format("{:.2f} s", place.first_fix_s.value_or(0))},
-                        {"searches of the whole map",
-                         fmt::format("{}: {} found, {} ambiguous, {} nowhere, {} given up", place.searches,
-                                     place.found, place.ambiguous, place.not_found, place.gave_up)},
-                        {"lost", std::to_string(place.lost)},
-                        {"score of the located scans (1: every point on a wall)",
-                         fmt::format("{:.2f} median, {:.2f} least", place.score.median, place.score.min)},
-                        {"jumps against odometry, a scan",
-                         fmt::format("{:.3f} m median, {:.3f} m 99 %", place.correction_m.median,
-                                     place.correction_m.p99)}});
+void add_scores(HtmlReport& report, const LaserSummary& summary) {
   PlotSeries scores{"score", {}, {}, SeriesStyle::kScatter};
   for (const LaserScanRecord& record : summary.records)
     if (const auto& found = record.step.map_frame.localisation; found && found->T_map_base) {
@@ -152,39 +116,17 @@ PlotOptions over_time(std::string label) {
   return plot;
 }
 
-void add_cards(HtmlReport& report, const LaserSummary& summary) {
-  report.add_card({"scans",
-                   std::to_string(summary.trajectory.size()),
-                   {},
-                   fmt::format("of {} have a pose", summary.scans_total)});
-  report.add_card({"path", fmt::format("{:.1f}", path_length(summary.trajectory)), "m",
-                   fmt::format("in {:.0f} s", summary.recording_s)});
-  if (summary.matched_scans)
-    report.add_card({"matching", fmt::format("{:.2f}", summary.match_ms.median), "ms",
-                     fmt::format("a scan, median; 99 % under {:.2f} ms", summary.match_ms.p99)});
-  report.add_card({"map", fmt::format("{:.0f}", summary.mvog.area_m2), "m2",
-                   fmt::format("{:.2f} MB; {:.2f} us a beam", static_cast<double>(summary.mvog.bytes) * 1e-6,
-                               summary.insert_us_per_beam)});
-  if (summary.error)
-    report.add_card({"position error", fmt::format("{:.1f}", summary.error->position_m.rmse * 1e2), "cm",
-                     "RMSE after fitting to the truth"});
-  if (summary.height_error)
-    report.add_card(
-        {"height error", fmt::format("{:.1f}", summary.height_error->rmse_m * 1e2), "cm", "RMSE"});
-  if (const MapFrameSummary& map = summary.map_frame; map.localisation)
-    report.add_card({"located",
-                     std::to_string(map.localisation->located),
-                     {},
-                     fmt::format("of {} scans in the saved map", map.localisation->sought)});
-  else if (map.source == MapFrameSource::kLoops)
-    report.add_card({"loops",
-                     std::to_string(map.loops.accepted - map.loops.taken_out),
-                     {},
-                     fmt::format("closed, of {} candidates", map.loops.candidates)});
-  if (summary.relation_error)
-    report.add_card({"relations", fmt::format("{:.1f}", summary.relation_error->translation_m.mean * 1e2),
-                     "cm",
-                     fmt::format("mean error of {} relative poses", summary.relation_error->errors.size())});
+void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
+  add_cards(report, summary,
+            {{"scans", "{scans.posed}", "of {scans.total} have a pose"},
+             {"path", "{path_length_m}", "in {recording_s}"},
+             {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"},
+             {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
+             {"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
+             {"height error", "{height_rmse_m}", "RMSE"},
+             {"located", "{localisation.located}", "of {localisation.sought} scans in the saved map"},
+             {"loops", "{loops.closed}", "closed, of {loops.candidates} candidates"},
+             {"relations", "{relation_error_m.mean}", "mean error of {relations.used} relative poses"}});
 }
 
 void add_path_section(HtmlReport& report, const LaserSummary& summary) {
@@ -212,6 +154,24 @@ void add_path_section(HtmlReport& report, const LaserSummary& summary) {
   report.add_svg(plot_svg({&errors, 1}, over_time("position error (m)")), "Distance from the truth.");
 }
 
+/// Adds the section about the frame `map`: loops or the place in a saved map, what the correction changed,
+/// and where `odom` lay over time. Nothing where `map` is `odom` by choice.
+void add_map_frame_section(HtmlReport& report, const LaserSummary& laser, const SummaryTree& summary) {
+  const MapFrameSummary& map = laser.map_frame;
+  if (map.source == MapFrameSource::kOdometry) return;
+  report.begin_section(
+      map.localisation ? "Place in the map" : "Loops",
+      map.corrected
+          ? fmt::format("Path and map are those of the corrected poses, up to {:.2f} m from odometry's; "
+                        "the map was rebuilt in {:.1f} s.",
+                        map.max_shift_m, map.rebuild_s)
+          : std::string("No loop was closed: path and map are those of odometry."));
+  add_before_and_after(report, laser, summary);
+  add_summary_table(report, summary, map.localisation ? "localisation" : "loops");
+  if (map.localisation) add_scores(report, laser);
+  add_history(report, laser);
+}
+
 void add_height_section(HtmlReport& report, const LaserSummary& summary) {
   std::vector<PlotSeries> series{series_of(summary, "height", height_of),
                                  series_of(summary, "floor", floor_of)};
@@ -228,11 +188,7 @@ void add_height_section(HtmlReport& report, const LaserSummary& summary) {
   }
   report.begin_section("Height", "Of the vehicle over the floor under its first reading.");
   report.add_svg(plot_svg(series, over_time("height (m)")), "Height, and the level of the floor below.");
-  std::vector<std::vector<std::string>> rows;
-  for (const FloorLevel& floor : summary.floors)
-    rows.push_back({fmt::format("{:.3f}", floor.level_m), fmt::format("{:.3f}", floor.std_m),
-                    std::to_string(floor.sightings)});
-  if (!rows.empty()) report.add_table({"floor (m)", "standard deviation (m)", "scans"}, rows);
+  add_list_table(report, describe(summary), "floors");
 }
 
 void add_motion_section(HtmlReport& report, const LaserSummary& summary) {
@@ -262,50 +218,32 @@ void add_cost_section(HtmlReport& report, const LaserSummary& summary) {
   report.add_svg(plot_svg({&area, 1}, over_time("area (m2)")), "Area of the map.");
 }
 
-void add_failures(HtmlReport& report, const LaserSummary& summary) {
-  if (summary.failure_reasons.empty()) return;
+void add_failures(HtmlReport& report, const SummaryTree& summary) {
+  const auto rows = summary.rows("failure_reasons");
+  if (rows.empty()) return;
   report.begin_section("Scans without a pose");
-  std::vector<std::vector<std::string>> rows;
-  for (const auto& [reason, count] : summary.failure_reasons) rows.push_back({reason, std::to_string(count)});
   report.add_table({"reason", "scans"}, rows);
 }
 
 }  // namespace
 
-void add_map_frame_section(HtmlReport& report, const LaserSummary& summary) {
-  const MapFrameSummary& map = summary.map_frame;
-  if (map.source == MapFrameSource::kOdometry) return;
-  report.begin_section(
-      map.localisation ? "Place in the map" : "Loops",
-      map.corrected
-          ? fmt::format("Path and map are those of the corrected poses, up to {:.2f} m from odometry's; "
-                        "the map was made anew in {:.1f} s.",
-                        map.max_shift_m, map.rebuild_s)
-          : std::string("No loop was closed: path and map are those of odometry."));
-  add_before_and_after(report, summary);
-  if (map.localisation)
-    add_place(report, summary, *map.localisation);
-  else
-    add_loops(report, map);
-  add_history(report, summary);
-}
-
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
+  const SummaryTree tree = describe(summary);
   HtmlReport report("Laser run of " + summary.recording.filename().string());
   report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     fmt::format("{} of {} scans have a pose; the map covers {:.0f} m2.",
-                                 summary.trajectory.size(), summary.scans_total, summary.mvog.area_m2));
-  add_cards(report, summary);
+                     *tree.sentence("{scans.posed} of {scans.total} scans have a pose; the map covers "
+                                    "{mvog.area_m2}."));
+  add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   if (!material.figures.empty()) report.begin_section("Map");
   for (const Figure& figure : material.figures) add_figure(report, figure);
   add_path_section(report, summary);
-  add_map_frame_section(report, summary);
+  add_map_frame_section(report, summary, tree);
   add_height_section(report, summary);
   add_motion_section(report, summary);
   add_cost_section(report, summary);
-  add_failures(report, summary);
+  add_failures(report, tree);
   report.begin_section("Recording", fmt::format("{} ({})", summary.recording.string(), summary.kind));
   report.add_list(summary.choices);
   return page_with_parameters(report, material.parameters_toml, material.program_version);

@@ -1,7 +1,9 @@
 #include "hm/pipeline/laser/laser_summary.hpp"
 
+#include "hm/core/angle.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/pipeline/common/box_json.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -59,117 +61,105 @@ LocalisationSummary summarise_localisation(std::span<const LaserScanRecord> reco
   return summary;
 }
 
-JsonValue pose_to_json(const SE2& pose) {
-  return JsonValue::object({{"x_m", pose.x()}, {"y_m", pose.y()}, {"yaw_rad", pose.angle()}});
+/// Adds mean and deviation of the errors of relative poses.
+void add_relations(SummaryTree& v, const SummaryDoc& doc, double mean, double deviation) {
+  v.object(doc.key, [&](SummaryTree& error) {
+    error({"mean", doc.label, doc.format}, mean);
+    error({"std", {}, doc.format}, deviation);
+  });
 }
 
-/// What both sources have in common.
-JsonValue common_json(const MapFrameSummary& summary) {
-  auto json = JsonValue::object({{"corrected", summary.corrected},
-                                 {"T_map_odom", pose_to_json(summary.T_map_odom)},
-                                 {"max_shift_m", summary.max_shift_m},
-                                 {"changes", summary.history.size()},
-                                 {"ms_median", summary.ms.median},
-                                 {"ms_p99", summary.ms.p99},
-                                 {"ms_max", summary.ms.max},
-                                 {"rebuild_s", summary.rebuild_s}});
-  if (summary.mvog_odom)
-    json["mvog_odom"] = JsonValue::object({{"bytes", summary.mvog_odom->bytes},
-                                           {"area_m2", summary.mvog_odom->area_m2},
-                                           {"volumes_positive", summary.mvog_odom->volumes_positive},
-                                           {"volumes_negative", summary.mvog_odom->volumes_negative}});
-  return json;
-}
-
-std::string localisation_text(const LocalisationSummary& place) {
-  return fmt::format(
-      "place     in {}: {} of {} scans, first after {:.1f} s, score {:.2f} (median), against odometry {:.3f} "
-      "m "
-      "(median) {:.3f} m (99 %)\n          {} searches of the whole map ({} found, {} ambiguous, {} nowhere, "
-      "{} "
-      "given up), lost {} times\n",
-      place.map.string(), place.located, place.sought, place.first_fix_s.value_or(0), place.score.median,
-      place.correction_m.median, place.correction_m.p99, place.searches, place.found, place.ambiguous,
-      place.not_found, place.gave_up, place.lost);
-}
-
-JsonValue times_to_json(const Summary& times) {
-  return JsonValue::object(
-      {{"median", times.median}, {"p99", times.p99}, {"mean", times.mean}, {"max", times.max}});
-}
-
-JsonValue mvog_to_json(const MvogSize& size) {
-  return JsonValue::object({{"bytes", size.bytes},
-                            {"area_m2", size.area_m2},
-                            {"volumes_positive", size.volumes_positive},
-                            {"volumes_negative", size.volumes_negative},
-                            {"columns", size.columns},
-                            {"tiles", size.tiles}});
-}
-
-JsonValue floors_to_json(const std::vector<FloorLevel>& floors) {
-  auto list = JsonValue::array();
-  for (const FloorLevel& floor : floors)
-    list.push_back(JsonValue::object({{"level_m", floor.level_m}, {"std_m", floor.std_m}}));
-  return list;
-}
-
-JsonValue relation_m_to_json(const RelationErrors& errors) {
-  return JsonValue::object({{"mean", errors.translation_m.mean}, {"std", errors.translation_std_m}});
-}
-
-JsonValue relation_rad_to_json(const RelationErrors& errors) {
-  return JsonValue::object({{"mean", errors.rotation_rad.mean}, {"std", errors.rotation_std_rad}});
-}
-
-/// Before the run was corrected.
-void add_errors_of_odom(const LaserSummary& summary, JsonValue& json) {
-  if (summary.error_odom) {
-    json["ate_rmse_odom_m"] = summary.error_odom->position_m.rmse;
-    json["ate_rotation_rmse_odom_rad"] = summary.error_odom->rotation_rad.rmse;
-  }
-  if (!summary.relation_error_odom) return;
-  json["relation_error_odom_m"] = relation_m_to_json(*summary.relation_error_odom);
-  json["relation_error_odom_rad"] = relation_rad_to_json(*summary.relation_error_odom);
-}
-
-void add_errors(const LaserSummary& summary, JsonValue& json) {
+void add_errors(const LaserSummary& summary, SummaryTree& v) {
   if (summary.error) {
-    json["ate_rmse_m"] = summary.error->position_m.rmse;
-    json["ate_rotation_rmse_rad"] = summary.error->rotation_rad.rmse;
-    json["truth"] = summary.truth_source;
+    v({"ate_rmse_m", "position error, RMSE", "{:.4f} m"}, summary.error->position_m.rmse);
+    v({"ate_rotation_rmse_rad", "rotation error, RMSE", "{:.3f} deg", kDegreesPerRadian},
+      summary.error->rotation_rad.rmse);
+    v({"truth", "truth"}, summary.truth_source);
+    v.shown("pairs", "poses compared", std::to_string(summary.error->pairs));
   }
   if (summary.height_error) {
-    json["height_rmse_m"] = summary.height_error->rmse_m;
-    json["height_offset_m"] = summary.height_error->offset_m;
+    v({"height_rmse_m", "height error, RMSE", "{:.4f} m"}, summary.height_error->rmse_m);
+    v({"height_offset_m", {}, "{:.4f} m"}, summary.height_error->offset_m);
+    v.shown("height_max_m", "height error, at most", fmt::format("{:.4f} m", summary.height_error->max_m));
   }
   if (!summary.relation_error) return;
   const RelationErrors& errors = *summary.relation_error;
-  json["relation_error_m"] = relation_m_to_json(errors);
-  json["relation_error_rad"] = relation_rad_to_json(errors);
-  json["relations"] = JsonValue::object({{"used", errors.errors.size()}, {"unmatched", errors.unmatched}});
+  add_relations(v, {"relation_error_m", "relations, mean error", "{:.4f} m"}, errors.translation_m.mean,
+                errors.translation_std_m);
+  add_relations(v, {"relation_error_rad", "relations, mean error", "{:.5f} rad"}, errors.rotation_rad.mean,
+                errors.rotation_std_rad);
+  v.object("relations", [&](SummaryTree& relations) {
+    relations({"used", "relations used"}, errors.errors.size());
+    relations({"unmatched", "relations without poses"}, errors.unmatched);
+  });
 }
 
-std::string error_text(const LaserSummary& summary) {
-  std::string text;
-  if (summary.error)
-    text += fmt::format("against the truth: position RMSE {:.4f} m, rotation RMSE {:.3f} deg ({} poses)\n",
-                        summary.error->position_m.rmse, summary.error->rotation_rad.rmse * 57.29577951308232,
-                        summary.error->pairs);
-  if (summary.height_error)
-    text += fmt::format("                   height RMSE {:.4f} m, at most {:.4f} m\n",
-                        summary.height_error->rmse_m, summary.height_error->max_m);
-  if (summary.relation_error)
-    text += fmt::format("against {} relations: {:.4f} m +- {:.4f} m, {:.5f} rad\n",
-                        summary.relation_error->errors.size(), summary.relation_error->translation_m.mean,
-                        summary.relation_error->translation_std_m, summary.relation_error->rotation_rad.mean);
-  if (summary.error_odom)
-    text += fmt::format("before correction: position RMSE {:.4f} m\n", summary.error_odom->position_m.rmse);
-  if (summary.relation_error_odom)
-    text += fmt::format("before correction: relations {:.4f} m, {:.5f} rad\n",
-                        summary.relation_error_odom->translation_m.mean,
-                        summary.relation_error_odom->rotation_rad.mean);
-  return text;
+/// Adds the errors before the run was corrected.
+void add_errors_of_odom(const LaserSummary& summary, SummaryTree& v) {
+  if (summary.error_odom) {
+    v({"ate_rmse_odom_m", {}, "{:.4f} m"}, summary.error_odom->position_m.rmse);
+    v({"ate_rotation_rmse_odom_rad", {}, "{:.3f} deg", kDegreesPerRadian},
+      summary.error_odom->rotation_rad.rmse);
+  }
+  if (!summary.relation_error_odom) return;
+  const RelationErrors& errors = *summary.relation_error_odom;
+  add_relations(v, {"relation_error_odom_m", {}, "{:.4f} m"}, errors.translation_m.mean,
+                errors.translation_std_m);
+  add_relations(v, {"relation_error_odom_rad", {}, "{:.5f} rad"}, errors.rotation_rad.mean,
+                errors.rotation_std_rad);
+}
+
+/// Adds what loops and a saved map have in common.
+void add_map_frame(const MapFrameSummary& map, SummaryTree& v) {
+  v({"corrected"}, map.corrected);
+  v.object("T_map_odom", [&](SummaryTree& pose) {
+    pose({"x_m", {}, "{:.3f}"}, map.T_map_odom.x());
+    pose({"y_m", {}, "{:.3f}"}, map.T_map_odom.y());
+    pose({"yaw_rad", {}, "{:.4f} rad"}, map.T_map_odom.angle());
+  });
+  v({"max_shift_m", "poses moved, at most", "{:.2f} m"}, map.max_shift_m);
+  v({"changes", "changes of T_map_odom"}, map.history.size());
+  v({"ms_median", "a scan, median", "{:.2f} ms"}, map.ms.median);
+  v({"ms_p99", "a scan, 99 % under", "{:.2f} ms"}, map.ms.p99);
+  v({"ms_max", "a scan, at most", "{:.2f} ms"}, map.ms.max);
+  v({"rebuild_s", "map rebuilt in", "{:.1f} s"}, map.rebuild_s);
+}
+
+void add_loops(const MapFrameSummary& map, SummaryTree& v) {
+  const ScanGraphStatistics& loops = map.loops;
+  add_map_frame(map, v);
+  v({"nodes", "nodes of the graph"}, map.nodes);
+  v({"solutions", "times solved"}, map.solutions);
+  v({"candidates", "candidates"}, loops.candidates);
+  v({"accepted", "accepted"}, loops.accepted);
+  v.shown("closed", "closed", std::to_string(loops.accepted - loops.taken_out));
+  v({"rejected", "rejected"}, loops.rejected());
+  v({"no_match", "the scan fits nowhere"}, loops.no_match);
+  v({"ambiguous", "it fits several places"}, loops.ambiguous);
+  v({"gave_up", "search given up"}, loops.gave_up);
+  v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
+  v({"taken_out", "taken out again: the others contradict"}, loops.taken_out);
+}
+
+void add_place(const MapFrameSummary& map, const LocalisationSummary& place, SummaryTree& v) {
+  add_map_frame(map, v);
+  v({"map", "map"}, place.map.string());
+  v({"sure", "sure"}, place.is_sure());
+  v({"located", "scans located"}, place.located);
+  v({"sought", "scans sought"}, place.sought);
+  v({"searches", "searches of the whole map"}, place.searches);
+  v({"found", "found"}, place.found);
+  v({"ambiguous", "ambiguous"}, place.ambiguous);
+  v({"not_found", "nowhere"}, place.not_found);
+  v({"gave_up", "given up"}, place.gave_up);
+  v({"match_failed", "not matched"}, place.match_failed);
+  v({"lost", "lost"}, place.lost);
+  v({"too_few_points", "too few points"}, place.too_few_points);
+  v.or_null({"first_fix_s", "first located after", "{:.2f} s"}, place.first_fix_s);
+  v.spread({"score", "score of the located scans (1: every point on a wall)", "{:.2f}"}, place.score,
+           {"median", "min"});
+  v.spread({"correction_m", "jumps against odometry, a scan", "{:.3f} m"}, place.correction_m,
+           {"median", "p99"});
 }
 
 std::string_view name_of(HeightStatus status) {
@@ -216,46 +206,6 @@ MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const 
   return summary;
 }
 
-JsonValue loops_to_json(const MapFrameSummary& summary) {
-  if (summary.source != MapFrameSource::kLoops) return {};
-  const ScanGraphStatistics& loops = summary.loops;
-  JsonValue json = common_json(summary);
-  json["nodes"] = summary.nodes;
-  json["solutions"] = summary.solutions;
-  json["candidates"] = loops.candidates;
-  json["accepted"] = loops.accepted;
-  json["rejected"] = loops.rejected();
-  json["no_match"] = loops.no_match;
-  json["ambiguous"] = loops.ambiguous;
-  json["gave_up"] = loops.gave_up;
-  json["not_verified"] = loops.not_verified;
-  json["taken_out"] = loops.taken_out;
-  return json;
-}
-
-JsonValue localisation_to_json(const MapFrameSummary& summary) {
-  if (!summary.localisation) return {};
-  const LocalisationSummary& place = *summary.localisation;
-  JsonValue json = common_json(summary);
-  json["map"] = place.map.string();
-  json["sure"] = place.is_sure();
-  json["located"] = place.located;
-  json["sought"] = place.sought;
-  json["searches"] = place.searches;
-  json["found"] = place.found;
-  json["ambiguous"] = place.ambiguous;
-  json["not_found"] = place.not_found;
-  json["gave_up"] = place.gave_up;
-  json["match_failed"] = place.match_failed;
-  json["lost"] = place.lost;
-  json["too_few_points"] = place.too_few_points;
-  json["first_fix_s"] = place.first_fix_s ? JsonValue(*place.first_fix_s) : JsonValue();
-  json["score"] = JsonValue::object({{"median", place.score.median}, {"min", place.score.min}});
-  json["correction_m"] =
-      JsonValue::object({{"median", place.correction_m.median}, {"p99", place.correction_m.p99}});
-  return json;
-}
-
 JsonValue history_to_json(const MapFrameSummary& summary, Time begin) {
   auto time_s = JsonValue::array(), x_m = JsonValue::array(), y_m = JsonValue::array(),
        yaw_rad = JsonValue::array();
@@ -276,87 +226,113 @@ std::string map_frame_csv(const MapFrameSummary& summary) {
   return text;
 }
 
-std::string to_text(const MapFrameSummary& summary) {
-  std::string text;
-  const ScanGraphStatistics& loops = summary.loops;
-  if (summary.source == MapFrameSource::kLoops)
-    text += fmt::format("loops     {} of {} candidates closed; {} nodes, solved {} times\n",
-                        loops.accepted - loops.taken_out, loops.candidates, summary.nodes, summary.solutions);
-  if (summary.localisation) text += localisation_text(*summary.localisation);
-  if (summary.corrected)
-    text += fmt::format(
-        "          odom to map at the end ({:.3f}, {:.3f}) m, {:.4f} rad; map made anew in {:.1f} s\n",
-        summary.T_map_odom.x(), summary.T_map_odom.y(), summary.T_map_odom.angle(), summary.rebuild_s);
-  return text;
+void visit(const MvogSize& size, SummaryTree& v) {
+  v({"bytes", "memory", "{:.2f} MB", 1e-6}, size.bytes);
+  v({"area_m2", "area of the map", "{:.1f} m2"}, size.area_m2);
+  v({"volumes_positive", "occupied volumes"}, size.volumes_positive);
+  v({"volumes_negative", "free volumes"}, size.volumes_negative);
+  v({"columns"}, size.columns);
+  v({"tiles"}, size.tiles);
 }
 
-JsonValue to_json(const LaserSummary& summary) {
-  auto json = JsonValue::object();
-  json["kind"] = summary.kind;
-  json["laser"] = summary.laser;
-  json["poses"] = summary.matched_scans ? "scans" : "odometry";
-  json["pace"] = summary.pace == LaserPace::kRealtime ? "realtime" : "fast";
-  json["choices"] = JsonValue::array_of(summary.choices);
-  json["scans"] = JsonValue::object({{"total", summary.scans_total},
-                                     {"read", summary.scans_read},
-                                     {"posed", summary.trajectory.size()},
-                                     {"matched", summary.scans_matched},
-                                     {"failed", summary.scans_failed},
-                                     {"dropped", summary.scans_dropped},
-                                     {"keyframes", summary.keyframes},
-                                     {"searched", summary.scans_searched},
-                                     {"found", summary.scans_found},
-                                     {"restarts", summary.restarts}});
-  auto reasons = JsonValue::object();
-  for (const auto& [reason, count] : summary.failure_reasons) reasons[reason] = count;
-  json["failure_reasons"] = std::move(reasons);
-  json["interrupted"] = summary.interrupted;
-  json["run_s"] = summary.run_s;
-  json["recording_s"] = summary.recording_s;
-  json["match_ms"] = summary.matched_scans ? times_to_json(summary.match_ms) : JsonValue();
-  json["insert_ms"] = times_to_json(summary.insert_ms);
-  json["insert_us_per_beam"] = summary.insert_us_per_beam;
-  json["beams"] = summary.beams;
-  json["path_length_m"] = path_length(summary.trajectory);
-  json["mvog"] = mvog_to_json(summary.mvog);
-  json["bounds_m"] = to_json(summary.bounds_m);
-  if (!summary.floors.empty()) json["floors"] = floors_to_json(summary.floors);
-  json["loops"] = loops_to_json(summary.map_frame);
-  json["localisation"] = localisation_to_json(summary.map_frame);
-  json["path_length_odom_m"] = path_length(summary.trajectory_odom);
-  add_errors(summary, json);
-  add_errors_of_odom(summary, json);
-  return json;
+void visit(const FloorLevel& floor, SummaryTree& v) {
+  v({"level_m", "floor", "{:.3f} m"}, floor.level_m);
+  v({"std_m", "standard deviation", "{:.3f} m"}, floor.std_m);
+  v.shown("sightings", "scans", std::to_string(floor.sightings));
+}
+
+void visit(const LaserSummary& summary, SummaryTree& v) {
+  v({"kind"}, summary.kind);
+  v({"laser"}, summary.laser);
+  v({"poses"}, summary.matched_scans ? "scans" : "odometry");
+  v({"pace"}, summary.pace == LaserPace::kRealtime ? "realtime" : "fast");
+  v.json("choices", JsonValue::array_of(summary.choices));
+  v.object("scans", [&](SummaryTree& scans) {
+    scans({"total"}, summary.scans_total);
+    scans({"read"}, summary.scans_read);
+    scans({"posed"}, summary.trajectory.size());
+    scans({"matched"}, summary.scans_matched);
+    scans({"failed"}, summary.scans_failed);
+    scans({"dropped"}, summary.scans_dropped);
+    scans({"keyframes"}, summary.keyframes);
+    scans({"searched"}, summary.scans_searched);
+    scans({"found"}, summary.scans_found);
+    scans({"restarts"}, summary.restarts);
+  });
+  v.object("failure_reasons", [&](SummaryTree& reasons) {
+    for (const auto& [reason, count] : summary.failure_reasons) reasons({reason, reason}, count);
+  });
+  v({"interrupted"}, summary.interrupted);
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
+  v({"recording_s", "recording", "{:.1f} s"}, summary.recording_s);
+  v.json("match_ms", {});
+  if (summary.matched_scans) v.spread({"match_ms", "matching", "{:.3f} ms"}, summary.match_ms);
+  v.spread({"insert_ms", "inserting", "{:.3f} ms"}, summary.insert_ms);
+  v({"insert_us_per_beam", "inserting a beam", "{:.2f} us"}, summary.insert_us_per_beam);
+  v({"beams", "beams in the map"}, summary.beams);
+  v({"path_length_m", "path", "{:.2f} m"}, path_length(summary.trajectory));
+  v.group("mvog", summary.mvog);
+  add_box(v, "bounds_m", summary.bounds_m);
+  if (!summary.floors.empty()) v.list("floors", summary.floors);
+  const MapFrameSummary& map = summary.map_frame;
+  v.json("loops", {});
+  if (map.source == MapFrameSource::kLoops)
+    v.object("loops", [&](SummaryTree& loops) { add_loops(map, loops); });
+  v.json("localisation", {});
+  if (map.localisation)
+    v.object("localisation", [&](SummaryTree& place) { add_place(map, *map.localisation, place); });
+  v({"path_length_odom_m", "path of odometry", "{:.2f} m"}, path_length(summary.trajectory_odom));
+  add_errors(summary, v);
+  add_errors_of_odom(summary, v);
 }
 
 std::string to_text(const LaserSummary& summary) {
+  const SummaryTree tree = describe(summary);
   std::string text;
-  for (const std::string& choice : summary.choices) text += fmt::format("  {}\n", choice);
-  text += fmt::format("{} of {} scans have a pose, {} have none; {} keyframes, path {:.2f} m\n",
-                      summary.trajectory.size(), summary.scans_total, summary.scans_failed, summary.keyframes,
-                      path_length(summary.trajectory));
-  if (summary.scans_dropped > 0) text += fmt::format("{} scans were dropped\n", summary.scans_dropped);
-  if (summary.matched_scans)
-    text += fmt::format("matching  median {:.3f} ms, 99 % under {:.3f} ms a scan\n", summary.match_ms.median,
-                        summary.match_ms.p99);
+  for (const std::string& choice : summary.choices) text += "  " + choice + "\n";
+  text +=
+      tree.lines({"{scans.posed} of {scans.total} scans have a pose, {scans.failed} have none; "
+                  "{scans.keyframes} keyframes, "
+                  "path {path_length_m}",
+                  "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
   if (summary.scans_searched > 0)
-    text += fmt::format("search    {} scans sought among the last keyframes, {} placed by it alone\n",
-                        summary.scans_searched, summary.scans_found);
-  text += to_text(summary.map_frame);
-  text += fmt::format("map       {:.1f} m2, {} occupied and {} free volumes, {:.2f} MB; {:.2f} us a beam\n",
-                      summary.mvog.area_m2, summary.mvog.volumes_positive, summary.mvog.volumes_negative,
-                      static_cast<double>(summary.mvog.bytes) * 1e-6, summary.insert_us_per_beam);
+    text +=
+        tree.lines({"search    {scans.searched} scans sought among the last keyframes, {scans.found} placed "
+                    "by it alone"});
+  text += tree.lines(
+      {"loops     {loops.closed} of {loops.candidates} candidates closed; {loops.nodes} nodes, solved "
+       "{loops.solutions} times",
+       "place     in {localisation.map}: {localisation.located} of {localisation.sought} scans[, first after "
+       "{localisation.first_fix_s}], score {localisation.score.median} (median), against odometry "
+       "{localisation.correction_m.median} (median) {localisation.correction_m.p99} (99 %)",
+       "          {localisation.searches} searches of the whole map ({localisation.found} found, "
+       "{localisation.ambiguous} ambiguous, {localisation.not_found} nowhere, {localisation.gave_up} given "
+       "up), "
+       "lost {localisation.lost} times"});
+  const char* source = summary.map_frame.localisation ? "localisation" : "loops";
+  if (summary.map_frame.corrected)
+    text +=
+        tree.lines({fmt::format("          odom to map at the end ({{{0}.T_map_odom.x_m}}, "
+                                "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
+                                "{{{0}.rebuild_s}}",
+                                source)});
+  text += tree.lines(
+      {"map       {mvog.area_m2}, {mvog.volumes_positive} occupied and {mvog.volumes_negative} free "
+       "volumes, {mvog.bytes}; {insert_us_per_beam} a beam"});
   if (!summary.floors.empty()) {
     text += "floors   ";
     for (const FloorLevel& floor : summary.floors) text += fmt::format(" {:.2f} m", floor.level_m);
     text += "\n";
   }
-  if (summary.recording_s > 0)
-    text +=
-        fmt::format("time      {:.1f} s for a recording of {:.1f} s\n", summary.run_s, summary.recording_s);
-  text += error_text(summary);
-  for (const auto& path : summary.outputs) text += fmt::format("  {}\n", path.string());
-  return text;
+  text += tree.lines(
+      {"time      {run_s} for a recording of {recording_s}",
+       "against the truth: position RMSE {ate_rmse_m}, rotation RMSE {ate_rotation_rmse_rad} ({pairs} poses)",
+       "                   height RMSE {height_rmse_m}, at most {height_max_m}",
+       "against {relations.used} relations: {relation_error_m.mean} +- {relation_error_m.std}, "
+       "{relation_error_rad.mean}",
+       "before correction: position RMSE {ate_rmse_odom_m}",
+       "before correction: relations {relation_error_odom_m.mean}, {relation_error_odom_rad.mean}"});
+  return text + output_lines(summary.outputs);
 }
 
 std::string heights_csv(std::span<const LaserScanRecord> records) {

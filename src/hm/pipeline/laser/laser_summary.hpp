@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "hm/core/json_value.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
@@ -15,6 +14,7 @@
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
+#include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
@@ -115,20 +115,17 @@ struct LaserSummary {
 /// All of it but rebuild_s, mvog_odom, max_shift_m.
 MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records);
 
-/// The keys `loops` or `localisation` of a run, null where there is none.
-JsonValue loops_to_json(const MapFrameSummary& summary);
-JsonValue localisation_to_json(const MapFrameSummary& summary);
 /// T_map_odom over time, as columns.
 JsonValue history_to_json(const MapFrameSummary& summary, Time begin);
 /// stamp_s, x_m, y_m, yaw_rad of T_map_odom, a line a change.
 std::string map_frame_csv(const MapFrameSummary& summary);
-/// In a few lines for a terminal; empty where `map` is `odom`.
-std::string to_text(const MapFrameSummary& summary);
 
 /// scans{read,matched,failed,keyframes}, match_ms{median,p99}, path_length_m ... (the keys of `hm laser
 /// --json`).
-JsonValue to_json(const LaserSummary& summary);
-/// The same in a few lines for a terminal.
+void visit(const LaserSummary& summary, SummaryTree& v);
+/// Size of a map: bytes, area_m2, volumes_positive, volumes_negative, columns, tiles.
+void visit(const MvogSize& size, SummaryTree& v);
+/// A few lines for a terminal.
 std::string to_text(const LaserSummary& summary);
 
 /// Height of every scan that was asked for one, a line each, with a header; empty when there is none.

@@ -191,7 +191,8 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
   const SummaryTree tree = describe(summary);
   report.set_verdict(
       track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-      *tree.sentence("{frames.tracked} of {frames.total} frames have a pose, over a path of {path_length_m}."));
+      *tree.sentence(
+          "{frames.tracked} of {frames.total} frames have a pose, over a path of {path_length_m}."));
   add_tracking_cards(report, tree);
   add_error_cards(report, tree);
   add_warnings_section(report, summary.warnings);

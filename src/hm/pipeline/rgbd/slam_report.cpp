@@ -40,8 +40,9 @@ PlotSeries series_of(const SlamAlignmentSummary& summary, const char* name,
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_tracking_cards(report, summary);
   add_cards(report, summary,
-            {{"loops", "{loops.accepted}", "of {loops.candidates} candidates; largest correction "
-                                           "{largest_correction_m}"}});
+            {{"loops", "{loops.accepted}",
+              "of {loops.candidates} candidates; largest correction "
+              "{largest_correction_m}"}});
   add_error_cards(report, summary);
   add_cards(report, summary,
             {{"surface error", "{mesh_error.accuracy_mm.mean}", "mean distance from the true surface"}});
@@ -85,20 +86,22 @@ void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportM
 /// Adds when the map was corrected while tracking, how much of it, how far, how long.
 void add_live_corrections(HtmlReport& report, const SlamPipeline::State& state, const SummaryTree& summary) {
   if (state.live_corrections.empty()) return;
-  report.add_paragraph(*summary.sentence(
-      "While tracking went on, what loops had moved was rebuilt beside the map {corrections} times and then put "
-      "in its place; tracking waited {longest_stall_ms} at most for one of them."));
+  report.add_paragraph(
+      *summary.sentence("While tracking went on, what loops had moved was rebuilt beside the map "
+                        "{corrections} times and then put "
+                        "in its place; tracking waited {longest_stall_ms} at most for one of them."));
   add_list_table(report, summary, "live_corrections");
 }
 
 void add_map(HtmlReport& report, const SlamSummary& slam, const SummaryTree& summary,
              const SlamReportMaterial& material) {
   report.begin_section(
-      "Map", *summary.sentence(
-                 "At the end, {map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes were "
-                 "rebuilt from the recording in {map_correction.seconds}: {map_correction.frames_moved} frames "
-                 "had moved (by up to {map_correction.largest_shift_m} at a depth of 3 m), "
-                 "{map_correction.frames_replayed} others had seen the same."));
+      "Map",
+      *summary.sentence(
+          "At the end, {map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes were "
+          "rebuilt from the recording in {map_correction.seconds}: {map_correction.frames_moved} frames "
+          "had moved (by up to {map_correction.largest_shift_m} at a depth of 3 m), "
+          "{map_correction.frames_replayed} others had seen the same."));
   add_live_corrections(report, slam.state, summary);
   SummaryTree::Rows meshes;
   for (const auto& [name, key] : {std::pair{"with odometry's poses", "odometry_mesh_error"},

@@ -71,7 +71,8 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
   v({"frames_apart", "frames in unconnected maps"}, state.frames_apart);
   v.group("map_correction", state.correction);
   v.list("live_corrections", state.live_corrections);
-  if (!state.live_corrections.empty()) v.shown("corrections", {}, std::to_string(state.live_corrections.size()));
+  if (!state.live_corrections.empty())
+    v.shown("corrections", {}, std::to_string(state.live_corrections.size()));
   double longest_stall_ms = 0;
   for (const LiveCorrection& live : state.live_corrections)
     longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
@@ -98,21 +99,26 @@ std::string to_text(const SlamSummary& summary) {
          tree.lines(
              {"loops     {loops.accepted} of {loops.candidates} candidates accepted, largest correction "
               "{largest_correction_m}",
-              "alignment {alignment.accepted} frames aligned, {alignment.not_accepted} not; {alignment.mean_ms} a "
+              "alignment {alignment.accepted} frames aligned, {alignment.not_accepted} not; "
+              "{alignment.mean_ms} a "
               "frame, 99 % under {alignment.p99_ms}",
-              "bundle    {bundle_adjustment.landmarks} landmarks, {bundle_adjustment.loop_links} matches of loops, "
+              "bundle    {bundle_adjustment.landmarks} landmarks, {bundle_adjustment.loop_links} matches of "
+              "loops, "
               "{bundle_adjustment.visit_links} of other visits; {bundle_adjustment.error_before_px} before, "
               "{bundle_adjustment.error_after_px} after",
               "odometry  ATE {odometry.ate_rmse_m}[, RPE {odometry.rpe_frame_m} a frame][, "
               "{odometry.rpe_second_m} and {odometry.rpe_second_rad} a second]",
-              "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} a "
+              "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} "
+              "a "
               "second]",
               "map       {frames_mapped} frames, {volumes} volumes, {mesh.triangles} triangles; "
               "{map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes rebuilt in "
               "{map_correction.seconds}",
-              "          corrected {corrections} times while tracking, which waited {longest_stall_ms} at most",
+              "          corrected {corrections} times while tracking, which waited {longest_stall_ms} at "
+              "most",
               "surface error before loops were closed {odometry_mesh_error.accuracy_mm.mean}",
-              "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} complete"}) +
+              "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} "
+              "complete"}) +
          output_lines(summary.outputs);
 }
 

@@ -161,7 +161,8 @@ void visit(const VisualTrack& track, SummaryTree& v) {
       imu({"source", "readings"}, track.imu_source);
       imu({"turns_given", "frames whose turn a gyroscope predicted"}, track.turns_given);
       imu({"gravity_used", "frames whose roll and pitch gravity helped to hold"}, track.gravity_used);
-      imu({"gravity_rejected", "frames whose readings did not fit and were not used"}, track.gravity_rejected);
+      imu({"gravity_rejected", "frames whose readings did not fit and were not used"},
+          track.gravity_rejected);
     });
   v.list("lost_stretches", track.lost);
 }
@@ -172,7 +173,8 @@ void visit_error(const TrajectoryError& error, SummaryTree& v) {
     v({"rpe_frame_m", "RPE a frame", "{:.4f} m"}, error.per_frame.translation_m.rmse);
   if (!error.per_second.spans.empty()) {
     v({"rpe_second_m", "RPE a second", "{:.4f} m"}, error.per_second.translation_m.rmse);
-    v({"rpe_second_rad", "RPE a second", "{:.2f} deg", kDegreesPerRadian}, error.per_second.rotation_rad.rmse);
+    v({"rpe_second_rad", "RPE a second", "{:.2f} deg", kDegreesPerRadian},
+      error.per_second.rotation_rad.rmse);
   }
   if (!error.per_metre.spans.empty())
     v({"rpe_metre_m", "RPE a metre", "{:.4f} m"}, error.per_metre.translation_m.rmse);
@@ -181,10 +183,12 @@ void visit_error(const TrajectoryError& error, SummaryTree& v) {
 
 std::string tracking_lines(const SummaryTree& summary) {
   return summary.lines(
-      {"{frames.tracked} of {frames.total} frames have a pose, {frames.lost} were lost, {frames.unused} could not "
+      {"{frames.tracked} of {frames.total} frames have a pose, {frames.lost} were lost, {frames.unused} "
+       "could not "
        "be used",
        "path      {path_length_m}, {keyframes} keyframes, {model_points} points in the model",
-       "inertial  {imu.source}: {imu.turns_given} turns by gyroscope, gravity used in {imu.gravity_used} frames, "
+       "inertial  {imu.source}: {imu.turns_given} turns by gyroscope, gravity used in {imu.gravity_used} "
+       "frames, "
        "rejected in {imu.gravity_rejected}",
        "tracking  median {track_ms.median}, mean {track_ms.mean}, 99 % under {track_ms.p99} a frame"});
 }
