@@ -1,13 +1,14 @@
-# hm_room(NAME [USES rooms...] [LINK public libs...] [PRIVATE libs...] [TEST_LIBS libs of the test only...])
+# hm_room(NAME [SOLVERS] [USES rooms...] [LINK public libs...] [PRIVATE libs...] [TEST_LIBS libs of the test only...])
 # Declares a room: every src/hm/NAME/**.cpp but tests, and but what lies in a sub-room that is declared itself
 # (hm_room(NAME/SUB ...), library hm_NAME_SUB), goes into the static library hm_NAME; every *_test.cpp and
 # everything in a folder testing/, of sub-rooms too, into the test program hm_NAME_test. A room that is all
-# sub-rooms is an interface to them. The targets are made in src/CMakeLists.txt.
+# sub-rooms is an interface to them. SOLVERS: much linear algebra, thus few lines to a unit (HmUnity.cmake). The targets are made in src/CMakeLists.txt.
 function(hm_room NAME)
-  cmake_parse_arguments(ROOM "" "" "USES;LINK;PRIVATE;TEST_LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "SOLVERS" "" "USES;LINK;PRIVATE;TEST_LIBS" ${ARGN})
   set_property(GLOBAL APPEND PROPERTY HM_ROOMS ${NAME})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_USES ${ROOM_USES})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_LINK ${ROOM_LINK})
+  set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_SOLVERS ${ROOM_SOLVERS})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_PRIVATE ${ROOM_PRIVATE})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_TEST_LIBS ${ROOM_TEST_LIBS})
 endfunction()
@@ -58,7 +59,12 @@ function(hm_make_room NAME)
     return()
   endif()
   string(REPLACE "/" "_" unit_name ${NAME})
-  hm_unity(units ${unit_name} ${sources})
+  get_property(solvers GLOBAL PROPERTY HM_ROOM_${NAME}_SOLVERS)
+  set(lines 400)
+  if(solvers)
+    set(lines 130)
+  endif()
+  hm_unity(units ${unit_name} ${lines} ${sources})
   add_library(${target} STATIC ${units})
   if(HM_PRECOMPILE)
     target_precompile_headers(${target} REUSE_FROM hm_precompiled)

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kRoomFrames = 60;  // a walk through the room, seen in a second or two
+constexpr std::size_t kRoomFrames = 100;  // a few seconds of work
 
 /// The walk through the room as the house is scanned, but for its length: a frame every so often.
 SimulationParams room_params(const SimulationParams& house) {
