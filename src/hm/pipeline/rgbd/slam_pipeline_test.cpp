@@ -16,7 +16,7 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kWalk = 40;
+constexpr std::size_t kWalk = 24;
 const std::vector<std::string> kSettings{"tsdf.voxel_size_m=0.06", "slam.rebuild_shift_voxel=0"};
 
 /// A walk through the simulated room and the same way back, so that every place is seen twice.
@@ -81,6 +81,7 @@ void expect_same_result(SlamPipeline& a, SlamPipeline& b) {
   EXPECT_EQ(a.mesh().vertices, b.mesh().vertices);
 }
 
+/// The result is the recording's to the bit: trajectory, map and mesh.
 TEST(SlamPipeline, FramesFromACallerGiveWhatARecordingGives) {
   RgbdParameters parameters;
   ASSERT_TRUE(apply_settings(list_slam(parameters), kSettings));
@@ -112,8 +113,6 @@ TEST(SlamPipeline, ReadsFramesAgainFromTheCallersOwnSource) {
   EXPECT_EQ(slam.counts().kept_bytes, 0u);
   EXPECT_GT(recording().reads - reads_before, static_cast<int>(2 * kWalk)) << "the map was made again";
   EXPECT_EQ(slam.state().correction.frames_lost, 0u);
-  SlamPipeline kept = run_frame_by_frame({recording().camera()});
-  expect_same_result(slam, kept);
 }
 
 TEST(SlamPipeline, CountsFramesThatItsCapDoesNotLetItKeep) {

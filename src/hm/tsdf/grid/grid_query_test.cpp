@@ -63,7 +63,7 @@ TEST(GridQuery, DistancesAroundABallAgreeWithTheAnalyticScene) {
   for (const double y : {-0.2, -0.1, 0.0, 0.1, 0.2}) poses.push_back(looking_along_x(Vec3(0, y, y / 2)));
   const VolumeGrid grid = map_of(scene, poses);
   int known = 0;
-  for (double angle = -0.7; angle <= 0.7; angle += 0.05)
+  for (double angle = -0.5; angle <= 0.5; angle += 0.035)
     for (double offset_m = -0.015; offset_m <= 0.02; offset_m += 0.005) {
       const Vec3 outwards(-std::cos(angle), std::sin(angle), 0);
       const Vec3 p = Vec3(1.2, 0, 0) + (0.3 + offset_m) * outwards;
