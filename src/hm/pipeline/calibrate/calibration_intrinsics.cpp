@@ -1,5 +1,7 @@
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
 
+#include <algorithm>
+
 #include "hm/core/angle.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/io/image/image_file.hpp"
