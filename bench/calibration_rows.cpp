@@ -12,7 +12,7 @@
 #include "hm/pipeline/calibrate/calibration_depth.hpp"
 #include "hm/pipeline/calibrate/calibration_extrinsics.hpp"
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
-#include "hm/pipeline/simulate/calibration_simulation.hpp"
+#include "hm/pipeline/calibrate/calibration_simulation.hpp"
 #include "hm/sim/recording/simulation.hpp"
 #include "measurement.hpp"
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kMapStride = 5;  // dense maps of every fifth frame: both of them, so that they can be compared
 
-Parameters house_parameters(const BenchOptions& options) {
-  Parameters parameters;
+RgbdParameters house_parameters(const BenchOptions& options) {
+  RgbdParameters parameters;
   parameters.tsdf.voxel_size_m = 0.02;
   parameters.reconstruction.live_mesh = false;
   parameters.reconstruction.frame_limit = options.frame_limit;
@@ -39,7 +39,7 @@ Result<double> surface_error_m(const TriangleMesh& mesh, const TriangleMesh& tru
 
 /// The map that the true poses give of the same frames.
 TriangleMesh mesh_of_true_poses(const SimulatedRecording& recording, const Trajectory& used,
-                                const Parameters& parameters, int threads) {
+                                const RgbdParameters& parameters, int threads) {
   DensePipeline dense(parameters, recording.info().camera, threads);
   const std::size_t frames = recording.info().frame_count;
   std::size_t tracked = 0;
@@ -77,7 +77,7 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   SimulationParams scene;
   scene.sensor = SensorPreset::kKinect;
   const SimulatedRecording recording(scene);
-  const Parameters parameters = house_parameters(options);
+  const RgbdParameters parameters = house_parameters(options);
   RunContext run;
   run.threads = options.threads;
   SlamPipeline pipeline(recording, parameters, run);

@@ -1,6 +1,6 @@
 // Rows about the honesty of depth uncertainty: the experiment of the dissertation's Fig. 3.8
 // (`hm evaluate uncertainty`) on a simulated Kinect that stands still.
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {

@@ -8,7 +8,10 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 # Under sanitizers: soon compiled, with the assertions of Eigen and the standard library, and lines in what is printed.
 set(CMAKE_CXX_FLAGS_CHECKED "-O1 -g1 -D_GLIBCXX_ASSERTIONS")
-find_program(HM_CCACHE ccache)
+if(NOT DEFINED HM_CCACHE)
+  # Looked for once: with a launcher that comes later everything would be compiled again.
+  find_program(HM_CCACHE ccache)
+endif()
 if(HM_CCACHE AND PROJECT_IS_TOP_LEVEL)
   # Paths are relative to the sources, so that every clone shares one cache; precompiled headers need the sloppiness.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1

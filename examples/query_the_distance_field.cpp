@@ -8,7 +8,7 @@ int main(int argc, char** argv) {
   const auto recording = hm::open_recording(argc > 1 ? argv[1] : "recording");
   if (!recording) return 1;
   const hm::RecordingInfo& info = (*recording)->info();
-  hm::DensePipeline pipeline(hm::Parameters(), info.camera.without_distortion(), hm::available_threads());
+  hm::DensePipeline pipeline(hm::DenseParams(), info.camera.without_distortion(), hm::available_threads());
   const auto first = (*recording)->read(0);
   if (!first || !pipeline.process(*first).integrated) return 1;
 

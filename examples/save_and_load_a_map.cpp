@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   const auto recording = hm::open_recording(argc > 1 ? argv[1] : "recording");
   if (!recording) return 1;
-  hm::DensePipeline pipeline(hm::Parameters(), (*recording)->info().camera.without_distortion(), 1);
+  hm::DensePipeline pipeline(hm::DenseParams(), (*recording)->info().camera.without_distortion(), 1);
 
   hm::MapHeader header;
   header.voxel_size_m = pipeline.grid().voxel_size_m();

@@ -3,11 +3,11 @@
 #include "hm/pipeline/calibrate/calibration_extrinsics.hpp"
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
 
-hm::Result<hm::Parameters> parameters_of(const CalibrateFlags& flags, const Session& session) {
-  hm::Parameters parameters;
+hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, const Session& session) {
+  hm::CalibrateParameters parameters;
   if (const auto board = flags.board.apply(flags.input, parameters.board); !board)
     return hm::forward_error(board);
-  auto list = hm::list_all(parameters);
+  auto list = hm::list_calibration(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   return parameters;
 }
@@ -55,8 +55,6 @@ hm::Result<Outcome> run_extrinsics(const CalibrateFlags& flags, Session& session
   return outcome_of(hm::calibrate_extrinsics(options));
 }
 
-}  // namespace
-
 void add_calibrate(Program& program) {
   program.add({"calibrate",
                "Pictures of a board become cameras, their places, depth correction and noise.",
@@ -88,4 +86,9 @@ void add_calibrate(Program& program) {
   add_calibrate_output(extrinsics, flags, "calibration", CalibrationStart::kRequired);
   flags->board.add_to(extrinsics);
   add_calibrate_depth(program, flags);
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_calibration); });
 }
+
+const VerbRegistration kCalibrate(80, add_calibrate);
+
+}  // namespace

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "board_flags.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 
@@ -20,7 +20,7 @@ struct CalibrateFlags {
 inline constexpr const char* kCalibrationStopped = "nothing is written";
 
 /// The parameters of a run: the folder's board, flags, then --params and --set.
-hm::Result<hm::Parameters> parameters_of(const CalibrateFlags& flags, const Session& session);
+hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, const Session& session);
 
 /// Options that every word has: -o, and --calibration (the start) where `start` says so.
 enum class CalibrationStart { kNone, kOptional, kRequired };

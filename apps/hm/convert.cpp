@@ -1,7 +1,6 @@
 #include <memory>
 
 #include "hm/pipeline/compare/conversion.hpp"
-#include "hm/pipeline/common/parameters.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 
@@ -13,15 +12,14 @@ struct ConvertFlags {
 };
 
 hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
-  hm::Parameters parameters;
-  auto list = hm::list_all(parameters);
+  hm::ConversionOptions options;
+  hm::ParamList list;
+  list.add("mesh", options.mesh);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
-  hm::ConversionOptions options;
   options.from = flags.from;
   options.to = flags.to;
-  options.mesh = parameters.mesh;
   options.recording_options = *recording_options;
   options.run = session.context();
   const auto summary = hm::convert(options);
@@ -35,8 +33,6 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
         fmt::format("{} frames could not be read and were left out", summary->skipped));
   return outcome;
 }
-
-}  // namespace
 
 void add_convert(Program& program) {
   auto flags = std::make_shared<ConvertFlags>();
@@ -54,3 +50,7 @@ void add_convert(Program& program) {
   command.add_option("to", flags->to, "file or folder to write")->required();
   flags->of_recording.add_to(command);
 }
+
+const VerbRegistration kConvert(100, add_convert);
+
+}  // namespace

@@ -33,7 +33,8 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   options.output = output;
   // The tablet's depth camera at 5 Hz and 3 cm voxels, as the dissertation scanned whole floors (4.6).
   options.parameters.tsdf.voxel_size_m = 0.03;
-  auto list = hm::list_all(options.parameters);
+  hm::ParamList list = hm::list_dense(options.parameters);
+  list.add("simulation", options.simulation);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context(
       "a simulation is dropped, a reconstruction is finished with what there is");
@@ -46,8 +47,6 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   return outcome;
 }
 
-}  // namespace
-
 void add_demo(Program& program) {
   auto output = std::make_shared<std::string>("hm_demo");
   CLI::App& command =
@@ -57,3 +56,7 @@ void add_demo(Program& program) {
                    [output](Session& session) { return run(*output, session); }});
   command.add_option("-o,--output", *output, "folder for recording and results (default: hm_demo)");
 }
+
+const VerbRegistration kDemo(10, add_demo);
+
+}  // namespace

@@ -1,14 +1,24 @@
 #include <memory>
 
-#include "evaluate_experiments.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/compare/trajectory_evaluation.hpp"
 #include "program.hpp"
 
 namespace {
+
+struct EvaluateParameters {
+  hm::MeshErrorParams mesh_error;
+  hm::TrajectoryErrorParams trajectory_error;
+};
+
+hm::ParamList list_evaluation(EvaluateParameters& parameters) {
+  hm::ParamList list;
+  list.add("mesh_error", parameters.mesh_error);
+  list.add("trajectory_error", parameters.trajectory_error);
+  return list;
+}
 
 struct EvaluateFlags {
   std::string result, truth, report, alignment;
@@ -23,8 +33,8 @@ hm::Result<void> write_report(const EvaluateFlags& flags, const std::string& htm
 }
 
 hm::Result<Outcome> run_trajectory(const EvaluateFlags& flags, Session& session) {
-  hm::Parameters parameters;
-  auto list = hm::list_all(parameters);
+  EvaluateParameters parameters;
+  const auto list = list_evaluation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   for (std::size_t i = 0; i < hm::kTrajectoryAlignmentNames.size(); ++i)
     if (flags.alignment == hm::kTrajectoryAlignmentNames[i])
@@ -41,8 +51,8 @@ hm::Result<Outcome> run_trajectory(const EvaluateFlags& flags, Session& session)
 }
 
 hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
-  hm::Parameters parameters;
-  auto list = hm::list_all(parameters);
+  EvaluateParameters parameters;
+  const auto list = list_evaluation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto mesh = hm::read_mesh(flags.result);
   if (!mesh) return hm::forward_error(mesh);
@@ -59,8 +69,6 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
   }
   return outcome;
 }
-
-}  // namespace
 
 void add_evaluate(Program& program) {
   program.add({"evaluate",
@@ -94,5 +102,9 @@ void add_evaluate(Program& program) {
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
                    [flags](Session& session) { return run_mesh(*flags, session); }}),
       "mesh: .ply .obj .glb", "true mesh, or the folder of a simulated recording");
-  add_experiments(program);
+  program.add_parameters([] { return hm::make_parameter_part(list_evaluation); });
 }
+
+const VerbRegistration kEvaluate(90, add_evaluate);
+
+}  // namespace

@@ -1,9 +1,8 @@
-#include "evaluate_experiments.hpp"
-
 #include <memory>
 
-#include "hm/pipeline/compare/depth_compensation.hpp"
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/depth_compensation.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
+#include "program.hpp"
 #include "recording_flags.hpp"
 
 namespace {
@@ -19,7 +18,7 @@ hm::Result<Outcome> run_compensation(const ExperimentFlags& flags, Session& sess
   hm::DepthCompensationOptions options;
   options.recording = flags.recording;
   options.output = flags.output;
-  auto list = hm::list_all(options.parameters);
+  auto list = hm::list_slam(options.parameters);
   options.parameters.tsdf.voxel_size_m = 0.03;
   options.parameters.slam.points_voxel_m = 0.03;
   options.parameters.slam.map_top_m = 2.2;  // below ceilings, so that one sees into the rooms
@@ -35,11 +34,13 @@ hm::Result<Outcome> run_compensation(const ExperimentFlags& flags, Session& sess
 }
 
 hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& session) {
-  hm::Parameters parameters;
-  auto list = hm::list_all(parameters);
-  parameters.simulation.sensor = hm::SensorPreset::kKinect;
+  hm::SimulationParams simulation;
+  hm::FeatureParams features;
+  hm::ParamList list;
+  list.add("simulation", simulation);
+  list.add("odometry_features", features);
+  simulation.sensor = hm::SensorPreset::kKinect;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  const hm::FeatureParams& features = parameters.odometry.features;
   hm::UncertaintyExperimentParams params;
   if (flags.frames > 0) params.frames = flags.frames;
   if (flags.views > 0) params.views = flags.views;
@@ -48,7 +49,7 @@ hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& sessi
   const hm::RunContext run = session.interruptible_context("nothing is written");
   const auto result =
       flags.recording.empty()
-          ? hm::simulate_uncertainty(parameters.simulation, features, params, run)
+          ? hm::simulate_uncertainty(simulation, features, params, run)
           : hm::record_uncertainty(flags.recording, *recording_options, features, params, run);
   if (!result) return hm::forward_error(result);
   auto outputs = hm::write_uncertainty(*result, flags.output, run);
@@ -74,8 +75,6 @@ void add_uncertainty(Program& program) {
   flags->of_recording.add_to(command);
 }
 
-}  // namespace
-
 void add_experiments(Program& program) {
   add_uncertainty(program);
   auto flags = std::make_shared<ExperimentFlags>();
@@ -94,3 +93,7 @@ void add_experiments(Program& program) {
       ->check(positive_number());
   flags->of_recording.add_to(compensation);
 }
+
+const VerbRegistration kExperiments(91, add_experiments);
+
+}  // namespace

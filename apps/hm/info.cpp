@@ -88,8 +88,6 @@ hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
   return outcome;
 }
 
-}  // namespace
-
 void add_info(Program& program) {
   auto flags = std::make_shared<InfoFlags>();
   CLI::App& command = program.add(
@@ -105,3 +103,7 @@ void add_info(Program& program) {
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);
 }
+
+const VerbRegistration kInfo(20, add_info);
+
+}  // namespace

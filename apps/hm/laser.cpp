@@ -18,13 +18,11 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   options.relations = flags.relations;
   options.saved_map = flags.saved_map;
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
-  auto list = hm::list_all(options.parameters);
+  auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::run_laser(options));
 }
-
-}  // namespace
 
 void add_laser(Program& program) {
   auto flags = std::make_shared<LaserVerbFlags>();
@@ -40,6 +38,7 @@ void add_laser(Program& program) {
                   "a laser recording: ROS bag, CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
       ->required();
   command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_laser)");
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_laser); });
   command.add_option("--relations", flags->relations,
                      "file of known relative poses to compare with (t1 t2 x y z roll pitch yaw)");
   command.add_option("--localise", flags->saved_map,
@@ -52,3 +51,7 @@ void add_laser(Program& program) {
   command.add_option("--odometry-topic", flags->topics.odometry_topic, "odometry")->group(group);
   command.add_option("--pose-topic", flags->topics.pose_topic, "true poses")->group(group);
 }
+
+const VerbRegistration kLaser(70, add_laser);
+
+}  // namespace

@@ -15,7 +15,7 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   hm::OdometryRunOptions options;
   options.recording = flags.recording;
   options.output = output_folder(flags.output, flags.recording, "odometry");
-  auto list = hm::list_all(options.parameters);
+  auto list = hm::list_odometry(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   for (std::size_t i = 0; i < hm::kOdometryMethodNames.size(); ++i)
     if (flags.method == hm::kOdometryMethodNames[i])
@@ -26,8 +26,6 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::run_odometry(options));
 }
-
-}  // namespace
 
 void add_odometry(Program& program) {
   auto flags = std::make_shared<OdometryFlags>();
@@ -45,3 +43,7 @@ void add_odometry(Program& program) {
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
   flags->of_recording.add_to(command);
 }
+
+const VerbRegistration kOdometry(50, add_odometry);
+
+}  // namespace

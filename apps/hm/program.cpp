@@ -26,7 +26,29 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->group(group);
 }
 
+struct RegisteredVerb {
+  int place;
+  void (*add)(Program&);
+};
+
+std::vector<RegisteredVerb>& registered_verbs() {
+  static std::vector<RegisteredVerb> verbs;
+  return verbs;
+}
+
 }  // namespace
+
+VerbRegistration::VerbRegistration(int place, void (*add)(Program&)) {
+  registered_verbs().push_back({place, add});
+}
+
+hm::Error not_built(const std::string& words) {
+  return {hm::ErrorCode::kUsage,
+          fmt::format("'{}' is not in this program, which was built for dense reconstruction only; "
+                      "all verbs: ./hm build all",
+                      words),
+          {}};
+}
 
 CLI::Validator positive_number() {
   return CLI::Validator(
@@ -56,6 +78,12 @@ Program::Program() : app_("housemartin: live 3D reconstruction of buildings on a
       "Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 input data.");
 }
 
+void Program::add_registered_verbs() {
+  auto verbs = registered_verbs();
+  std::sort(verbs.begin(), verbs.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
+  for (const RegisteredVerb& verb : verbs) verb.add(*this);
+}
+
 CLI::App& Program::parent_of(const std::string& name) {
   const std::size_t space = name.find(' ');
   if (space == std::string::npos) return app_;
@@ -80,17 +108,35 @@ int Program::run(int argc, char** argv) {
     fmt::print("{}", app_.help());
     return 0;
   }
+  const std::span<char* const> words(argv + 1, static_cast<std::size_t>(argc - 1));
+  const bool json = std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
+  if (const std::string absent = absent_verb(words); !absent.empty())
+    return print_result({absent, 0, json}, tl::make_unexpected(not_built(absent)));
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const bool json =
-        std::any_of(argv + 1, argv + argc, [](std::string_view word) { return word == "--json"; });
     return usage_error(error, json);
   }
   const hm::Stopwatch watch;
-  Session session(options_);
+  Session session(options_, parts_);
   const auto result = chosen_.body(session);
   return print_result({chosen_.name, watch.seconds(), options_.json}, result);
+}
+
+std::string Program::absent_verb(std::span<char* const> words) const {
+  if (has_all_parts) return {};
+  const CLI::App* command = &app_;
+  std::string verb;
+  for (const std::string_view word : words) {
+    const auto known = command->get_subcommands([](const CLI::App*) { return true; });
+    if (known.empty() || word.starts_with('-')) return {};
+    verb += (verb.empty() ? "" : " ") + std::string(word);
+    const auto named = std::find_if(known.begin(), known.end(),
+                                    [&](const CLI::App* candidate) { return candidate->get_name() == word; });
+    if (named == known.end()) return verb;
+    command = *named;
+  }
+  return {};
 }
 
 int Program::usage_error(const CLI::ParseError& error, bool json) {

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "hm/core/params.hpp"
 #include "hm/core/result.hpp"
 #include "hm/core/run_context.hpp"
+#include "hm/pipeline/common/parameters.hpp"
 
 /// The options that every verb has.
 struct CommonOptions {
@@ -43,10 +45,20 @@ hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
 std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
                                     const std::string& suffix);
 
+using MakeParameterPart = std::function<hm::ParameterPart()>;
+
+/// The sections of every part of this program, with values of their own.
+struct AllParameters {
+  std::vector<hm::ParameterPart> parts;
+  hm::ParamList list;
+  /// Reads a parameter file; then what contradicts. Either is a usage error.
+  hm::Result<void> read(const std::string& path);
+};
+
 /// What a verb may use while it runs.
 class Session {
  public:
-  explicit Session(CommonOptions options);
+  Session(CommonOptions options, std::vector<MakeParameterPart> parts);
 
   [[nodiscard]] int threads() const;
   [[nodiscard]] hm::ProgressSink progress() const { return progress_; }
@@ -57,11 +69,14 @@ class Session {
   /// ("finishing with what there is") is said; the second ends the program. Call it before any other thread
   /// is started, and once.
   hm::RunContext interruptible_context(const std::string& consequence);
-  /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error.
-  [[nodiscard]] hm::Result<void> apply(hm::ParamList& params) const;
+  /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error. Sections of other
+  /// parts may stand there as well: they are checked, and change nothing.
+  [[nodiscard]] hm::Result<void> apply(const hm::ParamList& own) const;
+  [[nodiscard]] AllParameters all_parameters() const;
 
  private:
   CommonOptions options_;
+  std::vector<MakeParameterPart> parts_;
   hm::ProgressSink progress_;
   hm::LogSink log_;
   std::stop_source stop_;
@@ -80,28 +95,33 @@ class Program {
   };
 
   Program();
+  void add_registered_verbs();
   /// Adds a verb and returns its command, for the verb's own options.
   CLI::App& add(Verb verb);
+  /// Adds the parameters of a verb's part of the program.
+  void add_parameters(MakeParameterPart make) { parts_.push_back(std::move(make)); }
   int run(int argc, char** argv);
 
  private:
   CLI::App& parent_of(const std::string& name);
   int usage_error(const CLI::ParseError& error, bool json);
+  /// The words of a verb that only a program of more parts can have; empty: there are none.
+  [[nodiscard]] std::string absent_verb(std::span<char* const> words) const;
 
   CLI::App app_;
   CommonOptions options_;
+  std::vector<MakeParameterPart> parts_;
   Verb chosen_;
 };
 
-// One file per verb.
-void add_demo(Program& program);
-void add_calibrate(Program& program);
-void add_info(Program& program);
-void add_simulate(Program& program);
-void add_reconstruct(Program& program);
-void add_odometry(Program& program);
-void add_slam(Program& program);
-void add_laser(Program& program);
-void add_evaluate(Program& program);
-void add_convert(Program& program);
-void add_params(Program& program);
+/// Each file with a verb registers the function that adds it, so that a program has the verbs whose files it was
+/// built of. `place` orders them.
+struct VerbRegistration {
+  VerbRegistration(int place, void (*add)(Program&));
+};
+
+/// Whether this program has the verbs that need more than dense reconstruction; all_parts.cpp says so before main().
+inline bool has_all_parts = false;
+
+/// The error of a word whose part was not built.
+hm::Error not_built(const std::string& words);

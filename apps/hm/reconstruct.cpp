@@ -23,7 +23,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
     if (!of_map) return hm::forward_error(of_map);
     options.parameters = *of_map;
   }
-  auto list = hm::list_all(options.parameters);
+  auto list = hm::list_dense(options.parameters);
   if (flags.align) options.parameters.reconstruction.align = true;
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -35,8 +35,6 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::reconstruct(options));
 }
-
-}  // namespace
 
 void add_reconstruct(Program& program) {
   auto flags = std::make_shared<ReconstructFlags>();
@@ -60,4 +58,9 @@ void add_reconstruct(Program& program) {
   command.add_flag("--resume", flags->resume,
                    "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }
+
+const VerbRegistration kReconstruct(40, add_reconstruct);
+
+}  // namespace

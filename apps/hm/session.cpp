@@ -13,7 +13,8 @@
 
 using hm::fail;
 
-Session::Session(CommonOptions options) : options_(std::move(options)) {
+Session::Session(CommonOptions options, std::vector<MakeParameterPart> parts)
+    : options_(std::move(options)), parts_(std::move(parts)) {
   if (options_.quiet) return;
   auto terminal = std::make_shared<Terminal>();
   progress_ = [terminal](const hm::Progress& progress) { terminal->show(progress); };
@@ -24,11 +25,35 @@ Session::Session(CommonOptions options) : options_(std::move(options)) {
 
 int Session::threads() const { return options_.threads > 0 ? options_.threads : hm::available_threads(); }
 
-hm::Result<void> Session::apply(hm::ParamList& params) const {
+hm::Result<void> AllParameters::read(const std::string& path) {
+  auto result = list.read_toml_file(path);
+  for (const hm::ParameterPart& part : parts)
+    if (result && part.check) result = part.check();
+  if (!result) result.error().code = hm::ErrorCode::kUsage;
+  return result;
+}
+
+AllParameters Session::all_parameters() const {
+  AllParameters all;
+  for (const MakeParameterPart& make : parts_) {
+    all.parts.push_back(make());
+    all.list.add_missing(all.parts.back().list);
+  }
+  return all;
+}
+
+hm::Result<void> Session::apply(const hm::ParamList& own) const {
   const auto as_usage = [](const hm::Result<void>& result) {
-    return tl::make_unexpected(
-        hm::Error{hm::ErrorCode::kUsage, result.error().message, result.error().where});
+    const bool is_unknown = !has_all_parts && result.error().message.find("unknown parameter") != std::string::npos;
+    return tl::make_unexpected(hm::Error{
+        hm::ErrorCode::kUsage,
+        result.error().message +
+            (is_unknown ? "; parameters of the other verbs are not in this program: ./hm build all" : ""),
+        result.error().where});
   };
+  const AllParameters all = all_parameters();  // holds the values of the other parts
+  hm::ParamList params = own;
+  params.add_missing(all.list);
   if (!options_.params_file.empty())
     if (const auto read = params.read_toml_file(options_.params_file); !read) return as_usage(read);
   for (const std::string& assignment : options_.assignments)

@@ -1,7 +1,7 @@
 #include <memory>
 
 #include "hm/pipeline/simulate/laser_simulation_recording.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/simulate/simulate_parameters.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 #include "program.hpp"
 #include "simulate_calibration.hpp"
@@ -28,7 +28,7 @@ std::string output_of(const SimulateFlags& flags) {
 }
 
 hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
-  hm::Parameters parameters;
+  hm::SimulateParameters parameters;
   hm::SimulationParams& simulation = parameters.simulation;
   choose(flags.world, hm::kWorldKindNames, simulation.world);
   choose(flags.sensor, hm::kSensorPresetNames, simulation.sensor);
@@ -36,7 +36,7 @@ hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
   if (flags.seed >= 0) simulation.seed = flags.seed;
   if (flags.drift) simulation.pose_drift = true;
   if (flags.perfect) simulation.effects = hm::SensorEffects::none();
-  auto list = hm::list_all(parameters);
+  auto list = hm::list_simulation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const hm::SimulationOptions options{simulation, output_of(flags), session.interruptible_context(kStopped)};
   const auto summary = hm::simulate_recording(options);
@@ -60,14 +60,14 @@ hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
 }
 
 hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
-  hm::Parameters parameters;
+  hm::SimulateParameters parameters;
   hm::LaserSimulationParams& simulation = parameters.laser_simulation;
   choose(flags.world, hm::kWorldKindNames, simulation.world);
   if (flags.frames > 0) simulation.scan_limit = flags.frames;
   if (flags.seed >= 0) simulation.seed = flags.seed;
   if (flags.drift) simulation.wheel_odometry = true;
   if (flags.perfect) simulation.make_perfect();
-  auto list = hm::list_all(parameters);
+  auto list = hm::list_simulation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const hm::LaserSimulationOptions options{simulation, output_of(flags),
                                            session.interruptible_context(kStopped)};
@@ -97,12 +97,11 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no pictures of boards");
   if (!boards && flags.sensor == kXtion)
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "an xtion takes pictures of boards only");
+  if (boards && !simulate_calibration_set) return tl::make_unexpected(not_built("simulate calibration"));
   if (boards)
     return simulate_calibration_set({output_of(flags), flags.sensor, flags.seed, flags.perfect}, session);
   return flags.sensor == kLaserMav ? run_laser(flags, session) : run_camera(flags, session);
 }
-
-}  // namespace
 
 void add_simulate(Program& program) {
   auto flags = std::make_shared<SimulateFlags>();
@@ -133,4 +132,9 @@ void add_simulate(Program& program) {
                    "poses drift like those of a visual-inertial odometry; laser_mav: record a wheel odometry "
                    "that drifts");
   command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay and missing readings");
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_simulation); });
 }
+
+const VerbRegistration kSimulate(30, add_simulate);
+
+}  // namespace

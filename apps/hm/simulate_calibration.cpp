@@ -1,9 +1,11 @@
 #include "simulate_calibration.hpp"
 
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
 
-hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, Session& session) {
-  hm::Parameters parameters;
+namespace {
+
+hm::Result<Outcome> simulate_set(const CalibrationSetFlags& flags, Session& session) {
+  hm::CalibrateParameters parameters;
   hm::CalibrationSimulationParams& simulation = parameters.calibration_simulation;
   if (flags.seed >= 0) simulation.seed = flags.seed;
   for (std::size_t i = 0; i < std::size(hm::kCalibrationSensorNames); ++i)
@@ -13,7 +15,7 @@ hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, S
     return hm::fail(hm::ErrorCode::kUsage, "--perfect", "the pictures of a {} come with its errors",
                     flags.sensor);
   if (flags.perfect) simulation.noise_quadratic_per_m = simulation.gray_sigma = simulation.warp_at_4m_m = 0;
-  auto list = hm::list_all(parameters);
+  auto list = hm::list_calibration(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const hm::CalibrationSimulationOptions options{
       simulation, parameters.board, flags.output,
@@ -35,3 +37,8 @@ hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, S
   outcome.outputs = summary->outputs;
   return outcome;
 }
+
+// Known to the verb before main() begins.
+[[maybe_unused]] const bool kIsRegistered = (simulate_calibration_set = simulate_set, true);
+
+}  // namespace

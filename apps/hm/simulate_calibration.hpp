@@ -10,5 +10,6 @@ struct CalibrationSetFlags {
   bool perfect = false;  ///< no bias, no noise
 };
 
-/// `hm simulate calibration`.
-hm::Result<Outcome> simulate_calibration_set(const CalibrationSetFlags& flags, Session& session);
+/// `hm simulate calibration`; null where the calibration's part was not built.
+using SimulateCalibrationSet = hm::Result<Outcome> (*)(const CalibrationSetFlags& flags, Session& session);
+inline SimulateCalibrationSet simulate_calibration_set = nullptr;

@@ -16,7 +16,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   hm::SlamRunOptions options;
   options.recording = flags.recording;
   options.output = output_folder(flags.output, flags.recording, "slam");
-  auto list = hm::list_all(options.parameters);
+  auto list = hm::list_slam(options.parameters);
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (!flags.maps.empty()) options.parameters.slam.maps = flags.maps;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -26,8 +26,6 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::run_slam(options));
 }
-
-}  // namespace
 
 void add_slam(Program& program) {
   auto flags = std::make_shared<SlamFlags>();
@@ -46,4 +44,9 @@ void add_slam(Program& program) {
       "--maps", flags->maps,
       "maps to write besides the mesh: any of points, octomap, mvog, with commas between (slam.maps)");
   flags->of_recording.add_to(command);
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_slam); });
 }
+
+const VerbRegistration kSlam(60, add_slam);
+
+}  // namespace

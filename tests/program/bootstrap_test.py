@@ -13,13 +13,16 @@ TOOLS = ["bash", "awk", "sed", "sort", "comm", "tr", "wc", "mktemp", "tail", "he
 FAKES = {
     "dpkg-query": 'for word in "$@"; do grep -qx "$word" "$STATE/installed" && echo "installed $word"; done; true',
     "apt-get": 'echo "apt-get $*" >> "$STATE/log"; [ ! -e "$STATE/apt_fails" ] || { echo "no network"; exit 100; }\n'
+               'echo "dlstatus:1:50.5:Retrieving"; echo "pmstatus:libone-dev:80.0:Unpacking"\n'
                'case "$*" in *" install "*) for word in "$@"; do echo "$word" >> "$STATE/installed"; done;; esac',
     "sudo": 'echo "sudo $*" >> "$STATE/log"; [ ! -e "$STATE/sudo_refuses" ] || exit 1\n'
             '[ "$1" != -n ] || shift; exec "$@"',
     "id": 'cat "$STATE/uid"',
     "cmake": 'echo "cmake $*" >> "$STATE/log"; [ ! -e "$STATE/cmake_fails" ] || { echo "no compiler"; exit 1; }\n'
              'mkdir -p build/release; touch build/release/build.ninja\n'
-             'echo "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" > build/release/CMakeCache.txt',
+             'echo "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" > build/release/CMakeCache.txt\n'
+             'for word in "$@"; do case "$word" in -D*=*) word="${word#-D}"\n'
+             'echo "${word%%=*}:STRING=${word#*=}" >> build/release/CMakeCache.txt;; esac; done',
     "ninja": 'echo "ninja $*" >> "$STATE/log"; echo "[1/2] Building a"\n'
              'if [ -e "$STATE/build_fails" ]; then echo "FAILED: a.o"; echo "a.cpp:1: error: oh"; exit 1; fi\n'
              'echo "[2/2] Linking"; mkdir -p "$2/bin"\n'
@@ -40,7 +43,9 @@ class Bootstrap(unittest.TestCase):
             (self.path / name).write_text(f"#!/bin/bash\n{body}\n")
             (self.path / name).chmod(0o755)
         shutil.copy(support.SOURCE / "hm", self.clone / "hm")
-        (self.clone / "packages.txt").write_text("# needs\ng++  # compiler\nlibone-dev # why\n\nlibtwo-dev\n")
+        (self.clone / "packages.txt").write_text(
+            "# needs\n[dense]  # most\ng++  # compiler\nlibone-dev # why\n\nlibtwo-dev\n"
+            "[all]\nlibbig-dev # slam\n[test]  # tests\nlibcheck-dev\n")
         (self.state / "installed").write_text("g++\nlibtwo-dev\n")
         (self.state / "uid").write_text("0\n")
 
@@ -75,6 +80,62 @@ class Bootstrap(unittest.TestCase):
         self.assertNotIn("apt-get", self.log())
         self.assertNotIn("cmake", self.log())
         self.assertEqual(result.stdout, "program: info\n")
+
+    def test_dense_verbs_neither_install_nor_build_the_rest(self):
+        for words in (["demo"], ["info", "x"], ["simulate", "house"], ["reconstruct", "x"], ["convert", "a", "b"],
+                      ["evaluate", "mesh", "a", "b"], ["params", "show"], ["--help"]):
+            self.hm(*words)
+        self.assertNotIn("libbig-dev", self.log())
+        self.assertNotIn("HM_PARTS=all", self.log())
+        self.assertEqual(self.log().count("cmake --preset release -DHM_PARTS=dense -DHM_BUILD_TESTS=OFF"), 1)
+
+    def test_another_verb_says_that_it_builds_the_rest_and_does_so(self):
+        self.hm("info")
+        for words in (["slam", "x"], ["simulate", "calibration"], ["evaluate", "uncertainty", "-o", "x"]):
+            with self.subTest(words[0]):
+                result = self.hm(*words)
+                self.assertIn("program: " + words[0], result.stdout)
+                if words[0] == "slam":
+                    self.assertIn("slam needs more than dense reconstruction: building all verbs", result.stderr)
+                    self.assertIn("libbig-dev", result.stderr)
+                else:
+                    self.assertNotIn("needs more", result.stderr)
+        self.assertEqual(self.log().count("-DHM_PARTS=all -DHM_BUILD_TESTS=OFF"), 1)
+        self.assertNotIn("libcheck-dev", self.log())
+
+    def test_what_was_built_stays(self):
+        self.hm("build", "all")
+        self.assertIn("-DHM_PARTS=all", self.log())
+        (self.state / "log").unlink()
+        self.hm("info")
+        self.hm("build")
+        self.assertNotIn("cmake", self.log())
+
+    def test_build_names_the_program_and_refuses_unknown_parts(self):
+        self.assertIn("build/release/bin/hm", self.hm("build").stderr)
+        self.assertIn("-DHM_PARTS=dense", self.log())
+        self.assertIn("'everything' is no part", self.hm("build", "everything", expect=1).stderr)
+        self.assertIn("./hm build all", self.hm("build", "--help").stdout)
+
+    def test_progress_of_packages_and_compilation_is_shown(self):
+        errors = self.hm("info").stderr
+        self.assertIn("downloading packages, percent: 50 of 100", errors)
+        self.assertIn("installing packages, percent: 80 of 100", errors)
+
+    def test_every_package_is_in_a_known_section(self):
+        section, seen = None, {}
+        for line in (support.SOURCE / "packages.txt").read_text().splitlines():
+            words = line.split("#")[0].split()
+            if words and words[0].startswith("["):
+                section = words[0]
+            elif words:
+                self.assertIsNotNone(section, line)
+                self.assertIn("#", line)
+                self.assertTrue(seen.setdefault((section, words[0]), line) is line, "twice: " + line)
+        sections = {name for name, _ in seen}
+        self.assertLessEqual({"[dense]", "[all]", "[test]", "[bench]"}, sections)
+        dense = {package for name, package in seen if name == "[dense]"}
+        self.assertFalse(dense & {"libopencv-dev", "libceres-dev", "libgtest-dev", "libassimp-dev", "liboctomap-dev"})
 
     def test_without_words_it_helps_and_does_nothing(self):
         self.assertIn("./hm demo", self.hm().stdout)

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <toml++/toml.h>
 
@@ -121,6 +122,14 @@ std::optional<Value> toml_value(const toml::node& node) {
 }
 
 }  // namespace
+
+void ParamList::add_missing(const ParamList& other) {
+  const auto section_of = [](const ParamRef& param) { return param.name.substr(0, param.name.find('.')); };
+  std::set<std::string> present;
+  for (const ParamRef& param : params_) present.insert(section_of(param));
+  for (const ParamRef& param : other.params_)
+    if (!present.contains(section_of(param))) params_.push_back(param);
+}
 
 const ParamRef* ParamList::find(std::string_view name) const {
   const auto found = std::find_if(params_.begin(), params_.end(), [&](const auto& p) { return p.name == name; });

@@ -62,6 +62,8 @@ class ParamList {
  public:
   template <class Struct>
   void add(std::string_view section, Struct& params);
+  /// Adds those sections of another list that this one does not have.
+  void add_missing(const ParamList& other);
 
   [[nodiscard]] std::span<const ParamRef> all() const { return params_; }
   [[nodiscard]] const ParamRef* find(std::string_view name) const;

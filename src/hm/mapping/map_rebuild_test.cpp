@@ -41,8 +41,8 @@ class SimulatedFrames final : public Recording {
   RecordingInfo info_;
 };
 
-Parameters coarse() {
-  Parameters parameters;
+DenseParams coarse() {
+  DenseParams parameters;
   parameters.tsdf.voxel_size_m = 0.04;
   parameters.reconstruction.live_mesh = false;
   return parameters;

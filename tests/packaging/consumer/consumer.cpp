@@ -8,10 +8,10 @@
 
 // One simulated frame through the whole library: sim, tsdf, mesh, io, evaluation, pipeline.
 int main() {
-  hm::Parameters parameters;
-  parameters.simulation.world = hm::WorldKind::kRoom;
-  const hm::Simulation simulation(parameters.simulation);
-  hm::DensePipeline pipeline(parameters, simulation.camera(), 1);
+  hm::SimulationParams room;
+  room.world = hm::WorldKind::kRoom;
+  const hm::Simulation simulation(room);
+  hm::DensePipeline pipeline(hm::DenseParams(), simulation.camera(), 1);
   const auto outcome = pipeline.process(simulation.frame(0));
   const auto mesh = pipeline.finished_mesh();
   std::printf("%zu triangles\n", mesh.triangles.size());

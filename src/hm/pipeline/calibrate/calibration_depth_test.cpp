@@ -5,7 +5,7 @@
 #include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/pipeline/simulate/calibration_simulation.hpp"
+#include "hm/pipeline/calibrate/calibration_simulation.hpp"
 
 namespace hm {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
 
 namespace hm {
 

@@ -3,9 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/report/mesh_pictures.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/mapping/mapping_params.hpp"
 
 namespace hm {
 

@@ -5,12 +5,29 @@
 
 #include <set>
 
+#include "hm/pipeline/calibrate/calibrate_parameters.hpp"
+#include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/simulate/simulate_parameters.hpp"
+
 namespace hm {
 namespace {
 
+/// Every section of every part, once.
+struct AllSections {
+  std::vector<ParameterPart> parts{
+      make_parameter_part(list_dense), make_parameter_part(list_slam), make_parameter_part(list_laser),
+      make_parameter_part(list_simulation), make_parameter_part(list_calibration)};
+  ParamList list;
+  AllSections() {
+    for (const ParameterPart& part : parts) list.add_missing(part.list);
+  }
+};
+
 TEST(Parameters, NamesAreUniqueSnakeCaseAndTextsAreThere) {
-  Parameters parameters;
-  const ParamList list = list_all(parameters);
+  const AllSections sections;
+  const ParamList& list = sections.list;
   std::set<std::string> names;
   for (const ParamRef& param : list.all()) {
     EXPECT_TRUE(names.insert(param.name).second) << param.name;
@@ -21,23 +38,32 @@ TEST(Parameters, NamesAreUniqueSnakeCaseAndTextsAreThere) {
 }
 
 TEST(Parameters, DefaultsAreValidAndTomlReadsBack) {
-  Parameters parameters;
-  auto list = list_all(parameters);
-  EXPECT_TRUE(list.check());
-  EXPECT_TRUE(check_parameters(parameters));
-  parameters.tsdf.voxel_size_m = 0.0123;
-  parameters.simulation.sensor = SensorPreset::kKinect;
-  parameters.reconstruction.mesh_formats = "obj, ply";
-  Parameters copy;
-  auto copy_list = list_all(copy);
-  const auto read = copy_list.read_toml(list.to_toml(), "text");
+  AllSections sections, copy;
+  EXPECT_TRUE(sections.list.check());
+  for (const ParameterPart& part : sections.parts) EXPECT_TRUE(!part.check || part.check());
+  for (const char* change : {"tsdf.voxel_size_m=0.0123", "simulation.sensor=kinect",
+                             "reconstruction.mesh_formats=\"obj, ply\""})
+    EXPECT_TRUE(sections.list.set(change)) << change;
+  const auto read = copy.list.read_toml(sections.list.to_toml(), "text");
   ASSERT_TRUE(read) << to_string(read.error());
-  EXPECT_EQ(copy_list.to_toml(), list.to_toml());
-  EXPECT_EQ(copy.tsdf.voxel_size_m, 0.0123);
+  EXPECT_EQ(copy.list.to_toml(), sections.list.to_toml());
+  EXPECT_EQ(value_text(*copy.list.find("tsdf.voxel_size_m")), "0.0123");
+}
+
+TEST(Parameters, APartsOwnSectionsComeBeforeThoseThatItLacks) {
+  DenseParameters own;
+  ParamList list = list_dense(own);
+  const std::size_t own_count = list.all().size();
+  const ParameterPart rgbd = make_parameter_part(list_slam);
+  list.add_missing(rgbd.list);
+  EXPECT_GT(list.all().size(), own_count);
+  ASSERT_TRUE(list.set("tsdf.voxel_size_m=0.05"));
+  EXPECT_EQ(own.tsdf.voxel_size_m, 0.05);
+  EXPECT_NE(value_text(*rgbd.list.find("tsdf.voxel_size_m")), "0.05");
 }
 
 TEST(Parameters, MapParametersLeaveOutWhatMayChange) {
-  Parameters a, b;
+  DenseParams a, b;
   b.tsdf.max_map_mb = 100;
   b.tsdf.kernel = KernelChoice::kScalar;
   b.mesh.simplify_keep_ratio = 0.5;
@@ -60,7 +86,7 @@ TEST(Parameters, MeshFormats) {
 }
 
 TEST(Parameters, ContradictionsAreUsageErrors) {
-  Parameters parameters;
+  DenseParams parameters;
   parameters.tsdf.near_m = 3;
   parameters.tsdf.far_m = 2;
   const auto checked = check_parameters(parameters);
@@ -69,8 +95,8 @@ TEST(Parameters, ContradictionsAreUsageErrors) {
 }
 
 TEST(Parameters, MarkdownHasARowForEach) {
-  Parameters parameters;
-  const auto list = list_all(parameters);
+  const AllSections sections;
+  const ParamList& list = sections.list;
   const std::string text = to_markdown(list);
   for (const ParamRef& param : list.all()) EXPECT_THAT(text, testing::HasSubstr("| `" + param.name + "` |"));
   EXPECT_THAT(explain(*list.find("tsdf.method")), testing::HasSubstr("projection, traversal"));

@@ -13,7 +13,7 @@ namespace {
 constexpr double kMost_ratio = 0.5;
 
 std::optional<double> ate_m(const Trajectory& truth, const Trajectory& estimate,
-                            const Parameters& parameters) {
+                            const DenseParameters& parameters) {
   if (truth.empty()) return std::nullopt;
   const auto error = evaluate_trajectory(truth, estimate, parameters.trajectory_error);
   if (!error) return std::nullopt;
@@ -50,7 +50,7 @@ Trajectory given_trajectory(const Trajectory& integrated, const GivenPoses& give
 }  // namespace
 
 AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
-                                     const RecordingInfo& info, const Parameters& parameters,
+                                     const RecordingInfo& info, const DenseParameters& parameters,
                                      std::span<const FrameRecord> records) {
   AlignmentSummary summary;
   summary.accepted = state.frames_aligned;

@@ -15,7 +15,7 @@ struct GivenPoses {
 
 /// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
 AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
-                                     const RecordingInfo& info, const Parameters& parameters,
+                                     const RecordingInfo& info, const DenseParameters& parameters,
                                      std::span<const FrameRecord> records);
 
 /// What there is to warn of: most frames could not be aligned. Empty: nothing.

@@ -63,7 +63,7 @@ class Run {
 };
 
 MapHeader Run::header() const {
-  Parameters parameters = options_.parameters;
+  DenseParameters parameters = options_.parameters;
   MapHeader header;
   header.voxel_size_m = pipeline_.grid().voxel_size_m();
   header.sdf_unit_m = pipeline_.grid().sdf_unit_m();

@@ -8,7 +8,7 @@
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/dense/dense_parameters.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
@@ -20,7 +20,7 @@ struct ReconstructionOptions {
   RecordingOptions recording_options;
   std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
-  Parameters parameters;
+  DenseParameters parameters;
   bool resume = false;  ///< go on with output/map.hmap
   RunContext run;       ///< asked to stop, it finishes with what there is
 };
@@ -56,7 +56,7 @@ struct AlignmentSummary {
 /// What a run gave.
 struct ReconstructionSummary {
   RecordingInfo recording;
-  Parameters parameters;
+  DenseParameters parameters;
   int threads = 1;
   bool interrupted = false;
   bool resumed = false;
@@ -90,7 +90,7 @@ struct ReconstructionSummary {
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.
-Result<Parameters> parameters_of_map(const std::filesystem::path& map);
+Result<DenseParameters> parameters_of_map(const std::filesystem::path& map);
 
 /// frames{read,integrated,skipped}, integrate_ms{median,p99}, volumes ... (the keys of `hm reconstruct
 /// --json`).

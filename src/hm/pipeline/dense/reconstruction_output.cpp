@@ -97,7 +97,7 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   if (!meshes) return as_run_failure(meshes);
   ReportMaterial material;
   material.program_version = options.run.program_version;
-  Parameters parameters = options.parameters;
+  DenseParameters parameters = options.parameters;
   material.parameters_toml = list_reconstruction(parameters).to_toml();
   measure(options, mesh, pipeline.loop(), material, summary);
   add_warnings(options, summary);

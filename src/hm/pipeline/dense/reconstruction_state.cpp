@@ -131,10 +131,10 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
   return state;
 }
 
-Result<Parameters> parameters_of_map(const std::filesystem::path& map) {
+Result<DenseParameters> parameters_of_map(const std::filesystem::path& map) {
   const auto file = MapFile::open(map, MapOpenMode::kRead);
   if (!file) return forward_error(file);
-  Parameters parameters;
+  DenseParameters parameters;
   auto list = list_reconstruction(parameters);
   if (const auto read = list.read_toml(file->header().parameters_toml, map.string() + " (its parameters)");
       !read)
@@ -143,9 +143,9 @@ Result<Parameters> parameters_of_map(const std::filesystem::path& map) {
 }
 
 Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
-                             const RecordingInfo& info, const Parameters& parameters,
+                             const RecordingInfo& info, const DenseParameters& parameters,
                              const std::string& map_path) {
-  Parameters of_map;
+  DenseParameters of_map;
   auto list = list_reconstruction(of_map);
   if (const auto read = list.read_toml(header.parameters_toml, map_path + " (its parameters)"); !read)
     return read;

@@ -33,7 +33,7 @@ std::string commonest_reason(const std::vector<SkippedFrame>& skipped);
 
 /// An error that says what differs when a map was made with other parameters or from another recording.
 Result<void> check_resumable(const MapHeader& header, const ReconstructionState& state,
-                             const RecordingInfo& info, const Parameters& parameters,
+                             const RecordingInfo& info, const DenseParameters& parameters,
                              const std::string& map_path);
 
 }  // namespace hm

@@ -64,12 +64,12 @@ TEST(ReconstructionState, ResumingNeedsTheSameParametersAndRecording) {
   info.kind = state.kind;
   info.frame_count = 100;
   info.stamps = {state.first_stamp};
-  Parameters parameters;
+  DenseParameters parameters;
   MapHeader header;
   header.parameters_toml = list_reconstruction(parameters).to_toml();
   EXPECT_TRUE(check_resumable(header, state, info, parameters, "map"));
 
-  Parameters other = parameters;
+  DenseParameters other = parameters;
   other.tsdf.voxel_size_m = 0.05;
   other.mesh.simplify_keep_ratio = 0.1;
   const auto differs = check_resumable(header, state, info, other, "map");

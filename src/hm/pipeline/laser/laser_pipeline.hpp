@@ -12,7 +12,7 @@
 #include "hm/laser/odometry/scan_projection.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/pipeline/laser/laser_map_frame.hpp"
-#include "hm/pipeline/common/laser_params.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/pipeline/laser/laser_sweep.hpp"
 #include "hm/sensors/imu.hpp"
 

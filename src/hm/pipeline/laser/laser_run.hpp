@@ -12,7 +12,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/pipeline/laser/laser_map_summary.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/core/run_context.hpp"
 
 namespace hm {
@@ -26,7 +26,7 @@ struct LaserRunOptions {
   std::filesystem::path output;     ///< a folder, made if needed; results of an earlier run are replaced
   std::filesystem::path relations;  ///< known relative poses to compare with; empty: none
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
-  Parameters parameters;
+  LaserRunParameters parameters;
   LaserPace pace = LaserPace::kFast;
   RunContext run;  ///< asked to stop, it finishes with what there is
 };
@@ -49,7 +49,7 @@ struct HeightError {
 struct LaserSummary {
   std::filesystem::path recording;
   std::string kind, laser;  ///< kind of recording; the laser whose scans were matched, or all that were used
-  Parameters parameters;
+  LaserRunParameters parameters;
   bool interrupted = false;
   LaserPace pace = LaserPace::kFast;
   bool matched_scans = false;

@@ -4,7 +4,7 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/occupancy_grid_2d.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
-#include "hm/pipeline/common/laser_params.hpp"
+#include "hm/pipeline/laser/laser_params.hpp"
 
 namespace hm {
 

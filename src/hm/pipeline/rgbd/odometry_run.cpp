@@ -38,7 +38,7 @@ bool track_all(const Recording& recording, const OdometryRunOptions& options, Vi
 
 Result<void> write_odometry_results(const OdometryRunOptions& options, OdometrySummary& summary) {
   const auto& folder = options.output;
-  Parameters parameters = options.parameters;
+  RgbdParameters parameters = options.parameters;
   const std::string parameters_toml = list_odometry(parameters).to_toml();
   if (const auto written = write_tum_trajectory(folder / "trajectory.tum", summary.track.trajectory);
       !written)

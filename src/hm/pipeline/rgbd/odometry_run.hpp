@@ -14,14 +14,14 @@ struct OdometryRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
-  Parameters parameters;
+  RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is
 };
 
 /// What a run gave.
 struct OdometrySummary {
   RecordingInfo recording;
-  Parameters parameters;
+  RgbdParameters parameters;
   bool interrupted = false;
   double run_s = 0;
   VisualTrack track;

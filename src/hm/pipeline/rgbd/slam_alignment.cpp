@@ -20,7 +20,7 @@ TsdfParams without_color(TsdfParams params) {
 }  // namespace
 
 struct SlamAlignment::Impl {
-  Impl(const Parameters& all, const PinholeCamera& camera)
+  Impl(const RgbdParameters& all, const PinholeCamera& camera)
       : tsdf(without_color(all.tsdf)),
         memory_frames(static_cast<std::size_t>(all.slam.align_memory_frames)),
         grid(Integrator::make_grid(tsdf)),
@@ -49,7 +49,7 @@ struct SlamAlignment::Impl {
   void remember(const RgbdFrame& frame, const SE3& T_odom_camera);
 };
 
-SlamAlignment::SlamAlignment(const Parameters& parameters, const PinholeCamera& camera)
+SlamAlignment::SlamAlignment(const RgbdParameters& parameters, const PinholeCamera& camera)
     : impl_(std::make_unique<Impl>(parameters, camera)) {}
 SlamAlignment::~SlamAlignment() = default;
 

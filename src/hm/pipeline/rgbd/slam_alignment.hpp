@@ -8,7 +8,7 @@
 #include "hm/report/html_report.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
@@ -41,7 +41,7 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
 /// the pose graph as aligned.
 class SlamAlignment {
  public:
-  SlamAlignment(const Parameters& parameters, const PinholeCamera& camera);
+  SlamAlignment(const RgbdParameters& parameters, const PinholeCamera& camera);
   ~SlamAlignment();
 
   /// Corrects the pose of a tracked frame, and its keyframe's.

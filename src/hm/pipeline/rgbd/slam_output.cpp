@@ -9,7 +9,7 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/report/map_pictures.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
@@ -78,7 +78,7 @@ void Output::write_trajectories() {
 
 void Output::write_map_file() {
   file("map.hmap", [&](const auto& path) -> Result<void> {
-    Parameters parameters = options_.parameters;
+    RgbdParameters parameters = options_.parameters;
     MapHeader header;
     header.voxel_size_m = pipeline_.dense().grid().voxel_size_m();
     header.sdf_unit_m = pipeline_.dense().grid().sdf_unit_m();
@@ -199,7 +199,7 @@ void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
 }
 
 void Output::write_report() {
-  Parameters parameters = options_.parameters;
+  RgbdParameters parameters = options_.parameters;
   material_.program_version = options_.run.program_version;
   material_.parameters_toml = list_slam(parameters).to_toml();
   std::vector<MeshPicture> all = material_.pictures;

@@ -21,7 +21,7 @@ SE3 first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pos
 }  // namespace
 
 struct SlamPipeline::Impl {
-  Impl(const Recording& its_recording, const Parameters& all, const RunContext& its_run)
+  Impl(const Recording& its_recording, const RgbdParameters& all, const RunContext& its_run)
       : recording(its_recording),
         parameters(all),
         run(its_run),
@@ -42,7 +42,7 @@ struct SlamPipeline::Impl {
   void place_trajectory();
 
   const Recording& recording;
-  Parameters parameters;
+  RgbdParameters parameters;
   RunContext run;
   PinholeCamera camera;
   FrameRange range;
@@ -56,7 +56,7 @@ struct SlamPipeline::Impl {
   State state;
 };
 
-SlamPipeline::SlamPipeline(const Recording& recording, const Parameters& parameters, const RunContext& run)
+SlamPipeline::SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run)
     : impl_(std::make_unique<Impl>(recording, parameters, run)) {}
 SlamPipeline::~SlamPipeline() = default;
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "hm/pipeline/rgbd/slam_alignment.hpp"
-#include "hm/mapping/slam_map.hpp"
+#include "hm/mapping/keyframes/slam_map.hpp"
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 
 namespace hm {
@@ -16,7 +16,7 @@ namespace hm {
 class SlamPipeline {
  public:
   /// The recording must outlive the pipeline.
-  SlamPipeline(const Recording& recording, const Parameters& parameters, const RunContext& run);
+  SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);
   ~SlamPipeline();
   SlamPipeline(const SlamPipeline&) = delete;
   SlamPipeline& operator=(const SlamPipeline&) = delete;

@@ -15,14 +15,14 @@ struct SlamRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
-  Parameters parameters;
+  RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
 /// What a run gave.
 struct SlamSummary {
   RecordingInfo recording;
-  Parameters parameters;
+  RgbdParameters parameters;
   double run_s = 0;
   SlamPipeline::State state;
 

@@ -13,7 +13,7 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 
 }  // namespace
 
-VisualTracking::VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start)
+VisualTracking::VisualTracking(const RgbdParameters& parameters, const PinholeCamera& camera, const Start& start)
     : odometry_(make_visual_odometry(parameters.odometry, camera, start.T_odom_first_camera)),
       hints_(start.imu, parameters.odometry.use_imu) {
   if (start.imu && parameters.odometry.use_imu != ImuUse::kOff &&

@@ -10,7 +10,7 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 
 namespace hm {
 
@@ -64,7 +64,7 @@ class VisualTracking {
     std::shared_ptr<const CarriedImu> imu = nullptr;
   };
   /// The camera must be free of lens distortion.
-  VisualTracking(const Parameters& parameters, const PinholeCamera& camera, const Start& start);
+  VisualTracking(const RgbdParameters& parameters, const PinholeCamera& camera, const Start& start);
   /// Tracks a frame, or notes why it could not be read.
   TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
   [[nodiscard]] const VisualTrack& track() const { return track_; }

@@ -5,7 +5,7 @@
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/report/mesh_pictures.hpp"
 #include "hm/report/run_report.hpp"
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/compare/depth_compensation_report.hpp"
+#include "hm/pipeline/experiments/depth_compensation_report.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,8 @@
 
 #include "hm/core/params.hpp"
 #include "hm/estimation/state_estimator.hpp"
+#include "hm/evaluation/relation_error.hpp"
+#include "hm/evaluation/trajectory_error.hpp"
 #include "hm/laser/height/height_params.hpp"
 #include "hm/laser/odometry/scan_odometry.hpp"
 #include "hm/laser/odometry/scan_projection.hpp"
@@ -99,5 +101,20 @@ struct LaserParameters {
   StateEstimatorParams state;
   MvogParams mvog;
 };
+
+/// The same, and how the result is compared with the truth.
+struct LaserRunParameters {
+  LaserParameters laser;
+  TrajectoryErrorParams trajectory_error;
+  RelationErrorParams relation_error;
+};
+
+/// The sections that decide what a laser run does: laser, scan_projection, matcher, motion_search, loops,
+/// loop_matcher, loop_solver, localiser, wheel_noise, height, state, fusion, tilt, the filters as published
+/// (thesis, pose_alpha_beta, height_alpha_beta), mvog, trajectory_error, relation_error.
+ParamList list_laser(LaserRunParameters& parameters);
+
+/// What contradicts, all of it in one error; ranges are checked by ParamList::check().
+Result<void> check_parameters(const LaserRunParameters& parameters);
 
 }  // namespace hm

@@ -1,4 +1,4 @@
-#include "hm/pipeline/compare/depth_compensation.hpp"
+#include "hm/pipeline/experiments/depth_compensation.hpp"
 
 #include <algorithm>
 
@@ -9,9 +9,9 @@
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/bytes/output_file.hpp"
-#include "hm/pipeline/compare/depth_compensation_report.hpp"
+#include "hm/pipeline/experiments/depth_compensation_report.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
-#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/report/map_pictures.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
@@ -65,7 +65,7 @@ class Experiment {
   Result<void> write_results();
 
   const DepthCompensationOptions& options_;
-  Parameters parameters_;
+  RgbdParameters parameters_;
   ParallelLoop loop_;
   fs::path with_, without_;  ///< calibrations
   std::optional<MeshTruth> truth_;
@@ -140,7 +140,7 @@ Result<void> Experiment::run_side(const char* name, const fs::path& calibration,
   options.recording_options = options_.recording_options;
   options.recording_options.calibration = calibration;
   options.output = options_.output / name;
-  options.parameters = parameters_;
+  options.parameters = {parameters_, parameters_.mesh_error, parameters_.trajectory_error};
   options.run = options_.run;
   auto summary = reconstruct(options);
   if (!summary) return forward_error(summary);
@@ -159,7 +159,7 @@ Result<void> Experiment::run_side(const char* name, const fs::path& calibration,
 
 Result<void> Experiment::write_results() {
   material_.program_version = options_.run.program_version;
-  material_.parameters_toml = list_all(parameters_).to_toml();
+  material_.parameters_toml = list_slam(parameters_).to_toml();
   if (truth_) material_.surface = &*surface_;
   const std::vector<MeshPicture> pictures = draw_compensation(summary_, material_, loop_);
   if (auto written = write_pictures(options_.output, pictures, summary_.outputs); !written) return written;

@@ -1,4 +1,4 @@
-#include "hm/pipeline/simulate/calibration_simulation.hpp"
+#include "hm/pipeline/calibrate/calibration_simulation.hpp"
 
 #include <algorithm>
 #include <cmath>

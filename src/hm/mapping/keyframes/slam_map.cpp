@@ -1,4 +1,4 @@
-#include "hm/mapping/slam_map.hpp"
+#include "hm/mapping/keyframes/slam_map.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "hm/mapping/keyframe_maps.hpp"
+#include "hm/mapping/keyframes/keyframe_maps.hpp"
 
 #include <algorithm>
 #include <cmath>

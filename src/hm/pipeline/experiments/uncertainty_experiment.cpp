@@ -1,4 +1,4 @@
-#include "hm/pipeline/compare/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 
 #include <algorithm>
 #include <limits>

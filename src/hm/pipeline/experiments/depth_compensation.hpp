@@ -1,5 +1,6 @@
 #pragma once
 #include "hm/pipeline/dense/reconstruction.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 
 namespace hm {
 
@@ -8,7 +9,7 @@ struct DepthCompensationOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;  ///< empty calibration: calibration.toml of the recording's folder
   std::filesystem::path output;        ///< a folder, made if needed
-  Parameters parameters;
+  RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it says so (kCancelled)
 };
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hm/pipeline/compare/depth_compensation.hpp"
+#include "hm/pipeline/experiments/depth_compensation.hpp"
 #include "hm/report/mesh_pictures.hpp"
 
 namespace hm {

@@ -1,0 +1,22 @@
+#pragma once
+#include "hm/core/params.hpp"
+#include "hm/sim/recording/laser_simulation.hpp"
+#include "hm/sim/recording/simulation.hpp"
+
+namespace hm {
+
+/// Everything that decides what a simulated recording is like.
+struct SimulateParameters {
+  SimulationParams simulation;
+  LaserSimulationParams laser_simulation;
+};
+
+/// Its sections, named as the members.
+inline ParamList list_simulation(SimulateParameters& parameters) {
+  ParamList list;
+  list.add("simulation", parameters.simulation);
+  list.add("laser_simulation", parameters.laser_simulation);
+  return list;
+}
+
+}  // namespace hm
