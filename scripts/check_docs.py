@@ -2,7 +2,7 @@
 """Runs every command of the documents, and of the program's own --help, in a folder of its own; checks that links to
 files lead somewhere and pictures are small.
 
-    scripts/check_docs.py --program build/release/bin/hm
+    scripts/check_docs.py --program build/release/bin/hm [--part texts|help]
     scripts/check_docs.py --self-test
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
@@ -11,12 +11,16 @@ is not run (it installs, clones or tests); its first words must be known. The fo
 texts assume; that of --help also `set`, pictures of calibration boards.
 """
 import argparse
+import atexit
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from functools import lru_cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,6 +38,7 @@ SMALL_SET = f"hm simulate calibration -o set --quiet --set {SET}.camera_views=12
             f"--set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.depth_images=6"
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
+durations = []  # (seconds, command)
 
 
 def blocks_of(text):
@@ -61,18 +66,24 @@ def shortened(line):
 def run_line(line, folder):
     """None when the line worked, or what went wrong."""
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    begin = time.monotonic()
     try:
         result = subprocess.run(["bash", "-ec", shortened(line)], cwd=folder, env=environment, capture_output=True,
                                 text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         return f"took more than {LIMIT_S} s"
+    finally:
+        durations.append((time.monotonic() - begin, line))
     if result.returncode == 0:
         return None
     return f"exit code {result.returncode}: {(result.stderr or result.stdout).strip()[-500:]}"
 
 
-def prepare(folder, program):
-    """The folder that the texts assume. Returns what went wrong, or None."""
+@lru_cache(maxsize=None)
+def prepared_folder(program):
+    """The folder that the texts assume, made once, and what went wrong, or None."""
+    folder = tempfile.mkdtemp(prefix="hm_docs_prepared_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (Path(folder) / "hm").symlink_to(Path(program).resolve())
     lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
              "hm reconstruct recording -o result --quiet --set reconstruction.pictures=false",
@@ -80,8 +91,15 @@ def prepare(folder, program):
              "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
     for line in lines:
         if wrong := run_line(line, folder):
-            return f"{line}: {wrong}"
-    return None
+            return folder, f"{line}: {wrong}"
+    return folder, None
+
+
+def prepare(folder, program):
+    """Copies the folder that the texts assume. Returns what went wrong, or None."""
+    prepared, wrong = prepared_folder(program)
+    shutil.copytree(prepared, folder, symlinks=True, dirs_exist_ok=True)
+    return wrong
 
 
 def check_text(name, text, folder):
@@ -116,8 +134,8 @@ def help_examples(program, verb):
     return [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
 
 
-def check_all(program):
-    texts = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+def check_all(program, part):
+    texts = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))] if part != "help" else []
     total, problems = 0, []
     for path in texts:
         with tempfile.TemporaryDirectory(prefix="hm_docs_") as folder:
@@ -129,6 +147,8 @@ def check_all(program):
                 return total, [wrong]
             count, found = check_text(str(path.relative_to(ROOT)), text, folder)
             total, problems = total + count, problems + found
+    if part == "texts":
+        return total, problems
     with tempfile.TemporaryDirectory(prefix="hm_help_") as folder:
         if wrong := prepare(folder, program) or run_line(SMALL_SET, folder):
             return total, [wrong]
@@ -160,16 +180,19 @@ def self_test():
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--program")
+    parser.add_argument("--part", choices=["texts", "help"], help="only the documents, or only --help")
     parser.add_argument("--self-test", action="store_true")
     arguments = parser.parse_args()
     if arguments.self_test:
         return self_test()
     if not arguments.program:
         parser.error("--program says which hm runs the commands, as build/release/bin/hm")
-    total, problems = check_all(arguments.program)
+    total, problems = check_all(arguments.program, arguments.part)
     for problem in problems:
         print(problem)
-    print(f"docs: {total} commands run, {len(problems)} problems")
+    for seconds, line in sorted(durations, reverse=True)[:8]:
+        print(f"docs: {seconds:6.1f} s  {line}")
+    print(f"docs: {total} commands run in {sum(seconds for seconds, _ in durations):.0f} s, {len(problems)} problems")
     return 1 if problems or total == 0 else 0
 
 
