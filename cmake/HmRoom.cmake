@@ -98,7 +98,21 @@ function(hm_make_room_test NAME)
   endif()
   target_link_libraries(hm_${NAME}_test PRIVATE ${libraries} hm_settings GTest::gmock GTest::gtest_main)
   target_compile_definitions(hm_${NAME}_test PRIVATE HM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(hm_${NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${NAME} TIMEOUT 300)
+  target_compile_options(hm_${NAME}_test PRIVATE ${hm_test_options})
+  hm_add_tests(hm_${NAME}_test ${NAME})
+endfunction()
+
+# hm_add_tests(PROGRAM LABEL): one test a case; under sanitizers, where a process takes long to start, two for all cases.
+function(hm_add_tests PROGRAM LABEL)
+  if(NOT HM_SANITIZE)
+    gtest_discover_tests(${PROGRAM} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${LABEL} TIMEOUT 300)
+    return()
+  endif()
+  foreach(shard 0 1)
+    add_test(NAME ${LABEL}.${shard} COMMAND ${PROGRAM} --gtest_brief=1)
+    set_tests_properties(${LABEL}.${shard} PROPERTIES LABELS ${LABEL} TIMEOUT 600 ENVIRONMENT
+      "GTEST_TOTAL_SHARDS=2;GTEST_SHARD_INDEX=${shard};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
+  endforeach()
 endfunction()
 
 # Maps a short name to its target; pkg-config packages become PkgConfig:: targets.

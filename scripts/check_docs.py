@@ -2,7 +2,7 @@
 """Runs every command of the documents, and of the program's own --help, in a folder of its own; checks that links to
 files lead somewhere, pictures are small, and names of the code exist.
 
-    scripts/check_docs.py --program build/release/bin/hm
+    scripts/check_docs.py --program build/release/bin/hm [--part texts|help]
     scripts/check_docs.py --names      only the names: those in backticks on a line with a link to a source file
     scripts/check_docs.py --self-test
 
@@ -12,12 +12,16 @@ is not run (it installs, clones or tests); its first words must be known. The fo
 texts assume; that of --help also `set`, pictures of calibration boards.
 """
 import argparse
+import atexit
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from functools import lru_cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -36,6 +40,7 @@ SMALL_SET = f"hm simulate calibration -o set --quiet --set {SET}.camera_views=12
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
 SOURCE_REFERENCE = re.compile(r"\[`[^`]+`\]\(\.\./(src/[^)]+)\): ((?:`\w+`(?:, )?)+)")
+durations = []  # (seconds, command)
 
 
 def blocks_of(text):
@@ -63,18 +68,24 @@ def shortened(line):
 def run_line(line, folder):
     """None when the line worked, or what went wrong."""
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    begin = time.monotonic()
     try:
         result = subprocess.run(["bash", "-ec", shortened(line)], cwd=folder, env=environment, capture_output=True,
                                 text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         return f"took more than {LIMIT_S} s"
+    finally:
+        durations.append((time.monotonic() - begin, line))
     if result.returncode == 0:
         return None
     return f"exit code {result.returncode}: {(result.stderr or result.stdout).strip()[-500:]}"
 
 
-def prepare(folder, program):
-    """The folder that the texts assume. Returns what went wrong, or None."""
+@lru_cache(maxsize=None)
+def prepared_folder(program):
+    """The folder that the texts assume, made once, and what went wrong, or None."""
+    folder = tempfile.mkdtemp(prefix="hm_docs_prepared_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (Path(folder) / "hm").symlink_to(Path(program).resolve())
     lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
              "hm reconstruct recording -o result --quiet --set reconstruction.pictures=false",
@@ -82,8 +93,15 @@ def prepare(folder, program):
              "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
     for line in lines:
         if wrong := run_line(line, folder):
-            return f"{line}: {wrong}"
-    return None
+            return folder, f"{line}: {wrong}"
+    return folder, None
+
+
+def prepare(folder, program):
+    """Copies the folder that the texts assume. Returns what went wrong, or None."""
+    prepared, wrong = prepared_folder(program)
+    shutil.copytree(prepared, folder, symlinks=True, dirs_exist_ok=True)
+    return wrong
 
 
 def check_text(name, text, folder):
@@ -152,8 +170,8 @@ def help_examples(program, verb):
     return [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
 
 
-def check_all(program):
-    texts = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+def check_all(program, part):
+    texts = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))] if part != "help" else []
     total, problems = 0, []
     for path in texts:
         with tempfile.TemporaryDirectory(prefix="hm_docs_") as folder:
@@ -165,6 +183,8 @@ def check_all(program):
                 return total, [wrong]
             count, found = check_text(str(path.relative_to(ROOT)), text, folder)
             total, problems = total + count, problems + found
+    if part == "texts":
+        return total, problems
     with tempfile.TemporaryDirectory(prefix="hm_help_") as folder:
         if wrong := prepare(folder, program) or run_line(SMALL_SET, folder):
             return total, [wrong]
@@ -202,6 +222,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--program")
     parser.add_argument("--names", action="store_true")
+    parser.add_argument("--part", choices=["texts", "help"], help="only the documents, or only --help")
     parser.add_argument("--self-test", action="store_true")
     arguments = parser.parse_args()
     if arguments.names:
@@ -210,10 +231,12 @@ def main():
         return self_test()
     if not arguments.program:
         parser.error("--program says which hm runs the commands, as build/release/bin/hm")
-    total, problems = check_all(arguments.program)
+    total, problems = check_all(arguments.program, arguments.part)
     for problem in problems:
         print(problem)
-    print(f"docs: {total} commands run, {len(problems)} problems")
+    for seconds, line in sorted(durations, reverse=True)[:8]:
+        print(f"docs: {seconds:6.1f} s  {line}")
+    print(f"docs: {total} commands run in {sum(seconds for seconds, _ in durations):.0f} s, {len(problems)} problems")
     return 1 if problems or total == 0 else 0
 
 

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "hm/core/rng.hpp"
 #include "hm/depth_camera/narrow_correction.hpp"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hm/core/check.hpp"
 #include "hm/evaluation/embree_mesh.hpp"

@@ -1,6 +1,8 @@
 // Timings of meshing: one volume, what changed per frame, the whole mesh.
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+
 #include "hm/core/rng.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mesh/marching_cubes.hpp"

@@ -1,5 +1,7 @@
 #include "hm/io/camera/calibration_file.hpp"
 
+#include <tuple>
+
 #include <gmock/gmock.h>
 
 #include "hm/core/hash.hpp"

@@ -4,6 +4,7 @@
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>

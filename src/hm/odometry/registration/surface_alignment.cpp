@@ -1,5 +1,6 @@
 #include "hm/odometry/registration/surface_alignment.hpp"
 
+#include <array>
 #include <cmath>
 
 namespace hm {

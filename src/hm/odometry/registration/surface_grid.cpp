@@ -1,6 +1,7 @@
 #include "hm/odometry/registration/surface_grid.hpp"
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 
 namespace hm {

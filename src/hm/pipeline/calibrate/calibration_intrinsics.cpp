@@ -1,5 +1,7 @@
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
 
+#include <algorithm>
+
 #include "hm/core/angle.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/calibration_figures.hpp"

@@ -1,5 +1,6 @@
 #include "hm/pipeline/calibrate/calibration_simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,5 +1,6 @@
 #include "hm/sim/world/house_builder.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "hm/sim/world/house_plan.hpp"

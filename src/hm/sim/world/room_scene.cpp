@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "hm/sim/world/solids.hpp"
 #include "hm/sim/world/world.hpp"

@@ -1,6 +1,7 @@
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
 
 #include <Eigen/LU>
+#include <functional>
 #include <limits>
 #include <queue>
 #include <utility>

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "hm/core/rng.hpp"
 #include "hm/tsdf/projection/update_filters.hpp"
