@@ -142,7 +142,6 @@ void add_times(const RgbdCalibration& calibration, const CalibrationRig& rig, in
     sum_ms += ms;
   }
   result.rows.push_back({"depth_chain_time", sum_ms / static_cast<double>(rendered.size()), std::nullopt});
-  result.rows.push_back({"depth_chain_scattered_time", chain_ms(scattered_depth()), std::nullopt});
   result.details["depth_chain_frames"] = each;
 }
 

@@ -1,10 +1,9 @@
 #pragma once
 #include <cstdint>
-#include <memory>
-#include <span>
 #include <string_view>
 #include <vector>
 
+#include "hm/core/aligned_vector.hpp"
 #include "hm/core/result.hpp"
 #include "hm/geometry/se3.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
@@ -43,46 +42,26 @@ struct DepthCorrectionModel {
 /// An error when sizes, ranges or numbers cannot be those of a model.
 Result<void> check_model(const DepthCorrectionModel& model);
 
-namespace detail {
-class NarrowCorrection;
-class WideCorrection;
-struct NarrowScale;
-}  // namespace detail
-
-/// Applies a model to depth images. Const members may be used from any thread; the same bits on every CPU.
-/// Models of up to 20 cm are applied in whole numbers, within 0.1 mm of correction_m(); larger ones in
-/// single precision.
+/// Applies a model to depth images, in single precision. Const members may be used from any thread; the same
+/// bits on every CPU.
 class DepthCorrection {
  public:
   /// For images of this size, which may differ from the model's by a common ratio.
-  DepthCorrection(DepthCorrectionModel model, int width, int height);
-  DepthCorrection(DepthCorrection&&) noexcept;
-  DepthCorrection& operator=(DepthCorrection&&) noexcept;
-  ~DepthCorrection();
+  DepthCorrection(const DepthCorrectionModel& model, int width, int height);
   /// Corrects every reading in place; 0 (no reading) stays 0, results are rounded and kept within 1 .. 65535.
   void apply(DepthImage& depth) const;
 
-  /// Rows of one image, one after the other: what apply() consists of. Not to be shared between threads.
-  class Rows {
-   public:
-    Rows(const DepthCorrection& correction, double unit_m);
-    Rows(const Rows&) = delete;
-    Rows& operator=(const Rows&) = delete;
-    ~Rows();
-    /// Corrects a row; `from` and `to` have kRowSlack_px pixels of room after it, and do not overlap.
-    void apply(int y, const std::uint16_t* from, std::uint16_t* to) const;
-
-   private:
-    const DepthCorrection& correction_;
-    double unit_m_;
-    std::unique_ptr<const detail::NarrowScale> narrow_;
-  };
-  static constexpr int kRowSlack_px = 32;
-
  private:
+  void resample_spline(const DepthCorrectionModel& model);
+  void resample_pixels(const DepthCorrectionModel& model);
   int width_, height_;
-  std::unique_ptr<const detail::NarrowCorrection> narrow_;  ///< where the model's numbers fit
-  std::unique_ptr<const detail::WideCorrection> wide_;
+  int columns_;  ///< the width and what is left of its last block
+  int terms_;
+  double min_depth_m_, max_depth_m_;
+  int table_rows_;  ///< control points of a spline from top to bottom, or the height
+  bool is_spline_;
+  AlignedVector<float> tables_;                ///< [row][term][column]: coefficients at the image's columns
+  AlignedVector<float> lowest_s_, highest_s_;  ///< [row][column]; of a spline one row for all
 };
 
 }  // namespace hm

@@ -5,17 +5,14 @@
 #include <hwy/targets.h>
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <tuple>
 
 #include "hm/core/rng.hpp"
-#include "hm/depth_camera/narrow_correction.hpp"
 
 namespace hm {
 namespace {
 
-/// A model with random coefficients; by default too large for whole numbers of 16 bits.
-DepthCorrectionModel random_model(DepthFitMode mode, int width, int height, double largest_m = 0.15) {
+/// A model with random coefficients.
+DepthCorrectionModel random_model(DepthFitMode mode, int width, int height) {
   Rng rng(1);
   DepthCorrectionModel model;
   model.mode = mode;
@@ -26,7 +23,7 @@ DepthCorrectionModel random_model(DepthFitMode mode, int width, int height, doub
   model.min_depth_m = 0.8, model.max_depth_m = 4.0;
   const auto plane = static_cast<std::size_t>(model.columns * model.rows);
   for (std::size_t i = 0; i < 3 * plane; ++i)
-    model.coefficients.push_back(static_cast<float>(rng.uniform(-largest_m, largest_m)));
+    model.coefficients.push_back(static_cast<float>(rng.uniform(-0.15, 0.15)));
   for (std::size_t i = 0; i < plane && !smooth; ++i) {
     model.lowest_s.push_back(static_cast<float>(rng.uniform(-1, -0.5)));
     model.highest_s.push_back(static_cast<float>(rng.uniform(0, 1)));
@@ -40,21 +37,6 @@ DepthImage random_depth(int width, int height, std::uint64_t seed) {
   for (auto& units : depth.units.pixels())
     units = static_cast<std::uint16_t>(rng.below(5) == 0 ? 0 : 300 + rng.below(6000));
   return depth;
-}
-
-/// Every instruction set that this CPU has.
-std::vector<std::int64_t> vector_targets() {
-  std::vector<std::int64_t> targets;
-  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
-    targets.push_back(left & -left);
-  return targets;
-}
-
-/// Rows from one row of coefficients to the next.
-int rows_apart(const detail::NarrowCorrection& narrow) {
-  int apart = 1;
-  while (narrow.row(apart).weight != 0) ++apart;
-  return apart;
 }
 
 class EveryMode : public testing::TestWithParam<DepthFitMode> {};
@@ -100,82 +82,39 @@ TEST_P(EveryMode, SmallerImagesGetTheSameCorrectionAtTheSamePlace) {
     }
 }
 
-/// Small models are applied in whole numbers: within 0.1 mm of the reference, whatever the unit, and to the
-/// last bit what the plain code does on every instruction set.
-TEST_P(EveryMode, WholeNumbersAreWithinATenthOfAMillimetre) {
-  // Of different sizes and bends: every number of rows that there may be between rows of coefficients.
-  std::set<int> apart;
-  for (const double unit_m : {1e-3, 2e-4, 1e-4, 2.5e-3})
-    for (const auto& [width, height, largest_m] : {std::tuple{61, 37, 0.02},
-                                                   {640, 48, 0.02},
-                                                   {61, 100, 0.02},
-                                                   {61, 200, 0.02},
-                                                   {61, 300, 0.02},
-                                                   {61, 479, 0.02},
-                                                   {61, 481, 0.005},
-                                                   {61, 483, 0.002}}) {
-      const DepthCorrectionModel model = random_model(GetParam(), width, height, largest_m);
-      const auto narrow = detail::NarrowCorrection::make(model, width, height);
-      ASSERT_TRUE(narrow);
-      EXPECT_TRUE(narrow->scale_for(unit_m)) << unit_m;
-      apart.insert(rows_apart(*narrow));
+TEST_P(EveryMode, EveryUnitAndNumberOfTerms) {
+  for (const double unit_m : {1e-3, 2e-4, 1e-4, 2.5e-3, 1.0})
+    for (const int terms : {1, 2, 3, 4}) {
+      DepthCorrectionModel model = random_model(GetParam(), 61, 37);
+      model.terms = terms;
+      model.coefficients.resize(static_cast<std::size_t>(terms * model.columns * model.rows), 0.003F);
       Rng rng(5);
-      DepthImage before{Image<std::uint16_t>(width, height), unit_m};
+      DepthImage before{Image<std::uint16_t>(61, 37), unit_m};
       for (auto& units : before.units.pixels())
         units = static_cast<std::uint16_t>(rng.below(5) == 0 ? 0 : rng.uniform(0.5, 6.0) / unit_m);
       DepthImage after = before;
-      DepthCorrection(model, width, height).apply(after);
-      for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
+      DepthCorrection(model, 61, 37).apply(after);
+      for (int y = 0; y < 37; ++y)
+        for (int x = 0; x < 61; ++x) {
+          if (before.units(x, y) == 0) continue;
           const double d = before.depth_m(x, y);
-          if (d == 0) {
-            ASSERT_EQ(after.units(x, y), 0);
-          } else {
-            const double wanted = std::min(d + model.correction_m(Vec2(x, y), d), 65535 * unit_m);
-            ASSERT_NEAR(after.depth_m(x, y), wanted, 0.5 * unit_m + 1e-4) << x << ", " << y;
-          }
+          const double wanted = (d + model.correction_m(Vec2(x, y), d)) / unit_m;
+          ASSERT_NEAR(after.units(x, y), std::clamp(wanted, 1.0, 65535.0), 0.52) << x << ", " << y;
         }
-    }
-  const bool is_spline = GetParam() == DepthFitMode::kSpline;
-  EXPECT_EQ(apart, (is_spline ? std::set{1, 2, 4, 8, 16} : std::set{1}));
-}
-
-/// For a row with coefficients of its own, and for rows between two of them.
-TEST_P(EveryMode, VectorsOfEveryKindGiveThePlainBits) {
-  for (const auto& [width, height, largest_m] : {std::tuple{201, 9, 0.02}, {61, 481, 0.005}})
-    for (const int terms : {1, 2, 3, 4}) {
-      DepthCorrectionModel model = random_model(GetParam(), width, height, largest_m);
-      model.terms = terms;
-      model.coefficients.resize(static_cast<std::size_t>(terms * model.columns * model.rows), 0.003F);
-      const auto narrow = detail::NarrowCorrection::make(model, width, height);
-      ASSERT_TRUE(narrow);
-      EXPECT_EQ(rows_apart(*narrow) > 1, GetParam() == DepthFitMode::kSpline && height == 481);
-      const detail::NarrowScale scale = *narrow->scale_for(1e-3);
-      for (const std::int64_t target : vector_targets()) {
-        hwy::SetSupportedTargetsForTest(target);
-        Rng rng(static_cast<std::uint64_t>(target));
-        for (int y = 0; y < height; ++y) {
-          std::vector<std::uint16_t> from(static_cast<std::size_t>(width) + DepthCorrection::kRowSlack_px);
-          std::vector<std::uint16_t> plain(from), fast(from);
-          for (auto& units : from)
-            units = static_cast<std::uint16_t>(rng.below(3) == 0 ? 0 : rng.below(65536));
-          detail::correct_row_plain(narrow->row(y), scale, from.data(), plain.data());
-          detail::correct_row_simd(narrow->row(y), scale, from.data(), fast.data());
-          plain.resize(from.size() - DepthCorrection::kRowSlack_px), fast.resize(plain.size());
-          ASSERT_EQ(plain, fast) << "row " << y << ", " << terms << " terms, " << hwy::TargetName(target);
-        }
-      }
-      hwy::SetSupportedTargetsForTest(0);
     }
 }
 
-TEST_P(EveryMode, LargeModelsAndStrangeUnitsAreLeftToSinglePrecision) {
-  EXPECT_FALSE(detail::NarrowCorrection::make(random_model(GetParam(), 64, 48), 64, 48));
-  const DepthCorrectionModel small = random_model(GetParam(), 64, 48, 0.02);
-  EXPECT_FALSE(detail::NarrowCorrection::make(small, 64, 48)->scale_for(2e-5)) << "80 m in 16 bits";
-  DepthImage depth{Image<std::uint16_t>(64, 48, 3), 1.0};  // whole metres
-  DepthCorrection(small, 64, 48).apply(depth);
-  EXPECT_EQ(depth.units(5, 5), 3);
+TEST_P(EveryMode, EveryInstructionSetGivesTheSameBits) {
+  const DepthCorrection correction(random_model(GetParam(), 201, 97), 201, 97);
+  Image<std::uint16_t> wanted;
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    DepthImage depth = random_depth(201, 97, 3);
+    correction.apply(depth);
+    if (wanted.empty()) wanted = depth.units;
+    EXPECT_TRUE(std::ranges::equal(depth.units.pixels(), wanted.pixels())) << hwy::TargetName(left & -left);
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, EveryMode, testing::Values(DepthFitMode::kSpline, DepthFitMode::kQuadratic),

@@ -1,12 +1,9 @@
 #include "hm/depth_camera/frame_calibration.hpp"
 
-#include <algorithm>
 #include <mutex>
 #include <optional>
 #include <vector>
 
-#include "hm/core/aligned_vector.hpp"
-#include "hm/core/round_up.hpp"
 #include "hm/depth_camera/depth_registration.hpp"
 #include "hm/depth_camera/lens_map.hpp"
 
@@ -19,27 +16,24 @@ struct FrameCalibration::Impl {
   std::optional<DisparityModel> disparity;
   std::optional<DepthCorrection> correction;
   std::optional<DepthRegistration> registration;
-  /// Canvases are large: taken from the system for every frame, they would cost more than they are for.
-  mutable std::mutex canvases_mutex;
-  mutable std::vector<std::unique_ptr<DepthRegistration::Canvas>> canvases;
+  /// Second images of calibrate(): to take new ones from the system for every frame costs half as much again.
+  mutable std::mutex spare_mutex;
+  mutable std::vector<Image<std::uint16_t>> spare;
 
-  [[nodiscard]] std::unique_ptr<DepthRegistration::Canvas> take_canvas() const {
-    const std::lock_guard lock(canvases_mutex);
-    if (canvases.empty()) return std::make_unique<DepthRegistration::Canvas>(*registration);
-    auto canvas = std::move(canvases.back());
-    canvases.pop_back();
-    return canvas;
+  [[nodiscard]] Image<std::uint16_t> take_spare() const {
+    const std::lock_guard lock(spare_mutex);
+    if (spare.empty()) return {};
+    Image<std::uint16_t> image = std::move(spare.back());
+    spare.pop_back();
+    return image;
   }
-  void give_back(std::unique_ptr<DepthRegistration::Canvas> canvas) const {
-    const std::lock_guard lock(canvases_mutex);
-    canvases.push_back(std::move(canvas));
+  void give_back(Image<std::uint16_t> image) const {
+    const std::lock_guard lock(spare_mutex);
+    spare.push_back(std::move(image));
   }
 };
 
 namespace {
-
-constexpr std::size_t kRowSlack_px =
-    std::max({LensMap::kRowSlack_px, DepthCorrection::kRowSlack_px, DepthRegistration::kRowSlack_px});
 
 /// The camera at another size, if that has the same shape.
 Result<PinholeCamera> fitted(const PinholeCamera& camera, const char* name, int width, int height) {
@@ -71,9 +65,6 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
   if (!depth) return forward_error(depth);
   const auto color = fitted(*given_color, "colour camera", width, height);
   if (!color) return forward_error(color);
-  if (calibration.registers_depth() && !DepthRegistration::fits(*color))
-    return fail(ErrorCode::kInvalidValue, "", "pictures of {} x {} are too large to register depth to", width,
-                height);
   if (const auto& model = calibration.depth_correction) {
     if (static_cast<std::int64_t>(model->width) * height != static_cast<std::int64_t>(model->height) * width)
       return fail(ErrorCode::kInvalidValue, "",
@@ -97,47 +88,20 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
 
 const PinholeCamera& FrameCalibration::camera() const { return impl_->camera; }
 
-/// Row by row, so that everything between the first reading and the last writing stays near the processor.
 DepthImage FrameCalibration::calibrate(DepthImage depth) const {
   const Impl& impl = *impl_;
   if (impl.disparity) DisparityTable(*impl.disparity, depth.unit_m).apply(depth.units);
-  if (!impl.depth_lens && !impl.correction && !impl.registration) return depth;
-  const int width = depth.width(), height = depth.height();
-  HM_CHECK(width == impl.width && height == impl.height, "{} x {}", width, height);
-  std::optional<DepthCorrection::Rows> correction;
-  if (impl.correction) correction.emplace(*impl.correction, depth.unit_m);
-  std::unique_ptr<DepthRegistration::Canvas> canvas;
+  Image<std::uint16_t> other = impl.take_spare();
+  if (impl.depth_lens) {
+    impl.depth_lens->undistort(depth.units, other);
+    std::swap(depth.units, other);
+  }
+  if (impl.correction) impl.correction->apply(depth);
   if (impl.registration) {
-    canvas = impl.take_canvas();
-    canvas->begin(depth.unit_m);
+    impl.registration->apply(depth.units, depth.unit_m, other);
+    std::swap(depth.units, other);
   }
-  Image<std::uint16_t> rectified;
-  if (!canvas) rectified = Image<std::uint16_t>(width, height);
-  const int whole_width = round_up(width, DepthRegistration::kRowSlack_px);
-  AlignedVector<std::uint16_t> row(static_cast<std::size_t>(width) + kRowSlack_px), corrected(row.size());
-  for (int y = 0; y < height; ++y) {
-    if (impl.depth_lens)
-      impl.depth_lens->undistort_row(depth.units, y, row.data());
-    else
-      std::ranges::copy(depth.units.row(y), row.begin());
-    if (correction) {
-      correction->apply(y, row.data(), corrected.data());
-      row.swap(corrected);
-    }
-    if (canvas) {
-      // What is left of other rows would look like readings that may go anywhere, which costs time.
-      std::fill(row.begin() + width, row.begin() + whole_width, std::uint16_t{0});
-      canvas->add_row(y, row.data());
-    } else {
-      std::copy_n(row.data(), width, rectified.row(y).data());
-    }
-  }
-  if (canvas) {
-    canvas->finish(depth.units);
-    impl.give_back(std::move(canvas));
-  } else {
-    depth.units = std::move(rectified);
-  }
+  impl.give_back(std::move(other));
   return depth;
 }
 

@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "hm/core/result.hpp"
-#include "hm/geometry/image.hpp"
 #include "hm/depth_camera/rgbd_calibration.hpp"
+#include "hm/geometry/image.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {

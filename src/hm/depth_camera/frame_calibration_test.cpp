@@ -37,7 +37,7 @@ RgbdCalibration whole_calibration() {
   return calibration;
 }
 
-/// Canvases are used again: nothing of an image remains for the next, from whatever thread.
+/// Memory is used again: nothing of an image remains for the next, from whatever thread.
 TEST(FrameCalibration, FramesDoNotDependOnTheOnesBefore) {
   const RgbdCalibration calibration = whole_calibration();
   const auto frames = FrameCalibration::make(calibration, 160, 120);
@@ -104,18 +104,6 @@ TEST(FrameCalibration, OnlyWhatIsThereIsApplied) {
   EXPECT_NEAR(scaled->camera().fx, kDepthCamera.fx / 2, 1e-12);
   EXPECT_FALSE(FrameCalibration::make(calibration, 160, 100));
   EXPECT_FALSE(FrameCalibration::make(RgbdCalibration{}, 160, 120));
-}
-
-TEST(FrameCalibration, PicturesTooLargeToRegisterAreAnError) {
-  RgbdCalibration calibration;
-  calibration.depth_camera = kDepthCamera;
-  calibration.color_camera = kColorCamera;
-  EXPECT_TRUE(FrameCalibration::make(calibration, 5600, 4200));
-  calibration.T_color_depth = kMotion;
-  const auto frames = FrameCalibration::make(calibration, 5600, 4200);
-  ASSERT_FALSE(frames);
-  EXPECT_EQ(frames.error().code, ErrorCode::kInvalidValue);
-  EXPECT_THAT(frames.error().message, HasSubstr("5600 x 4200"));
 }
 
 /// A recording with calibration.toml in its folder gives calibrated frames; without it the raw ones.

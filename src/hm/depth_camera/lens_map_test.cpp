@@ -65,7 +65,6 @@ TEST(LensMap, DepthIsNeverMixed) {
   for (const std::uint16_t d : flat.pixels()) ASSERT_TRUE(d == 0 || d == 5000);
 }
 
-/// Rows are copied in runs of neighbours: the same as looking every pixel up.
 TEST(LensMap, EveryPixelOfDepthIsTheNearest) {
   PinholeCamera weak = kFr1;
   weak.distortion = {-0.02542, 0.000217, -0.000929, 0.000197, 0};
