@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 namespace {
 
 constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kSurfaceElements = 1200;  // at most, of those compared
 constexpr double kClearlyBetter = 0.85;    // difference of brightness than what the picture's patterns led to
+constexpr double kMaxExtrapolation_s = 0.5;
 
 int surface_stride(const DepthGrid& grid) {
   const double cells = static_cast<double>(grid.depth_m.size());
@@ -16,6 +19,15 @@ int surface_stride(const DepthGrid& grid) {
 }
 
 }  // namespace
+
+void ConstantVelocity::update(const SE3& T_last_current, double duration_s) {
+  HM_CHECK(duration_s > 0, "{} s", duration_s);
+  twist_ = T_last_current.log() / duration_s;
+}
+
+SE3 ConstantVelocity::motion(double duration_s) const {
+  return SE3::exp(twist_ * std::min(duration_s, kMaxExtrapolation_s));
+}
 
 PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera) {
   return {CoarseReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
@@ -34,8 +46,9 @@ std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& referen
 
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
                    const DepthNoise& noise) {
-  std::vector<SE3> guesses{guess.velocity, SE3{}};
-  if (guess.R_ref_cur) guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.velocity.translation()));
+  std::vector<SE3> guesses{guess.by_velocity, SE3{}};
+  if (guess.R_ref_cur)
+    guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.by_velocity.translation()));
   const CoarseResult coarse = align_coarsely(reference.picture, frame.pyramid, guesses);
   if (!guess.may_have_turned_far) return coarse.T_ref_cur;
   const CoarseResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});

@@ -210,8 +210,7 @@ class Window {
 
   void eliminate(std::size_t i, double lambda, MatX& S, VecX& rhs) {
     PointBlock& block = blocks_[i];
-    Mat3 V = block.V;
-    V.diagonal() *= 1 + lambda;
+    Mat3 V = (1 + lambda) * block.V;  // its diagonal alone would depend on the axes of odom
     V.diagonal().array() += 1e-3;
     block.inverse = V.inverse();
     const auto& views = points_[i].views;
