@@ -141,7 +141,8 @@ void SlamPipeline::close_loops() {
   Impl& impl = *impl_;
   const Stopwatch watch;
   if (impl.run.progress) impl.run.progress({"closing loops", 0, 0, {}});
-  impl.state.alignment = impl.closer.finish();
+  impl.state.alignment = impl.closer.finish(impl.run);
+  impl.state.interrupted |= impl.state.alignment.interrupted;
   const auto snapshot = impl.closer.snapshot();
   impl.state.keyframes = snapshot.corrected;
   impl.state.loops = snapshot.statistics;

@@ -25,6 +25,9 @@ JsonValue adjustment_to_json(const RgbdAlignmentReport& report) {
                             {"visit_links", report.visit_links},
                             {"landmarks", report.landmarks},
                             {"observations", report.observations},
+                            {"observations_behind", report.observations_behind},
+                            {"interrupted", report.interrupted},
+                            {"failure", report.failure},
                             {"error_before_px", report.error_before_px},
                             {"error_after_px", report.error_after_px}});
 }

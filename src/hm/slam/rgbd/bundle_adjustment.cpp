@@ -1,6 +1,7 @@
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 #include <ceres/ceres.h>
+#include <fmt/core.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -21,6 +22,8 @@ using detail::PoseState;
 /// A landmark nearer to the camera's plane than this is not projected.
 constexpr double kMinDepth_m = 0.05;
 constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
+constexpr int kMostInvalidSteps =
+    12;  // in turn, each shorter: a step must not put a landmark behind a camera
 constexpr int kPasses = 2;                    // the second knows better what is an outlier
 
 Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const LandmarkObservation& seen) {
@@ -62,6 +65,22 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
   Mat3 whiten_;
 };
 
+bool is_behind(const Bundle& bundle, const Landmark& landmark, const LandmarkObservation& seen) {
+  return (bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map).z() < kMinDepth_m;
+}
+
+/// Takes out observations that cannot be projected, and landmarks that fewer than two are left of. Returns
+/// how many observations were behind their camera.
+std::size_t drop_behind(Bundle& bundle) {
+  std::size_t dropped = 0;
+  for (Landmark& landmark : bundle.landmarks)
+    dropped += std::erase_if(landmark.observations, [&](const LandmarkObservation& seen) {
+      return is_behind(bundle, landmark, seen);
+    });
+  std::erase_if(bundle.landmarks, [](const Landmark& landmark) { return landmark.observations.size() < 2; });
+  return dropped;
+}
+
 /// The median over observations, those behind their camera infinitely far off.
 double reprojection_error_px(const Bundle& bundle) {
   std::vector<double> errors;
@@ -81,7 +100,6 @@ double residual_variance_scale(const Bundle& bundle) {
   for (const Landmark& landmark : bundle.landmarks)
     for (const LandmarkObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
-      if (p_camera.z() < kMinDepth_m) continue;
       const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
       const double squared = (whitening(seen) * residual(bundle.camera, p_camera, seen)).squaredNorm();
       ratios.push_back(squared / (has_depth ? kMedianChi2Of3 : kMedianChi2Of2));
@@ -89,7 +107,27 @@ double residual_variance_scale(const Bundle& bundle) {
   return ratios.empty() ? 1 : std::clamp(middle_value(std::span(ratios)), kLeastVarianceScale, 1.0);
 }
 
-/// The unknowns as Ceres has them, and what it is told of them.
+/// Passes Ceres' iterations on to a run, and the wish to stop back.
+class ProgressOfRun : public ceres::IterationCallback {
+ public:
+  ProgressOfRun(const RunContext& run, int done, int total) : run_(run), done_(done), total_(total) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (run_.progress)
+      run_.progress({"bundle adjustment", static_cast<std::size_t>(done_ + summary.iteration),
+                     static_cast<std::size_t>(total_), fmt::format("cost {:.4g}", summary.cost)});
+    if (!run_.stop.stop_requested()) return ceres::SOLVER_CONTINUE;
+    interrupted_ = true;
+    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+  }
+  [[nodiscard]] bool interrupted() const { return interrupted_; }
+
+ private:
+  const RunContext& run_;
+  int done_, total_;
+  bool interrupted_ = false;
+};
+
+/// The unknowns as Ceres has them.
 struct Unknowns {
   explicit Unknowns(const Bundle& bundle) {
     for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
@@ -144,7 +182,8 @@ void write_back(Unknowns& unknowns, Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l) bundle.landmarks[l].p_map = unknowns.points[l];
 }
 
-ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas) {
+ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,
+                             ProgressOfRun& progress) {
   Unknowns unknowns(bundle);
   add_observations(bundle, loss_sigmas, unknowns);
   add_edges(bundle, unknowns);
@@ -154,6 +193,8 @@ ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double 
   options.num_threads = 1;
   options.max_num_iterations = params.max_iterations;
   options.function_tolerance = 1e-5;
+  options.max_num_consecutive_invalid_steps = kMostInvalidSteps;
+  options.callbacks.push_back(&progress);
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &unknowns.problem, &summary);
@@ -190,27 +231,33 @@ Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, co
   return jacobian;
 }
 
-BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params) {
+BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const RunContext& run) {
   BundleResult result;
   result.error_before_px = result.error_after_px = reprojection_error_px(bundle);
-  if (bundle.landmarks.empty()) {
-    result.message = "no landmarks";
+  Bundle begin = bundle;
+  result.observations_behind = drop_behind(begin);
+  result.observations = count_observations(begin);
+  if (begin.landmarks.empty()) {
+    result.message =
+        result.observations_behind > 0 ? "all landmarks are behind their cameras" : "no landmarks";
     return result;
   }
-  Bundle adjusted = bundle;
+  Bundle adjusted = begin;
   double loss_sigmas = 0;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (int pass = 0; pass < kPasses && !result.interrupted; ++pass) {
     loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
-    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas);
+    ProgressOfRun progress(run, pass * params.max_iterations, kPasses * params.max_iterations);
+    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas, progress);
     result.message = summary.message;
     result.iterations += static_cast<int>(summary.iterations.size()) - 1;
     result.final_cost = summary.final_cost;
     result.converged = summary.IsSolutionUsable();
+    result.interrupted = progress.interrupted();
     if (!result.converged) return result;
   }
-  result.observations = count_observations(bundle);
-  result.initial_cost = cost_of(bundle, loss_sigmas);
-  bundle = std::move(adjusted);
+  result.initial_cost = cost_of(begin, loss_sigmas);
+  bundle.T_map_camera = std::move(adjusted.T_map_camera);
+  bundle.landmarks = std::move(adjusted.landmarks);
   result.error_after_px = reprojection_error_px(bundle);
   return result;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
@@ -64,9 +65,11 @@ struct BundleParams {
 };
 
 struct BundleResult {
-  bool converged = false;
+  bool converged = false;    ///< the poses are of use: with `interrupted`, as good as they were by then
+  bool interrupted = false;  ///< asked to stop
   int iterations = 0;
-  std::size_t observations = 0;
+  std::size_t observations = 0;             ///< adjusted
+  std::size_t observations_behind = 0;      ///< dropped: their landmark begins behind their camera
   double initial_cost = 0, final_cost = 0;  ///< half the sum of the robust squares, by the last pass's loss
   double error_before_px = 0, error_after_px = 0;  ///< reprojection, median over observations
   std::string message;
@@ -75,7 +78,9 @@ struct BundleResult {
 /// Moves keyframes and landmarks to the robust least squares optimum of reprojection and depth (Triggs et al.
 /// 1999; depth residual (z - reading) / sigma) and of the edges. Keyframes without landmarks and edges stay.
 /// Two passes, Schur complement, analytic Jacobians, one thread, deterministic. Nothing moves when it fails.
-BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params = {});
+/// Reports its progress by iterations; when `run` is asked to stop it ends after the iteration in work and
+/// keeps what that has found.
+BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params = {}, const RunContext& run = {});
 
 /// Derivatives of the residual [u; v; depth] by the keyframe's move (moved_by) and by the landmark: 3 x 9.
 Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, const SE3& T_map_camera,

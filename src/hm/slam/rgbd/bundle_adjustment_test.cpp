@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/slam/rgbd/testing/landmark_world.hpp"
@@ -148,6 +150,65 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
     modest += error_of(wide.T_map_camera, scene.truth);
   }
   EXPECT_LT(modest, 1.2 * slipped);
+}
+
+/// Landmarks that a wrong link has put behind one of their cameras are no reason to adjust nothing.
+TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
+  const Scene scene = make_scene(3, 0.01);
+  Bundle clean = bundle_of(scene), bundle = clean;
+  const BundleResult expected = adjust_bundle(clean);
+  ASSERT_TRUE(expected.converged);
+  EXPECT_EQ(expected.observations_behind, 0U);
+  // Of one landmark an observation is behind its camera, of another one all but one are.
+  const SE3 looking_away = bundle.T_map_camera[7] * SE3(so3_exp(Vec3(0, std::numbers::pi, 0)), Vec3::Zero());
+  bundle.T_map_camera.push_back(looking_away);
+  const LandmarkObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  const auto seen_by_7 = std::ranges::find_if(
+      bundle.landmarks, [](const Landmark& l) { return l.observations.back().keyframe == 7; });
+  ASSERT_NE(seen_by_7, bundle.landmarks.end());
+  Landmark behind = *seen_by_7;
+  seen_by_7->observations.push_back(wrong);
+  behind.observations = {behind.observations.back(), wrong};
+  bundle.landmarks.push_back(behind);
+  const BundleResult result = adjust_bundle(bundle);
+  ASSERT_TRUE(result.converged) << result.message;
+  EXPECT_EQ(result.observations_behind, 2U);
+  EXPECT_EQ(result.observations, expected.observations);
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_LT((bundle.T_map_camera[i].inverse() * clean.T_map_camera[i]).log().norm(), 1e-9);
+  EXPECT_EQ(bundle.T_map_camera[8].matrix(), looking_away.matrix());
+}
+
+TEST(BundleAdjustment, SaysThatNothingIsInFrontOfItsCamera) {
+  Bundle bundle{test::landmark_camera(), {SE3(), SE3()}, {}, {0}, {}};
+  const LandmarkObservation seen{0, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  bundle.landmarks = {{Vec3(0, 0, -1), {seen, seen}}};
+  bundle.landmarks[0].observations[1].keyframe = 1;
+  const BundleResult result = adjust_bundle(bundle);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.observations_behind, 2U);
+  EXPECT_THAT(result.message, testing::HasSubstr("behind"));
+}
+
+TEST(BundleAdjustment, ReportsProgressAndStopsWithWhatThereIs) {
+  const Scene scene = make_scene(2, 0.05);
+  Bundle bundle = bundle_of(scene);
+  std::stop_source stop;
+  std::vector<Progress> progress;
+  RunContext run;
+  run.stop = stop.get_token();
+  run.progress = [&](const Progress& now) {
+    progress.push_back(now);
+    if (now.done == 3) stop.request_stop();
+  };
+  const BundleResult result = adjust_bundle(bundle, {}, run);
+  EXPECT_TRUE(result.interrupted);
+  EXPECT_TRUE(result.converged);
+  EXPECT_EQ(result.iterations, 3);
+  ASSERT_EQ(progress.size(), 4U);  // the beginning, and each iteration
+  EXPECT_EQ(progress.back().stage, "bundle adjustment");
+  EXPECT_EQ(progress.back().total, 60U);
+  EXPECT_LT(error_of(bundle.T_map_camera, scene.truth), 0.5 * error_of(scene.disturbed, scene.truth));
 }
 
 TEST(BundleAdjustment, DeterministicAndDegenerate) {

@@ -21,6 +21,13 @@ Vec6 apart(const SE3& a, const SE3& b) {
   return pose_edge_error(edge, SE3(), b);
 }
 
+template <class Items, class Node>
+std::vector<std::size_t> nodes_of(const Items& items, const Node& node) {
+  std::vector<std::size_t> nodes;
+  for (const auto& item : items) nodes.push_back(node(item));
+  return nodes;
+}
+
 double chi2_of(const Vec6& error, const Mat6& covariance) { return error.dot(covariance.llt().solve(error)); }
 
 }  // namespace
@@ -37,17 +44,18 @@ Mat6 LoopJudge::with_drift(const SeenUncertainty& seen) const {
 std::vector<LoopJudge::Heard> LoopJudge::against_odometry(const KeyframeGraph& graph,
                                                           std::vector<LoopProposal> proposals) const {
   const std::size_t node = proposals.front().to;
-  const std::vector<SeenUncertainty> seen = uncertainties_seen_from(graph.graph(), node);
+  const std::vector<SeenUncertainty> seen_from_node =
+      graph.uncertainties_seen_from(node, nodes_of(proposals, [](const LoopProposal& p) { return p.from; }));
   std::vector<Heard> heard;
-  for (LoopProposal& proposal : proposals) {
-    Heard one{std::move(proposal), 0, true};
+  for (std::size_t i = 0; i < proposals.size(); ++i) {
+    Heard one{std::move(proposals[i]), 0, true};
     const std::size_t from = one.proposal.from;
-    if (graph.map_of(from) == graph.map_of(node) && seen[from].reached) {
+    if (const SeenUncertainty& seen = seen_from_node[i]; seen.reached) {
       const SE3 T_from_node = between(graph, from, node);
       const Vec6 error = apart(T_from_node, one.proposal.match.T_a_b);
-      const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen[from]));
+      const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen));
       one.proposal.news_ratio = one.proposal.match.covariance.llt()
-                                    .solve(inverse_covariance(T_from_node.inverse(), seen[from].covariance))
+                                    .solve(inverse_covariance(T_from_node.inverse(), seen.covariance))
                                     .trace() /
                                 6;
       one.chi2 = chi2_of(error, expected + one.proposal.match.covariance);
@@ -67,17 +75,19 @@ void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& hear
     return a_near != b_near ? a_near : a.proposal.match.inliers > b.proposal.match.inliers;
   };
   const LoopProposal best = std::min_element(heard.begin(), heard.end(), is_better)->proposal;
-  const std::vector<SeenUncertainty> seen = uncertainties_seen_from(graph.graph(), best.from);
+  const std::vector<SeenUncertainty> seen = graph.uncertainties_seen_from(
+      best.from, nodes_of(heard, [](const Heard& one) { return one.proposal.from; }));
   std::vector<Heard> agreeing;
   bool has_rival = false;
-  for (Heard& one : heard) {
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    Heard& one = heard[i];
     const LoopProposal& p = one.proposal;
     double chi2 = 0;
-    if (p.from != best.from && seen[p.from].reached) {
+    if (p.from != best.from && seen[i].reached) {
       const SE3 by_loops = best.match.T_a_b * p.match.T_a_b.inverse();
       const Mat6 loops = compose_covariance(best.match.covariance, p.match.T_a_b.inverse(),
                                             inverse_covariance(p.match.T_a_b, p.match.covariance));
-      chi2 = chi2_of(apart(between(graph, best.from, p.from), by_loops), with_drift(seen[p.from]) + loops);
+      chi2 = chi2_of(apart(between(graph, best.from, p.from), by_loops), with_drift(seen[i]) + loops);
     }
     const bool agrees = chi2 <= params_.gate_chi2;
     if (agrees && one.chi2 <= params_.gate_chi2) {
@@ -97,23 +107,25 @@ void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& hear
 }
 
 void LoopJudge::confirm(const KeyframeGraph& graph, std::vector<Heard> heard, LoopVerdict& verdict) {
+  const std::vector<std::size_t> waiting_from = nodes_of(waiting_, [](const auto& w) { return w.from; });
+  const std::vector<std::size_t> waiting_to = nodes_of(waiting_, [](const auto& w) { return w.to; });
   std::vector<SeenUncertainty> seen_from_node;
   std::vector<bool> confirmed(waiting_.size(), false);
   std::vector<LoopProposal> still_waiting;
   for (Heard& one : heard) {
     const LoopProposal& p = one.proposal;
     bool is_confirmed = !one.is_large;
-    const std::vector<SeenUncertainty> seen_from = uncertainties_seen_from(graph.graph(), p.from);
-    if (seen_from_node.empty()) seen_from_node = uncertainties_seen_from(graph.graph(), p.to);
+    const std::vector<SeenUncertainty> seen_from = graph.uncertainties_seen_from(p.from, waiting_from);
+    if (seen_from_node.empty()) seen_from_node = graph.uncertainties_seen_from(p.to, waiting_to);
     for (std::size_t w = 0; w < waiting_.size(); ++w) {
       const LoopProposal& other = waiting_[w];
-      if (other.to == p.to || !seen_from[other.from].reached || !seen_from_node[other.to].reached) continue;
+      if (other.to == p.to || !seen_from[w].reached || !seen_from_node[w].reached) continue;
       // From p.from to other.to: by way of the loop p, and by way of the other loop.
       const SE3 T_to_to = between(graph, p.to, other.to), T_from_from = between(graph, p.from, other.from);
       const SE3 by_p = p.match.T_a_b * T_to_to, by_other = T_from_from * other.match.T_a_b;
       const Mat6 covariance =
-          compose_covariance(p.match.covariance, T_to_to, with_drift(seen_from_node[other.to])) +
-          compose_covariance(with_drift(seen_from[other.from]), other.match.T_a_b, other.match.covariance);
+          compose_covariance(p.match.covariance, T_to_to, with_drift(seen_from_node[w])) +
+          compose_covariance(with_drift(seen_from[w]), other.match.T_a_b, other.match.covariance);
       if (chi2_of(apart(by_p, by_other), covariance) > params_.gate_chi2) continue;
       confirmed[w] = true;
       is_confirmed = true;

@@ -3,7 +3,6 @@
 #include <limits>
 #include <vector>
 
-#include "hm/slam/pose_graph/pose_uncertainty_3d.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/places/place_verifier.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"

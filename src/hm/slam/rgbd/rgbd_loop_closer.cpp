@@ -41,7 +41,7 @@ struct RgbdLoopCloser::Impl {
   void count(const LoopVerdict& verdict);
   void solve();
   [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
-  void adjust(RgbdAlignmentReport& report);
+  void adjust(RgbdAlignmentReport& report, const RunContext& run);
 };
 
 RgbdLoopCloser::RgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params)
@@ -120,8 +120,7 @@ void RgbdLoopCloser::Impl::count(const LoopVerdict& verdict) {
 
 void RgbdLoopCloser::Impl::solve() {
   const std::vector<PoseEdge3D> edges = graph.graph().edges;
-  const ContradictionResult result =
-      solve_without_contradictions(graph.graph(), params.max_loop_chi2, params.solver);
+  const ContradictionResult result = graph.solve();
   last_solution = result.solution;
   for (const std::size_t e : result.taken_out)
     std::erase_if(links, [&](const FeatureLink& l) {
@@ -164,7 +163,11 @@ std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
 }
 
 /// Landmarks and keyframes together; kept when it explains the pictures better.
-void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
+void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext& run) {
+  if (run.stop.stop_requested()) {
+    report.interrupted = true;
+    return;
+  }
   std::vector<const Keyframe*> keyframes;
   for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
   Bundle bundle{camera, graph.graph().T_map_node, {}, graph.first_nodes(), {}};
@@ -180,22 +183,25 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
     edge.information *= params.bundle_edge_ratio;
     bundle.edges.push_back(edge);
   }
-  const BundleResult result = adjust_bundle(bundle);
+  const BundleResult result = adjust_bundle(bundle, {}, run);
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
+  report.observations_behind = result.observations_behind;
+  report.interrupted = result.interrupted;
+  if (!result.converged && !bundle.landmarks.empty()) report.failure = result.message;
   report.error_before_px = result.error_before_px;
   report.error_after_px = result.error_after_px;
   report.adjusted = result.converged && result.final_cost < result.initial_cost;
-  if (report.adjusted) graph.graph().T_map_node = std::move(bundle.T_map_camera);
+  if (report.adjusted) graph.set_poses(std::move(bundle.T_map_camera));
 }
 
-RgbdAlignmentReport RgbdLoopCloser::finish() {
+RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run) {
   RgbdAlignmentReport report;
   if (impl_->graph.size() == 0) return report;
   impl_->solve();
   report.graph = impl_->last_solution;
   report.loop_links = impl_->links.size();
-  if (impl_->params.bundle_adjustment) impl_->adjust(report);
+  if (impl_->params.bundle_adjustment) impl_->adjust(report, run);
   return report;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
 #include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
@@ -38,6 +40,10 @@ struct RgbdLoopStep {
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
   bool adjusted = false;  ///< bundle adjustment ran and was kept
+  /// Why bundle adjustment found nothing; empty: it did, or was not wanted.
+  std::string failure;
+  bool interrupted = false;             ///< asked to stop: as far as it had come
+  std::size_t observations_behind = 0;  ///< dropped: their landmark is behind their camera
   /// Matches of features between pairs of keyframes: of loops, and of other visits of their places.
   std::size_t loop_links = 0, visit_links = 0;
   std::size_t landmarks = 0, observations = 0;
@@ -62,7 +68,8 @@ class RgbdLoopCloser {
   RgbdLoopStep add(std::shared_ptr<const Keyframe> keyframe);
   /// Solves the graph a last time, then adjusts keyframes and landmarks together if the parameters say so.
   /// More keyframes may follow.
-  RgbdAlignmentReport finish();
+  /// Asked to stop it keeps what the adjustment has found by then.
+  RgbdAlignmentReport finish(const RunContext& run = {});
 
   /// Poses as of the last solution; keyframes since are carried along.
   [[nodiscard]] CorrectedKeyframes corrected() const;
