@@ -138,7 +138,7 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
     const Vec3 p_map =
         camera_on_ring(nearest) * Vec3(rng.uniform() < 0.5 ? -1 : 1, rng.uniform(-1.2, 1.2), 0);
     for (std::size_t passing = nearest + kLap; passing < keyframes + reach; passing += kLap) {
-      Landmark landmark;
+      BundleLandmark landmark;
       for (std::size_t k = passing - reach; k <= std::min(passing, keyframes - 1); ++k)
         if (const auto seen = sight(k, p_map)) landmark.observations.push_back(*seen);
       if (landmark.observations.size() < 2) continue;

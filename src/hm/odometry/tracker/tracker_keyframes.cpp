@@ -44,7 +44,7 @@ Vec3 normal_at(const MapKeyframe& keyframe, const Feature& feature) {
 void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, const PinholeCamera& camera) {
   const Mat3& R = keyframe.T_odom_camera.rotation();
   const DepthGaussian depth{feature.p_camera.z(), feature.covariance(2, 2)};
-  Landmark landmark;
+  MapLandmark landmark;
   landmark.p_odom = keyframe.T_odom_camera * feature.p_camera;
   landmark.covariance = R * feature_covariance(camera, feature.pixel, depth, kAnchorSigma_px) * R.transpose();
   landmark.normal_odom = R * normal_at(keyframe, feature);

@@ -46,7 +46,7 @@ LocalMap make_map(const World& world, const Errors& errors, Rng& rng) {
       const Vec2 pixel = kCamera.project(p) + Vec2(dx, dy);
       const double depth_m = p.z() + rng.normal(0, errors.depth_m);
       if (k == 0) {
-        Landmark landmark;
+        MapLandmark landmark;
         landmark.p_odom = added.T_odom_camera * kCamera.unproject(pixel, depth_m);
         landmark.anchor = added.identity;
         EXPECT_EQ(map.add_landmark(landmark), i);

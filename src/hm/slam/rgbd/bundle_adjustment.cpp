@@ -65,7 +65,7 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
   Mat3 whiten_;
 };
 
-bool is_behind(const Bundle& bundle, const Landmark& landmark, const LandmarkObservation& seen) {
+bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const LandmarkObservation& seen) {
   return (bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map).z() < kMinDepth_m;
 }
 
@@ -73,18 +73,19 @@ bool is_behind(const Bundle& bundle, const Landmark& landmark, const LandmarkObs
 /// how many observations were behind their camera.
 std::size_t drop_behind(Bundle& bundle) {
   std::size_t dropped = 0;
-  for (Landmark& landmark : bundle.landmarks)
+  for (BundleLandmark& landmark : bundle.landmarks)
     dropped += std::erase_if(landmark.observations, [&](const LandmarkObservation& seen) {
       return is_behind(bundle, landmark, seen);
     });
-  std::erase_if(bundle.landmarks, [](const Landmark& landmark) { return landmark.observations.size() < 2; });
+  std::erase_if(bundle.landmarks,
+                [](const BundleLandmark& landmark) { return landmark.observations.size() < 2; });
   return dropped;
 }
 
 /// The median over observations, those behind their camera infinitely far off.
 double reprojection_error_px(const Bundle& bundle) {
   std::vector<double> errors;
-  for (const Landmark& landmark : bundle.landmarks)
+  for (const BundleLandmark& landmark : bundle.landmarks)
     for (const LandmarkObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
       errors.push_back(p_camera.z() < kMinDepth_m ? std::numeric_limits<double>::infinity()
@@ -97,7 +98,7 @@ double reprojection_error_px(const Bundle& bundle) {
 /// an outlier is measured by what the others do.
 double residual_variance_scale(const Bundle& bundle) {
   std::vector<double> ratios;
-  for (const Landmark& landmark : bundle.landmarks)
+  for (const BundleLandmark& landmark : bundle.landmarks)
     for (const LandmarkObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
       const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
@@ -131,7 +132,7 @@ class ProgressOfRun : public ceres::IterationCallback {
 struct Unknowns {
   explicit Unknowns(const Bundle& bundle) {
     for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
-    for (const Landmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
+    for (const BundleLandmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
   }
   std::vector<PoseState> poses;
   std::vector<Vec3> points;
@@ -213,7 +214,7 @@ double cost_of(const Bundle& bundle, double loss_sigmas) {
 
 std::size_t count_observations(const Bundle& bundle) {
   std::size_t count = 0;
-  for (const Landmark& landmark : bundle.landmarks) count += landmark.observations.size();
+  for (const BundleLandmark& landmark : bundle.landmarks) count += landmark.observations.size();
   return count;
 }
 

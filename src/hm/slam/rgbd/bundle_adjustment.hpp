@@ -26,7 +26,7 @@ struct LandmarkObservation {
   double depth_sigma_m = 0;
 };
 
-struct Landmark {
+struct BundleLandmark {
   Vec3 p_map = Vec3::Zero();
   std::vector<LandmarkObservation> observations;  ///< at most one of a keyframe, ascending
 };
@@ -35,7 +35,7 @@ struct Landmark {
 struct Bundle {
   PinholeCamera camera;
   std::vector<SE3> T_map_camera;
-  std::vector<Landmark> landmarks;
+  std::vector<BundleLandmark> landmarks;
   std::vector<std::size_t> fixed;  ///< keyframes that stay
   /// What else is known of motions between keyframes, as in a pose graph.
   std::vector<PoseEdge3D> edges;

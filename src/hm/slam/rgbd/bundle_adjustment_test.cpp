@@ -120,7 +120,7 @@ TEST(BundleAdjustment, BringsKeyframesToTheirPlaces) {
 TEST(BundleAdjustment, BearsWrongLinks) {
   Scene scene = make_scene(3, 0.01, 0.02);
   Bundle bundle = bundle_of(scene);
-  for (const Landmark& landmark : bundle.landmarks)
+  for (const BundleLandmark& landmark : bundle.landmarks)
     for (std::size_t i = 1; i < landmark.observations.size(); ++i)
       EXPECT_LT(landmark.observations[i - 1].keyframe, landmark.observations[i].keyframe);
   EXPECT_TRUE(adjust_bundle(bundle).converged);
@@ -135,11 +135,11 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
     const Scene scene = make_scene(static_cast<std::uint64_t>(seed), 0.01);
     Bundle bundle = bundle_of(scene);
     Rng rng(1);
-    for (Landmark& landmark : bundle.landmarks)
+    for (BundleLandmark& landmark : bundle.landmarks)
       for (LandmarkObservation& seen : landmark.observations)
         if (rng.uniform() < 0.15) seen.pixel.x() += seen.keyframe % 2 == 0 ? 6 : -6;
     Bundle wide = bundle;
-    for (Landmark& landmark : wide.landmarks)
+    for (BundleLandmark& landmark : wide.landmarks)
       for (LandmarkObservation& seen : landmark.observations) {
         seen.pixel_covariance *= 25;
         seen.depth_sigma_m *= 5;
@@ -164,9 +164,9 @@ TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
   bundle.T_map_camera.push_back(looking_away);
   const LandmarkObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
   const auto seen_by_7 = std::ranges::find_if(
-      bundle.landmarks, [](const Landmark& l) { return l.observations.back().keyframe == 7; });
+      bundle.landmarks, [](const BundleLandmark& l) { return l.observations.back().keyframe == 7; });
   ASSERT_NE(seen_by_7, bundle.landmarks.end());
-  Landmark behind = *seen_by_7;
+  BundleLandmark behind = *seen_by_7;
   seen_by_7->observations.push_back(wrong);
   behind.observations = {behind.observations.back(), wrong};
   bundle.landmarks.push_back(behind);
@@ -249,7 +249,7 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   const FeatureLink links[] = {{0, 0, 4, 3}, {1, 0, 4, 3}, {4, 3, 5, 2}, {0, 9, 5, 6}, {0, 0, 1, 0}};
   make_landmarks(bundle, scene.pointers, links);
   ASSERT_EQ(bundle.landmarks.size(), 3U);
-  const auto keyframes_of = [](const Landmark& landmark) {
+  const auto keyframes_of = [](const BundleLandmark& landmark) {
     std::vector<std::uint32_t> keyframes;
     for (const LandmarkObservation& seen : landmark.observations) keyframes.push_back(seen.keyframe);
     return keyframes;
@@ -304,7 +304,7 @@ TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
   for (std::uint32_t f = 0; f < 40; ++f)
     for (std::uint32_t k = 1; k < 8; ++k) links.push_back({0, 0, k, f});
   make_landmarks(bundle, scene.pointers, links);
-  for (const Landmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
+  for (const BundleLandmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
 }
 
 /// Edges hold what no landmark does: a keyframe that sees nothing goes with its neighbour.
