@@ -12,7 +12,7 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
-#include "hm/slam/rgbd/loop_judge.hpp"
+#include "hm/slam/rgbd/loop_selector.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {
@@ -68,7 +68,7 @@ Day judge_for_a_day(std::size_t keyframes) {
   Rng rng(1);
   const RgbdLoopParams params;
   KeyframeGraph graph(params);
-  LoopJudge judge(params);
+  LoopSelector selector(params);
   SE3 T_odom_camera = camera_on_ring(0);
   std::vector<SE3> truth;
   std::vector<double> ms;
@@ -84,10 +84,10 @@ Day judge_for_a_day(std::size_t keyframes) {
             loop_to(graph, i - kLap * (1 + rng.below(static_cast<std::uint32_t>(i / kLap))), rng));
     const bool is_judged = !proposals.empty();
     const Stopwatch watch;
-    const LoopVerdict verdict = judge.hear(graph, std::move(proposals));
+    const LoopDecision decision = selector.update(graph, std::move(proposals));
     if (is_judged) ms.push_back(watch.milliseconds());
-    for (const LoopProposal& loop : verdict.accepted)
-      if (loop.news_ratio > params.min_news_ratio)
+    for (const LoopProposal& loop : decision.accepted)
+      if (loop.information_gain_ratio > params.min_information_gain_ratio)
         graph.add_loop(
             {loop.from, loop.to, loop.match.T_a_b, loop.match.covariance.inverse(), PoseEdgeKind::kLoop});
     // What solving the graph would do, which is not measured here.
@@ -121,14 +121,14 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
     bundle.edges.push_back(
         {k - 1, k, truth[k - 1].inverse() * truth[k], 1e4 * Mat6::Identity(), PoseEdgeKind::kOdometry});
   }
-  const auto sight = [&](std::size_t k, const Vec3& p_map) -> std::optional<LandmarkObservation> {
+  const auto sight = [&](std::size_t k, const Vec3& p_map) -> std::optional<BundleObservation> {
     const Vec3 p = truth[k].inverse() * p_map;
     if (p.z() < kNear_m || p.z() > kFar_m || !bundle.camera.contains(bundle.camera.project(p)))
       return std::nullopt;
     const double sigma_m = 0.0014 * p.z() * p.z();
-    return LandmarkObservation{static_cast<std::uint32_t>(k),
-                               bundle.camera.project(p) + 0.5 * Vec2(rng.normal(), rng.normal()),
-                               0.25 * Eigen::Matrix2d::Identity(), p.z() + sigma_m * rng.normal(), sigma_m};
+    return BundleObservation{static_cast<std::uint32_t>(k),
+                             bundle.camera.project(p) + 0.5 * Vec2(rng.normal(), rng.normal()),
+                             0.25 * Eigen::Matrix2d::Identity(), p.z() + sigma_m * rng.normal(), sigma_m};
   };
   const std::size_t reach = static_cast<std::size_t>(kFar_m / kKeyframe_m) + 1;
   const auto points = static_cast<std::size_t>(kPointsPerMetre * kRing_m);
@@ -142,7 +142,7 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
       for (std::size_t k = passing - reach; k <= std::min(passing, keyframes - 1); ++k)
         if (const auto seen = sight(k, p_map)) landmark.observations.push_back(*seen);
       if (landmark.observations.size() < 2) continue;
-      const LandmarkObservation& first = landmark.observations.front();
+      const BundleObservation& first = landmark.observations.front();
       landmark.p_map =
           bundle.T_map_camera[first.keyframe] * bundle.camera.unproject(first.pixel, first.depth_m);
       for (int link = 0; link < 6; ++link) {
@@ -153,7 +153,7 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
         if (k >= keyframes || is_there) continue;
         if (const auto seen = sight(k, p_map)) landmark.observations.push_back(*seen);
       }
-      std::ranges::sort(landmark.observations, {}, &LandmarkObservation::keyframe);
+      std::ranges::sort(landmark.observations, {}, &BundleObservation::keyframe);
       bundle.landmarks.push_back(std::move(landmark));
     }
   }

@@ -153,8 +153,8 @@ PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints
   return result;
 }
 
-Mat3 IcpPairs::feigned_information(const ReferenceLines& reference, const ScanPoints& sensed,
-                                   bool weigh) const {
+Mat3 IcpPairs::noise_information(const ReferenceLines& reference, const ScanPoints& sensed,
+                                 bool weigh) const {
   PointToLineSums result;  // rows along the lines instead of across
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];

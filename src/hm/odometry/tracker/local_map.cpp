@@ -31,10 +31,11 @@ std::size_t LocalMap::memory_bytes() const {
     bytes += keyframe.sightings.capacity() * sizeof(Sighting);
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
     if (keyframe.record)
-      bytes +=
-          sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
-          keyframe.record->sights.capacity() * sizeof(LandmarkSight) +
-          (keyframe.record->before ? keyframe.record->before->sights.capacity() * sizeof(LandmarkSight) : 0);
+      bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
+               keyframe.record->observations.capacity() * sizeof(LandmarkObservation) +
+               (keyframe.record->before
+                    ? keyframe.record->before->observations.capacity() * sizeof(LandmarkObservation)
+                    : 0);
   }
   return bytes;
 }

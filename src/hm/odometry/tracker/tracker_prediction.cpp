@@ -30,7 +30,7 @@ SE3 ConstantVelocity::motion(double duration_s) const {
 }
 
 PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera) {
-  return {CoarseReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
+  return {PhotometricReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
 }
 
 std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
@@ -49,14 +49,14 @@ SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& fra
   std::vector<SE3> guesses{guess.by_velocity, SE3{}};
   if (guess.R_ref_cur)
     guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.by_velocity.translation()));
-  const CoarseResult coarse = align_coarsely(reference.picture, frame.pyramid, guesses);
+  const PhotometricResult coarse = align_photometrically(reference.picture, frame.pyramid, guesses);
   if (!guess.may_have_turned_far) return coarse.T_ref_cur;
-  const CoarseResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
+  const PhotometricResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
   std::vector<SE3> motions;
   for (const SurfaceMotion& motion : motions_by_surface(reference, frame, guesses, noise))
     motions.push_back(motion.T_ref_cur);
   if (motions.empty()) return turned.T_ref_cur;
-  const CoarseResult by_surface = align_coarsely(reference.picture, frame.pyramid, motions);
+  const PhotometricResult by_surface = align_photometrically(reference.picture, frame.pyramid, motions);
   return by_surface.residual < kClearlyBetter * turned.residual ? by_surface.T_ref_cur : turned.T_ref_cur;
 }
 

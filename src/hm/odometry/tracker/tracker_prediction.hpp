@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "hm/odometry/registration/coarse_alignment.hpp"
+#include "hm/odometry/registration/photometric_alignment.hpp"
 #include "hm/odometry/registration/surface_following.hpp"
 #include "hm/odometry/tracker/tracker_frame.hpp"
 
@@ -10,7 +10,7 @@ namespace hm {
 
 /// What the last frame with a pose offers for finding the next one.
 struct PredictionReference {
-  CoarseReference picture;
+  PhotometricReference picture;
   DepthGrid grid;
   [[nodiscard]] std::size_t memory_bytes() const {
     return picture.memory_bytes() + grid.depth_m.size() * sizeof(float);
@@ -40,8 +40,8 @@ struct MotionGuess {
   bool may_have_turned_far = false;  ///< long ago: at a few frames a second
 };
 
-/// The motion of the camera since the reference, from brightness (coarse_alignment.hpp). After a long gap
-/// patterns that repeat lead it astray: then the surfaces of the two depth pictures give guesses too, and
+/// The motion of the camera since the reference, from brightness (photometric_alignment.hpp). After a long
+/// gap patterns that repeat lead it astray: then the surfaces of the two depth pictures give guesses too, and
 /// turns are searched.
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
                    const DepthNoise& noise);

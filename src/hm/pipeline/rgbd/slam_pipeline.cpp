@@ -126,7 +126,7 @@ void SlamPipeline::Impl::place_trajectory() {
   state.corrected.clear();
   for (const StampedPose& pose : state.track.trajectory) {
     if (corrected.map_at(pose.stamp) != 0) {
-      ++state.frames_apart;
+      ++state.frames_disconnected;
       continue;
     }
     const auto placed = corrected.T_map_camera(pose.stamp, pose.T_world_base);

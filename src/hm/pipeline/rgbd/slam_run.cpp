@@ -27,10 +27,10 @@ void compare_trajectories(SlamSummary& summary) {
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
-  if (state.frames_apart > 0)
+  if (state.frames_disconnected > 0)
     summary.warnings.push_back(
         fmt::format("{} frames are not in the map: no loop connects where they were taken with its beginning",
-                    state.frames_apart));
+                    state.frames_disconnected));
   if (state.correction.frames_lost > 0)
     summary.warnings.push_back(fmt::format("{} frames could not be read again when the map was rebuilt",
                                            state.correction.frames_lost));

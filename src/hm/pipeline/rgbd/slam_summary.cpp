@@ -79,7 +79,7 @@ JsonValue to_json(const SlamSummary& summary) {
   json["largest_correction_m"] = state.largest_shift_m;
   if (state.dense_alignment) json["alignment"] = to_json(*state.dense_alignment);
   json["frames_mapped"] = state.frames_mapped;
-  json["frames_apart"] = state.frames_apart;
+  json["frames_disconnected"] = state.frames_disconnected;
   json["map_correction"] = correction_to_json(state.correction);
   json["live_corrections"] = live_corrections_to_json(state.live_corrections);
   json["longest_stall_ms"] = longest_stall_ms(state);

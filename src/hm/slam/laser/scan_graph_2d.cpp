@@ -208,9 +208,9 @@ std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const 
   if (!match.ok()) return std::nullopt;
   const SE2 correction = guess.inverse() * *match.T_reference_sensed;
   const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
-  if (correction.translation().norm() > params_.verify_max_shift_m ||
-      std::abs(correction.angle()) > params_.verify_max_turn_rad || paired < params_.verify_min_pairs_ratio ||
-      match.mean_error_m > params_.verify_max_error_m)
+  if (correction.translation().norm() > params_.verify_max_translation_m ||
+      std::abs(correction.angle()) > params_.verify_max_rotation_rad ||
+      paired < params_.verify_min_pairs_ratio || match.mean_error_m > params_.verify_max_error_m)
     return std::nullopt;
   const Mat3 covariance = honest_covariance(match.covariance, params_);
   return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,

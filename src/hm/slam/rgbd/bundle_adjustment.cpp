@@ -26,13 +26,13 @@ constexpr int kMostInvalidSteps =
     12;  // in turn, each shorter: a step must not put a landmark behind a camera
 constexpr int kPasses = 2;                    // the second knows better what is an outlier
 
-Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const LandmarkObservation& seen) {
+Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const BundleObservation& seen) {
   const Vec2 pixel = camera.project(p_camera);
   return {pixel.x() - seen.pixel.x(), pixel.y() - seen.pixel.y(), p_camera.z() - seen.depth_m};
 }
 
 /// What makes a residual one of unit deviation; without depth its row is zero.
-Mat3 whitening(const LandmarkObservation& seen) {
+Mat3 whitening(const BundleObservation& seen) {
   Mat3 whiten = Mat3::Zero();
   whiten.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
   if (seen.depth_m > 0 && seen.depth_sigma_m > 0) whiten(2, 2) = 1 / seen.depth_sigma_m;
@@ -42,7 +42,7 @@ Mat3 whitening(const LandmarkObservation& seen) {
 /// [u; v; depth] beyond what was observed, each in its deviations.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
-  ObservationCost(const PinholeCamera& camera, const LandmarkObservation& seen)
+  ObservationCost(const PinholeCamera& camera, const BundleObservation& seen)
       : camera_(camera), seen_(seen), whiten_(whitening(seen)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
@@ -61,11 +61,11 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
 
  private:
   PinholeCamera camera_;
-  LandmarkObservation seen_;
+  BundleObservation seen_;
   Mat3 whiten_;
 };
 
-bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const LandmarkObservation& seen) {
+bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const BundleObservation& seen) {
   return (bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map).z() < kMinDepth_m;
 }
 
@@ -74,7 +74,7 @@ bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const Landm
 std::size_t drop_behind(Bundle& bundle) {
   std::size_t dropped = 0;
   for (BundleLandmark& landmark : bundle.landmarks)
-    dropped += std::erase_if(landmark.observations, [&](const LandmarkObservation& seen) {
+    dropped += std::erase_if(landmark.observations, [&](const BundleObservation& seen) {
       return is_behind(bundle, landmark, seen);
     });
   std::erase_if(bundle.landmarks,
@@ -86,7 +86,7 @@ std::size_t drop_behind(Bundle& bundle) {
 double reprojection_error_px(const Bundle& bundle) {
   std::vector<double> errors;
   for (const BundleLandmark& landmark : bundle.landmarks)
-    for (const LandmarkObservation& seen : landmark.observations) {
+    for (const BundleObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
       errors.push_back(p_camera.z() < kMinDepth_m ? std::numeric_limits<double>::infinity()
                                                   : (bundle.camera.project(p_camera) - seen.pixel).norm());
@@ -99,7 +99,7 @@ double reprojection_error_px(const Bundle& bundle) {
 double residual_variance_scale(const Bundle& bundle) {
   std::vector<double> ratios;
   for (const BundleLandmark& landmark : bundle.landmarks)
-    for (const LandmarkObservation& seen : landmark.observations) {
+    for (const BundleObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
       const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
       const double squared = (whitening(seen) * residual(bundle.camera, p_camera, seen)).squaredNorm();
@@ -141,7 +141,7 @@ struct Unknowns {
 
 void add_observations(const Bundle& bundle, double loss_sigmas, Unknowns& unknowns) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
-    for (const LandmarkObservation& seen : bundle.landmarks[l].observations) {
+    for (const BundleObservation& seen : bundle.landmarks[l].observations) {
       HM_CHECK(seen.keyframe < unknowns.poses.size(), "keyframe {} of {}", seen.keyframe,
                unknowns.poses.size());
       unknowns.problem.AddResidualBlock(new ObservationCost(bundle.camera, seen),

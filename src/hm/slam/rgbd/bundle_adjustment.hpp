@@ -12,13 +12,13 @@
 
 namespace hm {
 
-/// A feature of two keyframes that is one point in space, as verify_place or link_visits found it.
+/// A feature of two keyframes that is one point in space, found by verify_place or match_covisible.
 struct FeatureLink {
   std::uint32_t keyframe_a = 0, feature_a = 0, keyframe_b = 0, feature_b = 0;
 };
 
-/// One sight of a landmark.
-struct LandmarkObservation {
+/// Observation of a landmark.
+struct BundleObservation {
   std::uint32_t keyframe = 0;
   Vec2 pixel = Vec2::Zero();
   Eigen::Matrix2d pixel_covariance = Eigen::Matrix2d::Identity();
@@ -28,7 +28,7 @@ struct LandmarkObservation {
 
 struct BundleLandmark {
   Vec3 p_map = Vec3::Zero();
-  std::vector<LandmarkObservation> observations;  ///< at most one of a keyframe, ascending
+  std::vector<BundleObservation> observations;  ///< at most one of a keyframe, ascending
 };
 
 /// Keyframes and landmarks that are adjusted together.
@@ -50,17 +50,18 @@ struct LandmarkNoise {
 };
 
 /// The landmarks of keyframes at bundle.T_map_camera. Odometry's are taken as it saw them
-/// (Keyframe::sights, or what the next keyframe tells of them). A link adds its younger feature to the older
-/// one's landmark as a further sight, or the other way round; links between features that are of none become
-/// landmarks of their own, left out when they would have two features of a keyframe. Placed at the weighted
-/// mean of what keyframes see; those that only one sees, and those never seen with depth, are left out.
+/// (Keyframe::observations, or as the next keyframe has refined them). A link adds its younger feature to the
+/// older one's landmark as a further observation, or the other way round; links between features that are of
+/// none become landmarks of their own, left out when they would have two features of a keyframe. Placed at
+/// the weighted mean of what keyframes see; those that only one sees, and those never seen with depth, are
+/// left out.
 void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
                     std::span<const FeatureLink> links, const LandmarkNoise& noise = {});
 
 struct BundleParams {
   int max_iterations = 30;
   /// Beyond, an observation loses its influence (Cauchy); 0: never. In deviations as they turn out to be
-  /// (from the median of the residuals), at most those stated: matches are often better than they promise.
+  /// (from the median of the residuals), at most those stated: matches are often better than stated.
   double loss_sigmas = 2.0;
 };
 

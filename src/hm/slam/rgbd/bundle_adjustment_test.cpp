@@ -136,11 +136,11 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
     Bundle bundle = bundle_of(scene);
     Rng rng(1);
     for (BundleLandmark& landmark : bundle.landmarks)
-      for (LandmarkObservation& seen : landmark.observations)
+      for (BundleObservation& seen : landmark.observations)
         if (rng.uniform() < 0.15) seen.pixel.x() += seen.keyframe % 2 == 0 ? 6 : -6;
     Bundle wide = bundle;
     for (BundleLandmark& landmark : wide.landmarks)
-      for (LandmarkObservation& seen : landmark.observations) {
+      for (BundleObservation& seen : landmark.observations) {
         seen.pixel_covariance *= 25;
         seen.depth_sigma_m *= 5;
       }
@@ -162,7 +162,7 @@ TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
   // Of one landmark an observation is behind its camera, of another one all but one are.
   const SE3 looking_away = bundle.T_map_camera[7] * SE3(so3_exp(Vec3(0, std::numbers::pi, 0)), Vec3::Zero());
   bundle.T_map_camera.push_back(looking_away);
-  const LandmarkObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  const BundleObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
   const auto seen_by_7 = std::ranges::find_if(
       bundle.landmarks, [](const BundleLandmark& l) { return l.observations.back().keyframe == 7; });
   ASSERT_NE(seen_by_7, bundle.landmarks.end());
@@ -181,7 +181,7 @@ TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
 
 TEST(BundleAdjustment, SaysThatNothingIsInFrontOfItsCamera) {
   Bundle bundle{test::landmark_camera(), {SE3(), SE3()}, {}, {0}, {}};
-  const LandmarkObservation seen{0, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  const BundleObservation seen{0, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
   bundle.landmarks = {{Vec3(0, 0, -1), {seen, seen}}};
   bundle.landmarks[0].observations[1].keyframe = 1;
   const BundleResult result = adjust_bundle(bundle);
@@ -239,7 +239,7 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   const Eigen::Matrix2d certain = 0.01 * Eigen::Matrix2d::Identity();
   const auto sight = [&](std::size_t keyframe, std::size_t feature, std::uint64_t landmark) {
     const Feature& f = scene.keyframes[keyframe].features[feature];
-    scene.keyframes[keyframe].sights.push_back(
+    scene.keyframes[keyframe].observations.push_back(
         {landmark, f.pixel + Vec2(0.5, 0), certain, f.p_camera.z(), 1e-4});
   };
   sight(0, 0, 7);  // 7 is seen by 0 and 1, 9 by 4 alone
@@ -251,7 +251,7 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   ASSERT_EQ(bundle.landmarks.size(), 3U);
   const auto keyframes_of = [](const BundleLandmark& landmark) {
     std::vector<std::uint32_t> keyframes;
-    for (const LandmarkObservation& seen : landmark.observations) keyframes.push_back(seen.keyframe);
+    for (const BundleObservation& seen : landmark.observations) keyframes.push_back(seen.keyframe);
     return keyframes;
   };
   EXPECT_THAT(keyframes_of(bundle.landmarks[0]), testing::ElementsAre(0, 1, 4));
@@ -267,11 +267,11 @@ TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
   Scene scene = make_scene(5, 0.0);
   const auto sight = [&](std::size_t keyframe, double depth_m) {
     const Feature& f = scene.keyframes[keyframe].features[0];
-    return LandmarkSight{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
+    return LandmarkObservation{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
   };
   for (const std::size_t keyframe : {0U, 1U, 2U}) {
     scene.keyframes[keyframe].frame_index = 10 * keyframe;
-    scene.keyframes[keyframe].sights = {sight(keyframe, 2.0)};
+    scene.keyframes[keyframe].observations = {sight(keyframe, 2.0)};
   }
   scene.keyframes[1].before = {0, {sight(0, 2.1)}};
   scene.keyframes[2].before = {7, {sight(1, 2.2)}};
@@ -291,7 +291,7 @@ TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
   ASSERT_GE(scene.keyframes.size(), 8U);
   const auto sight = [&](std::size_t keyframe, std::uint64_t landmark) {
     const Feature& f = scene.keyframes[keyframe].features[0];
-    scene.keyframes[keyframe].sights = {
+    scene.keyframes[keyframe].observations = {
         {landmark, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), f.p_camera.z(), 1e-4}};
   };
   for (std::size_t k = 0; k < 7; ++k) sight(k, 100 + k);

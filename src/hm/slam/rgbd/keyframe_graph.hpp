@@ -6,7 +6,7 @@
 
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty_3d.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
@@ -54,9 +54,9 @@ class KeyframeGraph {
   PathUncertainty3D paths_;
 };
 
-/// What odometry is believed to know of its motion from a keyframe to the next one, `now`: covariance of the
-/// move. Its own word (Keyframe::motion_covariance) and a share of the way that it cannot know of; where it
-/// says nothing, more.
+/// Covariance of odometry's move from a keyframe to the next one, `now`: the stated one
+/// (Keyframe::motion_covariance) with a share of the way for errors it does not model; a larger share where
+/// none is stated.
 Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params);
 
 }  // namespace hm

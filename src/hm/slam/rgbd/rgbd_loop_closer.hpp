@@ -7,17 +7,17 @@
 #include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
 namespace hm {
 
-/// What became of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
+/// Outcomes of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
 struct RgbdLoopStatistics {
   std::size_t candidates = 0;         ///< compared with their keyframe
-  std::size_t accepted = 0;           ///< believed: their features are linked
-  std::size_t redundant = 0;          ///< of the accepted: no edges, the graph knew better
+  std::size_t accepted = 0;           ///< their features are linked
+  std::size_t redundant = 0;          ///< of the accepted: no edges, the graph is more certain
   std::size_t waiting = 0;            ///< not yet confirmed by another loop
   std::size_t not_verified = 0;       ///< no motion explains enough matches
   std::size_t too_far = 0;            ///< further off than odometry can be
@@ -28,7 +28,7 @@ struct RgbdLoopStatistics {
   std::size_t solutions = 0;
 };
 
-/// What one keyframe brought.
+/// Result of adding one keyframe.
 struct RgbdLoopStep {
   std::size_t node = 0;
   int candidates = 0;
@@ -36,11 +36,11 @@ struct RgbdLoopStep {
   bool solved = false;  ///< poses have changed
 };
 
-/// What the last solution and adjustment did.
+/// Report of the last solution and adjustment.
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
-  bool adjusted = false;  ///< bundle adjustment ran and was kept
-  /// Why bundle adjustment found nothing; empty: it did, or was not wanted.
+  bool adjusted = false;  ///< bundle adjustment ran and its result is used
+  /// Reason why bundle adjustment failed; empty: it did not, or was not wanted.
   std::string failure;
   bool interrupted = false;             ///< asked to stop: as far as it had come
   std::size_t observations_behind = 0;  ///< dropped: their landmark is behind their camera

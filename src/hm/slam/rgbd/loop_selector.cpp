@@ -1,4 +1,4 @@
-#include "hm/slam/rgbd/loop_judge.hpp"
+#include "hm/slam/rgbd/loop_selector.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -32,7 +32,7 @@ double chi2_of(const Vec6& error, const Mat6& covariance) { return error.dot(cov
 
 }  // namespace
 
-Mat6 LoopJudge::with_drift(const SeenUncertainty& seen) const {
+Mat6 LoopSelector::with_drift(const SeenUncertainty& seen) const {
   Mat6 covariance = seen.covariance;
   const double drift_m = params_.gate_drift_ratio * seen.path_m,
                drift_rad = params_.gate_drift_rad_m * seen.path_m;
@@ -41,46 +41,47 @@ Mat6 LoopJudge::with_drift(const SeenUncertainty& seen) const {
   return covariance;
 }
 
-std::vector<LoopJudge::Heard> LoopJudge::against_odometry(const KeyframeGraph& graph,
-                                                          std::vector<LoopProposal> proposals) const {
+std::vector<LoopSelector::Rated> LoopSelector::against_odometry(const KeyframeGraph& graph,
+                                                                std::vector<LoopProposal> proposals) const {
   const std::size_t node = proposals.front().to;
   const std::vector<SeenUncertainty> seen_from_node =
       graph.uncertainties_seen_from(node, nodes_of(proposals, [](const LoopProposal& p) { return p.from; }));
-  std::vector<Heard> heard;
+  std::vector<Rated> rated;
   for (std::size_t i = 0; i < proposals.size(); ++i) {
-    Heard one{std::move(proposals[i]), 0, true};
+    Rated one{std::move(proposals[i]), 0, true};
     const std::size_t from = one.proposal.from;
     if (const SeenUncertainty& seen = seen_from_node[i]; seen.reached) {
       const SE3 T_from_node = between(graph, from, node);
       const Vec6 error = apart(T_from_node, one.proposal.match.T_a_b);
       const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen));
-      one.proposal.news_ratio = one.proposal.match.covariance.llt()
-                                    .solve(inverse_covariance(T_from_node.inverse(), seen.covariance))
-                                    .trace() /
-                                6;
+      one.proposal.information_gain_ratio =
+          one.proposal.match.covariance.llt()
+              .solve(inverse_covariance(T_from_node.inverse(), seen.covariance))
+              .trace() /
+          6;
       one.chi2 = chi2_of(error, expected + one.proposal.match.covariance);
       one.is_large = error.head<3>().norm() > params_.large_correction_m ||
                      error.tail<3>().norm() > params_.large_correction_rad;
     }
-    heard.push_back(std::move(one));
+    rated.push_back(std::move(one));
   }
-  return heard;
+  return rated;
 }
 
 /// Leaves the proposals that agree with the best one, or none when another place rivals it.
-void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& heard,
-                            LoopVerdict& verdict) const {
-  const auto is_better = [this](const Heard& a, const Heard& b) {
+void LoopSelector::drop_rivals(const KeyframeGraph& graph, std::vector<Rated>& rated,
+                               LoopDecision& decision) const {
+  const auto is_better = [this](const Rated& a, const Rated& b) {
     const bool a_near = a.chi2 <= params_.gate_chi2, b_near = b.chi2 <= params_.gate_chi2;
     return a_near != b_near ? a_near : a.proposal.match.inliers > b.proposal.match.inliers;
   };
-  const LoopProposal best = std::min_element(heard.begin(), heard.end(), is_better)->proposal;
+  const LoopProposal best = std::min_element(rated.begin(), rated.end(), is_better)->proposal;
   const std::vector<SeenUncertainty> seen = graph.uncertainties_seen_from(
-      best.from, nodes_of(heard, [](const Heard& one) { return one.proposal.from; }));
-  std::vector<Heard> agreeing;
+      best.from, nodes_of(rated, [](const Rated& one) { return one.proposal.from; }));
+  std::vector<Rated> agreeing;
   bool has_rival = false;
-  for (std::size_t i = 0; i < heard.size(); ++i) {
-    Heard& one = heard[i];
+  for (std::size_t i = 0; i < rated.size(); ++i) {
+    Rated& one = rated[i];
     const LoopProposal& p = one.proposal;
     double chi2 = 0;
     if (p.from != best.from && seen[i].reached) {
@@ -97,22 +98,22 @@ void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& hear
     const bool is_possible = one.chi2 <= kRivalGateFactor * params_.gate_chi2;
     if (!agrees && is_possible && p.match.inliers >= params_.rival_ratio * best.match.inliers)
       has_rival = true;
-    ++(one.chi2 > params_.gate_chi2 ? verdict.too_far : verdict.ambiguous);
+    ++(one.chi2 > params_.gate_chi2 ? decision.too_far : decision.ambiguous);
   }
   if (has_rival) {
-    verdict.ambiguous += agreeing.size();
+    decision.ambiguous += agreeing.size();
     agreeing.clear();
   }
-  heard = std::move(agreeing);
+  rated = std::move(agreeing);
 }
 
-void LoopJudge::confirm(const KeyframeGraph& graph, std::vector<Heard> heard, LoopVerdict& verdict) {
+void LoopSelector::confirm(const KeyframeGraph& graph, std::vector<Rated> rated, LoopDecision& decision) {
   const std::vector<std::size_t> waiting_from = nodes_of(waiting_, [](const auto& w) { return w.from; });
   const std::vector<std::size_t> waiting_to = nodes_of(waiting_, [](const auto& w) { return w.to; });
   std::vector<SeenUncertainty> seen_from_node;
   std::vector<bool> confirmed(waiting_.size(), false);
   std::vector<LoopProposal> still_waiting;
-  for (Heard& one : heard) {
+  for (Rated& one : rated) {
     const LoopProposal& p = one.proposal;
     bool is_confirmed = !one.is_large;
     const std::vector<SeenUncertainty> seen_from = graph.uncertainties_seen_from(p.from, waiting_from);
@@ -130,26 +131,26 @@ void LoopJudge::confirm(const KeyframeGraph& graph, std::vector<Heard> heard, Lo
       confirmed[w] = true;
       is_confirmed = true;
     }
-    (is_confirmed ? verdict.accepted : still_waiting).push_back(std::move(one.proposal));
+    (is_confirmed ? decision.accepted : still_waiting).push_back(std::move(one.proposal));
   }
   for (std::size_t w = 0; w < confirmed.size(); ++w)
-    (confirmed[w] ? verdict.accepted : still_waiting).push_back(std::move(waiting_[w]));
+    (confirmed[w] ? decision.accepted : still_waiting).push_back(std::move(waiting_[w]));
   waiting_ = std::move(still_waiting);
 }
 
-LoopVerdict LoopJudge::hear(const KeyframeGraph& graph, std::vector<LoopProposal> proposals) {
-  LoopVerdict verdict;
+LoopDecision LoopSelector::update(const KeyframeGraph& graph, std::vector<LoopProposal> proposals) {
+  LoopDecision decision;
   if (!proposals.empty()) {
-    std::vector<Heard> heard = against_odometry(graph, std::move(proposals));
-    drop_rivals(graph, heard, verdict);
-    confirm(graph, std::move(heard), verdict);
+    std::vector<Rated> rated = against_odometry(graph, std::move(proposals));
+    drop_rivals(graph, rated, decision);
+    confirm(graph, std::move(rated), decision);
   }
   const auto is_old = [&](const LoopProposal& p) {
     return p.to + static_cast<std::size_t>(params_.max_waiting_keyframes) < graph.size();
   };
-  verdict.unconfirmed = static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_old));
+  decision.unconfirmed = static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_old));
   std::erase_if(waiting_, is_old);
-  return verdict;
+  return decision;
 }
 
 }  // namespace hm
