@@ -43,6 +43,8 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"fusion_step", hm::bench::bench_fusion_step},
                                               {"mvog", hm::bench::bench_mvog},
                                               {"intel_relations", hm::bench::bench_intel_relations},
+                                              {"loop_soak", hm::bench::bench_loop_soak},
+                                              {"bundle_soak", hm::bench::bench_bundle_soak},
                                               {"align_room", hm::bench::bench_align_room},
                                               {"align_sevenscenes", hm::bench::bench_align_sevenscenes},
                                               {"places", hm::bench::bench_places},

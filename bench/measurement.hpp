@@ -53,6 +53,8 @@ Result<BenchResult> bench_mvog(const BenchOptions& options);
 Result<BenchResult> bench_align_room(const BenchOptions& options);
 Result<BenchResult> bench_align_sevenscenes(const BenchOptions& options);
 Result<BenchResult> bench_intel_relations(const BenchOptions& options);
+Result<BenchResult> bench_loop_soak(const BenchOptions& options);
+Result<BenchResult> bench_bundle_soak(const BenchOptions& options);
 Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
 Result<BenchResult> bench_places(const BenchOptions& options);
 Result<BenchResult> bench_covariance(const BenchOptions& options);

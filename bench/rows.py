@@ -103,6 +103,14 @@ ROWS = [
     Row("slam_house_ate", "cm", 5, 2, "at_most", "slam_house", 2, "ATE after global alignment; peer: odometry alone"),
     Row("mesh_from_slam", "times", 1.5, 1.1, "at_most", "slam_house", 2,
         "mean surface error of its mesh against that of the mesh from true poses (2 cm, every fifth frame)"),
+    Row("loop_judging", "ms a keyframe", 100, 30, "at_most", "loop_soak", 1,
+        "judging three loops at the end of a day (96,000 keyframes, a loop in every fifth): the worst of the last 400",
+        ("loop_judging_growth",)),
+    Row("loop_judging_growth", "times", 1.5, 1.1, "at_most", "loop_soak", 1,
+        "its median at the end of the day against that after a tenth of it"),
+    Row("bundle_time", "ms a keyframe", 25, 10, "at_most", "bundle_soak", 1,
+        "bundle adjustment of 4,000 keyframes that go round and round a ring of corridors", ("bundle_growth",)),
+    Row("bundle_growth", "times", 1.5, 1.2, "at_most", "bundle_soak", 1, "the same a keyframe against 1,000 keyframes"),
     # Calibration
     Row("depth_calibration", "times the allowed", 1, None, "at_most", "depth_calibration", 2,
         "simulated Xtion, bias to 10 cm at 4 m: RMS of held-out boards by 1.2 sigma + 1 mm of 30 averaged images, worst distance", ("depth_calibration_3m", "depth_chain_time")),
@@ -126,6 +134,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "vo_hour": ["odometry"], "vo_vs_opencv": ["odometry"], "vo_published": ["odometry"], "covariance": ["odometry/feature"],
          "places": ["slam/places", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],
          "slam_house": ["odometry", "slam", "tsdf", "mesh", "mapping"],
+         "loop_soak": ["slam/rgbd", "slam/pose_graph"], "bundle_soak": ["slam/rgbd"],
          "depth_calibration": ["calibration", "depth_camera"], "kernel_limit": ["tsdf"]}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 # Benchmarks that need a recording which is not in the repository, and where it is in the folder of data.

@@ -59,7 +59,7 @@ JsonValue details_of(const SlamPipeline::State& state) {
                             {"tracked", state.track.frames_tracked},
                             {"lost", state.track.frames_lost},
                             {"submaps", state.track.submaps},
-                            {"frames_apart", state.frames_apart},
+                            {"frames_disconnected", state.frames_disconnected},
                             {"keyframes", state.track.keyframes.size()},
                             {"track_ms_mean", state.track.track_ms.mean},
                             {"track_ms_p99", state.track.track_ms.p99},

@@ -6,8 +6,8 @@
 #include "chordal_certificate.hpp"
 #include "hm/io/pose/g2o_file.hpp"
 #include "hm/io/testing/real_data_test_support.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 
 /// Public pose graphs: the solvers' optima against the global optimum of SE-Sync's cost (Rosen et al., IJRR
 /// 2019), which a dual certificate proves to be one here, to the digits given.

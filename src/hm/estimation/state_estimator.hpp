@@ -71,7 +71,7 @@ class StateEstimator {
   SE3 T_base_imu_;
   DelayedFusion fusion_;
   TiltFilter tilt_;
-  GravityObserver gravity_;
+  AccelerationCompensator gravity_;
   AlphaBetaFilter<2> laser_velocity_;  // of the laser alone, for gravity_
   Time laser_velocity_since_;
   DecoupledKalman thesis_;

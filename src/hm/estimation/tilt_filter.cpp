@@ -28,8 +28,8 @@ void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific
   R_world_body_ = turned(R_world_body_, std::min(dt_s / time_constant_s, 1.0) * correction);
 }
 
-Vec3 GravityObserver::update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,
-                             const Eigen::Quaterniond& R_world_body, double dt_s) {
+Vec3 AccelerationCompensator::update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,
+                                     const Eigen::Quaterniond& R_world_body, double dt_s) {
   const Vec3 force_world_m_s2 = R_world_body * specific_force_body_m_s2;
   if (!ready_) {
     force_world_m_s2_ = force_world_m_s2;

@@ -52,9 +52,9 @@ class TiltFilter {
 
 /// Gravity alone, out of what an accelerometer feels: specific force minus the vehicle's own acceleration, as
 /// the change of its estimated velocity shows it, both low-passed alike. Keeps the tilt right in long curves.
-class GravityObserver {
+class AccelerationCompensator {
  public:
-  explicit GravityObserver(const TiltFilterParams& params = {})
+  explicit AccelerationCompensator(const TiltFilterParams& params = {})
       : time_constant_s_(params.acceleration_time_constant_s) {}
   /// The next sample, and the velocity estimated before it; gravity's specific force in the body.
   Vec3 update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,

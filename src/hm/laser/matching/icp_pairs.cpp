@@ -32,26 +32,34 @@ struct Nearest {
 };
 
 /// The reference point nearest to (x, y), closer than the distance that `nearest` comes with; none: the
-/// distance stays. Walks both ways from `start` in order of bearing and stops where the next ray alone is
-/// further away than the best point so far.
+/// distance stays. Walks both ways from `start` in order of bearing, across the seam of a scan that goes all
+/// around, and stops where the next ray alone is further away than the best point so far.
 bool find_nearest(const ReferenceLines& reference, float x, float y, Nearest& nearest) {
   const ReferenceLines::Ray* rays = reference.rays.data();
   const std::uint32_t n = static_cast<std::uint32_t>(reference.size()), start = nearest.index;
   bool found = false;
-  for (std::uint32_t j = start; j < n; ++j) {
-    const ReferenceLines::Ray& ray = rays[j];
-    const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
-    if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
-    const float beyond = x * ray.uy - y * ray.ux;
-    if (beyond > 0 && beyond * beyond > nearest.distance2) break;
-  }
-  for (std::uint32_t j = start; j-- > 0;) {
-    const ReferenceLines::Ray& ray = rays[j];
-    const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
-    if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
-    const float beyond = x * ray.uy - y * ray.ux;
-    if (beyond < 0 && beyond * beyond > nearest.distance2) break;
-  }
+  const auto walk_on = [&](std::uint32_t first, std::uint32_t last) {
+    for (std::uint32_t j = first; j < last; ++j) {
+      const ReferenceLines::Ray& ray = rays[j];
+      const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
+      if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
+      const float beyond = x * ray.uy - y * ray.ux;
+      if (beyond > 0 && beyond * beyond > nearest.distance2) return false;
+    }
+    return true;
+  };
+  const auto walk_back = [&](std::uint32_t last, std::uint32_t first) {
+    for (std::uint32_t j = last; j-- > first;) {
+      const ReferenceLines::Ray& ray = rays[j];
+      const float dx = ray.x - x, dy = ray.y - y, distance2 = dx * dx + dy * dy;
+      if (distance2 < nearest.distance2) nearest = {j, distance2}, found = true;
+      const float beyond = x * ray.uy - y * ray.ux;
+      if (beyond < 0 && beyond * beyond > nearest.distance2) return false;
+    }
+    return true;
+  };
+  if (walk_on(start, n) && reference.closed) walk_on(0, start);
+  if (walk_back(start, 0) && reference.closed) walk_back(n, start);
   return found;
 }
 
@@ -61,7 +69,9 @@ std::uint32_t published_line(const ReferenceLines& reference, std::uint32_t near
     const float dx = reference.points.x[j] - x, dy = reference.points.y[j] - y;
     return dx * dx + dy * dy;
   };
-  return distance2(nearest - 1) < distance2(nearest + 1) ? nearest - 1 : nearest;
+  const auto n = static_cast<std::uint32_t>(reference.size());
+  const std::uint32_t before = nearest == 0 ? n - 1 : nearest - 1, after = nearest + 1 == n ? 0 : nearest + 1;
+  return distance2(before) < distance2(after) ? before : nearest;
 }
 
 }  // namespace
@@ -91,7 +101,8 @@ std::size_t IcpPairs::find(const ReferenceLines& reference, const ScanPoints& se
       continue;
     }
     partner_[i] = static_cast<std::int32_t>(nearest.index);
-    if (nearest.index == 0 || nearest.index + 1 == n) continue;  // what ends a scan need not end the surface
+    // What ends a scan need not end the surface.
+    if (!reference.closed && (nearest.index == 0 || nearest.index + 1 == n)) continue;
     const std::uint32_t line = published ? published_line(reference, nearest.index, x, y) : nearest.index;
     const float error = reference.d[line] - reference.nx[line] * x - reference.ny[line] * y;
     pairs_.push_back({static_cast<std::uint32_t>(i), line, qx, qy, error, nearest.distance2});
@@ -142,8 +153,8 @@ PointToLineSums IcpPairs::sums(const ReferenceLines& reference, const ScanPoints
   return result;
 }
 
-Mat3 IcpPairs::feigned_information(const ReferenceLines& reference, const ScanPoints& sensed,
-                                   bool weigh) const {
+Mat3 IcpPairs::noise_information(const ReferenceLines& reference, const ScanPoints& sensed,
+                                 bool weigh) const {
   PointToLineSums result;  // rows along the lines instead of across
   for (const Pair& pair : pairs_) {
     const float nx = reference.nx[pair.line], ny = reference.ny[pair.line];

@@ -27,8 +27,8 @@ class IcpPairs {
   [[nodiscard]] PointToLineSums sums(const ReferenceLines& reference, const ScanPoints& sensed,
                                      bool weigh) const;
   /// What noisy normals alone would add to the information, expected.
-  [[nodiscard]] Mat3 feigned_information(const ReferenceLines& reference, const ScanPoints& sensed,
-                                         bool weigh) const;
+  [[nodiscard]] Mat3 noise_information(const ReferenceLines& reference, const ScanPoints& sensed,
+                                       bool weigh) const;
   /// The same number for the same set of pairs.
   [[nodiscard]] std::uint64_t fingerprint() const;
   [[nodiscard]] double mean_error_m() const;

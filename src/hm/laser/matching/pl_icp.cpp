@@ -83,8 +83,9 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
   sums = pairs.sums(reference, sensed, params.weight_by_incidence);
   free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
   if (free.count > 0) {
-    const Mat3 feigned = pairs.feigned_information(reference, sensed, params.weight_by_incidence);
-    free = find_free_directions(sums, feigned, {params.min_information_ratio, params.information_over_noise});
+    const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
+    free =
+        find_free_directions(sums, of_noise, {params.min_information_ratio, params.information_over_noise});
   }
   if (free.count == 3) {
     match.status = MatchStatus::kNoInformation;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/laser/matching/icp_pairs.hpp"
 #include "hm/laser/matching/reference_lines.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 
@@ -40,6 +41,57 @@ PlanarScan moved(const PlanarScan& scan, const SE2& T_frame_scan) {
   for (Vec2& point : result.points_m) point = T_frame_scan * point;
   sort_by_bearing(result);
   return result;
+}
+
+TestLaser all_around() {
+  TestLaser laser;
+  laser.beams = 720;
+  laser.field_of_view_rad = 2 * std::numbers::pi * (1 - 1.0 / 720);  // the next beam is the first one again
+  return laser;
+}
+
+/// A laser that looks all around has no end: wherever its first beam points, every point finds its partner,
+/// by fitted lines and as published, and the motion is found.
+TEST(PlIcp, AFullCircleHasNoSeam) {
+  const PlanarWorld room = box_world();
+  for (const bool published : {false, true}) {
+    PlIcpParams params;
+    if (published) params.line_half_length_m = 0;
+    for (int trial = 0; trial < 24; ++trial) {
+      Rng rng(1);
+      const SE2 first(0.3, -0.2, 15 * trial * kDegree_rad), motion(0.02, -0.01, 0.2);
+      const PlanarScan a = planar_scan_of_world(room, first, all_around(), rng);
+      const PlanarScan b = planar_scan_of_world(room, first * motion, all_around(), rng);
+      ReferenceLines lines;
+      lines.points.assign(a);
+      lines.scans.assign(lines.size(), 1);
+      lines.fit({params.line_half_length_m, 0.001});
+      EXPECT_TRUE(lines.closed);
+      ScanPoints sensed;
+      sensed.assign(b);
+      IcpPairs pairs;
+      pairs.begin(sensed.size(), lines.size());
+      EXPECT_EQ(pairs.find(lines, sensed, motion, 1, params), sensed.size()) << trial;
+      for (const IcpPairs::Pair& pair : pairs.pairs()) EXPECT_LT(pair.distance2, 0.1F * 0.1F) << trial;
+      const ScanMatch match = PlIcp(params).match(a, b, SE2(0, 0, 0.2));
+      ASSERT_TRUE(match.ok());
+      EXPECT_LT(distance_m(*match.T_reference_sensed, motion), 2e-3);
+    }
+  }
+}
+
+/// Less than a full circle ends where it ends.
+TEST(PlIcp, AScanOfLessThanAFullCircleIsOpen) {
+  Rng rng(1);
+  for (const double field_deg : {180.0, 270.0, 350.0}) {
+    TestLaser laser;
+    laser.field_of_view_rad = field_deg * kDegree_rad;
+    ReferenceLines lines;
+    lines.points.assign(planar_scan_of_world(box_world(), SE2(0.3, -0.2, 1), laser, rng));
+    lines.scans.assign(lines.size(), 1);
+    lines.fit({0.3, 0.001});
+    EXPECT_FALSE(lines.closed) << field_deg;
+  }
 }
 
 TEST(PlIcp, FindsTheMotionBetweenScansWithoutNoise) {

@@ -72,21 +72,19 @@ Vec3 exact_step(const PointToLineSums& sums) {
   return {shift.x(), shift.y(), std::atan2(turn.y(), turn.x())};
 }
 
-FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& feigned,
+FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& noise_information,
                                     const InformationLimits& limits) {
   FreeDirections free;
   free.arm_m = sums.arm_m();
   const Vec3 scale(1, 1, 1 / free.arm_m);
   const Mat3 scaled = scale.asDiagonal() * sums.information() * scale.asDiagonal();
-  const Mat3 noise = scale.asDiagonal() * feigned * scale.asDiagonal();
+  const Mat3 noise = scale.asDiagonal() * noise_information * scale.asDiagonal();
   Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaled);
   for (int k = 0; k < 3; ++k) {
     const Vec3 direction = eigen.eigenvectors().col(k);
     const double information = eigen.eigenvalues()(k);
-    const double feigned_information = direction.dot(noise * direction);
-    if (information >= limits.min_ratio * sums.weight &&
-        information > limits.over_noise * feigned_information)
-      continue;
+    const double by_noise = direction.dot(noise * direction);
+    if (information >= limits.min_ratio * sums.weight && information > limits.over_noise * by_noise) continue;
     free.directions[static_cast<std::size_t>(free.count++)] = direction;
   }
   return free;

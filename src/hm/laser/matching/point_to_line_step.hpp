@@ -50,9 +50,9 @@ struct InformationLimits {
   double over_noise = 0;  ///< times the information that noisy normals feign
 };
 
-/// Directions whose information is below the limits. `feigned` is the expected information of noise alone,
-/// in the form of PointToLineSums::information().
-FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& feigned,
+/// Directions whose information is below the limits. `noise_information` is the expected information of noise
+/// alone, in the form of PointToLineSums::information().
+FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& noise_information,
                                     const InformationLimits& limits);
 
 /// The Gauss-Newton step that leaves the free directions alone, and takes back what `moved`, the motion made

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "hm/core/statistics.hpp"
 
@@ -19,6 +20,7 @@ constexpr double kMaxExcess = 2.5;       // standard deviations that a straight 
 constexpr double kSuspiciousExcess = 2;  // standard deviations: worth asking whether there is a corner
 constexpr double kCornerEvidence = 25;   // chi-square with two degrees of freedom
 constexpr std::uint32_t kMinSide = 4;    // points that a line on one side needs
+constexpr double kMaxSeamSteps = 3, kMaxSeam_rad = 0.2;  // between the ends of a scan that goes all around
 
 /// A measure of direction that grows with the angle, in [0, 4), without trigonometry.
 float diamond_angle(float x, float y) {
@@ -75,6 +77,7 @@ void ReferenceLines::fit(const LineFitParams& params) {
   end.resize(n);
   smooth.resize(n);
   find_directions();
+  closed = goes_all_around();
   moments_.assign(points.x, points.y);
   if (params.half_length_m > 0) {
     const double range_variance_m2 = params.range_sigma_m * params.range_sigma_m;
@@ -96,6 +99,17 @@ void ReferenceLines::find_directions() {
     uy[i] = points.y[i] * inverse;
     rays[i] = {points.x[i], points.y[i], ux[i], uy[i]};
   }
+}
+
+/// The gap between the last point and the first one is about as wide as those between other neighbours.
+bool ReferenceLines::goes_all_around() const {
+  if (size() < 3) return false;
+  const double sine = ux.back() * uy.front() - uy.back() * ux.front();
+  const double cosine = ux.back() * ux.front() + uy.back() * uy.front();
+  const double turn_rad = std::atan2(sine, cosine);
+  const double seam_rad = turn_rad < 0 ? turn_rad + 2 * std::numbers::pi : turn_rad;
+  const double step_rad = (2 * std::numbers::pi - seam_rad) / static_cast<double>(size() - 1);
+  return seam_rad < std::min(kMaxSeam_rad, kMaxSeamSteps * step_rad);
 }
 
 /// Points around each point on the same piece of surface, at most half_length_m away.
@@ -221,7 +235,8 @@ void ReferenceLines::fit_point(std::uint32_t i, double range_variance_m2) {
   smooth[i] = 0;
 }
 
-/// As published: through each point and its next neighbour (the last one: its previous neighbour).
+/// As published: through each point and its next neighbour (the last one of a scan that does not go all
+/// around: its previous neighbour).
 void ReferenceLines::fit_published() {
   const auto n = static_cast<std::uint32_t>(size());
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -230,6 +245,10 @@ void ReferenceLines::fit_published() {
     take(i, window, moments_.line(window.first, window.last), 0);
     smooth[i] = 1;
   }
+  if (!closed) return;
+  LineMoments across_the_seam;
+  across_the_seam.assign({points.x[n - 1], points.x[0]}, {points.y[n - 1], points.y[0]});
+  take(n - 1, {n - 1, n}, across_the_seam.line(0, 2), 0);
 }
 
 void ReferenceLines::take(std::uint32_t i, const Window& window, const FittedLine& line, double variance_m2) {

@@ -46,6 +46,8 @@ class ReferenceLines {
   std::vector<float> scans;               ///< how many scans were averaged here
   std::vector<std::uint32_t> begin, end;  ///< points that the line was fitted to
   std::vector<std::uint8_t> smooth;       ///< the fit is as good as the noise allows
+  /// The scan goes all around: its first point is the neighbour of its last one.
+  bool closed = false;
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
   /// Lines for `points` and `scans`, which the caller has filled.
@@ -61,6 +63,7 @@ class ReferenceLines {
     [[nodiscard]] std::uint32_t size() const { return last - first; }
   };
   void find_directions();
+  [[nodiscard]] bool goes_all_around() const;
   void find_windows(const LineFitParams& params);
   void find_corners(double range_variance_m2);
   void cut_windows_at_corners();

@@ -6,8 +6,8 @@
 
 namespace hm {
 
-/// A landmark of odometry's model as a keyframe saw it.
-struct LandmarkSight {
+/// Observation of a landmark of odometry's model in a keyframe.
+struct LandmarkObservation {
   std::uint64_t landmark = 0;  ///< the same number is the same point in other keyframes; 0 is none
   Vec2 pixel = Vec2::Zero();
   Eigen::Matrix2d pixel_covariance = Eigen::Matrix2d::Identity();
@@ -15,10 +15,10 @@ struct LandmarkSight {
   double depth_variance_m2 = 0;
 };
 
-/// What a keyframe saw, told by the next one: with the depths that the frames in between have read too.
-struct RetoldSights {
-  std::size_t frame_index = 0;  ///< of the keyframe that saw it
-  std::vector<LandmarkSight> sights;
+/// The observations of a keyframe with the depths that the frames up to the next keyframe have measured.
+struct RefinedObservations {
+  std::size_t frame_index = 0;  ///< of that keyframe
+  std::vector<LandmarkObservation> observations;
 };
 
 /// A frame that later ones refer to: for relocalisation, place recognition, bundle adjustment and maps
@@ -31,8 +31,9 @@ struct Keyframe {
   FeatureSet features;  ///< all of the frame, with descriptors; those without depth too
   /// Of the motion since the keyframe before, by a move [dt; dw] in this camera's frame; zero: not known.
   Mat6 motion_covariance = Mat6::Zero();
-  std::vector<LandmarkSight> sights;  ///< where the model was found; empty for methods that do not keep it
-  std::optional<RetoldSights> before = {};  ///< of the keyframe before, of the same submap
+  /// Where the model was found; empty for methods that do not keep it.
+  std::vector<LandmarkObservation> observations;
+  std::optional<RefinedObservations> before = {};  ///< of the keyframe before, of the same submap
 };
 
 }  // namespace hm

@@ -43,7 +43,7 @@ struct MotionHint {
   std::optional<Mat3> R_last_current;  ///< rotation of the camera since the last frame (gyroscope)
   std::optional<Vec3> up_camera;       ///< the direction away from gravity in the camera frame, a unit vector
   /// What accelerometers felt since the last frame, on average: gravity and the camera's own acceleration,
-  /// camera frame. Told apart by the tracker (gravity_observer.hpp).
+  /// camera frame. Told apart by the tracker (gravity_estimator.hpp).
   std::optional<Vec3> force_camera_m_s2;
 };
 

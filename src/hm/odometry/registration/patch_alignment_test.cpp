@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "hm/odometry/registration/coarse_alignment.hpp"
 #include "hm/odometry/feature/feature_detection.hpp"
+#include "hm/odometry/registration/photometric_alignment.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 
 namespace hm {
@@ -103,29 +103,29 @@ TEST(PatchAlignment, RefusesWhatIsNotThere) {
   EXPECT_FALSE(align_patch({&blank, Vec2(160, 120), Mat2::Identity()}, blank, Vec2(160, 120), {}));
 }
 
-TEST(CoarseAlignment, FindsMotionsOfManyPixels) {
+TEST(PhotometricAlignment, FindsMotionsOfManyPixels) {
   const View a = view_at({});
-  const CoarseReference reference(a.pyramid, a.grid, room_camera(), 2000);
+  const PhotometricReference reference(a.pyramid, a.grid, room_camera(), 2000);
   for (const Vec3& turn : {Vec3(0, 0.035, 0), Vec3(-0.02, 0, 0.05), Vec3(0.02, -0.03, 0)}) {
     const SE3 truth(so3_exp(turn), Vec3(0.03, -0.02, 0.05));
     const View b = view_at(truth, 2.0, 3);
-    const CoarseResult result = align_coarsely(reference, b.pyramid, {SE3{}});
+    const PhotometricResult result = align_photometrically(reference, b.pyramid, {SE3{}});
     EXPECT_LT((result.T_ref_cur.inverse() * truth).angle(), 0.006);
     EXPECT_LT((result.T_ref_cur.inverse() * truth).translation().norm(), 0.02);
     EXPECT_GT(result.overlap_ratio, 0.5);
   }
 }
 
-TEST(CoarseAlignment, BeginsWithTheBestGuessAndKeepsItWhereNothingIsSeen) {
+TEST(PhotometricAlignment, BeginsWithTheBestGuessAndKeepsItWhereNothingIsSeen) {
   const SE3 far(so3_exp(Vec3(0, 0.7, 0)), Vec3(0.1, 0, 0));
   const View a = view_at({}), b = view_at(far);
-  const CoarseReference reference(a.pyramid, a.grid, room_camera(), 2000);
+  const PhotometricReference reference(a.pyramid, a.grid, room_camera(), 2000);
   const SE3 near = far * SE3(so3_exp(Vec3(0.03, 0.03, 0)), Vec3(0.02, 0, 0));
-  const CoarseResult result = align_coarsely(reference, b.pyramid, {SE3{}, near});
+  const PhotometricResult result = align_photometrically(reference, b.pyramid, {SE3{}, near});
   EXPECT_LT((result.T_ref_cur.inverse() * far).angle(), 0.01);
   const View dark = view_at({}, 0, 1, 0);
-  const CoarseReference nothing(dark.pyramid, dark.grid, room_camera(), 2000);
-  EXPECT_EQ(align_coarsely(nothing, b.pyramid, {near}).T_ref_cur.matrix(), near.matrix());
+  const PhotometricReference nothing(dark.pyramid, dark.grid, room_camera(), 2000);
+  EXPECT_EQ(align_photometrically(nothing, b.pyramid, {near}).T_ref_cur.matrix(), near.matrix());
 }
 
 }  // namespace

@@ -15,7 +15,9 @@ constexpr int kTrialLooks = 12;
 constexpr double kMinFoundRatio = 0.25;
 constexpr std::size_t kYoungKeyframes = 3;
 
-double found_ratio(const Landmark& landmark) { return (landmark.found + 1.0) / (landmark.looked_for + 1.0); }
+double found_ratio(const MapLandmark& landmark) {
+  return (landmark.found + 1.0) / (landmark.looked_for + 1.0);
+}
 
 }  // namespace
 
@@ -23,16 +25,17 @@ LocalMap::LocalMap(std::size_t max_landmarks, std::size_t max_keyframes)
     : max_landmarks_(max_landmarks), max_keyframes_(max_keyframes) {}
 
 std::size_t LocalMap::memory_bytes() const {
-  std::size_t bytes = landmarks_.capacity() * sizeof(Landmark) + free_.capacity() * sizeof(std::size_t);
+  std::size_t bytes = landmarks_.capacity() * sizeof(MapLandmark) + free_.capacity() * sizeof(std::size_t);
   for (const MapKeyframe& keyframe : keyframes_) {
     bytes += sizeof(MapKeyframe) + keyframe.pyramid.memory_bytes() + keyframe.surface.memory_bytes();
     bytes += keyframe.sightings.capacity() * sizeof(Sighting);
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
     if (keyframe.record)
-      bytes +=
-          sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
-          keyframe.record->sights.capacity() * sizeof(LandmarkSight) +
-          (keyframe.record->before ? keyframe.record->before->sights.capacity() * sizeof(LandmarkSight) : 0);
+      bytes += sizeof(Keyframe) + keyframe.record->features.capacity() * sizeof(Feature) +
+               keyframe.record->observations.capacity() * sizeof(LandmarkObservation) +
+               (keyframe.record->before
+                    ? keyframe.record->before->observations.capacity() * sizeof(LandmarkObservation)
+                    : 0);
   }
   return bytes;
 }
@@ -52,7 +55,7 @@ std::vector<Candidate> LocalMap::candidates(const SE3& T_odom_camera, const Pinh
   const SE3 T_camera_odom = T_odom_camera.inverse();
   std::vector<Candidate> seen;
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    const Landmark& landmark = landmarks_[i];
+    const MapLandmark& landmark = landmarks_[i];
     if (!landmark.alive) continue;
     const Vec3 p = T_camera_odom * landmark.p_odom;
     if (!(p.z() > 0.1)) continue;
@@ -71,7 +74,7 @@ std::vector<Candidate> LocalMap::candidates(const SE3& T_odom_camera, const Pinh
   }
   // Best proven first, in every cell; then the cells in turn.
   std::sort(seen.begin(), seen.end(), [&](const Candidate& a, const Candidate& b) {
-    const Landmark &la = landmarks_[a.landmark], &lb = landmarks_[b.landmark];
+    const MapLandmark &la = landmarks_[a.landmark], &lb = landmarks_[b.landmark];
     const double ra = found_ratio(la) * std::min(la.sightings, 5),
                  rb = found_ratio(lb) * std::min(lb.sightings, 5);
     return ra != rb ? ra > rb : a.landmark < b.landmark;
@@ -106,7 +109,7 @@ MapKeyframe& LocalMap::add_keyframe(MapKeyframe keyframe) {
   return keyframes_.back();
 }
 
-std::optional<std::size_t> LocalMap::add_landmark(const Landmark& landmark) {
+std::optional<std::size_t> LocalMap::add_landmark(const MapLandmark& landmark) {
   while (alive_ >= max_landmarks_ && keyframes_.size() > 2) forget_oldest_keyframe();
   if (alive_ >= max_landmarks_) return std::nullopt;
   std::size_t index = landmarks_.size();
@@ -139,7 +142,7 @@ void LocalMap::forget_unproven() {
   const std::size_t newest = keyframes_.back().identity;
   bool any = false;
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    const Landmark& landmark = landmarks_[i];
+    const MapLandmark& landmark = landmarks_[i];
     if (!landmark.alive) continue;
     const bool rarely_found = landmark.looked_for >= kTrialLooks && found_ratio(landmark) < kMinFoundRatio;
     const bool never_again = landmark.sightings < 2 && landmark.anchor + kYoungKeyframes <= newest;
@@ -166,7 +169,7 @@ void LocalMap::forget_oldest_keyframe() {
   const MapKeyframe oldest = std::move(keyframes_.front());
   keyframes_.pop_front();
   for (const Sighting& sighting : oldest.sightings) {
-    Landmark& landmark = landmarks_[sighting.landmark];
+    MapLandmark& landmark = landmarks_[sighting.landmark];
     if (!landmark.alive) continue;
     landmark.sightings -= 1;
     if (landmark.anchor == oldest.identity && !reanchor(sighting.landmark))

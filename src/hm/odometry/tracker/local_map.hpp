@@ -21,7 +21,7 @@ struct Sighting {
 };
 
 /// A point of the persistent model, with the keyframe in which it looks as it is looked for.
-struct Landmark {
+struct MapLandmark {
   std::uint64_t identity = 0;  ///< counts up from 1, given by the map
   Vec3 p_odom = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2, odom
@@ -69,8 +69,8 @@ class LocalMap {
   [[nodiscard]] std::size_t landmark_count() const { return alive_; }
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  Landmark& landmark(std::size_t index) { return landmarks_[index]; }
-  [[nodiscard]] const Landmark& landmark(std::size_t index) const { return landmarks_[index]; }
+  MapLandmark& landmark(std::size_t index) { return landmarks_[index]; }
+  [[nodiscard]] const MapLandmark& landmark(std::size_t index) const { return landmarks_[index]; }
   std::deque<MapKeyframe>& keyframes() { return keyframes_; }
   [[nodiscard]] const std::deque<MapKeyframe>& keyframes() const { return keyframes_; }
   /// The keyframe with an identity; null when it was forgotten.
@@ -86,7 +86,7 @@ class LocalMap {
   /// first when there are too many.
   MapKeyframe& add_keyframe(MapKeyframe keyframe);
   /// A new landmark; nothing when the model is full (the oldest are forgotten with their keyframes).
-  std::optional<std::size_t> add_landmark(const Landmark& landmark);
+  std::optional<std::size_t> add_landmark(const MapLandmark& landmark);
   /// Forgets landmarks that are looked for and not found, or that one keyframe alone ever saw.
   void forget_unproven();
   void clear();
@@ -101,7 +101,7 @@ class LocalMap {
   std::size_t next_identity_ = 1;
   std::uint64_t next_landmark_ = 1;
   std::size_t alive_ = 0;
-  std::vector<Landmark> landmarks_;
+  std::vector<MapLandmark> landmarks_;
   std::vector<std::size_t> free_;
   std::deque<MapKeyframe> keyframes_;
 };

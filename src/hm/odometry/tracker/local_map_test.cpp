@@ -11,8 +11,8 @@ namespace {
 
 const PinholeCamera kCamera{640, 480, 525, 525, 319.5, 239.5, {}};
 
-Landmark landmark_at(const Vec3& p, std::size_t anchor) {
-  Landmark landmark;
+MapLandmark landmark_at(const Vec3& p, std::size_t anchor) {
+  MapLandmark landmark;
   landmark.p_odom = p;
   landmark.anchor = anchor;
   landmark.sightings = 1;

@@ -42,7 +42,7 @@ class Tracker final : public VisualOdometry {
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
         inertia_(params.gravity_sigma_rad),
-        T_odom_last_(T_odom_first_camera) {
+        T_odom_start_(T_odom_first_camera) {
     attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
     attempts_.matching.max_depth_m = params.max_depth_m;
     attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
@@ -74,6 +74,7 @@ class Tracker final : public VisualOdometry {
       out.status = TrackingStatus::kSkipped;
     }
     inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
+    if (out.T_odom_camera) move_to_odom(out);
     out.submap = submap_;
     out.numbers.model_points = map_.landmark_count();
     out.numbers.total_ms = total.milliseconds();
@@ -85,6 +86,13 @@ class Tracker final : public VisualOdometry {
   }
 
  private:
+  /// The model's frame is that of the first camera, wherever that is in odom: no result then depends on odom.
+  void move_to_odom(TrackedFrame& out) const {
+    out.T_odom_camera = T_odom_start_ * *out.T_odom_camera;
+    const Mat6 to_odom = adjoint(T_odom_start_);
+    out.covariance = to_odom * out.covariance * to_odom.transpose();
+  }
+
   TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
     const Stopwatch watch;
     TrackerFrame view;
@@ -110,7 +118,7 @@ class Tracker final : public VisualOdometry {
       return;
     }
     map_.clear();
-    velocity_ = Vec6::Zero();
+    velocity_.reset();
     add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
                  out);
     filter_.restart(view.grid, T_odom_last_);
@@ -136,15 +144,21 @@ class Tracker final : public VisualOdometry {
       recover(view, attempt.refusal, out);
   }
 
+  [[nodiscard]] double since_posed_s(const TrackerFrame& view) const {
+    return (view.frame->stamp - posed_stamp_).seconds();
+  }
+  [[nodiscard]] SE3 motion_by_velocity(const TrackerFrame& view) const {
+    return velocity_.motion(since_posed_s(view));
+  }
   [[nodiscard]] SE3 predict(const TrackerFrame& view) const {
-    MotionGuess guess{SE3::exp(velocity_), inertia_.R_posed_current(), false};
-    guess.may_have_turned_far = (view.frame->stamp - posed_stamp_).seconds() > kLongGap_s;
+    MotionGuess guess{motion_by_velocity(view), inertia_.R_posed_current(), false};
+    guess.may_have_turned_far = since_posed_s(view) > kLongGap_s;
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
   /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
-    const std::vector<SE3> guesses{SE3::exp(velocity_), T_odom_last_.inverse() * T_predicted};
+    const std::vector<SE3> guesses{motion_by_velocity(view), T_odom_last_.inverse() * T_predicted};
     for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
       const SE3 T_guess = T_odom_last_ * motion.T_ref_cur;
       AttemptParams params = attempts_.widened();
@@ -161,8 +175,10 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    velocity_ = status == TrackingStatus::kTracked && !lost_.lost() ? (T_odom_last_.inverse() * T).log()
-                                                                    : Vec6::Zero();
+    if (status == TrackingStatus::kTracked && !lost_.lost())
+      velocity_.update(T_odom_last_.inverse() * T, since_posed_s(view));
+    else
+      velocity_.reset();
     for (const std::size_t index : attempt.looked_for) map_.landmark(index).looked_for += 1;
     for (const LandmarkMatch& match : attempt.matches)
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
@@ -206,7 +222,7 @@ class Tracker final : public VisualOdometry {
     const auto record =
         insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
     adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
-    record->T_odom_camera = map_.keyframes().back().T_odom_camera;
+    record->T_odom_camera = T_odom_start_ * map_.keyframes().back().T_odom_camera;
     out.new_keyframe = record;
     best_inliers_ = 0;
   }
@@ -223,7 +239,7 @@ class Tracker final : public VisualOdometry {
       }
     }
     lost_.count(view.frame->stamp);
-    velocity_ = Vec6::Zero();
+    velocity_.reset();
     out.status = TrackingStatus::kLost;
     out.reason = fmt::format(
         "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
@@ -257,9 +273,10 @@ class Tracker final : public VisualOdometry {
   PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
   TrackerInertia inertia_;
-  SE3 T_odom_last_;  ///< the model's
+  SE3 T_odom_start_;  ///< brings poses out; those below are in the first camera's frame
+  SE3 T_odom_last_;   ///< the model's
   Mat6 covariance_last_ = Mat6::Zero();
-  Vec6 velocity_ = Vec6::Zero();  ///< per frame, in the camera's frame
+  ConstantVelocity velocity_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
   LostState lost_;

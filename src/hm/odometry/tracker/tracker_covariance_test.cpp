@@ -71,8 +71,8 @@ TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
         const Vec6 error = pose_edge_error(edge, last_truth, truth);
         motions += error.dot(now->motion_covariance.ldlt().solve(error));
         ++motion_count;
-        for (const LandmarkSight& before : last->sights)
-          for (const LandmarkSight& after : now->sights) {
+        for (const LandmarkObservation& before : last->observations)
+          for (const LandmarkObservation& after : now->observations) {
             if (before.landmark != after.landmark || !(before.depth_m > 0)) continue;
             const SE3 T_now_last = truth.inverse() * last_truth;
             const Vec2 pixel = camera.project(T_now_last * camera.unproject(before.pixel, before.depth_m));
@@ -117,10 +117,11 @@ TEST(TrackerCovariance, DepthsOfSightsAreReadOnUntilTheNextKeyframe) {
     } else {
       ASSERT_TRUE(now->before);
       EXPECT_EQ(now->before->frame_index, last->frame_index);
-      ASSERT_LE(now->before->sights.size(), last->sights.size());
-      for (const LandmarkSight& later : now->before->sights) {
-        const auto first = std::ranges::find(last->sights, later.landmark, &LandmarkSight::landmark);
-        ASSERT_NE(first, last->sights.end());
+      ASSERT_LE(now->before->observations.size(), last->observations.size());
+      for (const LandmarkObservation& later : now->before->observations) {
+        const auto first =
+            std::ranges::find(last->observations, later.landmark, &LandmarkObservation::landmark);
+        ASSERT_NE(first, last->observations.end());
         EXPECT_EQ(first->pixel, later.pixel);
         EXPECT_LE(later.depth_variance_m2, first->depth_variance_m2);
         EXPECT_NEAR(later.depth_m, first->depth_m, 4 * std::sqrt(first->depth_variance_m2));

@@ -19,8 +19,8 @@ GravityUse TrackerInertia::weigh(const SE3& T_odom_camera_guess, const MotionHin
   }
   if (!hint.force_camera_m_s2) return GravityUse::kNone;
   const auto answer = gravity_.observe(frame.frame->stamp, T_odom_camera_guess, *hint.force_camera_m_s2);
-  if (answer.verdict == GravityObserver::Verdict::kTooEarly) return GravityUse::kNone;
-  if (answer.verdict == GravityObserver::Verdict::kRejected) return GravityUse::kRejected;
+  if (answer.verdict == GravityEstimator::Verdict::kTooEarly) return GravityUse::kNone;
+  if (answer.verdict == GravityEstimator::Verdict::kRejected) return GravityUse::kRejected;
   frame.up = answer.up;
   frame.up->sigma_rad = std::hypot(gravity_sigma_rad_, answer.up.sigma_rad);
   return GravityUse::kUsed;

@@ -1,8 +1,8 @@
 #pragma once
 #include <optional>
 
-#include "hm/odometry/tracker/gravity_observer.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/odometry/tracker/gravity_estimator.hpp"
 
 namespace hm {
 
@@ -24,7 +24,7 @@ class TrackerInertia {
   double gravity_sigma_rad_;
   std::optional<Mat3> R_posed_current_;
   std::optional<Vec3> up_odom_;  ///< by hints that say up themselves
-  GravityObserver gravity_;
+  GravityEstimator gravity_;
 };
 
 }  // namespace hm

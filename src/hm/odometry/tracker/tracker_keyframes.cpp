@@ -44,7 +44,7 @@ Vec3 normal_at(const MapKeyframe& keyframe, const Feature& feature) {
 void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, const PinholeCamera& camera) {
   const Mat3& R = keyframe.T_odom_camera.rotation();
   const DepthGaussian depth{feature.p_camera.z(), feature.covariance(2, 2)};
-  Landmark landmark;
+  MapLandmark landmark;
   landmark.p_odom = keyframe.T_odom_camera * feature.p_camera;
   landmark.covariance = R * feature_covariance(camera, feature.pixel, depth, kAnchorSigma_px) * R.transpose();
   landmark.normal_odom = R * normal_at(keyframe, feature);
@@ -57,13 +57,13 @@ void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, 
   keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
 }
 
-/// What is known now of the landmarks that a keyframe saw.
-std::vector<LandmarkSight> sights_of(const LocalMap& map, const MapKeyframe& keyframe) {
-  std::vector<LandmarkSight> sights;
+/// Observations of the landmarks of a keyframe, as refined by now.
+std::vector<LandmarkObservation> observations_of(const LocalMap& map, const MapKeyframe& keyframe) {
+  std::vector<LandmarkObservation> observations;
   for (const Sighting& s : keyframe.sightings)
-    sights.push_back(
+    observations.push_back(
         {map.landmark(s.landmark).identity, s.pixel, s.pixel_covariance, s.depth_m, s.depth_variance_m2});
-  return sights;
+  return observations;
 }
 
 }  // namespace
@@ -92,14 +92,14 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   }
   if (!map.empty()) {
     const MapKeyframe& before = map.keyframes().back();
-    record->before = {before.record->frame_index, sights_of(map, before)};
+    record->before = {before.record->frame_index, observations_of(map, before)};
     keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, params));
   }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
   MapKeyframe& added = map.add_keyframe(std::move(keyframe));
   for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera);
-  record->sights = sights_of(map, added);
+  record->observations = observations_of(map, added);
   return record;
 }
 

@@ -27,7 +27,7 @@ std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFra
   std::vector<LandmarkMatch> matches;
   const Mat3 R_camera_odom = T_odom_camera.rotation().transpose();
   for (const Candidate& candidate : map.candidates(T_odom_camera, camera, params.limit)) {
-    const Landmark& landmark = map.landmark(candidate.landmark);
+    const MapLandmark& landmark = map.landmark(candidate.landmark);
     const MapKeyframe* anchor = map.find(landmark.anchor);
     const SE3 T_ref_cur = anchor->T_odom_camera.inverse() * T_odom_camera;
     const auto warp = plane_warp(camera, T_ref_cur, candidate.p_camera, R_camera_odom * landmark.normal_odom);

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/check.hpp"
+
 namespace hm {
 namespace {
 
 constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kSurfaceElements = 1200;  // at most, of those compared
 constexpr double kClearlyBetter = 0.85;    // difference of brightness than what the picture's patterns led to
+constexpr double kMaxExtrapolation_s = 0.5;
 
 int surface_stride(const DepthGrid& grid) {
   const double cells = static_cast<double>(grid.depth_m.size());
@@ -17,8 +20,17 @@ int surface_stride(const DepthGrid& grid) {
 
 }  // namespace
 
+void ConstantVelocity::update(const SE3& T_last_current, double duration_s) {
+  HM_CHECK(duration_s > 0, "{} s", duration_s);
+  twist_ = T_last_current.log() / duration_s;
+}
+
+SE3 ConstantVelocity::motion(double duration_s) const {
+  return SE3::exp(twist_ * std::min(duration_s, kMaxExtrapolation_s));
+}
+
 PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera) {
-  return {CoarseReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
+  return {PhotometricReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
 }
 
 std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& reference, const TrackerFrame& frame,
@@ -34,16 +46,17 @@ std::vector<SurfaceMotion> motions_by_surface(const PredictionReference& referen
 
 SE3 predict_motion(const PredictionReference& reference, const TrackerFrame& frame, const MotionGuess& guess,
                    const DepthNoise& noise) {
-  std::vector<SE3> guesses{guess.velocity, SE3{}};
-  if (guess.R_ref_cur) guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.velocity.translation()));
-  const CoarseResult coarse = align_coarsely(reference.picture, frame.pyramid, guesses);
+  std::vector<SE3> guesses{guess.by_velocity, SE3{}};
+  if (guess.R_ref_cur)
+    guesses.insert(guesses.begin(), SE3(*guess.R_ref_cur, guess.by_velocity.translation()));
+  const PhotometricResult coarse = align_photometrically(reference.picture, frame.pyramid, guesses);
   if (!guess.may_have_turned_far) return coarse.T_ref_cur;
-  const CoarseResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
+  const PhotometricResult turned = search_turns(reference.picture, frame.pyramid, coarse, {guesses.front()});
   std::vector<SE3> motions;
   for (const SurfaceMotion& motion : motions_by_surface(reference, frame, guesses, noise))
     motions.push_back(motion.T_ref_cur);
   if (motions.empty()) return turned.T_ref_cur;
-  const CoarseResult by_surface = align_coarsely(reference.picture, frame.pyramid, motions);
+  const PhotometricResult by_surface = align_photometrically(reference.picture, frame.pyramid, motions);
   return by_surface.residual < kClearlyBetter * turned.residual ? by_surface.T_ref_cur : turned.T_ref_cur;
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "hm/odometry/feature/keyframe.hpp"
+#include "hm/odometry/registration/pose_equations.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
 
 namespace hm {
@@ -243,6 +244,64 @@ TEST(Tracker, TheModelIsBounded) {
     most = std::max(most, odometry->memory_bytes());
   }
   EXPECT_LT(most, 4'000'000u);
+}
+
+/// Wherever odom is said to be, near or hundreds of metres off, and however it is turned.
+TEST(Tracker, TheResultDoesNotDependOnWhereOdomIs) {
+  Rng rng(8);
+  std::vector<RgbdFrame> frames;
+  for (int i = 0; i < 40; ++i)
+    frames.push_back(render_room({}, room_camera(), path_pose(2 * i * kFrame_s),
+                                 Time::from_seconds(1 + i * kFrame_s), {true, 3.0, {}}, &rng));
+  const auto follow = [&frames](const SE3& T_odom_start) {
+    const auto odometry = make_tracker({}, room_camera(), T_odom_start);
+    std::vector<TrackedFrame> tracked;
+    for (const RgbdFrame& frame : frames) tracked.push_back(odometry->track(frame));
+    return tracked;
+  };
+  const std::vector<TrackedFrame> expected = follow({});
+  for (const double reach_m : {3.0, 3.0, 500.0}) {
+    const SE3 T_odom_start(so3_exp(3 * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1))),
+                           reach_m * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)));
+    const std::vector<TrackedFrame> tracked = follow(T_odom_start);
+    const Mat6 to_odom = adjoint(T_odom_start);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      ASSERT_TRUE(tracked[i].T_odom_camera) << i << " " << tracked[i].reason;
+      const SE3 error = (T_odom_start * *expected[i].T_odom_camera).inverse() * *tracked[i].T_odom_camera;
+      EXPECT_LT(error.log().norm(), 1e-11 * (1 + reach_m)) << i;
+      const Mat6 covariance = to_odom * expected[i].covariance * to_odom.transpose();
+      EXPECT_LT((tracked[i].covariance - covariance).norm(), 1e-9 * covariance.norm()) << i;
+      ASSERT_EQ(tracked[i].new_keyframe == nullptr, expected[i].new_keyframe == nullptr) << i;
+      if (!tracked[i].new_keyframe) continue;
+      const SE3 T_keyframe = T_odom_start * expected[i].new_keyframe->T_odom_camera;
+      EXPECT_LT((T_keyframe.inverse() * tracked[i].new_keyframe->T_odom_camera).log().norm(),
+                1e-11 * (1 + reach_m))
+          << i;
+    }
+  }
+}
+
+/// A quick turn of which frames are missing at random: the motion since the last pose is that of several
+/// frames, or of one after a gap.
+TEST(Tracker, DroppedFramesDoNotSpoilThePrediction) {
+  TexturedRoom room;
+  room.half_size_m = Vec3(4, 2.5, 4);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Rng rng(seed);
+    const auto odometry = make_tracker({}, room_camera());
+    int lost = 0, frame = 0;
+    double worst_m = 0;
+    for (int k = 0; k < 40; ++k, frame += rng.uniform() < 0.4 ? 3 : 1) {
+      const double t_s = frame * kFrame_s;
+      const SE3 truth(so3_exp(Vec3(0, 1.8 * t_s, 0)),
+                      Vec3(0.8 * std::sin(t_s), 0, 0.8 * (1 - std::cos(t_s))));
+      const TrackedFrame tracked = odometry->track(frame_at(frame, truth, room));
+      if (tracked.T_odom_camera) worst_m = std::max(worst_m, error_m(tracked, truth));
+      lost += tracked.T_odom_camera ? 0 : 1;
+    }
+    EXPECT_EQ(lost, 0) << seed;
+    EXPECT_LT(worst_m, 0.03) << seed;
+  }
 }
 
 TEST(Tracker, IsDeterministic) {

@@ -210,8 +210,7 @@ class Window {
 
   void eliminate(std::size_t i, double lambda, MatX& S, VecX& rhs) {
     PointBlock& block = blocks_[i];
-    Mat3 V = block.V;
-    V.diagonal() *= 1 + lambda;
+    Mat3 V = (1 + lambda) * block.V;  // its diagonal alone would depend on the axes of odom
     V.diagonal().array() += 1e-3;
     block.inverse = V.inverse();
     const auto& views = points_[i].views;
@@ -229,7 +228,7 @@ class Window {
     auto& keyframes = map_.keyframes();
     for (std::size_t k = first_moved_; k < poses_.size(); ++k) keyframes[k].T_odom_camera = poses_[k];
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      Landmark& landmark = map_.landmark(points_[i].landmark);
+      MapLandmark& landmark = map_.landmark(points_[i].landmark);
       landmark.p_odom = positions_[i];
       Mat3 V = blocks_[i].V;
       V.diagonal().array() += 1.0;

@@ -46,7 +46,7 @@ LocalMap make_map(const World& world, const Errors& errors, Rng& rng) {
       const Vec2 pixel = kCamera.project(p) + Vec2(dx, dy);
       const double depth_m = p.z() + rng.normal(0, errors.depth_m);
       if (k == 0) {
-        Landmark landmark;
+        MapLandmark landmark;
         landmark.p_odom = added.T_odom_camera * kCamera.unproject(pixel, depth_m);
         landmark.anchor = added.identity;
         EXPECT_EQ(map.add_landmark(landmark), i);
@@ -98,6 +98,26 @@ TEST(WindowAdjustment, OnlyTheNewestKeyframesMove) {
   adjust_window(map, kCamera, {3, 5});
   for (std::size_t k = 0; k < 8; ++k)
     EXPECT_EQ(map.keyframes()[k].T_odom_camera.matrix() == before[k], k < 5) << k;
+}
+
+/// A step that is damped must not depend on the axes of odom; two of them are still on their way.
+TEST(WindowAdjustment, DoesNotDependOnTheAxesOfOdom) {
+  Rng rng(12);
+  const World world = make_world(rng, 6);
+  LocalMap map = make_map(world, {0.03, 0.02, 0.5, 0.02}, rng);
+  LocalMap moved = map;
+  const SE3 T = random_motion(rng, 2.0, 2.0);
+  for (MapKeyframe& keyframe : moved.keyframes()) keyframe.T_odom_camera = T * keyframe.T_odom_camera;
+  for (std::size_t i = 0; i < world.points.size(); ++i)
+    moved.landmark(i).p_odom = T * moved.landmark(i).p_odom;
+  adjust_window(map, kCamera, {10, 2});
+  adjust_window(moved, kCamera, {10, 2});
+  for (std::size_t k = 0; k < world.poses.size(); ++k)
+    EXPECT_LT(
+        ((T * map.keyframes()[k].T_odom_camera).inverse() * moved.keyframes()[k].T_odom_camera).log().norm(),
+        1e-9);
+  for (std::size_t i = 0; i < world.points.size(); ++i)
+    EXPECT_LT((T * map.landmark(i).p_odom - moved.landmark(i).p_odom).norm(), 1e-8);
 }
 
 TEST(WindowAdjustment, OutliersDoNotPull) {

@@ -231,7 +231,7 @@ void SlamPipeline::Impl::place_trajectory() {
   state.corrected.clear();
   for (const StampedPose& pose : state.track.trajectory) {
     if (corrected.map_at(pose.stamp) != 0) {
-      ++state.frames_apart;
+      ++state.frames_disconnected;
       continue;
     }
     const auto placed = corrected.T_map_camera(pose.stamp, pose.T_world_base);
@@ -246,7 +246,8 @@ void SlamPipeline::close_loops() {
   Impl& impl = *impl_;
   const Stopwatch watch;
   if (impl.run.progress) impl.run.progress({"closing loops", 0, 0, {}});
-  impl.state.alignment = impl.closer.finish();
+  impl.state.alignment = impl.closer.finish(impl.run);
+  impl.state.interrupted |= impl.state.alignment.interrupted;
   const auto snapshot = impl.closer.snapshot();
   impl.state.keyframes = snapshot.corrected;
   impl.state.loops = snapshot.statistics;

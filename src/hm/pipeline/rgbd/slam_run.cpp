@@ -27,14 +27,24 @@ void compare_trajectories(SlamSummary& summary) {
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
-  if (state.frames_apart > 0)
+  if (state.frames_disconnected > 0)
     summary.warnings.push_back(
         fmt::format("{} frames are not in the map: no loop connects where they were taken with its beginning",
-                    state.frames_apart));
+                    state.frames_disconnected));
   if (state.correction.frames_lost > 0)
     summary.warnings.push_back(fmt::format("{} frames could not be read again when the map was rebuilt",
                                            state.correction.frames_lost));
-  if (state.interrupted)
+  if (!state.alignment.failure.empty())
+    summary.warnings.push_back(fmt::format("bundle adjustment failed ({}): poses are those of the pose graph",
+                                           state.alignment.failure));
+  if (state.alignment.observations_behind > 0)
+    summary.warnings.push_back(fmt::format(
+        "bundle adjustment left out {} observations of landmarks behind their camera, {} were used",
+        state.alignment.observations_behind, state.alignment.observations));
+  if (state.alignment.interrupted)
+    summary.warnings.emplace_back(
+        "bundle adjustment was stopped: poses are less accurate than they could be");
+  if (state.track.frames_read < state.frames_total && state.interrupted)
     summary.warnings.push_back(
         fmt::format("stopped after {} of {} frames", state.track.frames_read, state.frames_total));
   if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)

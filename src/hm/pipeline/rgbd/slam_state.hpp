@@ -24,7 +24,7 @@ struct SlamState {
   PoseGraph3D graph;
   std::vector<LiveCorrection> live_corrections;                       ///< while tracking
   MapCorrection correction;                                           ///< the last one, at the end
-  std::size_t frames_total = 0, frames_mapped = 0, frames_apart = 0;  ///< apart: in unconnected maps
+  std::size_t frames_total = 0, frames_mapped = 0, frames_disconnected = 0;  ///< the last: in unconnected maps
   Summary frame_ms;  ///< tracking, mapping and what corrections take of a frame's time; not waiting
   bool interrupted = false;
   double seconds = 0;          ///< of track_and_map()

@@ -34,6 +34,9 @@ void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
   where_adjusted({"visit_links"}, report.visit_links);
   where_adjusted({"landmarks"}, report.landmarks);
   where_adjusted({"observations"}, report.observations);
+  v({"observations_behind", "observations behind their camera, left out"}, report.observations_behind);
+  v({"interrupted"}, report.interrupted);
+  v({"failure"}, report.failure);
   where_adjusted({"error_before_px", {}, "{:.2f} px"}, report.error_before_px);
   where_adjusted({"error_after_px", {}, "{:.2f} px"}, report.error_after_px);
 }
@@ -68,7 +71,7 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
   v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
   v.group("alignment", state.dense_alignment);
   v({"frames_mapped", "frames mapped"}, state.frames_mapped);
-  v({"frames_apart", "frames in unconnected maps"}, state.frames_apart);
+  v({"frames_disconnected", "frames in unconnected maps"}, state.frames_disconnected);
   v.group("map_correction", state.correction);
   v.list("live_corrections", state.live_corrections);
   if (!state.live_corrections.empty())

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "hm/slam/laser/correlative_map.hpp"
-#include "hm/slam/laser/seen_area.hpp"
+#include "hm/slam/laser/observed_area.hpp"
 
 namespace hm {
 
@@ -26,7 +26,7 @@ struct CorrelativeSearchParams {
   /// Where the map was looked at; none: everywhere. Other places are judged by the points they have inside,
   /// if these are `min_overlap_ratio` of all: at the rim of a map the right place may see less of it than a
   /// wrong one.
-  const SeenArea* seen = nullptr;
+  const ObservedArea* seen = nullptr;
   double min_overlap_ratio = 0.5;
   /// What a place loses of its score by being off the window's centre, by the square of how far.
   double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "hm/core/check.hpp"
-#include "hm/slam/pose_graph/pose_uncertainty.hpp"
 
 namespace hm {
 namespace {
@@ -76,6 +75,7 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   HM_CHECK(keyframes_.empty() || keyframe.scan.stamp > keyframes_.back().scan.stamp,
            "the stamp of keyframe {} is not later than the last one", keyframes_.size());
   keyframes_.push_back(std::move(keyframe));
+  paths_.add_node();
   ScanGraphStep step;
   step.node = keyframes_.size() - 1;
   if (submaps_.empty() ||
@@ -103,20 +103,31 @@ void ScanGraph2D::add_odometry_edge() {
   graph_.T_map_node.push_back(graph_.T_map_node.back() * motion);
   graph_.edges.push_back(
       {node - 1, node, motion, edge_information(motion, covariance), PoseEdgeKind::kOdometry});
+  paths_.add_edge(graph_.edges.back());
 }
 
-double ScanGraph2D::apartness(const SE2& T_map_base, std::size_t node) const {
-  const SE2 motion = T_map_base.inverse() * graph_.T_map_node[node];
-  return motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle());
+/// Of the newest keyframe from the nearest of a submap; infinite beyond what a search can bridge.
+double ScanGraph2D::apartness(const ScanSubmap& submap) const {
+  const SE2& T_map_base = graph_.T_map_node.back();
+  const double limit_m = params_.max_loop_distance_m + params_.max_window_m;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = submap.first; k < submap.end; ++k) {
+    const SE2& T_map_k = graph_.T_map_node[k];
+    if ((T_map_k.translation() - T_map_base.translation()).squaredNorm() > limit_m * limit_m) continue;
+    const SE2 motion = T_map_base.inverse() * T_map_k;
+    least = std::min(least, motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle()));
+  }
+  return least;
 }
 
-SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const std::vector<Mat3>& covariances) const {
+SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const {
   const std::size_t anchor = submap.anchor();
   SearchWindow window;
   const SE2 T_base_anchor = graph_.T_map_node.back().inverse() * graph_.T_map_node[anchor];
   window.centre = T_base_anchor.inverse();
-  const Mat3 covariance = inverse_covariance(T_base_anchor, covariances[anchor]);
-  const Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Mat3 covariance = inverse_covariance(T_base_anchor, seen.covariance);
+  Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  if (!seen.reached) sigmas.setConstant(std::numeric_limits<double>::infinity());
   const auto metres = [&](double sigma) {
     return std::clamp(params_.window_sigmas * sigma, params_.min_window_m, params_.max_window_m);
   };
@@ -131,17 +142,22 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
   std::vector<Candidate> candidates;
   const std::size_t node = keyframes_.size() - 1;
   if (params_.max_submaps_tried == 0 || submaps_.size() < 2) return candidates;
-  const std::vector<Mat3> covariances = covariances_seen_from(graph_, node);
+  std::vector<std::size_t> anchors;
   for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
     const ScanSubmap& submap = submaps_[s];
     if (submap.end + static_cast<std::size_t>(params_.min_keyframes_apart) > node + 1) break;
-    double distance_m = apartness(graph_.T_map_node[node], submap.first);
-    for (std::size_t k = submap.first; k < submap.end; ++k)
-      distance_m = std::min(distance_m, apartness(graph_.T_map_node[node], k));
-    const SearchWindow window = window_of(submap, covariances);
-    if (distance_m > params_.max_loop_distance_m + std::max(window.half_x_m, window.half_y_m)) continue;
-    candidates.push_back({s, distance_m, window});
+    const double distance_m = apartness(submap);
+    if (distance_m > params_.max_loop_distance_m + params_.max_window_m) continue;
+    candidates.push_back({s, distance_m, {}});
+    anchors.push_back(submap.anchor());
   }
+  const std::vector<PathUncertainty2D::Seen> seen = paths_.seen_from(graph_, node, anchors);
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    candidates[i].window = window_of(submaps_[candidates[i].submap], seen[i]);
+  std::erase_if(candidates, [this](const Candidate& candidate) {
+    const SearchWindow& window = candidate.window;
+    return candidate.distance_m > params_.max_loop_distance_m + std::max(window.half_x_m, window.half_y_m);
+  });
   std::ranges::stable_sort(candidates, {}, &Candidate::distance_m);
   if (candidates.size() > static_cast<std::size_t>(params_.max_submaps_tried))
     candidates.resize(static_cast<std::size_t>(params_.max_submaps_tried));
@@ -167,7 +183,10 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
   if (match.status != CorrelativeStatus::kFound) return attempt;
   const std::optional<PoseEdge2D> edge = verified(submap, match.T_map_scan);
   attempt.outcome = edge ? LoopOutcome::kAccepted : LoopOutcome::kNotVerified;
-  if (edge) graph_.edges.push_back(*edge);
+  if (edge) {
+    graph_.edges.push_back(*edge);
+    paths_.add_edge(*edge);
+  }
   return attempt;
 }
 
@@ -189,9 +208,9 @@ std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const 
   if (!match.ok()) return std::nullopt;
   const SE2 correction = guess.inverse() * *match.T_reference_sensed;
   const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
-  if (correction.translation().norm() > params_.verify_max_shift_m ||
-      std::abs(correction.angle()) > params_.verify_max_turn_rad || paired < params_.verify_min_pairs_ratio ||
-      match.mean_error_m > params_.verify_max_error_m)
+  if (correction.translation().norm() > params_.verify_max_translation_m ||
+      std::abs(correction.angle()) > params_.verify_max_rotation_rad ||
+      paired < params_.verify_min_pairs_ratio || match.mean_error_m > params_.verify_max_error_m)
     return std::nullopt;
   const Mat3 covariance = honest_covariance(match.covariance, params_);
   return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,
@@ -218,6 +237,7 @@ bool ScanGraph2D::take_out_contradictions() {
   const std::size_t removed = std::erase_if(graph_.edges, [&](const PoseEdge2D& edge) {
     return edge.kind == PoseEdgeKind::kLoop && pose_edge_chi2(edge, graph_) > params_.max_loop_chi2;
   });
+  if (removed > 0) paths_.replace_edges(graph_.edges);
   statistics_.taken_out += removed;
   return removed > 0;
 }

@@ -10,6 +10,7 @@
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
+#include "hm/slam/pose_graph/pose_uncertainty.hpp"
 
 namespace hm {
 
@@ -49,8 +50,9 @@ struct ScanGraphStatistics {
 /// verified by PL-ICP; the graph solved with a robust loss. Gives `map -> odom`; `odom` is only read and
 /// never jumps.
 ///
-/// add_keyframe() costs at most `max_submaps_tried` bounded searches; optimise() costs a sparse solution and
-/// is up to the caller, who may leave it for when there is time. Deterministic; not thread safe.
+/// add_keyframe() costs at most `max_submaps_tried` bounded searches, and looking at the places of all
+/// keyframes; optimise() costs a sparse solution and is up to the caller, who may leave it for when there is
+/// time. Deterministic; not thread safe.
 class ScanGraph2D {
  public:
   explicit ScanGraph2D(const ScanGraph2DParams& params = {});
@@ -80,8 +82,8 @@ class ScanGraph2D {
   };
   void add_odometry_edge();
   [[nodiscard]] std::vector<Candidate> loop_candidates() const;
-  [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const std::vector<Mat3>& covariances) const;
-  [[nodiscard]] double apartness(const SE2& T_map_base, std::size_t node) const;
+  [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const;
+  [[nodiscard]] double apartness(const ScanSubmap& submap) const;
   LoopAttempt try_loop(const Candidate& candidate);
   [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
   void count(LoopOutcome outcome);
@@ -91,6 +93,7 @@ class ScanGraph2D {
   std::vector<GraphKeyframe2D> keyframes_;
   std::vector<ScanSubmap> submaps_;
   PoseGraph2D graph_;
+  PathUncertainty2D paths_;
   SubmapRasters rasters_;
   PlIcp matcher_;
   ScanGraphStatistics statistics_;

@@ -1,7 +1,7 @@
 #pragma once
 #include "hm/core/params.hpp"
 #include "hm/laser/matching/pl_icp_params.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace hm {
 
@@ -20,7 +20,7 @@ struct ScanGraph2DParams {
   double min_score = 0.55, ambiguity_ratio = 0.92;
   int min_points = 40;
   PlIcpParams matcher;
-  double verify_max_shift_m = 0.25, verify_max_turn_rad = 0.15;
+  double verify_max_translation_m = 0.25, verify_max_rotation_rad = 0.15;
   double verify_min_pairs_ratio = 0.6, verify_max_error_m = 0.06;
   double edge_sigma_m = 0.01, edge_sigma_rad = 0.003;
   double edge_covariance_scale = 4;
@@ -60,10 +60,10 @@ struct ScanGraph2DParams {
     v(ParamDoc{"ambiguity_ratio", {0, 1}, "no loop when another place scores more than this part of it"},
       self.ambiguity_ratio);
     v(ParamDoc{"min_points", {3, 10000}, "scans with fewer points close no loops"}, self.min_points);
-    v(ParamDoc{"verify_max_shift_m", {0, 10}, "PL-ICP must agree with the search within this"},
-      self.verify_max_shift_m);
-    v(ParamDoc{"verify_max_turn_rad", {0, 3.2}, "PL-ICP must agree with the search within this"},
-      self.verify_max_turn_rad);
+    v(ParamDoc{"verify_max_translation_m", {0, 10}, "PL-ICP must agree with the search within this"},
+      self.verify_max_translation_m);
+    v(ParamDoc{"verify_max_rotation_rad", {0, 3.2}, "PL-ICP must agree with the search within this"},
+      self.verify_max_rotation_rad);
     v(ParamDoc{"verify_min_pairs_ratio", {0, 1}, "share of the points that PL-ICP must pair"},
       self.verify_min_pairs_ratio);
     v(ParamDoc{"verify_max_error_m", {0, 1}, "mean distance from line that PL-ICP may leave"},

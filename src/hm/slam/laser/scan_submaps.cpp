@@ -55,7 +55,7 @@ const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,
   kept_.push_front(
       {submap.first,
        CorrelativeMap(points_m, {params_.raster_resolution_m, params_.raster_sigma_m, kRasterLevels}),
-       SeenArea(beams)});
+       ObservedArea(beams)});
   return kept_.front();
 }
 

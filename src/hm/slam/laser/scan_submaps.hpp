@@ -7,8 +7,8 @@
 
 #include "hm/laser/matching/planar_scan.hpp"
 #include "hm/slam/laser/correlative_map.hpp"
+#include "hm/slam/laser/observed_area.hpp"
 #include "hm/slam/laser/scan_graph_params.hpp"
-#include "hm/slam/laser/seen_area.hpp"
 
 namespace hm {
 
@@ -38,7 +38,7 @@ class SubmapRasters {
   struct Raster {
     std::size_t first;  // keyframe of the submap
     CorrelativeMap map;
-    SeenArea seen;
+    ObservedArea seen;
   };
   const Raster& raster(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes);
 

@@ -2,7 +2,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "hm/geometry/pose_edge_kind.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace ceres {
 class LossFunction;

@@ -3,7 +3,7 @@
 #include <ceres/sized_cost_function.h>
 
 #include "hm/slam/pose_graph/graph_problem.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/pose_graph/pose_manifold.hpp"
 
 namespace hm::detail {

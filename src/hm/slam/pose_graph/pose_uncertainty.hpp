@@ -1,8 +1,8 @@
 #pragma once
 #include <cstddef>
-#include <vector>
 
 #include "hm/geometry/pose_graph_2d.hpp"
+#include "hm/slam/pose_graph/path_uncertainty.hpp"
 
 namespace hm {
 
@@ -13,9 +13,33 @@ Mat3 edge_information(const SE2& T_from_to, const Mat3& covariance);
 /// Covariance of the inverse of a pose from that of the pose, each along the axes of its left frame.
 Mat3 inverse_covariance(const SE2& T_a_b, const Mat3& covariance_a_b);
 
-/// Upper bounds of the uncertainty of all nodes as seen from one: covariance of T_node_other along the path
-/// of least added uncertainty (Dijkstra projection: Olson, "Robust and Efficient Robotic Mapping", 2008,
-/// section 4.3). Nodes that no path reaches have infinite variances. O(edges * log(nodes)).
-std::vector<Mat3> covariances_seen_from(const PoseGraph2D& graph, std::size_t node);
+/// The plane's part of PathUncertainty: covariances of (x, y, angle), x and y along the axes of the node that
+/// sees.
+struct PlanarPaths {
+  using Pose = SE2;
+  using Covariance = Mat3;
+  using Edge = PoseEdge2D;
+  using Graph = PoseGraph2D;
+  /// Orders paths by one number, m^2.
+  static double size_of(const Mat3& covariance);
+  static bool is_odometry(const PoseEdge2D& edge) { return edge.kind == PoseEdgeKind::kOdometry; }
+  static Mat3 edge_covariance(const PoseEdge2D& edge) { return hm::edge_covariance(edge); }
+  static double path_m(const PoseEdge2D& edge) {
+    return is_odometry(edge) ? edge.T_from_to.translation().norm() : 0;
+  }
+  static Mat3 inverse(const SE2& T_a_b, const Mat3& covariance) {
+    return inverse_covariance(T_a_b, covariance);
+  }
+  static Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
+                      const Mat3& covariance_b_c) {
+    return compose_covariance(T_a_b, covariance_a_b, T_b_c, covariance_b_c);
+  }
+  /// T_a_b of the graph as it is now.
+  static SE2 seen_pose(const PoseGraph2D& graph, std::size_t a, std::size_t b) {
+    return graph.T_map_node[a].inverse() * graph.T_map_node[b];
+  }
+};
+extern template class PathUncertainty<PlanarPaths>;
+using PathUncertainty2D = PathUncertainty<PlanarPaths>;
 
 }  // namespace hm

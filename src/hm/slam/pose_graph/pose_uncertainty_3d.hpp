@@ -1,21 +1,35 @@
 #pragma once
 #include <cstddef>
-#include <vector>
 
 #include "hm/geometry/pose_graph_3d.hpp"
+#include "hm/slam/pose_graph/path_uncertainty.hpp"
 
 namespace hm {
 
-/// How uncertain a node is as seen from another.
-struct SeenUncertainty {
-  Mat6 covariance;       ///< of the move (moved_by) of T_node_other along the best path
-  double path_m = 0;     ///< length of that path's odometry edges
-  bool reached = false;  ///< a path leads there
+/// The part of PathUncertainty for poses in space: covariances of moves (moved_by) of the node that is seen.
+struct SpatialPaths {
+  using Pose = SE3;
+  using Covariance = Mat6;
+  using Edge = PoseEdge3D;
+  using Graph = PoseGraph3D;
+  /// Orders paths by one number, m^2.
+  static double size_of(const Mat6& covariance);
+  static bool is_odometry(const PoseEdge3D& edge) { return edge.kind == PoseEdgeKind::kOdometry; }
+  static Mat6 edge_covariance(const PoseEdge3D& edge);
+  static double path_m(const PoseEdge3D& edge) {
+    return is_odometry(edge) ? edge.T_from_to.translation().norm() : 0;
+  }
+  static Mat6 inverse(const SE3& T_a_b, const Mat6& covariance) {
+    return inverse_covariance(T_a_b, covariance);
+  }
+  static Mat6 compose(const SE3&, const Mat6& covariance_a_b, const SE3& T_b_c, const Mat6& covariance_b_c) {
+    return compose_covariance(covariance_a_b, T_b_c, covariance_b_c);
+  }
+  /// Covariances in the frame of what is seen do not need it.
+  static SE3 seen_pose(const PoseGraph3D&, std::size_t, std::size_t) { return {}; }
 };
-
-/// Upper bounds of the uncertainty of all nodes as seen from one, along the path of least added uncertainty
-/// (Dijkstra projection: Olson, "Robust and Efficient Robotic Mapping", 2008, section 4.3).
-/// O(edges * log(nodes)).
-std::vector<SeenUncertainty> uncertainties_seen_from(const PoseGraph3D& graph, std::size_t node);
+extern template class PathUncertainty<SpatialPaths>;
+using PathUncertainty3D = PathUncertainty<SpatialPaths>;
+using SeenUncertainty = PathUncertainty3D::Seen;
 
 }  // namespace hm

@@ -1,6 +1,7 @@
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 #include <ceres/ceres.h>
+#include <fmt/core.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -21,15 +22,17 @@ using detail::PoseState;
 /// A landmark nearer to the camera's plane than this is not projected.
 constexpr double kMinDepth_m = 0.05;
 constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
+constexpr int kMostInvalidSteps =
+    12;  // in turn, each shorter: a step must not put a landmark behind a camera
 constexpr int kPasses = 2;                    // the second knows better what is an outlier
 
-Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const LandmarkObservation& seen) {
+Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const BundleObservation& seen) {
   const Vec2 pixel = camera.project(p_camera);
   return {pixel.x() - seen.pixel.x(), pixel.y() - seen.pixel.y(), p_camera.z() - seen.depth_m};
 }
 
 /// What makes a residual one of unit deviation; without depth its row is zero.
-Mat3 whitening(const LandmarkObservation& seen) {
+Mat3 whitening(const BundleObservation& seen) {
   Mat3 whiten = Mat3::Zero();
   whiten.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
   if (seen.depth_m > 0 && seen.depth_sigma_m > 0) whiten(2, 2) = 1 / seen.depth_sigma_m;
@@ -39,7 +42,7 @@ Mat3 whitening(const LandmarkObservation& seen) {
 /// [u; v; depth] beyond what was observed, each in its deviations.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
-  ObservationCost(const PinholeCamera& camera, const LandmarkObservation& seen)
+  ObservationCost(const PinholeCamera& camera, const BundleObservation& seen)
       : camera_(camera), seen_(seen), whiten_(whitening(seen)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
@@ -58,15 +61,32 @@ class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
 
  private:
   PinholeCamera camera_;
-  LandmarkObservation seen_;
+  BundleObservation seen_;
   Mat3 whiten_;
 };
+
+bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const BundleObservation& seen) {
+  return (bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map).z() < kMinDepth_m;
+}
+
+/// Takes out observations that cannot be projected, and landmarks that fewer than two are left of. Returns
+/// how many observations were behind their camera.
+std::size_t drop_behind(Bundle& bundle) {
+  std::size_t dropped = 0;
+  for (BundleLandmark& landmark : bundle.landmarks)
+    dropped += std::erase_if(landmark.observations, [&](const BundleObservation& seen) {
+      return is_behind(bundle, landmark, seen);
+    });
+  std::erase_if(bundle.landmarks,
+                [](const BundleLandmark& landmark) { return landmark.observations.size() < 2; });
+  return dropped;
+}
 
 /// The median over observations, those behind their camera infinitely far off.
 double reprojection_error_px(const Bundle& bundle) {
   std::vector<double> errors;
-  for (const Landmark& landmark : bundle.landmarks)
-    for (const LandmarkObservation& seen : landmark.observations) {
+  for (const BundleLandmark& landmark : bundle.landmarks)
+    for (const BundleObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
       errors.push_back(p_camera.z() < kMinDepth_m ? std::numeric_limits<double>::infinity()
                                                   : (bundle.camera.project(p_camera) - seen.pixel).norm());
@@ -78,10 +98,9 @@ double reprojection_error_px(const Bundle& bundle) {
 /// an outlier is measured by what the others do.
 double residual_variance_scale(const Bundle& bundle) {
   std::vector<double> ratios;
-  for (const Landmark& landmark : bundle.landmarks)
-    for (const LandmarkObservation& seen : landmark.observations) {
+  for (const BundleLandmark& landmark : bundle.landmarks)
+    for (const BundleObservation& seen : landmark.observations) {
       const Vec3 p_camera = bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map;
-      if (p_camera.z() < kMinDepth_m) continue;
       const bool has_depth = seen.depth_m > 0 && seen.depth_sigma_m > 0;
       const double squared = (whitening(seen) * residual(bundle.camera, p_camera, seen)).squaredNorm();
       ratios.push_back(squared / (has_depth ? kMedianChi2Of3 : kMedianChi2Of2));
@@ -89,11 +108,31 @@ double residual_variance_scale(const Bundle& bundle) {
   return ratios.empty() ? 1 : std::clamp(middle_value(std::span(ratios)), kLeastVarianceScale, 1.0);
 }
 
-/// The unknowns as Ceres has them, and what it is told of them.
+/// Passes Ceres' iterations on to a run, and the wish to stop back.
+class ProgressOfRun : public ceres::IterationCallback {
+ public:
+  ProgressOfRun(const RunContext& run, int done, int total) : run_(run), done_(done), total_(total) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (run_.progress)
+      run_.progress({"bundle adjustment", static_cast<std::size_t>(done_ + summary.iteration),
+                     static_cast<std::size_t>(total_), fmt::format("cost {:.4g}", summary.cost)});
+    if (!run_.stop.stop_requested()) return ceres::SOLVER_CONTINUE;
+    interrupted_ = true;
+    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+  }
+  [[nodiscard]] bool interrupted() const { return interrupted_; }
+
+ private:
+  const RunContext& run_;
+  int done_, total_;
+  bool interrupted_ = false;
+};
+
+/// The unknowns as Ceres has them.
 struct Unknowns {
   explicit Unknowns(const Bundle& bundle) {
     for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
-    for (const Landmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
+    for (const BundleLandmark& landmark : bundle.landmarks) points.push_back(landmark.p_map);
   }
   std::vector<PoseState> poses;
   std::vector<Vec3> points;
@@ -102,7 +141,7 @@ struct Unknowns {
 
 void add_observations(const Bundle& bundle, double loss_sigmas, Unknowns& unknowns) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
-    for (const LandmarkObservation& seen : bundle.landmarks[l].observations) {
+    for (const BundleObservation& seen : bundle.landmarks[l].observations) {
       HM_CHECK(seen.keyframe < unknowns.poses.size(), "keyframe {} of {}", seen.keyframe,
                unknowns.poses.size());
       unknowns.problem.AddResidualBlock(new ObservationCost(bundle.camera, seen),
@@ -144,7 +183,8 @@ void write_back(Unknowns& unknowns, Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l) bundle.landmarks[l].p_map = unknowns.points[l];
 }
 
-ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas) {
+ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,
+                             ProgressOfRun& progress) {
   Unknowns unknowns(bundle);
   add_observations(bundle, loss_sigmas, unknowns);
   add_edges(bundle, unknowns);
@@ -154,6 +194,8 @@ ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double 
   options.num_threads = 1;
   options.max_num_iterations = params.max_iterations;
   options.function_tolerance = 1e-5;
+  options.max_num_consecutive_invalid_steps = kMostInvalidSteps;
+  options.callbacks.push_back(&progress);
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &unknowns.problem, &summary);
@@ -172,7 +214,7 @@ double cost_of(const Bundle& bundle, double loss_sigmas) {
 
 std::size_t count_observations(const Bundle& bundle) {
   std::size_t count = 0;
-  for (const Landmark& landmark : bundle.landmarks) count += landmark.observations.size();
+  for (const BundleLandmark& landmark : bundle.landmarks) count += landmark.observations.size();
   return count;
 }
 
@@ -190,27 +232,33 @@ Eigen::Matrix<double, 3, 9> observation_jacobian(const PinholeCamera& camera, co
   return jacobian;
 }
 
-BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params) {
+BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const RunContext& run) {
   BundleResult result;
   result.error_before_px = result.error_after_px = reprojection_error_px(bundle);
-  if (bundle.landmarks.empty()) {
-    result.message = "no landmarks";
+  Bundle begin = bundle;
+  result.observations_behind = drop_behind(begin);
+  result.observations = count_observations(begin);
+  if (begin.landmarks.empty()) {
+    result.message =
+        result.observations_behind > 0 ? "all landmarks are behind their cameras" : "no landmarks";
     return result;
   }
-  Bundle adjusted = bundle;
+  Bundle adjusted = begin;
   double loss_sigmas = 0;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (int pass = 0; pass < kPasses && !result.interrupted; ++pass) {
     loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
-    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas);
+    ProgressOfRun progress(run, pass * params.max_iterations, kPasses * params.max_iterations);
+    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas, progress);
     result.message = summary.message;
     result.iterations += static_cast<int>(summary.iterations.size()) - 1;
     result.final_cost = summary.final_cost;
     result.converged = summary.IsSolutionUsable();
+    result.interrupted = progress.interrupted();
     if (!result.converged) return result;
   }
-  result.observations = count_observations(bundle);
-  result.initial_cost = cost_of(bundle, loss_sigmas);
-  bundle = std::move(adjusted);
+  result.initial_cost = cost_of(begin, loss_sigmas);
+  bundle.T_map_camera = std::move(adjusted.T_map_camera);
+  bundle.landmarks = std::move(adjusted.landmarks);
   result.error_after_px = reprojection_error_px(bundle);
   return result;
 }

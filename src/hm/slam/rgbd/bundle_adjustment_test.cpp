@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/slam/rgbd/testing/landmark_world.hpp"
@@ -118,7 +120,7 @@ TEST(BundleAdjustment, BringsKeyframesToTheirPlaces) {
 TEST(BundleAdjustment, BearsWrongLinks) {
   Scene scene = make_scene(3, 0.01, 0.02);
   Bundle bundle = bundle_of(scene);
-  for (const Landmark& landmark : bundle.landmarks)
+  for (const BundleLandmark& landmark : bundle.landmarks)
     for (std::size_t i = 1; i < landmark.observations.size(); ++i)
       EXPECT_LT(landmark.observations[i - 1].keyframe, landmark.observations[i].keyframe);
   EXPECT_TRUE(adjust_bundle(bundle).converged);
@@ -133,12 +135,12 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
     const Scene scene = make_scene(static_cast<std::uint64_t>(seed), 0.01);
     Bundle bundle = bundle_of(scene);
     Rng rng(1);
-    for (Landmark& landmark : bundle.landmarks)
-      for (LandmarkObservation& seen : landmark.observations)
+    for (BundleLandmark& landmark : bundle.landmarks)
+      for (BundleObservation& seen : landmark.observations)
         if (rng.uniform() < 0.15) seen.pixel.x() += seen.keyframe % 2 == 0 ? 6 : -6;
     Bundle wide = bundle;
-    for (Landmark& landmark : wide.landmarks)
-      for (LandmarkObservation& seen : landmark.observations) {
+    for (BundleLandmark& landmark : wide.landmarks)
+      for (BundleObservation& seen : landmark.observations) {
         seen.pixel_covariance *= 25;
         seen.depth_sigma_m *= 5;
       }
@@ -148,6 +150,65 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
     modest += error_of(wide.T_map_camera, scene.truth);
   }
   EXPECT_LT(modest, 1.2 * slipped);
+}
+
+/// Landmarks that a wrong link has put behind one of their cameras are no reason to adjust nothing.
+TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
+  const Scene scene = make_scene(3, 0.01);
+  Bundle clean = bundle_of(scene), bundle = clean;
+  const BundleResult expected = adjust_bundle(clean);
+  ASSERT_TRUE(expected.converged);
+  EXPECT_EQ(expected.observations_behind, 0U);
+  // Of one landmark an observation is behind its camera, of another one all but one are.
+  const SE3 looking_away = bundle.T_map_camera[7] * SE3(so3_exp(Vec3(0, std::numbers::pi, 0)), Vec3::Zero());
+  bundle.T_map_camera.push_back(looking_away);
+  const BundleObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  const auto seen_by_7 = std::ranges::find_if(
+      bundle.landmarks, [](const BundleLandmark& l) { return l.observations.back().keyframe == 7; });
+  ASSERT_NE(seen_by_7, bundle.landmarks.end());
+  BundleLandmark behind = *seen_by_7;
+  seen_by_7->observations.push_back(wrong);
+  behind.observations = {behind.observations.back(), wrong};
+  bundle.landmarks.push_back(behind);
+  const BundleResult result = adjust_bundle(bundle);
+  ASSERT_TRUE(result.converged) << result.message;
+  EXPECT_EQ(result.observations_behind, 2U);
+  EXPECT_EQ(result.observations, expected.observations);
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_LT((bundle.T_map_camera[i].inverse() * clean.T_map_camera[i]).log().norm(), 1e-9);
+  EXPECT_EQ(bundle.T_map_camera[8].matrix(), looking_away.matrix());
+}
+
+TEST(BundleAdjustment, SaysThatNothingIsInFrontOfItsCamera) {
+  Bundle bundle{test::landmark_camera(), {SE3(), SE3()}, {}, {0}, {}};
+  const BundleObservation seen{0, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
+  bundle.landmarks = {{Vec3(0, 0, -1), {seen, seen}}};
+  bundle.landmarks[0].observations[1].keyframe = 1;
+  const BundleResult result = adjust_bundle(bundle);
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.observations_behind, 2U);
+  EXPECT_THAT(result.message, testing::HasSubstr("behind"));
+}
+
+TEST(BundleAdjustment, ReportsProgressAndStopsWithWhatThereIs) {
+  const Scene scene = make_scene(2, 0.05);
+  Bundle bundle = bundle_of(scene);
+  std::stop_source stop;
+  std::vector<Progress> progress;
+  RunContext run;
+  run.stop = stop.get_token();
+  run.progress = [&](const Progress& now) {
+    progress.push_back(now);
+    if (now.done == 3) stop.request_stop();
+  };
+  const BundleResult result = adjust_bundle(bundle, {}, run);
+  EXPECT_TRUE(result.interrupted);
+  EXPECT_TRUE(result.converged);
+  EXPECT_EQ(result.iterations, 3);
+  ASSERT_EQ(progress.size(), 4U);  // the beginning, and each iteration
+  EXPECT_EQ(progress.back().stage, "bundle adjustment");
+  EXPECT_EQ(progress.back().total, 60U);
+  EXPECT_LT(error_of(bundle.T_map_camera, scene.truth), 0.5 * error_of(scene.disturbed, scene.truth));
 }
 
 TEST(BundleAdjustment, DeterministicAndDegenerate) {
@@ -178,7 +239,7 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   const Eigen::Matrix2d certain = 0.01 * Eigen::Matrix2d::Identity();
   const auto sight = [&](std::size_t keyframe, std::size_t feature, std::uint64_t landmark) {
     const Feature& f = scene.keyframes[keyframe].features[feature];
-    scene.keyframes[keyframe].sights.push_back(
+    scene.keyframes[keyframe].observations.push_back(
         {landmark, f.pixel + Vec2(0.5, 0), certain, f.p_camera.z(), 1e-4});
   };
   sight(0, 0, 7);  // 7 is seen by 0 and 1, 9 by 4 alone
@@ -188,9 +249,9 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   const FeatureLink links[] = {{0, 0, 4, 3}, {1, 0, 4, 3}, {4, 3, 5, 2}, {0, 9, 5, 6}, {0, 0, 1, 0}};
   make_landmarks(bundle, scene.pointers, links);
   ASSERT_EQ(bundle.landmarks.size(), 3U);
-  const auto keyframes_of = [](const Landmark& landmark) {
+  const auto keyframes_of = [](const BundleLandmark& landmark) {
     std::vector<std::uint32_t> keyframes;
-    for (const LandmarkObservation& seen : landmark.observations) keyframes.push_back(seen.keyframe);
+    for (const BundleObservation& seen : landmark.observations) keyframes.push_back(seen.keyframe);
     return keyframes;
   };
   EXPECT_THAT(keyframes_of(bundle.landmarks[0]), testing::ElementsAre(0, 1, 4));
@@ -206,11 +267,11 @@ TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
   Scene scene = make_scene(5, 0.0);
   const auto sight = [&](std::size_t keyframe, double depth_m) {
     const Feature& f = scene.keyframes[keyframe].features[0];
-    return LandmarkSight{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
+    return LandmarkObservation{7, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), depth_m, 1e-4};
   };
   for (const std::size_t keyframe : {0U, 1U, 2U}) {
     scene.keyframes[keyframe].frame_index = 10 * keyframe;
-    scene.keyframes[keyframe].sights = {sight(keyframe, 2.0)};
+    scene.keyframes[keyframe].observations = {sight(keyframe, 2.0)};
   }
   scene.keyframes[1].before = {0, {sight(0, 2.1)}};
   scene.keyframes[2].before = {7, {sight(1, 2.2)}};
@@ -230,7 +291,7 @@ TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
   ASSERT_GE(scene.keyframes.size(), 8U);
   const auto sight = [&](std::size_t keyframe, std::uint64_t landmark) {
     const Feature& f = scene.keyframes[keyframe].features[0];
-    scene.keyframes[keyframe].sights = {
+    scene.keyframes[keyframe].observations = {
         {landmark, f.pixel, 0.01 * Eigen::Matrix2d::Identity(), f.p_camera.z(), 1e-4}};
   };
   for (std::size_t k = 0; k < 7; ++k) sight(k, 100 + k);
@@ -243,7 +304,7 @@ TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
   for (std::uint32_t f = 0; f < 40; ++f)
     for (std::uint32_t k = 1; k < 8; ++k) links.push_back({0, 0, k, f});
   make_landmarks(bundle, scene.pointers, links);
-  for (const Landmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
+  for (const BundleLandmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
 }
 
 /// Edges hold what no landmark does: a keyframe that sees nothing goes with its neighbour.

@@ -22,6 +22,7 @@ Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdL
 std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
   HM_CHECK(keyframe != nullptr);
   const std::size_t node = size();
+  paths_.add_node();
   const Keyframe* last = node == 0 ? nullptr : keyframes_.back().get();
   HM_CHECK(last == nullptr || (keyframe->stamp > last->stamp && keyframe->submap >= last->submap),
            "keyframe at {} s, submap {}, after one at {} s, submap {}", keyframe->stamp.seconds(),
@@ -33,6 +34,7 @@ std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
     edge.information = odometry_covariance(edge.T_from_to, *keyframe, params_).inverse();
     graph_.T_map_node.push_back(graph_.T_map_node.back() * edge.T_from_to);
     graph_.edges.push_back(edge);
+    paths_.add_edge(edge);
     map_of_.push_back(map_of_.back());
   } else {
     graph_.T_map_node.push_back(keyframe->T_odom_camera);
@@ -60,6 +62,31 @@ void KeyframeGraph::add_loop(const PoseEdge3D& edge) {
     }
   }
   graph_.edges.push_back(edge);
+  paths_.add_edge(edge);
+}
+
+ContradictionResult KeyframeGraph::solve() {
+  ContradictionResult result = solve_without_contradictions(graph_, params_.max_loop_chi2, params_.solver);
+  if (!result.taken_out.empty()) paths_.replace_edges(graph_.edges);
+  return result;
+}
+
+void KeyframeGraph::set_poses(std::vector<SE3> T_map_node) {
+  HM_CHECK(T_map_node.size() == size(), "{} poses for {} keyframes", T_map_node.size(), size());
+  graph_.T_map_node = std::move(T_map_node);
+}
+
+std::vector<SeenUncertainty> KeyframeGraph::uncertainties_seen_from(
+    std::size_t node, std::span<const std::size_t> nodes) const {
+  std::vector<std::size_t> of_map;
+  for (const std::size_t other : nodes)
+    if (map_of(other) == map_of(node)) of_map.push_back(other);
+  const std::vector<SeenUncertainty> found = paths_.seen_from(graph_, node, of_map);
+  std::vector<SeenUncertainty> seen;
+  std::size_t next = 0;
+  for (const std::size_t other : nodes)
+    seen.push_back(map_of(other) == map_of(node) ? found[next++] : SeenUncertainty{});
+  return seen;
 }
 
 std::vector<std::size_t> KeyframeGraph::first_nodes() const {

@@ -1,10 +1,13 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
+#include "hm/slam/pose_graph/pose_uncertainty_3d.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
@@ -22,6 +25,11 @@ class KeyframeGraph {
   /// become one.
   void add_loop(const PoseEdge3D& edge);
 
+  /// Solves the graph; loops that contradict the rest are taken out of it.
+  ContradictionResult solve();
+  /// Poses of all nodes that something else has found.
+  void set_poses(std::vector<SE3> T_map_node);
+
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const Keyframe& keyframe(std::size_t node) const { return *keyframes_[node]; }
   [[nodiscard]] const std::vector<std::shared_ptr<const Keyframe>>& keyframes() const { return keyframes_; }
@@ -29,8 +37,11 @@ class KeyframeGraph {
   [[nodiscard]] int map_of(std::size_t node) const { return map_of_[node]; }
   /// The first nodes of all maps.
   [[nodiscard]] std::vector<std::size_t> first_nodes() const;
-  [[nodiscard]] PoseGraph3D& graph() { return graph_; }
   [[nodiscard]] const PoseGraph3D& graph() const { return graph_; }
+  /// How uncertain nodes are as seen from one of them; nodes of other maps are not reached. The time does not
+  /// grow with the graph (PathUncertainty).
+  [[nodiscard]] std::vector<SeenUncertainty> uncertainties_seen_from(
+      std::size_t node, std::span<const std::size_t> nodes) const;
   [[nodiscard]] int submaps() const { return submaps_; }
   [[nodiscard]] CorrectedKeyframes corrected() const;
 
@@ -40,11 +51,12 @@ class KeyframeGraph {
   std::vector<int> map_of_;
   int submaps_ = 0;
   PoseGraph3D graph_;
+  PathUncertainty3D paths_;
 };
 
-/// What odometry is believed to know of its motion from a keyframe to the next one, `now`: covariance of the
-/// move. Its own word (Keyframe::motion_covariance) and a share of the way that it cannot know of; where it
-/// says nothing, more.
+/// Covariance of odometry's move from a keyframe to the next one, `now`: the stated one
+/// (Keyframe::motion_covariance) with a share of the way for errors it does not model; a larger share where
+/// none is stated.
 Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params);
 
 }  // namespace hm

@@ -12,10 +12,10 @@
 namespace hm {
 namespace {
 
-/// A feature this near to a sight of a landmark is of the landmark.
+/// A feature this near to an observation of a landmark is of the landmark.
 constexpr double kSameSpot_px = 1.5;
 // However often a place is visited, observations grow with the keyframes alone.
-constexpr int kMostSightsByLinks = 6;          // of a landmark of odometry
+constexpr int kMostObservationsByLinks = 6;    // of a landmark of odometry
 constexpr int kMostLandmarksOfFeature = 3;     // of odometry: a feature's error counts so often
 constexpr std::size_t kMostObservations = 60;  // of a landmark
 
@@ -39,35 +39,35 @@ class FeatureSets {
   std::vector<std::size_t> parent_;
 };
 
-LandmarkObservation observation_of(std::uint32_t keyframe, const LandmarkSight& sight,
-                                   const LandmarkNoise& noise) {
-  return {keyframe, sight.pixel, sight.pixel_covariance, sight.depth_m,
-          noise.shared_depth_ratio * std::sqrt(sight.depth_variance_m2)};
+BundleObservation observation_of(std::uint32_t keyframe, const LandmarkObservation& seen,
+                                 const LandmarkNoise& noise) {
+  return {keyframe, seen.pixel, seen.pixel_covariance, seen.depth_m,
+          noise.shared_depth_ratio * std::sqrt(seen.depth_variance_m2)};
 }
 
-LandmarkObservation observation_of(std::uint32_t keyframe, const Feature& feature,
-                                   const LandmarkNoise& noise) {
+BundleObservation observation_of(std::uint32_t keyframe, const Feature& feature, const LandmarkNoise& noise) {
   const double variance = noise.feature_sigma_px * noise.feature_sigma_px;
-  LandmarkObservation seen{keyframe, feature.pixel, variance * Eigen::Matrix2d::Identity(), 0, 0};
+  BundleObservation seen{keyframe, feature.pixel, variance * Eigen::Matrix2d::Identity(), 0, 0};
   if (!feature.has_depth) return seen;
   seen.depth_m = feature.p_camera.z();
   seen.depth_sigma_m = noise.shared_depth_ratio * std::sqrt(feature.covariance(2, 2));
   return seen;
 }
 
-/// What a keyframe saw of odometry's landmarks, as the one after it tells if it is here.
-std::span<const LandmarkSight> newest_sights_of(std::span<const Keyframe* const> keyframes, std::uint32_t k) {
+/// A keyframe's observations of odometry's landmarks, as refined by the time of the next one if that is here.
+std::span<const LandmarkObservation> newest_observations_of(std::span<const Keyframe* const> keyframes,
+                                                            std::uint32_t k) {
   const Keyframe* next = k + 1 < keyframes.size() ? keyframes[k + 1] : nullptr;
-  const bool is_told =
+  const bool is_refined =
       next != nullptr && next->before && next->before->frame_index == keyframes[k]->frame_index;
-  return is_told ? next->before->sights : keyframes[k]->sights;
+  return is_refined ? next->before->observations : keyframes[k]->observations;
 }
 
-using Tracks = std::map<std::uint64_t, std::vector<LandmarkObservation>>;
+using Tracks = std::map<std::uint64_t, std::vector<BundleObservation>>;
 
-bool is_seen_by(const std::vector<LandmarkObservation>& track, std::uint32_t keyframe) {
+bool is_seen_by(const std::vector<BundleObservation>& track, std::uint32_t keyframe) {
   return std::any_of(track.begin(), track.end(),
-                     [keyframe](const LandmarkObservation& seen) { return seen.keyframe == keyframe; });
+                     [keyframe](const BundleObservation& seen) { return seen.keyframe == keyframe; });
 }
 
 /// Collects what is seen of odometry's landmarks and of those that links make.
@@ -82,8 +82,8 @@ class TrackMaker {
         linked_(first_.back(), false),
         landmarks_of_(first_.back(), 0) {
     for (std::uint32_t k = 0; k < keyframes.size(); ++k)
-      for (const LandmarkSight& sight : newest_sights_of(keyframes, k))
-        of_odometry_[sight.landmark].push_back(observation_of(k, sight, noise));
+      for (const LandmarkObservation& seen : newest_observations_of(keyframes, k))
+        of_odometry_[seen.landmark].push_back(observation_of(k, seen, noise));
   }
 
   void add(const FeatureLink& link) {
@@ -99,7 +99,7 @@ class TrackMaker {
 
   Tracks take_of_odometry() { return std::move(of_odometry_); }
 
-  /// Those of linked features alone; two features of a keyframe in one of them: nobody knows which it is.
+  /// Those of linked features alone. A landmark with two features of one keyframe is ambiguous and left out.
   Tracks of_links() {
     Tracks tracks;
     for (std::uint32_t k = 0; k < keyframes_.size(); ++k)
@@ -124,9 +124,9 @@ class TrackMaker {
   }
 
   void see(std::uint64_t landmark, std::uint32_t keyframe, std::uint32_t feature) {
-    int &by_links = sights_by_links_[landmark], &of_feature = landmarks_of_[first_[keyframe] + feature];
-    if (by_links >= kMostSightsByLinks || of_feature >= kMostLandmarksOfFeature) return;
-    std::vector<LandmarkObservation>& track = of_odometry_[landmark];
+    int &by_links = observations_by_links_[landmark], &of_feature = landmarks_of_[first_[keyframe] + feature];
+    if (by_links >= kMostObservationsByLinks || of_feature >= kMostLandmarksOfFeature) return;
+    std::vector<BundleObservation>& track = of_odometry_[landmark];
     if (is_seen_by(track, keyframe)) return;
     track.push_back(observation_of(keyframe, keyframes_[keyframe]->features[feature], noise_));
     ++by_links;
@@ -144,10 +144,10 @@ class TrackMaker {
   [[nodiscard]] std::uint64_t nearest(std::uint32_t keyframe, const Feature& feature) const {
     std::uint64_t landmark = 0;
     double least = kSameSpot_px * kSameSpot_px;
-    for (const LandmarkSight& sight : newest_sights_of(keyframes_, keyframe))
-      if (const double apart = (sight.pixel - feature.pixel).squaredNorm(); apart < least) {
+    for (const LandmarkObservation& seen : newest_observations_of(keyframes_, keyframe))
+      if (const double apart = (seen.pixel - feature.pixel).squaredNorm(); apart < least) {
         least = apart;
-        landmark = sight.landmark;
+        landmark = seen.landmark;
       }
     return landmark;
   }
@@ -155,7 +155,7 @@ class TrackMaker {
   std::span<const Keyframe* const> keyframes_;
   LandmarkNoise noise_;
   Tracks of_odometry_;
-  std::map<std::uint64_t, int> sights_by_links_;
+  std::map<std::uint64_t, int> observations_by_links_;
   std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< of the features of keyframes that links name
   std::vector<std::size_t> first_;                       ///< number of each keyframe's first feature
   FeatureSets sets_;
@@ -163,12 +163,13 @@ class TrackMaker {
   std::vector<int> landmarks_of_;  ///< of odometry, that links have added a feature to
 };
 
-/// The mean of the places that sights with depth give, weighted by their information; nothing without any.
-std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<LandmarkObservation>& track) {
+/// The mean of the places that observations with depth give, weighted by their information; nothing without
+/// any.
+std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<BundleObservation>& track) {
   const PinholeCamera& camera = bundle.camera;
   Mat3 weights = Mat3::Zero();
   Vec3 sum = Vec3::Zero();
-  for (const LandmarkObservation& seen : track) {
+  for (const BundleObservation& seen : track) {
     if (!(seen.depth_m > 0) || !(seen.depth_sigma_m > 0)) continue;
     Mat3 by_reading;  // of the place by [u; v; depth]
     by_reading << seen.depth_m / camera.fx, 0, (seen.pixel.x() - camera.cx) / camera.fx,  //

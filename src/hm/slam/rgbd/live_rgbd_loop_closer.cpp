@@ -82,13 +82,13 @@ LiveRgbdLoopCloser::Snapshot LiveRgbdLoopCloser::snapshot() const {
   return snapshot;
 }
 
-RgbdAlignmentReport LiveRgbdLoopCloser::finish() {
+RgbdAlignmentReport LiveRgbdLoopCloser::finish(const RunContext& run) {
   {
     std::unique_lock lock(impl_->mutex);
     impl_->changed.wait(lock, [this] { return impl_->queue.empty() && !impl_->busy; });
   }
   // The worker sleeps until add() is called again, which is this thread's to do.
-  const RgbdAlignmentReport report = impl_->closer.finish();
+  const RgbdAlignmentReport report = impl_->closer.finish(run);
   impl_->publish();
   return report;
 }

@@ -28,7 +28,7 @@ class LiveRgbdLoopCloser {
   void add(std::shared_ptr<const Keyframe> keyframe);
   [[nodiscard]] Snapshot snapshot() const;
   /// Waits until all keyframes are worked in, then RgbdLoopCloser::finish(). More keyframes may follow.
-  RgbdAlignmentReport finish();
+  RgbdAlignmentReport finish(const RunContext& run = {});
   /// The pose graph; only when no keyframe is waiting, as after finish().
   [[nodiscard]] const PoseGraph3D& graph() const;
 

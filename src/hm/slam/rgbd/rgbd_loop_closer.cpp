@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
-#include "hm/slam/rgbd/bundle_adjustment.hpp"
-#include "hm/slam/rgbd/keyframe_graph.hpp"
-#include "hm/slam/rgbd/loop_judge.hpp"
 #include "hm/slam/places/place_search.hpp"
-#include "hm/slam/rgbd/revisit_links.hpp"
+#include "hm/slam/rgbd/bundle_adjustment.hpp"
+#include "hm/slam/rgbd/covisibility_matches.hpp"
+#include "hm/slam/rgbd/keyframe_graph.hpp"
+#include "hm/slam/rgbd/loop_selector.hpp"
 
 namespace hm {
 namespace {
@@ -24,7 +24,7 @@ struct RgbdLoopCloser::Impl {
   RgbdLoopParams params;
   PlaceSearch search;
   KeyframeGraph graph;
-  LoopJudge judge;
+  LoopSelector selector;
   RgbdLoopStatistics statistics;
   std::vector<FeatureLink> links;
   int new_loops = 0;
@@ -32,16 +32,16 @@ struct RgbdLoopCloser::Impl {
   PoseGraphSolution last_solution;
 
   Impl(const PinholeCamera& c, const RgbdLoopParams& p)
-      : camera(c), params(p), search(p.search), graph(p), judge(p) {}
+      : camera(c), params(p), search(p.search), graph(p), selector(p) {}
 
   std::vector<LoopProposal> propose(std::size_t node, RgbdLoopStep& step);
   void link(std::size_t a, std::size_t b, const PlaceMatch& match);
   void link_with_last(std::size_t node);
   void accept(const std::vector<LoopProposal>& loops);
-  void count(const LoopVerdict& verdict);
+  void count(const LoopDecision& decision);
   void solve();
   [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
-  void adjust(RgbdAlignmentReport& report);
+  void adjust(RgbdAlignmentReport& report, const RunContext& run);
 };
 
 RgbdLoopCloser::RgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params)
@@ -77,8 +77,7 @@ void RgbdLoopCloser::Impl::link(std::size_t a, std::size_t b, const PlaceMatch& 
     links.push_back({static_cast<std::uint32_t>(a), feature_a, static_cast<std::uint32_t>(b), feature_b});
 }
 
-/// Features seen again by the next keyframes, where odometry agrees: for odometry that does not say where it
-/// saw its landmarks.
+/// Links features with those of the keyframes before, where odometry agrees: for methods without landmarks.
 void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
   for (std::size_t back = 1; back <= std::min(node, kLinkedBefore); ++back) {
     const Keyframe &before = graph.keyframe(node - back), &now = graph.keyframe(node);
@@ -91,12 +90,12 @@ void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
   }
 }
 
-/// Links the features of what is believed; an edge is made of what tells more than the graph knows.
+/// Links the features of accepted loops; those that reduce the uncertainty of the graph become edges.
 void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
   for (const LoopProposal& loop : loops) {
     link(loop.from, loop.to, loop.match);
     ++statistics.accepted;
-    if (loop.news_ratio < params.min_news_ratio) {
+    if (loop.information_gain_ratio < params.min_information_gain_ratio) {
       ++statistics.redundant;
       continue;
     }
@@ -111,17 +110,16 @@ void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
   }
 }
 
-void RgbdLoopCloser::Impl::count(const LoopVerdict& verdict) {
-  statistics.too_far += verdict.too_far;
-  statistics.ambiguous += verdict.ambiguous;
-  statistics.unconfirmed += verdict.unconfirmed;
-  statistics.waiting = judge.waiting();
+void RgbdLoopCloser::Impl::count(const LoopDecision& decision) {
+  statistics.too_far += decision.too_far;
+  statistics.ambiguous += decision.ambiguous;
+  statistics.unconfirmed += decision.unconfirmed;
+  statistics.waiting = selector.waiting();
 }
 
 void RgbdLoopCloser::Impl::solve() {
   const std::vector<PoseEdge3D> edges = graph.graph().edges;
-  const ContradictionResult result =
-      solve_without_contradictions(graph.graph(), params.max_loop_chi2, params.solver);
+  const ContradictionResult result = graph.solve();
   last_solution = result.solution;
   for (const std::size_t e : result.taken_out)
     std::erase_if(links, [&](const FeatureLink& l) {
@@ -137,13 +135,14 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   Impl& m = *impl_;
   RgbdLoopStep step;
   step.node = m.graph.add(std::move(keyframe));
-  if (m.params.bundle_adjustment && m.graph.keyframe(step.node).sights.empty()) m.link_with_last(step.node);
+  if (m.params.bundle_adjustment && m.graph.keyframe(step.node).observations.empty())
+    m.link_with_last(step.node);
   if (m.params.enabled) {
-    const LoopVerdict verdict = m.judge.hear(m.graph, m.propose(step.node, step));
+    const LoopDecision decision = m.selector.update(m.graph, m.propose(step.node, step));
     m.search.add(m.graph.keyframe(step.node));
-    m.accept(verdict.accepted);
-    m.count(verdict);
-    step.loops = static_cast<int>(verdict.accepted.size());
+    m.accept(decision.accepted);
+    m.count(decision);
+    step.loops = static_cast<int>(decision.accepted.size());
   }
   step.solved = m.large_correction || m.new_loops >= m.params.loops_per_solution;
   if (step.solved) m.solve();
@@ -160,16 +159,20 @@ std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
   std::ranges::sort(linked);
   for (std::size_t node = 0; node < graph.size(); ++node)
     placed.push_back({&graph.keyframe(node), graph.graph().T_map_node[node], graph.map_of(node)});
-  return link_visits(placed, camera, params.verifier, linked);
+  return match_covisible(placed, camera, params.verifier, linked);
 }
 
 /// Landmarks and keyframes together; kept when it explains the pictures better.
-void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
+void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext& run) {
+  if (run.stop.stop_requested()) {
+    report.interrupted = true;
+    return;
+  }
   std::vector<const Keyframe*> keyframes;
   for (const auto& keyframe : graph.keyframes()) keyframes.push_back(keyframe.get());
   Bundle bundle{camera, graph.graph().T_map_node, {}, graph.first_nodes(), {}};
   std::vector<FeatureLink> all_links = links;
-  if (params.enabled && params.link_visits) {
+  if (params.enabled && params.match_covisible) {
     const std::vector<FeatureLink> of_visits = links_of_visits();
     all_links.insert(all_links.end(), of_visits.begin(), of_visits.end());
     report.visit_links = of_visits.size();
@@ -180,22 +183,25 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report) {
     edge.information *= params.bundle_edge_ratio;
     bundle.edges.push_back(edge);
   }
-  const BundleResult result = adjust_bundle(bundle);
+  const BundleResult result = adjust_bundle(bundle, {}, run);
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
+  report.observations_behind = result.observations_behind;
+  report.interrupted = result.interrupted;
+  if (!result.converged && !bundle.landmarks.empty()) report.failure = result.message;
   report.error_before_px = result.error_before_px;
   report.error_after_px = result.error_after_px;
   report.adjusted = result.converged && result.final_cost < result.initial_cost;
-  if (report.adjusted) graph.graph().T_map_node = std::move(bundle.T_map_camera);
+  if (report.adjusted) graph.set_poses(std::move(bundle.T_map_camera));
 }
 
-RgbdAlignmentReport RgbdLoopCloser::finish() {
+RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run) {
   RgbdAlignmentReport report;
   if (impl_->graph.size() == 0) return report;
   impl_->solve();
   report.graph = impl_->last_solution;
   report.loop_links = impl_->links.size();
-  if (impl_->params.bundle_adjustment) impl_->adjust(report);
+  if (impl_->params.bundle_adjustment) impl_->adjust(report, run);
   return report;
 }
 

@@ -1,21 +1,23 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
 namespace hm {
 
-/// What became of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
+/// Outcomes of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
 struct RgbdLoopStatistics {
   std::size_t candidates = 0;         ///< compared with their keyframe
-  std::size_t accepted = 0;           ///< believed: their features are linked
-  std::size_t redundant = 0;          ///< of the accepted: no edges, the graph knew better
+  std::size_t accepted = 0;           ///< their features are linked
+  std::size_t redundant = 0;          ///< of the accepted: no edges, the graph is more certain
   std::size_t waiting = 0;            ///< not yet confirmed by another loop
   std::size_t not_verified = 0;       ///< no motion explains enough matches
   std::size_t too_far = 0;            ///< further off than odometry can be
@@ -26,7 +28,7 @@ struct RgbdLoopStatistics {
   std::size_t solutions = 0;
 };
 
-/// What one keyframe brought.
+/// Result of adding one keyframe.
 struct RgbdLoopStep {
   std::size_t node = 0;
   int candidates = 0;
@@ -34,10 +36,14 @@ struct RgbdLoopStep {
   bool solved = false;  ///< poses have changed
 };
 
-/// What the last solution and adjustment did.
+/// Report of the last solution and adjustment.
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
-  bool adjusted = false;  ///< bundle adjustment ran and was kept
+  bool adjusted = false;  ///< bundle adjustment ran and its result is used
+  /// Reason why bundle adjustment failed; empty: it did not, or was not wanted.
+  std::string failure;
+  bool interrupted = false;             ///< asked to stop: as far as it had come
+  std::size_t observations_behind = 0;  ///< dropped: their landmark is behind their camera
   /// Matches of features between pairs of keyframes: of loops, and of other visits of their places.
   std::size_t loop_links = 0, visit_links = 0;
   std::size_t landmarks = 0, observations = 0;
@@ -62,7 +68,8 @@ class RgbdLoopCloser {
   RgbdLoopStep add(std::shared_ptr<const Keyframe> keyframe);
   /// Solves the graph a last time, then adjusts keyframes and landmarks together if the parameters say so.
   /// More keyframes may follow.
-  RgbdAlignmentReport finish();
+  /// Asked to stop it keeps what the adjustment has found by then.
+  RgbdAlignmentReport finish(const RunContext& run = {});
 
   /// Poses as of the last solution; keyframes since are carried along.
   [[nodiscard]] CorrectedKeyframes corrected() const;

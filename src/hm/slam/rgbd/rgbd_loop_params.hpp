@@ -1,7 +1,7 @@
 #pragma once
 #include "hm/core/params.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
 #include "hm/slam/places/place_params.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace hm {
 
@@ -12,7 +12,7 @@ struct RgbdLoopParams {
   PlaceVerifierParams verifier;
   int loops_per_solution = 4;
   bool bundle_adjustment = true;
-  bool link_visits = true;
+  bool match_covisible = true;
   double bundle_edge_ratio = 0.1;
   double odometry_sigma_m = 0.003, odometry_sigma_rad = 0.002;
   double odometry_drift_ratio = 0.01, odometry_drift_rad_m = 0.004;
@@ -23,7 +23,7 @@ struct RgbdLoopParams {
   double rival_ratio = 0.6;
   double large_correction_m = 0.3, large_correction_rad = 0.1;
   int max_waiting_keyframes = 30;
-  double min_news_ratio = 1;
+  double min_information_gain_ratio = 1;
   double max_loop_chi2 = 40;
   PoseGraphSolverParams solver{50, 9};
 
@@ -35,21 +35,23 @@ struct RgbdLoopParams {
       self.loops_per_solution);
     v(ParamDoc{"bundle_adjustment", {}, "at the end, adjust keyframes and their features together"},
       self.bundle_adjustment);
-    v(ParamDoc{"link_visits", {}, "before they are adjusted, compare all visits of a place"},
-      self.link_visits);
+    v(ParamDoc{"match_covisible",
+               {},
+               "before they are adjusted, match features of all keyframes that see the same place"},
+      self.match_covisible);
     v(ParamDoc{"bundle_edge_ratio",
                {0, 1},
-               "share of what odometry knows that the adjustment keeps besides its features"},
+               "share of odometry's information that the adjustment keeps besides features"},
       self.bundle_edge_ratio);
     v(ParamDoc{"odometry_sigma_m",
                {1e-5, 1},
-               "deviation of odometry between keyframes that says nothing of it, constant part"},
+               "deviation of odometry between keyframes that states none, constant part"},
       self.odometry_sigma_m);
     v(ParamDoc{"odometry_sigma_rad", {1e-5, 1}, "the same of rotation"}, self.odometry_sigma_rad);
     v(ParamDoc{"odometry_drift_ratio", {0, 1}, "and the part that grows with the way"},
       self.odometry_drift_ratio);
     v(ParamDoc{"odometry_drift_rad_m", {0, 1}, "the same of rotation"}, self.odometry_drift_rad_m);
-    v(ParamDoc{"odometry_floor_m", {0, 1}, "added to what odometry says of itself, constant part"},
+    v(ParamDoc{"odometry_floor_m", {0, 1}, "added to odometry's own deviation, constant part"},
       self.odometry_floor_m);
     v(ParamDoc{"odometry_floor_rad", {0, 1}, "the same of rotation"}, self.odometry_floor_rad);
     v(ParamDoc{"odometry_floor_ratio", {0, 1}, "and the part that grows with the way"},
@@ -71,10 +73,10 @@ struct RgbdLoopParams {
     v(ParamDoc{"large_correction_rad", {0, 3.2}, "the same of rotation"}, self.large_correction_rad);
     v(ParamDoc{"max_waiting_keyframes", {1, 100000}, "a loop that is not confirmed by then is dropped"},
       self.max_waiting_keyframes);
-    v(ParamDoc{"min_news_ratio",
+    v(ParamDoc{"min_information_gain_ratio",
                {0, 1e9},
-               "a loop becomes an edge when the graph is less certain of its motion, by this factor"},
-      self.min_news_ratio);
+               "a loop becomes an edge when the graph's variance of its motion is larger by this factor"},
+      self.min_information_gain_ratio);
     v(ParamDoc{"max_loop_chi2", {0, 1e9}, "loops that disagree more with the solved graph are taken out"},
       self.max_loop_chi2);
   }

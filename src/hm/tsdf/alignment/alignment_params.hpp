@@ -18,8 +18,8 @@ struct AlignmentParams {
   double min_observability_ratio = 0.002;
   double min_inlier_ratio = 0.6;
   double min_overlap_ratio = 0.25;
-  double max_shift_m = 0.25;
-  double max_turn_rad = 0.2;
+  double max_translation_m = 0.25;
+  double max_rotation_rad = 0.2;
   double prior_shift_sigma_m = 0.01;
   double prior_turn_sigma_rad = 0.01;
   double odometry_sigmas_ratio = 8.0;
@@ -57,10 +57,10 @@ struct AlignmentParams {
       self.min_inlier_ratio);
     v(ParamDoc{"min_overlap_ratio", {0, 1}, "of the readings, as many must lie on the map"},
       self.min_overlap_ratio);
-    v(ParamDoc{"max_shift_m", {0, 10}, "a larger correction of the position is not believed"},
-      self.max_shift_m);
-    v(ParamDoc{"max_turn_rad", {0, 3}, "a larger correction of the orientation is not believed"},
-      self.max_turn_rad);
+    v(ParamDoc{"max_translation_m", {0, 10}, "a larger correction of the position is not believed"},
+      self.max_translation_m);
+    v(ParamDoc{"max_rotation_rad", {0, 3}, "a larger correction of the orientation is not believed"},
+      self.max_rotation_rad);
     v(ParamDoc{"prior_shift_sigma_m",
                {1e-6, 10},
                "a given pose's error of position since the last frame, as standard deviation an axis"},

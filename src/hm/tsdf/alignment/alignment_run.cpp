@@ -279,7 +279,7 @@ void AlignmentRun::judge(AlignmentResult& result) const {
   } else if (after.cost > result.before.cost) {
     result.reason = fmt::format("it explains the scan worse than before: mean cost {:.4f} after {:.4f}",
                                 after.cost, result.before.cost);
-  } else if (shift_m > params_.max_shift_m || turn_rad > params_.max_turn_rad) {
+  } else if (shift_m > params_.max_translation_m || turn_rad > params_.max_rotation_rad) {
     result.reason = fmt::format("a correction of {:.3f} m and {:.3f} rad is not believed", shift_m, turn_rad);
   } else {
     result.status = AlignmentStatus::kAccepted;

@@ -44,7 +44,7 @@ void TraversalIntegrator::integrate(VolumeGrid& grid, const PointScan& scan, con
   stats.integrate_ms = stage.milliseconds();
 
   stage.restart();
-  settle_scan(grid, items_, stats);
+  finalise_scan(grid, items_, stats);
   stats.carve_ms = stage.milliseconds();
   stats.total_ms = total.milliseconds();
 }

@@ -47,7 +47,7 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const PosedFrame& posed, 
   stats.integrate_ms = stage.milliseconds();
 
   stage.restart();
-  settle_scan(grid, scanned_, stats);
+  finalise_scan(grid, scanned_, stats);
   stats.carve_ms = stage.milliseconds();
   stats.total_ms = total.milliseconds();
 }

@@ -66,7 +66,7 @@ void note_contents(ScannedVolume& scanned) {
   }
 }
 
-void settle_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats) {
+void finalise_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats) {
   stats.changed.reserve(scanned.size());
   for (const ScannedVolume& item : scanned) {
     if (!item.volume) continue;

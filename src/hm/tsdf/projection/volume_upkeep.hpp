@@ -29,6 +29,6 @@ void note_contents(ScannedVolume& scanned);
 /// carving took weight from, and those around them, go when no surface needs them any more: a volume is kept
 /// while it, or one of its 26 neighbours, holds a voxel on or behind a surface; one whose voxels are all
 /// unknown goes anyway.
-void settle_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats);
+void finalise_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats);
 
 }  // namespace hm

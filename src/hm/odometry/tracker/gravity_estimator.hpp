@@ -15,7 +15,7 @@ namespace hm {
 /// b: a Kalman filter of six numbers, fed once per stretch of time. A stretch that does not fit what is known
 /// by the chi-squared test (a blow, a fall, a device that is turned otherwise than it is said to be), or
 /// whose norm is not that of gravity, is rejected.
-class GravityObserver {
+class GravityEstimator {
  public:
   /// A frame with a pose, and what was felt since the frame before. Stamps increase.
   void add(Time stamp, const SE3& T_odom_camera, const Vec3& force_camera_m_s2);

@@ -1,4 +1,4 @@
-#include "hm/odometry/registration/coarse_alignment.hpp"
+#include "hm/odometry/registration/photometric_alignment.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace hm {
 namespace {
 
-using CoarseVec6 = Eigen::Matrix<float, 6, 1>;
+using PhotometricVec6 = Eigen::Matrix<float, 6, 1>;
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 constexpr int kGridLevel = 2;      // where a pixel is a cell of the depth grid
@@ -31,21 +31,21 @@ float depth_of(const Image<float>& cells, int x, int y, int shift) {
   return 0;
 }
 
-CoarseReference::Pixel make_pixel(const PinholeCamera& camera, const Vec2& pixel, float z,
-                                  const Eigen::Vector3f& intensity_and_gradient) {
+PhotometricReference::Pixel make_pixel(const PinholeCamera& camera, const Vec2& pixel, float z,
+                                       const Eigen::Vector3f& intensity_and_gradient) {
   const Eigen::Vector3f p = camera.unproject(pixel, static_cast<double>(z)).cast<float>();
   const float ax = intensity_and_gradient.y() * static_cast<float>(camera.fx) / z;
   const float ay = intensity_and_gradient.z() * static_cast<float>(camera.fy) / z;
   const Eigen::Vector3f by_point(ax, ay, -(ax * p.x() + ay * p.y()) / z);
-  CoarseReference::Pixel out{p, intensity_and_gradient.x(), {}};
+  PhotometricReference::Pixel out{p, intensity_and_gradient.x(), {}};
   out.jacobian.head<3>() = by_point;  // of exp(step) p = p + translation + rotation x p
   out.jacobian.tail<3>() = p.cross(by_point);
   return out;
 }
 
-CoarseReference::Level make_level(const Image<std::uint8_t>& image, const DepthGrid& grid, int level,
-                                  std::size_t max_pixels) {
-  CoarseReference::Level out;
+PhotometricReference::Level make_level(const Image<std::uint8_t>& image, const DepthGrid& grid, int level,
+                                       std::size_t max_pixels) {
+  PhotometricReference::Level out;
   out.level = level;
   out.camera = grid.camera.scaled(std::pow(0.5, level - kGridLevel));
   for (int y = 1; y + 1 < image.height(); ++y)
@@ -72,7 +72,7 @@ struct Differences {
   double mean_abs = 255, overlap_ratio = 0;
 };
 
-Differences differences_at(const CoarseReference::Level& level, const Image<std::uint8_t>& image,
+Differences differences_at(const PhotometricReference::Level& level, const Image<std::uint8_t>& image,
                            const SE3& T_cur_ref) {
   Differences out;
   out.values.assign(level.pixels.size(), std::nanf(""));
@@ -105,7 +105,7 @@ Differences differences_at(const CoarseReference::Level& level, const Image<std:
 }
 
 /// The step of the reference's points (and of the brightness) that takes the differences away.
-std::optional<Vec6> solve_step(const CoarseReference::Level& level, const Differences& differences) {
+std::optional<Vec6> solve_step(const PhotometricReference::Level& level, const Differences& differences) {
   Mat7 normal = Mat7::Zero();
   Vec7 rhs = Vec7::Zero();
   const float huber = std::max(3.0f, 1.5f * static_cast<float>(differences.mean_abs));
@@ -136,7 +136,7 @@ std::optional<Vec6> solve_step(const CoarseReference::Level& level, const Differ
   return step.head<6>();
 }
 
-SE3 align_level(const CoarseReference::Level& level, const Image<std::uint8_t>& image, SE3 T_ref_cur) {
+SE3 align_level(const PhotometricReference::Level& level, const Image<std::uint8_t>& image, SE3 T_ref_cur) {
   SE3 best = T_ref_cur;
   double best_residual = 1e9;
   for (int iteration = 0; iteration <= kCoarseIterations; ++iteration) {
@@ -158,7 +158,7 @@ SE3 align_level(const CoarseReference::Level& level, const Image<std::uint8_t>& 
   return best;
 }
 
-SE3 best_start(const CoarseReference::Level& level, const Image<std::uint8_t>& image,
+SE3 best_start(const PhotometricReference::Level& level, const Image<std::uint8_t>& image,
                const std::vector<SE3>& starts_T_ref_cur) {
   SE3 best = starts_T_ref_cur.back();
   double least = 1e9;
@@ -173,8 +173,8 @@ SE3 best_start(const CoarseReference::Level& level, const Image<std::uint8_t>& i
 
 }  // namespace
 
-CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& grid,
-                                 const PinholeCamera& camera, std::size_t max_pixels) {
+PhotometricReference::PhotometricReference(const ImagePyramid& pyramid, const DepthGrid& grid,
+                                           const PinholeCamera& camera, std::size_t max_pixels) {
   HM_CHECK(camera.width / DepthGrid::kCell_px == grid.camera.width, "{} {}", camera.width, grid.camera.width);
   int finest = kGridLevel;
   while (finest > 0 && pyramid.level(finest).width() < kMinWidth_px) --finest;
@@ -182,16 +182,16 @@ CoarseReference::CoarseReference(const ImagePyramid& pyramid, const DepthGrid& g
     levels_.push_back(make_level(pyramid.level(level), grid, level, max_pixels));
 }
 
-std::size_t CoarseReference::memory_bytes() const {
+std::size_t PhotometricReference::memory_bytes() const {
   std::size_t bytes = levels_.capacity() * sizeof(Level);
   for (const Level& level : levels_) bytes += level.pixels.capacity() * sizeof(Pixel);
   return bytes;
 }
 
-CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid& current,
-                            const std::vector<SE3>& guesses_T_ref_cur) {
+PhotometricResult align_photometrically(const PhotometricReference& reference, const ImagePyramid& current,
+                                        const std::vector<SE3>& guesses_T_ref_cur) {
   HM_CHECK(!guesses_T_ref_cur.empty(), "no guess");
-  CoarseResult result{guesses_T_ref_cur.front()};
+  PhotometricResult result{guesses_T_ref_cur.front()};
   if (reference.levels().empty()) return result;
   // A coarse level may mislead where the pattern is fine: every level begins with the best of all that is
   // known.
@@ -208,8 +208,8 @@ CoarseResult align_coarsely(const CoarseReference& reference, const ImagePyramid
   return result;
 }
 
-CoarseResult search_turns(const CoarseReference& reference, const ImagePyramid& current,
-                          const CoarseResult& result, const std::vector<SE3>& guesses_T_ref_cur) {
+PhotometricResult search_turns(const PhotometricReference& reference, const ImagePyramid& current,
+                               const PhotometricResult& result, const std::vector<SE3>& guesses_T_ref_cur) {
   if (reference.levels().empty()) return result;
   const auto& level = reference.levels().back();
   const auto& image = current.level(level.level);
@@ -227,7 +227,7 @@ CoarseResult search_turns(const CoarseReference& reference, const ImagePyramid& 
   const std::size_t kept = std::min(kTurnsKept, starts.size());
   std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(kept), starts.end(),
                     [](const auto& a, const auto& b) { return a.first < b.first; });
-  CoarseResult best = result;
+  PhotometricResult best = result;
   for (std::size_t i = 0; i < kept; ++i) {
     const SE3 T_ref_cur = align_level(level, image, starts[i].second);
     const Differences left = differences_at(level, image, T_ref_cur.inverse());

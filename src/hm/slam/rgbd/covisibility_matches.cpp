@@ -1,4 +1,4 @@
-#include "hm/slam/rgbd/revisit_links.hpp"
+#include "hm/slam/rgbd/covisibility_matches.hpp"
 
 #include <algorithm>
 
@@ -53,9 +53,9 @@ std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed
   return pairs;
 }
 
-std::vector<FeatureLink> link_visits(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
-                                     const PlaceVerifierParams& params,
-                                     std::span<const KeyframePair> linked) {
+std::vector<FeatureLink> match_covisible(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
+                                         const PlaceVerifierParams& params,
+                                         std::span<const KeyframePair> linked) {
   std::vector<FeatureLink> links;
   for (const auto& [a, b] : pairs_of_visits(placed, camera)) {
     if (std::ranges::binary_search(linked, KeyframePair(a, b))) continue;

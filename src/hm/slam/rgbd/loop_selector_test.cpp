@@ -1,4 +1,4 @@
-#include "hm/slam/rgbd/loop_judge.hpp"
+#include "hm/slam/rgbd/loop_selector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ std::vector<SE3> to_and_fro(double length_m, int times) {
 
 /// A corridor of identical doors: every 1.5 m everything looks the same. No door is taken for another one,
 /// whatever the drift, though every view has perfect matches elsewhere.
-TEST(LoopJudge, CorridorOfIdenticalDoors) {
+TEST(LoopSelector, CorridorOfIdenticalDoors) {
   for (const double drift_rad_m : {0.0, 0.001, 0.003}) {
     Rng rng(1);
     const test::LandmarkWorld world = test::periodic_corridor(27, 1.5, 60, rng);
@@ -93,48 +93,50 @@ LoopProposal proposal(const KeyframeGraph& graph, std::size_t from, double shift
   return p;
 }
 
-TEST(LoopJudge, ALoopMustBeWhereOdometryAllowsIt) {
+TEST(LoopSelector, ALoopMustBeWhereOdometryAllowsIt) {
   const RgbdLoopParams params;
   const KeyframeGraph graph = out_and_back(params);
-  const LoopVerdict near = LoopJudge(params).hear(graph, {proposal(graph, 0, 0.1, 100)});
+  const LoopDecision near = LoopSelector(params).update(graph, {proposal(graph, 0, 0.1, 100)});
   EXPECT_EQ(near.accepted.size(), 1U);
-  const LoopVerdict far = LoopJudge(params).hear(graph, {proposal(graph, 0, 8, 100)});
+  const LoopDecision far = LoopSelector(params).update(graph, {proposal(graph, 0, 8, 100)});
   EXPECT_TRUE(far.accepted.empty());
   EXPECT_EQ(far.too_far, 1U);
 }
 
 /// Two doors that look the same, a metre apart, both where odometry allows: neither is believed, unless one
 /// explains far less.
-TEST(LoopJudge, RivalsAreBothRefused) {
+TEST(LoopSelector, RivalsAreBothRefused) {
   const RgbdLoopParams params;
   const KeyframeGraph graph = out_and_back(params);
   const auto best = proposal(graph, 0, 0.1, 100);
   for (const int inliers : {100, 80, 61}) {
-    const LoopVerdict verdict = LoopJudge(params).hear(graph, {best, proposal(graph, 1, 0.1, inliers)});
-    EXPECT_TRUE(verdict.accepted.empty()) << inliers;
-    EXPECT_EQ(verdict.ambiguous, 2U);
-    EXPECT_EQ(verdict.too_far, 0U);
+    const LoopDecision decision =
+        LoopSelector(params).update(graph, {best, proposal(graph, 1, 0.1, inliers)});
+    EXPECT_TRUE(decision.accepted.empty()) << inliers;
+    EXPECT_EQ(decision.ambiguous, 2U);
+    EXPECT_EQ(decision.too_far, 0U);
   }
-  const LoopVerdict weak = LoopJudge(params).hear(graph, {best, proposal(graph, 1, 0.1, 59)});
+  const LoopDecision weak = LoopSelector(params).update(graph, {best, proposal(graph, 1, 0.1, 59)});
   ASSERT_EQ(weak.accepted.size(), 1U);
   EXPECT_EQ(weak.accepted.front().from, 0U);
   // Another keyframe of the same door is no rival.
-  const LoopVerdict same = LoopJudge(params).hear(graph, {best, proposal(graph, 1, -0.9, 100)});
+  const LoopDecision same = LoopSelector(params).update(graph, {best, proposal(graph, 1, -0.9, 100)});
   EXPECT_EQ(same.accepted.size(), 2U);
 }
 
-TEST(LoopJudge, ALargeCorrectionWaitsForAnotherKeyframe) {
+TEST(LoopSelector, ALargeCorrectionWaitsForAnotherKeyframe) {
   const RgbdLoopParams params;
   KeyframeGraph graph = out_and_back(params);
-  LoopJudge judge(params);
-  EXPECT_TRUE(judge.hear(graph, {proposal(graph, 0, 0.6, 100)}).accepted.empty());
-  EXPECT_EQ(judge.waiting(), 1U);
+  LoopSelector selector(params);
+  EXPECT_TRUE(selector.update(graph, {proposal(graph, 0, 0.6, 100)}).accepted.empty());
+  EXPECT_EQ(selector.waiting(), 1U);
   auto next = std::make_shared<Keyframe>();
   next->stamp = Time::from_seconds(21);
   next->T_odom_camera = SE3(Mat3::Identity(), Vec3(-1, 0, 0));
   graph.add(std::move(next));
-  EXPECT_TRUE(judge.hear(graph, {proposal(graph, 0, -2, 100)}).accepted.empty()) << "says something else";
-  EXPECT_EQ(judge.hear(graph, {proposal(graph, 0, -0.4, 100)}).accepted.size(), 2U);
+  EXPECT_TRUE(selector.update(graph, {proposal(graph, 0, -2, 100)}).accepted.empty())
+      << "says something else";
+  EXPECT_EQ(selector.update(graph, {proposal(graph, 0, -0.4, 100)}).accepted.size(), 2U);
 }
 
 }  // namespace

@@ -12,11 +12,11 @@ struct SeenBeam {
   Vec2 from_m, to_m;
 };
 
-/// Where a map was looked at: cells that beams pass or end in, and their neighbours. What a scan sees
-/// elsewhere speaks neither for nor against a place.
-class SeenArea {
+/// Area of a map that was observed: cells that beams pass or end in, and their neighbours. Points of a scan
+/// outside of it count neither for nor against a place.
+class ObservedArea {
  public:
-  explicit SeenArea(std::span<const SeenBeam> beams, double resolution_m = 0.2);
+  explicit ObservedArea(std::span<const SeenBeam> beams, double resolution_m = 0.2);
   [[nodiscard]] bool contains(const Vec2& point_m) const;
 
  private:

@@ -1,4 +1,4 @@
-#include "hm/odometry/registration/coarse_alignment.hpp"
+#include "hm/odometry/registration/photometric_alignment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace {
 
 /// On a picture whose brightness rises evenly, the derivative by the motion is exact: it must be that of the
 /// brightness where the moved point is seen.
-TEST(CoarseAlignment, JacobianIsTheNumericOne) {
+TEST(PhotometricAlignment, JacobianIsTheNumericOne) {
   const PinholeCamera camera{480, 160, 390, 410, 231.3, 82.7, {}};
   constexpr double kRight = 5, kDown = 4;  // brightness per pixel of level 2, which begins anew every 20
   Image<std::uint8_t> gray(480, 160);
@@ -19,12 +19,12 @@ TEST(CoarseAlignment, JacobianIsTheNumericOne) {
       gray(x, y) = static_cast<std::uint8_t>(5 * (x / 4 % 20) + 4 * (y / 4 % 20) + 20);
       depth.units(x, y) = static_cast<std::uint16_t>(1200 + 2 * (x / 4) + 3 * (y / 4));
     }
-  const CoarseReference reference(ImagePyramid(gray, 3), make_depth_grid(depth, camera, {}, 10), camera,
-                                  5000);
+  const PhotometricReference reference(ImagePyramid(gray, 3), make_depth_grid(depth, camera, {}, 10), camera,
+                                       5000);
   ASSERT_EQ(reference.levels().size(), 1U);
-  const CoarseReference::Level& level = reference.levels().front();
+  const PhotometricReference::Level& level = reference.levels().front();
   std::size_t compared = 0;
-  for (const CoarseReference::Pixel& pixel : level.pixels) {
+  for (const PhotometricReference::Pixel& pixel : level.pixels) {
     const Vec3 p = pixel.p_camera.cast<double>();
     const Vec2 seen = level.camera.project(p);
     const int x = static_cast<int>(std::lround(seen.x())) % 20,

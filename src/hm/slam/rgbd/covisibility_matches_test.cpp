@@ -1,4 +1,4 @@
-#include "hm/slam/rgbd/revisit_links.hpp"
+#include "hm/slam/rgbd/covisibility_matches.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ struct Visits {
   }
 };
 
-TEST(RevisitLinks, PairsAreOfOtherVisitsAndSeeTheSame) {
+TEST(CovisibilityMatches, PairsAreOfOtherVisitsAndSeeTheSame) {
   Visits visits;
   visits.walk(2, 14);
   visits.walk(2, 1);
@@ -54,7 +54,7 @@ TEST(RevisitLinks, PairsAreOfOtherVisitsAndSeeTheSame) {
     EXPECT_NE(b, 15U) << "looks the other way, as none before";
 }
 
-TEST(RevisitLinks, SubmapsAreOtherVisitsAndMapsAreApart) {
+TEST(CovisibilityMatches, SubmapsAreOtherVisitsAndMapsAreApart) {
   Visits visits;
   visits.walk(2, 1);
   visits.walk(2, 1, false, 1, 0);
@@ -62,7 +62,7 @@ TEST(RevisitLinks, SubmapsAreOtherVisitsAndMapsAreApart) {
   EXPECT_THAT(pairs_of_visits(visits.placed, landmark_camera()), ElementsAre(KeyframePair(0, 1)));
 }
 
-TEST(RevisitLinks, PartnersAreBoundedAndSpreadOverAllVisits) {
+TEST(CovisibilityMatches, PartnersAreBoundedAndSpreadOverAllVisits) {
   Visits visits;
   for (int i = 0; i < 400; ++i) visits.walk(2, 1);
   std::vector<std::uint32_t> partners;
@@ -84,7 +84,7 @@ std::size_t landmark_of(const Visits& visits, std::uint32_t keyframe, std::uint3
 }
 
 /// With poses that are wrong by a few centimetres, as a solved graph leaves them, links are right.
-TEST(RevisitLinks, LinksAreOfOnePoint) {
+TEST(CovisibilityMatches, LinksAreOfOnePoint) {
   Visits visits;
   visits.walk(2, 13);
   visits.walk(2.3, 3);
@@ -92,7 +92,7 @@ TEST(RevisitLinks, LinksAreOfOnePoint) {
     placed.T_map_camera =
         placed.T_map_camera *
         SE3::exp(0.006 * Vec6::NullaryExpr([&](Eigen::Index) { return visits.rng.normal(0, 1); }));
-  const auto links = link_visits(visits.placed, landmark_camera(), {});
+  const auto links = match_covisible(visits.placed, landmark_camera(), {});
   ASSERT_GT(links.size(), 100U);
   const auto wrong = std::ranges::count_if(links, [&](const FeatureLink& link) {
     return landmark_of(visits, link.keyframe_a, link.feature_a) !=
@@ -132,7 +132,7 @@ struct Wall {
     keyframe.features.push_back(feature);
   }
   [[nodiscard]] std::size_t pairs() const { return pairs_of_visits(placed, landmark_camera()).size(); }
-  [[nodiscard]] std::size_t links() const { return link_visits(placed, landmark_camera(), {}).size(); }
+  [[nodiscard]] std::size_t links() const { return match_covisible(placed, landmark_camera(), {}).size(); }
 };
 
 /// A camera that looks at the middle of the wall from an angle beside it.
@@ -141,13 +141,13 @@ SE3 from_the_side(double angle_rad) {
          SE3(Mat3::Identity(), Vec3(0, 0, -2));
 }
 
-TEST(RevisitLinks, FromTheSideNothingLooksTheSame) {
+TEST(CovisibilityMatches, FromTheSideNothingLooksTheSame) {
   EXPECT_EQ(Wall(60, 60, from_the_side(0.5)).pairs(), 1U);
   EXPECT_GT(Wall(60, 60, from_the_side(0.5)).links(), 50U);
   EXPECT_EQ(Wall(60, 60, from_the_side(1.5)).pairs(), 0U);
 }
 
-TEST(RevisitLinks, ALittleOfThePictureIsNotEnough) {
+TEST(CovisibilityMatches, ALittleOfThePictureIsNotEnough) {
   EXPECT_EQ(Wall(200, 200, SE3(Mat3::Identity(), Vec3(1.0, 0, 0))).pairs(), 1U);
   // Of the second one's points, all are in front of both, but few in the picture of the first.
   Wall aside(200, 200, {});
@@ -156,43 +156,43 @@ TEST(RevisitLinks, ALittleOfThePictureIsNotEnough) {
   EXPECT_EQ(aside.pairs(), 0U);
 }
 
-TEST(RevisitLinks, AFewMatchesMayBeChance) {
+TEST(CovisibilityMatches, AFewMatchesMayBeChance) {
   EXPECT_EQ(Wall(60, 10, {}).links(), 0U);
   EXPECT_GE(Wall(60, 25, {}).links(), 12U);
 }
 
 /// What is not where it must be is no link, however alike.
-TEST(RevisitLinks, LooksAloneAreNotEnough) {
+TEST(CovisibilityMatches, LooksAloneAreNotEnough) {
   EXPECT_EQ(Wall(60, 60, {}).links(), 60U);
   EXPECT_GT(Wall(60, 60, {}, Vec3(0.01, 0, 0)).links(), 55U);
   EXPECT_EQ(Wall(60, 60, {}, Vec3(0.04, 0, 0)).links(), 0U);
 }
 
-TEST(RevisitLinks, PairsThatLoopsHaveComparedAreLeftOut) {
+TEST(CovisibilityMatches, PairsThatLoopsHaveComparedAreLeftOut) {
   const Wall wall(60, 60, {});
   const KeyframePair compared[] = {{0, 1}};
-  EXPECT_THAT(link_visits(wall.placed, landmark_camera(), {}, compared), IsEmpty());
+  EXPECT_THAT(match_covisible(wall.placed, landmark_camera(), {}, compared), IsEmpty());
 }
 
 /// A way that is walked more than once: with the links between all visits the keyframes are nearer to the
 /// truth.
-TEST(RevisitLinks, MakeTheMapBetter) {
+TEST(CovisibilityMatches, MakeTheMapBetter) {
   double error_m[2] = {0, 0};
   for (const std::uint64_t seed : {1U, 2U}) {
     Rng rng(seed);
     const test::LandmarkWorld world = test::ring(8, 60, rng);
     const test::KeyframesOfWay way = test::walk(world, test::way_around(8, 0.5, 2.4), 0.003, rng);
-    for (const bool link_visits : {false, true}) {
+    for (const bool match_covisible : {false, true}) {
       RgbdLoopParams params;
-      params.link_visits = link_visits;
+      params.match_covisible = match_covisible;
       RgbdLoopCloser closer(landmark_camera(), params);
       for (const auto& keyframe : way.keyframes) closer.add(keyframe);
       const RgbdAlignmentReport report = closer.finish();
       EXPECT_GT(report.loop_links, 1000U);
-      EXPECT_EQ(report.visit_links > 1000, link_visits);
+      EXPECT_EQ(report.visit_links > 1000, match_covisible);
       const auto corrected = closer.corrected();
       for (std::size_t i = 0; i < way.truth.size(); ++i)
-        error_m[link_visits ? 1 : 0] +=
+        error_m[match_covisible ? 1 : 0] +=
             (corrected.keyframes()[i].T_map_camera.translation() - way.truth[i].translation()).norm();
     }
   }

@@ -1,4 +1,4 @@
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 #include <ceres/ceres.h>
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/geometry/pose_graph_3d.hpp"
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace hm {
 

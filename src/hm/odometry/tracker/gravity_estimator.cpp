@@ -1,4 +1,4 @@
-#include "hm/odometry/tracker/gravity_observer.hpp"
+#include "hm/odometry/tracker/gravity_estimator.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -24,7 +24,7 @@ Eigen::Matrix<double, 3, 6> by_state(const Mat3& mean_rotation) {
 
 }  // namespace
 
-std::optional<GravityObserver::Stretch> GravityObserver::stretch_of(const std::deque<Sample>& path) {
+std::optional<GravityEstimator::Stretch> GravityEstimator::stretch_of(const std::deque<Sample>& path) {
   if (path.size() < 4) return std::nullopt;
   const auto at = [&](std::size_t i) { return (path[i].stamp - path.front().stamp).seconds(); };
   const std::size_t last = path.size() - 1;
@@ -55,19 +55,19 @@ std::optional<GravityObserver::Stretch> GravityObserver::stretch_of(const std::d
   return out;
 }
 
-double GravityObserver::squared_mahalanobis(const Stretch& stretch) const {
+double GravityEstimator::squared_mahalanobis(const Stretch& stretch) const {
   const auto H = by_state(stretch.rotation);
   const Vec3 innovation = stretch.mean - H * state_;
   const Mat3 S = H * covariance_ * H.transpose() + kSigma_m_s2 * kSigma_m_s2 * Mat3::Identity();
   return innovation.dot(S.ldlt().solve(innovation));
 }
 
-bool GravityObserver::plausible(const Stretch& stretch) const {
+bool GravityEstimator::plausible(const Stretch& stretch) const {
   if (std::abs(stretch.mean.norm() - kGravity_m_s2) > kNormTolerance_m_s2) return false;
   return !known_ || squared_mahalanobis(stretch) < kOutlierSquaredMahalanobis;
 }
 
-void GravityObserver::update(const Stretch& stretch) {
+void GravityEstimator::update(const Stretch& stretch) {
   if (!known_) {
     known_ = true;
     state_.head<3>() = stretch.mean;
@@ -84,7 +84,7 @@ void GravityObserver::update(const Stretch& stretch) {
   covariance_ = (keep * covariance_ * keep.transpose() + K * R * K.transpose()).eval();
 }
 
-void GravityObserver::add(Time stamp, const SE3& T_odom_camera, const Vec3& force_camera_m_s2) {
+void GravityEstimator::add(Time stamp, const SE3& T_odom_camera, const Vec3& force_camera_m_s2) {
   if (!path_.empty() && (stamp - path_.back().stamp).seconds() > kMaxGap_s) path_.clear();
   path_.push_back({stamp, T_odom_camera, force_camera_m_s2});
   while ((stamp - path_[0].stamp).seconds() > kStretch_s && path_.size() > 4) path_.pop_front();
@@ -95,10 +95,10 @@ void GravityObserver::add(Time stamp, const SE3& T_odom_camera, const Vec3& forc
   updated_ = stamp;
 }
 
-void GravityObserver::reset() { *this = {}; }
+void GravityEstimator::reset() { *this = {}; }
 
-GravityObserver::Answer GravityObserver::observe(Time stamp, const SE3& T_odom_camera_guess,
-                                                 const Vec3& force_camera_m_s2) const {
+GravityEstimator::Answer GravityEstimator::observe(Time stamp, const SE3& T_odom_camera_guess,
+                                                   const Vec3& force_camera_m_s2) const {
   if (!known_ || path_.empty()) return {};
   std::deque<Sample> path = path_;
   path.push_back({stamp, T_odom_camera_guess, force_camera_m_s2});

@@ -1,4 +1,4 @@
-#include "hm/slam/laser/seen_area.hpp"
+#include "hm/slam/laser/observed_area.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,8 @@ bool usable(const SeenBeam& beam) {
 
 }  // namespace
 
-SeenArea::SeenArea(std::span<const SeenBeam> beams, double resolution_m) : resolution_m_(resolution_m) {
+ObservedArea::ObservedArea(std::span<const SeenBeam> beams, double resolution_m)
+    : resolution_m_(resolution_m) {
   Vec2 low = Vec2::Constant(1e9), high = -low;
   for (const SeenBeam& beam : beams) {
     if (!usable(beam)) continue;
@@ -41,7 +42,7 @@ SeenArea::SeenArea(std::span<const SeenBeam> beams, double resolution_m) : resol
   }
 }
 
-bool SeenArea::contains(const Vec2& point_m) const {
+bool ObservedArea::contains(const Vec2& point_m) const {
   const Vec2 at = (point_m - low_m_) / resolution_m_;
   if (!(at.x() >= 0 && at.y() >= 0 && at.x() < width_ && at.y() < height_)) return false;
   return seen_[static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(width_) +

@@ -1,4 +1,4 @@
-#include "hm/slam/pose_graph/pose_graph_solver.hpp"
+#include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
+#include "hm/slam/pose_graph/testing/whole_graph.hpp"
 
 namespace hm {
 namespace {
@@ -151,14 +152,16 @@ TEST(PoseUncertainty, AgainstMonteCarlo) {
     forward += error * error.transpose() / kSamples;
     backward += back * back.transpose() / kSamples;
   }
-  EXPECT_LT((covariances_seen_from(graph, 0)[3] - forward).norm(), 0.05 * forward.norm());
-  EXPECT_LT((covariances_seen_from(graph, 3)[0] - backward).norm(), 0.05 * backward.norm());
-  EXPECT_EQ(covariances_seen_from(graph, 2)[2], Mat3::Zero());
+  EXPECT_LT((test::all_seen_from<PlanarPaths>(graph, 0)[3].covariance - forward).norm(),
+            0.05 * forward.norm());
+  EXPECT_LT((test::all_seen_from<PlanarPaths>(graph, 3)[0].covariance - backward).norm(),
+            0.05 * backward.norm());
+  EXPECT_EQ(test::all_seen_from<PlanarPaths>(graph, 2)[2].covariance, Mat3::Zero());
   // A loop is a shorter way; a node that nothing reaches is not known at all.
   graph.edges.push_back({0, 3, whole, edge_information(whole, 0.01 * covariance), PoseEdgeKind::kLoop});
-  EXPECT_LT((covariances_seen_from(graph, 0)[3] - 0.01 * covariance).norm(), 1e-10);
+  EXPECT_LT((test::all_seen_from<PlanarPaths>(graph, 0)[3].covariance - 0.01 * covariance).norm(), 1e-10);
   graph.T_map_node.emplace_back();
-  EXPECT_TRUE(std::isinf(covariances_seen_from(graph, 0)[4](0, 0)));
+  EXPECT_FALSE(test::all_seen_from<PlanarPaths>(graph, 0)[4].reached);
 }
 
 }  // namespace

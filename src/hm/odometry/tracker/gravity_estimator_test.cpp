@@ -1,4 +1,4 @@
-#include "hm/odometry/tracker/gravity_observer.hpp"
+#include "hm/odometry/tracker/gravity_estimator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,20 +37,20 @@ Time at(double t) { return Time::from_seconds(100 + t); }
 
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-GravityObserver taught(const Swing& swing, int frames) {
-  GravityObserver observer;
+GravityEstimator trained(const Swing& swing, int frames) {
+  GravityEstimator estimator;
   for (int i = 0; i < frames; ++i)
-    observer.add(at(i * kFrame_s), swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
-  return observer;
+    estimator.add(at(i * kFrame_s), swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+  return estimator;
 }
 
-TEST(GravityObserver, LearnsUpAndBiasWhileTheCameraIsSwung) {
+TEST(GravityEstimator, LearnsUpAndBiasWhileTheCameraIsSwung) {
   const Swing swing;
-  const GravityObserver observer = taught(swing, 900);
+  const GravityEstimator estimator = trained(swing, 900);
   // The camera turns about one axis mostly: bias along it cannot be told from gravity.
-  EXPECT_LT(angle(observer.gravity_odom_m_s2(), kUpOdom), 0.01);
-  EXPECT_LT((observer.bias_camera_m_s2() - swing.bias).norm(), 0.1);
-  EXPECT_NEAR(observer.gravity_odom_m_s2().norm(), kGravity_m_s2, 0.06);
+  EXPECT_LT(angle(estimator.gravity_odom_m_s2(), kUpOdom), 0.01);
+  EXPECT_LT((estimator.bias_camera_m_s2() - swing.bias).norm(), 0.1);
+  EXPECT_NEAR(estimator.gravity_odom_m_s2().norm(), kGravity_m_s2, 0.06);
   // What is felt at a moment is another matter.
   double worst = 0;
   for (double t = 0; t < 5; t += 0.1)
@@ -59,36 +59,36 @@ TEST(GravityObserver, LearnsUpAndBiasWhileTheCameraIsSwung) {
 }
 
 /// A guess that is tilted is told so, by about as much as it is tilted; a turn about up is not seen.
-TEST(GravityObserver, SeesTheTiltOfThePathAndNoTurnAboutUp) {
+TEST(GravityEstimator, SeesTheTiltOfThePathAndNoTurnAboutUp) {
   const Swing swing;
   const double t = 900 * kFrame_s;
   for (const Vec3& turn : {Vec3(0.02, 0, 0), Vec3(0, -0.02, 0)}) {
-    GravityObserver observer = taught(swing, 860);
+    GravityEstimator estimator = trained(swing, 860);
     const SE3 tilt(so3_exp(turn), Vec3::Zero());  // the path has drifted from here on
-    observer.interrupt();
+    estimator.interrupt();
     for (int i = 860; i < 900; ++i)
-      observer.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
-    observer.interrupt();
+      estimator.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+    estimator.interrupt();
     for (int i = 850; i < 900; ++i)
-      observer.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
-    const auto answer = observer.observe(at(t), tilt * swing.pose(t), swing.force(t));
-    ASSERT_EQ(answer.verdict, GravityObserver::Verdict::kUsed);
+      estimator.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+    const auto answer = estimator.observe(at(t), tilt * swing.pose(t), swing.force(t));
+    ASSERT_EQ(answer.verdict, GravityEstimator::Verdict::kUsed);
     const Vec3 predicted = (tilt * swing.pose(t)).rotation().transpose() * answer.up.up_odom;
     EXPECT_NEAR(angle(predicted, answer.up.up_camera), turn.cross(kUpOdom).norm(), 0.006);
   }
 }
 
-TEST(GravityObserver, RejectsBlowsFallsAndADeviceThatIsTurnedOtherwise) {
+TEST(GravityEstimator, RejectsBlowsFallsAndADeviceThatIsTurnedOtherwise) {
   const Swing swing;
-  const GravityObserver observer = taught(swing, 900);
+  const GravityEstimator estimator = trained(swing, 900);
   const auto verdict_of = [&](const auto& force) {
-    GravityObserver other = observer;
+    GravityEstimator other = estimator;
     for (int i = 900; i < 950; ++i)
       other.add(at(i * kFrame_s), swing.pose(i * kFrame_s), force(i * kFrame_s));
-    EXPECT_LT(angle(other.gravity_odom_m_s2(), observer.gravity_odom_m_s2()), 0.004);
+    EXPECT_LT(angle(other.gravity_odom_m_s2(), estimator.gravity_odom_m_s2()), 0.004);
     return other.observe(at(950 * kFrame_s), swing.pose(950 * kFrame_s), force(950 * kFrame_s)).verdict;
   };
-  using Verdict = GravityObserver::Verdict;
+  using Verdict = GravityEstimator::Verdict;
   EXPECT_EQ(verdict_of([&](double s) { return swing.force(s); }), Verdict::kUsed);
   EXPECT_EQ(verdict_of([&](double) { return Vec3(Vec3::Zero()); }), Verdict::kRejected);
   EXPECT_EQ(verdict_of([&](double s) { return Vec3(swing.force(s) * 1.3); }), Verdict::kRejected);
@@ -96,12 +96,12 @@ TEST(GravityObserver, RejectsBlowsFallsAndADeviceThatIsTurnedOtherwise) {
             Verdict::kRejected);
 }
 
-TEST(GravityObserver, SaysNothingBeforeItKnowsAnything) {
+TEST(GravityEstimator, SaysNothingBeforeItKnowsAnything) {
   const Swing swing;
-  const GravityObserver observer = taught(swing, 20);
-  EXPECT_EQ(observer.gravity_odom_m_s2(), Vec3::Zero());
-  EXPECT_EQ(observer.observe(at(1), swing.pose(1), swing.force(1)).verdict,
-            GravityObserver::Verdict::kTooEarly);
+  const GravityEstimator estimator = trained(swing, 20);
+  EXPECT_EQ(estimator.gravity_odom_m_s2(), Vec3::Zero());
+  EXPECT_EQ(estimator.observe(at(1), swing.pose(1), swing.force(1)).verdict,
+            GravityEstimator::Verdict::kTooEarly);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "hm/slam/rgbd/loop_judge.hpp"
+#include "hm/slam/rgbd/loop_selector.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -21,11 +21,18 @@ Vec6 apart(const SE3& a, const SE3& b) {
   return pose_edge_error(edge, SE3(), b);
 }
 
+template <class Items, class Node>
+std::vector<std::size_t> nodes_of(const Items& items, const Node& node) {
+  std::vector<std::size_t> nodes;
+  for (const auto& item : items) nodes.push_back(node(item));
+  return nodes;
+}
+
 double chi2_of(const Vec6& error, const Mat6& covariance) { return error.dot(covariance.llt().solve(error)); }
 
 }  // namespace
 
-Mat6 LoopJudge::with_drift(const SeenUncertainty& seen) const {
+Mat6 LoopSelector::with_drift(const SeenUncertainty& seen) const {
   Mat6 covariance = seen.covariance;
   const double drift_m = params_.gate_drift_ratio * seen.path_m,
                drift_rad = params_.gate_drift_rad_m * seen.path_m;
@@ -34,50 +41,54 @@ Mat6 LoopJudge::with_drift(const SeenUncertainty& seen) const {
   return covariance;
 }
 
-std::vector<LoopJudge::Heard> LoopJudge::against_odometry(const KeyframeGraph& graph,
-                                                          std::vector<LoopProposal> proposals) const {
+std::vector<LoopSelector::Rated> LoopSelector::against_odometry(const KeyframeGraph& graph,
+                                                                std::vector<LoopProposal> proposals) const {
   const std::size_t node = proposals.front().to;
-  const std::vector<SeenUncertainty> seen = uncertainties_seen_from(graph.graph(), node);
-  std::vector<Heard> heard;
-  for (LoopProposal& proposal : proposals) {
-    Heard one{std::move(proposal), 0, true};
+  const std::vector<SeenUncertainty> seen_from_node =
+      graph.uncertainties_seen_from(node, nodes_of(proposals, [](const LoopProposal& p) { return p.from; }));
+  std::vector<Rated> rated;
+  for (std::size_t i = 0; i < proposals.size(); ++i) {
+    Rated one{std::move(proposals[i]), 0, true};
     const std::size_t from = one.proposal.from;
-    if (graph.map_of(from) == graph.map_of(node) && seen[from].reached) {
+    if (const SeenUncertainty& seen = seen_from_node[i]; seen.reached) {
       const SE3 T_from_node = between(graph, from, node);
       const Vec6 error = apart(T_from_node, one.proposal.match.T_a_b);
-      const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen[from]));
-      one.proposal.news_ratio = one.proposal.match.covariance.llt()
-                                    .solve(inverse_covariance(T_from_node.inverse(), seen[from].covariance))
-                                    .trace() /
-                                6;
+      const Mat6 expected = inverse_covariance(T_from_node.inverse(), with_drift(seen));
+      one.proposal.information_gain_ratio =
+          one.proposal.match.covariance.llt()
+              .solve(inverse_covariance(T_from_node.inverse(), seen.covariance))
+              .trace() /
+          6;
       one.chi2 = chi2_of(error, expected + one.proposal.match.covariance);
       one.is_large = error.head<3>().norm() > params_.large_correction_m ||
                      error.tail<3>().norm() > params_.large_correction_rad;
     }
-    heard.push_back(std::move(one));
+    rated.push_back(std::move(one));
   }
-  return heard;
+  return rated;
 }
 
 /// Leaves the proposals that agree with the best one, or none when another place rivals it.
-void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& heard,
-                            LoopVerdict& verdict) const {
-  const auto is_better = [this](const Heard& a, const Heard& b) {
+void LoopSelector::drop_rivals(const KeyframeGraph& graph, std::vector<Rated>& rated,
+                               LoopDecision& decision) const {
+  const auto is_better = [this](const Rated& a, const Rated& b) {
     const bool a_near = a.chi2 <= params_.gate_chi2, b_near = b.chi2 <= params_.gate_chi2;
     return a_near != b_near ? a_near : a.proposal.match.inliers > b.proposal.match.inliers;
   };
-  const LoopProposal best = std::min_element(heard.begin(), heard.end(), is_better)->proposal;
-  const std::vector<SeenUncertainty> seen = uncertainties_seen_from(graph.graph(), best.from);
-  std::vector<Heard> agreeing;
+  const LoopProposal best = std::min_element(rated.begin(), rated.end(), is_better)->proposal;
+  const std::vector<SeenUncertainty> seen = graph.uncertainties_seen_from(
+      best.from, nodes_of(rated, [](const Rated& one) { return one.proposal.from; }));
+  std::vector<Rated> agreeing;
   bool has_rival = false;
-  for (Heard& one : heard) {
+  for (std::size_t i = 0; i < rated.size(); ++i) {
+    Rated& one = rated[i];
     const LoopProposal& p = one.proposal;
     double chi2 = 0;
-    if (p.from != best.from && seen[p.from].reached) {
+    if (p.from != best.from && seen[i].reached) {
       const SE3 by_loops = best.match.T_a_b * p.match.T_a_b.inverse();
       const Mat6 loops = compose_covariance(best.match.covariance, p.match.T_a_b.inverse(),
                                             inverse_covariance(p.match.T_a_b, p.match.covariance));
-      chi2 = chi2_of(apart(between(graph, best.from, p.from), by_loops), with_drift(seen[p.from]) + loops);
+      chi2 = chi2_of(apart(between(graph, best.from, p.from), by_loops), with_drift(seen[i]) + loops);
     }
     const bool agrees = chi2 <= params_.gate_chi2;
     if (agrees && one.chi2 <= params_.gate_chi2) {
@@ -87,57 +98,59 @@ void LoopJudge::drop_rivals(const KeyframeGraph& graph, std::vector<Heard>& hear
     const bool is_possible = one.chi2 <= kRivalGateFactor * params_.gate_chi2;
     if (!agrees && is_possible && p.match.inliers >= params_.rival_ratio * best.match.inliers)
       has_rival = true;
-    ++(one.chi2 > params_.gate_chi2 ? verdict.too_far : verdict.ambiguous);
+    ++(one.chi2 > params_.gate_chi2 ? decision.too_far : decision.ambiguous);
   }
   if (has_rival) {
-    verdict.ambiguous += agreeing.size();
+    decision.ambiguous += agreeing.size();
     agreeing.clear();
   }
-  heard = std::move(agreeing);
+  rated = std::move(agreeing);
 }
 
-void LoopJudge::confirm(const KeyframeGraph& graph, std::vector<Heard> heard, LoopVerdict& verdict) {
+void LoopSelector::confirm(const KeyframeGraph& graph, std::vector<Rated> rated, LoopDecision& decision) {
+  const std::vector<std::size_t> waiting_from = nodes_of(waiting_, [](const auto& w) { return w.from; });
+  const std::vector<std::size_t> waiting_to = nodes_of(waiting_, [](const auto& w) { return w.to; });
   std::vector<SeenUncertainty> seen_from_node;
   std::vector<bool> confirmed(waiting_.size(), false);
   std::vector<LoopProposal> still_waiting;
-  for (Heard& one : heard) {
+  for (Rated& one : rated) {
     const LoopProposal& p = one.proposal;
     bool is_confirmed = !one.is_large;
-    const std::vector<SeenUncertainty> seen_from = uncertainties_seen_from(graph.graph(), p.from);
-    if (seen_from_node.empty()) seen_from_node = uncertainties_seen_from(graph.graph(), p.to);
+    const std::vector<SeenUncertainty> seen_from = graph.uncertainties_seen_from(p.from, waiting_from);
+    if (seen_from_node.empty()) seen_from_node = graph.uncertainties_seen_from(p.to, waiting_to);
     for (std::size_t w = 0; w < waiting_.size(); ++w) {
       const LoopProposal& other = waiting_[w];
-      if (other.to == p.to || !seen_from[other.from].reached || !seen_from_node[other.to].reached) continue;
+      if (other.to == p.to || !seen_from[w].reached || !seen_from_node[w].reached) continue;
       // From p.from to other.to: by way of the loop p, and by way of the other loop.
       const SE3 T_to_to = between(graph, p.to, other.to), T_from_from = between(graph, p.from, other.from);
       const SE3 by_p = p.match.T_a_b * T_to_to, by_other = T_from_from * other.match.T_a_b;
       const Mat6 covariance =
-          compose_covariance(p.match.covariance, T_to_to, with_drift(seen_from_node[other.to])) +
-          compose_covariance(with_drift(seen_from[other.from]), other.match.T_a_b, other.match.covariance);
+          compose_covariance(p.match.covariance, T_to_to, with_drift(seen_from_node[w])) +
+          compose_covariance(with_drift(seen_from[w]), other.match.T_a_b, other.match.covariance);
       if (chi2_of(apart(by_p, by_other), covariance) > params_.gate_chi2) continue;
       confirmed[w] = true;
       is_confirmed = true;
     }
-    (is_confirmed ? verdict.accepted : still_waiting).push_back(std::move(one.proposal));
+    (is_confirmed ? decision.accepted : still_waiting).push_back(std::move(one.proposal));
   }
   for (std::size_t w = 0; w < confirmed.size(); ++w)
-    (confirmed[w] ? verdict.accepted : still_waiting).push_back(std::move(waiting_[w]));
+    (confirmed[w] ? decision.accepted : still_waiting).push_back(std::move(waiting_[w]));
   waiting_ = std::move(still_waiting);
 }
 
-LoopVerdict LoopJudge::hear(const KeyframeGraph& graph, std::vector<LoopProposal> proposals) {
-  LoopVerdict verdict;
+LoopDecision LoopSelector::update(const KeyframeGraph& graph, std::vector<LoopProposal> proposals) {
+  LoopDecision decision;
   if (!proposals.empty()) {
-    std::vector<Heard> heard = against_odometry(graph, std::move(proposals));
-    drop_rivals(graph, heard, verdict);
-    confirm(graph, std::move(heard), verdict);
+    std::vector<Rated> rated = against_odometry(graph, std::move(proposals));
+    drop_rivals(graph, rated, decision);
+    confirm(graph, std::move(rated), decision);
   }
   const auto is_old = [&](const LoopProposal& p) {
     return p.to + static_cast<std::size_t>(params_.max_waiting_keyframes) < graph.size();
   };
-  verdict.unconfirmed = static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_old));
+  decision.unconfirmed = static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_old));
   std::erase_if(waiting_, is_old);
-  return verdict;
+  return decision;
 }
 
 }  // namespace hm

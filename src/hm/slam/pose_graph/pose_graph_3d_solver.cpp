@@ -1,4 +1,4 @@
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 
 #include <ceres/ceres.h>
 

@@ -35,8 +35,8 @@ std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed
 /// compared, and a feature is looked for where it must be (match_guided), within what features know of their
 /// places: of two visits that are 2 cm apart half the links are found, of 4 cm few. Pairs of keyframes with
 /// so few matches that they may be chance give none; nor do those of `linked` (sorted).
-std::vector<FeatureLink> link_visits(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
-                                     const PlaceVerifierParams& params,
-                                     std::span<const KeyframePair> linked = {});
+std::vector<FeatureLink> match_covisible(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
+                                         const PlaceVerifierParams& params,
+                                         std::span<const KeyframePair> linked = {});
 
 }  // namespace hm

@@ -1,4 +1,4 @@
-#include "hm/slam/pose_graph/pose_graph_solver_3d.hpp"
+#include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty_3d.hpp"
+#include "hm/slam/pose_graph/testing/whole_graph.hpp"
 
 namespace hm {
 namespace {
@@ -197,14 +198,14 @@ TEST(PoseUncertainty3D, AddsUpAlongTheShortestWay) {
   }
   Mat6 expected = Mat6::Zero();
   for (std::size_t i = 0; i <= 5; ++i) {
-    const auto seen = uncertainties_seen_from(graph, 0)[i];
+    const auto seen = test::all_seen_from<SpatialPaths>(graph, 0)[i];
     EXPECT_LT((seen.covariance - expected).norm(), 1e-9);
     EXPECT_NEAR(seen.path_m, static_cast<double>(i) * step.translation().norm(), 1e-9);
     EXPECT_TRUE(seen.reached);
     expected = compose_covariance(expected, step, covariance);
   }
   // Seen from the other end: that of the inverse, which a direct compounding of inverse steps gives.
-  const Mat6 back = uncertainties_seen_from(graph, 5)[0].covariance;
+  const Mat6 back = test::all_seen_from<SpatialPaths>(graph, 5)[0].covariance;
   Mat6 inverse = Mat6::Zero();
   for (int i = 0; i < 5; ++i)
     inverse = compose_covariance(inverse, step.inverse(), inverse_covariance(step, covariance));
@@ -213,7 +214,7 @@ TEST(PoseUncertainty3D, AddsUpAlongTheShortestWay) {
   const SE3 whole = graph.T_map_node[5];
   graph.edges.push_back({0, 5, whole, Mat6(1e6 * Mat6::Identity()), PoseEdgeKind::kLoop});
   graph.T_map_node.emplace_back();
-  const auto seen = uncertainties_seen_from(graph, 0);
+  const auto seen = test::all_seen_from<SpatialPaths>(graph, 0);
   EXPECT_LT((seen[5].covariance - 1e-6 * Mat6::Identity()).norm(), 1e-12);
   EXPECT_EQ(seen[5].path_m, 0);
   EXPECT_FALSE(seen[6].reached);

@@ -1,0 +1,42 @@
+#include "hm/odometry/tracker/tracker_prediction.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hm {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 30;
+
+double difference(const SE3& a, const SE3& b) { return (a.inverse() * b).log().norm(); }
+
+SE3 motion_over(double duration_s) {
+  return SE3::exp(duration_s * (Vec6() << 0.9, -0.3, 0.2, 0.4, 1.5, -0.2).finished());
+}
+
+TEST(ConstantVelocity, TheMotionGrowsWithTheTime) {
+  ConstantVelocity velocity;
+  EXPECT_EQ(difference(velocity.motion(kFrame_s), {}), 0);
+  velocity.update(motion_over(kFrame_s), kFrame_s);
+  for (const int dropped : {0, 1, 2, 5})
+    EXPECT_LT(difference(velocity.motion((1 + dropped) * kFrame_s), motion_over((1 + dropped) * kFrame_s)),
+              1e-9)
+        << dropped;
+}
+
+/// The frame after a gap follows at the usual distance again.
+TEST(ConstantVelocity, AGapBeforeTheLastFrameDoesNotCount) {
+  ConstantVelocity velocity;
+  velocity.update(motion_over(4 * kFrame_s), 4 * kFrame_s);
+  EXPECT_LT(difference(velocity.motion(kFrame_s), motion_over(kFrame_s)), 1e-9);
+}
+
+TEST(ConstantVelocity, ALongGapIsNotExtrapolated) {
+  ConstantVelocity velocity;
+  velocity.update(motion_over(kFrame_s), kFrame_s);
+  EXPECT_LT(difference(velocity.motion(60), motion_over(0.5)), 1e-9);
+  velocity.reset();
+  EXPECT_EQ(difference(velocity.motion(60), {}), 0);
+}
+
+}  // namespace
+}  // namespace hm
