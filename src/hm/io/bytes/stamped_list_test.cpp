@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "hm/core/rng.hpp"
 #include "hm/io/camera/camera_file.hpp"
