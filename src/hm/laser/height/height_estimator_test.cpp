@@ -144,16 +144,16 @@ TEST(HeightEstimator, ACeilingIsAFloorTurnedOver) {
 
 TEST(HeightEstimator, KnownAccelerationHelps) {
   // A rebound of 40 m/s^2 for one scan looks like a step, unless the IMU says what it was.
-  for (const bool told : {false, true}) {
+  for (const bool given : {false, true}) {
     HeightEstimator estimator;
     double height = 1.5, climb = 0;
     for (int i = 0; i < 80; ++i) {
       const double acceleration = i >= 40 && i < 44 ? 40 : 0;
       height += 0.025 * climb + 0.5 * 0.025 * 0.025 * acceleration;
       climb += 0.025 * acceleration;
-      estimator.update(readings(0.025 * i, {{height, 20}}), told ? acceleration : 0);
+      estimator.update(readings(0.025 * i, {{height, 20}}), given ? acceleration : 0);
     }
-    if (told) {
+    if (given) {
       EXPECT_NEAR(estimator.last().height_m, height, 0.01);
       EXPECT_EQ(estimator.profile().size(), 1u);
     } else {

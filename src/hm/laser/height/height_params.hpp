@@ -22,7 +22,7 @@ struct HeightParams {
   double acceleration_density_m_s2_sqrt_hz = 0.4;
   double initial_climb_std_m_s = 1.0;
 
-  /// For single readings of a distance sensor. What is new underneath must be seen more often to be believed;
+  /// For single readings of a distance sensor. What is new underneath must be seen more often to be accepted;
   /// as only one surface is seen at a time, an IMU's vertical acceleration matters more than with a mirror.
   static HeightParams for_range_sensor(double reading_std_m = 0.01) {
     HeightParams params;

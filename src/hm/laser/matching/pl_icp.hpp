@@ -16,7 +16,7 @@ enum class MatchStatus {
   kTooFewPoints,        ///< one of the scans has too few usable points
   kTooFewPairs,         ///< the scans do not overlap at the guess
   kNoInformation,       ///< pairs, but no direction in which they fix the motion
-  kCorrectionTooLarge,  ///< the result is too far from the guess to be believed
+  kCorrectionTooLarge,  ///< the result is too far from the guess to be accepted
   kInvalidGuess,        ///< the guess is not finite
 };
 std::string_view to_string(MatchStatus status);
@@ -44,7 +44,7 @@ struct ScanMatch {
   MatchStatus status = MatchStatus::kTooFewPoints;
   std::optional<SE2> T_reference_sensed;  ///< nothing unless the status is kMatched
   /// Of (x, y, angle) of T_reference_sensed: x and y along the axes of the reference's `ortho` frame. Zero
-  /// when not asked for.
+  /// when not wanted.
   Mat3 covariance = Mat3::Zero();
   int iterations = 0;
   MatchEnd end = MatchEnd::kMaxIterations;

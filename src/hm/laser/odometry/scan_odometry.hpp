@@ -108,7 +108,7 @@ struct OdometryStep {
   bool new_keyframe = false;  ///< this scan is the reference of the next ones
   bool after_gap = false;     ///< more than max_gap_s since the last scan: no velocity was assumed
   std::size_t keyframe = 0;   ///< number of the reference that it was matched against
-  bool searched = false;      ///< MotionPrediction::find was asked
+  bool searched = false;      ///< MotionPrediction::find was called
   ScanMatch match;            ///< kFound: its covariance is that of the finder
 };
 

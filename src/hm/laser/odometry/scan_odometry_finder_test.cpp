@@ -23,7 +23,7 @@ std::vector<PlanarScan> scans_from(const PlanarWorld& world, const std::vector<S
 
 TEST(ScanOdometryFinder, WhereNoMatchIsFoundTheFinderIsAsked) {
   const PlanarWorld world = laser_testing::office_world();
-  // A turn that no velocity foretells, and after which the laser sees nothing of what it saw before.
+  // A turn that no velocity predicts, and after which the laser sees nothing of what it saw before.
   const SE2 start = laser_testing::office_loop(5), turned = start * SE2(0.1, 0, 2.2);
   std::vector<PlanarScan> scans = scans_from(world, {start, start, turned, turned});
   for (PlanarScan& scan : scans) {
@@ -33,17 +33,17 @@ TEST(ScanOdometryFinder, WhereNoMatchIsFoundTheFinderIsAsked) {
   }
   ScanOdometryParams params;
   params.use_velocity = false;
-  int asked = 0;
+  int searches = 0;
   MotionPrediction prediction;
   prediction.find = [&](const PlanarScan&, const SE2& predicted) -> std::optional<FoundPose> {
-    ++asked;
+    ++searches;
     EXPECT_LT((predicted.translation() - Vec2(0, 0)).norm(), 0.01);
     return FoundPose{SE2(0.1, 0, 2.2), 1e-4 * Mat3::Identity()};
   };
   ScanOdometry odometry(params);
   std::vector<OdometryStep> steps;
   for (const PlanarScan& scan : scans) steps.push_back(odometry.process(scan, prediction));
-  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(searches, 1);
   EXPECT_EQ(steps[1].status, OdometryStatus::kTracking);
   EXPECT_FALSE(steps[1].searched);
   EXPECT_EQ(steps[2].status, OdometryStatus::kFound);
@@ -66,18 +66,18 @@ TEST(ScanOdometryFinder, TheFinderCanComeFirst) {
   const SE2 start = laser_testing::office_loop(5);
   const std::vector<PlanarScan> scans = scans_from(world, {start, start * SE2(0.1, 0, 0.5)});
   for (const bool finds : {true, false}) {
-    int asked = 0;
+    int searches = 0;
     MotionPrediction prediction;
     prediction.find_first = true;
     prediction.find = [&](const PlanarScan&, const SE2&) -> std::optional<FoundPose> {
-      ++asked;
+      ++searches;
       if (!finds) return std::nullopt;
       return FoundPose{SE2(0.12, 0.01, 0.48), Mat3::Identity()};
     };
     ScanOdometry odometry;
     odometry.process(scans[0], prediction);
     const OdometryStep step = odometry.process(scans[1], prediction);
-    EXPECT_EQ(asked, 1);
+    EXPECT_EQ(searches, 1);
     EXPECT_EQ(step.status, OdometryStatus::kTracking);  // the match counts, from wherever it began
     const double error_m = (step.T_odom_base->translation() - Vec2(0.1, 0)).norm();
     EXPECT_LT(error_m, finds ? 0.02 : 0.5);

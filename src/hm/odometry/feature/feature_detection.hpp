@@ -34,8 +34,8 @@ class FeatureDetector {
   FeatureDetector(FeatureDetector&&) noexcept;
   FeatureDetector& operator=(FeatureDetector&&) noexcept;
 
-  /// The features of a frame, strongest cells first, each with descriptor and orientation; `has_depth` tells
-  /// which of them have a place. `depth` may be empty or must be of the image's size. Fewer than asked for,
+  /// The features of a frame, strongest cells first, each with descriptor and orientation; `has_depth` marks
+  /// those that have a place. `depth` may be empty or must be of the image's size. Fewer than asked for,
   /// or none, where the image has no corners. Images of less than 64 pixels in a direction have none.
   [[nodiscard]] FeatureSet detect(const Image<std::uint8_t>& gray, const DepthImage& depth);
 

@@ -26,7 +26,7 @@ struct Relocalisation {
 /// Compares a frame's features with those of known places (the newest last) by descriptor, and looks for the
 /// motion that most pairs agree with (RANSAC, Mahalanobis test). `first` says with which place to begin,
 /// counted from the newest; at most `count` are tried, so that a search through all of them can be spread
-/// over frames. Nothing when none of them fits; `best_matches` then tells how near it came.
+/// over frames. Nothing when none of them fits; `best_matches` is then the most pairs of a place.
 struct RelocalisationSearch {
   std::size_t first = 0, count = 4;
   int min_inliers = 15;

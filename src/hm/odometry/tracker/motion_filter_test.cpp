@@ -17,7 +17,7 @@ DepthGrid grid_at(const SE3& T_world_camera, std::uint64_t seed) {
   return make_depth_grid(frame.depth, room_camera(), {}, 5.5);
 }
 
-/// A way past a corner of the room, where surfaces tell every motion.
+/// A way past a corner of the room, where surfaces determine every motion.
 SE3 corner_pose(int frame) {
   const SE3 corner(so3_exp(Vec3(0.5, 0.6, 0)), Vec3(0.1, 0.2, -0.3));
   return corner * path_pose(frame / 30.0);

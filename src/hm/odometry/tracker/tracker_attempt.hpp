@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// How landmarks are looked for, and what a pose needs to be believed.
+/// Search for landmarks, and the conditions that an accepted pose fulfils.
 struct AttemptParams {
   MatchingParams matching;
   RegistrationParams registration;
@@ -32,7 +32,7 @@ struct Attempt {
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
 
-/// What an attempt says about the frame.
+/// Numbers of an attempt.
 void note(const Attempt& attempt, TrackingNumbers& numbers);
 
 /// The covariance of the pose (left perturbation in odom): that of the registration, and that of the

@@ -98,13 +98,13 @@ TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   EXPECT_LT(far_off, sight_count / 50);
 }
 
-/// What a keyframe's successor tells of its sights: the depths that the frames in between have read too.
+/// Refined observations of a keyframe have the depths of the frames up to the next keyframe too.
 TEST(TrackerCovariance, DepthsOfSightsAreReadOnUntilTheNextKeyframe) {
   Rng rng(3);
   const PinholeCamera camera = room_camera();
   const auto odometry = make_tracker({}, camera, path_pose(0));
   std::shared_ptr<const Keyframe> last;
-  int told = 0, surer = 0, keyframes = 0;
+  int refined = 0, surer = 0, keyframes = 0;
   for (int i = 0; i < 60 && keyframes < 4; ++i) {
     RgbdFrame frame =
         render_room({}, camera, path_pose(i * 0.04), Time::from_seconds(1 + i * 0.04), {true, 2.0, {}}, &rng);
@@ -126,14 +126,14 @@ TEST(TrackerCovariance, DepthsOfSightsAreReadOnUntilTheNextKeyframe) {
         EXPECT_LE(later.depth_variance_m2, first->depth_variance_m2);
         EXPECT_NEAR(later.depth_m, first->depth_m, 4 * std::sqrt(first->depth_variance_m2));
         surer += later.depth_variance_m2 < 0.7 * first->depth_variance_m2 ? 1 : 0;
-        ++told;
+        ++refined;
       }
     }
     last = now;
   }
   ASSERT_GE(keyframes, 3);
-  ASSERT_GT(told, 200);
-  EXPECT_GT(surer, told / 2);
+  ASSERT_GT(refined, 200);
+  EXPECT_GT(surer, refined / 2);
 }
 
 TEST(TrackerCovariance, GrowsAlongThePathAndIsSymmetric) {

@@ -132,7 +132,7 @@ TEST(WindowAdjustment, OutliersDoNotPull) {
 }
 
 /// Sightings five times better than they promise, some of them slipped by what they do promise, another way
-/// in every other keyframe: what the others do tells which.
+/// in every other keyframe: the other sightings show which.
 TEST(WindowAdjustment, OutliersAreMeasuredByWhatTheOthersDo) {
   double sum_m = 0;
   for (std::uint64_t seed = 6; seed < 10; ++seed) {

@@ -129,7 +129,7 @@ TEST(CorrelativeSearch, ExactScanIsFoundBelowACell) {
   }
 }
 
-/// The same shape twice, 1.5 m apart: which of them was seen cannot be told, unless the window holds one
+/// The same shape twice, 1.5 m apart: which of them was seen is not decidable, unless the window holds one
 /// only.
 TEST(CorrelativeSearch, TwoEqualPlacesAreAmbiguous) {
   Rng rng(5);

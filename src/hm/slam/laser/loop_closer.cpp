@@ -45,7 +45,7 @@ bool LoopCloser::wants_node(const SE2& T_odom_base) const {
          std::abs(motion.angle()) > params_.graph_angle_rad;
 }
 
-/// Both matches, and the keyframes between them, err on their own. After a restart nobody knows how far the
+/// Both matches, and the keyframes between them, err on their own. After a restart it is unknown how far the
 /// vehicle is from the node before.
 Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
   if (unknown_since_) return kFreeDirectionVariance_m2 * Mat3::Identity();

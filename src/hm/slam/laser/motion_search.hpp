@@ -81,7 +81,7 @@ class MotionSearch {
   MotionSearchParams params_;
   PlIcp matcher_;
   std::deque<Keyframe> keyframes_;
-  std::optional<CorrelativeMap> raster_;  // of keyframes_; made when asked for
+  std::optional<CorrelativeMap> raster_;  // of keyframes_; made when first used
   int failures_ = 0;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 /// A turn of one radian hides as much of a scan as this many metres.
 constexpr double kApartPerTurn_m = 0.7;
-/// What odometry is believed to know of a motion even where the matcher knows nothing.
+/// Deviation of odometry's motion where the matcher determines nothing.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
 

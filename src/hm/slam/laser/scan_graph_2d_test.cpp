@@ -13,7 +13,7 @@ namespace {
 
 using namespace laser_testing;
 
-/// A drive whose odometry drifts: true and believed poses of each keyframe, with its scan.
+/// A drive whose odometry drifts: true and estimated poses of each keyframe, with its scan.
 struct Drive {
   std::vector<SE2> truth;
   std::vector<GraphKeyframe2D> keyframes;

@@ -30,7 +30,7 @@ struct ScanSubmap {
 /// Points of a scan within a range of its laser, at most `max_points` of them, evenly taken.
 std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::size_t max_points);
 
-/// The likelihood rasters of submaps, in the frames of their anchors: made when asked for, the last sixteen
+/// The likelihood rasters of submaps, in the frames of their anchors: made when first used, the last sixteen
 /// kept.
 class SubmapRasters {
  public:

@@ -95,7 +95,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   Rng rng(kRansacSeed);
   std::optional<SE3> best;
   std::size_t most = 3;
-  // As many samples as a motion needs that would be believed at all.
+  // As many samples as the weakest acceptable motion needs.
   const auto wanted = static_cast<std::size_t>(
       std::max<double>(params.min_seeds, params.min_seed_ratio * static_cast<double>(points.size())));
   double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.confidence_ratio);

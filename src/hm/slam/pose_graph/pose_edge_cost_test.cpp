@@ -17,7 +17,7 @@ SE3 some_pose(Rng& rng, double turn_rad) {
   return {so3_exp(turn_rad * turn), Vec3(rng.normal(), rng.normal(), rng.normal())};
 }
 
-/// What the solver is told, whitening and manifold included, against differences: the derivative by the
+/// The solver's Jacobian, whitening and manifold included, against differences: the derivative by the
 /// states times the manifold's own.
 TEST(PoseEdgeCost, DerivativesAreTheNumericOnes) {
   Rng rng(4);

@@ -128,7 +128,7 @@ TEST(BundleAdjustment, BearsWrongLinks) {
 }
 
 /// Observations that promise five times less than they keep, and some of them slipped, another way in
-/// every other keyframe: what the others do tells which.
+/// every other keyframe: the other observations show which.
 TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
   double slipped = 0, modest = 0;
   for (int seed = 10; seed < 14; ++seed) {
@@ -222,7 +222,7 @@ TEST(BundleAdjustment, DeterministicAndDegenerate) {
   EXPECT_FALSE(adjust_bundle(one).converged);
   make_landmarks(one, scene.pointers, {});
   EXPECT_TRUE(one.landmarks.empty());
-  // Two features of one keyframe in one landmark: nobody knows which it is.
+  // Two features of one keyframe in one landmark: ambiguous.
   const FeatureLink twice[] = {{0, 1, 1, 1}, {0, 2, 1, 1}};
   make_landmarks(one, scene.pointers, twice);
   EXPECT_TRUE(one.landmarks.empty());
@@ -262,8 +262,8 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   EXPECT_GT(bundle.landmarks[0].observations[2].pixel_covariance(0, 0), 0.1);
 }
 
-/// What the next keyframe tells of a keyframe's sights is newer: its depths were read longer.
-TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
+/// Observations refined by the time of the next keyframe are preferred: their depths were measured longer.
+TEST(BundleAdjustment, ObservationsAreTakenAsTheNextKeyframeRefinesThem) {
   Scene scene = make_scene(5, 0.0);
   const auto sight = [&](std::size_t keyframe, double depth_m) {
     const Feature& f = scene.keyframes[keyframe].features[0];
@@ -281,12 +281,12 @@ TEST(BundleAdjustment, SightsAreTakenAsTheNextKeyframeTellsThem) {
   const auto& seen = bundle.landmarks[0].observations;
   ASSERT_EQ(seen.size(), 3U);
   EXPECT_EQ(seen[0].depth_m, 2.1);
-  EXPECT_EQ(seen[1].depth_m, 2.0) << "told of a keyframe that is not here";
+  EXPECT_EQ(seen[1].depth_m, 2.0) << "refined for a keyframe that is not here";
   EXPECT_EQ(seen[2].depth_m, 2.0);
 }
 
 /// However many links there are, a landmark has so many sights, and a feature is of so many landmarks.
-TEST(BundleAdjustment, LinksAddABoundedNumberOfSights) {
+TEST(BundleAdjustment, LinksAddABoundedNumberOfObservations) {
   Scene scene = make_scene(5, 0.0);
   ASSERT_GE(scene.keyframes.size(), 8U);
   const auto sight = [&](std::size_t keyframe, std::uint64_t landmark) {

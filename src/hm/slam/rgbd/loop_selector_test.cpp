@@ -103,7 +103,7 @@ TEST(LoopSelector, ALoopMustBeWhereOdometryAllowsIt) {
   EXPECT_EQ(far.too_far, 1U);
 }
 
-/// Two doors that look the same, a metre apart, both where odometry allows: neither is believed, unless one
+/// Two doors that look the same, a metre apart, both where odometry allows: neither is accepted, unless one
 /// explains far less.
 TEST(LoopSelector, RivalsAreBothRefused) {
   const RgbdLoopParams params;
