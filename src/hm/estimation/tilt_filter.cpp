@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "hm/estimation/alpha_beta.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/sensors/imu.hpp"
 
 namespace hm {
@@ -13,7 +14,7 @@ void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific
   const bool is_gravity = std::abs(force_m_s2 / kGravity_m_s2 - 1) <= params_.gravity_tolerance_ratio;
   if (!ready_) {
     if (!is_gravity) return;
-    R_world_body_ = Eigen::Quaterniond::FromTwoVectors(specific_force_m_s2, Vec3::UnitZ());
+    R_world_body_ = turn_between(specific_force_m_s2, Vec3::UnitZ());
     ready_ = true;
     return;
   }

@@ -1,11 +1,11 @@
 #include "hm/evaluation/trajectory_error.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "hm/core/check.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -72,7 +72,7 @@ bool is_degenerate(std::span<const Vec3> points, TrajectoryAlignment kind) {
     if (kind == TrajectoryAlignment::kYaw) d.z() = 0;
     scatter += d * d.transpose();
   }
-  const Vec3 spread = Eigen::JacobiSVD<Mat3>(scatter).singularValues() / static_cast<double>(points.size());
+  const Vec3 spread = svd_of(scatter).values / static_cast<double>(points.size());
   constexpr double kStandstill = 1e-6;  // metres squared: within a millimetre
   if (kind == TrajectoryAlignment::kYaw) return spread[0] < kStandstill;
   return spread[0] < kStandstill || spread[1] < 1e-6 * spread[0];
@@ -169,12 +169,12 @@ SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec
   if (kind == TrajectoryAlignment::kYaw) {
     result.rotation = best_yaw(covariance);
   } else {
-    const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Svd3 svd = svd_of(covariance);
     Vec3 sign = Vec3::Ones();
-    if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) sign.z() = -1;  // no mirror (eq. 43)
-    result.rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+    if (svd.U.determinant() * svd.V.determinant() < 0) sign.z() = -1;  // no mirror (eq. 43)
+    result.rotation = svd.U * sign.asDiagonal() * svd.V.transpose();
     if (kind == TrajectoryAlignment::kSim3 && variance_from > 0)
-      result.scale = svd.singularValues().dot(sign) / variance_from;
+      result.scale = svd.values.dot(sign) / variance_from;
   }
   result.translation = mean_to - result.scale * (result.rotation * mean_from);
   return result;

@@ -1,11 +1,10 @@
 #include "hm/odometry/registration/rigid_registration.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include "hm/core/check.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 
@@ -65,12 +64,12 @@ Equations build_equations(std::span<const PointPair> pairs, const SE3& T_a_b, do
 }
 
 bool is_determined(const Mat6& information) {
-  const Vec6 values = Eigen::SelfAdjointEigenSolver<Mat6>(information, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vec6 values = symmetric_eigenvalues(information);
   return values.allFinite() && values.minCoeff() > kLeastInformationRatio * values.maxCoeff();
 }
 
 Mat6 symmetric_inverse(const Mat6& information) {
-  const Mat6 inverse = information.inverse();
+  const Mat6 inverse = inverse_of(information);
   return 0.5 * (inverse + inverse.transpose());
 }
 
@@ -85,13 +84,13 @@ std::optional<SE3> register_points(std::span<const PointPair> pairs, std::span<c
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     moments += weight_of(weights, i) * (pairs[i].p_a - mean.a) * (pairs[i].p_b - mean.b).transpose();
   }
-  const Eigen::JacobiSVD<Mat3> svd(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vec3 spread = svd.singularValues();
+  const Svd3 svd = svd_of(moments);
+  const Vec3 spread = svd.values;
   if (!spread.allFinite() || spread(1) <= kLeastSpreadRatio * spread(0) || spread(0) <= 0)
     return std::nullopt;
-  const bool mirrors = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0;
+  const bool mirrors = (svd.U * svd.V.transpose()).determinant() < 0;
   const Vec3 signs(1, 1, mirrors ? -1 : 1);
-  const Mat3 rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Mat3 rotation = svd.U * signs.asDiagonal() * svd.V.transpose();
   return SE3(rotation, mean.a - rotation * mean.b);
 }
 
@@ -102,8 +101,7 @@ std::optional<RefinedMotion> refine_registration(std::span<const PointPair> pair
   for (int step = 0; step < kMaxSteps; ++step) {
     const Equations equations = build_equations(pairs, motion.T_a_b, cauchy_sigma);
     if (!is_determined(equations.information)) return std::nullopt;
-    const Eigen::LDLT<Mat6> solver(equations.information);
-    const Vec6 update = -solver.solve(equations.gradient);
+    const Vec6 update = -solve_symmetric(equations.information, equations.gradient);
     motion.T_a_b = SE3::exp(update) * motion.T_a_b;
     if (update.norm() < kRigidConverged) break;
   }

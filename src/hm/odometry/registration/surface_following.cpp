@@ -1,8 +1,10 @@
 #include "hm/odometry/registration/surface_following.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -34,7 +36,7 @@ std::optional<SurfaceMotion> follow_surface(std::span<const SurfaceElement> refe
       equations = surface_equations(reference, current, T_ref_cur, {noise, 1, 4, gate_m});
       const Vec6 from_guess = (T_ref_cur_guess.inverse() * T_ref_cur).log();
       const Mat6 information = kReadingWeight * equations.information + prior;
-      const Vec6 step = -information.ldlt().solve(kReadingWeight * equations.gradient + prior * from_guess);
+      const Vec6 step = -solve_symmetric(information, kReadingWeight * equations.gradient + prior * from_guess);
       if (!step.allFinite() || step.norm() > kMaxStep) return std::nullopt;
       T_ref_cur = T_ref_cur * SE3::exp(step);
       if (step.lpNorm<Eigen::Infinity>() < kFollowingConverged) break;
@@ -42,9 +44,8 @@ std::optional<SurfaceMotion> follow_surface(std::span<const SurfaceElement> refe
   }
   if (equations.terms == 0 || equations.terms < kMinFittingRatio * static_cast<double>(reference.size()))
     return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(kReadingWeight * equations.information,
-                                                   Eigen::EigenvaluesOnly);
-  return SurfaceMotion{T_ref_cur, solver.eigenvalues()[0] > 1 / (kHeldSigma * kHeldSigma)};
+  const Vec6 values = symmetric_eigenvalues(Mat6(kReadingWeight * equations.information));
+  return SurfaceMotion{T_ref_cur, values[0] > 1 / (kHeldSigma * kHeldSigma)};
 }
 
 }  // namespace hm

@@ -1,8 +1,10 @@
 #include "hm/odometry/tracker/tracker_registration.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -53,7 +55,7 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     result.information = equations.information;
     Mat6 damped = equations.information;
     damped.diagonal().array() += kDamping;
-    const Vec6 step = -damped.ldlt().solve(equations.gradient);
+    const Vec6 step = -solve_symmetric(damped, equations.gradient);
     if (!step.allFinite() || step.norm() > 1) break;
     result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
     if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
@@ -72,9 +74,8 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
 double position_sigma_m(const Registration& registration) {
   Mat6 information = registration.information;
   information.diagonal().array() += 1e-6;
-  const Mat3 covariance = information.inverse().topLeftCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+  const Mat3 covariance = inverse_of(information).topLeftCorner<3, 3>();
+  return std::sqrt(std::max(0.0, symmetric_eigenvalues(covariance)[2]));
 }
 
 Mat6 covariance_in_camera(const Registration& registration) {
@@ -82,7 +83,7 @@ Mat6 covariance_in_camera(const Registration& registration) {
   information.diagonal().array() += kDamping;
   const double scale =
       kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
-  return scale * information.inverse();
+  return scale * inverse_of(information);
 }
 
 Mat6 covariance_in_odom(const Registration& registration) {

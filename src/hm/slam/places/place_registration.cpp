@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "hm/core/rng.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
 
 namespace hm {
@@ -127,7 +127,7 @@ Mat6 improve(const FeatureSet& a, const FeatureSet& b, std::span<const FeaturePa
     information += jacobian.transpose() * weight * jacobian;
     gradient += jacobian.transpose() * (weight * (a[i].p_camera - T_a_b * b[j].p_camera));
   }
-  const Vec6 move = information.ldlt().solve(-gradient);
+  const Vec6 move = solve_symmetric(information, -gradient);
   if (move.allFinite()) T_a_b = moved_by(T_a_b, move);
   return information;
 }
@@ -144,10 +144,10 @@ std::optional<SE3> fit_motion(std::span<const Vec3> p_a, std::span<const Vec3> p
   }
   Mat3 cross = Mat3::Zero();
   for (std::size_t i = 0; i < p_a.size(); ++i) cross += (p_a[i] - mean_a) * (p_b[i] - mean_b).transpose();
-  const Eigen::JacobiSVD<Mat3> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd3 svd = svd_of(cross);
   Mat3 mirror = Mat3::Identity();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) mirror(2, 2) = -1;
-  const Mat3 rotation = svd.matrixU() * mirror * svd.matrixV().transpose();
+  if (svd.U.determinant() * svd.V.determinant() < 0) mirror(2, 2) = -1;
+  const Mat3 rotation = svd.U * mirror * svd.V.transpose();
   return SE3(rotation, mean_a - rotation * mean_b);
 }
 

@@ -1,8 +1,8 @@
 #include "hm/tsdf/alignment/alignment_step.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -38,20 +38,20 @@ Observability observability(const Mat6& H, double weight, double arm_m, double m
   if (!(weight > 0) || !H.allFinite()) return seen;
   const Vec6 scale = turn_scale(arm_m);
   const Mat6 scaled = scale.asDiagonal() * H * scale.asDiagonal() / weight;
-  const Eigen::SelfAdjointEigenSolver<Mat3> shifts(scaled.topLeftCorner<3, 3>());
-  seen.free_shifts = static_cast<int>((shifts.eigenvalues().array() < min_share).count());
+  const Eigen3 shifts = symmetric_eigen(Mat3(scaled.topLeftCorner<3, 3>()));
+  seen.free_shifts = static_cast<int>((shifts.values.array() < min_share).count());
   // The free shifts are known; what couples them with the rest is noise. Of the rest, the eigenvectors.
   Mat6 basis = Mat6::Identity();
-  basis.topLeftCorner<3, 3>() = shifts.eigenvectors();
+  basis.topLeftCorner<3, 3>() = shifts.vectors;
   Mat6 rest = basis.transpose() * scaled * basis;
   for (int i = 0; i < seen.free_shifts; ++i) {
     rest.row(i).setZero(), rest.col(i).setZero();
-    rest(i, i) = shifts.eigenvalues()[i] - 1e3;  // before all others
+    rest(i, i) = shifts.values[i] - 1e3;  // before all others
   }
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(rest);
-  seen.share = solver.eigenvalues();
+  const Eigen6 solved = symmetric_eigen(rest);
+  seen.share = solved.values;
   seen.share.head(seen.free_shifts).array() += 1e3;
-  seen.directions = basis * solver.eigenvectors();
+  seen.directions = basis * solved.vectors;
   seen.unobservable = static_cast<int>((seen.share.array() < min_share).count());
   return seen;
 }
@@ -76,14 +76,14 @@ Information observable_part(const Information& geometry, const Observability& se
 Vec6 damped_step(const Information& information, double damping) {
   Mat6 H = information.H;
   H.diagonal() *= 1.0 + damping;
-  return -H.ldlt().solve(information.b);
+  return -solve_symmetric(H, information.b);
 }
 
 Mat6 covariance_at_origin(const Mat6& information, const TurningCentre& centre) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> solver(information);
-  const Vec6 variances = solver.eigenvalues().cwiseMax(1e-12).cwiseInverse();
+  const Eigen6 solved = symmetric_eigen(information);
+  const Vec6 variances = solved.values.cwiseMax(1e-12).cwiseInverse();
   const Mat6 about_centre =
-      solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose();
+      solved.vectors * variances.asDiagonal() * solved.vectors.transpose();
   const Mat6 jacobian = centre.to_origin();
   return jacobian * about_centre * jacobian.transpose();
 }
