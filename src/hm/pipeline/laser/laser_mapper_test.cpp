@@ -98,7 +98,8 @@ TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   const MultiVolumeGrid wanted =
       rebuild_laser_map({kept, one_laser().rigs, records, pipeline.map_frame()}, parameters.laser, {});
   EXPECT_EQ(mapper->corrected_map().serialise(), wanted.serialise());
-  EXPECT_EQ(mapper->corrects(), pipeline.map_frame().corrects());
+  EXPECT_TRUE(mapper->corrects());
+  EXPECT_NE(mapper->corrected_map().serialise(), mapper->map().serialise());
 }
 
 TEST(LaserMapper, RefusesSettingsAndPlatformsThatAreNone) {
