@@ -63,7 +63,7 @@ std::vector<std::string> map_parameters(const Parameters& parameters);
 /// Those of the maps that are made of keyframes.
 KeyframeMapParams keyframe_map_params(const Parameters& parameters);
 
-/// What contradicts, all of it in one error; ranges are checked by ParamList::check().
+/// Checks for contradictions, all of them in one error; ranges are checked by ParamList::check().
 Result<void> check_parameters(const Parameters& parameters);
 
 /// All parameters as a Markdown table for each section (docs/parameters.md).

@@ -21,14 +21,14 @@ class SlamPipeline {
   SlamPipeline(const SlamPipeline&) = delete;
   SlamPipeline& operator=(const SlamPipeline&) = delete;
 
-  /// Reads, tracks and maps all frames of the parameters' range; asked to stop, what there is.
+  /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far.
   void track_and_map();
   /// Waits for the loop closer, solves a last time, adjusts.
   void close_loops();
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().
   TriangleMesh mesh_of_odometry();
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
-  /// to be stopped: a run that was asked to stop gets the right map of what there is.
+  /// to be stopped: a run that was stopped early gets the right map of what there is.
   void correct_dense_map();
 
   struct State {

@@ -10,16 +10,16 @@
 
 namespace hm {
 
-/// What to run, how, and where the results go.
+/// A recording to run, its parameters, and the folder of the results.
 struct SlamRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   Parameters parameters;
-  RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
+  RunContext run;  ///< stopped early, it finishes with the frames so far, as accurately as ever
 };
 
-/// What a run gave.
+/// Result of a run.
 struct SlamSummary {
   RecordingInfo recording;
   Parameters parameters;
