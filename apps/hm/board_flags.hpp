@@ -13,6 +13,6 @@ struct BoardFlags {
   double square_m = 0;
 
   void add_to(CLI::App& command);
-  /// The folder's board, with what the flags say.
+  /// The folder's board, changed by the flags.
   [[nodiscard]] hm::Result<void> apply(const std::filesystem::path& folder, hm::BoardParams& board) const;
 };

@@ -7,7 +7,7 @@
 #include "program.hpp"
 #include "recording_flags.hpp"
 
-/// What the words of `hm calibrate` share.
+/// Parts that the words of `hm calibrate` share.
 struct CalibrateFlags {
   std::string input, second_input, start, output, camera = "color", from = "static";
   double depth_units_per_m = 1000;
@@ -22,7 +22,7 @@ inline constexpr const char* kCalibrationStopped = "nothing is written";
 /// The parameters of a run: the folder's board, flags, then --params and --set.
 hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, const Session& session);
 
-/// Options that every word has: -o, and --calibration (the start) where `start` says so.
+/// Options that every word has: -o, and --calibration where it has a `start`.
 enum class CalibrationStart { kNone, kOptional, kRequired };
 void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start);

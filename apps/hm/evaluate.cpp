@@ -24,7 +24,7 @@ struct EvaluateFlags {
   std::string result, truth, report, alignment;
 };
 
-/// Writes the page of --report, if one was asked for.
+/// Writes the page of --report, if there is one.
 hm::Result<void> write_report(const EvaluateFlags& flags, const std::string& html, Outcome& outcome) {
   if (const auto written = hm::as_run_failure(hm::write_file_text(flags.report, html)); !written)
     return written;

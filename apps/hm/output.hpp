@@ -3,7 +3,7 @@
 
 #include "program.hpp"
 
-/// What a finished run is reported with.
+/// Facts about a finished run.
 struct RunFacts {
   std::string verb;  ///< "info", "evaluate mesh"
   double wall_s = 0;

@@ -22,10 +22,10 @@ struct CommonOptions {
   std::vector<std::string> assignments;  ///< section.key=value
 };
 
-/// A flag's number above 0; the message says only that.
+/// A flag's number above 0; the message is as short.
 CLI::Validator positive_number();
 
-/// What a verb gives back when it worked: lines for people, keys for machines.
+/// Result of a verb that worked: lines for people, keys for machines.
 struct Outcome {
   std::string text;                              ///< for standard output, unless --json
   hm::JsonValue json = hm::JsonValue::object();  ///< the verb's own keys
@@ -33,14 +33,14 @@ struct Outcome {
   std::vector<std::filesystem::path> outputs;  ///< files and folders that were written
 };
 
-/// What a run's summary gives: its lines, its keys, its warnings, its files.
+/// Converts a run's summary: its lines, its keys, its warnings, its files.
 template <class Summary>
 hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
   if (!summary) return hm::forward_error(summary);
   return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
 }
 
-/// The folder that was asked for; empty: NAME_suffix in the current folder, after the recording's name
+/// The folder of --output; empty: NAME_suffix in the current folder, after the recording's name
 /// (without the extension of a file's).
 std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
                                     const std::string& suffix);
@@ -55,16 +55,16 @@ struct AllParameters {
   hm::Result<void> read(const std::string& path);
 };
 
-/// What a verb may use while it runs.
+/// Services for a verb while it runs.
 class Session {
  public:
   Session(CommonOptions options, std::vector<MakeParameterPart> parts);
 
   [[nodiscard]] int threads() const;
   [[nodiscard]] hm::ProgressSink progress() const { return progress_; }
-  /// For a run that Ctrl-C does not interrupt, but ends.
+  /// Context of a run that Ctrl-C does not interrupt, but ends.
   [[nodiscard]] hm::RunContext context() const;
-  /// For a run that can be asked to stop. From here on the first Ctrl-C (or SIGTERM) asks it, and
+  /// Context of a run that can be stopped. From here on the first Ctrl-C (or SIGTERM) stops it, and
   /// `consequence`
   /// ("finishing with what there is") is said; the second ends the program. Call it before any other thread
   /// is started, and once.

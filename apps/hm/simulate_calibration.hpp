@@ -3,7 +3,7 @@
 
 #include "program.hpp"
 
-/// What of the flags of `hm simulate` goes into a set of calibration images.
+/// Flags of `hm simulate` for a set of calibration images.
 struct CalibrationSetFlags {
   std::string output, sensor;
   int seed = -1;         ///< negative: the parameter's

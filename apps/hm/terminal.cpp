@@ -29,7 +29,7 @@ std::string bar_text(double ratio) {
   return " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
 }
 
-/// Width of the terminal; 80 where it does not say.
+/// Width of the terminal; 80 where it is unknown.
 std::size_t columns() {
   winsize size{};
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;

@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::uint8_t kAllLayers = 0x3f;
 
-/// Why a frame cannot be integrated whatever it shows, or nothing.
+/// Reason why a frame cannot be integrated whatever it shows, or nothing.
 std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
   if (!frame.T_world_camera) return "no pose";
   if (!frame.T_world_camera->matrix().allFinite()) return "its pose is not finite";
   if (!is_rigid(*frame.T_world_camera)) return "its pose is not a rigid motion";
   if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
-    return fmt::format("its depth picture is {} x {}, the camera's {} x {}", frame.depth.width(),
+    return fmt::format("its depth image is {} x {}, the camera's {} x {}", frame.depth.width(),
                        frame.depth.height(), camera.width, camera.height);
   return {};
 }

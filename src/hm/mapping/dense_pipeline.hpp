@@ -17,7 +17,7 @@ class IncrementalMesher;
 class ParallelLoop;
 class VolumeGrid;
 
-/// What became of one frame.
+/// Outcome of one frame.
 struct FrameOutcome {
   bool integrated = false;
   std::string skipped_because;               ///< in words, when it was not integrated
@@ -48,7 +48,7 @@ class DensePipeline {
 
   /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour are of
   /// the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is corrected first
-  /// (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite, with pictures of the
+  /// (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite, with images of the
   /// wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
@@ -60,9 +60,10 @@ class DensePipeline {
   /// Exchanges the whole map. The mesh of the old one stays until the new one's is made, as after process().
   void swap_grid(VolumeGrid& other);
 
-  /// What alignment has found out so far about the world of the given poses (TrajectoryAligner::T_map_odom).
+  /// Motion from the world of the given poses into the map, as alignment found it so far
+  /// (TrajectoryAligner::T_map_odom).
   [[nodiscard]] const SE3& T_map_input() const;
-  /// For going on with a map, or after a loop was closed.
+  /// Sets it when a map is resumed, or after a loop was closed.
   void set_T_map_input(const SE3& T_map_input);
 
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
@@ -73,7 +74,7 @@ class DensePipeline {
   TriangleMesh take_finished_mesh();
 
   [[nodiscard]] const VolumeGrid& grid() const;
-  /// For saving (MapSaver); only process() changes what is in it.
+  /// Gives access for saving (MapSaver); only process() changes what is in it.
   [[nodiscard]] VolumeGrid& grid();
   [[nodiscard]] const IncrementalMesher& mesher() const;
   [[nodiscard]] const ParallelLoop& loop() const;

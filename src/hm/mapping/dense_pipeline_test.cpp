@@ -28,7 +28,7 @@ TEST(DensePipeline, AWallBecomesAMesh) {
   EXPECT_TRUE(outcome.integrated);
   EXPECT_EQ(outcome.skipped_because, "");
   const TriangleMesh mesh = pipeline.finished_mesh();
-  // The picture covers 160 / 140 * 2 m by 120 / 140 * 2 m; voxels at the rim may be missing.
+  // The image covers 160 / 140 * 2 m by 120 / 140 * 2 m; voxels at the rim may be missing.
   EXPECT_NEAR(surface_area(mesh), 320.0 / 140 * 240.0 / 140, 0.25);
   for (const auto& vertex : mesh.vertices) EXPECT_NEAR(vertex.z(), 2.0f, 1e-3f);
   ASSERT_TRUE(mesh.has_colors());

@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kPicturesKept = 8;  ///< of frames that wait; others are read again
+constexpr std::size_t kImagesKept = 8;  ///< of frames that wait; others are read again
 constexpr std::size_t kFollowedByTaker = 3;
 
 }  // namespace
@@ -24,7 +24,7 @@ struct LiveMapCorrection::Impl {
   struct Late {
     Observation observation;
     std::vector<VolumeKey> changed;
-    std::optional<RgbdFrame> pictures;
+    std::optional<RgbdFrame> images;
   };
 
   Impl(const DenseParams& all, const FrameSource& its_frames, const MapRebuildOptions& its_options)
@@ -70,7 +70,7 @@ void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const
     late.pop_front();
     auto mine = std::move(complete);  // not to be taken meanwhile
     lock.unlock();
-    mine->follow(next.observation, next.changed, std::move(next.pictures));
+    mine->follow(next.observation, next.changed, std::move(next.images));
     lock.lock();
     complete = std::move(mine);
   }
@@ -120,7 +120,7 @@ void LiveMapCorrection::follow(const Observation& observation, std::span<const C
   for (const ChangedVolume& volume : changed) late.changed.push_back(volume.key);
   const std::scoped_lock lock(impl_->mutex);
   if (!impl_->busy) return;
-  if (impl_->late.size() < kPicturesKept) late.pictures = std::move(frame);
+  if (impl_->late.size() < kImagesKept) late.images = std::move(frame);
   impl_->late.push_back(std::move(late));
   impl_->changed.notify_all();
 }
@@ -133,7 +133,7 @@ std::unique_ptr<MapRebuild> LiveMapCorrection::take() {
   auto late = std::exchange(impl_->late, {});
   impl_->changed.notify_all();
   lock.unlock();
-  for (Impl::Late& next : late) taken->follow(next.observation, next.changed, std::move(next.pictures));
+  for (Impl::Late& next : late) taken->follow(next.observation, next.changed, std::move(next.images));
   return taken;
 }
 

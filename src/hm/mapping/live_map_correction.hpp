@@ -21,7 +21,7 @@ class LiveMapCorrection {
   [[nodiscard]] bool busy() const;
   /// Begins a rebuild; not while busy. `pose_now` is called on the other thread. The log is closed by it.
   void start(ObservationLog& log, PoseOfObservation pose_now);
-  /// To be told of every frame that comes into the map while busy.
+  /// Adds a frame that came into the map while busy; to be called for every one.
   void follow(const Observation& observation, std::span<const ChangedVolume> changed, RgbdFrame&& frame);
   /// The rebuild when it is complete, ready to be put into the map; nothing before. The last frame or two
   /// that it has not caught up with are followed here, so that it ends on a machine with other work too. It

@@ -136,9 +136,9 @@ bool MapRebuild::replay(const ObservationLog& log, const PoseOfObservation& pose
 }
 
 void MapRebuild::follow(const Observation& observation, std::span<const VolumeKey> changed,
-                        std::optional<RgbdFrame> pictures) {
+                        std::optional<RgbdFrame> images) {
   if (!observation.T_map_camera || is_empty() || (!whole_ && !any_of(changed, wanted_))) return;
-  auto frame = pictures ? Result<RgbdFrame>(std::move(*pictures)) : frames_.read(observation.frame_index);
+  auto frame = images ? Result<RgbdFrame>(std::move(*images)) : frames_.read(observation.frame_index);
   if (!frame) {
     ++report_.frames_lost;
     return;
@@ -149,7 +149,7 @@ void MapRebuild::follow(const Observation& observation, std::span<const VolumeKe
 }
 
 void MapRebuild::put_into(DensePipeline& map, ObservationLog& log) {
-  HM_CHECK(!report_.interrupted, "it was told to stop");
+  HM_CHECK(!report_.interrupted, "it was stopped");
   report_.volumes_before = report_.volumes_after = map.grid().volume_count();
   if (is_empty()) return;
   report_.volumes_rebuilt = whole_ ? report_.volumes_before : wanted_.size();

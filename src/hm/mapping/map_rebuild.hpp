@@ -12,16 +12,16 @@
 
 namespace hm {
 
-/// Where an observation is by what is known now; nothing: it does not belong into the map.
+/// Present pose of an observation; nothing: it does not belong into the map.
 using PoseOfObservation = std::function<std::optional<SE3>(const Observation&)>;
 
-/// How much of a map is made again.
+/// Part of a map that is made again.
 enum class RebuildExtent {
   kMoved,  ///< the volumes that frames which moved have changed, or change now; all if most frames moved
   kWhole,  ///< all of it, even if nothing moved: the map of these poses to the bit, whatever was before
 };
 
-/// How far a reading at this depth moves with its camera, at most about; 0 only for the same pose.
+/// Distance that a reading at this depth moves with its camera, at most about; 0 only for the same pose.
 double shift_m(const SE3& before, const SE3& after, double depth_m);
 
 struct MapRebuildOptions {
@@ -32,7 +32,7 @@ struct MapRebuildOptions {
   int threads = 1;
 };
 
-/// What a correction of a map did.
+/// Effect of a correction of a map.
 struct MapCorrection {
   std::size_t frames = 0;           ///< in the map before, or to come into it
   std::size_t frames_moved = 0;     ///< integrated again at another place, or for the first time
@@ -43,7 +43,7 @@ struct MapCorrection {
   std::size_t volumes_rebuilt = 0;  ///< of those before
   double largest_shift_m = 0;       ///< of a frame, measured at `at_depth_m`
   double seconds = 0;
-  bool interrupted = false;  ///< told to stop: the map is as it was before
+  bool interrupted = false;  ///< stopped: the map is as it was before
 };
 
 /// Makes a map, or the part of it whose frames have moved, again from its frames beside the old one, which
@@ -55,15 +55,15 @@ class MapRebuild {
   MapRebuild(const DenseParams& parameters, const FrameSource& frames, const MapRebuildOptions& options);
   ~MapRebuild();
 
-  /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: told to
+  /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: asked to
   /// stop before the end.
   bool replay(const ObservationLog& log, const PoseOfObservation& pose_now, const RunContext& run);
   /// Nothing has moved far enough: there is nothing to put.
   [[nodiscard]] bool is_empty() const { return !whole_ && rebuilt_.empty(); }
   /// Takes in a frame that came into the map after replay() was given its log, with what it has changed
-  /// and its pictures; without them it is read again.
+  /// and its images; without them it is read again.
   void follow(const Observation& observation, std::span<const VolumeKey> changed,
-              std::optional<RgbdFrame> pictures);
+              std::optional<RgbdFrame> images);
   /// Puts what was rebuilt in the place of the map's; the log follows. All frames that came after replay()'s
   /// log must have been followed. What was there is freed with this object.
   void put_into(DensePipeline& map, ObservationLog& log);

@@ -13,7 +13,7 @@
 
 namespace hm {
 
-/// Which part of a map is loaded, and how much memory it may take (0: no cap).
+/// The part of a map to load, and the memory it may take (0: no cap).
 struct MapLoadOptions {
   std::optional<Box3> region;  ///< world, metres; whole volumes that touch it are loaded
   std::size_t max_bytes = 0;
@@ -34,7 +34,7 @@ MapKeyBox key_box(const Box3& region, double volume_size_m);
 /// moment the file holds the last save that was finished.
 class MapSaver {
  public:
-  /// What is saved with the volumes. `interior_marks`: the volumes whose interior mark
+  /// Data saved with the volumes. `interior_marks`: the volumes whose interior mark
   /// (VolumeGrid::may_hold_interior) is not what load_grid() would set from their voxels. The mark may err on
   /// the safe side, and integration depends on it, so that a resumed run needs these: store them with the
   /// state, and hand them to restore_marks(). Called on another thread.

@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// How a recording is run through the dense pipeline; what is computed is said by the other sections.
+/// Settings of a run through the dense pipeline; the other sections decide what is computed.
 struct ReconstructionParams {
   int begin_frame = 0;
   int frame_limit = 0;
@@ -30,8 +30,8 @@ struct ReconstructionParams {
     v(ParamDoc{"begin_frame", {0, 1e9}, "first frame of the recording that is used"}, self.begin_frame);
     v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all"}, self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame"}, self.frame_stride);
-    v(ParamDoc{"prefetch_frames", {1, 1000}, "pictures decoded ahead"}, self.prefetch_frames);
-    v(ParamDoc{"align", {}, "correct each given pose by aligning its depth picture to the map"}, self.align);
+    v(ParamDoc{"prefetch_frames", {1, 1000}, "images decoded ahead"}, self.prefetch_frames);
+    v(ParamDoc{"align", {}, "correct each given pose by aligning its depth image to the map"}, self.align);
     v(ParamDoc{"live_mesh",
                {},
                "keep the mesh up to date while scanning; it is complete at the end in any case"},
@@ -50,7 +50,7 @@ struct ReconstructionParams {
   }
 };
 
-/// How a recording is run through the whole RGB-D system; what is computed is said by the other sections.
+/// Settings of a run through the whole RGB-D system; the other sections decide what is computed.
 struct SlamParams {
   bool start_at_pose = true;
   int map_stride = 1;
@@ -85,10 +85,8 @@ struct SlamParams {
             {},
             "bring the map to corrected poses while tracking, on a thread of its own; else at the end only"},
         self.rebuild_online);
-    v(
-        ParamDoc{
-            "align", {}, "correct odometry's poses by aligning depth pictures to what was seen just before"},
-        self.align);
+    v(ParamDoc{"align", {}, "correct odometry's poses by aligning depth images to what was seen just before"},
+      self.align);
     v(
         ParamDoc{
             "align_memory_frames", {0, 1e6}, "what was seen so many frames ago is forgotten; 0: nothing is"},
@@ -110,7 +108,7 @@ struct SlamParams {
   }
 };
 
-/// What decides how frames with poses become a map and a mesh.
+/// Parameters by which frames with poses become a map and a mesh.
 struct DenseParams {
   TsdfParams tsdf;
   DepthNoise depth_noise;

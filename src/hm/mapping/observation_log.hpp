@@ -20,8 +20,9 @@ struct Observation {
   std::optional<SE3> T_map_camera;  ///< with which it is in the map; nothing: it is not in the map
 };
 
-/// Which frames have changed which volumes of a map, so that both can follow when poses are corrected.
-/// Volumes are noted for groups of consecutive frames: some kilobytes a second. A copy shares the groups.
+/// Record of the frames that have changed each volume of a map, so that both can follow when poses are
+/// corrected. Volumes are noted for groups of consecutive frames: some kilobytes a second. A copy shares the
+/// groups.
 class ObservationLog {
  public:
   struct Group {

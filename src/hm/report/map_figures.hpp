@@ -14,7 +14,7 @@ namespace hm {
 /// Voxels of one size on one grid, as MultiVolumeGrid::voxels gives.
 TriangleMesh occupied_faces(std::span<const OccupancyVoxel> voxels, double size_m);
 
-/// What is drawn over a map seen from above.
+/// A path over a map seen from above.
 struct MapOverlay {
   std::string name;
   const Trajectory* path = nullptr;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
-/// Which axes lie to the right and upwards on the paper.
+/// The axes that lie to the right and upwards on the paper.
 struct PaperAxes {
   int right = 0, up = 1;
 };

@@ -48,7 +48,7 @@ struct PlotOptions {
 std::string plot_svg(std::span<const PlotSeries> series, const PlotOptions& options);
 
 /// Bars counting the values in `bins` equal steps of the x axis' range (the data's 0.5 to 99.5
-/// percentiles when not given). The share outside of the range is said in the corner.
+/// percentiles when not given). The share outside of the range is written in the corner.
 std::string histogram_svg(std::span<const float> values, int bins, const PlotOptions& options);
 
 /// Per-stage values over time on top of each other, with the sum on the outside: stages[i].y over

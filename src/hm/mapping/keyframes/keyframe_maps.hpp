@@ -52,7 +52,7 @@ class PointMap {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Maps made of the keyframes' pictures.
+/// Maps made of the keyframes' images.
 struct KeyframeMaps {
   std::unique_ptr<PointMap> points;            ///< slam.points_voxel_m
   std::unique_ptr<PointMap> colors;            ///< cells of the occupancy map
@@ -68,12 +68,12 @@ struct KeyframeMapParams {
   double max_depth_sigma_m = 0.05;  ///< see KeyframePointParams
 };
 
-/// Reads the keyframes of the first map again and makes the maps that slam.maps names; asked to stop, of
+/// Reads the keyframes of the first map again and makes the maps that slam.maps names; stopped early, of
 /// those read so far.
 KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
                                 const KeyframeMapParams& params, const RunContext& run);
 
-/// What each of the occupancy map's voxels looks like: white unless it is occupied, as OctoMap has it.
+/// Colours of the occupancy map's voxels: white unless it is occupied, as OctoMap has it.
 std::vector<Rgb8> voxel_colors(const KeyframeMaps& maps, std::span<const OccupancyVoxel> voxels);
 
 }  // namespace hm

@@ -19,8 +19,8 @@ MapRebuildOptions rebuild_options(const MappingParams& parameters) {
   return options;
 }
 
-/// Where loops put a frame; nothing in a map that nothing connects with the first. A submap of which loops
-/// have not heard yet stays as it is.
+/// Pose of a frame after loop closure; nothing in a map that nothing connects with the first. A submap that
+/// loops have not received yet stays as it is.
 std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation& observation) {
   const auto& keyframes = corrected.keyframes();
   if (keyframes.empty()) return observation.T_odom_camera;
@@ -39,7 +39,7 @@ struct SlamMap::Impl {
         run(its_run),
         options(rebuild_options(all)),
         dense(all, its_frames.camera(), its_run.threads) {
-    run.stop = {};  // who asks to stop gets what there is, and that is right
+    run.stop = {};  // a run that is stopped ends with a right map of the frames so far
   }
 
   MappingParams parameters;
@@ -49,7 +49,7 @@ struct SlamMap::Impl {
   DensePipeline dense;
   ObservationLog log;
   std::unique_ptr<LiveMapCorrection> live;  ///< made by the first loop
-  LiveRgbdLoopCloser::Snapshot now;         ///< what loops say
+  LiveRgbdLoopCloser::Snapshot now;         ///< poses after loop closure
   std::size_t solutions_begun = 0;          ///< that are in the map, or in the rebuild under way
   LiveCorrection under_way;
   std::vector<LiveCorrection> corrections;

@@ -31,10 +31,10 @@ class SlamMap {
   SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run);
   ~SlamMap();
 
-  /// To be called before every frame with what loops say now (slam.rebuild_online).
+  /// To be called before every frame with the poses after loop closure (slam.rebuild_online).
   void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
   /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it. Its
-  /// pictures may be taken away.
+  /// images may be taken away.
   void add(RgbdFrame& frame, const TrackedFrame& tracked);
   /// Brings the map to its final poses: those of odometry if loops have moved nothing by more than
   /// slam.rebuild_shift_voxel. It is made again unless it is already there. Gives up what follow() has begun.
@@ -46,7 +46,7 @@ class SlamMap {
   [[nodiscard]] const DensePipeline& dense() const;
   [[nodiscard]] std::size_t frames_mapped() const;
   [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
-  /// For a progress line: its size, and how far a rebuild is.
+  /// Describes its size and the progress of a rebuild, for a progress line.
   [[nodiscard]] std::string progress() const;
 
  private:

@@ -97,7 +97,7 @@ Compared Run::compare(const DepthPoseFolder& pose) const {
   const BoardDetection detection = find_board(*image, options_.board);
   if (detection.search != BoardSearch::kFound) return out("no board in " + pose.color.filename().string());
   const auto T_color_board = board_pose(detection.view, options_.board, *start_.color_camera);
-  if (!T_color_board) return out("the corners tell no pose");
+  if (!T_color_board) return out("the corners give no pose");
   const auto average =
       average_depth(pose, {options_.depth_units_per_m, start_.disparity, &*start_.depth_camera});
   if (!average) return out(to_string(average.error()));

@@ -4,7 +4,7 @@
 
 namespace hm {
 
-/// What the numbers in depth images are.
+/// Meaning of the numbers in depth images.
 enum class DepthImages { kDepth, kRawDisparity };
 
 struct DepthCalibrationOptions {
@@ -16,7 +16,7 @@ struct DepthCalibrationOptions {
   double depth_units_per_m = 1000;
   BoardParams board;
   DepthFitParams fit;
-  RunContext run;  ///< asked to stop, nothing is written
+  RunContext run;  ///< stopped early, nothing is written
 };
 
 /// Errors of test poses near a distance.
@@ -24,13 +24,13 @@ struct DistanceError {
   double distance_m = 0;
   std::size_t samples = 0;
   double before_rms_m = 0, after_rms_m = 0;
-  double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: single images tell none
+  double noise_m = 0;  ///< RMS deviation expected of the averaged readings; 0: unknown, as of single images
 };
 
 /// Errors of poses, gathered around full quarters of a metre.
 std::vector<DistanceError> errors_by_distance(std::span<const DepthViewError> errors);
 
-/// What raw disparity was found to mean.
+/// Model of raw disparity that was found.
 struct RawDepthSummary {
   DisparityFit fit;
   bool is_nominal_start = false;  ///< the calibration had no depth camera: that of a Kinect by design

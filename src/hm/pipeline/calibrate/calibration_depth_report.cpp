@@ -70,7 +70,7 @@ void add_maps(HtmlReport& report, const DepthCorrectionModel& model) {
                       fmt::format("Readings of {:.2f} m.", z));
 }
 
-/// What was found of raw disparity, with its deviation.
+/// Values found for raw disparity, with their deviations.
 SummaryTree::Rows raw_table(const RawDepthSummary& raw) {
   const SummaryTree tree = describe(raw);
   SummaryTree::Rows rows;

@@ -11,7 +11,7 @@ struct ExtrinsicsOptions {
   std::filesystem::path output;  ///< a folder
   BoardParams board;
   StereoFitParams fit;
-  RunContext run;  ///< asked to stop, nothing is written
+  RunContext run;  ///< stopped early, nothing is written
 };
 
 struct ExtrinsicsSummary {

@@ -11,7 +11,7 @@ struct IntrinsicsOptions {
   CalibratedCamera camera = CalibratedCamera::kColor;
   BoardParams board;
   CameraFitParams fit;
-  RunContext run;  ///< asked to stop, nothing is written
+  RunContext run;  ///< stopped early, nothing is written
 };
 
 struct IntrinsicsSummary {

@@ -162,7 +162,7 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
     const bool single = std::ranges::all_of(poses, [](const auto& pose) { return pose.depth.size() < 2; });
     if (options.source == NoiseSource::kStatic && !poses.empty() && single)
       fit.error().message +=
-          "; poses have a single depth image each, which tells no deviation: `--from planes`";
+          "; poses have a single depth image each, which gives no deviation: `--from planes`";
     return forward_error(fit);
   }
   summary.fit = *fit;

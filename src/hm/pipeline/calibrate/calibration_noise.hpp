@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// What deviations are measured from.
+/// Source of the deviations.
 enum class NoiseSource { kStatic, kPlanes };
 
 struct NoiseCalibrationOptions {
@@ -18,7 +18,7 @@ struct NoiseCalibrationOptions {
   int frame_limit = 300;                    ///< frames of a recording that are used at most
   std::filesystem::path output;             ///< a folder
   NoiseFitParams fit;
-  RunContext run;  ///< asked to stop, nothing is written
+  RunContext run;  ///< stopped early, nothing is written
 };
 
 struct NoiseCalibrationSummary {

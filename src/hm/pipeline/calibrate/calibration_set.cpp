@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What was found in one image.
+/// Search result of one image.
 struct Looked {
   std::string unreadable;  ///< why, or empty
   int width = 0, height = 0;

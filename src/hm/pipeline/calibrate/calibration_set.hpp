@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// Which of the two cameras images belong to.
+/// The camera that images belong to.
 enum class CalibratedCamera { kColor, kDepth };
 inline constexpr std::string_view kCalibratedCameraNames[] = {"color", "depth"};
 
@@ -29,7 +29,7 @@ struct FoundBoards {
 /// Colour images (.png, .jpg) in a folder, by name. An error when there is no such folder, or no image in
 /// it.
 Result<std::vector<std::filesystem::path>> list_images(const std::filesystem::path& folder);
-/// Looks for the board in every image. Errors: not one board found (told with the counts), stopped.
+/// Looks for the board in every image. Errors: not one board found (with the counts), stopped.
 Result<FoundBoards> find_boards(const std::vector<std::filesystem::path>& images, const BoardParams& board,
                                 const RunContext& run);
 

@@ -59,7 +59,7 @@ struct CalibrationSimulationOptions {
   CalibrationSimulationParams params;
   BoardParams board;             ///< of the depth images
   std::filesystem::path output;  ///< a folder that is not there yet, or empty
-  RunContext run;                ///< asked to stop, it removes what was written
+  RunContext run;                ///< stopped early, it removes what was written
 };
 
 struct CalibrationSimulationSummary {

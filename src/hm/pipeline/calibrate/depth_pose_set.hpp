@@ -18,7 +18,7 @@ struct DepthPoseFolder {
 Result<std::vector<DepthPoseFolder>> list_depth_poses(const std::filesystem::path& folder,
                                                       const std::string& prefix = {});
 
-/// What the numbers in depth images mean, and the camera that took them.
+/// Meaning of the numbers in depth images, and the camera that took them.
 struct DepthReading {
   double units_per_m = 1000;
   std::optional<DisparityModel> disparity;  ///< the numbers are raw disparity

@@ -12,7 +12,7 @@ struct FrameRange {
   [[nodiscard]] std::size_t count() const { return end > begin ? (end - begin + stride - 1) / stride : 0; }
 };
 
-/// What begin_frame, frame_stride and frame_limit choose of so many frames.
+/// Frames that begin_frame, frame_stride and frame_limit choose of so many.
 inline FrameRange frame_range(const ReconstructionParams& params, std::size_t frame_count) {
   FrameRange range{static_cast<std::size_t>(params.begin_frame), frame_count,
                    static_cast<std::size_t>(params.frame_stride)};

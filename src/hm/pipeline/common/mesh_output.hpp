@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// Writes mesh.ply, mesh.glb ... as reconstruction.mesh_formats asks, and names them in `outputs`.
+/// Writes mesh.ply, mesh.glb ... in the formats of reconstruction.mesh_formats, and adds them to `outputs`.
 struct MeshFiles {
   std::filesystem::path folder;
   std::string program_version;
@@ -20,7 +20,7 @@ Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
                               const ReconstructionParams& params,
                               std::vector<std::filesystem::path>& outputs);
 
-/// How a mesh is drawn that this camera made on this way. The trajectory must outlive the options.
+/// Drawing options of a mesh that this camera made on this way. The trajectory must outlive the options.
 MeshFigureOptions figure_options(const PinholeCamera& camera, const Trajectory& trajectory);
 
 }  // namespace hm

@@ -72,7 +72,7 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
   return summary;
 }
 
-/// Whether something of this kind can become what the output's name says.
+/// Refuses a kind of input that cannot become what the output's name asks for.
 Result<void> check_target(PathKind kind, const ConversionOptions& options) {
   const std::string extension = lower_extension(options.to);
   const auto refuse = [&](const char* what, const char* into) -> Result<void> {

@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What is converted into what; the kinds are told from the paths.
+/// Input and output of a conversion; their kinds follow from the paths.
 struct ConversionOptions {
   std::filesystem::path from, to;
   MeshParams mesh;  ///< for maps and meshes: pieces to remove, simplification
@@ -17,7 +17,7 @@ struct ConversionOptions {
   RunContext run;  ///< its stop is not looked at
 };
 
-/// What a conversion did.
+/// Result of a conversion.
 struct ConversionSummary {
   std::string text;         ///< in words: "1234 vertices, 2345 triangles"
   std::size_t items = 0;    ///< triangles, poses or frames

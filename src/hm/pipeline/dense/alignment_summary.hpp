@@ -18,7 +18,7 @@ AlignmentSummary summarise_alignment(const ReconstructionState& state, const Giv
                                      const RecordingInfo& info, const DenseParameters& parameters,
                                      std::span<const FrameRecord> records);
 
-/// What there is to warn of: most frames could not be aligned. Empty: nothing.
+/// Warns when most frames could not be aligned; empty otherwise.
 std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);
 
 /// accepted, not_accepted, align_ms{}, ate_given_m, ate_aligned_m.

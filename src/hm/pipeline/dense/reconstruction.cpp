@@ -252,7 +252,7 @@ Result<ReconstructionSummary> Run::finish() {
     return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
   if (state_.frames_integrated == 0)
     return fail(ErrorCode::kInvalidValue, options_.recording.string(),
-                "not one of {} frames could be integrated ({}); `hm info` may say why", range_.count(),
+                "not one of {} frames could be integrated ({}); `hm info` may show why", range_.count(),
                 commonest_reason(state_.skipped));
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();

@@ -15,7 +15,7 @@
 
 namespace hm {
 
-/// What to reconstruct, how, and where the results go.
+/// A recording to reconstruct, its parameters, and the folder of the results.
 struct ReconstructionOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
@@ -23,7 +23,7 @@ struct ReconstructionOptions {
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   DenseParameters parameters;
   bool resume = false;  ///< go on with output/map.hmap
-  RunContext run;       ///< asked to stop, it finishes with what there is
+  RunContext run;       ///< stopped early, it finishes with what there is
 };
 
 /// A frame that is not in the map, and why.
@@ -32,7 +32,7 @@ struct SkippedFrame {
   std::string reason;
 };
 
-/// Where the time of one frame went, and what was in memory after it.
+/// Time of one frame by stage, and the memory in use after it.
 struct FrameRecord {
   std::size_t index = 0;
   double time_s = 0;  ///< since the start of the run
@@ -45,7 +45,7 @@ struct FrameRecord {
   std::size_t volumes = 0, resident_bytes = 0, map_bytes = 0, mesh_bytes = 0;
 };
 
-/// What alignment made of the given poses.
+/// Result of aligning the given poses.
 struct AlignmentSummary {
   std::size_t accepted = 0, not_accepted = 0;  ///< frames, of all runs into this map
   Summary ms;                                  ///< of this run
@@ -54,7 +54,7 @@ struct AlignmentSummary {
   std::optional<double> given_ate_m, aligned_ate_m;
 };
 
-/// What a run gave.
+/// Result of a run.
 struct ReconstructionSummary {
   RecordingInfo recording;
   DenseParameters parameters;

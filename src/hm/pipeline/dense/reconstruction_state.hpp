@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// How far a reconstruction is; stored in the map in the same transaction as its voxels.
+/// Progress of a reconstruction; stored in the map in the same transaction as its voxels.
 struct ReconstructionState {
   std::string recording;  ///< path, for messages
   RecordingKind kind = RecordingKind::kTumRgbd;

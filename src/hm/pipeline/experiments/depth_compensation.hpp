@@ -10,7 +10,7 @@ struct DepthCompensationOptions {
   RecordingOptions recording_options;  ///< empty calibration: calibration.toml of the recording's folder
   std::filesystem::path output;        ///< a folder, made if needed
   RgbdParameters parameters;
-  RunContext run;  ///< asked to stop, it says so (kCancelled)
+  RunContext run;  ///< stopped early, it fails with kCancelled
 };
 
 /// Cells or points of a map, and how far they are from the true surface.

@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// What the figures and the page of the experiment are made of, besides its summary.
+/// Content of the figures and the page of the experiment, besides its summary.
 struct CompensationMaterial {
   struct Side {
     TriangleMesh mesh;

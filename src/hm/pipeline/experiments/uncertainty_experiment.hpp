@@ -12,15 +12,15 @@
 
 namespace hm {
 
-/// How a still scene is watched.
+/// Views and frames of a still scene.
 struct UncertaintyExperimentParams {
   int views = 5;        ///< of the simulation
   int frames = 300;     ///< of each view; of a recording at most
   int predictions = 3;  ///< single frames of a view from which deviations are predicted
 };
 
-/// What is predicted: the quadratic model, the mixture with noise counted once (what odometry uses), and the
-/// published mixture with three choices of weights (centre, edge, corner of the 3x3 window).
+/// Models of deviation: the quadratic model, the mixture with noise counted once (what odometry uses), and
+/// the published mixture with three choices of weights (centre, edge, corner of the 3x3 window).
 inline constexpr std::array kUncertaintyModels{"quadratic", "corrected_mixture", "mixture_4_2_1",
                                                "mixture_10_3_1", "mixture_4_1_0"};
 inline constexpr std::size_t kUncertaintyModelCount = kUncertaintyModels.size();
@@ -36,14 +36,14 @@ struct RootMeanSquare {
   [[nodiscard]] double value() const { return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)); }
 };
 
-/// Where predictions are judged. Features: pixels that odometry's detector chooses, with a reading. Edges: a
-/// step of depth to one of the 8 neighbours. Planes (simulation only): seen within 60 degrees of their
-/// normal, 4 pixels from any edge.
+/// Pixels on which predictions are evaluated. Features: pixels that odometry's detector chooses, with a
+/// reading. Edges: a step of depth to one of the 8 neighbours. Planes (simulation only): seen within 60
+/// degrees of their normal, 4 pixels from any edge.
 enum class PixelSet { kAll, kFeatures, kEdges, kPlanes };
 inline constexpr std::array kPixelSetNames{"all", "features", "edges", "planes"};
 inline constexpr std::size_t kPixelSetCount = kPixelSetNames.size();
 
-/// How far a model's predicted deviations are from the actual ones.
+/// Errors of a model's predicted deviations.
 struct ModelErrors {
   std::array<RootMeanSquare, kPixelSetCount> error_m;  ///< predicted minus actual
   /// The same by actual depth, in steps of kUncertaintyDepthStep_m from 0; and the predictions themselves.

@@ -18,7 +18,7 @@ constexpr std::array<const char*, kUncertaintyModelCount> kModelWords{"quadratic
 constexpr std::array<const char*, kPixelSetCount> kSetWords{"all pixels", "features", "depth edges",
                                                             "planes"};
 
-/// Square roots of deviations as colours, so that millimetres and centimetres can both be told; grey: none.
+/// Square roots of deviations as colours, so that millimetres and centimetres can both be seen; grey: none.
 Image<Rgb8> draw_deviations(const Image<float>& deviation_m) {
   Image<Rgb8> figure(deviation_m.width(), deviation_m.height(), Rgb8{128, 128, 128});
   for (int y = 0; y < figure.height(); ++y)

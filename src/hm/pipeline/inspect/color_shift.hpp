@@ -16,7 +16,7 @@ class ColorShiftEstimator {
   static constexpr double kScaleStep = 0.02;  ///< down to 1 - kScales kScaleStep, and up as far
   static constexpr int kScales = 8;
   ColorShiftEstimator();
-  /// Takes a frame into account; frames without colour say nothing.
+  /// Takes a frame into account; frames without colour are ignored.
   void add(const RgbdFrame& frame);
   /// The best shift so far; none, with gain 1, when there were too few edges.
   [[nodiscard]] ColorShift best() const;

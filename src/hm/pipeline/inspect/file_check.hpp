@@ -11,19 +11,19 @@
 
 namespace hm {
 
-/// What a path is, judged by the file system, its extension and, of laser recordings, its first bytes.
+/// Kind of a path, from the file system, its extension and, of laser recordings, its first bytes.
 enum class PathKind { kRecording, kLaserRecording, kMap, kMesh, kTrajectory, kPoseGraph };
-/// An error when there is no such file or folder, or nothing that this program knows.
+/// An error when there is no such file or folder, or of no kind that this program reads.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
-/// What `hm info` shows of a map.
+/// Content of a map, for `hm info`.
 struct MapReport {
   MapHeader header;
   std::uint64_t volumes = 0, volumes_with_color = 0, volumes_damaged = 0;
   std::uint64_t voxels_known = 0, voxels_inside = 0;
   std::uint64_t file_bytes = 0;
   Box3 bounds_m;
-  std::size_t next_frame = 0, frames_integrated = 0;  ///< of the run that made it, when it says so
+  std::size_t next_frame = 0, frames_integrated = 0;  ///< of the run that made it, when it is recorded
   std::vector<std::string> problems;
 };
 /// Reads all of a map; damaged parts are counted, not fatal.
@@ -31,12 +31,12 @@ Result<MapReport> inspect_map(const std::filesystem::path& path);
 void visit(const MapReport& report, SummaryTree& v);
 std::string to_text(const MapReport& report);
 
-/// What `hm info` shows of a mesh.
+/// Content of a mesh, for `hm info`.
 struct MeshReport {
   std::size_t vertices = 0, triangles = 0, open_edges = 0;
   bool has_normals = false, has_colors = false;
   double area_m2 = 0;
-  double enclosed_volume_m3 = 0;  ///< says something only where there are no open edges
+  double enclosed_volume_m3 = 0;  ///< meaningful only where there are no open edges
   Box3 bounds_m;
   std::uint64_t file_bytes = 0;
 };
@@ -45,7 +45,7 @@ Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 void visit(const MeshReport& report, SummaryTree& v);
 std::string to_text(const MeshReport& report);
 
-/// What `hm info` shows of a pose graph.
+/// Content of a pose graph, for `hm info`.
 struct PoseGraphReport {
   int dimensions = 3;
   std::size_t nodes = 0, odometry_edges = 0, loop_edges = 0;

@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-/// Whether two scans hold the same numbers, one by one (NaN equals NaN here).
+/// True when two scans hold the same numbers, one by one (NaN equals NaN here).
 bool same_ranges(const LaserScan& a, const LaserScan& b) {
   return std::ranges::equal(a.ranges_m, b.ranges_m,
                             [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); });

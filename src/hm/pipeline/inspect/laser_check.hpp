@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What one range finder of a recording delivers.
+/// Statistics of one range finder's stream.
 struct LaserStreamStats {
   StreamReport stream;
   std::size_t beams = 0, fewest_beams = 0;                               ///< in a scan: most, fewest
@@ -25,7 +25,7 @@ struct LaserStreamStats {
   std::optional<double> latency_s, max_latency_s;  ///< from stamp to arrival: median, longest
 };
 
-/// What an inertial measurement unit delivers.
+/// Statistics of an inertial measurement unit's stream.
 struct ImuReport {
   StreamReport stream;
   bool has_orientation = false;
@@ -38,7 +38,7 @@ struct ImuReport {
 enum class LaserFindingKind {
   kStamps,    ///< stamps run backwards, repeat, were mended, or clocks differ
   kGap,       ///< holes in a stream
-  kRanges,    ///< hardly a return, all the same, frozen, or a marker that nobody told of
+  kRanges,    ///< hardly a return, all the same, frozen, or an undocumented marker
   kAngles,    ///< beams that cannot stand so
   kImuUnits,  ///< accelerations or turning rates in other units, or a large bias
   kOdometry,  ///< it does not move, or jumps
@@ -53,7 +53,7 @@ struct LaserFinding {
   std::string message;
 };
 
-/// What `hm info` shows of a laser recording.
+/// Content of a laser recording, for `hm info`.
 struct LaserRecordingReport {
   std::string kind, path, truth_source;
   std::vector<LaserStreamStats> lasers;

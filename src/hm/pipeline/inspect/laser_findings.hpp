@@ -1,7 +1,7 @@
 #pragma once
 #include "hm/pipeline/inspect/laser_check.hpp"
 
-/// What inspect_laser_recording() looks for: each function appends what it finds to report.findings.
+/// Checks of inspect_laser_recording(): each function appends what it finds to report.findings.
 namespace hm {
 
 /// Stamps that run backwards, streams that do not meet in time, holes, damage.

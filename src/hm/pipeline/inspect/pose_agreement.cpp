@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kPixelStep = 6;
 constexpr int kTile_px = 80;
-/// Fewer points than this say nothing.
+/// Fewer points than this are not compared.
 constexpr std::size_t kMinPoints = 50;
 constexpr double kMinOverlap = 0.1;
 

@@ -13,7 +13,7 @@ struct FramePair {
   RgbdFrame to;
 };
 
-/// One way to read a recording that its files may not tell.
+/// One way to read a recording, where its files leave it open.
 struct ReadingHypothesis {
   bool poses_inverted = false;  ///< the given poses are T_camera_world
   bool fy_flipped = false;

@@ -61,7 +61,7 @@ void sample_frames(const Recording& recording, const InspectOptions& options, co
   depth.max_m = depths_m.back();
 }
 
-/// What a pair of frames must have moved, given and preferred.
+/// Motion that a pair of frames must have, required and preferred.
 struct MotionScore {
   bool enough = false;
   bool too_far = false;

@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What the sampled depth images hold; metres. All zero when none could be read.
+/// Statistics of the sampled depth images; metres. All zero when none could be read.
 struct DepthReport {
   std::size_t frames_sampled = 0;
   std::size_t frames_unreadable = 0;
@@ -19,7 +19,7 @@ struct DepthReport {
   double min_m = 0, p05_m = 0, median_m = 0, p95_m = 0, max_m = 0;
 };
 
-/// How well the poses and the depth agree under one reading of the files: one frame's depth is moved into
+/// Agreement of poses and depth under one reading of the files: one frame's depth is moved into
 /// another by their poses, and compared with the depth measured there.
 struct AgreementReport {
   std::string hypothesis;       ///< "as given", "poses inverted", "depth x 10", ...
@@ -48,7 +48,7 @@ struct Finding {
   std::string message;
 };
 
-/// Where colour edges lie relative to depth edges: the shift of the colour image that fits best, and its
+/// Offset of colour edges from depth edges: the shift of the colour image that fits best, and its
 /// scale about the image's middle.
 struct ColorShift {
   int right_px = 0, down_px = 0;
@@ -56,7 +56,7 @@ struct ColorShift {
   double scale_ratio = 1;  ///< of what colour sees, by what depth sees; 1 unless another is clearly better
 };
 
-/// What `hm info` shows of a recording.
+/// Content of a recording, for `hm info`.
 struct RecordingReport {
   RecordingInfo info;
   std::vector<StreamReport> streams;

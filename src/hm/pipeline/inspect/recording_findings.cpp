@@ -23,7 +23,7 @@ constexpr double kMinOverlap_ratio = 0.3;
 /// Depth and poses of any sensor in use agree better than this, relative to depth.
 constexpr double kPoorAgreement_ratio = 0.02;
 
-/// How one reading of the recording fits, over all pairs.
+/// Fit of one reading of the recording, over all pairs.
 struct Fit {
   ReadingHypothesis hypothesis;
   std::vector<Agreement> by_pair;
@@ -62,7 +62,7 @@ FindingKind kind_of(const ReadingHypothesis& hypothesis) {
   return FindingKind::kDepthScale;
 }
 
-/// The change in words that tell what to do about it.
+/// The change in words, with the remedy.
 std::string advice(const ReadingHypothesis& hypothesis, const RecordingInfo& info) {
   std::string text;
   const auto say = [&](const std::string& part) { text += (text.empty() ? "" : ", and ") + part; };

@@ -4,7 +4,7 @@
 #include "hm/pipeline/inspect/pose_agreement.hpp"
 #include "hm/pipeline/inspect/recording_check.hpp"
 
-/// What inspect_recording() looks for: each function appends what it finds to report.findings.
+/// Checks of inspect_recording(): each function appends what it finds to report.findings.
 namespace hm {
 
 /// Images, poses and colour that are not there or cannot be used.

@@ -14,7 +14,7 @@
 
 namespace hm {
 
-/// What fixes the frame `map`: nothing but odometry, places seen again, or a map of an earlier run.
+/// Origin of the frame `map`: nothing but odometry, places seen again, or a map of an earlier run.
 enum class MapFrameSource { kOdometry, kLoops, kSavedMap };
 
 struct LaserMapFrameParams {
@@ -23,7 +23,7 @@ struct LaserMapFrameParams {
   double seek_interval_s = 0.5;
 };
 
-/// What one scan did to the frame `map`.
+/// Effect of one scan on the frame `map`.
 struct MapFrameStep {
   SE2 T_map_odom;                            ///< as it was known after this scan
   std::optional<ScanGraphStep> loop;         ///< the scan became a node of the graph
@@ -37,7 +37,7 @@ struct MapFrameChange {
   SE2 T_map_odom;
 };
 
-/// Where the control frame `odom` lies in `map`. `odom` is read, never changed. Not thread safe;
+/// Place of the control frame `odom` in `map`. `odom` is read, never changed. Not thread safe;
 /// deterministic but for the milliseconds.
 class LaserMapFrame {
  public:
@@ -46,7 +46,7 @@ class LaserMapFrame {
   /// While the place is not known, it is sought every `seek_interval_s`.
   static LaserMapFrame from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params);
 
-  /// What scan odometry made of a scan.
+  /// Takes the scan and its odometry into account.
   MapFrameStep process(const PlanarScan& scan, const OdometryStep& step);
   /// Solves the graph a last time.
   void finish();

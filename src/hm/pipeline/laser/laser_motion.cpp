@@ -6,10 +6,10 @@ namespace hm {
 namespace {
 
 constexpr double kAttitudeKept_s = 5.0, kAttitudeMaxGap_s = 0.1;
-constexpr double kMaxImuStep_s = 0.5;  // a longer silence of the gyroscope says nothing of the yaw
+constexpr double kMaxImuStep_s = 0.5;  // a longer gap of the gyroscope leaves the yaw unknown
 constexpr std::size_t kOdometryKept = 4096;
 
-/// How fast the yaw of R = Rz(yaw) Ry(pitch) Rx(roll) changes.
+/// Rate of the yaw of R = Rz(yaw) Ry(pitch) Rx(roll).
 double yaw_rate(const Vec3& angular_velocity_base, double roll, double pitch) {
   const double cosine = std::cos(pitch);
   if (std::abs(cosine) < 1e-3) return 0;

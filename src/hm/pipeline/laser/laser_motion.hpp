@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What IMU and odometry of a recording say of the vehicle's motion around a scan.
+/// The vehicle's motion around a scan, from IMU and odometry of a recording.
 class LaserMotion {
  public:
   LaserMotion(const StateEstimatorParams& params, const SE3& T_base_imu, Duration max_odometry_gap);

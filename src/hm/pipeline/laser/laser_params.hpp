@@ -16,12 +16,12 @@
 
 namespace hm {
 
-/// Where the poses of a laser run come from. kAuto: scan matching when a laser of the recording scans
+/// Source of a laser run's poses. kAuto: scan matching when a laser of the recording scans
 /// horizontally, else the recording's odometry.
 enum class LaserPoseSource { kAuto, kScans, kOdometry };
 inline constexpr std::array<std::string_view, 3> kLaserPoseSourceNames{"auto", "scans", "odometry"};
 
-/// How a recording is run through the laser system; what is computed is said by the other sections.
+/// Settings of a run through the laser system; the other sections decide what is computed.
 struct LaserRunParams {
   LaserPoseSource poses = LaserPoseSource::kAuto;
   bool use_imu = true;
@@ -75,12 +75,10 @@ struct LaserRunParams {
                {1, 1000},
                "live: of the scans that wait, more than these are dropped, oldest first"},
       self.queue_scans);
-    v(
-        ParamDoc{
-            "clear_without_return_m",
-            {0, 1000},
-            "a beam without return makes space free up to here; 0: it says nothing (glass, black surfaces)"},
-        self.clear_without_return_m);
+    v(ParamDoc{"clear_without_return_m",
+               {0, 1000},
+               "a beam without return makes space free up to here; 0: it is ignored (glass, black surfaces)"},
+      self.clear_without_return_m);
     v(ParamDoc{"slice_bottom_m", {-1000, 1000}, "map.pgm: lowest height; planar recordings: all heights"},
       self.slice_bottom_m);
     v(ParamDoc{"slice_top_m", {-1000, 1000}, "map.pgm: greatest height"}, self.slice_top_m);

@@ -12,9 +12,9 @@
 namespace hm {
 namespace {
 
-constexpr int kScansForVelocity = 10;  // in quick succession, before a velocity is believed
+constexpr int kScansForVelocity = 10;  // in quick succession, before a velocity is used
 
-/// When the last beam of a scan has been measured.
+/// Time at which the last beam of a scan was measured.
 Time end_of(const LaserScan& scan) { return scan.stamp_of(scan.size()); }
 
 /// The matcher's covariance in the axes of `odom`.

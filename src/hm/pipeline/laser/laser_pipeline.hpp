@@ -19,7 +19,7 @@
 
 namespace hm {
 
-/// What became of a scan.
+/// Outcome of a scan.
 enum class LaserScanStatus {
   kPosed,          ///< it has a pose, and is in the map
   kNotProjected,   ///< none of it can be used in the plane (tilt, no attitude, no return)
@@ -30,7 +30,7 @@ enum class LaserScanStatus {
 };
 std::string_view to_string(LaserScanStatus status);
 
-/// What one scan gave.
+/// Result of one scan.
 struct LaserStep {
   std::size_t laser = 0;
   Time scan_stamp;  ///< of the scan, as it was given

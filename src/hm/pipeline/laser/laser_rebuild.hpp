@@ -6,8 +6,8 @@
 
 namespace hm {
 
-/// What a map in the frame `map` is built from: the scans of a recording, what a pipeline made of them, and
-/// what it knows of the frame by now.
+/// Input of a map in the frame `map`: the scans of a recording, what a pipeline made of them, and
+/// its present estimate of the frame.
 struct RebuildInput {
   const LaserRecording& recording;
   std::vector<LaserRig> rigs;  ///< of the recording's lasers

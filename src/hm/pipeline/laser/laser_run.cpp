@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
 
-/// What carries the lasers of a recording.
+/// The sensors of a recording's vehicle.
 LaserPlatform laser_platform(const LaserRecording& recording) {
   LaserPlatform platform;
   for (const LaserStream& stream : recording.lasers) {
@@ -33,7 +33,7 @@ LaserPlatform laser_platform(const LaserRecording& recording) {
   return platform;
 }
 
-/// What the choices of a run follow from.
+/// Input of laser_choices().
 struct LaserChoiceInput {
   const LaserRecording& recording;
   const LaserRunOptions& options;
@@ -87,7 +87,7 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
   choices.push_back(map_frame_text(input.pipeline, input.options));
 }
 
-/// What was used of a recording and why, in words, with the recording's own notes.
+/// Lists in words what is used of a recording and why, with the recording's own notes.
 std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
   const LaserRecording& recording = input.recording;
   std::vector<std::string> choices;

@@ -15,7 +15,7 @@ struct LaserRunOptions {
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
   LaserRunParameters parameters;
   LaserPace pace = LaserPace::kFast;
-  RunContext run;  ///< asked to stop, it finishes with what there is
+  RunContext run;  ///< stopped early, it finishes with what there is
 };
 
 /// A laser recording -> trajectory, height, floors, multi-volume map (dissertation 2.2, 2.5): writes

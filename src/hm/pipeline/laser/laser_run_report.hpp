@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// What the report of a laser run shows besides the summary.
+/// Content of a laser run's report besides the summary.
 struct LaserReportMaterial {
   std::string program_version;
   std::string parameters_toml;

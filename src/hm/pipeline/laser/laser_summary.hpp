@@ -35,20 +35,19 @@ struct HeightError {
   std::size_t pairs = 0;
 };
 
-/// How sure a vehicle was of its place in a saved map.
+/// Confidence in the vehicle's place in a saved map.
 struct LocalisationSummary {
   /// A median score below this speaks of another place, or of a place that has changed.
   static constexpr double kSureScore = 0.8;
   std::filesystem::path map;
   std::size_t located = 0;   ///< scans whose place was found or followed
-  std::size_t sought = 0;    ///< scans that were asked for it
+  std::size_t sought = 0;    ///< scans that were to be located
   std::size_t searches = 0;  ///< of these, in the whole map
   std::size_t found = 0, ambiguous = 0, not_found = 0, gave_up = 0;  ///< what became of the searches
   std::size_t match_failed = 0, lost = 0, too_few_points = 0;
   std::optional<double> first_fix_s;  ///< since the start of the recording
   Summary score;                      ///< mean likelihood of the points, of the located scans
-  /// How far the vehicle's place jumped against odometry from one located scan to the next: what the two
-  /// disagree.
+  /// Distance by which the vehicle's place jumped against odometry from one located scan to the next.
   Summary correction_m;
 
   /// Never lost, nearly always located, and the scans fit the map.
@@ -57,7 +56,7 @@ struct LocalisationSummary {
   }
 };
 
-/// What is known of the frame `map` at the end of a run.
+/// The frame `map` at the end of a run.
 struct MapFrameSummary {
   MapFrameSource source = MapFrameSource::kOdometry;
   bool corrected = false;                ///< `map` is not `odom`: map and trajectory were made anew
@@ -72,7 +71,7 @@ struct MapFrameSummary {
   std::optional<LocalisationSummary> localisation;
 };
 
-/// What a run gave.
+/// Result of a run.
 struct LaserSummary {
   std::filesystem::path recording;
   std::string kind, laser;  ///< kind of recording; the laser whose scans were matched, or all that were used
@@ -128,7 +127,7 @@ void visit(const MvogSize& size, SummaryTree& v);
 /// A few lines for a terminal.
 std::string to_text(const LaserSummary& summary);
 
-/// Height of every scan that was asked for one, a line each, with a header; empty when there is none.
+/// Height of every scan with a mirror reading, a line each, with a header; empty when there is none.
 std::string heights_csv(std::span<const LaserScanRecord> records);
 /// The floors that were found, lowest first.
 std::string floors_csv(std::span<const FloorLevel> floors);

@@ -6,7 +6,7 @@
 
 namespace hm {
 
-/// What the report shows besides the summary.
+/// Content of the report besides the summary.
 struct OdometryReportMaterial {
   std::string program_version;
   std::string parameters_toml;

@@ -20,7 +20,7 @@ void show_progress(const RunContext& run, const VisualTrack& track) {
                             track.model_points, last_ms, track.frames_lost)});
 }
 
-/// Tracks the frames one by one; true when it was asked to stop before the end.
+/// Tracks the frames one by one; true when it was stopped before the end.
 bool track_all(const Recording& recording, const OdometryRunOptions& options, VisualTracking& tracking) {
   const FrameRange range = frame_range(options.parameters.reconstruction, recording.info().frame_count);
   FramePrefetcher frames(recording, range.begin, range.end, range.stride,

@@ -9,16 +9,16 @@
 
 namespace hm {
 
-/// What to track, how, and where the results go.
+/// A recording to track, its parameters, and the folder of the results.
 struct OdometryRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
   RgbdParameters parameters;
-  RunContext run;  ///< asked to stop, it finishes with what there is
+  RunContext run;  ///< stopped early, it finishes with what there is
 };
 
-/// What a run gave.
+/// Result of a run.
 struct OdometrySummary {
   RecordingInfo recording;
   RgbdParameters parameters;
@@ -30,7 +30,7 @@ struct OdometrySummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// Where odometry begins: a camera held level at the origin of a frame whose z axis points up.
+/// First pose of odometry: a camera held level at the origin of a frame whose z axis points up.
 SE3 level_camera();
 
 /// A recording -> the motion of its camera by visual odometry (dissertation 3.2): reads ahead on a thread of

@@ -20,7 +20,7 @@ struct SlamAlignedFrame {
   double rms_before_m = 0, rms_after_m = 0;  ///< distance from what was seen before, of what agrees
 };
 
-/// What dense alignment made of odometry's poses.
+/// Result of dense alignment of odometry's poses.
 struct SlamAlignmentSummary {
   std::size_t accepted = 0, not_accepted = 0;  ///< frames; the first of a submap has nothing to be aligned to
   Summary milliseconds;                        ///< a frame: alignment and its own map

@@ -113,7 +113,7 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
 }
 
 void Output::write_keyframe_maps() {
-  RunContext finishing = options_.run;  // asked to stop, the maps of what there is are whole nevertheless
+  RunContext finishing = options_.run;  // the maps of a run that was stopped early are whole nevertheless
   finishing.stop = {};
   const KeyframeMaps maps =
       make_keyframe_maps(recording_, *summary_.state.keyframes, keyframe_map_params(options_.parameters), finishing);
@@ -143,7 +143,7 @@ TriangleMesh moved(TriangleMesh mesh, const SimilarityTransform& move) {
   return mesh;
 }
 
-/// Each mesh is moved as its trajectory is, so that it is judged like it.
+/// Each mesh is moved as its trajectory is, so that both are evaluated alike.
 void Output::compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (!has_mesh_truth(options_.recording) || mesh.triangles.empty() || !summary_.error) return;
   say("comparing with the truth");

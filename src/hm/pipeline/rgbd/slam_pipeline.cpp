@@ -18,7 +18,7 @@
 namespace hm {
 namespace {
 
-/// Where the first frame is taken to be.
+/// Pose of the first frame.
 SE3 first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
   if (at_pose && first_frame < info.stamps.size())
     for (const StampedPose& pose : true_trajectory(info))

@@ -32,7 +32,7 @@ struct SlamInput {
   std::size_t max_kept_bytes = 0;  ///< caps what the pipeline keeps itself; 0: no cap
 };
 
-/// What became of a frame of SlamPipeline::add().
+/// Outcome of a frame of SlamPipeline::add().
 struct SlamStep {
   TrackingStatus status = TrackingStatus::kSkipped;
   std::string reason;                ///< in words, with numbers, when there is no pose
@@ -100,14 +100,14 @@ class SlamPipeline {
   [[nodiscard]] DensePipeline& dense();
 
   // ---- a recording, step by step (run_slam) ----
-  /// Reads, tracks and maps all frames of the parameters' range; asked to stop, what there is.
+  /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far.
   void track_and_map();
   /// Waits for the loop closer, solves a last time, adjusts.
   void close_loops();
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().
   TriangleMesh mesh_of_odometry();
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
-  /// to be stopped: a run that was asked to stop gets the right map of what there is.
+  /// to be stopped: a run that was stopped early gets the right map of what there is.
   void correct_dense_map();
   /// slam_state.hpp
   using State = SlamState;

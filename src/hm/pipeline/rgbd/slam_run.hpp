@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// What to run, how, and where the results go.
+/// A recording to run, its parameters, and the folder of the results.
 struct SlamRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
@@ -21,7 +21,7 @@ struct SlamRunOptions {
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
-/// What a run gave.
+/// Result of a run.
 struct SlamSummary {
   RecordingInfo recording;
   RgbdParameters parameters;

@@ -125,7 +125,8 @@ std::string why_no_pose(const VisualTrack& track) {
   std::size_t count = 0;
   for (const auto& [reason, frames] : reasons)
     if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
-  return fmt::format("not one of {} frames got a pose ({}); `hm info` may say why", track.frames_total, most);
+  return fmt::format("not one of {} frames got a pose ({}); `hm info` may show why", track.frames_total,
+                     most);
 }
 
 void visit(const UnusedFrame& frame, SummaryTree& v) {

@@ -39,7 +39,7 @@ struct UnusedFrame {
   std::string reason;
 };
 
-/// What visual odometry made of a recording.
+/// Result of visual odometry over a recording.
 struct VisualTrack {
   std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
   std::size_t frames_read = 0, frames_tracked = 0, frames_lost = 0;
@@ -85,14 +85,14 @@ class VisualTracking {
 /// The poses to compare with: the recording's truth, else its poses at its frames. Empty: there are none.
 Trajectory true_trajectory(const RecordingInfo& info);
 /// The comparison of a trajectory with the recording's truth, nothing where there is none (or less than three
-/// poses of it); `warnings` says what is wrong.
+/// poses of it); what is wrong becomes a warning.
 std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
                                                   const TrajectoryErrorParams& params,
                                                   std::vector<std::string>& warnings);
 
 /// Warnings about frames that are unused or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
-/// Why there is no pose at all, in words.
+/// Explains in words that there is no pose at all.
 std::string why_no_pose(const VisualTrack& track);
 /// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
 /// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).

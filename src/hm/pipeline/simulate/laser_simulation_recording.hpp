@@ -8,14 +8,14 @@
 
 namespace hm {
 
-/// What to fly, and where the recording goes.
+/// A flight to simulate, and the folder of its recording.
 struct LaserSimulationOptions {
   LaserSimulationParams params;
   std::filesystem::path output;  ///< a folder, made if needed; it must not hold a recording
-  RunContext run;                ///< asked to stop, it leaves nothing
+  RunContext run;                ///< stopped early, it leaves nothing
 };
 
-/// What simulate_laser_recording() made.
+/// Result of simulate_laser_recording().
 struct LaserSimulationSummary {
   std::size_t scans = 0, imu_samples = 0, odometry_readings = 0;
   double duration_s = 0;       ///< from the first beam to the last

@@ -8,14 +8,14 @@
 
 namespace hm {
 
-/// What to simulate, and where the recording goes.
+/// A walk to simulate, and the folder of its recording.
 struct SimulationOptions {
   SimulationParams params;
   std::filesystem::path output;  ///< a folder, made if needed; it must not hold a recording
-  RunContext run;                ///< asked to stop, it leaves nothing
+  RunContext run;                ///< stopped early, it leaves nothing
 };
 
-/// What simulate_recording() made.
+/// Result of simulate_recording().
 struct SimulationSummary {
   std::size_t frames = 0;
   double duration_s = 0;     ///< of the recording
@@ -39,7 +39,7 @@ struct SimulationSummary {
 /// The same bytes for any number of threads.
 ///
 /// The folder appears whole: until everything is written the parameters lie in simulation.unfinished.toml. A
-/// run that fails or is asked to stop (kCancelled) removes what it wrote; what a killed one left is replaced
+/// run that fails or is stopped (kCancelled) removes what it wrote; what a killed one left is replaced
 /// by the next.
 /// Errors: parameters out of range, a folder that holds a recording (kUsage) or cannot be written.
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options);

@@ -75,7 +75,7 @@ void choose_range(const RenderView& view, const RenderOptions& options, SurfaceF
   if (options.style == RenderStyle::kScalar) {
     double limit = options.value_limit;
     if (!(limit > 0)) {
-      // Half a million of them say it well enough.
+      // Half a million of them are enough.
       const std::size_t step = 1 + options.vertex_values.size() / 500'000;
       for (std::size_t i = 0; i < options.vertex_values.size(); i += step)
         if (const float v = options.vertex_values[i]; std::isfinite(v))

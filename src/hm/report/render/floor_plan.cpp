@@ -10,7 +10,7 @@ constexpr Rgb8 kWallColor{52, 58, 70};
 constexpr double kWallLine_m = 0.035;   ///< thickness of a cut surface
 constexpr double kWallInside_m = 0.32;  ///< the unseen inside of a wall is filled up to this thickness
 
-/// Where the mesh meets the cutting plane, as lines on the image.
+/// Intersection of the mesh with the cutting plane, as lines on the image.
 std::vector<std::pair<Vec2, Vec2>> cut_lines(const TriangleMesh& mesh, const RenderView& view,
                                              const ViewProjection& projection) {
   std::vector<std::pair<Vec2, Vec2>> lines;
@@ -79,7 +79,7 @@ void fill_solids(Mask& walls, const Mask& seen_from_behind) {
     if (votes.pixels()[i] == 2) walls.pixels()[i] = 1;
 }
 
-/// How much of each pixel is wall (0..255): cut surfaces as lines, and what lies inside of them.
+/// Share of each pixel that is wall (0..255): cut surfaces as lines, and what lies inside of them.
 Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, const SurfaceFigure& figure) {
   const int width = figure.image.width(), height = figure.image.height();
   Image<Rgb8> lines(width, height, {0, 0, 0});

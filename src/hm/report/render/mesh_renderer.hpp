@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// How a surface gets its colour. kScalar: `RenderOptions::vertex_values` through a diverging colour map.
+/// Source of a surface's colour. kScalar: `RenderOptions::vertex_values` through a diverging colour map.
 enum class RenderStyle { kShaded, kColor, kHeight, kScalar };
 
 enum class Projection { kPerspective, kOrthographic };
@@ -57,7 +57,7 @@ Vec3 up_of_cameras(const Trajectory& trajectory);
 RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options);
 /// Straight from above, cut at this height over the floor.
 RenderView plan_view(const SceneExtent& extent, const RenderOptions& options, double cut_above_floor_m = 1.4);
-/// What a camera of the recording sees.
+/// The view of a camera of the recording.
 RenderView camera_view(const SE3& T_world_camera, const RenderOptions& options);
 
 /// Draws a mesh with 2x2 samples a pixel; the same bits for any number of threads. Vertices that are not

@@ -10,7 +10,7 @@ constexpr int kBandRows = 32;  // samples
 /// Triangles that are projected and sorted into bands at a time: a house has millions.
 constexpr std::size_t kTrianglesAtOnce = 125'000;
 
-/// A vertex on its way to the screen. `side` tells whether it may be used as it is.
+/// A vertex on its way to the screen. `side` is kInside when it may be used as it is.
 enum class VertexSide : std::uint8_t { kInside, kBehindNear, kAboveCut, kBroken };
 struct ScreenVertex {
   float x = 0, y = 0, nearness = 0;
@@ -167,7 +167,7 @@ struct Scene {
   }
 };
 
-/// For each band the triangles that may touch it, in order.
+/// Lists for each band the triangles that may touch it, in order.
 std::vector<std::vector<std::uint32_t>> sort_into_bands(const Scene& scene, int rows) {
   const int bands = (rows + kBandRows - 1) / kBandRows;
   std::vector<std::vector<std::uint32_t>> out(static_cast<std::size_t>(bands));

@@ -43,7 +43,7 @@ class ViewProjection {
   Vec2 centre_;
 };
 
-/// What each sample of an image sees.
+/// The visible surface at each sample of an image.
 struct VisibilityBuffer {
   Image<float> nearness;          ///< see ViewProjection::project; lowest float where nothing is seen
   Image<std::uint32_t> triangle;  ///< kNoTriangle where nothing is seen
@@ -55,7 +55,7 @@ struct VisibilityBuffer {
 VisibilityBuffer rasterise(const TriangleMesh& mesh, const RenderView& view, const ViewProjection& projection,
                            const RenderOptions& size_in_samples, const ParallelLoop& loop);
 
-/// Where p lies in a triangle (barycentric, clamped to it; thirds for a triangle without area).
+/// Coordinates of p in a triangle (barycentric, clamped to it; thirds for a triangle without area).
 Vec3 barycentric(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace hm

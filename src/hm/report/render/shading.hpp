@@ -3,7 +3,7 @@
 
 namespace hm {
 
-/// What one sample looks at.
+/// The surface at one sample.
 struct SurfaceSample {
   Vec3 p_world, normal;  ///< unit normal on the viewer's side
   Vec3 weights;          ///< barycentric
@@ -13,7 +13,7 @@ struct SurfaceSample {
 SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                              const ViewProjection& projection, const Vec2& sample);
 
-/// How much of the hemisphere over each pixel's surface is free of other surfaces in the image (1: all),
+/// Share of the hemisphere over each pixel's surface that is free of other surfaces in the image (1: all),
 /// from the depth buffer: crevices and the feet of furniture come out darker.
 Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                            const ViewProjection& projection, const ParallelLoop& loop);

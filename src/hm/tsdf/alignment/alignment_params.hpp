@@ -68,7 +68,7 @@ struct AlignmentParams {
     v(ParamDoc{"prior_turn_sigma_rad", {1e-6, 3}, "and its error of orientation"}, self.prior_turn_sigma_rad);
     v(ParamDoc{"odometry_sigmas_ratio",
                {0, 100},
-               "how many times farther than odometry says its poses may be off; 0: it is not asked"},
+               "uncertainty of odometry's poses, times what odometry gives; 0 ignores odometry"},
       self.odometry_sigmas_ratio);
     v(ParamDoc{"shared_sigma_voxel",
                {0, 10},

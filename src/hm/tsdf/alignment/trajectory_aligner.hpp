@@ -4,8 +4,8 @@
 namespace hm {
 
 /// Aligns the poses of a trajectory one after the other to the map that grows of them (dissertation 4.2.8).
-/// Odometry drifts: what it tells well is the motion between two frames. So a pose is believed to be where
-/// the last aligned one was, moved as odometry says, with the parameters' prior_*_sigma, and the depth
+/// Odometry drifts, but its frame-to-frame motion is accurate. So a pose is predicted to be where
+/// the last aligned one was, moved as odometry has it, with the parameters' prior_*_sigma, and the depth
 /// picture corrects that; the correction stays with all poses that follow.
 ///
 /// The map drifts too: it grows of the poses aligned to it, and what errs in every picture alike adds up

@@ -77,7 +77,7 @@ struct TsdfParams {
       self.fixed_truncation_voxel);
     v(ParamDoc{"distance_limit_voxel",
                {1, 64},
-               "distances are told up to here, in front and behind, so that one ray cannot outvote several"},
+               "distances are clamped to this, in front and behind, so that one ray cannot outvote several"},
       self.distance_limit_voxel);
     v(
         ParamDoc{
