@@ -1,5 +1,7 @@
 #include "hm/pipeline/common/box_json.hpp"
 
+#include "hm/geometry/se3.hpp"
+
 namespace hm {
 
 JsonValue to_json(const Box3& box) {

@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 constexpr int kSquare_px = 40;
 
 /// One run of simulate_calibration().
-class Simulation {
+class BoardSimulation {
  public:
-  explicit Simulation(const CalibrationSimulationOptions& options)
+  explicit BoardSimulation(const CalibrationSimulationOptions& options)
       : options_(options),
         rig_(rig_of(options.params)),
         color_(rig_.color_camera),
@@ -64,19 +64,19 @@ class Simulation {
   CalibrationSimulationSummary summary_;
 };
 
-Result<void> Simulation::step(const char* stage, std::size_t done, std::size_t total) {
+Result<void> BoardSimulation::step(const char* stage, std::size_t done, std::size_t total) {
   if (options_.run.progress) options_.run.progress({stage, done, total, {}});
   if (options_.run.stop.stop_requested()) return fail(ErrorCode::kCancelled, "", "stopped while simulating");
   return {};
 }
 
-Result<void> Simulation::write_board(const fs::path& folder, BoardParams board) {
+Result<void> BoardSimulation::write_board(const fs::path& folder, BoardParams board) {
   ParamList list;
   list.add("board", board);
   return write_file_text(folder / "board.toml", list.to_toml());
 }
 
-Result<void> Simulation::picture(const fs::path& path, const FlatRenderer& renderer, const FlatPicture& flat,
+Result<void> BoardSimulation::picture(const fs::path& path, const FlatRenderer& renderer, const FlatPicture& flat,
                                  const SE3& T) {
   return write_png(path, renderer.render(flat, T, rig_.gray_sigma, rng_), PngEffort::kFast);
 }
@@ -89,7 +89,7 @@ double margin_px(const FlatPicture& picture, const PinholeCamera& camera, double
 
 /// A random pose near a place at which the whole picture is seen; less and less tilted, farther from the
 /// border and farther away until it is.
-SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, const Place& where) {
+SE3 BoardSimulation::place(const FlatRenderer& renderer, const FlatPicture& picture, const Place& where) {
   const PinholeCamera& camera = renderer.camera();
   SE3 T;
   for (int attempt = 0; attempt < 200; ++attempt) {
@@ -108,7 +108,7 @@ SE3 Simulation::place(const FlatRenderer& renderer, const FlatPicture& picture, 
   return T;
 }
 
-Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer& renderer,
+Result<void> BoardSimulation::write_intrinsics(const char* folder, const FlatRenderer& renderer,
                                           std::size_t& count) {
   const fs::path path = options_.output / folder;
   if (auto made = make_folder(path); !made) return made;
@@ -134,7 +134,7 @@ Result<void> Simulation::write_intrinsics(const char* folder, const FlatRenderer
   return {};
 }
 
-Result<void> Simulation::write_pairs() {
+Result<void> BoardSimulation::write_pairs() {
   const fs::path path = options_.output / "stereo";
   for (const char* name : {"color", "ir"})
     if (auto made = make_folder(path / name); !made) return made;
@@ -165,7 +165,7 @@ Result<void> Simulation::write_pairs() {
 }
 
 /// At every distance as many places as fill the image.
-std::vector<Simulation::Place> Simulation::training_places() const {
+std::vector<BoardSimulation::Place> BoardSimulation::training_places() const {
   const CalibrationSimulationParams& params = options_.params;
   std::vector<Place> places;
   for (int i = 0; i < params.depth_steps; ++i) {
@@ -193,7 +193,7 @@ std::vector<Simulation::Place> Simulation::training_places() const {
   return places;
 }
 
-std::vector<Simulation::Place> Simulation::test_places() {
+std::vector<BoardSimulation::Place> BoardSimulation::test_places() {
   const CalibrationSimulationParams& params = options_.params;
   std::vector<Place> places;
   for (int i = 0; i < params.test_steps; ++i)
@@ -205,7 +205,7 @@ std::vector<Simulation::Place> Simulation::test_places() {
   return places;
 }
 
-Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_picture) {
+Result<void> BoardSimulation::write_pose(const fs::path& folder, const SE3& T_color_picture) {
   if (auto made = make_folder(folder); !made) return made;
   if (auto written = picture(folder / "color.png", color_, large(), T_color_picture); !written)
     return written;
@@ -220,7 +220,7 @@ Result<void> Simulation::write_pose(const fs::path& folder, const SE3& T_color_p
   return {};
 }
 
-Result<void> Simulation::write_depth(const char* folder, const std::vector<Place>& places,
+Result<void> BoardSimulation::write_depth(const char* folder, const std::vector<Place>& places,
                                      std::size_t& count) {
   const fs::path path = options_.output / "depth";
   if (auto made = make_folder(path); !made) return made;
@@ -239,7 +239,7 @@ Result<void> Simulation::write_depth(const char* folder, const std::vector<Place
   return {};
 }
 
-Result<void> Simulation::write_truth() {
+Result<void> BoardSimulation::write_truth() {
   const fs::path path = options_.output / "truth";
   if (auto made = make_folder(path); !made) return made;
   RgbdCalibration truth;
@@ -253,7 +253,7 @@ Result<void> Simulation::write_truth() {
   return {};
 }
 
-Result<CalibrationSimulationSummary> Simulation::run() {
+Result<CalibrationSimulationSummary> BoardSimulation::run() {
   if (auto written = write_intrinsics("color", color_, summary_.color_pictures); !written)
     return forward_error(written);
   if (auto written = write_intrinsics("ir", ir_, summary_.ir_pictures); !written)
@@ -286,7 +286,7 @@ Result<CalibrationSimulationSummary> simulate_calibration(const CalibrationSimul
     return fail(ErrorCode::kUsage, options.output, "is there already, and not empty");
   const bool is_new = !fs::exists(options.output, code);
   if (const auto made = make_folder(options.output); !made) return forward_error(made);
-  auto summary = as_run_failure(Simulation(options).run());
+  auto summary = as_run_failure(BoardSimulation(options).run());
   if (summary) return summary;
   if (is_new) {
     fs::remove_all(options.output, code);
