@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <numeric>
-#include <sstream>
-#include <toml++/toml.h>
 
 namespace hm {
 namespace {
@@ -175,9 +174,14 @@ Result<void> ParamList::read_toml(std::string_view text, const std::string& wher
 Result<void> ParamList::read_toml_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return fail(ErrorCode::kNotFound, path, "cannot open this parameter file");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return read_toml(text.str(), path);
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) return fail(ErrorCode::kUnreadable, path, "cannot read this parameter file");
+  if (text.size() > kMostBytes)
+    return fail(ErrorCode::kInvalidValue, path, "is larger than 1 MiB, which no parameter file is");
+  return read_toml(text, path);
 }
 
 Result<void> ParamList::check() const {
