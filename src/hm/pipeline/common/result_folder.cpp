@@ -62,6 +62,10 @@ Result<RunRecord> record_from_json(const JsonValue& json, const std::string& whe
 
 std::string_view to_string(RunState state) { return kStateNames[static_cast<std::size_t>(state)]; }
 
+bool RunRecord::is_of(const ResultFolderRequest& request) const {
+  return verb == request.verb && recording == absolute_name(request.recording);
+}
+
 Result<std::optional<RunRecord>> read_run_record(const fs::path& folder) {
   const fs::path path = folder / kRecordName;
   std::error_code code;
@@ -127,31 +131,29 @@ Result<void> ResultFolder::lock() {
 }
 
 Result<void> ResultFolder::check_existing() {
-  auto record = read_run_record(path());
-  if (!record && request_.existing != ExistingResult::kOverwrite) return forward_error(record);
-  if (!record) *record = std::nullopt;
+  const auto read = read_run_record(path());
+  if (!read && request_.existing != ExistingResult::kOverwrite) return forward_error(read);
+  const std::optional<RunRecord> record = read ? *read : std::nullopt;
   std::error_code code;
-  const auto unnamed = std::find_if(kResultNames.begin(), kResultNames.end(), [&](const char* name) {
-    return fs::exists(path() / name, code);
-  });
-  if (!*record && unnamed == kResultNames.end()) return {};
-  const std::string what = *record ? fmt::format("the result of `hm {}`{}{}", (*record)->verb,
-                                                 (*record)->recording.empty() ? "" : " on ",
-                                                 (*record)->recording)
-                                   : fmt::format("a result ({})", *unnamed);
+  const auto unnamed = std::find_if(kResultNames.begin(), kResultNames.end(),
+                                    [&](const char* name) { return fs::exists(path() / name, code); });
+  if (!record && unnamed == kResultNames.end()) return {};
+  const std::string what = record ? fmt::format("the result of `hm {}`{}{}", record->verb,
+                                                record->recording.empty() ? "" : " on ", record->recording)
+                                  : fmt::format("a result ({})", *unnamed);
   switch (request_.existing) {
     case ExistingResult::kRefuse:
       return fail(ErrorCode::kUsage, path().string(),
                   "this folder holds {}; give another folder with -o, or --overwrite to replace it", what);
     case ExistingResult::kOverwrite:
-      if (*record) earlier_files_ = (*record)->files;
+      if (record) earlier_files_ = record->files;
       return {};
     case ExistingResult::kResume:
-      if (*record && (*record)->verb != request_.verb)
+      if (record && record->verb != request_.verb)
         return fail(ErrorCode::kUsage, path().string(),
                     "this folder holds {}, which `hm {} --resume` cannot continue", what, request_.verb);
-      if (*record) files_ = (*record)->files;
-      resumed_ = *record ? **record : RunRecord{request_.verb, {}, {}, {}, {}};
+      if (record) files_ = record->files;
+      resumed_ = record ? *record : RunRecord{request_.verb, {}, {}, {}, {}};
   }
   return {};
 }
@@ -179,26 +181,40 @@ void ResultFolder::forget_earlier_files() {
   }
 }
 
+fs::path ResultFolder::name_in_folder(const fs::path& file) const {
+  const fs::path name = file.lexically_relative(staging_);
+  return name.empty() || *name.begin() == ".." ? file.lexically_relative(path()) : name;
+}
+
+/// Moves a file out of staging(), unless it was published before.
+Result<void> ResultFolder::move_file(const fs::path& name) {
+  const fs::path from = staging_ / name, to = path() / name;
+  std::error_code code;
+  if (!fs::exists(from, code)) return {};
+  fs::create_directories(to.parent_path(), code);
+  if (!code) fs::rename(from, to, code);
+  if (code) return fail(ErrorCode::kInternal, to.string(), "cannot be written: {}", code.message());
+  return {};
+}
+
 Result<void> ResultFolder::publish(std::vector<fs::path>& files, RunState state) {
-  std::vector<std::pair<fs::path, fs::path>> moves;
+  std::vector<fs::path> names;
   for (fs::path& file : files) {
-    fs::path name = file.lexically_relative(staging_);
-    if (name.empty() || *name.begin() == "..") name = file.lexically_relative(path());
-    const fs::path target = path() / name;
-    if (target != file) moves.emplace_back(file, target);
+    const fs::path name = name_in_folder(file);
+    std::error_code code;
+    if (!fs::is_directory(staging_ / name, code)) names.push_back(name);
+    for (fs::recursive_directory_iterator entry(staging_ / name, code), end; !code && entry != end;
+         entry.increment(code))
+      if (entry->is_regular_file(code)) names.push_back(entry->path().lexically_relative(staging_));
+    file = path() / name;
+  }
+  for (const fs::path& name : names)
     if (std::find(files_.begin(), files_.end(), name.string()) == files_.end())
       files_.push_back(name.string());
-    file = target;
-  }
   // The record first: whenever the process ends, it names every file of both runs.
   if (const auto written = as_run_failure(write_record(RunState::kRunning)); !written) return written;
-  for (const auto& [from, to] : moves) {
-    std::error_code code;
-    if (!fs::exists(from, code) && fs::exists(to, code)) continue;  // published before
-    fs::create_directories(to.parent_path(), code);
-    if (!code) fs::rename(from, to, code);
-    if (code) return fail(ErrorCode::kInternal, to.string(), "cannot be written: {}", code.message());
-  }
+  for (const fs::path& name : names)
+    if (const auto moved = move_file(name); !moved) return moved;
   forget_earlier_files();
   return as_run_failure(write_record(state));
 }

@@ -18,11 +18,16 @@ enum class ExistingResult {
 enum class RunState { kRunning, kStopped, kComplete };
 std::string_view to_string(RunState state);
 
+struct ResultFolderRequest;
+
 /// Contents of `run.json`, by which a folder of results is recognised.
 struct RunRecord {
   std::string verb, recording, program_version;
   RunState state = RunState::kRunning;
   std::vector<std::string> files;  ///< that the run wrote, relative to the folder
+
+  /// True for a run of the same verb on a recording in the same place.
+  [[nodiscard]] bool is_of(const ResultFolderRequest& request) const;
 };
 
 /// Reads the record of a folder of results; nothing where the folder has none. An error when it is damaged.
@@ -56,9 +61,9 @@ class ResultFolder {
   /// The record of the run that is to be continued; nothing for a run that starts anew.
   [[nodiscard]] const std::optional<RunRecord>& resumed() const { return resumed_; }
 
-  /// Moves files from staging() into the folder, each in the place of its predecessor, and changes `files` to
-  /// their new paths; files that are in the folder already stay. With the first call the files of an earlier
-  /// run are removed. Errors: a file cannot be moved, the record cannot be written.
+  /// Moves files, and folders of files, from staging() to their places, and changes `files` to the new paths;
+  /// those that are in place already stay. The first call removes the other files of the result that is
+  /// replaced. Errors: a file cannot be moved, the record cannot be written.
   Result<void> publish(std::vector<std::filesystem::path>& files, RunState state);
 
  private:
@@ -68,6 +73,8 @@ class ResultFolder {
   Result<void> check_existing();
   Result<void> write_record(RunState state) const;
   void forget_earlier_files();
+  [[nodiscard]] std::filesystem::path name_in_folder(const std::filesystem::path& file) const;
+  Result<void> move_file(const std::filesystem::path& name);
 
   ResultFolderRequest request_;
   std::filesystem::path staging_;

@@ -1,7 +1,6 @@
 #include "hm/pipeline/compare/demo.hpp"
 
 namespace hm {
-
 Result<DemoSummary> run_demo(const DemoOptions& options) {
   SimulationOptions simulation{options.parameters.simulation, options.output / "recording", options.run};
   if (simulation.params.truth_far_m == 0) simulation.params.truth_far_m = options.parameters.tsdf.far_m;
@@ -17,6 +16,9 @@ Result<DemoSummary> run_demo(const DemoOptions& options) {
   ReconstructionOptions reconstruction;
   reconstruction.recording = simulation.output;
   reconstruction.output = options.output / "result";
+  const auto record = read_run_record(reconstruction.output);  // of an earlier demo
+  if (record && *record && (*record)->is_of({{}, {}, "reconstruct", simulation.output, {}}))
+    reconstruction.existing = ExistingResult::kOverwrite;
   reconstruction.parameters = options.parameters;
   reconstruction.run = options.run;
   auto summary = reconstruct(reconstruction);

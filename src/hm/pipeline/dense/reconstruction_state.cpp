@@ -97,6 +97,9 @@ std::string state_to_json(const ReconstructionState& state) {
 }
 
 Result<ReconstructionState> state_from_json(std::string_view text, const std::string& where) {
+  if (text.empty())
+    return fail(ErrorCode::kUsage, where,
+                "this map was not made by `hm reconstruct`, so that it cannot be continued");
   const auto json = parse_json(text, where);
   if (!json) return forward_error(json);
   if (count_of(*json, "state_version") != kStateVersion)

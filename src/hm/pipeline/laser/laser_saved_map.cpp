@@ -1,22 +1,16 @@
 #include "hm/pipeline/laser/laser_saved_map.hpp"
 
-#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
+#include "hm/pipeline/common/mvog_file.hpp"
 
 namespace hm {
 namespace {
 
 constexpr double kPlanarLayers = 2.5;
 
-Result<OccupancyGrid2D> read_mvog(const std::filesystem::path& path, const LaserRunParams& params) {
-  const auto bytes = read_file_bytes(path);
-  if (!bytes) return forward_error(bytes);
-  const auto map = MultiVolumeGrid::parse(std::as_bytes(std::span(*bytes)));
-  if (!map) {
-    Error error = map.error();
-    error.where = path.string() + (error.where.empty() ? "" : ": " + error.where);
-    return tl::make_unexpected(error);
-  }
+Result<OccupancyGrid2D> read_slice(const std::filesystem::path& path, const LaserRunParams& params) {
+  const auto map = read_mvog(path);
+  if (!map) return forward_error(map);
   return laser_slice(*map, params);
 }
 
@@ -59,7 +53,7 @@ Result<OccupancyGrid2D> read_saved_laser_map(const std::filesystem::path& path,
     return fail(
         ErrorCode::kUnsupported, path.string(),
         "this is not a map to find a vehicle in: map.yaml, map.mvog, or a folder that `hm laser` wrote");
-  auto grid = file.extension() == ".mvog" ? read_mvog(file, params) : read_occupancy_grid(file);
+  auto grid = file.extension() == ".mvog" ? read_slice(file, params) : read_occupancy_grid(file);
   if (!grid) return grid;
   if (!has_walls(*grid))
     return fail(ErrorCode::kInvalidValue, file.string(), "nothing in this map is occupied{}",

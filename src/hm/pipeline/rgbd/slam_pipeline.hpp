@@ -21,8 +21,13 @@ class SlamPipeline {
   SlamPipeline(const SlamPipeline&) = delete;
   SlamPipeline& operator=(const SlamPipeline&) = delete;
 
-  /// Reads, tracks and maps all frames of the parameters' range; asked to stop, what there is.
-  void track_and_map();
+  /// Called after every frame with the index of the next one; an error ends the run.
+  using AfterFrame = std::function<Result<void>(std::size_t next_frame)>;
+  /// Reads, tracks and maps all frames of the parameters' range; asked to stop, what there is. An error is
+  /// one of `after_frame`.
+  Result<void> track_and_map(const AfterFrame& after_frame = {});
+  /// The poses of all frames up to now, as loops place them now; those of unconnected maps are left out.
+  [[nodiscard]] Trajectory trajectory_now() const;
   /// Waits for the loop closer, solves a last time, adjusts.
   void close_loops();
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().
@@ -43,6 +48,7 @@ class SlamPipeline {
     MapCorrection correction;                                           ///< the last one, at the end
     std::size_t frames_total = 0, frames_mapped = 0, frames_apart = 0;  ///< apart: in unconnected maps
     Summary frame_ms;  ///< tracking, mapping and what corrections take of a frame's time; not waiting
+    std::size_t frames_done = 0;  ///< index of the first frame that was not looked at
     bool interrupted = false;
     double seconds = 0;          ///< of track_and_map()
     double close_seconds = 0;    ///< waiting for loops and adjusting
