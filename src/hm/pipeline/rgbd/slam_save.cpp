@@ -55,7 +55,7 @@ SlamSave::SlamSave(SlamPipeline& pipeline, ResultFolder& folder, const Parameter
 
 bool SlamSave::is_due() const {
   const ReconstructionParams& params = parameters_.reconstruction;
-  constexpr double kRest_ratio = 10;
+  constexpr double kRest_ratio = 2;
   if (since_save_.seconds() < kRest_ratio * last_copy_s_) return false;
   if (params.save_interval_frames > 0 &&
       frames_since_save_ >= static_cast<std::size_t>(params.save_interval_frames))
