@@ -9,7 +9,7 @@ files lead somewhere, pictures are small, and names of the code exist.
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
 `recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), and after `prepare` also `result`, as the
-texts assume; that of --help also `set`, pictures of calibration boards.
+texts assume; that of --help also `set`, pictures of calibration boards. A folder of results that a line writes anew is removed before.
 """
 import argparse
 import atexit
@@ -65,8 +65,19 @@ def shortened(line):
     return line
 
 
+def remove_old_result(line, folder):
+    """A reader's folder of results is not there yet; `result` of prepare() and those of other lines are."""
+    words = line.split()
+    if "-o" not in words or "--resume" in words or "--overwrite" in words:
+        return
+    output = Path(folder) / words[words.index("-o") + 1]
+    if (output / "run.json").is_file():
+        shutil.rmtree(output)
+
+
 def run_line(line, folder):
     """None when the line worked, or what went wrong."""
+    remove_old_result(line, folder)
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
     begin = time.monotonic()
     try:
@@ -188,7 +199,10 @@ def check_all(program, part):
     with tempfile.TemporaryDirectory(prefix="hm_help_") as folder:
         if wrong := prepare(folder, program) or run_line(SMALL_SET, folder):
             return total, [wrong]
+        shutil.copytree(Path(folder) / "result", Path(folder) / "result_of_prepare")
         for verb in HELP_VERBS:
+            shutil.rmtree(Path(folder) / "result")  # of the verb before
+            shutil.copytree(Path(folder) / "result_of_prepare", Path(folder) / "result")
             examples = help_examples(program, verb)
             if not examples:
                 problems.append(f"hm {verb} --help has no examples")

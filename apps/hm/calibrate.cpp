@@ -2,6 +2,7 @@
 
 #include "hm/pipeline/calibrate/calibration_extrinsics.hpp"
 #include "hm/pipeline/calibrate/calibration_intrinsics.hpp"
+#include "version.hpp"
 
 hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, const Session& session) {
   hm::CalibrateParameters parameters;
@@ -12,11 +13,15 @@ hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, c
   return parameters;
 }
 
+hm::ResultFolderRequest result_folder_of(const CalibrateFlags& flags, const std::string& word) {
+  return {flags.output.folder_given, flags.output.existing(), "calibrate " + word, flags.input, kVersion};
+}
+
 void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start) {
-  command.add_option("-o,--output", flags->output, "folder for the results")->default_str(name);
+  flags->output.add_to(command, name);
   command.parse_complete_callback([flags, name] {
-    if (flags->output.empty()) flags->output = name;
+    if (flags->output.folder_given.empty()) flags->output.folder_given = name;
   });
   if (start == CalibrationStart::kNone) return;
   command
@@ -30,29 +35,31 @@ namespace {
 hm::Result<Outcome> run_intrinsics(const CalibrateFlags& flags, Session& session) {
   const auto parameters = parameters_of(flags, session);
   if (!parameters) return hm::forward_error(parameters);
-  hm::IntrinsicsOptions options{flags.input,
-                                flags.start,
-                                flags.output,
-                                hm::CalibratedCamera::kColor,
-                                parameters->board,
-                                parameters->camera_fit,
-                                {}};
+  hm::IntrinsicsOptions options{
+      flags.input, flags.start, {}, hm::CalibratedCamera::kColor, parameters->board, parameters->camera_fit,
+      {}};
   if (flags.camera == "depth") options.camera = hm::CalibratedCamera::kDepth;
   options.run = session.interruptible_context(kCalibrationStopped);
-  return outcome_of(hm::calibrate_intrinsics(options));
+  return run_into_folder(result_folder_of(flags, "intrinsics"), [&](const std::filesystem::path& folder) {
+    options.output = folder;
+    return hm::calibrate_intrinsics(options);
+  });
 }
 
 hm::Result<Outcome> run_extrinsics(const CalibrateFlags& flags, Session& session) {
   const auto parameters = parameters_of(flags, session);
   if (!parameters) return hm::forward_error(parameters);
-  const hm::ExtrinsicsOptions options{flags.input,
-                                      flags.second_input,
-                                      flags.start,
-                                      flags.output,
-                                      parameters->board,
-                                      parameters->stereo_fit,
-                                      session.interruptible_context(kCalibrationStopped)};
-  return outcome_of(hm::calibrate_extrinsics(options));
+  hm::ExtrinsicsOptions options{flags.input,
+                                flags.second_input,
+                                flags.start,
+                                {},
+                                parameters->board,
+                                parameters->stereo_fit,
+                                session.interruptible_context(kCalibrationStopped)};
+  return run_into_folder(result_folder_of(flags, "extrinsics"), [&](const std::filesystem::path& folder) {
+    options.output = folder;
+    return hm::calibrate_extrinsics(options);
+  });
 }
 
 void add_calibrate(Program& program) {

@@ -9,7 +9,8 @@
 
 /// Parts that the words of `hm calibrate` share.
 struct CalibrateFlags {
-  std::string input, second_input, start, output, camera = "color", from = "static";
+  std::string input, second_input, start, camera = "color", from = "static";
+  OutputFlags output;
   double depth_units_per_m = 1000;
   int frames = 300;
   bool is_raw_disparity = false;
@@ -22,7 +23,10 @@ inline constexpr const char* kCalibrationStopped = "nothing is written";
 /// The parameters of a run: the folder's board, flags, then --params and --set.
 hm::Result<hm::CalibrateParameters> parameters_of(const CalibrateFlags& flags, const Session& session);
 
-/// Options that every word has: -o, and --calibration where it has a `start`.
+/// The folder of the results of a word ("intrinsics") of `hm calibrate`.
+hm::ResultFolderRequest result_folder_of(const CalibrateFlags& flags, const std::string& word);
+
+/// Options that every word has: -o, --overwrite, and --calibration (the start) where `start` says so.
 enum class CalibrationStart { kNone, kOptional, kRequired };
 void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlags>& flags, const char* name,
                           CalibrationStart start);

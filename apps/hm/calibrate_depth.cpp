@@ -8,13 +8,16 @@ hm::Result<Outcome> run_depth(const CalibrateFlags& flags, Session& session) {
   const auto parameters = parameters_of(flags, session);
   if (!parameters) return hm::forward_error(parameters);
   hm::DepthCalibrationOptions options;
-  options.set = flags.input, options.start = flags.start, options.output = flags.output;
+  options.set = flags.input, options.start = flags.start;
   if (flags.is_raw_disparity) options.images = hm::DepthImages::kRawDisparity;
   options.depth_units_per_m = flags.depth_units_per_m;
   options.board = parameters->board;
   options.fit = parameters->depth_fit;
   options.run = session.interruptible_context(kCalibrationStopped);
-  return outcome_of(hm::calibrate_depth(options));
+  return run_into_folder(result_folder_of(flags, "depth"), [&](const std::filesystem::path& folder) {
+    options.output = folder;
+    return hm::calibrate_depth(options);
+  });
 }
 
 hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
@@ -34,10 +37,12 @@ hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
     options.disparity = start->disparity.value_or(hm::DisparityModel());
   }
   options.frame_limit = flags.frames;
-  options.output = flags.output;
   options.fit = parameters->noise_fit;
   options.run = session.interruptible_context(kCalibrationStopped);
-  return outcome_of(hm::calibrate_noise(options));
+  return run_into_folder(result_folder_of(flags, "noise"), [&](const std::filesystem::path& folder) {
+    options.output = folder;
+    return hm::calibrate_noise(options);
+  });
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
   hm::ConversionOptions options;
   hm::ParamList list;
   list.add("mesh", options.mesh);
+  list.add("laser", options.slice);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
@@ -28,9 +29,9 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
   outcome.text = fmt::format("{}: {}\n", flags.to, summary->text);
   outcome.json = hm::JsonValue::object({{"items", summary->items}, {"skipped", summary->skipped}});
   outcome.outputs.emplace_back(flags.to);
-  if (summary->skipped > 0)
-    outcome.warnings.push_back(
-        fmt::format("{} frames could not be read and were left out", summary->skipped));
+  if (options.to.extension() == ".yaml")
+    outcome.outputs.push_back(std::filesystem::path(flags.to).replace_extension(".pgm"));
+  outcome.warnings = summary->warnings;
   return outcome;
 }
 
@@ -41,11 +42,14 @@ void add_convert(Program& program) {
                    "  hm convert result/mesh.ply mesh.obj\n"
                    "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
                    "  hm convert result/trajectory.tum poses.kitti\n"
+                   "  hm convert flight/map.mvog flight.ot\n"
+                   "  hm convert flight/map.mvog floor.yaml --set laser.slice_top_m=1.2\n"
                    "  hm convert recording as_tum",
                    [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("from", flags->from,
-                  "mesh (.ply .obj .glb), map (.hmap), trajectory, or recording (folder)")
+                  "mesh (.ply .obj .glb), map (.hmap), occupancy grid (.mvog), trajectory, or "
+                  "recording (folder)")
       ->required();
   command.add_option("to", flags->to, "file or folder to write")->required();
   flags->of_recording.add_to(command);

@@ -39,9 +39,11 @@ hm::Result<Outcome> run_trajectory(const EvaluateFlags& flags, Session& session)
   for (std::size_t i = 0; i < hm::kTrajectoryAlignmentNames.size(); ++i)
     if (flags.alignment == hm::kTrajectoryAlignmentNames[i])
       parameters.trajectory_error.alignment = static_cast<hm::TrajectoryAlignment>(i);
-  const auto error = hm::evaluate_trajectory_files(flags.result, flags.truth, parameters.trajectory_error);
+  std::vector<std::string> warnings;
+  const auto error =
+      hm::evaluate_trajectory_files(flags.result, flags.truth, parameters.trajectory_error, warnings);
   if (!error) return hm::forward_error(error);
-  Outcome outcome{hm::to_text(*error), hm::to_json(*error), {}, {}};
+  Outcome outcome{hm::to_text(*error), hm::to_json(*error), std::move(warnings), {}};
   if (!flags.report.empty()) {
     const auto written =
         write_report(flags, hm::trajectory_report_html(*error, "Trajectory against truth"), outcome);

@@ -4,20 +4,27 @@
 #include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
+#include "version.hpp"
 
 namespace {
 
 struct ExperimentFlags {
-  std::string recording, output;
+  std::string recording;
+  OutputFlags output;
   double voxel_m = 0;
   int frames = 0, views = 0;
   RecordingFlags of_recording;
 };
 
+hm::ResultFolderRequest folder_request(const ExperimentFlags& flags, const std::string& word,
+                                       const std::string& by_default) {
+  return {flags.output.folder_given.empty() ? by_default : flags.output.folder_given, flags.output.existing(),
+          "evaluate " + word, flags.recording, kVersion};
+}
+
 hm::Result<Outcome> run_compensation(const ExperimentFlags& flags, Session& session) {
   hm::DepthCompensationOptions options;
   options.recording = flags.recording;
-  options.output = flags.output;
   auto list = hm::list_slam(options.parameters);
   options.parameters.tsdf.voxel_size_m = 0.03;
   options.parameters.slam.points_voxel_m = 0.03;
@@ -27,10 +34,12 @@ hm::Result<Outcome> run_compensation(const ExperimentFlags& flags, Session& sess
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
-  options.run = session.interruptible_context("what was made so far stays");
-  const auto summary = hm::compare_depth_compensation(options);
-  if (!summary) return hm::forward_error(summary);
-  return Outcome{hm::to_text(*summary), hm::to_json(*summary), summary->warnings, summary->outputs};
+  options.run = session.interruptible_context("nothing is written");
+  return run_into_folder(folder_request(flags, "depth-compensation", "compared"),
+                         [&](const std::filesystem::path& folder) {
+                           options.output = folder;
+                           return hm::compare_depth_compensation(options);
+                         });
 }
 
 hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& session) {
@@ -47,13 +56,17 @@ hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& sessi
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   const hm::RunContext run = session.interruptible_context("nothing is written");
+  auto folder = hm::ResultFolder::open(folder_request(flags, "uncertainty", "deviations"));
+  if (!folder) return hm::forward_error(folder);
   const auto result =
       flags.recording.empty()
           ? hm::simulate_uncertainty(simulation, features, params, run)
           : hm::record_uncertainty(flags.recording, *recording_options, features, params, run);
   if (!result) return hm::forward_error(result);
-  auto outputs = hm::write_uncertainty(*result, flags.output, run);
+  auto outputs = hm::write_uncertainty(*result, folder->staging(), run);
   if (!outputs) return hm::forward_error(outputs);
+  if (const auto published = folder->publish(*outputs, hm::RunState::kComplete); !published)
+    return hm::forward_error(published);
   return Outcome{hm::to_text(*result), hm::to_json(*result), result->warnings, std::move(*outputs)};
 }
 
@@ -67,7 +80,7 @@ void add_uncertainty(Program& program) {
   command.add_option("recording", flags->recording,
                      "folder of a recording in which neither camera nor scene moves (default: a simulated "
                      "Kinect stands still at five places of a house; section simulation)");
-  command.add_option("-o,--output", flags->output, "folder for the page and the figures")->required();
+  flags->output.add_to(command, "deviations");
   command.add_option("--frames", flags->frames, "frames of each place (default: 300)")
       ->check(CLI::Range(10, 100000));
   command.add_option("--views", flags->views, "places of the simulation (default: 5)")
@@ -87,8 +100,7 @@ void add_experiments(Program& program) {
        "  hm evaluate depth-compensation phone_walk --calibration phone/calibration.toml -o compared",
        [flags](Session& session) { return run_compensation(*flags, session); }});
   compensation.add_option("recording", flags->recording, "folder of a recording with poses")->required();
-  compensation.add_option("-o,--output", flags->output, "folder for both maps, figures and the page")
-      ->required();
+  flags->output.add_to(compensation, "compared");
   compensation.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (default here: 0.03)")
       ->check(positive_number());
   flags->of_recording.add_to(compensation);

@@ -3,6 +3,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/inspect/file_check.hpp"
 #include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/inspect/mvog_check.hpp"
 #include "hm/pipeline/inspect/recording_check.hpp"
 #include "laser_flags.hpp"
 #include "program.hpp"
@@ -70,6 +71,9 @@ hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
     case hm::PathKind::kMap:
       name = "map", outcome = show(hm::inspect_map(flags.path));
       break;
+    case hm::PathKind::kOccupancy:
+      name = "occupancy_map", outcome = show(hm::inspect_mvog(flags.path));
+      break;
     case hm::PathKind::kMesh:
       name = "mesh", outcome = show(hm::inspect_mesh(flags.path));
       break;
@@ -97,8 +101,9 @@ void add_info(Program& program) {
        "  hm info result/mesh.ply --json",
        [flags](Session& session) { return run(*flags, session); }});
   command
-      .add_option("path", flags->path,
-                  "folder of a recording, .bag, .log, .alog, .dat, .hmap, .ply, .obj, .glb, .tum, .g2o")
+      .add_option(
+          "path", flags->path,
+          "folder of a recording, .bag, .log, .alog, .dat, .hmap, .mvog, .ply, .obj, .glb, .tum, .g2o")
       ->required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);

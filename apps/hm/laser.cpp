@@ -6,7 +6,8 @@
 namespace {
 
 struct LaserVerbFlags {
-  std::string recording, output, relations, saved_map, pace = "fast";
+  OutputFlags output;
+  std::string recording, relations, saved_map, pace = "fast";
   hm::LaserRecordingOptions topics;
 };
 
@@ -14,7 +15,8 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   hm::LaserRunOptions options;
   options.recording = flags.recording;
   options.recording_options = flags.topics;
-  options.output = output_folder(flags.output, flags.recording, "laser");
+  options.output = flags.output.folder(flags.recording, "laser");
+  options.existing = flags.output.existing();
   options.relations = flags.relations;
   options.saved_map = flags.saved_map;
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
@@ -37,7 +39,7 @@ void add_laser(Program& program) {
       .add_option("recording", flags->recording,
                   "a laser recording: ROS bag, CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
       ->required();
-  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_laser)");
+  flags->output.add_to(command, "NAME_laser");
   program.add_parameters([] { return hm::make_parameter_part(hm::list_laser); });
   command.add_option("--relations", flags->relations,
                      "file of known relative poses to compare with (t1 t2 x y z roll pitch yaw)");

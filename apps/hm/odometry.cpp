@@ -7,14 +7,16 @@
 namespace {
 
 struct OdometryFlags {
-  std::string recording, output, method;
+  std::string recording, method;
+  OutputFlags output;
   RecordingFlags of_recording;
 };
 
 hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   hm::OdometryRunOptions options;
   options.recording = flags.recording;
-  options.output = output_folder(flags.output, flags.recording, "odometry");
+  options.output = flags.output.folder(flags.recording, "odometry");
+  options.existing = flags.output.existing();
   auto list = hm::list_odometry(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   for (std::size_t i = 0; i < hm::kOdometryMethodNames.size(); ++i)
@@ -37,7 +39,7 @@ void add_odometry(Program& program) {
                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
-  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_odometry)");
+  flags->output.add_to(command, "NAME_odometry");
   command.add_option("--method", flags->method, "how poses are found (odometry.method; default: tracker)")
       ->check(CLI::IsMember(
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));

@@ -1,9 +1,15 @@
 #include "output.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <system_error>
 
-#include "hm/io/bytes/json.hpp"
 #include "hm/core/process_memory.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "version.hpp"
 
 namespace {
@@ -55,20 +61,77 @@ int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
       for (const auto& [key, value] : *members) document[key] = value;
     for (const std::string& warning : result->warnings) {
       warnings.push_back(warning);
-      fmt::print(stderr, "warning: {}\n", warning);
+      write_message(fmt::format("warning: {}\n", warning));
     }
     for (const auto& path : result->outputs) outputs.push_back(path.string());
-    if (!run.json) fmt::print("{}", result->text);
   } else {
     const hm::Error& error = result.error();
-    fmt::print(stderr, "hm: {}\n", hm::to_string(error));
+    write_message(fmt::format("hm: {}\n", hm::to_string(error)));
     document["error"] = json_error(error);
   }
   document["wall_s"] = run.wall_s;
   document["peak_rss_bytes"] = hm::peak_resident_bytes();
   document["warnings"] = std::move(warnings);
   document["outputs"] = std::move(outputs);
-  if (run.json) fmt::print("{}\n", hm::to_json_text(document));
-  if (std::fflush(stdout) != 0 || std::ferror(stdout)) return kRunFailed;
+  const std::string text = run.json ? hm::to_json_text(document) + "\n" : result ? result->text : "";
+  if (!write_output(text)) return kRunFailed;
   return result ? kDone : exit_code_of(result.error().code);
+}
+
+bool write_output(std::string_view text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+    return true;
+  write_message(fmt::format("hm: standard output: cannot be written: {}\n", std::strerror(errno)));
+  return false;
+}
+
+void write_message(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
+hm::Error error_of(const std::exception_ptr& exception) {
+  try {
+    if (exception) std::rethrow_exception(exception);
+  } catch (const std::bad_alloc&) {
+    return {hm::ErrorCode::kOutOfMemory,
+            "the system gave no more memory; give it more, or larger voxels (--voxel), a cap of the map "
+            "(tsdf.max_map_mb) or fewer threads (--threads)",
+            {}};
+  } catch (const std::system_error& error) {
+    return {hm::ErrorCode::kInternal,
+            fmt::format("the system refused memory, a thread or a file: {}", error.what()),
+            {}};
+  } catch (const std::exception& error) {
+    return {hm::ErrorCode::kInternal, error.what(), {}};
+  } catch (...) {
+  }
+  return {hm::ErrorCode::kInternal, "the program ended for a reason that it cannot name", {}};
+}
+
+namespace {
+
+struct Uncaught {
+  RunFacts run;
+  std::unique_ptr<char[]> reserve;  ///< given back when memory is out, so that the report can be made
+};
+Uncaught& uncaught() {
+  static Uncaught facts;
+  return facts;
+}
+
+[[noreturn]] void report_and_exit() {
+  uncaught().reserve.reset();
+  try {
+    print_result(uncaught().run, tl::make_unexpected(error_of(std::current_exception())));
+  } catch (...) {
+    std::fputs("hm: the system gave no more memory\n", stderr);
+  }
+  std::_Exit(kRunFailed);
+}
+
+}  // namespace
+
+void report_uncaught(const RunFacts& run) {
+  constexpr std::size_t kReserveBytes = std::size_t{4} << 20;
+  uncaught() = {run, std::make_unique<char[]>(kReserveBytes)};
+  std::set_terminate(report_and_exit);
 }

@@ -1,9 +1,12 @@
 #include "program.hpp"
 
 #include <algorithm>
-#include <cstdio>
+#include <exception>
+#include <sstream>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "output.hpp"
 #include "version.hpp"
 
@@ -60,9 +63,42 @@ CLI::Validator positive_number() {
       "POSITIVE");
 }
 
-std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
-                                    const std::string& suffix) {
-  if (!asked.empty()) return asked;
+void OutputFlags::add_to(CLI::App& command, const std::string& by_default) {
+  command.add_option("-o,--output", folder_given, "folder for the results (default: " + by_default + ")");
+  command.add_flag("--overwrite", overwrite, "replace the result that is in this folder");
+}
+
+void OutputFlags::add_resume_to(CLI::App& command, const std::string& help) {
+  command.add_flag("--resume", resume, help)->excludes("--overwrite");
+}
+
+hm::ExistingResult OutputFlags::existing() const {
+  if (resume) return hm::ExistingResult::kResume;
+  return overwrite ? hm::ExistingResult::kOverwrite : hm::ExistingResult::kRefuse;
+}
+
+hm::Result<std::optional<Outcome>> OutputFlags::complete_result(const hm::ResultFolderRequest& request) {
+  const auto& folder = request.folder;
+  const auto record = hm::read_run_record(folder);
+  if (!record) return hm::forward_error(record);
+  if (!*record || !(*record)->is_of(request) || (*record)->state != hm::RunState::kComplete)
+    return std::nullopt;
+  const auto path = folder / "report.json";
+  const auto bytes = hm::read_file_bytes(path);
+  if (!bytes) return hm::forward_error(bytes);
+  auto report = hm::parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path.string());
+  if (!report) return hm::forward_error(report);
+  Outcome outcome;
+  outcome.text = fmt::format("{}: already complete; --overwrite runs it again\n", folder.string());
+  outcome.json = std::move(*report);
+  outcome.json["complete"] = true;
+  for (const std::string& name : (*record)->files) outcome.outputs.push_back(folder / name);
+  return outcome;
+}
+
+std::filesystem::path OutputFlags::folder(const std::filesystem::path& recording,
+                                          const std::string& suffix) const {
+  if (!folder_given.empty()) return folder_given;
   auto name = std::filesystem::absolute(recording).lexically_normal();
   if (!name.has_filename()) name = name.parent_path();
   std::error_code code;
@@ -104,10 +140,17 @@ CLI::App& Program::add(Verb verb) {
 }
 
 int Program::run(int argc, char** argv) {
-  if (argc < 2) {
-    fmt::print("{}", app_.help());
-    return 0;
+  const bool json = std::any_of(argv, argv + argc, [](std::string_view word) { return word == "--json"; });
+  report_uncaught({argc > 1 ? argv[1] : "", 0, json});
+  try {
+    return parse_and_run(argc, argv);
+  } catch (...) {  // no room lets one out; the allocator and libraries do
+    return print_result({chosen_.name, 0, json}, tl::make_unexpected(error_of(std::current_exception())));
   }
+}
+
+int Program::parse_and_run(int argc, char** argv) {
+  if (argc < 2) return write_output(app_.help()) ? 0 : 1;
   const std::span<char* const> words(argv + 1, static_cast<std::size_t>(argc - 1));
   const bool json = std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
   if (const std::string absent = absent_verb(words); !absent.empty())
@@ -140,7 +183,11 @@ std::string Program::absent_verb(std::span<char* const> words) const {
 }
 
 int Program::usage_error(const CLI::ParseError& error, bool json) {
-  if (error.get_exit_code() == 0) return app_.exit(error);  // --help, --version
+  if (error.get_exit_code() == 0) {  // --help, --version
+    std::ostringstream text;
+    app_.exit(error, text, text);
+    return write_output(text.str()) ? 0 : 1;
+  }
   std::string verb;
   for (const CLI::App* command = &app_; !command->get_subcommands().empty();) {
     command = command->get_subcommands().front();
@@ -148,6 +195,6 @@ int Program::usage_error(const CLI::ParseError& error, bool json) {
   }
   const hm::Error as_error{hm::ErrorCode::kUsage, error.what(), {}};
   const int code = print_result({verb, 0, json}, tl::make_unexpected(as_error));
-  fmt::print(stderr, "Try `hm {}{}--help`.\n", verb, verb.empty() ? "" : " ");
+  write_message(fmt::format("Try `hm {}{}--help`.\n", verb, verb.empty() ? "" : " "));
   return code;
 }

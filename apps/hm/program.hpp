@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -12,6 +13,7 @@
 #include "hm/core/result.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/common/result_folder.hpp"
 
 /// The options that every verb has.
 struct CommonOptions {
@@ -40,10 +42,37 @@ hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
   return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
 }
 
-/// The folder of --output; empty: NAME_suffix in the current folder, after the recording's name
-/// (without the extension of a file's).
-std::filesystem::path output_folder(const std::string& asked, const std::filesystem::path& recording,
-                                    const std::string& suffix);
+/// The folder of results of a verb, and what happens to a result that lies there.
+struct OutputFlags {
+  std::string folder_given;
+  bool overwrite = false, resume = false;
+
+  /// Adds -o and --overwrite; `by_default` says in the help which folder is taken without -o.
+  void add_to(CLI::App& command, const std::string& by_default);
+  /// Adds --resume, with these words.
+  void add_resume_to(CLI::App& command, const std::string& help);
+  /// The folder that was asked for; otherwise NAME_suffix in the current folder, after the recording's name
+  /// (without the extension of a file's).
+  [[nodiscard]] std::filesystem::path folder(const std::filesystem::path& recording,
+                                             const std::string& suffix) const;
+  [[nodiscard]] hm::ExistingResult existing() const;
+  /// What `--resume` of a run that is complete gives: its report as it is. Nothing where there is more to do,
+  /// or another run was asked for.
+  static hm::Result<std::optional<Outcome>> complete_result(const hm::ResultFolderRequest& request);
+};
+
+/// Runs a verb that writes its results at its end, into the folder that it is given; they appear in the
+/// requested folder when all of them are there.
+template <class Run>
+hm::Result<Outcome> run_into_folder(const hm::ResultFolderRequest& request, const Run& run) {
+  auto folder = hm::ResultFolder::open(request);
+  if (!folder) return hm::forward_error(folder);
+  auto summary = run(folder->staging());
+  if (!summary) return hm::forward_error(summary);
+  if (const auto published = folder->publish(summary->outputs, hm::RunState::kComplete); !published)
+    return hm::forward_error(published);
+  return outcome_of(summary);
+}
 
 using MakeParameterPart = std::function<hm::ParameterPart()>;
 
@@ -103,6 +132,7 @@ class Program {
   int run(int argc, char** argv);
 
  private:
+  int parse_and_run(int argc, char** argv);
   CLI::App& parent_of(const std::string& name);
   int usage_error(const CLI::ParseError& error, bool json);
   /// The words of a verb that only a program of more parts can have; empty: there are none.

@@ -7,18 +7,20 @@
 namespace {
 
 struct ReconstructFlags {
-  std::string recording, output, poses;
+  std::string recording, poses;
   double voxel_m = 0;
-  bool resume = false, align = false;
+  bool align = false;
+  OutputFlags output;
   RecordingFlags of_recording;
 };
 
 hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   hm::ReconstructionOptions options;
   options.recording = flags.recording;
-  options.output = output_folder(flags.output, flags.recording, "reconstruction");
+  options.output = flags.output.folder(flags.recording, "reconstruction");
+  options.existing = flags.output.existing();
   std::error_code code;
-  if (flags.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
+  if (flags.output.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
     const auto of_map = hm::parameters_of_map(options.output / "map.hmap");
     if (!of_map) return hm::forward_error(of_map);
     options.parameters = *of_map;
@@ -31,7 +33,6 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
   options.poses = flags.poses;
-  options.resume = flags.resume;
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::reconstruct(options));
 }
@@ -47,7 +48,7 @@ void add_reconstruct(Program& program) {
                                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
-  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_reconstruction)");
+  flags->output.add_to(command, "NAME_reconstruction");
   command.add_option("--poses", flags->poses,
                      "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
                      "images, camera in world");
@@ -55,8 +56,8 @@ void add_reconstruct(Program& program) {
       ->check(positive_number());
   command.add_flag("--align", flags->align,
                    "correct each given pose by aligning its depth image to the map (reconstruction.align)");
-  command.add_flag("--resume", flags->resume,
-                   "go on where an interrupted run into the same folder ended, with its parameters");
+  flags->output.add_resume_to(
+      command, "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }

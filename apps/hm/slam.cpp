@@ -7,15 +7,31 @@
 namespace {
 
 struct SlamFlags {
-  std::string recording, output, maps;
+  std::string recording, maps;
   double voxel_m = 0;
+  OutputFlags output;
   RecordingFlags of_recording;
 };
+
+/// The parameters of the run that is to be repeated, if it has saved them.
+hm::Result<void> read_saved_parameters(hm::SlamRunOptions& options) {
+  const auto path = options.output / "parameters.toml";
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) return {};
+  return hm::list_slam(options.parameters).read_toml_file(path);
+}
 
 hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   hm::SlamRunOptions options;
   options.recording = flags.recording;
-  options.output = output_folder(flags.output, flags.recording, "slam");
+  options.output = flags.output.folder(flags.recording, "slam");
+  options.existing = flags.output.existing();
+  if (flags.output.resume) {
+    auto complete = OutputFlags::complete_result({options.output, {}, "slam", options.recording, {}});
+    if (!complete) return hm::forward_error(complete);
+    if (*complete) return std::move(**complete);
+    if (const auto read = read_saved_parameters(options); !read) return hm::forward_error(read);
+  }
   auto list = hm::list_slam(options.parameters);
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (!flags.maps.empty()) options.parameters.slam.maps = flags.maps;
@@ -37,7 +53,10 @@ void add_slam(Program& program) {
                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
-  command.add_option("-o,--output", flags->output, "folder for the results (default: NAME_slam)");
+  flags->output.add_to(command, "NAME_slam");
+  flags->output.add_resume_to(command,
+                              "repeat a run that was killed or stopped, with its parameters, from the first "
+                              "frame to the end; what it has saved stays until then");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_option(

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "output.hpp"
+
 namespace {
 
 constexpr std::chrono::milliseconds kRedraw{100};
@@ -45,14 +47,14 @@ Terminal::Terminal() {
 Terminal::~Terminal() { clear(); }
 
 void Terminal::clear() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) write_message("\r\033[K");
   drawn_ = false;
 }
 
 void Terminal::line(const std::string& text) {
   const std::lock_guard lock(mutex_);
   clear();
-  fmt::print(stderr, "{}\n", text);
+  write_message(text + "\n");
 }
 
 void Terminal::show(const hm::Progress& progress) {
@@ -65,11 +67,11 @@ void Terminal::show(const hm::Progress& progress) {
   last_shown_ = now;
   std::string text = progress_text(progress, now);
   if (!interactive_) {
-    fmt::print(stderr, "{}\n", text);
+    write_message(text + "\n");
     return;
   }
   if (text.size() >= columns()) text.resize(columns() - 1);
-  fmt::print(stderr, "\r\033[K{}", text);
+  write_message("\r\033[K" + text);
   std::fflush(stderr);
   drawn_ = true;
 }
@@ -79,7 +81,7 @@ void Terminal::begin_stage(const hm::Progress& progress, Clock::time_point now) 
   stage_begin_ = now;
   stage_begin_done_ = progress.done;
   last_shown_ = interactive_ ? Clock::time_point{} : now;
-  if (!interactive_) fmt::print(stderr, "{}\n", stage_);
+  if (!interactive_) write_message(stage_ + "\n");
 }
 
 std::string Terminal::progress_text(const hm::Progress& progress, Clock::time_point now) const {

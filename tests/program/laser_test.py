@@ -92,7 +92,7 @@ class Laser(support.SharedFolderTest):
         for saved in ("mapped", "mapped/map.yaml", "mapped/map.mvog"):
             with self.subTest(saved):
                 # It begins in mid-flight: its own odom lies elsewhere.
-                run = self.run_json("laser", "second", "-o", "again", "--localise", saved, "--set",
+                run = self.run_json("laser", "second", "-o", "again", "--overwrite", "--localise", saved, "--set",
                                     "laser.begin_s=6", *short)
                 place = run["localisation"]
                 self.assertGreater(place["located"], 0.9 * place["sought"])

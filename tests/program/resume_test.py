@@ -68,7 +68,7 @@ class Resume(support.ProgramTest):
     def interrupted_run(self, name, number):
         """Interrupts after ever fewer saves until the run is caught in the middle."""
         for saves in (8, 6, 4, 3, 2, 1):
-            process = self.start("reconstruct", "recording", "-o", name, "--json", "--quiet", *FAST)
+            process = self.start("reconstruct", "recording", "-o", name, "--overwrite", "--json", "--quiet", *FAST)
             wait_for_saves(process, self.folder / name / "map.hmap", saves)
             process.send_signal(number)
             output, errors = process.communicate(timeout=120)

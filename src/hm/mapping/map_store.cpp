@@ -153,6 +153,17 @@ Result<void> MapSaver::finish_save(VolumeGrid& grid) {
   return impl_->outcome;
 }
 
+Result<void> MapSaver::move_file(const std::filesystem::path& path,
+                                 const std::function<Result<void>()>& move) {
+  HM_CHECK(!saving(), "while a save is under way");
+  { const MapFile closed = std::move(impl_->file); }
+  if (const auto moved = move(); !moved) return moved;
+  auto file = MapFile::open(path, MapOpenMode::kReadWrite);
+  if (!file) return forward_error(file);
+  impl_->file = std::move(*file);
+  return {};
+}
+
 Result<void> MapSaver::save(VolumeGrid& grid, MakeHeader make_header) {
   if (const auto begun = begin_save(grid, std::move(make_header)); !begun) return begun;
   return finish_save(grid);

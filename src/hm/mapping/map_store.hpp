@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -64,6 +65,9 @@ class MapSaver {
   Result<void> save(VolumeGrid& grid, MakeHeader make_header);
   Result<void> save(VolumeGrid& grid, const MapHeader& header);
   [[nodiscard]] bool saving() const;
+
+  /// Closes the file, has `move` move it to `path`, and goes on with it there. Not while a save is under way.
+  Result<void> move_file(const std::filesystem::path& path, const std::function<Result<void>()>& move);
 
   /// Volumes that the next save is to write.
   [[nodiscard]] std::size_t pending() const;

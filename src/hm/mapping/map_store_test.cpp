@@ -1,4 +1,5 @@
 #include "hm/mapping/map_store.hpp"
+#include "hm/mapping/map_copy.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -227,6 +228,66 @@ TEST(MapStore, TooLargeForTheCapIsAnError) {
   const auto loaded = load_grid(saver.file(), options);
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().code, ErrorCode::kOutOfMemory);
+  std::filesystem::remove(path);
+}
+
+TEST(MapStore, GoesOnWithAFileThatWasMoved) {
+  const auto path = temporary_map("before_move"), moved = temporary_map("after_move");
+  VolumeGrid grid(0.02, 1e-5);
+  auto file = MapFile::create(path, header_for(grid));
+  ASSERT_TRUE(file);
+  MapSaver saver(std::move(*file));
+  Rng rng(8);
+  std::set<VolumeKey> stored;
+  for (int round = 0; round < 4; ++round) {
+    saver.note(change(grid, rng));
+    ASSERT_TRUE(saver.save(grid, header_that_keeps(grid, stored)));
+    if (round != 1) continue;
+    const auto done = saver.move_file(moved, [&]() -> Result<void> {
+      std::filesystem::rename(path, moved);
+      return {};
+    });
+    ASSERT_TRUE(done) << to_string(done.error());
+  }
+  expect_equal(grid, reopened(moved, stored));
+  EXPECT_FALSE(std::filesystem::exists(path));
+  std::filesystem::remove(moved);
+}
+
+TEST(MapCopy, HoldsTheMapOfTheMomentWhenItBegan) {
+  const auto path = temporary_map("copy");
+  VolumeGrid grid(0.02, 1e-5);
+  Rng rng(9);
+  for (int scan = 0; scan < 10; ++scan) change(grid, rng);
+  const VolumeGrid then = copy_of(grid);
+  auto copy = MapCopy::begin(grid, path, header_for(grid));
+  ASSERT_TRUE(copy) << to_string(copy.error());
+  for (bool complete = false; !complete;) {
+    change(grid, rng);
+    const auto done = copy->go_on();
+    ASSERT_TRUE(done) << to_string(done.error());
+    complete = *done;
+  }
+  const auto file = MapFile::open(path, MapOpenMode::kRead);
+  ASSERT_TRUE(file);
+  const auto loaded = load_grid(*file);
+  ASSERT_TRUE(loaded);
+  ASSERT_EQ(loaded->sorted_keys(), then.sorted_keys());
+  for (const VolumeKey& key : then.sorted_keys()) {
+    const Volume *ours = loaded->find(key), *wanted = then.find(key);
+    EXPECT_TRUE(std::equal(wanted->voxels, wanted->voxels + kVolumeVoxels, ours->voxels));
+  }
+  std::filesystem::remove(path);
+}
+
+TEST(MapCopy, GivenUpItLetsTheGridGoOn) {
+  const auto path = temporary_map("given_up");
+  VolumeGrid grid(0.02, 1e-5);
+  Rng rng(10);
+  change(grid, rng);
+  { ASSERT_TRUE(MapCopy::begin(grid, path, header_for(grid))); }
+  EXPECT_FALSE(grid.snapshot_under_way());
+  change(grid, rng);
   std::filesystem::remove(path);
 }
 

@@ -104,7 +104,8 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
   if (!impl.parameters.slam.rebuild_online) return;
   impl.now = now;
   const Stopwatch watch;
-  if (auto rebuild = impl.live ? impl.live->take() : nullptr) {
+  const bool is_being_saved = impl.dense.grid().snapshot_under_way();  // it is exchanged afterwards
+  if (auto rebuild = impl.live && !is_being_saved ? impl.live->take() : nullptr) {
     const std::size_t before = impl.corrections.size();
     impl.exchange(*rebuild, frame);
     impl.live->discard(std::move(rebuild));

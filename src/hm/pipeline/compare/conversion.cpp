@@ -2,13 +2,17 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/io/bytes/file_name.hpp"
+#include "hm/io/map/occupancy_grid_file.hpp"
+#include "hm/io/map/octomap_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/mapping/map_store.hpp"
 #include "hm/mesh/simplify.hpp"
 #include "hm/mesh/whole_mesh.hpp"
+#include "hm/pipeline/common/mvog_file.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/inspect/file_check.hpp"
-#include "hm/mapping/map_store.hpp"
 
 namespace hm {
 namespace {
@@ -31,6 +35,47 @@ Result<ConversionSummary> convert_map(const ConversionOptions& options) {
   if (!grid) return forward_error(grid);
   const ParallelLoop loop(options.run.threads);
   return write_cleaned(options, extract_mesh(*grid, options.mesh, loop));
+}
+
+/// The centres of the occupied cells.
+TriangleMesh occupied_points(std::span<const OccupancyVoxel> voxels) {
+  TriangleMesh points;
+  for (const OccupancyVoxel& voxel : voxels)
+    if (voxel.state == Occupancy::kOccupied) points.vertices.push_back(voxel.p_world_centre);
+  return points;
+}
+
+Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
+  const auto map = read_mvog(options.from);
+  if (!map) return forward_error(map);
+  const std::string extension = lower_extension(options.to);
+  if (extension == ".yaml") {
+    const auto slice = plan_of(*map, options.slice);
+    if (!slice) return forward_error(slice);
+    if (slice->cells.empty())
+      return fail(
+          ErrorCode::kInvalidValue, options.from.string(),
+          "nothing of this map lies between {:g} m and {:g} m (laser.slice_bottom_m, laser.slice_top_m)",
+          options.slice.slice_bottom_m, options.slice.slice_top_m);
+    if (const auto written = as_run_failure(write_occupancy_grid(options.to, *slice)); !written)
+      return forward_error(written);
+    const auto cells =
+        static_cast<std::size_t>(slice->cells.width()) * static_cast<std::size_t>(slice->cells.height());
+    return ConversionSummary{
+        fmt::format("slice of {} x {} cells", slice->cells.width(), slice->cells.height()), cells, 0};
+  }
+  const auto voxels = map->voxels();
+  if (extension != ".ply") {
+    const auto written = as_run_failure(write_octomap(options.to, voxels, map->params().resolution_m));
+    if (!written) return forward_error(written);
+    return ConversionSummary{fmt::format("{} known cells", voxels.size()), voxels.size(), 0};
+  }
+  const TriangleMesh points = occupied_points(voxels);
+  MeshWriteOptions write;
+  write.program = "housemartin " + options.run.program_version;
+  if (const auto written = as_run_failure(write_mesh(options.to, points, write)); !written)
+    return forward_error(written);
+  return ConversionSummary{fmt::format("{} points", points.vertices.size()), points.vertices.size(), 0};
 }
 
 Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
@@ -68,6 +113,9 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
     if (options.run.progress) options.run.progress({"converting", done + 1, info.frame_count, {}});
   }
   if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
+  summary.warnings = reading_warnings(info);
+  if (summary.skipped > 0)
+    summary.warnings.push_back(fmt::format("{} frames could not be read and were left out", summary.skipped));
   summary.text = fmt::format("{} frames, {} could not be read", summary.items, summary.skipped);
   return summary;
 }
@@ -81,6 +129,10 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
   switch (kind) {
     case PathKind::kMap:
       if (!is_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
+      break;
+    case PathKind::kOccupancy:
+      if (extension != ".ot" && extension != ".bt" && extension != ".ply" && extension != ".yaml")
+        return refuse("an occupancy grid", "OctoMap (.ot .bt), points (.ply) or a slice (.yaml with .pgm)");
       break;
     case PathKind::kMesh:
       if (!is_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");
@@ -109,6 +161,8 @@ Result<ConversionSummary> convert(const ConversionOptions& options) {
   switch (*kind) {
     case PathKind::kMap:
       return convert_map(options);
+    case PathKind::kOccupancy:
+      return convert_occupancy(options);
     case PathKind::kMesh:
       return convert_mesh(options);
     case PathKind::kTrajectory:

@@ -82,6 +82,9 @@ Result<DemoSummary> run_demo(const DemoOptions& options) {
   ReconstructionOptions reconstruction;
   reconstruction.recording = simulation.output;
   reconstruction.output = options.output / "result";
+  const auto record = read_run_record(reconstruction.output);  // of an earlier demo
+  if (record && *record && (*record)->is_of({{}, {}, "reconstruct", simulation.output, {}}))
+    reconstruction.existing = ExistingResult::kOverwrite;
   reconstruction.parameters = options.parameters;
   reconstruction.run = options.run;
   auto summary = reconstruct(reconstruction);

@@ -1,10 +1,12 @@
 #include "hm/pipeline/compare/trajectory_evaluation.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "hm/core/angle.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/report/html_report.hpp"
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
@@ -16,12 +18,16 @@ namespace {
 enum class PosesOfRecording { kReported, kTrue };
 
 /// A trajectory file, or the poses of a recording: those that its device reports, or the true ones.
-Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecording which) {
+Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecording which,
+                              std::vector<std::string>& warnings) {
   std::error_code code;
   if (!std::filesystem::is_directory(path, code)) return read_trajectory(path);
   auto recording = open_recording(path);
   if (!recording) return forward_error(recording);
   const RecordingInfo& info = (*recording)->info();
+  for (std::string& warning : reading_warnings(info))
+    if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
+      warnings.push_back(std::move(warning));
   // Where they are the same, a recording has one trajectory.
   return which == PosesOfRecording::kTrue && !info.truth.empty() ? info.truth : info.trajectory;
 }
@@ -37,10 +43,11 @@ void add_relative(SummaryTree& v, const std::string& name, const RelativeErrors&
 
 Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
                                                   const std::filesystem::path& truth,
-                                                  const TrajectoryErrorParams& params) {
-  const auto estimated = read_poses(estimate, PosesOfRecording::kReported);
+                                                  const TrajectoryErrorParams& params,
+                                                  std::vector<std::string>& warnings) {
+  const auto estimated = read_poses(estimate, PosesOfRecording::kReported, warnings);
   if (!estimated) return forward_error(estimated);
-  const auto true_poses = read_poses(truth, PosesOfRecording::kTrue);
+  const auto true_poses = read_poses(truth, PosesOfRecording::kTrue, warnings);
   if (!true_poses) return forward_error(true_poses);
   return evaluate_trajectory(*true_poses, *estimated, params);
 }

@@ -1,7 +1,6 @@
 #include "hm/pipeline/dense/alignment_summary.hpp"
 
 #include <array>
-#include <map>
 
 #include "hm/report/plot.hpp"
 #include "hm/report/path_plots.hpp"
@@ -50,30 +49,22 @@ Trajectory given_trajectory(const Trajectory& integrated, const GivenPoses& give
 }  // namespace
 
 AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
-                                     const RecordingInfo& info, const DenseParameters& parameters,
-                                     std::span<const FrameRecord> records) {
+                                     const RecordingInfo& info, const DenseParameters& parameters) {
   AlignmentSummary summary;
   summary.accepted = state.frames_aligned;
   summary.not_accepted = state.frames_not_aligned;
-  std::vector<double> ms;
-  for (const FrameRecord& record : records)
-    if (record.alignment) ms.push_back(record.align_ms);
-  summary.ms = summarise(ms);
   summary.given = given_trajectory(state.trajectory, given, info);
   summary.given_ate_m = ate_m(info.truth, summary.given, parameters);
   summary.aligned_ate_m = ate_m(info.truth, state.trajectory, parameters);
   return summary;
 }
 
-std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records) {
+std::string alignment_warning(const AlignmentSummary& alignment) {
   const std::size_t all = alignment.accepted + alignment.not_accepted;
   if (all == 0 || static_cast<double>(alignment.not_accepted) < kMost_ratio * static_cast<double>(all))
     return {};
-  std::map<AlignmentStatus, std::size_t> counts;
-  for (const FrameRecord& record : records)
-    if (record.alignment && *record.alignment != AlignmentStatus::kAccepted) ++counts[*record.alignment];
   std::string reasons;
-  for (const auto& [status, count] : counts)
+  for (const auto& [status, count] : alignment.not_accepted_by_status)
     reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, to_string(status));
   return fmt::format(
       "{} of {} depth images could not be aligned to the map ({}) and kept the motion of their given "

@@ -1,6 +1,4 @@
 #pragma once
-#include <span>
-
 #include "hm/report/html_report.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
@@ -13,13 +11,13 @@ struct GivenPoses {
   Duration max_gap;  ///< between two poses that others are interpolated from
 };
 
-/// Counts, times, and the errors of the given and of the aligned poses where the true ones are known.
+/// Counts and the errors of the given and of the aligned poses where the true ones are known; the times and
+/// statuses of this run are the caller's.
 AlignmentSummary summarise_alignment(const ReconstructionState& state, const GivenPoses& given,
-                                     const RecordingInfo& info, const DenseParameters& parameters,
-                                     std::span<const FrameRecord> records);
+                                     const RecordingInfo& info, const DenseParameters& parameters);
 
 /// Warns when most frames could not be aligned; empty otherwise.
-std::string alignment_warning(const AlignmentSummary& alignment, std::span<const FrameRecord> records);
+std::string alignment_warning(const AlignmentSummary& alignment);
 
 /// accepted, not_accepted, align_ms{}, ate_given_m, ate_aligned_m.
 void visit(const AlignmentSummary& alignment, SummaryTree& v);

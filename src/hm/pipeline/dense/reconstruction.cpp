@@ -4,16 +4,16 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
-#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/pipeline/common/frame_range.hpp"
 #include "hm/mapping/map_store.hpp"
-#include "hm/core/process_memory.hpp"
+#include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/common/run_records.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
 
@@ -23,8 +23,10 @@ namespace {
 /// One run of reconstruct(): the recording, the pipeline, the map file and how far they are.
 class Run {
  public:
-  Run(const ReconstructionOptions& options, std::unique_ptr<Recording> recording, Trajectory poses)
+  Run(const ReconstructionOptions& options, ResultFolder& folder, std::unique_ptr<Recording> recording,
+      Trajectory poses)
       : options_(options),
+        folder_(folder),
         recording_(std::move(recording)),
         poses_(std::move(poses)),
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
@@ -48,10 +50,13 @@ class Run {
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
   Result<void> save_some();
   Result<void> begin_save();
+  Result<void> publish_first_save();
   [[nodiscard]] bool save_is_due() const;
-  void show_progress() const;
+  void note(const FrameRecord& record);
+  void show_progress(const FrameRecord& last) const;
 
   const ReconstructionOptions& options_;
+  ResultFolder& folder_;
   std::unique_ptr<Recording> recording_;
   Trajectory poses_;  ///< instead of the recording's; empty: none
   FrameRange range_;
@@ -59,8 +64,12 @@ class Run {
   ReconstructionState state_;
   std::optional<MapSaver> saver_;
   ReconstructionSummary summary_;
+  EvenlyThinned<FrameRecord> records_;
+  RunningSummary scan_ms_, mesh_ms_, align_ms_;
+  std::map<AlignmentStatus, std::size_t> not_accepted_by_status_;
   Stopwatch run_watch_, save_watch_;
   std::size_t frames_since_save_ = 0;
+  bool published_ = false;  ///< the map is in its place; before, it is among what is not published
 };
 
 MapHeader Run::header() const {
@@ -74,16 +83,16 @@ MapHeader Run::header() const {
 }
 
 Result<void> Run::open_map() {
-  const auto path = options_.output / "map.hmap";
+  const auto path = folder_.path() / "map.hmap";
   state_ = initial_state(recording_->info(), range_.begin);
   std::error_code code;
-  if (options_.resume && std::filesystem::exists(path, code)) return continue_map(path);
-  if (options_.resume && options_.run.log)
+  if (folder_.resumed() && std::filesystem::exists(path, code)) return continue_map(path);
+  if (options_.existing == ExistingResult::kResume && options_.run.log)
     options_.run.log(LogLevel::kInfo,
                      fmt::format("{} is not there yet: starting from the first frame", path.string()));
   MapHeader first = header();
   first.state_json = state_to_json(state_);
-  auto file = as_run_failure(MapFile::create(path, first));
+  auto file = as_run_failure(MapFile::create(folder_.staging() / "map.hmap", first));
   if (!file) return forward_error(file);
   saver_.emplace(std::move(*file));
   return {};
@@ -107,6 +116,7 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   pipeline_.set_T_map_input(state->T_map_input);
   state_ = std::move(*state);
   if (const auto same = check_poses(path); !same) return same;
+  published_ = true;
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
   if (options_.run.log)
@@ -146,8 +156,8 @@ Result<void> Run::integrate_all() {
     if (const auto saved = save_some(); !saved) return saved;
     record.save_ms = saving.milliseconds();
     record.time_s = run_watch_.seconds();
-    summary_.records.push_back(record);
-    show_progress();
+    note(record);
+    show_progress(record);
   }
   summary_.interrupted = state_.next_frame < range_.end;
   return {};
@@ -210,6 +220,7 @@ void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
 
 bool Run::save_is_due() const {
   const ReconstructionParams& params = options_.parameters.reconstruction;
+  if (state_.frames_integrated == 0) return false;
   if (params.save_interval_frames > 0 &&
       frames_since_save_ >= static_cast<std::size_t>(params.save_interval_frames))
     return true;
@@ -218,8 +229,17 @@ bool Run::save_is_due() const {
 
 /// Goes on with the save that is under way, or begins one when it is time.
 Result<void> Run::save_some() {
-  if (saver_->saving()) return as_run_failure(saver_->continue_save(pipeline_.grid()));
-  return save_is_due() ? begin_save() : Result<void>();
+  if (!saver_->saving()) return save_is_due() ? begin_save() : Result<void>();
+  if (const auto saved = as_run_failure(saver_->continue_save(pipeline_.grid())); !saved) return saved;
+  return saver_->saving() || published_ ? Result<void>() : publish_first_save();
+}
+
+/// From here on the map in the folder is that of this run.
+Result<void> Run::publish_first_save() {
+  published_ = true;
+  std::vector<std::filesystem::path> files{folder_.staging() / "map.hmap"};
+  return as_run_failure(saver_->move_file(folder_.path() / "map.hmap",
+                                          [&] { return folder_.publish(files, RunState::kRunning); }));
 }
 
 Result<void> Run::begin_save() {
@@ -233,27 +253,36 @@ Result<void> Run::begin_save() {
   return as_run_failure(saver_->begin_save(pipeline_.grid(), header_with));
 }
 
-void Run::show_progress() const {
+/// Keeps what the report needs of a frame.
+void Run::note(const FrameRecord& record) {
+  scan_ms_.add(record.scan_ms);
+  mesh_ms_.add(record.mesh_ms);
+  if (record.alignment) align_ms_.add(record.align_ms);
+  if (record.alignment && *record.alignment != AlignmentStatus::kAccepted)
+    ++not_accepted_by_status_[*record.alignment];
+  records_.push_back(record);
+}
+
+void Run::show_progress(const FrameRecord& last) const {
   if (!options_.run.progress) return;
   const std::size_t left = state_.next_frame < range_.end
                                ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
                                : 0;
-  const FrameRecord& last = summary_.records.back();
   options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
                          fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
                                      last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
 }
 
 Result<ReconstructionSummary> Run::finish() {
-  auto saved = begin_save();
-  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
-  if (!saved) return forward_error(saved);
   if (state_.frames_integrated == 0 && summary_.interrupted)
     return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
   if (state_.frames_integrated == 0)
     return fail(ErrorCode::kInvalidValue, options_.recording.string(),
                 "not one of {} frames could be integrated ({}); `hm info` may show why", range_.count(),
                 commonest_reason(state_.skipped));
+  auto saved = begin_save();
+  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
+  if (!saved) return forward_error(saved);
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
   summary_.parameters = options_.parameters;
@@ -263,15 +292,30 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.frames_integrated = state_.frames_integrated;
   summary_.skipped = state_.skipped;
   summary_.trajectory = state_.trajectory;
-  if (options_.parameters.reconstruction.align)
-    summary_.alignment =
-        summarise_alignment(state_, given_poses(), recording_->info(), options_.parameters, summary_.records);
+  summary_.frames_this_run = records_.count();
+  summary_.records = records_.take();
+  summary_.integrate_ms = scan_ms_.summary();
+  summary_.mesh_ms = mesh_ms_.summary();
+  if (summary_.run_s > 0)
+    summary_.frames_per_s = static_cast<double>(summary_.frames_this_run) / summary_.run_s;
+  if (options_.parameters.reconstruction.align) {
+    summary_.alignment = summarise_alignment(state_, given_poses(), recording_->info(), options_.parameters);
+    summary_.alignment->ms = align_ms_.summary();
+    summary_.alignment->not_accepted_by_status = std::move(not_accepted_by_status_);
+  }
   summary_.volumes = pipeline_.grid().volume_count();
   summary_.map_bytes = pipeline_.grid().map_bytes();
   summary_.map_file_bytes = saver_->file().file_bytes();
+  saver_.reset();
+  std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};
+  if (const auto published = folder_.publish(map, RunState::kRunning); !published)
+    return forward_error(published);
   summary_.volumes_refused = state_.volumes_refused;
-  const auto written = write_results(pipeline_, options_, summary_);
+  const auto written = write_results(pipeline_, options_, folder_.staging(), summary_);
   if (!written) return forward_error(written);
+  const auto published =
+      folder_.publish(summary_.outputs, summary_.interrupted ? RunState::kStopped : RunState::kComplete);
+  if (!published) return forward_error(published);
   return std::move(summary_);
 }
 
@@ -279,6 +323,9 @@ Result<ReconstructionSummary> Run::finish() {
 
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto folder = ResultFolder::open(
+      {options.output, options.existing, "reconstruct", options.recording, options.run.program_version});
+  if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
   Trajectory poses;
@@ -290,8 +337,7 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     return fail(ErrorCode::kInvalidValue, options.recording.string(),
                 "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
   }
-  if (const auto made = make_folder(options.output); !made) return forward_error(made);
-  Run run(options, std::move(*recording), std::move(poses));
+  Run run(options, *folder, std::move(*recording), std::move(poses));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();

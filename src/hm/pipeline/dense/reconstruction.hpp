@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,9 +9,9 @@
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/report/summary_tree.hpp"
+#include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
-#include "hm/core/run_context.hpp"
+#include "hm/report/summary_tree.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
@@ -20,10 +21,10 @@ struct ReconstructionOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
-  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  std::filesystem::path output;  ///< a folder, made if needed
+  ExistingResult existing = ExistingResult::kRefuse;  ///< kResume goes on with output/map.hmap
   DenseParameters parameters;
-  bool resume = false;  ///< go on with output/map.hmap
-  RunContext run;       ///< stopped early, it finishes with what there is
+  RunContext run;  ///< stopped early, it finishes with what there is
 };
 
 /// A frame that is not in the map, and why.
@@ -49,6 +50,7 @@ struct FrameRecord {
 struct AlignmentSummary {
   std::size_t accepted = 0, not_accepted = 0;  ///< frames, of all runs into this map
   Summary ms;                                  ///< of this run
+  std::map<AlignmentStatus, std::size_t> not_accepted_by_status;  ///< of this run
   Trajectory given;                            ///< the poses as given, of the integrated frames
   /// Absolute trajectory error (rmse) of the given and of the aligned poses, where the true ones are known.
   std::optional<double> given_ate_m, aligned_ate_m;
@@ -66,7 +68,8 @@ struct ReconstructionSummary {
   std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
   std::size_t frames_read = 0, frames_integrated = 0;
   std::vector<SkippedFrame> skipped;
-  std::vector<FrameRecord> records;  ///< of this run
+  std::vector<FrameRecord> records;  ///< of this run; of more than 32,768 frames an even thinning
+  std::size_t frames_this_run = 0;
   double run_s = 0, frames_per_s = 0;
   Summary integrate_ms, mesh_ms;
 
@@ -83,11 +86,12 @@ struct ReconstructionSummary {
 /// Depth and poses -> volumes -> coloured mesh (dissertation ch. 4): reads the recording ahead on a thread of
 /// its own, integrates and meshes frame by frame, saves the map now and then, and writes mesh.*, map.hmap,
 /// trajectory.tum, parameters.toml, report.json, report.html and pictures/. A run that was killed or
-/// stopped and then resumed gives the same bits as one that was not.
+/// stopped and then resumed gives the same bits as one that was not. A result that is replaced stays whole
+/// until the first save.
 ///
-/// Errors: recording, poses or output folder unusable, no poses at all, parameters that contradict, a map
-/// that does not fit the parameters, the poses or the recording, nothing integrated at all. A frame that
-/// cannot be used is none: it is named in `skipped`.
+/// Errors: recording, poses or output folder unusable (see ResultFolder), no poses at all, parameters that
+/// contradict, a map that does not fit the parameters, the poses or the recording, nothing integrated at all.
+/// A frame that cannot be used is none: it is named in `skipped`.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.

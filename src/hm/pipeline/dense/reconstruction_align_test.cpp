@@ -64,7 +64,7 @@ TEST_F(AlignedReconstruction, TheSameBitsOnOneThreadOrTwoAndWhenResumed) {
   part.parameters.reconstruction.frame_limit = 17;
   ASSERT_TRUE(reconstruct(part));
   auto rest = options("resumed", 2);
-  rest.resume = true;
+  rest.existing = ExistingResult::kResume;
   const auto resumed = reconstruct(rest);
   ASSERT_TRUE(resumed) << to_string(resumed.error());
   EXPECT_EQ(resumed->alignment->accepted, whole->alignment->accepted);
@@ -80,7 +80,7 @@ TEST_F(AlignedReconstruction, ARunCannotBeResumedWithoutIt) {
   part.parameters.reconstruction.frame_limit = 5;
   ASSERT_TRUE(reconstruct(part));
   auto other = options("changed", 2);
-  other.resume = true;
+  other.existing = ExistingResult::kResume;
   other.parameters.reconstruction.align = false;
   const auto refused = reconstruct(other);
   ASSERT_FALSE(refused);

@@ -1,12 +1,13 @@
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 
+#include "hm/core/process_memory.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
-#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
-#include "hm/core/process_memory.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_report.hpp"
 
 namespace hm {
@@ -37,13 +38,15 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
 }
 
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
+  for (std::string& warning : reading_warnings(summary.recording))
+    summary.warnings.push_back(std::move(warning));
   const std::size_t skipped = summary.skipped.size();
   if (skipped > 0)
     summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
                                            summary.frames_total, summary.skipped.front().index,
                                            summary.skipped.front().reason));
   if (summary.alignment) {
-    std::string warning = alignment_warning(*summary.alignment, summary.records);
+    std::string warning = alignment_warning(*summary.alignment);
     if (!warning.empty()) summary.warnings.push_back(std::move(warning));
   }
   if (summary.volumes_refused > 0)
@@ -56,25 +59,14 @@ void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& s
                     options.output.string()));
 }
 
-void summarise_times(ReconstructionSummary& summary) {
-  std::vector<double> scan, mesh;
-  for (const FrameRecord& record : summary.records) {
-    scan.push_back(record.scan_ms);
-    mesh.push_back(record.mesh_ms);
-  }
-  summary.integrate_ms = summarise(scan);
-  summary.mesh_ms = summarise(mesh);
-  if (summary.run_s > 0) summary.frames_per_s = static_cast<double>(summary.records.size()) / summary.run_s;
-}
-
-Result<void> write_texts(const ReconstructionOptions& options, const ReportMaterial& material,
+Result<void> write_texts(const std::filesystem::path& folder, const ReportMaterial& material,
                          ReconstructionSummary& summary) {
-  const auto trajectory = options.output / "trajectory.tum", parameters = options.output / "parameters.toml",
-             json = options.output / "report.json", html = options.output / "report.html";
+  const auto trajectory = folder / "trajectory.tum", parameters = folder / "parameters.toml",
+             json = folder / "report.json", html = folder / "report.html";
   if (const auto written = write_tum_trajectory(trajectory, summary.trajectory); !written) return written;
   if (const auto written = write_file_text(parameters, material.parameters_toml); !written) return written;
   for (const auto& path : {trajectory, parameters, json, html}) summary.outputs.push_back(path);
-  const std::string report = to_json_text(report_json(summary, options.run.program_version));
+  const std::string report = to_json_text(report_json(summary, material.program_version));
   if (const auto written = write_file_text(json, report + "\n"); !written) return written;
   return write_file_text(html, report_html(summary, material));
 }
@@ -82,17 +74,16 @@ Result<void> write_texts(const ReconstructionOptions& options, const ReportMater
 }  // namespace
 
 Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions& options,
-                           ReconstructionSummary& summary) {
+                           const std::filesystem::path& folder, ReconstructionSummary& summary) {
   say(options, "finishing the mesh");
   const TriangleMesh mesh = pipeline.take_finished_mesh();
   summary.vertices = mesh.vertices.size();
   summary.triangles = mesh.triangles.size();
   summary.bounds_m = bounds(mesh);
-  summary.outputs.push_back(options.output / "map.hmap");
+  summary.outputs.push_back(folder / "map.hmap");
   if (mesh.triangles.empty())
     summary.warnings.push_back("the mesh is empty: no surface was seen clearly enough");
-  summarise_times(summary);
-  const auto meshes = write_mesh_files(mesh, {options.output, options.run.program_version},
+  const auto meshes = write_mesh_files(mesh, {folder, options.run.program_version},
                                        options.parameters.reconstruction, summary.outputs);
   if (!meshes) return as_run_failure(meshes);
   ReportMaterial material;
@@ -108,10 +99,10 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
     if (material.truth)
       if (auto figure = make_error_figure(mesh, material.truth->mesh, draw, pipeline.loop()))
         material.figures.push_back(std::move(*figure));
-    if (const auto written = write_figures(options.output, material.figures, summary.outputs); !written)
+    if (const auto written = write_figures(folder, material.figures, summary.outputs); !written)
       return as_run_failure(written);
   }
-  return as_run_failure(write_texts(options, material, summary));
+  return as_run_failure(write_texts(folder, material, summary));
 }
 
 }  // namespace hm

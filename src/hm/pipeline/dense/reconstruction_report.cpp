@@ -50,7 +50,7 @@ void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
 
 void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) {
   report.begin_section("Time", fmt::format("{} frames in {:.1f} s: {:.1f} frames per second, on {} {}.",
-                                           summary.records.size(), summary.run_s, summary.frames_per_s,
+                                           summary.frames_this_run, summary.run_s, summary.frames_per_s,
                                            summary.threads, summary.threads == 1 ? "thread" : "threads"));
   std::vector<double> frames;
   for (const FrameRecord& record : summary.records) frames.push_back(static_cast<double>(record.index));

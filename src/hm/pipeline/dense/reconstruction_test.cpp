@@ -83,7 +83,7 @@ TEST_F(Reconstruction, StoppedAtEveryFrameAndResumedGivesTheSameBits) {
     ASSERT_LT(runs, 30u);
     std::stop_source stop;
     ReconstructionOptions piece = options("pieces");
-    piece.resume = true;
+    piece.existing = ExistingResult::kResume;
     piece.run.stop = stop.get_token();
     std::size_t frames_here = 0;  // each run is stopped after its third frame
     piece.run.progress = [&](const Progress& progress) {

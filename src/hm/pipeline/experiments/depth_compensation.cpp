@@ -147,7 +147,7 @@ Result<void> Experiment::run_side(const char* name, const fs::path& calibration,
   side.reconstruction = std::move(*summary);
   if (auto made = make_maps(options.output, options.recording_options, side, material); !made) return made;
   if (options_.run.stop.stop_requested())
-    return fail(ErrorCode::kCancelled, {}, "stopped; what was made is in {}", options.output.string());
+    return fail(ErrorCode::kCancelled, {}, "stopped {} the depth correction", name);
   auto mesh = read_mesh(options.output / "mesh.ply");
   if (!mesh) return forward_error(mesh);
   material.mesh = std::move(*mesh);

@@ -6,6 +6,7 @@
 #include "hm/calibration/depth_average.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/odometry/feature/feature_detection.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/sim/sensor/renderer.hpp"
 
 namespace hm {
@@ -247,6 +248,7 @@ Result<UncertaintyResult> record_uncertainty(const std::filesystem::path& path, 
   if (view.readings.images() < kLeastFrames || view.singles.empty())
     return fail(ErrorCode::kInvalidValue, path, "{} frames can be read; deviations need at least {}",
                 view.readings.images(), kLeastFrames);
+  result.warnings = reading_warnings((*recording)->info());
   if (result.unreadable > 0)
     result.warnings.push_back(fmt::format("{} frames cannot be read", result.unreadable));
   view.depth_m = mean_depth_m(view.readings);

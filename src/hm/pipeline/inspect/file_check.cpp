@@ -70,14 +70,16 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
     return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
   const std::string extension = lower_extension(path);
   if (extension == ".hmap") return PathKind::kMap;
+  if (extension == ".mvog") return PathKind::kOccupancy;
   if (extension == ".g2o") return PathKind::kPoseGraph;
   if (is_mesh_name(path)) return PathKind::kMesh;
   if (is_laser_recording(path)) return PathKind::kLaserRecording;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
-  return fail(ErrorCode::kUnsupported, path.string(),
-              "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap), a mesh "
-              "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
+  return fail(
+      ErrorCode::kUnsupported, path.string(),
+      "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap .mvog), a mesh "
+      "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {

@@ -11,17 +11,9 @@ namespace {
 
 constexpr double kLeastChange = 1e-9;  // m and rad: less is rounding
 
-constexpr double kPlanarLayers = 2.5;
-
-Result<OccupancyGrid2D> read_mvog(const std::filesystem::path& path, const LaserRunParams& params) {
-  const auto bytes = read_file_bytes(path);
-  if (!bytes) return forward_error(bytes);
-  const auto map = MultiVolumeGrid::parse(std::as_bytes(std::span(*bytes)));
-  if (!map) {
-    Error error = map.error();
-    error.where = path.string() + (error.where.empty() ? "" : ": " + error.where);
-    return tl::make_unexpected(error);
-  }
+Result<OccupancyGrid2D> read_slice(const std::filesystem::path& path, const LaserRunParams& params) {
+  const auto map = read_mvog(path);
+  if (!map) return forward_error(map);
   return laser_slice(*map, params);
 }
 
@@ -133,15 +125,8 @@ Trajectory LaserMapFrame::corrected(const Trajectory& T_odom_base) const {
   return result;
 }
 
-bool is_planar(const MultiVolumeGrid& map) {
-  const Box3 bounds = map.bounds();
-  return !bounds.isEmpty() && bounds.sizes().z() < kPlanarLayers * map.params().resolution_m;
-}
-
 Result<OccupancyGrid2D> laser_slice(const MultiVolumeGrid& map, const LaserRunParams& params) {
-  if (!is_planar(map)) return map.slice(params.slice_bottom_m, params.slice_top_m);
-  const Box3 bounds = map.bounds();
-  return map.slice(bounds.min().z(), bounds.max().z());
+  return plan_of(map, {params.slice_bottom_m, params.slice_top_m});
 }
 
 Result<OccupancyGrid2D> read_saved_laser_map(const std::filesystem::path& path,
@@ -154,7 +139,7 @@ Result<OccupancyGrid2D> read_saved_laser_map(const std::filesystem::path& path,
     return fail(
         ErrorCode::kUnsupported, path.string(),
         "this is not a map to find a vehicle in: map.yaml, map.mvog, or a folder that `hm laser` wrote");
-  auto grid = file.extension() == ".mvog" ? read_mvog(file, params) : read_occupancy_grid(file);
+  auto grid = file.extension() == ".mvog" ? read_slice(file, params) : read_occupancy_grid(file);
   if (!grid) return grid;
   if (!has_walls(*grid))
     return fail(ErrorCode::kInvalidValue, file.string(), "nothing in this map is occupied{}",

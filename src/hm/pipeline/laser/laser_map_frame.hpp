@@ -8,6 +8,7 @@
 #include "hm/geometry/occupancy_grid_2d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/pipeline/common/mvog_file.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/slam/laser/grid_localiser.hpp"
 #include "hm/slam/laser/loop_closer.hpp"
@@ -81,8 +82,6 @@ class LaserMapFrame {
 /// The horizontal part of a grid that scans see: between slice_bottom_m and slice_top_m; a map of one layer
 /// as a whole.
 Result<OccupancyGrid2D> laser_slice(const MultiVolumeGrid& map, const LaserRunParams& params);
-/// True when all of a map lies within one layer, as scans without mirrors and tilt make it.
-bool is_planar(const MultiVolumeGrid& map);
 
 /// A map of an earlier run to find a vehicle in: a map_server yaml, a .mvog (its slice), or the folder of a
 /// run with one of them. Errors: nothing there, not a map, damaged, or nothing occupied in it.

@@ -137,14 +137,16 @@ TEST_F(MapFrameOfLoops, LoopsCorrectTheMapAndLeaveOdomAsItIs) {
 
 TEST_F(MapFrameOfLoops, TheMapIsThatOfTheCorrectedPath) {
   LaserPipeline pipeline({}, kWheeled);
-  const auto records = run(drive_, pipeline);
+  std::vector<MappedScan> scans;
+  for (const LaserScanRecord& record : run(drive_, pipeline))
+    if (auto mapped = mapped_scan(record.step)) scans.push_back(std::move(*mapped));
   // Without a correction it is the same map again, to the byte.
   const LaserMapFrame none;
-  const MultiVolumeGrid again = rebuild_laser_map({drive_.recording, kWheeled.rigs, records, none}, {}, {});
+  const MultiVolumeGrid again = rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, none}, {}, {});
   EXPECT_EQ(again.serialise(), pipeline.map().serialise());
   // With it, walls that were seen twice are one.
   const MultiVolumeGrid map =
-      rebuild_laser_map({drive_.recording, kWheeled.rigs, records, pipeline.map_frame()}, {}, {});
+      rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, pipeline.map_frame()}, {}, {});
   LaserParameters params;
   params.run.poses = LaserPoseSource::kOdometry;
   LaserPipeline ideal(params, kWheeled);

@@ -26,16 +26,6 @@ void say(const LaserRunOptions& options, const char* stage) {
   if (options.run.progress) options.run.progress({stage, 0, 0, {}});
 }
 
-/// Files of an earlier run that this one may not write.
-void remove_old_results(const std::filesystem::path& folder) {
-  std::error_code code;
-  for (const char* name : {"trajectory_odom.txt", "map_frame.csv", "height.csv", "floors.csv", "states.csv",
-                           "map.yaml", "map.pgm"})
-    std::filesystem::remove(folder / name, code);
-  for (const char* name : {"plan", "plan_odom", "above", "perspective"})
-    std::filesystem::remove(folder / "pictures" / (std::string(name) + ".png"), code);
-}
-
 void add_warnings(LaserSummary& summary) {
   if (summary.scans_failed > 0) {
     const auto most = std::max_element(summary.failure_reasons.begin(), summary.failure_reasons.end(),
@@ -222,7 +212,6 @@ Result<void> write_texts(const LaserRunOptions& options, const LaserReportMateri
 Result<void> write_laser_results(const LaserMaps& maps, const LaserRecording& recording,
                                  const LaserRunOptions& options, LaserSummary& summary) {
   say(options, "writing results");
-  remove_old_results(options.output);
   evaluate_laser_run(recording, options, summary);
   add_warnings(summary);
   LaserReportMaterial material;

@@ -8,8 +8,9 @@
 
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/relations_file.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
+#include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
@@ -17,6 +18,8 @@
 namespace hm {
 namespace {
 
+/// Scans of which all is kept, about 300 MB; of longer runs every 2nd, 4th ... is in tables and plots.
+constexpr std::size_t kMostRecords = std::size_t{1} << 18u;
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
 
 /// The sensors of a recording's vehicle.
@@ -106,8 +109,10 @@ std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
 /// One run of run_laser().
 class Run {
  public:
-  Run(const LaserRunOptions& options, LaserRecording recording, const OccupancyGrid2D* saved_map)
+  Run(const LaserRunOptions& options, ResultFolder& folder, LaserRecording recording,
+      const OccupancyGrid2D* saved_map)
       : options_(options),
+        folder_(folder),
         recording_(std::move(recording)),
         pipeline_(options.parameters.laser, laser_platform(recording_), saved_map),
         events_(recording_, pipeline_, options.parameters.laser.run) {}
@@ -120,6 +125,7 @@ class Run {
   void give(const LaserEvent& event);
   [[nodiscard]] bool wait_until_due(const LaserEvent& event, const Stopwatch& watch);
   void collect();
+  void note(LaserScanRecord record);
   void show_progress() const;
   void describe();
   void count();
@@ -127,10 +133,15 @@ class Run {
   [[nodiscard]] Error nothing_posed() const;
 
   const LaserRunOptions& options_;
+  ResultFolder& folder_;
   LaserRecording recording_;
   LaserPipeline pipeline_;
   LaserEvents events_;
   LaserSummary summary_;
+  EvenlyThinned<LaserScanRecord> records_{kMostRecords};
+  std::vector<MappedScan> mapped_;  ///< where `map` is not `odom`
+  RunningSummary match_ms_, insert_ms_;
+  double insert_sum_ms_ = 0;
   Stopwatch run_watch_;
   std::size_t scans_since_sample_ = 0;
 };
@@ -186,7 +197,7 @@ void Run::collect() {
     record.step = std::move(step);
     if (scans_since_sample_++ % std::max<std::size_t>(1, events_.scan_count() / kMapSamples) == 0)
       record.map = pipeline_.map().size();
-    summary_.records.push_back(std::move(record));
+    note(std::move(record));
   }
   show_progress();
 }
@@ -194,42 +205,46 @@ void Run::collect() {
 void Run::show_progress() const {
   if (!options_.run.progress) return;
   options_.run.progress(
-      {"laser", summary_.records.size() + summary_.scans_dropped, events_.scan_count(),
+      {"laser", records_.count() + summary_.scans_dropped, events_.scan_count(),
        fmt::format("map {:.1f} MB, process {} MB", static_cast<double>(pipeline_.map().bytes()) * 1e-6,
                    resident_bytes() / 1'000'000)});
 }
 
-void Run::count() {
-  std::vector<double> match_ms, insert_ms;
-  double insert_sum_ms = 0;
-  for (const LaserScanRecord& record : summary_.records) {
-    const LaserStep& step = record.step;
-    if (step.matched_scan) match_ms.push_back(step.match_ms);
-    if (step.odometry.new_keyframe) ++summary_.keyframes;
-    if (step.odometry.searched) ++summary_.scans_searched;
-    if (step.odometry.status == OdometryStatus::kFound) ++summary_.scans_found;
-    if (step.odometry.status == OdometryStatus::kRestarted) ++summary_.restarts;
-    if (!step.T_odom_base) {
-      ++summary_.scans_failed;
-      ++summary_.failure_reasons[step.reason];
-      continue;
-    }
+/// Keeps what results and report need of a scan: few numbers of every one, all of an even thinning.
+void Run::note(LaserScanRecord record) {
+  const LaserStep& step = record.step;
+  if (step.matched_scan) match_ms_.add(step.match_ms);
+  if (step.odometry.new_keyframe) ++summary_.keyframes;
+  if (step.odometry.searched) ++summary_.scans_searched;
+  if (step.odometry.status == OdometryStatus::kFound) ++summary_.scans_found;
+  if (step.odometry.status == OdometryStatus::kRestarted) ++summary_.restarts;
+  if (!step.T_odom_base) {
+    ++summary_.scans_failed;
+    ++summary_.failure_reasons[step.reason];
+  } else {
     if (step.matched_scan) ++summary_.scans_matched;
-    insert_ms.push_back(step.insert_ms);
-    insert_sum_ms += step.insert_ms;
+    insert_ms_.add(step.insert_ms);
+    insert_sum_ms_ += step.insert_ms;
     summary_.beams += step.beams.returns + step.beams.no_returns;
     summary_.trajectory_odom.push_back({step.stamp, *step.T_odom_base});
   }
+  if (auto mapped = mapped_scan(step)) mapped_.push_back(std::move(*mapped));
+  record.step.sweep = {};
+  records_.push_back(std::move(record));
+}
+
+void Run::count() {
+  summary_.records = records_.take();
   std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const auto twice =
       std::unique(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                   [](const StampedPose& a, const StampedPose& b) { return a.stamp == b.stamp; });
   summary_.trajectory_odom.erase(twice, summary_.trajectory_odom.end());
-  summary_.match_ms = summarise(match_ms);
-  summary_.insert_ms = summarise(insert_ms);
+  summary_.match_ms = match_ms_.summary();
+  summary_.insert_ms = insert_ms_.summary();
   if (summary_.beams > 0)
-    summary_.insert_us_per_beam = insert_sum_ms * 1e3 / static_cast<double>(summary_.beams);
+    summary_.insert_us_per_beam = insert_sum_ms_ * 1e3 / static_cast<double>(summary_.beams);
 }
 
 void Run::describe() {
@@ -246,6 +261,7 @@ void Run::describe() {
   summary_.truth = recording_.truth;
   summary_.truth_source = recording_.truth_source;
   summary_.choices = laser_choices({recording_, options_, pipeline_});
+  summary_.warnings = reading_warnings(recording_);
 }
 
 Error Run::nothing_posed() const {
@@ -271,9 +287,8 @@ std::optional<MultiVolumeGrid> Run::correct() {
                                                  summary_.trajectory_odom[i].T_world_base.translation())
                                                     .norm());
   const Stopwatch watch;
-  MultiVolumeGrid grid =
-      rebuild_laser_map({recording_, laser_platform(recording_).rigs, summary_.records, frame},
-                        options_.parameters.laser, options_.run);
+  MultiVolumeGrid grid = rebuild_laser_map({recording_, laser_platform(recording_).rigs, mapped_, frame},
+                                           options_.parameters.laser, options_.run);
   map.rebuild_s = watch.seconds();
   map.mvog_odom = pipeline_.map().size();
   return grid;
@@ -301,9 +316,14 @@ Result<LaserSummary> Run::finish() {
   summary_.mvog = map.size();
   summary_.bounds_m = map.bounds();
   summary_.planar = is_planar(map);
+  LaserRunOptions staged = options_;
+  staged.output = folder_.staging();
   const auto written =
-      write_laser_results({map, corrected ? &pipeline_.map() : nullptr}, recording_, options_, summary_);
+      write_laser_results({map, corrected ? &pipeline_.map() : nullptr}, recording_, staged, summary_);
   if (!written) return forward_error(written);
+  const auto published =
+      folder_.publish(summary_.outputs, summary_.interrupted ? RunState::kStopped : RunState::kComplete);
+  if (!published) return forward_error(published);
   return std::move(summary_);
 }
 
@@ -333,6 +353,9 @@ Result<LaserRecording> open(const LaserRunOptions& options) {
 
 Result<LaserSummary> run_laser(const LaserRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto folder = ResultFolder::open(
+      {options.output, options.existing, "laser", options.recording, options.run.program_version});
+  if (!folder) return forward_error(folder);
   auto recording = open(options);
   if (!recording) return forward_error(recording);
   if (!options.relations.empty())  // before the work, not after it
@@ -343,11 +366,10 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
     if (!grid) return forward_error(grid);
     saved_map = std::move(*grid);
   }
-  Run run(options, std::move(*recording), saved_map ? &*saved_map : nullptr);
+  Run run(options, *folder, std::move(*recording), saved_map ? &*saved_map : nullptr);
   if (saved_map && !run.matches_scans())
     return fail(ErrorCode::kUsage, options.recording.string(),
                 "a place in a map is found by scan matching, and here poses come from odometry");
-  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   run.process_all();
   return run.finish();
 }

@@ -3,6 +3,7 @@
 
 #include "hm/core/run_context.hpp"
 #include "hm/io/laser/laser_recording.hpp"
+#include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/laser/laser_summary.hpp"
 
 namespace hm {
@@ -10,7 +11,8 @@ namespace hm {
 struct LaserRunOptions {
   std::filesystem::path recording;
   LaserRecordingOptions recording_options;
-  std::filesystem::path output;     ///< a folder, made if needed; results of an earlier run are replaced
+  std::filesystem::path output;  ///< a folder, made if needed
+  ExistingResult existing = ExistingResult::kRefuse;
   std::filesystem::path relations;  ///< known relative poses to compare with; empty: none
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
   LaserRunParameters parameters;

@@ -3,9 +3,9 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 #include "hm/report/run_report.hpp"
 
@@ -37,8 +37,8 @@ bool track_all(const Recording& recording, const OdometryRunOptions& options, Vi
   return index < range.end;
 }
 
-Result<void> write_odometry_results(const OdometryRunOptions& options, OdometrySummary& summary) {
-  const auto& folder = options.output;
+Result<void> write_odometry_results(const OdometryRunOptions& options, const std::filesystem::path& folder,
+                                    OdometrySummary& summary) {
   RgbdParameters parameters = options.parameters;
   const std::string parameters_toml = list_odometry(parameters).to_toml();
   if (const auto written = write_tum_trajectory(folder / "trajectory.tum", summary.track.trajectory);
@@ -64,9 +64,11 @@ SE3 level_camera() {
 
 Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
+  auto folder = ResultFolder::open(
+      {options.output, options.existing, "odometry", options.recording, options.run.program_version});
+  if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
@@ -83,14 +85,18 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
       return fail(ErrorCode::kCancelled, {}, "stopped before the first frame had a pose");
     return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}", why_no_pose(summary.track));
   }
-  summary.warnings = warnings_of(summary.track);
+  summary.warnings = reading_warnings(info);
+  for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
     summary.warnings.push_back(
         fmt::format("stopped after {} of {} frames", summary.track.frames_read, summary.track.frames_total));
   summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
                                      summary.warnings);
-  const auto written = as_run_failure(write_odometry_results(options, summary));
+  const auto written = as_run_failure(write_odometry_results(options, folder->staging(), summary));
   if (!written) return forward_error(written);
+  const auto published =
+      folder->publish(summary.outputs, summary.interrupted ? RunState::kStopped : RunState::kComplete);
+  if (!published) return forward_error(published);
   return summary;
 }
 

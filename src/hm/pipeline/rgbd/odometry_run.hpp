@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/core/run_context.hpp"
+#include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 
 namespace hm {
@@ -13,7 +14,8 @@ namespace hm {
 struct OdometryRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
-  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  std::filesystem::path output;  ///< a folder, made if needed
+  ExistingResult existing = ExistingResult::kRefuse;
   RgbdParameters parameters;
   RunContext run;  ///< stopped early, it finishes with what there is
 };

@@ -10,12 +10,14 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/keyframes/keyframe_maps.hpp"
+#include "hm/mapping/map_copy.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/pipeline/common/map_export.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
+#include "hm/pipeline/rgbd/slam_save.hpp"
 #include "hm/report/map_figures.hpp"
 #include "hm/slam/places/place_experiment.hpp"
 
@@ -42,7 +44,6 @@ class Output {
     result_ = write(options_.output / name);
     if (result_) summary_.outputs.push_back(options_.output / name);
   }
-  void remove_old_results() const;
   void write_trajectories();
   void write_map_file();
   void write_keyframe_maps();
@@ -60,12 +61,6 @@ class Output {
   Result<void> result_;
 };
 
-void Output::remove_old_results() const {
-  std::error_code code;
-  for (const char* name : {"points.ply", "occupancy.ot", "volumes.mvog"})
-    std::filesystem::remove(options_.output / name, code);
-}
-
 void Output::write_trajectories() {
   const SlamPipeline::State& state = summary_.state;
   Trajectory keyframes;
@@ -80,18 +75,13 @@ void Output::write_trajectories() {
 
 void Output::write_map_file() {
   file("map.hmap", [&](const auto& path) -> Result<void> {
-    RgbdParameters parameters = options_.parameters;
-    MapHeader header;
-    header.voxel_size_m = pipeline_.dense().grid().voxel_size_m();
-    header.sdf_unit_m = pipeline_.dense().grid().sdf_unit_m();
-    header.program_version = options_.run.program_version;
-    header.parameters_toml = list_reconstruction(parameters).to_toml();
+    SlamSaveState state = initial_save_state(summary_.recording, options_.run.program_version);
+    state.next_frame = summary_.state.frames_done;
+    const MapHeader header = slam_map_header(options_.parameters, pipeline_.dense().grid(), state);
     auto map = MapFile::create(path, header);
     if (!map) return forward_error(map);
     MapSaver saver(std::move(*map));
-    std::vector<ChangedVolume> all;
-    for (const VolumeKey& key : pipeline_.dense().grid().sorted_keys()) all.push_back({key, 0x3f, false});
-    saver.note(all);
+    saver.note(all_volumes(pipeline_.dense().grid()));
     return saver.save(pipeline_.dense().grid(), header);
   });
 }
@@ -221,7 +211,6 @@ void Output::write_report() {
 }
 
 Result<void> Output::write(const TriangleMesh& before) {
-  remove_old_results();
   write_trajectories();
   say("writing the map");
   summary_.volumes = pipeline_.dense().grid().volume_count();

@@ -200,7 +200,7 @@ void SlamPipeline::Impl::show_progress() const {
                             loops.statistics.accepted, track.frames_lost, map.progress())});
 }
 
-void SlamPipeline::track_and_map() {
+Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   Impl& impl = *impl_;
   const Stopwatch watch;
   HM_CHECK(impl.recording, "this pipeline takes its frames from add()");
@@ -213,11 +213,25 @@ void SlamPipeline::track_and_map() {
     if (!frame) break;
     impl.take(index, *frame, wait.milliseconds());
     index += impl.range.stride;
+    if (after_frame)
+      if (const auto done = after_frame(index); !done) return done;
   }
   impl.state.frames_total = impl.range.count();
+  impl.state.frames_done = std::min(index, impl.range.end);
   impl.state.interrupted = index < impl.range.end;
   impl.conclude_tracking();
   impl.state.seconds = watch.seconds();
+  return {};
+}
+
+Trajectory SlamPipeline::trajectory_now() const {
+  const auto corrected = impl_->closer.snapshot().corrected;
+  Trajectory now;
+  for (const StampedPose& pose : impl_->alignment ? impl_->aligned : impl_->tracking.track().trajectory)
+    if (corrected->map_at(pose.stamp) == 0)
+      now.push_back(
+          {pose.stamp, corrected->T_map_camera(pose.stamp, pose.T_world_base).value_or(pose.T_world_base)});
+  return now;
 }
 
 void SlamPipeline::Impl::conclude_tracking() {

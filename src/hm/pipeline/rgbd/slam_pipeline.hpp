@@ -100,8 +100,13 @@ class SlamPipeline {
   [[nodiscard]] DensePipeline& dense();
 
   // ---- a recording, step by step (run_slam) ----
-  /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far.
-  void track_and_map();
+  /// Called after every frame with the index of the next one; an error ends the run.
+  using AfterFrame = std::function<Result<void>(std::size_t next_frame)>;
+  /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far. An error is
+  /// one of `after_frame`.
+  Result<void> track_and_map(const AfterFrame& after_frame = {});
+  /// The poses of all frames up to now, as loops place them now; those of unconnected maps are left out.
+  [[nodiscard]] Trajectory trajectory_now() const;
   /// Waits for the loop closer, solves a last time, adjusts.
   void close_loops();
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().

@@ -3,10 +3,11 @@
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/bytes/output_file.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
+#include "hm/pipeline/rgbd/slam_save.hpp"
 
 namespace hm {
 namespace {
@@ -26,6 +27,8 @@ void compare_trajectories(SlamSummary& summary) {
 
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
+  for (std::string& warning : reading_warnings(summary.recording))
+    summary.warnings.push_back(std::move(warning));
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
   if (state.frames_disconnected > 0)
     summary.warnings.push_back(
@@ -51,6 +54,23 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
     summary.warnings.emplace_back("no place was seen twice: the trajectory is that of odometry");
 }
 
+Result<void> track_and_save(SlamPipeline& pipeline, ResultFolder& folder, const RecordingInfo& info,
+                            const SlamRunOptions& options) {
+  SlamSaveState saved = initial_save_state(info, options.run.program_version);
+  if (folder.resumed()) {
+    const auto frames = frames_of_saved_slam(folder.path() / "map.hmap", saved);
+    if (!frames) return forward_error(frames);
+    saved.next_frame = *frames;
+    if (options.run.log)
+      options.run.log(LogLevel::kInfo,
+                      fmt::format("tracking is repeated from the first frame; what was saved "
+                                  "up to frame {} stays until then",
+                                  *frames));
+  }
+  SlamSave save(pipeline, folder, options.parameters, saved);
+  return pipeline.track_and_map([&](std::size_t next_frame) { return save.after_frame(next_frame); });
+}
+
 }  // namespace
 
 Result<SlamSummary> run_slam(const SlamRunOptions& options) {
@@ -58,12 +78,15 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (options.parameters.reconstruction.align)
     return fail(ErrorCode::kUsage, "reconstruction.align",
                 "it corrects given poses (hm reconstruct); for those of odometry there is slam.align");
+  auto folder = ResultFolder::open(
+      {options.output, options.existing, "slam", options.recording, options.run.program_version});
+  if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  if (const auto made = make_folder(options.output); !made) return forward_error(made);
   const Stopwatch watch;
   SlamPipeline pipeline(**recording, options.parameters, options.run);
-  pipeline.track_and_map();
+  if (const auto tracked = track_and_save(pipeline, *folder, (*recording)->info(), options); !tracked)
+    return forward_error(tracked);
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
     return tl::make_unexpected(nothing_tracked(options, pipeline.state()));
@@ -78,8 +101,13 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   summary.run_s = watch.seconds();
   compare_trajectories(summary);
   add_warnings(options, summary);
-  if (const auto written = write_slam_results(pipeline, **recording, before, options, summary); !written)
+  SlamRunOptions staged = options;
+  staged.output = folder->staging();
+  if (const auto written = write_slam_results(pipeline, **recording, before, staged, summary); !written)
     return tl::make_unexpected(as_run_failure(Result<void>(written)).error());
+  const auto published =
+      folder->publish(summary.outputs, summary.state.interrupted ? RunState::kStopped : RunState::kComplete);
+  if (!published) return forward_error(published);
   return summary;
 }
 

@@ -4,9 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "hm/evaluation/mesh_error.hpp"
 #include "hm/core/run_context.hpp"
-#include "hm/pipeline/common/parameters.hpp"
+#include "hm/evaluation/mesh_error.hpp"
+#include "hm/pipeline/common/result_folder.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 
@@ -16,7 +17,10 @@ namespace hm {
 struct SlamRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
-  std::filesystem::path output;  ///< a folder, made if needed; results of an earlier run are replaced
+  std::filesystem::path output;  ///< a folder, made if needed
+  /// kResume: an interrupted run is repeated from its first frame; what it has saved stays until this one is
+  /// further.
+  ExistingResult existing = ExistingResult::kRefuse;
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
@@ -38,8 +42,10 @@ struct SlamSummary {
 
 /// A recording without poses -> trajectory, keyframes, loops, dense map (dissertation ch. 3 and 4): writes
 /// trajectory.tum (corrected), odometry.tum, keyframes.tum, graph.g2o, mesh.*, map.hmap, the maps that
-/// slam.maps names, parameters.toml, pictures/, report.json, report.html. Poses of the recording are compared
-/// with; the first one says where the map begins, if it is there (slam.start_at_pose).
+/// slam.maps names, parameters.toml, pictures/, report.json, report.html. Map and
+/// trajectory are also saved while it runs (SlamSave), so that a kill leaves those of the last save. Poses of
+/// the recording are compared with; the first one says where the map begins, if it is there
+/// (slam.start_at_pose).
 ///
 /// Errors: recording or output folder unusable, parameters that contradict, not a single pose. A frame that
 /// cannot be used is none: it is named in `state.track.unused`.

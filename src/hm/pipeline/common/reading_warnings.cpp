@@ -1,0 +1,48 @@
+#include "hm/pipeline/common/reading_warnings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace hm {
+namespace {
+
+/// Sentences in their order, each once.
+class Warnings {
+ public:
+  void add(const std::string& sentence) {
+    if (std::find(sentences_.begin(), sentences_.end(), sentence) == sentences_.end())
+      sentences_.push_back(sentence);
+  }
+  void add(const std::vector<SkippedLines>& skipped) {
+    for (const SkippedLines& lines : skipped) add(to_string(lines));
+  }
+  std::vector<std::string> take() { return std::move(sentences_); }
+
+ private:
+  std::vector<std::string> sentences_;
+};
+
+}  // namespace
+
+std::vector<std::string> reading_warnings(const RecordingInfo& info) {
+  Warnings warnings;
+  warnings.add(info.skipped);
+  if (info.missing_pictures > 0)
+    warnings.add(fmt::format("{} picture{} that the recording names {} not there (first: {})",
+                             info.missing_pictures, info.missing_pictures == 1 ? "" : "s",
+                             info.missing_pictures == 1 ? "is" : "are", info.first_missing_picture));
+  return warnings.take();
+}
+
+std::vector<std::string> reading_warnings(const LaserRecording& recording) {
+  Warnings warnings;
+  warnings.add(recording.skipped);
+  for (const std::string& damage : recording.damage) warnings.add(damage);
+  for (const std::string& note : recording.notes) warnings.add(note);
+  if (!recording.mended_stamps.empty())
+    warnings.add(fmt::format("{} stamps ran backwards and were mended", recording.mended_stamps.size()));
+  return warnings.take();
+}
+
+}  // namespace hm

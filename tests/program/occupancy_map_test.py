@@ -1,0 +1,54 @@
+"""hm info and hm convert of a multi-volume occupancy grid (.mvog)."""
+import re
+
+import support
+
+
+class OccupancyMap(support.SharedFolderTest):
+    @classmethod
+    def prepare(cls, keeper):
+        keeper.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "200", "--quiet")
+        cls.run = keeper.run_json("laser", "flight", "-o", "result")
+        cls.result = keeper.folder / "result"
+        cls.map = cls.result / "map.mvog"
+
+    def test_info(self):
+        shown = self.run_json("info", self.map)
+        self.assertEqual(shown["path_kind"], "occupancy_map")
+        self.assertGreater(shown["volumes_positive"], 10)
+        self.assertGreater(shown["volumes_negative"], 10)
+        self.assertGreater(shown["columns"], 100)
+        self.assertAlmostEqual(shown["area_m2"], shown["columns"] * shown["resolution_m"] ** 2, places=6)
+        self.assertEqual(shown["file_bytes"], self.map.stat().st_size)
+        self.assertLess(shown["bounds_m"]["min"][0], shown["bounds_m"]["max"][0])
+        text = self.run_hm("info", self.map).stdout
+        self.assertIn("multi-volume occupancy grid", text)
+        self.assertIn(str(shown["volumes_positive"]), text)
+
+    def test_convert_gives_what_the_run_wrote(self):
+        self.assertGreater(self.run_json("convert", self.map, "map.bt")["items"], 100)
+        self.assertEqual((self.folder / "map.bt").read_bytes(), (self.result / "map.bt").read_bytes())
+        sliced = self.run_json("convert", self.map, "map.yaml")
+        self.assertEqual(sliced["outputs"], ["map.yaml", "map.pgm"])
+        self.assertEqual((self.folder / "map.pgm").read_bytes(), (self.result / "map.pgm").read_bytes())
+        low = self.run_json("convert", self.map, "low.yaml", "--set", "laser.slice_bottom_m=0", "--set",
+                            "laser.slice_top_m=0.2")
+        self.assertEqual(low["items"], sliced["items"])
+        self.assertNotEqual((self.folder / "low.pgm").read_bytes(), (self.folder / "map.pgm").read_bytes())
+        self.run_hm("convert", self.map, "map.ot")
+        self.assertIn(b"id OcTree", (self.folder / "map.ot").read_bytes()[:200])
+        points = self.run_json("convert", self.map, "points.ply")["items"]
+        self.assertGreater(points, 100)
+        head = (self.folder / "points.ply").read_bytes()[:400].decode("latin-1")
+        self.assertEqual(int(re.search(r"element vertex (\d+)", head)[1]), points)
+
+    def test_wrong_input(self):
+        self.assertIn("OctoMap", self.run_hm("convert", self.map, "map.obj", expect=2).stderr)
+        damaged = self.folder / "damaged.mvog"
+        damaged.write_bytes(self.map.read_bytes()[:-7])
+        for words in (["info", "damaged.mvog"], ["convert", "damaged.mvog", "a.bt"]):
+            self.assertIn("damaged.mvog", self.run_hm(*words, expect=3).stderr)
+
+
+if __name__ == "__main__":
+    support.main()
