@@ -40,6 +40,7 @@ TEST(FuzzCorpus, CutOffAndChangedSeedsAreReadOrRefused) {
 
 TEST(FuzzCorpus, FormerFindingsAreReadOrRefused) {
   const fs::path corpus = fs::path(HM_SOURCE_DIR) / "tests/fuzz/corpus";
+  ASSERT_TRUE(fs::is_directory(corpus));
   for (const auto& folder : fs::directory_iterator(corpus)) {
     const Reader* reader = find_reader(folder.path().filename().string());
     ASSERT_NE(reader, nullptr) << folder.path();

@@ -63,6 +63,7 @@ const fs::path& folder() {
 fs::path as_file(const fs::path& name, Bytes bytes) {
   const fs::path path = folder() / name;
   if (name.has_parent_path()) fs::create_directories(path.parent_path());
+  std::remove(path.c_str());  // some file systems wait for the disk when a file is truncated and written again
   std::FILE* file = std::fopen(path.c_str(), "wb");
   HM_CHECK(file && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "cannot write {}",
            path.string());

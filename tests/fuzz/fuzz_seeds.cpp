@@ -83,18 +83,14 @@ void add_maps(Collection& seeds) {
   seeds.file("map", "m.hmap");
   seeds.text("map_header", to_text({test::example_header(), {2, 3, 0x1234, 5}}));
   std::vector<OccupancyVoxel> voxels;
-  std::vector<Rgb8> colors;
   for (int i = 0; i < 9; ++i) {
     voxels.push_back({{0.1F * static_cast<float>(i % 3), 0.1F * static_cast<float>(i / 3), 0.05F}, 0.1F,
                       i % 2 == 0 ? 0.9F : 0.2F, i % 2 == 0 ? Occupancy::kOccupied : Occupancy::kFree});
-    colors.push_back({static_cast<std::uint8_t>(i), 2, 3});
   }
   must(write_octomap(seeds.folder / "m.bt", voxels, 0.1));
   must(write_octomap(seeds.folder / "m.ot", voxels, 0.1));
-  must(write_color_octomap(seeds.folder / "c.ot", voxels, colors, 0.1));
   seeds.file("octomap_bt", "m.bt");
   seeds.file("octomap_ot", "m.ot");
-  seeds.file("octomap_ot", "c.ot");
   seeds.text("occupancy_yaml",
              "image: map.pgm\nresolution: 0.050000\norigin: [-1.0, -2.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
              "free_thresh: 0.196\nmode: trinary\n");
@@ -128,8 +124,11 @@ void add_cameras(Collection& seeds) {
   seeds.file("calibration", "c.toml");
   for (const DepthFitMode mode : {DepthFitMode::kSpline, DepthFitMode::kLinear}) {
     const bool spline = mode == DepthFitMode::kSpline;
-    DepthCorrectionModel model{.mode = mode, .width = 8, .height = 6, .columns = spline ? 5 : 8,
-                               .rows = spline ? 4 : 6, .terms = 2, .min_depth_m = 0.7, .max_depth_m = 3.3};
+    DepthCorrectionModel model;
+    model.mode = mode;
+    model.width = 8, model.height = 6;
+    model.columns = spline ? 5 : 8, model.rows = spline ? 4 : 6, model.terms = 2;
+    model.min_depth_m = 0.7, model.max_depth_m = 3.3;
     const auto plane = static_cast<std::size_t>(model.columns) * static_cast<std::size_t>(model.rows);
     model.coefficients.assign(2 * plane, 0.01F);
     if (!spline) model.lowest_s.assign(plane, -0.5F), model.highest_s.assign(plane, 0.75F);
@@ -171,8 +170,6 @@ void add_texts(Collection& seeds) {
   ParamList list;
   list.add("mvog", params);
   seeds.text("parameters", list.to_toml());
-  seeds.text("parameters", "[mvog]\nresolution_m = 0.1 # m\nfill_slivers = true\nnames = ['''a''', \"\"\"b\"\"\"]\n"
-                           "a.b.c = { d = [1, 2.5], e = 1979-05-27T07:32:00Z }\n[[x.y]]\n");
   LaserRig rig;
   rig.T_base_laser = SE3(so3_exp(Vec3(0, 0, 0.3)), Vec3(0.1, 0, 0.2));
   rig.horizontal = BeamRange{20, 100};

@@ -8,6 +8,7 @@
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {
@@ -173,8 +174,7 @@ TEST(CalibrationFile, CorrectionsWithWrongNumbersAreErrors) {
     bytes[at] = static_cast<std::uint8_t>(rng.below(256));
     const std::uint64_t hash = fnv1a(bytes);
     for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(hash >> (8 * i)));
-    fs::remove(path);
-    ASSERT_TRUE(write_file_bytes(path, bytes));
+    test::write_bytes(path, {bytes.begin(), bytes.end()});
     const auto read = read_depth_correction(path);
     if (read) {
       EXPECT_TRUE(check_model(*read));
@@ -197,8 +197,7 @@ TEST(CalibrationFile, CorruptedTomlNeverCrashes) {
     for (int change = 0; change < 3; ++change)
       text[rng.below(static_cast<std::uint32_t>(text.size()))] = "0123456789.-e=[]\"\n \xff"[rng.below(20)];
     if (round % 4 == 0) text.resize(rng.below(static_cast<std::uint32_t>(text.size())));
-    fs::remove(path);
-    ASSERT_TRUE(write_file_text(path, text));
+    test::write_bytes(path, text);
     const auto read = read_calibration(path);
     if (!read) {
       EXPECT_FALSE(read.error().where.empty());
@@ -220,7 +219,7 @@ TEST(CalibrationFile, DeepHeadersAndImplausibleCamerasAreRefused) {
   RgbdCalibration calibration = some_calibration();
   ASSERT_TRUE(write_calibration(path, calibration));
   std::string text = testing_recordings::file_text(path);
-  const std::size_t at = text.find("fx = ") + 5;
+  const std::size_t at = text.find("fx_px = ") + 8;
   text.replace(at, text.find('\n', at) - at, "1e300");
   ASSERT_TRUE(write_file_text(path, text));
   const auto implausible = read_calibration(path);

@@ -1,5 +1,6 @@
 #include <functional>
 
+#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 /// Every prefix and many random corruptions of every file of small recordings: an Error or frames, never a
@@ -42,8 +43,7 @@ void open_and_read(const fs::path& path) {
 
 /// A new file instead of the old one: some file systems wait for the disk when a file is overwritten.
 void replace_file(const fs::path& file, std::string_view text) {
-  fs::remove(file);
-  ASSERT_TRUE(write_file_text(file, text));
+  test::write_bytes(file, std::string(text));
 }
 
 /// Calls `check` with the file cut at every length, and restored at the end.

@@ -82,7 +82,7 @@ std::string bomb(const std::string& how, std::size_t bytes, std::size_t count) {
 TEST(BagReader, BombsAreNotDecompressed) {
   const TemporaryFolder folder;
   // One large chunk is refused by itself, many small ones together; what lies before them is read.
-  for (const auto& [bytes, count] : {std::pair<std::size_t, std::size_t>{100 << 20, 1}, {8 << 20, 40}})
+  for (const auto& [bytes, count] : {std::pair<std::size_t, std::size_t>{40 << 20, 1}, {8 << 20, 40}})
     for (const std::string how : {"bz2", "lz4"}) {
       if (how == "lz4" && count > 1) continue;  // grows 250-fold at most: its bombs are as large as that
       write_bytes(folder / "b.bag", bomb(how, bytes, count));
@@ -110,7 +110,7 @@ TEST(BagReader, ACutOffBagIsReadToTheCut) {
       EXPECT_GT(scans, before) << how << part;
       ASSERT_FALSE(recording.skipped.empty());
       EXPECT_EQ(recording.skipped[0].count, 1U);
-      EXPECT_THAT(to_string(recording.skipped[0]), HasSubstr("1 part of b.bag left out: cut off or damaged (the "));
+      EXPECT_THAT(to_string(recording.skipped[0]), HasSubstr("1 part of b.bag left out: cut off or damaged ("));
       EXPECT_THAT(recording.notes, Contains(AnyOf(HasSubstr("the file ends inside of the chunk at byte"),
                                                   HasSubstr("the file is cut off"))))
           << how;
