@@ -28,8 +28,8 @@ Result<std::size_t> frames_of_saved_slam(const std::filesystem::path& map, const
 
 /// Saves a SLAM run while it goes on: every reconstruction.save_interval_s (or save_interval_frames) a copy
 /// of the map as it is then, and the trajectory of the frames up to then as loops place them now. Copies are
-/// written whole, beside the last one, by a thread of its own; to keep that below a tenth of a processor's
-/// time the next one waits ten times as long as the last one took.
+/// written whole, beside the last one, by a thread of its own; the next one begins at least twice as long
+/// after the last one as that took, so that most of the time none is written.
 class SlamSave {
  public:
   /// Pipeline and folder must outlive it. Nothing is saved before the run is further than `state`: what an
