@@ -87,7 +87,7 @@ Day judge_for_a_day(std::size_t keyframes) {
     const LoopDecision decision = selector.update(graph, std::move(proposals));
     if (is_judged) ms.push_back(watch.milliseconds());
     for (const LoopProposal& loop : decision.accepted)
-      if (loop.information_gain_ratio > params.min_information_gain_ratio)
+      if (loop.information_gain_ratio > params.kMinInformationGainRatio)
         graph.add_loop(
             {loop.from, loop.to, loop.match.T_a_b, loop.match.covariance.inverse(), PoseEdgeKind::kLoop});
     // What solving the graph would do, which is not measured here.

@@ -1,5 +1,8 @@
 #include "hm/pipeline/common/parameters.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 
 #include "program.hpp"
@@ -8,7 +11,7 @@ namespace {
 
 struct ParamsFlags {
   std::string name, file, other;
-  bool markdown = false;
+  bool markdown = false, expert = false;
 };
 
 hm::JsonValue as_json(const hm::ParamList& list) {
@@ -22,8 +25,16 @@ hm::Result<Outcome> show(const ParamsFlags& flags, Session& session) {
   const hm::ParamList& list = all.list;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   Outcome outcome;
-  outcome.text = flags.markdown ? hm::to_markdown(list) : list.to_toml();
+  const hm::ParamLevel least = flags.expert ? hm::ParamLevel::kExpert : hm::ParamLevel::kBasic;
   outcome.json["parameters"] = as_json(list);
+  outcome.text = list.to_toml(least);
+  if (flags.markdown)
+    outcome.text = hm::to_markdown(list, hm::ParamLevel::kBasic) + "\n# Expert parameters\n" +
+                   hm::to_markdown(list, hm::ParamLevel::kExpert);
+  else if (!flags.expert)
+    outcome.text +=
+        fmt::format("\n# {} of {} parameters; all of them: hm params show --expert\n",
+                    std::ranges::count(list.all(), least, &hm::ParamRef::level), list.all().size());
   return outcome;
 }
 
@@ -79,13 +90,16 @@ void add_params(Program& program) {
                {}});
   auto flags = std::make_shared<ParamsFlags>();
   CLI::App& show_command = program.add(
-      {"params show", "All parameters as TOML, with --params and --set applied.",
-       "  hm params show\n  hm params show --set tsdf.voxel_size_m=0.01\n  hm params show --markdown",
+      {"params show", "The usual parameters as TOML, with --params and --set applied; --expert: all.",
+       "  hm params show\n  hm params show --expert\n  hm params show --set tsdf.voxel_size_m=0.01\n  hm "
+       "params show --markdown",
        [flags](Session& session) { return show(*flags, session); }});
+  show_command.add_flag("--expert", flags->expert, "the others, too");
   show_command.add_flag("--markdown", flags->markdown, "as the tables of docs/parameters.md");
   program
       .add({"params check", "Whether a parameter file is good, and every line that is not.",
-            "  hm params check result/parameters.toml", [flags](Session& session) { return check(*flags, session); }})
+            "  hm params check result/parameters.toml",
+            [flags](Session& session) { return check(*flags, session); }})
       .add_option("file", flags->file, "TOML file")
       ->required();
   program

@@ -22,10 +22,13 @@ struct BoardParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"kind", {}, "pattern of the calibration board"}, self.kind, kBoardKindNames);
-    v(ParamDoc{"corners_x", {3, 50}, "inner corners of the board along a row"}, self.corners_x);
-    v(ParamDoc{"corners_y", {3, 50}, "inner corners of the board along a column"}, self.corners_y);
-    v(ParamDoc{"square_m", {0.001, 2}, "edge of a square of the board"}, self.square_m);
+    v(ParamDoc{"kind", {}, "pattern of the calibration board", ParamLevel::kBasic}, self.kind,
+      kBoardKindNames);
+    v(ParamDoc{"corners_x", {3, 50}, "inner corners of the board along a row", ParamLevel::kBasic},
+      self.corners_x);
+    v(ParamDoc{"corners_y", {3, 50}, "inner corners of the board along a column", ParamLevel::kBasic},
+      self.corners_y);
+    v(ParamDoc{"square_m", {0.001, 2}, "edge of a square of the board", ParamLevel::kBasic}, self.square_m);
     v(ParamDoc{"marker_ratio", {0.3, 0.9}, "edge of a ChArUco marker by that of a square (dictionary 4x4)"},
       self.marker_ratio);
   }

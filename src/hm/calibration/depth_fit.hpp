@@ -17,7 +17,8 @@ struct DepthFitParams {
   double smoothness_m = 0.003;
   int window_px = 21;
   double gate_m = 0.5;
-  int hold_out_every = 4;
+  /// Every so many-th pose is for testing, where no folder test/ is given.
+  static constexpr int kHoldOutEvery = 4;
   DepthRefine refine = DepthRefine::kNone;
   double prior_intrinsics_px = 1;
   double prior_translation_m = 0.001;
@@ -40,10 +41,6 @@ struct DepthFitParams {
         self.window_px);
     v(ParamDoc{"gate_m", {0.01, 10}, "readings farther from the board's plane are something else"},
       self.gate_m);
-    v(ParamDoc{"hold_out_every",
-               {2, 1000},
-               "every so many-th pose is for testing, where no folder test/ is given"},
-      self.hold_out_every);
     v(
         ParamDoc{
             "refine",
@@ -78,7 +75,8 @@ struct DepthViewError {
   std::size_t samples = 0;
   double before_rms_m = 0, after_rms_m = 0;
   double before_mean_m = 0, after_mean_m = 0;
-  /// RMS of the samples' expected deviation, what no correction can take away; 0 where single images tell none.
+  /// RMS of the samples' expected deviation, what no correction can take away; 0 where single images tell
+  /// none.
   double noise_m = 0;
 };
 DepthViewError evaluate_correction(const DepthView& view, const DepthCorrectionModel& model);

@@ -59,12 +59,12 @@ std::optional<BlockFit> fit_block(const DepthImage& depth, int x0, int y0) {
 }  // namespace
 
 NoiseHistogram::NoiseHistogram(const NoiseFitParams& params) : params_(params) {
-  bins_.resize(static_cast<std::size_t>(std::ceil(params.max_depth_m / params.bin_m)) + 1);
+  bins_.resize(static_cast<std::size_t>(std::ceil(params.max_depth_m / params.kBin_m)) + 1);
 }
 
 void NoiseHistogram::add(double depth_m, double variance_m2, double weight) {
   if (!(depth_m >= params_.min_depth_m && depth_m <= params_.max_depth_m) || !(variance_m2 >= 0)) return;
-  Bin& bin = bins_[static_cast<std::size_t>(depth_m / params_.bin_m)];
+  Bin& bin = bins_[static_cast<std::size_t>(depth_m / params_.kBin_m)];
   bin.depth_sum += weight * depth_m;
   bin.variance_sum += weight * variance_m2;
   bin.weight += weight;

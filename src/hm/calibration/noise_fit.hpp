@@ -16,14 +16,14 @@ struct NoiseSample {
 };
 
 struct NoiseFitParams {
-  double bin_m = 0.1;
+  /// Readings are gathered in steps of depth.
+  static constexpr double kBin_m = 0.1;
+  /// Steps with fewer readings are left out.
   int min_readings = 200;
   double min_depth_m = 0.2, max_depth_m = 10;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"bin_m", {0.005, 1}, "readings are gathered in steps of depth"}, self.bin_m);
-    v(ParamDoc{"min_readings", {1, 1e9}, "steps with fewer readings are left out"}, self.min_readings);
     v(ParamDoc{"min_depth_m", {0, 100}, "nearest readings that are used"}, self.min_depth_m);
     v(ParamDoc{"max_depth_m", {0.1, 100}, "farthest readings that are used"}, self.max_depth_m);
   }

@@ -11,7 +11,6 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <toml++/toml.h>
 
 namespace hm {
 namespace {
@@ -76,9 +75,11 @@ std::string assign(const ParamRef& param, const Value& value, bool store) {
     if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
     if (store) **place = *number;
   } else if (const auto* int_place = std::get_if<int*>(&param.value)) {
-    if (!std::holds_alternative<std::int64_t>(value)) return fmt::format("{} wants a whole number", param.name);
+    if (!std::holds_alternative<std::int64_t>(value))
+      return fmt::format("{} wants a whole number", param.name);
     if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
-    if (std::abs(*number) > std::numeric_limits<int>::max()) return fmt::format("{} is too large", param.name);
+    if (std::abs(*number) > std::numeric_limits<int>::max())
+      return fmt::format("{} is too large", param.name);
     if (store) **int_place = static_cast<int>(*number);
   } else if (const auto* bool_place = std::get_if<bool*>(&param.value)) {
     const auto* flag = std::get_if<bool>(&value);
@@ -106,7 +107,8 @@ Value parse_value(const ParamRef& param, std::string_view text) {
   if (text == "true" || text == "false") return text == "true";
   std::int64_t integer = 0;
   const char* end = text.data() + text.size();
-  if (const auto [rest, error] = std::from_chars(text.data(), end, integer); error == std::errc{} && rest == end)
+  if (const auto [rest, error] = std::from_chars(text.data(), end, integer);
+      error == std::errc{} && rest == end)
     return integer;
   double real = 0;
   if (const auto [rest, error] = std::from_chars(text.data(), end, real); error == std::errc{} && rest == end)
@@ -164,7 +166,8 @@ class TomlNesting {
         at_ += 2;
       } else if (long_string ? text_.substr(at_).starts_with(three) : c == quote || c == '\n') {
         at_ += long_string ? 3 : 1;
-        for (int more = 0; long_string && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more) ++at_;
+        for (int more = 0; long_string && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more)
+          ++at_;
         return;
       } else {
         ++at_;
@@ -180,11 +183,11 @@ class TomlNesting {
 }  // namespace
 
 void ParamList::add_missing(const ParamList& other) {
-  const auto section_of = [](const ParamRef& param) { return param.name.substr(0, param.name.find('.')); };
   std::set<std::string> present;
-  for (const ParamRef& param : params_) present.insert(section_of(param));
+  for (const ParamRef& param : params_) present.insert(param.name);
   for (const ParamRef& param : other.params_)
-    if (!present.contains(section_of(param))) params_.push_back(param);
+    if (!present.contains(param.name)) params_.push_back(param);
+  renamed_.insert(renamed_.end(), other.renamed_.begin(), other.renamed_.end());
 }
 
 Result<void> check_toml_text(std::string_view text, const std::string& where) {
@@ -198,8 +201,25 @@ Result<void> check_toml_text(std::string_view text, const std::string& where) {
 }
 
 const ParamRef* ParamList::find(std::string_view name) const {
-  const auto found = std::find_if(params_.begin(), params_.end(), [&](const auto& p) { return p.name == name; });
+  const auto found =
+      std::find_if(params_.begin(), params_.end(), [&](const auto& p) { return p.name == name; });
   return found == params_.end() ? nullptr : &*found;
+}
+
+void ParamList::add_renamed(std::string_view old_name, std::string_view new_name) {
+  renamed_.emplace_back(old_name, new_name);
+}
+
+std::string ParamList::unknown_name(std::string_view name) const {
+  const std::string_view section = name.substr(0, name.find('.'));
+  for (const auto& [old_name, new_name] : renamed_) {
+    if (old_name == name) return fmt::format("'{}' is called '{}' now", name, new_name);
+    if (old_name != section) continue;
+    const std::string moved = new_name + std::string(name.substr(section.size()));
+    return fmt::format("section '{}' is called '{}' now: '{}'{}", old_name, new_name, moved,
+                       find(moved) ? "" : ", which is no parameter any more");
+  }
+  return unknown_key(params_, name);
 }
 
 Result<void> ParamList::set(std::string_view assignment) {
@@ -208,7 +228,7 @@ Result<void> ParamList::set(std::string_view assignment) {
     return fail(ErrorCode::kUsage, "--set", "'{}' is not of the form section.key=value", assignment);
   const std::string_view name = assignment.substr(0, equals);
   const ParamRef* param = find(name);
-  if (!param) return fail(ErrorCode::kUsage, "--set", "{}", unknown_key(params_, name));
+  if (!param) return fail(ErrorCode::kUsage, "--set", "{}", unknown_name(name));
   const std::string wrong = assign(*param, parse_value(*param, assignment.substr(equals + 1)), true);
   if (!wrong.empty()) return fail(ErrorCode::kInvalidValue, "--set", "{}", wrong);
   return {};
@@ -237,11 +257,16 @@ Result<void> ParamList::read_toml(std::string_view text, const std::string& wher
       const ParamRef* param = find(name);
       const auto value = toml_value(node);
       std::string wrong;
-      if (!param) wrong = unknown_key(params_, name);
-      else if (!value) wrong = fmt::format("{} has a value of an unknown kind", name);
-      else wrong = assign(*param, *value, false);
-      if (!wrong.empty()) wrongs.push_back(fmt::format("line {}: {}", node.source().begin.line, wrong));
-      else assignments.emplace_back(param, *value);
+      if (!param)
+        wrong = unknown_name(name);
+      else if (!value)
+        wrong = fmt::format("{} has a value of an unknown kind", name);
+      else
+        wrong = assign(*param, *value, false);
+      if (!wrong.empty())
+        wrongs.push_back(fmt::format("line {}: {}", node.source().begin.line, wrong));
+      else
+        assignments.emplace_back(param, *value);
     }
   }
   if (!wrongs.empty()) return fail(ErrorCode::kInvalidValue, where, "{}", fmt::join(wrongs, "; "));
@@ -274,9 +299,10 @@ Result<void> ParamList::check() const {
   return {};
 }
 
-std::string ParamList::to_toml() const {
+std::string ParamList::to_toml(ParamLevel least) const {
   std::string out, section;
   for (const ParamRef& param : params_) {
+    if (param.level < least) continue;
     const std::size_t dot = param.name.find('.');
     if (const std::string own = param.name.substr(0, dot); own != section) {
       out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", own);

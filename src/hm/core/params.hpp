@@ -3,6 +3,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -16,11 +17,15 @@ struct Range {
   double max = std::numeric_limits<double>::infinity();
 };
 
+/// Whom a parameter is for: `hm params show` lists the basic ones, with `--expert` all.
+enum class ParamLevel { kExpert, kBasic };
+
 /// What a parameter struct says of one of its members. The unit is the end of the name (_m, _rad, _hz ...).
 struct ParamDoc {
   std::string_view name;
   Range range;
   std::string_view help;
+  ParamLevel level = ParamLevel::kExpert;
 };
 
 /// An enumeration as a parameter: its members' names in the order of their values (0, 1, 2 ...).
@@ -39,6 +44,7 @@ struct ParamRef {
   std::string name;
   Range range;
   std::string help;
+  ParamLevel level = ParamLevel::kExpert;
   std::variant<double*, int*, bool*, std::string*, ChoiceRef> value;
 };
 
@@ -62,8 +68,12 @@ class ParamList {
  public:
   template <class Struct>
   void add(std::string_view section, Struct& params);
-  /// Adds those sections of another list that this one does not have.
+  /// Adds those parameters of another list that this one does not have, and its old names.
   void add_missing(const ParamList& other);
+
+  /// Notes a name of earlier versions: setting it is an error that says the new name. A name without a dot is
+  /// a section.
+  void add_renamed(std::string_view old_name, std::string_view new_name);
 
   [[nodiscard]] std::span<const ParamRef> all() const { return params_; }
   [[nodiscard]] const ParamRef* find(std::string_view name) const;
@@ -76,11 +86,15 @@ class ParamList {
   Result<void> read_toml_file(const std::string& path);
   /// Every value against its range; all violations in one error.
   [[nodiscard]] Result<void> check() const;
-  /// All parameters as TOML, with a comment each (help, range), in a form that read_toml reads back.
-  [[nodiscard]] std::string to_toml() const;
+  /// The parameters of this level and above as TOML, with a comment each (help, range), in a form that
+  /// read_toml reads back.
+  [[nodiscard]] std::string to_toml(ParamLevel least = ParamLevel::kExpert) const;
 
  private:
+  [[nodiscard]] std::string unknown_name(std::string_view name) const;
+
   std::vector<ParamRef> params_;
+  std::vector<std::pair<std::string, std::string>> renamed_;
 };
 
 /// Files of parameters, calibrations and rigs are at most this large.
@@ -101,14 +115,16 @@ struct ParamCollector {
   std::vector<ParamRef>& out;
   template <class T>
   void operator()(const ParamDoc& doc, T& member) {
-    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help), &member});
+    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help),
+                   doc.level, &member});
   }
   template <class Enum>
   void operator()(const ParamDoc& doc, Enum& member, std::span<const std::string_view> names) {
-    const ChoiceRef choice{names, &member,
-                           [](const void* place) { return static_cast<int>(*static_cast<const Enum*>(place)); },
-                           [](void* place, int index) { *static_cast<Enum*>(place) = static_cast<Enum>(index); }};
-    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help), choice});
+    const ChoiceRef choice{
+        names, &member, [](const void* place) { return static_cast<int>(*static_cast<const Enum*>(place)); },
+        [](void* place, int index) { *static_cast<Enum*>(place) = static_cast<Enum>(index); }};
+    out.push_back({std::string(section) + "." + std::string(doc.name), doc.range, std::string(doc.help),
+                   doc.level, choice});
   }
 };
 }  // namespace detail

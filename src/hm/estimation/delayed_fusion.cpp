@@ -105,7 +105,7 @@ FusionStatus DelayedFusion::add(const Measurement& arrived, FusionCounts& ignore
     ++ignored.too_old;
     return FusionStatus::kTooOld;
   }
-  if ((measurement.stamp - stamp()).seconds() > params_.max_lead_s) {
+  if ((measurement.stamp - stamp()).seconds() > params_.kMaxLead_s) {
     ++ignored.from_future;
     return FusionStatus::kFromFuture;
   }
@@ -183,13 +183,13 @@ void DelayedFusion::filter_forward(std::size_t index, std::size_t measurement) {
 void DelayedFusion::predict(FusionState& state, const FusionInput& input, double dt_s) const {
   const FusionParams& p = params_;
   const double felt_density =
-      input.own_tilt ? p.own_tilt_acceleration_density_m_s2_sqrt_hz : p.acceleration_density_m_s2_sqrt_hz;
+      input.own_tilt ? p.kOwnTiltAccelerationDensity_m_s2_sqrt_hz : p.acceleration_density_m_s2_sqrt_hz;
   const NoiseDensity acceleration{
-      square(input.from_imu ? felt_density : p.gap_acceleration_density_m_s2_sqrt_hz),
-      square(p.acceleration_bias_walk_m_s3_sqrt_hz)};
+      square(input.from_imu ? felt_density : p.kGapAccelerationDensity_m_s2_sqrt_hz),
+      square(p.kAccelerationBiasWalk_m_s3_sqrt_hz)};
   const NoiseDensity yaw_rate{
-      square(input.from_imu ? p.yaw_rate_density_rad_s_sqrt_hz : p.gap_yaw_rate_density_rad_s_sqrt_hz),
-      square(p.yaw_rate_bias_walk_rad_s2_sqrt_hz)};
+      square(input.from_imu ? p.kYawRateDensity_rad_s_sqrt_hz : p.kGapYawRateDensity_rad_s_sqrt_hz),
+      square(p.kYawRateBiasWalk_rad_s2_sqrt_hz)};
   using Scalar = BiasKalman<1>::Vector;
   const Vec3& felt = input.acceleration_level_m_s2;
   if (state.planar.ready && input.from_imu) {
@@ -217,8 +217,8 @@ FusionStatus DelayedFusion::apply_pose(FusionState& state, const Measurement& me
   const double yaw_variance = measurement.covariance(2, 2);
   const auto start = [&] {
     state.planar.start(position, covariance,
-                       {params_.initial_speed_std_m_s, params_.initial_acceleration_bias_std_m_s2});
-    state.yaw.start(measurement.value.z(), yaw_variance, params_.initial_yaw_rate_bias_std_rad_s);
+                       {params_.kInitialSpeedStd_m_s, params_.kInitialAccelerationBiasStd_m_s2});
+    state.yaw.start(measurement.value.z(), yaw_variance, params_.kInitialYawRateBiasStd_rad_s);
     state.poses_rejected_in_a_row = 0;
   };
   if (!state.planar.ready) {
@@ -249,7 +249,7 @@ FusionStatus DelayedFusion::apply_height(FusionState& state, const Measurement& 
   const Scalar height(measurement.value.x()), variance(measurement.covariance(0, 0));
   const auto start = [&] {
     state.vertical.start(height, variance,
-                         {params_.initial_speed_std_m_s, params_.initial_acceleration_bias_std_m_s2});
+                         {params_.kInitialSpeedStd_m_s, params_.kInitialAccelerationBiasStd_m_s2});
     state.heights_rejected_in_a_row = 0;
   };
   if (!state.vertical.ready) {

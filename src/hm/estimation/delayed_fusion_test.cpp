@@ -126,7 +126,7 @@ TEST(DelayedFusion, IsTheTextbookFilterInOrderOfStamps) {
   f(0, 1) = 1;
   f(1, 2) = -1;
   density(1, 1) = std::pow(params.acceleration_density_m_s2_sqrt_hz, 2);
-  density(2, 2) = std::pow(params.acceleration_bias_walk_m_s3_sqrt_hz, 2);
+  density(2, 2) = std::pow(params.kAccelerationBiasWalk_m_s3_sqrt_hz, 2);
   h << 1, 0, 0;
   std::vector<double> heights_ms, values;
   for (const Arrival& arrival : sorted)

@@ -6,15 +6,24 @@ namespace hm {
 /// Parameters of the delay-aware filters. Densities are one-sided amplitude densities as on a data sheet.
 struct FusionParams {
   double acceleration_density_m_s2_sqrt_hz = 0.05;
-  double own_tilt_acceleration_density_m_s2_sqrt_hz = 0.3;
-  double acceleration_bias_walk_m_s3_sqrt_hz = 0.005;
-  double yaw_rate_density_rad_s_sqrt_hz = 0.002;
-  double yaw_rate_bias_walk_rad_s2_sqrt_hz = 0.0002;
-  double gap_acceleration_density_m_s2_sqrt_hz = 2.0;
-  double gap_yaw_rate_density_rad_s_sqrt_hz = 0.5;
-  double initial_speed_std_m_s = 1.0;
-  double initial_acceleration_bias_std_m_s2 = 0.3;
-  double initial_yaw_rate_bias_std_rad_s = 0.05;
+  /// The same when the IMU gives no orientation.
+  static constexpr double kOwnTiltAccelerationDensity_m_s2_sqrt_hz = 0.3;
+  /// How fast its bias wanders, (m/s^3)/sqrt(Hz).
+  static constexpr double kAccelerationBiasWalk_m_s3_sqrt_hz = 0.005;
+  /// Noise of the gyroscope, (rad/s)/sqrt(Hz).
+  static constexpr double kYawRateDensity_rad_s_sqrt_hz = 0.002;
+  /// How fast its bias wanders, (rad/s^2)/sqrt(Hz).
+  static constexpr double kYawRateBiasWalk_rad_s2_sqrt_hz = 0.0002;
+  /// Unknown acceleration while there is no IMU.
+  static constexpr double kGapAccelerationDensity_m_s2_sqrt_hz = 2.0;
+  /// Unknown yaw rate while there is no IMU.
+  static constexpr double kGapYawRateDensity_rad_s_sqrt_hz = 0.5;
+  /// Velocity at the first pose.
+  static constexpr double kInitialSpeedStd_m_s = 1.0;
+  /// Bias of the accelerometer at the first pose.
+  static constexpr double kInitialAccelerationBiasStd_m_s2 = 0.3;
+  /// Bias of the gyroscope at the first pose.
+  static constexpr double kInitialYawRateBiasStd_rad_s = 0.05;
 
   double position_std_m = 0.02;
   double yaw_std_rad = 0.01;
@@ -27,7 +36,8 @@ struct FusionParams {
 
   bool delay_compensation = true;
   double max_delay_s = 0.2;
-  double max_lead_s = 0.05;
+  /// Measurements newer than the IMU by more are refused.
+  static constexpr double kMaxLead_s = 0.05;
   double max_gap_s = 0.1;
 
   template <class Self, class Visitor>
@@ -36,28 +46,6 @@ struct FusionParams {
                {1e-5, 100},
                "noise of the accelerometer, tilt errors included, (m/s^2)/sqrt(Hz)"},
       self.acceleration_density_m_s2_sqrt_hz);
-    v(ParamDoc{"own_tilt_acceleration_density_m_s2_sqrt_hz",
-               {1e-5, 100},
-               "the same when the IMU gives no orientation"},
-      self.own_tilt_acceleration_density_m_s2_sqrt_hz);
-    v(ParamDoc{"acceleration_bias_walk_m_s3_sqrt_hz", {0, 10}, "how fast its bias wanders, (m/s^3)/sqrt(Hz)"},
-      self.acceleration_bias_walk_m_s3_sqrt_hz);
-    v(ParamDoc{"yaw_rate_density_rad_s_sqrt_hz", {1e-6, 10}, "noise of the gyroscope, (rad/s)/sqrt(Hz)"},
-      self.yaw_rate_density_rad_s_sqrt_hz);
-    v(ParamDoc{"yaw_rate_bias_walk_rad_s2_sqrt_hz", {0, 1}, "how fast its bias wanders, (rad/s^2)/sqrt(Hz)"},
-      self.yaw_rate_bias_walk_rad_s2_sqrt_hz);
-    v(ParamDoc{"gap_acceleration_density_m_s2_sqrt_hz",
-               {1e-3, 100},
-               "unknown acceleration while there is no IMU"},
-      self.gap_acceleration_density_m_s2_sqrt_hz);
-    v(ParamDoc{"gap_yaw_rate_density_rad_s_sqrt_hz", {1e-3, 100}, "unknown yaw rate while there is no IMU"},
-      self.gap_yaw_rate_density_rad_s_sqrt_hz);
-    v(ParamDoc{"initial_speed_std_m_s", {1e-3, 100}, "velocity at the first pose"},
-      self.initial_speed_std_m_s);
-    v(ParamDoc{"initial_acceleration_bias_std_m_s2", {0, 10}, "bias of the accelerometer at the first pose"},
-      self.initial_acceleration_bias_std_m_s2);
-    v(ParamDoc{"initial_yaw_rate_bias_std_rad_s", {0, 10}, "bias of the gyroscope at the first pose"},
-      self.initial_yaw_rate_bias_std_rad_s);
     v(ParamDoc{"position_std_m", {1e-4, 10}, "of a laser pose that comes without covariance"},
       self.position_std_m);
     v(ParamDoc{"yaw_std_rad", {1e-5, 3}, "of its yaw"}, self.yaw_std_rad);
@@ -82,7 +70,6 @@ struct FusionParams {
     v(ParamDoc{"delay_compensation", {}, "apply measurements at their own time instead of on arrival"},
       self.delay_compensation);
     v(ParamDoc{"max_delay_s", {0, 1}, "measurements older than this are refused"}, self.max_delay_s);
-    v(ParamDoc{"max_lead_s", {0, 1}, "measurements newer than the IMU by more are refused"}, self.max_lead_s);
     v(ParamDoc{"max_gap_s", {0.001, 10}, "a longer silence of the IMU is bridged with constant velocity"},
       self.max_gap_s);
   }

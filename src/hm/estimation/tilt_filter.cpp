@@ -11,7 +11,7 @@ namespace hm {
 
 void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific_force_m_s2, double dt_s) {
   const double force_m_s2 = specific_force_m_s2.norm();
-  const bool is_gravity = std::abs(force_m_s2 / kGravity_m_s2 - 1) <= params_.gravity_tolerance_ratio;
+  const bool is_gravity = std::abs(force_m_s2 / kGravity_m_s2 - 1) <= params_.kGravityToleranceRatio;
   if (!ready_) {
     if (!is_gravity) return;
     R_world_body_ = turn_between(specific_force_m_s2, Vec3::UnitZ());
@@ -25,7 +25,7 @@ void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific
   const Vec3 up_body = R_world_body_.conjugate() * Vec3::UnitZ();
   const Vec3 correction = (specific_force_m_s2 / force_m_s2).cross(up_body);
   const double time_constant_s =
-      running_s_ < params_.start_s ? params_.start_time_constant_s : params_.time_constant_s;
+      running_s_ < params_.start_s ? params_.kStartTimeConstant_s : params_.time_constant_s;
   R_world_body_ = turned(R_world_body_, std::min(dt_s / time_constant_s, 1.0) * correction);
 }
 

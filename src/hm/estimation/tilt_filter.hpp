@@ -9,26 +9,19 @@ namespace hm {
 /// Attitude from gyroscope and gravity, for IMUs that give no orientation of their own.
 struct TiltFilterParams {
   double time_constant_s = 4.0;
-  double start_time_constant_s = 0.2;
+  /// The same at the beginning.
+  static constexpr double kStartTimeConstant_s = 0.2;
   double start_s = 1.0;
-  double gravity_tolerance_ratio = 0.15;
-  double acceleration_time_constant_s = 0.2;
+  /// Specific force that differs more from gravity does not correct.
+  static constexpr double kGravityToleranceRatio = 0.15;
+  /// Over which the estimated velocity tells the acceleration.
+  static constexpr double kAccelerationTimeConstant_s = 0.2;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"time_constant_s", {0.05, 1000}, "how fast gravity corrects the gyroscope"},
       self.time_constant_s);
-    v(ParamDoc{"start_time_constant_s", {0.01, 1000}, "the same at the beginning"},
-      self.start_time_constant_s);
     v(ParamDoc{"start_s", {0, 60}, "how long the beginning is"}, self.start_s);
-    v(ParamDoc{"gravity_tolerance_ratio",
-               {0.01, 1},
-               "specific force that differs more from gravity does not correct"},
-      self.gravity_tolerance_ratio);
-    v(ParamDoc{"acceleration_time_constant_s",
-               {0.01, 10},
-               "over which the estimated velocity tells the acceleration"},
-      self.acceleration_time_constant_s);
   }
 };
 
@@ -55,7 +48,7 @@ class TiltFilter {
 class AccelerationCompensator {
  public:
   explicit AccelerationCompensator(const TiltFilterParams& params = {})
-      : time_constant_s_(params.acceleration_time_constant_s) {}
+      : time_constant_s_(params.kAccelerationTimeConstant_s) {}
   /// The next sample, and the velocity estimated before it; gravity's specific force in the body.
   Vec3 update(const Vec3& specific_force_body_m_s2, const Vec3& velocity_world_m_s,
               const Eigen::Quaterniond& R_world_body, double dt_s);

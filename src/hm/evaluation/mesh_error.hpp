@@ -19,10 +19,11 @@ struct MeshErrorParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"samples", {1, 1e9}, "points sampled on each surface"}, self.samples);
+    v(ParamDoc{"samples", {1, 1e9}, "points sampled on each surface", ParamLevel::kBasic}, self.samples);
     v(ParamDoc{"threshold_m",
                {1e-6, 10},
-               "a true point this close to the reconstruction counts as reconstructed"},
+               "a true point this close to the reconstruction counts as reconstructed",
+               ParamLevel::kBasic},
       self.threshold_m);
     v(ParamDoc{"seed", {0, 2147483647.0}, "seed of the sampled points"}, self.seed);
   }

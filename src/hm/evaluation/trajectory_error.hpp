@@ -37,10 +37,15 @@ struct TrajectoryErrorParams {
       self.max_stamp_difference_s);
     v(ParamDoc{"association", {}, "how the true pose of a moment is found"}, self.association,
       kTrajectoryAssociationNames);
-    v(ParamDoc{"alignment", {}, "motion by which the estimate is fitted to the truth first"}, self.alignment,
-      kTrajectoryAlignmentNames);
-    v(ParamDoc{"rpe_unit", {}, "unit of rpe_delta"}, self.rpe_unit, kRpeUnitNames);
-    v(ParamDoc{"rpe_delta", {1e-6, 1e6}, "span over which the relative pose error is taken"}, self.rpe_delta);
+    v(
+        ParamDoc{
+            "alignment", {}, "motion by which the estimate is fitted to the truth first", ParamLevel::kBasic},
+        self.alignment, kTrajectoryAlignmentNames);
+    v(ParamDoc{"rpe_unit", {}, "unit of rpe_delta", ParamLevel::kBasic}, self.rpe_unit, kRpeUnitNames);
+    v(
+        ParamDoc{
+            "rpe_delta", {1e-6, 1e6}, "span over which the relative pose error is taken", ParamLevel::kBasic},
+        self.rpe_delta);
   }
 };
 

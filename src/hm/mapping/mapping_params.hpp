@@ -16,6 +16,7 @@ struct ReconstructionParams {
   int begin_frame = 0;
   int frame_limit = 0;
   int frame_stride = 1;
+  /// Images decoded ahead.
   int prefetch_frames = 4;
   bool align = false;
   bool live_mesh = true;
@@ -27,16 +28,24 @@ struct ReconstructionParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"begin_frame", {0, 1e9}, "first frame of the recording that is used"}, self.begin_frame);
-    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all"}, self.frame_limit);
-    v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame"}, self.frame_stride);
-    v(ParamDoc{"prefetch_frames", {1, 1000}, "images decoded ahead"}, self.prefetch_frames);
-    v(ParamDoc{"align", {}, "correct each given pose by aligning its depth image to the map"}, self.align);
+    v(ParamDoc{"begin_frame", {0, 1e9}, "first frame of the recording that is used", ParamLevel::kBasic},
+      self.begin_frame);
+    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all", ParamLevel::kBasic}, self.frame_limit);
+    v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame", ParamLevel::kBasic}, self.frame_stride);
+    v(ParamDoc{"align",
+               {},
+               "correct each given pose by aligning its depth image to the map",
+               ParamLevel::kBasic},
+      self.align);
     v(ParamDoc{"live_mesh",
                {},
-               "keep the mesh up to date while scanning; it is complete at the end in any case"},
+               "keep the mesh up to date while scanning; it is complete at the end in any case",
+               ParamLevel::kBasic},
       self.live_mesh);
-    v(ParamDoc{"mesh_budget_ms", {0, 1e6}, "time for meshing after each frame; 0 for as long as it takes"},
+    v(ParamDoc{"mesh_budget_ms",
+               {0, 1e6},
+               "time for meshing after each frame; 0 for as long as it takes",
+               ParamLevel::kBasic},
       self.mesh_budget_ms);
     v(
         ParamDoc{
@@ -44,9 +53,13 @@ struct ReconstructionParams {
         self.save_interval_s);
     v(ParamDoc{"save_interval_frames", {0, 1e9}, "and after every so many frames; 0 for not"},
       self.save_interval_frames);
-    v(ParamDoc{"mesh_formats", {}, "mesh files to write: any of ply, glb, obj, with commas between"},
+    v(ParamDoc{"mesh_formats",
+               {},
+               "mesh files to write: any of ply, glb, obj, with commas between",
+               ParamLevel::kBasic},
       self.mesh_formats);
-    v(ParamDoc{"pictures", {}, "draw figures of the result for the report"}, self.pictures);
+    v(ParamDoc{"pictures", {}, "draw figures of the result for the report", ParamLevel::kBasic},
+      self.pictures);
   }
 };
 
@@ -73,7 +86,10 @@ struct SlamParams {
             {},
             "begin at the recording's pose of the first frame, where it has one; else level at the origin"},
         self.start_at_pose);
-    v(ParamDoc{"map_stride", {1, 1000}, "every n-th frame with a pose goes into the dense map"},
+    v(ParamDoc{"map_stride",
+               {1, 1000},
+               "every n-th frame with a pose goes into the dense map",
+               ParamLevel::kBasic},
       self.map_stride);
     v(ParamDoc{"rebuild_shift_voxel",
                {0, 100},
@@ -83,7 +99,8 @@ struct SlamParams {
         ParamDoc{
             "rebuild_online",
             {},
-            "bring the map to corrected poses while tracking, on a thread of its own; else at the end only"},
+            "bring the map to corrected poses while tracking, on a thread of its own; else at the end only",
+            ParamLevel::kBasic},
         self.rebuild_online);
     v(ParamDoc{"align", {}, "correct odometry's poses by aligning depth images to what was seen just before"},
       self.align);
@@ -92,18 +109,24 @@ struct SlamParams {
             "align_memory_frames", {0, 1e6}, "what was seen so many frames ago is forgotten; 0: nothing is"},
         self.align_memory_frames);
     v(ParamDoc{"matrices", {}, "draw the matrices of place recognition"}, self.matrices);
-    v(
-        ParamDoc{
-            "maps", {}, "maps to write besides the mesh: any of points, octomap, mvog, with commas between"},
-        self.maps);
-    v(ParamDoc{"map_depth_m", {0.1, 100}, "readings beyond do not go into these maps"}, self.map_depth_m);
+    v(ParamDoc{"maps",
+               {},
+               "maps to write besides the mesh: any of points, octomap, mvog, with commas between",
+               ParamLevel::kBasic},
+      self.maps);
+    v(ParamDoc{"map_depth_m", {0.1, 100}, "readings beyond do not go into these maps", ParamLevel::kBasic},
+      self.map_depth_m);
     v(ParamDoc{"map_top_m",
                {-1000, 1000},
-               "these maps end at this height, to cut ceilings away; 0: they do not"},
+               "these maps end at this height, to cut ceilings away; 0: they do not",
+               ParamLevel::kBasic},
       self.map_top_m);
-    v(ParamDoc{"points_voxel_m", {0.001, 1}, "spacing of the points of the coloured point map"},
+    v(ParamDoc{"points_voxel_m",
+               {0.001, 1},
+               "spacing of the points of the coloured point map",
+               ParamLevel::kBasic},
       self.points_voxel_m);
-    v(ParamDoc{"octomap_resolution_m", {0.005, 1}, "edge of a cell of the occupancy map"},
+    v(ParamDoc{"octomap_resolution_m", {0.005, 1}, "edge of a cell of the occupancy map", ParamLevel::kBasic},
       self.octomap_resolution_m);
   }
 };

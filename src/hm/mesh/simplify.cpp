@@ -116,10 +116,10 @@ TriangleMesh simplify(TriangleMesh mesh, const SimplifyTarget& target) {
 }
 
 TriangleMesh clean_mesh(TriangleMesh mesh, const MeshParams& params) {
-  if (params.min_piece_triangles > 1 || params.min_piece_diameter_m > 0)
+  if (params.min_piece_triangles > 1 || params.kMinPieceDiameter_m > 0)
     mesh = remove_small_pieces(
         std::move(mesh),
-        {static_cast<std::size_t>(std::max(params.min_piece_triangles, 0)), params.min_piece_diameter_m});
+        {static_cast<std::size_t>(std::max(params.min_piece_triangles, 0)), params.kMinPieceDiameter_m});
   return simplify(std::move(mesh), {params.simplify_keep_ratio, params.simplify_error_m});
 }
 

@@ -6,6 +6,7 @@ namespace hm {
 /// Everything about the multi-volume occupancy grid (dissertation 2.5).
 struct MvogParams {
   double resolution_m = 0.10;
+  /// Share of hits from which a volume counts as occupied.
   double occupied_ratio = 0.33;
   int evidence_cap = 8;
   int same_view_cap = 4;
@@ -17,10 +18,11 @@ struct MvogParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"resolution_m", {0.01, 10}, "edge of a column; heights are kept to half of it"},
+    v(ParamDoc{"resolution_m",
+               {0.01, 10},
+               "edge of a column; heights are kept to half of it",
+               ParamLevel::kBasic},
       self.resolution_m);
-    v(ParamDoc{"occupied_ratio", {0.01, 0.99}, "share of hits from which a volume counts as occupied"},
-      self.occupied_ratio);
     v(ParamDoc{"evidence_cap", {1, 15}, "observations that a volume remembers, so that it follows change"},
       self.evidence_cap);
     v(ParamDoc{"same_view_cap", {1, 15}, "the same for scans of one pose, so that they do not harden it"},
@@ -37,7 +39,8 @@ struct MvogParams {
       self.merge_sigmas);
     v(ParamDoc{"fill_slivers", {}, "unknown gaps of half a cell between free volumes become free"},
       self.fill_slivers);
-    v(ParamDoc{"max_map_mb", {0, 1e6}, "memory cap for the map; 0 for none"}, self.max_map_mb);
+    v(ParamDoc{"max_map_mb", {0, 1e6}, "memory cap for the map; 0 for none", ParamLevel::kBasic},
+      self.max_map_mb);
   }
 };
 

@@ -21,9 +21,12 @@ struct DepthNoise {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"quadratic_per_m", {0, 1}, "axial depth noise: factor of z^2"}, self.quadratic_per_m);
-    v(ParamDoc{"linear_ratio", {-1, 1}, "axial depth noise: factor of z"}, self.linear_ratio);
-    v(ParamDoc{"constant_m", {0, 1}, "axial depth noise: constant part"}, self.constant_m);
+    v(ParamDoc{"quadratic_per_m", {0, 1}, "axial depth noise: factor of z^2", ParamLevel::kBasic},
+      self.quadratic_per_m);
+    v(ParamDoc{"linear_ratio", {-1, 1}, "axial depth noise: factor of z", ParamLevel::kBasic},
+      self.linear_ratio);
+    v(ParamDoc{"constant_m", {0, 1}, "axial depth noise: constant part", ParamLevel::kBasic},
+      self.constant_m);
   }
 };
 

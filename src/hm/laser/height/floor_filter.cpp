@@ -11,7 +11,7 @@ void FloorFilter::start(Time time, double distance_m, double variance_m2) {
   covariance_.setZero();
   mean_(0) = distance_m;
   covariance_(0, 0) = variance_m2;
-  covariance_(1, 1) = params_.initial_climb_std_m_s * params_.initial_climb_std_m_s;
+  covariance_(1, 1) = params_.kInitialClimbStd_m_s * params_.kInitialClimbStd_m_s;
   records_[0] = {.id = 0, .sightings = 1, .confirmed = true, .first_seen = time, .last_seen = time};
   floors_ = 1;
   next_id_ = 1;

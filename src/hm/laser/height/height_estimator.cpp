@@ -56,7 +56,7 @@ HeightEstimate HeightEstimator::update(const MirrorDistances& scan, double accel
   explained_ratio_ = modes.explained_ratio;
   // Over an edge, what few readings agree on is often between the floors; better no answer for some scans.
   const bool doubtful = modes.explained_ratio < params_.min_explained_ratio;
-  const bool can_wait = filter_.started() && filter_.height_std_m() < params_.doubtful_height_std_m;
+  const bool can_wait = filter_.started() && filter_.height_std_m() < params_.kDoubtfulHeightStd_m;
   if (modes.size == 0 || (doubtful && can_wait)) return finish(HeightStatus::kSpreadTooWide, {});
   return finish(HeightStatus::kOk, modes);
 }
@@ -95,7 +95,7 @@ double HeightEstimator::variance_m2(const HeightMode& mode) const {
   const double noise_m2 = square(std::max(mode.spread_m, least_m)) / mode.readings;
   const double excess_m2 = std::max(square(mode.spread_m) - square(params_.reading_std_m), 0.0);
   const double unexplained_m = kUnexplainedPull * (1 - explained_ratio_) * params_.mode_half_width_m();
-  return noise_m2 + square(params_.level_std_m) + kEdgePull * excess_m2 + square(unexplained_m);
+  return noise_m2 + square(params_.kLevelStd_m) + kEdgePull * excess_m2 + square(unexplained_m);
 }
 
 int HeightEstimator::best_floor(const HeightMode& mode, const Sightings& taken) const {
@@ -108,7 +108,7 @@ int HeightEstimator::best_floor(const HeightMode& mode, const Sightings& taken) 
       continue;
     const auto seen = filter_.innovation(i, mode.distance_m, variance_m2(mode));
     const double sigma_m = std::sqrt(seen.variance_m2);
-    if (std::abs(seen.residual_m) > std::max(params_.min_step_m, params_.step_sigmas_ratio * sigma_m))
+    if (std::abs(seen.residual_m) > std::max(params_.min_step_m, params_.kStepSigmasRatio * sigma_m))
       continue;
     double chi2 = seen.residual_m * seen.residual_m / seen.variance_m2;
     if (floor.id != current_id_) chi2 += floor.confirmed ? kOtherFloorChi2 : kUnconfirmedFloorChi2;
@@ -144,7 +144,7 @@ HeightEstimator::Sightings HeightEstimator::associate(Time time, const HeightMod
 void HeightEstimator::forget_unconfirmed() {
   for (int i = filter_.floors() - 1; i > 0; --i) {
     const FloorLevel floor = filter_.floor(i);
-    if (!floor.confirmed && floor.unseen_scans > params_.forget_unseen_scans) filter_.remove(i);
+    if (!floor.confirmed && floor.unseen_scans > params_.kForgetUnseenScans) filter_.remove(i);
   }
 }
 

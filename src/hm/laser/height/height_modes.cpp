@@ -82,7 +82,7 @@ HeightModes find_height_modes(std::span<double> distances_m, const HeightParams&
   Occupied occupied(half_width_m);
   const auto enough = static_cast<std::size_t>(params.min_readings);
   while (left.size() >= enough && result.size < HeightModes::kMax) {
-    const double center = climb_to_mode(left, fullest_window(left, params.bin_size_m), half_width_m);
+    const double center = climb_to_mode(left, fullest_window(left, params.kBinSize_m), half_width_m);
     const auto begin = std::lower_bound(left.begin(), left.end(), center - half_width_m);
     const auto end = std::upper_bound(begin, left.end(), center + half_width_m);
     const HeightMode mode = measure({begin, end}, center);

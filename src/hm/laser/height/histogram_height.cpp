@@ -12,7 +12,7 @@ std::optional<HistogramHeight::Answer> HistogramHeight::update(Time time,
   // Bins start at the lowest point, which is the largest distance.
   const double origin_m = *std::max_element(distances_m.begin(), distances_m.end());
   const auto bin_of = [&](double distance_m) {
-    return static_cast<std::size_t>((origin_m - distance_m) / params_.bin_size_m);
+    return static_cast<std::size_t>((origin_m - distance_m) / params_.kBinSize_m);
   };
   const double nearest_m = *std::min_element(distances_m.begin(), distances_m.end());
   std::vector<int> counts(bin_of(nearest_m) + 1, 0);

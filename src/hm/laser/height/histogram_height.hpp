@@ -9,14 +9,14 @@ namespace hm {
 
 /// Parameters of the published method, with the numbers of its first implementation.
 struct HistogramHeightParams {
-  double bin_size_m = 0.02;
+  /// Width of a bin of the histogram.
+  static constexpr double kBinSize_m = 0.02;
   int min_values = 5;
   double max_stdev_m = 0.10;
   double max_height_jump_m = 0.25;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"bin_size_m", {0.002, 0.5}, "width of a bin of the histogram"}, self.bin_size_m);
     v(ParamDoc{"min_values", {1, 1000}, "readings that the fullest bin must hold"}, self.min_values);
     v(ParamDoc{"max_stdev_m", {0.001, 1}, "bins that spread more are refused"}, self.max_stdev_m);
     v(ParamDoc{"max_height_jump_m", {0.01, 5}, "a larger jump is a step of the floor"},

@@ -87,7 +87,7 @@ std::size_t IcpPairs::find(const ReferenceLines& reference, const ScanPoints& se
   const auto c = static_cast<float>(X.cosine()), s = static_cast<float>(X.sine());
   const auto tx = static_cast<float>(X.x()), ty = static_cast<float>(X.y());
   const auto limit2 =
-      static_cast<float>(params.max_correspondence_distance_m * params.max_correspondence_distance_m);
+      static_cast<float>(params.kMaxCorrespondenceDistance_m * params.kMaxCorrespondenceDistance_m);
   const bool published = !(params.line_half_length_m > 0);
   const auto n = static_cast<std::uint32_t>(reference.size());
   pairs_.clear();
@@ -138,7 +138,7 @@ float IcpPairs::trimming_limit(const PlIcpParams& params) {
     while (bin + 1 < kErrorBins && (wanted -= histogram_[bin]) >= 0) ++bin;
     return error_of_bin(bin);
   };
-  const float adaptive = static_cast<float>(params.adaptive_multiple) * quantile(params.adaptive_order_ratio);
+  const float adaptive = static_cast<float>(params.adaptive_multiple) * quantile(params.kAdaptiveOrderRatio);
   if (params.keep_percentile_ratio >= 1) return adaptive;
   return std::min(adaptive, quantile(params.keep_percentile_ratio));
 }

@@ -69,12 +69,12 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
   // While the guess may be far off, the pairs that say so must not be trimmed for being few.
   const bool published = !(params.line_half_length_m > 0);
   const double floor_m =
-      published ? 0 : params.max_correspondence_distance_m * std::pow(kTrimShrink, match.iterations);
+      published ? 0 : params.kMaxCorrespondenceDistance_m * std::pow(kTrimShrink, match.iterations);
   match.pairs = pairs.trim(params, range_sigma_m, floor_m);
   ++match.iterations;
   const double smaller =
       static_cast<double>(std::min(sensed.size(), reference.size())) / static_cast<double>(stride);
-  const double needed = std::max(static_cast<double>(params.min_pairs) / static_cast<double>(stride),
+  const double needed = std::max(static_cast<double>(params.kMinPairs) / static_cast<double>(stride),
                                  params.min_pairs_ratio * smaller);
   if (static_cast<double>(match.pairs) < std::max(3.0, needed)) {
     match.status = MatchStatus::kTooFewPairs;
@@ -133,7 +133,7 @@ void PlIcp::State::judge(const SE2& guess, ScanMatch& match) {
   const SE2 found = SE2(reference_origin_m, 0) * X * SE2(-sensed_origin_m, 0);
   const double turn = std::abs(wrap_angle(found.angle() - guess.angle()));
   if ((found.translation() - guess.translation()).norm() > params.max_linear_correction_m ||
-      turn > params.max_angular_correction_rad) {
+      turn > params.kMaxAngularCorrection_rad) {
     match.status = MatchStatus::kCorrectionTooLarge;
     return;
   }
@@ -192,7 +192,7 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   s.sensed.assign(sensed);
   s.sensed_origin_m = sensed.origin_m;
   match.sensed_points = s.sensed.size();
-  const auto needed = static_cast<std::size_t>(s.params.min_pairs);
+  const auto needed = static_cast<std::size_t>(s.params.kMinPairs);
   if (s.sensed.size() < needed || s.reference.size() < needed) return match;
   if (!T_reference_sensed_guess.vector().allFinite()) {
     match.status = MatchStatus::kInvalidGuess;

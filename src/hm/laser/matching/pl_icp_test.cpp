@@ -183,7 +183,7 @@ TEST(PlIcp, ResultIsTheNumericMinimumOfTheCost) {
   };
   std::vector<int> partner(b.size(), -1);
   for (std::size_t i = 0; i < b.size(); ++i) {
-    double nearest = params.max_correspondence_distance_m;
+    double nearest = params.kMaxCorrespondenceDistance_m;
     for (std::size_t j = 0; j < a.size(); ++j)
       if (const double d = (*match.T_reference_sensed * b.points_m[i] - a.points_m[j]).norm(); d < nearest)
         nearest = d, partner[i] = static_cast<int>(j);

@@ -46,7 +46,7 @@ Mat3 in_axes_of(const SE2& T_a_b) {
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryParams& params)
-    : params_(params), matcher_(params.matcher), velocity_(params.velocity_alpha, params.velocity_beta) {}
+    : params_(params), matcher_(params.matcher), velocity_(params.kVelocityAlpha, params.kVelocityBeta) {}
 
 void ScanOdometry::start(const SE2& T_odom_base) {
   last_stamp_.reset();
@@ -62,7 +62,7 @@ OdometryStep ScanOdometry::begin(const PlanarScan& scan) {
   OdometryStep step;
   step.stamp = scan.stamp;
   step.T_odom_base_predicted = T_odom_base_;
-  if (scan.size() < static_cast<std::size_t>(params_.matcher.min_pairs)) return step;
+  if (scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs)) return step;
   matcher_.set_reference(scan);
   step.status = OdometryStatus::kFirstScan;
   step.T_odom_base = T_odom_base_;
@@ -130,7 +130,7 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
 
 bool ScanOdometry::is_well_paired(const ScanMatch& match) const {
   return match.ok() && static_cast<double>(match.pairs) >=
-                           params_.find_min_pairs_ratio * static_cast<double>(match.sensed_points);
+                           params_.kFindMinPairsRatio * static_cast<double>(match.sensed_points);
 }
 
 /// The pose of this scan is known: the velocity follows, failures are forgotten.
@@ -193,7 +193,7 @@ bool ScanOdometry::wants_keyframe(const ScanMatch& match) const {
 /// prediction says the vehicle is.
 void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   step.status = OdometryStatus::kMatchFailed;
-  if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.min_pairs))
+  if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs))
     return;
   T_odom_base_ = step.T_odom_base_predicted;
   T_base_predicted_ = {};

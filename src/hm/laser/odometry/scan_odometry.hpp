@@ -4,8 +4,8 @@
 #include <optional>
 #include <string_view>
 
-#include "hm/laser/odometry/body_velocity.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
+#include "hm/laser/odometry/body_velocity.hpp"
 
 namespace hm {
 
@@ -13,13 +13,18 @@ struct ScanOdometryParams {
   PlIcpParams matcher;
   bool use_keyframes = true;
   double keyframe_distance_m = 2.0, keyframe_angle_rad = 1.0;
+  /// A new keyframe when a smaller share of the points is paired.
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
-  double velocity_alpha = 0.9, velocity_beta = 0.5;
+  /// Gain of the pose in the velocity filter.
+  static constexpr double kVelocityAlpha = 0.9;
+  /// Gain of the velocity in the velocity filter.
+  static constexpr double kVelocityBeta = 0.5;
   int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
-  double find_min_pairs_ratio = 0.3;
+  /// A match that pairs a smaller share of the points is no better than a search.
+  static constexpr double kFindMinPairsRatio = 0.3;
 
   /// The odometry of 2.2.1 with the dissertation's example thresholds (0.2 m, 20 degrees).
   static ScanOdometryParams dissertation() {
@@ -41,26 +46,16 @@ struct ScanOdometryParams {
       self.keyframe_distance_m);
     v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "a new keyframe when turned further from the last one"},
       self.keyframe_angle_rad);
-    v(ParamDoc{"keyframe_min_pairs_ratio",
-               {0, 1},
-               "a new keyframe when a smaller share of the points is paired"},
-      self.keyframe_min_pairs_ratio);
     v(
         ParamDoc{
             "use_velocity", {}, "predict with the velocity of the last scans where nothing better is given"},
         self.use_velocity);
-    v(ParamDoc{"velocity_alpha", {0, 1}, "gain of the pose in the velocity filter"}, self.velocity_alpha);
-    v(ParamDoc{"velocity_beta", {0, 1}, "gain of the velocity in the velocity filter"}, self.velocity_beta);
     v(ParamDoc{"reference_scans", {1, 1000}, "scans averaged in the reference; 1: the keyframe's scan alone"},
       self.reference_scans);
     v(ParamDoc{"max_gap_s", {1e-3, 1e6}, "after a longer gap the velocity counts as unknown"},
       self.max_gap_s);
     v(ParamDoc{"max_failures", {1, 1000}, "after so many scans without a match a new reference is begun"},
       self.max_failures);
-    v(ParamDoc{"find_min_pairs_ratio",
-               {0, 1},
-               "a match that pairs a smaller share of the points is no better than a search"},
-      self.find_min_pairs_ratio);
   }
 };
 

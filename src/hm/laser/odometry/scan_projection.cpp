@@ -151,7 +151,7 @@ ProjectedScan ScanProjector::project(const LaserScan& scan, const SweepMotion& m
   result.counts.mirrored = scan.size() - std::min(scan.size(), beams.size());
   if (beams.begin >= beams.end) return result;
   const double moment_beam = static_cast<double>(beams.begin) +
-                             params_.reference_moment_ratio * static_cast<double>(beams.size() - 1);
+                             params_.kReferenceMomentRatio * static_cast<double>(beams.size() - 1);
   const Time moment = scan.stamp + Duration::from_seconds(moment_beam * scan.time_increment_s);
   result.scan.stamp = moment;
   SweepInterpolation sweep(scan, rig_, motion, moment);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/core/params.hpp"
-#include "hm/laser/odometry/attitude_history.hpp"
 #include "hm/laser/matching/planar_scan.hpp"
+#include "hm/laser/odometry/attitude_history.hpp"
 #include "hm/sensors/laser_rig.hpp"
 #include "hm/sensors/laser_scan.hpp"
 
@@ -15,7 +15,8 @@ namespace hm {
 struct ScanProjectionParams {
   double max_tilt_rad = 0.35;
   double surface_margin_m = 0.15;
-  double reference_moment_ratio = 0.5;
+  /// Moment of the planar scan within its sweep: 0 first beam, 1 last.
+  static constexpr double kReferenceMomentRatio = 0.5;
   int every_nth_beam = 1;
   double min_spacing_m = 0;
 
@@ -25,10 +26,6 @@ struct ScanProjectionParams {
       self.max_tilt_rad);
     v(ParamDoc{"surface_margin_m", {0, 5}, "end points within this of the floor or the ceiling are left out"},
       self.surface_margin_m);
-    v(ParamDoc{"reference_moment_ratio",
-               {0, 1},
-               "moment of the planar scan within its sweep: 0 first beam, 1 last"},
-      self.reference_moment_ratio);
     v(ParamDoc{"every_nth_beam", {1, 1000}, "1 takes every beam, 5 every fifth"}, self.every_nth_beam);
     v(ParamDoc{"min_spacing_m", {0, 10}, "a point closer than this to the last one kept is left out"},
       self.min_spacing_m);

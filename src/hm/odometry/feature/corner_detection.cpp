@@ -176,7 +176,7 @@ class Occupied {
 std::vector<Corner> grid_corners(const Image<std::uint8_t>& gray, int wanted, const FeatureParams& params) {
   const int least_size = 2 * kCornerBorder_px + 1;
   if (gray.width() < least_size || gray.height() < least_size || wanted <= 0) return {};
-  CellGrid grid(matrix_over(gray), params.cell_px);
+  CellGrid grid(matrix_over(gray), params.kCell_px);
   const std::size_t share = (static_cast<std::size_t>(wanted) + grid.size() - 1) / grid.size();
   grid.find(share);
   float best = 0;

@@ -132,10 +132,10 @@ struct FeatureDetector::Impl {
   std::vector<Image<std::uint8_t>> levels;  ///< of the pyramid; the first one is not used
 
   const Image<std::uint8_t>& prepared(const Image<std::uint8_t>& gray) {
-    if (params.blur_radius_px == 0) return gray;
+    if (params.kBlurRadius_px == 0) return gray;
     blurred = Image<std::uint8_t>(gray.width(), gray.height());
     cv::Mat out = view_of(blurred);
-    const int size = 2 * params.blur_radius_px + 1;
+    const int size = 2 * params.kBlurRadius_px + 1;
     cv::GaussianBlur(view_of(gray), out, {size, size}, 0);
     return blurred;
   }

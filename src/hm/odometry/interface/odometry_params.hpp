@@ -34,12 +34,16 @@ struct OdometryParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"method", {}, "how poses are found"}, self.method, kOdometryMethodNames);
-    v(ParamDoc{"use_imu", {}, "what the tracker takes from an inertial device, where there is one"},
+    v(ParamDoc{"method", {}, "how poses are found", ParamLevel::kBasic}, self.method, kOdometryMethodNames);
+    v(ParamDoc{"use_imu",
+               {},
+               "what the tracker takes from an inertial device, where there is one",
+               ParamLevel::kBasic},
       self.use_imu, kImuUseNames);
     v(ParamDoc{"gravity_sigma_rad", {1e-4, 1}, "deviation of roll and pitch by gravity, of one frame"},
       self.gravity_sigma_rad);
-    v(ParamDoc{"max_depth_m", {0.1, 100}, "readings beyond are not used for features"}, self.max_depth_m);
+    v(ParamDoc{"max_depth_m", {0.1, 100}, "readings beyond are not used for features", ParamLevel::kBasic},
+      self.max_depth_m);
     v(ParamDoc{"max_depth_sigma_m", {1e-4, 10}, "features whose depth is less certain are used without it"},
       self.max_depth_sigma_m);
   }

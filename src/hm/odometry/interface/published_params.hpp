@@ -30,49 +30,43 @@ inline FeatureParams published_features() {
 /// Iterative closest point of a frame's features against the model, as published (Besl and McKay 1992;
 /// dissertation 3.2). The limits of the published code were commented as "1 mm, 1 degree" and were a tenth.
 struct ModelIcpParams {
-  int max_icp_iterations = 10;
-  double max_pair_distance_m = 0.15;
-  int min_pairs = 15;
-  double converged_m = 1e-4;
-  double converged_rad = 1.7e-3;
+  /// ICP: steps at most.
+  static constexpr int kMaxIcpIterations = 10;
+  /// ICP: farther model points are not paired.
+  static constexpr double kMaxPairDistance_m = 0.15;
+  /// ICP: fewer pairs are a failure.
+  static constexpr int kMinPairs = 15;
+  /// ICP: ends when a step moves less and ....
+  static constexpr double kConverged_m = 1e-4;
+  /// ... ICP: turns less.
+  static constexpr double kConverged_rad = 1.7e-3;
 
   template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_icp_iterations", {1, 1000}, "ICP: steps at most"}, self.max_icp_iterations);
-    v(ParamDoc{"max_pair_distance_m", {1e-3, 10}, "ICP: farther model points are not paired"},
-      self.max_pair_distance_m);
-    v(ParamDoc{"min_pairs", {3, 10000}, "ICP: fewer pairs are a failure"}, self.min_pairs);
-    v(ParamDoc{"converged_m", {0, 1}, "ICP: ends when a step moves less and ..."}, self.converged_m);
-    v(ParamDoc{"converged_rad", {0, 1}, "... ICP: turns less"}, self.converged_rad);
-  }
+  static void visit(Self& self, Visitor&& v) {}
 };
 
 struct PointModelParams {
   int max_model_points = 3000;
-  int association_neighbours = 4;
-  double association_gate_ratio = 10;
-  double least_sigma_m = 0.002;
+  /// Model points tried for each new one.
+  static constexpr int kAssociationNeighbours = 4;
+  /// Mahalanobis distance up to which a point is seen again.
+  static constexpr double kAssociationGateRatio = 10;
+  /// A model point never gets more certain than this.
+  static constexpr double kLeastSigma_m = 0.002;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"max_model_points", {10, 1e6}, "the model's size; then the oldest points make room"},
       self.max_model_points);
-    v(ParamDoc{"association_neighbours", {1, 100}, "model points tried for each new one"},
-      self.association_neighbours);
-    v(
-        ParamDoc{
-            "association_gate_ratio", {0.1, 100}, "Mahalanobis distance up to which a point is seen again"},
-        self.association_gate_ratio);
-    v(ParamDoc{"least_sigma_m", {0, 1}, "a model point never gets more certain than this"},
-      self.least_sigma_m);
   }
 };
 
 /// Parameters of the dissertation's pipeline with the values of the published code; section
 /// `odometry_published`.
 struct PublishedParams {
-  FeatureParams features = published_features();
-  double max_match_ratio = 0.8;
+  FeatureParams features = published_features();  ///< as published: no parameters of their own
+  /// Descriptors: best to second best distance.
+  static constexpr double kMaxMatchRatio = 0.8;
   RansacParams ransac;
   ModelIcpParams icp;
   PointModelParams model;
@@ -85,9 +79,6 @@ struct PublishedParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    FeatureParams::visit(self.features, v);
-    v(ParamDoc{"max_match_ratio", {0.1, 2}, "descriptors: best to second best distance"},
-      self.max_match_ratio);
     RansacParams::visit(self.ransac, v);
     ModelIcpParams::visit(self.icp, v);
     PointModelParams::visit(self.model, v);

@@ -28,13 +28,13 @@ ModelRegistration register_to_model(std::span<const UncertainPoint> points_camer
   ModelRegistration result;
   result.T_odom_camera = predicted_T_odom_camera;
   std::vector<PointPair> pairs;
-  while (result.iterations < params.max_icp_iterations) {
+  while (result.iterations < params.kMaxIcpIterations) {
     ++result.iterations;
-    pairs = closest_pairs(points_camera, model, result.T_odom_camera, params.max_pair_distance_m);
+    pairs = closest_pairs(points_camera, model, result.T_odom_camera, params.kMaxPairDistance_m);
     result.pairs = static_cast<int>(pairs.size());
-    if (result.pairs < params.min_pairs) {
+    if (result.pairs < params.kMinPairs) {
       result.reason = fmt::format("{} of {} features are within {} m of the model, {} needed", result.pairs,
-                                  points_camera.size(), params.max_pair_distance_m, params.min_pairs);
+                                  points_camera.size(), params.kMaxPairDistance_m, params.kMinPairs);
       return result;
     }
     const auto fitted = register_points(pairs);
@@ -44,7 +44,7 @@ ModelRegistration register_to_model(std::span<const UncertainPoint> points_camer
     }
     const SE3 step = *fitted * result.T_odom_camera.inverse();
     result.T_odom_camera = *fitted;
-    if (step.translation().norm() < params.converged_m && step.angle() < params.converged_rad) break;
+    if (step.translation().norm() < params.kConverged_m && step.angle() < params.kConverged_rad) break;
   }
   const auto covariance = registration_covariance(pairs, result.T_odom_camera);
   result.found = covariance.has_value() && is_rigid(result.T_odom_camera);

@@ -37,9 +37,9 @@ PointModel::Update PointModel::update(std::span<const UncertainPoint> points) {
   std::vector<const UncertainPoint*> fresh;
   std::vector<PointIndex::Neighbour> neighbours;
   Update result;
-  const double gate = params_.association_gate_ratio * params_.association_gate_ratio;
+  const double gate = params_.kAssociationGateRatio * params_.kAssociationGateRatio;
   for (const UncertainPoint& point : points) {
-    index_.nearest(point.mean, params_.association_neighbours, neighbours);
+    index_.nearest(point.mean, params_.kAssociationNeighbours, neighbours);
     double best = gate;
     int best_index = -1;
     for (const PointIndex::Neighbour& neighbour : neighbours) {
@@ -60,7 +60,7 @@ PointModel::Update PointModel::update(std::span<const UncertainPoint> points) {
       continue;
     }
     touched[at] = Touched::kYes;
-    points_[at] = fuse(points_[at], point, params_.least_sigma_m);
+    points_[at] = fuse(points_[at], point, params_.kLeastSigma_m);
     ++result.updated;
   }
   // After all updates: an overwritten slot must not be taken for the point that the index knew there.

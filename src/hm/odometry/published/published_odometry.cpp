@@ -87,7 +87,7 @@ class PublishedOdometry final : public VisualOdometry {
   [[nodiscard]] bool has_model() const { return method_ != OdometryMethod::kFrameToFrame; }
   [[nodiscard]] bool has_ransac() const { return method_ != OdometryMethod::kPublishedIcp; }
   [[nodiscard]] int needed_features() const {
-    return has_model() ? params_.icp.min_pairs : params_.ransac.min_inliers;
+    return has_model() ? params_.icp.kMinPairs : params_.ransac.min_inliers;
   }
 
   OdometryMethod method_;
@@ -182,7 +182,7 @@ Answer PublishedOdometry::register_frame(const FeatureSet& features, TrackingNum
   if (has_ransac()) {
     Rng rng(static_cast<std::uint64_t>(params_.seed), static_cast<std::uint64_t>(last_stamp_->ns));
     predicted = match_frames(last_features_, features,
-                             {{params_.max_match_ratio, 256, false, true}, params_.ransac}, rng);
+                             {{params_.kMaxMatchRatio, 256, false, true}, params_.ransac}, rng);
     numbers.prediction_ms = stopwatch.milliseconds();
   }
   // The motion is the camera's own: composed on the right, it holds wherever the model has put the last pose.

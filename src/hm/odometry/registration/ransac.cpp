@@ -21,7 +21,7 @@ bool agrees(const PointPair& pair, const SE3& T_a_b, const RansacParams& params)
   const Vec3 residual = pair.residual(T_a_b);
   if (residual.squaredNorm() > params.max_distance_m * params.max_distance_m) return false;
   if (params.inlier_test == InlierTest::kDistance) return true;
-  return residual.dot(pair.residual_covariance(T_a_b).inverse() * residual) <= params.max_chi2;
+  return residual.dot(pair.residual_covariance(T_a_b).inverse() * residual) <= params.kMaxChi2;
 }
 
 std::vector<int> agreeing(std::span<const PointPair> pairs, const SE3& T_a_b, const RansacParams& params) {
@@ -111,7 +111,7 @@ RansacMotion ransac_registration(std::span<const PointPair> pairs, const RansacP
     if (inliers.size() <= best.inliers.size()) continue;
     best.T_a_b = *T_a_b;
     best.inliers = std::move(inliers);
-    needed = needed_samples(best.inliers.size(), pairs.size(), params.confidence_ratio);
+    needed = needed_samples(best.inliers.size(), pairs.size(), params.kConfidenceRatio);
   }
   if (best.inliers.size() >= 3) refit(pairs, params, best);
   best.found = best.inliers.size() >= least;

@@ -8,8 +8,8 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/interface/frame_check.hpp"
-#include "hm/odometry/tracker/motion_filter.hpp"
 #include "hm/odometry/registration/relocalisation.hpp"
+#include "hm/odometry/tracker/motion_filter.hpp"
 #include "hm/odometry/tracker/tracker_attempt.hpp"
 #include "hm/odometry/tracker/tracker_inertia.hpp"
 #include "hm/odometry/tracker/tracker_keyframes.hpp"
@@ -43,14 +43,14 @@ class Tracker final : public VisualOdometry {
         filter_(params.features.depth_noise),
         inertia_(params.gravity_sigma_rad),
         T_odom_start_(T_odom_first_camera) {
-    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.target_landmarks);
+    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.kTargetLandmarks);
     attempts_.matching.max_depth_m = params.max_depth_m;
     attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
     attempts_.matching.noise = attempts_.registration.noise = noise();
     attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
     attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
     attempts_.min_inliers = params.tracker.min_inliers;
-    attempts_.max_sigma_m = params.tracker.lost_sigma_m;
+    attempts_.max_sigma_m = params.tracker.kLostSigma_m;
   }
 
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
@@ -212,16 +212,16 @@ class Tracker final : public VisualOdometry {
     const MapKeyframe& last = map_.keyframes().back();
     const SE3 motion = last.T_odom_camera.inverse() * T;
     best_inliers_ = std::max(best_inliers_, inliers);
-    return inliers < params_.tracker.keyframe_inlier_ratio * best_inliers_ ||
+    return inliers < params_.tracker.kKeyframeInlierRatio * best_inliers_ ||
            motion.angle() > params_.tracker.keyframe_angle_rad ||
-           motion.translation().norm() > params_.tracker.keyframe_distance_ratio * keyframe_depth_m_;
+           motion.translation().norm() > params_.tracker.kKeyframeDistanceRatio * keyframe_depth_m_;
   }
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
     if (const auto depth_m = median_depth_m(parts.features)) keyframe_depth_m_ = *depth_m;
     const auto record =
         insert_keyframe(map_, std::move(parts), camera_, attempts_.registration, attempts_.matching.limit);
-    adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.window_keyframes)});
+    adjust_window(map_, camera_, {static_cast<std::size_t>(params_.tracker.kWindowKeyframes)});
     record->T_odom_camera = T_odom_start_ * map_.keyframes().back().T_odom_camera;
     out.new_keyframe = record;
     best_inliers_ = 0;
@@ -245,7 +245,7 @@ class Tracker final : public VisualOdometry {
         "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
         features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
     if (lost_.frames() < params_.tracker.submap_after_frames &&
-        lost_.duration_s() < params_.tracker.submap_after_s)
+        lost_.duration_s() < params_.tracker.kSubmapAfter_s)
       return;
     const std::string reason = std::exchange(out.reason, {});
     submap_ += 1;

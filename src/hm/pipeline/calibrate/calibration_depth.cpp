@@ -68,8 +68,8 @@ Result<void> Run::list() {
     if (!poses) return forward_error(poses);
     folders_ = std::move(*poses);
     for (std::size_t i = 0; i < folders_.size(); ++i)
-      is_test_.push_back(i % static_cast<std::size_t>(options_.fit.hold_out_every) ==
-                         static_cast<std::size_t>(options_.fit.hold_out_every) / 2);
+      is_test_.push_back(i % static_cast<std::size_t>(options_.fit.kHoldOutEvery) ==
+                         static_cast<std::size_t>(options_.fit.kHoldOutEvery) / 2);
     return {};
   }
   auto train = list_depth_poses(options_.set / "train", "train/");

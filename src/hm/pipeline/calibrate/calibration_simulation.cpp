@@ -27,8 +27,8 @@ class BoardSimulation {
         ir_(rig_.depth_camera),
         rng_(static_cast<std::uint64_t>(options.params.seed)) {
     small_ = options.board;
-    small_.corners_x = options.params.small_corners_x, small_.corners_y = options.params.small_corners_y;
-    small_.square_m = options.params.small_square_m;
+    small_.corners_x = options.params.kSmallCornersX, small_.corners_y = options.params.kSmallCornersY;
+    small_.square_m = options.params.kSmallSquare_m;
     small_gray_ = draw_board(small_, kSquare_px);
     large_gray_ = draw_board(options.board, kSquare_px);
   }

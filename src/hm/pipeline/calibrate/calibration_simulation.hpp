@@ -26,8 +26,12 @@ struct CalibrationSimulationParams {
   double warp_at_4m_m = 0.10;
   double noise_quadratic_per_m = 0.001425;
   double gray_sigma = 2.0;
-  int small_corners_x = 8, small_corners_y = 6;
-  double small_square_m = 0.023;
+  /// Inner corners along a row of the board for both cameras.
+  static constexpr int kSmallCornersX = 8;
+  /// Inner corners along its columns.
+  static constexpr int kSmallCornersY = 6;
+  /// Edge of its squares.
+  static constexpr double kSmallSquare_m = 0.023;
   int seed = 1;
 
   template <class Self, class Visitor>
@@ -47,10 +51,6 @@ struct CalibrationSimulationParams {
     v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "xtion: axial noise of depth, factor of z^2"},
       self.noise_quadratic_per_m);
     v(ParamDoc{"gray_sigma", {0, 50}, "noise of images, grey levels"}, self.gray_sigma);
-    v(ParamDoc{"small_corners_x", {3, 50}, "inner corners along a row of the board for both cameras"},
-      self.small_corners_x);
-    v(ParamDoc{"small_corners_y", {3, 50}, "inner corners along its columns"}, self.small_corners_y);
-    v(ParamDoc{"small_square_m", {0.001, 1}, "edge of its squares"}, self.small_square_m);
     v(ParamDoc{"seed", {0, 2147483647}, "of the random numbers"}, self.seed);
   }
 };

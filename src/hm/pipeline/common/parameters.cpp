@@ -36,9 +36,10 @@ Result<void> apply_settings(ParamList list, const std::vector<std::string>& sett
   return list.check();
 }
 
-std::string to_markdown(const ParamList& list) {
+std::string to_markdown(const ParamList& list, ParamLevel level) {
   std::string out, section;
   for (const ParamRef& param : list.all()) {
+    if (param.level != level) continue;
     const std::size_t dot = param.name.find('.');
     if (const std::string own = param.name.substr(0, dot); own != section) {
       out +=

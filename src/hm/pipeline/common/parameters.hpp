@@ -29,8 +29,8 @@ ParameterPart make_parameter_part(ParamList (*list_of)(Values&)) {
 /// Sets parameters from "section.key=value" each, and checks all of the list. An error names the setting.
 Result<void> apply_settings(ParamList list, const std::vector<std::string>& settings);
 
-/// All parameters as a Markdown table for each section (docs/parameters.md).
-std::string to_markdown(const ParamList& list);
+/// The parameters of one level as a Markdown table for each section (docs/parameters.md).
+std::string to_markdown(const ParamList& list, ParamLevel level);
 /// One parameter in words: value, range or choices, help.
 std::string explain(const ParamRef& param);
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "hm/pipeline/calibrate/calibrate_parameters.hpp"
@@ -16,9 +17,9 @@ namespace {
 
 /// Every section of every part, once.
 struct AllSections {
-  std::vector<ParameterPart> parts{
-      make_parameter_part(list_dense), make_parameter_part(list_slam), make_parameter_part(list_laser),
-      make_parameter_part(list_simulation), make_parameter_part(list_calibration)};
+  std::vector<ParameterPart> parts{make_parameter_part(list_dense), make_parameter_part(list_slam),
+                                   make_parameter_part(list_laser), make_parameter_part(list_simulation),
+                                   make_parameter_part(list_calibration)};
   ParamList list;
   AllSections() {
     for (const ParameterPart& part : parts) list.add_missing(part.list);
@@ -41,8 +42,8 @@ TEST(Parameters, DefaultsAreValidAndTomlReadsBack) {
   AllSections sections, copy;
   EXPECT_TRUE(sections.list.check());
   for (const ParameterPart& part : sections.parts) EXPECT_TRUE(!part.check || part.check());
-  for (const char* change : {"tsdf.voxel_size_m=0.0123", "simulation.sensor=kinect",
-                             "reconstruction.mesh_formats=\"obj, ply\""})
+  for (const char* change :
+       {"tsdf.voxel_size_m=0.0123", "simulation.sensor=kinect", "reconstruction.mesh_formats=\"obj, ply\""})
     EXPECT_TRUE(sections.list.set(change)) << change;
   const auto read = copy.list.read_toml(sections.list.to_toml(), "text");
   ASSERT_TRUE(read) << to_string(read.error());
@@ -94,11 +95,36 @@ TEST(Parameters, ContradictionsAreUsageErrors) {
   EXPECT_EQ(checked.error().code, ErrorCode::kUsage);
 }
 
+TEST(Parameters, FewAreShownUnlessAskedFor) {
+  const AllSections sections;
+  const auto all = sections.list.all();
+  const auto basic = std::ranges::count(all, ParamLevel::kBasic, &ParamRef::level);
+  EXPECT_LE(basic, 80);
+  EXPECT_LE(all.size(), 300U);
+}
+
+TEST(Parameters, OldNamesAreErrorsThatSayTheNewOnes) {
+  AllSections sections;
+  const auto message = [&](const char* assignment) {
+    const auto set = sections.list.set(assignment);
+    return set ? std::string() : set.error().message;
+  };
+  EXPECT_THAT(message("matcher.max_iterations=3"), testing::HasSubstr("'pl_icp.max_iterations'"));
+  EXPECT_THAT(message("loops.min_score=0.5"), testing::HasSubstr("'laser_loops.min_score'"));
+  EXPECT_THAT(message("keyframe_loops.link_visits=true"), testing::HasSubstr("'rgbd_loops.match_covisible'"));
+  EXPECT_THAT(message("keyframe_loops.gate_chi2=1"), testing::HasSubstr("no parameter any more"));
+}
+
 TEST(Parameters, MarkdownHasARowForEach) {
   const AllSections sections;
   const ParamList& list = sections.list;
-  const std::string text = to_markdown(list);
-  for (const ParamRef& param : list.all()) EXPECT_THAT(text, testing::HasSubstr("| `" + param.name + "` |"));
+  const std::string basic = to_markdown(list, ParamLevel::kBasic),
+                    expert = to_markdown(list, ParamLevel::kExpert);
+  for (const ParamRef& param : list.all()) {
+    const auto row = testing::HasSubstr("| `" + param.name + "` |");
+    EXPECT_THAT(param.level == ParamLevel::kBasic ? basic : expert, row);
+    EXPECT_THAT(param.level == ParamLevel::kBasic ? expert : basic, testing::Not(row));
+  }
   EXPECT_THAT(explain(*list.find("tsdf.method")), testing::HasSubstr("projection, traversal"));
 }
 

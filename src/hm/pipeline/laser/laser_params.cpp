@@ -7,11 +7,9 @@ ParamList list_laser(LaserRunParameters& parameters) {
   ParamList list;
   list.add("laser", laser.run);
   list.add("scan_projection", laser.projection);
-  list.add("matcher", laser.matcher);
+  list.add("pl_icp", laser.matcher);
   list.add("motion_search", laser.motion_search);
-  list.add("loops", laser.loops);
-  list.add("loop_matcher", laser.loops.matcher);
-  list.add("loop_solver", laser.loops.solver);
+  list.add("laser_loops", laser.loops);
   list.add("localiser", laser.localiser);
   list.add("wheel_noise", laser.wheel_noise);
   list.add("height", laser.height);
@@ -24,6 +22,8 @@ ParamList list_laser(LaserRunParameters& parameters) {
   list.add("mvog", laser.mvog);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);
+  list.add_renamed("matcher", "pl_icp");
+  list.add_renamed("loops", "laser_loops");
   return list;
 }
 

@@ -30,8 +30,10 @@ struct LaserRunParams {
   bool search_motion = true;
   double search_gap_s = 0.3;
   bool close_loops = true;
-  double seek_interval_s = 0.5;
-  double max_odometry_gap_s = 1.0;
+  /// --localise: a lost vehicle is sought in the whole map this often.
+  static constexpr double kSeekInterval_s = 0.5;
+  /// Odometry further apart is not interpolated between.
+  static constexpr double kMaxOdometryGap_s = 1.0;
   double max_wait_s = 0.25;
   double begin_s = 0;
   double duration_s = 0;
@@ -43,9 +45,15 @@ struct LaserRunParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"poses", {}, "scan matching, the recording's odometry, or what suits the recording"},
+    v(ParamDoc{"poses",
+               {},
+               "scan matching, the recording's odometry, or what suits the recording",
+               ParamLevel::kBasic},
       self.poses, kLaserPoseSourceNames);
-    v(ParamDoc{"use_imu", {}, "attitude, yaw between scans and fusion from the IMU, where there is one"},
+    v(ParamDoc{"use_imu",
+               {},
+               "attitude, yaw between scans and fusion from the IMU, where there is one",
+               ParamLevel::kBasic},
       self.use_imu);
     v(ParamDoc{"use_odometry", {}, "predict scan matching with the recording's odometry, where there is one"},
       self.use_odometry);
@@ -59,18 +67,16 @@ struct LaserRunParams {
                {0, 1e6},
                "scans further apart than this that no odometry predicts are searched for at once"},
       self.search_gap_s);
-    v(ParamDoc{"close_loops", {}, "correct the drift of scan matching by places seen again"},
-      self.close_loops);
     v(
         ParamDoc{
-            "seek_interval_s", {0, 1e6}, "--localise: a lost vehicle is sought in the whole map this often"},
-        self.seek_interval_s);
-    v(ParamDoc{"max_odometry_gap_s", {0, 1e6}, "odometry further apart is not interpolated between"},
-      self.max_odometry_gap_s);
+            "close_loops", {}, "correct the drift of scan matching by places seen again", ParamLevel::kBasic},
+        self.close_loops);
     v(ParamDoc{"max_wait_s", {0, 60}, "a scan waits this long for IMU and odometry of its time"},
       self.max_wait_s);
-    v(ParamDoc{"begin_s", {0, 1e9}, "leave out so much of the recording's beginning"}, self.begin_s);
-    v(ParamDoc{"duration_s", {0, 1e9}, "use so much of the recording; 0 for all"}, self.duration_s);
+    v(ParamDoc{"begin_s", {0, 1e9}, "leave out so much of the recording's beginning", ParamLevel::kBasic},
+      self.begin_s);
+    v(ParamDoc{"duration_s", {0, 1e9}, "use so much of the recording; 0 for all", ParamLevel::kBasic},
+      self.duration_s);
     v(ParamDoc{"queue_scans",
                {1, 1000},
                "live: of the scans that wait, more than these are dropped, oldest first"},
@@ -79,10 +85,14 @@ struct LaserRunParams {
                {0, 1000},
                "a beam without return makes space free up to here; 0: it is ignored (glass, black surfaces)"},
       self.clear_without_return_m);
-    v(ParamDoc{"slice_bottom_m", {-1000, 1000}, "map.pgm: lowest height; planar recordings: all heights"},
+    v(ParamDoc{"slice_bottom_m",
+               {-1000, 1000},
+               "map.pgm: lowest height; planar recordings: all heights",
+               ParamLevel::kBasic},
       self.slice_bottom_m);
-    v(ParamDoc{"slice_top_m", {-1000, 1000}, "map.pgm: greatest height"}, self.slice_top_m);
-    v(ParamDoc{"pictures", {}, "draw figures of the map for the report"}, self.pictures);
+    v(ParamDoc{"slice_top_m", {-1000, 1000}, "map.pgm: greatest height", ParamLevel::kBasic},
+      self.slice_top_m);
+    v(ParamDoc{"pictures", {}, "draw figures of the map for the report", ParamLevel::kBasic}, self.pictures);
   }
 };
 
@@ -107,9 +117,9 @@ struct LaserRunParameters {
   RelationErrorParams relation_error;
 };
 
-/// The sections that decide what a laser run does: laser, scan_projection, matcher, motion_search, loops,
-/// loop_matcher, loop_solver, localiser, wheel_noise, height, state, fusion, tilt, the filters as published
-/// (thesis, pose_alpha_beta, height_alpha_beta), mvog, trajectory_error, relation_error.
+/// The sections that decide what a laser run does: laser, scan_projection, pl_icp, motion_search,
+/// laser_loops, localiser, wheel_noise, height, state, fusion, tilt, the filters as published (thesis,
+/// pose_alpha_beta, height_alpha_beta), mvog, trajectory_error, relation_error.
 ParamList list_laser(LaserRunParameters& parameters);
 
 /// What contradicts, all of it in one error; ranges are checked by ParamList::check().

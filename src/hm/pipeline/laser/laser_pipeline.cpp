@@ -31,7 +31,7 @@ bool decide_matching(const LaserParameters& params, const LaserPlatform& platfor
 }
 
 LaserMapFrame map_frame_of(const LaserParameters& params, bool matches_scans, const OccupancyGrid2D* saved) {
-  const LaserMapFrameParams frame{params.loops, params.localiser, params.run.seek_interval_s};
+  const LaserMapFrameParams frame{params.loops, params.localiser, params.run.kSeekInterval_s};
   if (!matches_scans) return {};
   if (saved) return LaserMapFrame::from_saved_map(*saved, frame);
   return params.run.close_loops ? LaserMapFrame::from_loops(frame) : LaserMapFrame();
@@ -108,7 +108,7 @@ LaserPipeline::State::State(const LaserParameters& parameters, LaserPlatform of_
       matches_scans(decide_matching(params, platform)),
       uses_imu(matches_scans && platform.has_imu && params.run.use_imu),
       uses_odometry(platform.has_odometry && (!matches_scans || params.run.use_odometry)),
-      motion(params.state, rig().T_base_imu, Duration::from_seconds(params.run.max_odometry_gap_s)),
+      motion(params.state, rig().T_base_imu, Duration::from_seconds(params.run.kMaxOdometryGap_s)),
       projector(rig(), params.projection),
       odometry(params.matcher),
       search(params.motion_search, params.matcher.matcher),

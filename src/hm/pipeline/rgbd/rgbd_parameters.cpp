@@ -28,9 +28,10 @@ ParamList list_slam(RgbdParameters& parameters) {
   list.add("slam", parameters.slam);
   list.add("places", parameters.loops.search);
   list.add("place_verifier", parameters.loops.verifier);
-  list.add("keyframe_loops", parameters.loops);
-  list.add("keyframe_solver", parameters.loops.solver);
+  list.add("rgbd_loops", parameters.loops);
   list.add("mvog", parameters.mvog);
+  list.add_renamed("keyframe_loops.link_visits", "rgbd_loops.match_covisible");
+  list.add_renamed("keyframe_loops", "rgbd_loops");
   list.add("mesh_error", parameters.mesh_error);
   list.add("trajectory_error", parameters.trajectory_error);
   return list;

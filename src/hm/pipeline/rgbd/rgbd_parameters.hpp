@@ -23,7 +23,7 @@ struct RgbdParameters : MappingParams {
 /// odometry_published, reconstruction (which frames are used), trajectory_error.
 ParamList list_odometry(RgbdParameters& parameters);
 /// Those that decide what the whole system does: those of a reconstruction, odometry, slam, places,
-/// place_verifier, keyframe_loops, keyframe_solver, mvog, mesh_error, trajectory_error.
+/// place_verifier, rgbd_loops, mvog, mesh_error, trajectory_error.
 ParamList list_slam(RgbdParameters& parameters);
 
 /// The parameters of the maps that are made of keyframes.

@@ -21,16 +21,19 @@ struct FlightPoint {
 /// How a quadrotor is flown.
 struct FlightParams {
   double speed_m_s = 1.0;
-  double climb_m_s = 0.5;       ///< limit of the vertical speed
-  double yaw_rate_rad_s = 0.9;  ///< of a turn by 180 degrees
-  double sway_m = 0.02;         ///< standard deviation of the wandering around the way
+  /// Limit of the vertical speed.
+  double climb_m_s = 0.5;
+  /// Yaw rate of a turn by 180 degrees.
+  double yaw_rate_rad_s = 0.9;
+  double sway_m = 0.02;  ///< standard deviation of the wandering around the way
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"speed_m_s", {0.1, 2}, "speed of the flight; corners keep their radius above 1 m/s"},
+    v(ParamDoc{"speed_m_s",
+               {0.1, 2},
+               "speed of the flight; corners keep their radius above 1 m/s",
+               ParamLevel::kBasic},
       self.speed_m_s);
-    v(ParamDoc{"climb_m_s", {0.1, 3}, "limit of the vertical speed"}, self.climb_m_s);
-    v(ParamDoc{"yaw_rate_rad_s", {0.1, 3}, "yaw rate of a turn by 180 degrees"}, self.yaw_rate_rad_s);
     v(ParamDoc{"sway_m", {0, 0.1}, "the vehicle wanders around its way by this standard deviation"},
       self.sway_m);
   }

@@ -207,7 +207,7 @@ TEST(ImuErrors, HaveTheStatedSizesAndSwitches) {
   double squares = 0;
   constexpr int kCount = 20000;
   for (int i = 0; i < kCount; ++i) squares += noisy.next(still).angular_velocity_rad_s.squaredNorm() / 3;
-  EXPECT_NEAR(std::sqrt(squares / kCount) / (params.gyro_density_rad_s_sqrt_hz * std::sqrt(200)), 1, 0.02);
+  EXPECT_NEAR(std::sqrt(squares / kCount) / (params.kGyroDensity_rad_s_sqrt_hz * std::sqrt(200)), 1, 0.02);
 
   double bias = 0, tilt = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
@@ -216,8 +216,8 @@ TEST(ImuErrors, HaveTheStatedSizesAndSwitches) {
     bias += (sample.specific_force_m_s2 - still.specific_force_m_s2).squaredNorm() / 3;
     tilt += so3_log(*sample.R_world_imu).head<2>().squaredNorm() / 2;
   }
-  EXPECT_NEAR(std::sqrt(bias / 300) / params.accel_bias_m_s2, 1, 0.1);
-  EXPECT_NEAR(std::sqrt(tilt / 300) / params.tilt_sigma_rad, 1, 0.1);
+  EXPECT_NEAR(std::sqrt(bias / 300) / params.kAccelBias_m_s2, 1, 0.1);
+  EXPECT_NEAR(std::sqrt(tilt / 300) / params.kTiltSigma_rad, 1, 0.1);
   params.imu_orientation = false;
   EXPECT_FALSE(ImuErrors(params, {}, 1).next(still).R_world_imu);
 }
@@ -234,7 +234,7 @@ TEST(ImuErrors, BiasWanders) {
     for (int i = 0; i <= kSteps; ++i) last = errors.next({});
     squares += last.angular_velocity_rad_s.squaredNorm() / 3;
   }
-  EXPECT_NEAR(std::sqrt(squares / kRuns) / (params.gyro_bias_walk_rad_s2_sqrt_hz * std::sqrt(2)), 1, 0.12);
+  EXPECT_NEAR(std::sqrt(squares / kRuns) / (params.kGyroBiasWalk_rad_s2_sqrt_hz * std::sqrt(2)), 1, 0.12);
 }
 
 }  // namespace

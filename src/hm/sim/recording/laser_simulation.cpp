@@ -41,9 +41,9 @@ struct LaserSimulation::Impl {
               {p.laser, p.laser_effects, city_flyer_rig(static_cast<std::size_t>(p.laser.beams))}),
         rig(city_flyer_rig(static_cast<std::size_t>(p.laser.beams))) {
     const double scanned_s = flight.duration_s() - laser.sweep_s();
-    scans = static_cast<std::size_t>(std::max(0.0, scanned_s * p.laser.scan_rate_hz)) + 1;
+    scans = static_cast<std::size_t>(std::max(0.0, scanned_s * p.laser.kScanRate_hz)) + 1;
     if (p.scan_limit > 0) scans = std::min(scans, static_cast<std::size_t>(p.scan_limit));
-    duration_s = static_cast<double>(scans - 1) / p.laser.scan_rate_hz + laser.sweep_s();
+    duration_s = static_cast<double>(scans - 1) / p.laser.kScanRate_hz + laser.sweep_s();
   }
 
   [[nodiscard]] FlightState state_at(Time time) const { return flight.state(time.seconds() - kStart_s); }
@@ -59,7 +59,7 @@ struct LaserSimulation::Impl {
 
   /// When something arrives that was complete at `measured`.
   [[nodiscard]] Time arrival(Time measured, double latency_s, Rng& rng) const {
-    const double jitter_s = params.latency_jitter_s * rng.uniform();
+    const double jitter_s = params.kLatencyJitter_s * rng.uniform();
     return params.latency ? measured + Duration::from_seconds(latency_s + jitter_s) : measured;
   }
   [[nodiscard]] Rng rng(std::uint64_t stream) const {
@@ -93,13 +93,13 @@ std::size_t LaserSimulation::scan_count() const { return impl_->scans; }
 Received<LaserScan> LaserSimulation::scan(std::size_t index) const {
   HM_CHECK(index < scan_count(), "scan {} of {}", index, scan_count());
   const Impl& self = *impl_;
-  const double begin_s = static_cast<double>(index) / self.params.laser.scan_rate_hz;
+  const double begin_s = static_cast<double>(index) / self.params.laser.kScanRate_hz;
   const auto pose_after = [&](double elapsed_s) { return self.flight.T_world_base(begin_s + elapsed_s); };
   LaserScan scan =
       self.laser.scan(Time::from_seconds(kStart_s + begin_s), pose_after, self.rng(kScanStream + index));
   Rng rng = self.rng(kScanLatencyStream + index);
   const Time complete = scan.stamp_of(scan.size() - 1);
-  return {self.arrival(complete, self.params.scan_latency_s, rng), std::move(scan)};
+  return {self.arrival(complete, self.params.kScanLatency_s, rng), std::move(scan)};
 }
 
 std::vector<Received<ImuSample>> LaserSimulation::imu() const {
@@ -110,7 +110,7 @@ std::vector<Received<ImuSample>> LaserSimulation::imu() const {
   for (const Time stamp : self.stamps(self.params.imu.imu_rate_hz)) {
     ImuSample exact = exact_imu(self.state_at(stamp), self.rig.T_base_imu);
     exact.stamp = stamp;
-    samples.push_back({self.arrival(stamp, self.params.imu_latency_s, rng), errors.next(exact)});
+    samples.push_back({self.arrival(stamp, self.params.kImuLatency_s, rng), errors.next(exact)});
   }
   return samples;
 }
@@ -121,7 +121,7 @@ std::vector<Received<WheelOdometry>> LaserSimulation::odometry() const {
   if (!self.params.wheel_odometry) return readings;
   Rng rng = self.rng(kOdometryStream);
   SE3 T_odom_base, before;
-  for (const Time stamp : self.stamps(self.params.odometry_rate_hz)) {
+  for (const Time stamp : self.stamps(self.params.kOdometryRate_hz)) {
     const FlightState state = self.state_at(stamp);
     const Vec3& p = state.T_world_base.translation();
     const SE3 here = planar(p.x(), p.y(), yaw_of(state.T_world_base.rotation()));
@@ -137,7 +137,7 @@ std::vector<Received<WheelOdometry>> LaserSimulation::odometry() const {
     before = here;
     const Vec3 v_base = here.rotation().transpose() * state.velocity_world_m_s;
     const Vec3 w_world = state.T_world_base.rotation() * state.angular_velocity_base_rad_s;
-    readings.push_back({self.arrival(stamp, self.params.imu_latency_s, rng),
+    readings.push_back({self.arrival(stamp, self.params.kImuLatency_s, rng),
                         {{stamp, T_odom_base}, {v_base.x(), v_base.y(), 0}, {0, 0, w_world.z()}}});
   }
   return readings;

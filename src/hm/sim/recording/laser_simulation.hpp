@@ -21,13 +21,17 @@ struct LaserSimulationParams {
   LaserSensorEffects laser_effects;
   ImuSensorParams imu;
   ImuSensorEffects imu_effects;
-  bool latency = true;           ///< messages arrive later than they were measured
-  double scan_latency_s = 0.02;  ///< after the last beam
-  double imu_latency_s = 0.003;
-  double latency_jitter_s = 0.004;  ///< added, evenly distributed from 0
+  bool latency = true;  ///< messages arrive later than they were measured
+  /// From the last beam until a scan arrives.
+  static constexpr double kScanLatency_s = 0.02;
+  /// Until an IMU sample arrives.
+  static constexpr double kImuLatency_s = 0.003;
+  /// Added to both, evenly distributed from 0.
+  static constexpr double kLatencyJitter_s = 0.004;
   double truth_rate_hz = 200;
   bool wheel_odometry = false;  ///< a planar odometry that drifts as one from wheels
-  double odometry_rate_hz = 20;
+  /// Its rate.
+  static constexpr double kOdometryRate_hz = 20;
   double odometry_drift_ratio = 0.05;  ///< standard deviation of a metre that it measures
   double odometry_yaw_rad_m = 0.02;    ///< standard deviation of the yaw error after a metre
 
@@ -36,23 +40,22 @@ struct LaserSimulationParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"world", {}, "what is flown through"}, self.world, kWorldKindNames);
-    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers"}, self.seed);
-    v(ParamDoc{"scan_limit", {0, 1e9}, "scans at most (0: the whole flight)"}, self.scan_limit);
+    v(ParamDoc{"world", {}, "what is flown through", ParamLevel::kBasic}, self.world, kWorldKindNames);
+    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers", ParamLevel::kBasic}, self.seed);
+    v(ParamDoc{"scan_limit", {0, 1e9}, "scans at most (0: the whole flight)", ParamLevel::kBasic},
+      self.scan_limit);
     FlightParams::visit(self.flight, v);
     LaserSensorParams::visit(self.laser, v);
     LaserSensorEffects::visit(self.laser_effects, v);
     ImuSensorParams::visit(self.imu, v);
     ImuSensorEffects::visit(self.imu_effects, v);
     v(ParamDoc{"latency", {}, "messages arrive later than they were measured"}, self.latency);
-    v(ParamDoc{"scan_latency_s", {0, 1}, "from the last beam until a scan arrives"}, self.scan_latency_s);
-    v(ParamDoc{"imu_latency_s", {0, 1}, "until an IMU sample arrives"}, self.imu_latency_s);
-    v(ParamDoc{"latency_jitter_s", {0, 1}, "added to both, evenly distributed from 0"},
-      self.latency_jitter_s);
     v(ParamDoc{"truth_rate_hz", {100, 1000}, "poses of the truth a second"}, self.truth_rate_hz);
-    v(ParamDoc{"wheel_odometry", {}, "record a planar odometry that drifts as one from wheels"},
+    v(ParamDoc{"wheel_odometry",
+               {},
+               "record a planar odometry that drifts as one from wheels",
+               ParamLevel::kBasic},
       self.wheel_odometry);
-    v(ParamDoc{"odometry_rate_hz", {1, 200}, "its rate"}, self.odometry_rate_hz);
     v(ParamDoc{"odometry_drift_ratio", {0, 1}, "standard deviation of a metre that it measures"},
       self.odometry_drift_ratio);
     v(ParamDoc{"odometry_yaw_rad_m", {0, 1}, "standard deviation of its yaw error after a metre"},

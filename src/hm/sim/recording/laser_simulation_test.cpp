@@ -77,9 +77,9 @@ TEST(LaserSimulation, LatencyIsBetweenStampAndArrival) {
     EXPECT_EQ(now.at, now.measured.stamp_of(1080));
     EXPECT_TRUE(same(scan.measured, now.measured));
   }
-  EXPECT_GE(least, params.scan_latency_s - 1e-9);
-  EXPECT_LE(most, params.scan_latency_s + params.latency_jitter_s + 1e-9);
-  EXPECT_GT(most - least, 0.5 * params.latency_jitter_s);
+  EXPECT_GE(least, params.kScanLatency_s - 1e-9);
+  EXPECT_LE(most, params.kScanLatency_s + params.kLatencyJitter_s + 1e-9);
+  EXPECT_GT(most - least, 0.5 * params.kLatencyJitter_s);
   for (const auto& sample : late.imu())
     EXPECT_GE((sample.at - sample.measured.stamp).seconds(), 0.003 - 1e-9);
 }

@@ -35,19 +35,21 @@ struct SimulationParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"world", {}, "what is walked through"}, self.world, kWorldKindNames);
-    v(ParamDoc{"sensor", {}, "what it is seen with"}, self.sensor, kSensorPresetNames);
-    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers"}, self.seed);
-    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most (0: the whole walk)"}, self.frame_limit);
-    v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame"}, self.frame_stride);
+    v(ParamDoc{"world", {}, "what is walked through", ParamLevel::kBasic}, self.world, kWorldKindNames);
+    v(ParamDoc{"sensor", {}, "what it is seen with", ParamLevel::kBasic}, self.sensor, kSensorPresetNames);
+    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers", ParamLevel::kBasic}, self.seed);
+    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most (0: the whole walk)", ParamLevel::kBasic},
+      self.frame_limit);
+    v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);
     v(ParamDoc{"duration_scale_ratio", {0.01, 100}, "length of the walk in time"}, self.duration_scale_ratio);
     SensorEffects::visit(self.effects, v);
     v(ParamDoc{"rolling_shutter", {}, "colour rows are exposed one after another"}, self.rolling_shutter);
     v(ParamDoc{"readout_s", {0, 0.2}, "time from the first colour row to the last"}, self.readout_s);
-    v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry"}, self.pose_drift);
+    v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},
+      self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);
     v(ParamDoc{"drift_yaw_rad_m", {0, 1}, "yaw error gained per metre"}, self.drift_yaw_rad_m);
-    v(ParamDoc{"imu", {}, "an inertial device is carried along (imu.csv)"}, self.imu);
+    v(ParamDoc{"imu", {}, "an inertial device is carried along (imu.csv)", ParamLevel::kBasic}, self.imu);
     ImuSensorParams::visit(self.imu_sensor, v);
     v(ParamDoc{"truth_spacing_m", {0.002, 1}, "spacing of the samples of the visible truth"},
       self.truth_spacing_m);

@@ -141,7 +141,7 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
       double z = truth;
       if (biased) z += depth_bias_m(sensor, x, y, truth);
       if (effects.axial_noise)
-        z += effects.noise_scale_ratio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
+        z += effects.kNoiseScaleRatio * axial_sigma(sensor.noise, truth, cosine) * normal(axial_bits);
       if (effects.quantisation && sensor.disparity_step_m > 0 && z > 0)
         z = quantised(z, sensor.disparity_step_m);
       const int units = rounded(z / depth.unit_m);

@@ -33,7 +33,8 @@ struct SensorEffects {
   bool depth_bias = true;        ///< only the phone has one
   bool grazing_dropout = true;   ///< no reading where a surface is seen at a grazing angle
   bool material_dropout = true;  ///< no reading from glass and black surfaces
-  double noise_scale_ratio = 1.0;
+  /// Factor on the axial noise.
+  static constexpr double kNoiseScaleRatio = 1.0;
   double grazing_limit_rad = 1.36;  ///< 78 degrees from the surface normal
 
   /// A perfect sensor: readings limited by range and rounding to `kSimulatedDepthUnit_m` only.
@@ -47,7 +48,6 @@ struct SensorEffects {
     v(ParamDoc{"depth_bias", {}, "per-pixel quadratic depth bias (tango_phone)"}, self.depth_bias);
     v(ParamDoc{"grazing_dropout", {}, "no reading at grazing angles"}, self.grazing_dropout);
     v(ParamDoc{"material_dropout", {}, "no reading from glass and black surfaces"}, self.material_dropout);
-    v(ParamDoc{"noise_scale_ratio", {0, 20}, "factor on the axial noise"}, self.noise_scale_ratio);
     v(ParamDoc{"grazing_limit_rad", {0.5, 1.5707}, "angle from the normal beyond which nothing returns"},
       self.grazing_limit_rad);
   }

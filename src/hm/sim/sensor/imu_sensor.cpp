@@ -27,9 +27,9 @@ ImuSample exact_imu(const FlightState& state, const SE3& T_base_imu) {
 ImuErrors::ImuErrors(const ImuSensorParams& params, const ImuSensorEffects& effects, std::uint64_t seed)
     : params_(params), effects_(effects), rng_(seed, kStream) {
   gyro_bias_ = normal3(params.gyro_bias_rad_s);
-  accel_bias_ = normal3(params.accel_bias_m_s2);
-  tilt_ = normal3(params.tilt_sigma_rad);
-  yaw_rate_ = rng_.normal(0, params.yaw_drift_rad_s);
+  accel_bias_ = normal3(params.kAccelBias_m_s2);
+  tilt_ = normal3(params.kTiltSigma_rad);
+  yaw_rate_ = rng_.normal(0, params.kYawDrift_rad_s);
 }
 
 Vec3 ImuErrors::normal3(double sigma) {
@@ -40,10 +40,10 @@ Vec3 ImuErrors::normal3(double sigma) {
 
 ImuSample ImuErrors::next(const ImuSample& exact) {
   const double step_s = 1 / params_.imu_rate_hz;
-  const Vec3 gyro_noise = normal3(params_.gyro_density_rad_s_sqrt_hz / std::sqrt(step_s));
-  const Vec3 accel_noise = normal3(params_.accel_density_m_s2_sqrt_hz / std::sqrt(step_s));
+  const Vec3 gyro_noise = normal3(params_.kGyroDensity_rad_s_sqrt_hz / std::sqrt(step_s));
+  const Vec3 accel_noise = normal3(params_.kAccelDensity_m_s2_sqrt_hz / std::sqrt(step_s));
   const double keep = std::exp(-step_s / kTiltCorrelation_s);
-  const Vec3 tilt_noise = normal3(params_.tilt_sigma_rad * std::sqrt(1 - keep * keep));
+  const Vec3 tilt_noise = normal3(params_.kTiltSigma_rad * std::sqrt(1 - keep * keep));
 
   ImuSample sample = exact;
   if (effects_.imu_noise) {
@@ -60,8 +60,8 @@ ImuSample ImuErrors::next(const ImuSample& exact) {
     const Mat3 R_seen_world = so3_exp({0, 0, yaw_}) * so3_exp({tilt_.x(), tilt_.y(), 0});
     sample.R_world_imu = R_seen_world * *exact.R_world_imu;
   }
-  gyro_bias_ += normal3(params_.gyro_bias_walk_rad_s2_sqrt_hz * std::sqrt(step_s));
-  accel_bias_ += normal3(params_.accel_bias_walk_m_s3_sqrt_hz * std::sqrt(step_s));
+  gyro_bias_ += normal3(params_.kGyroBiasWalk_rad_s2_sqrt_hz * std::sqrt(step_s));
+  accel_bias_ += normal3(params_.kAccelBiasWalk_m_s3_sqrt_hz * std::sqrt(step_s));
   tilt_ = keep * tilt_ + tilt_noise;
   yaw_ += yaw_rate_ * step_s;
   return sample;

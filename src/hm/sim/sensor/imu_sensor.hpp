@@ -12,37 +12,30 @@ namespace hm {
 /// and an orientation by its own filter.
 struct ImuSensorParams {
   double imu_rate_hz = 200;
-  double gyro_density_rad_s_sqrt_hz = 2e-4;
+  /// White noise of the gyros, (rad/s)/sqrt(Hz).
+  static constexpr double kGyroDensity_rad_s_sqrt_hz = 2e-4;
   double gyro_bias_rad_s = 0.002;  ///< standard deviation at the start
-  double gyro_bias_walk_rad_s2_sqrt_hz = 2e-5;
-  double accel_density_m_s2_sqrt_hz = 2e-3;
-  double accel_bias_m_s2 = 0.05;  ///< standard deviation at the start
-  double accel_bias_walk_m_s3_sqrt_hz = 1e-3;
-  bool imu_orientation = true;     ///< the device reports one
-  double tilt_sigma_rad = 0.005;   ///< of its roll and pitch, changing slowly
-  double yaw_drift_rad_s = 0.001;  ///< standard deviation of its constant yaw drift
+  /// How fast it wanders, (rad/s^2)/sqrt(Hz).
+  static constexpr double kGyroBiasWalk_rad_s2_sqrt_hz = 2e-5;
+  /// White noise of accelerometers, (m/s^2)/sqrt(Hz).
+  static constexpr double kAccelDensity_m_s2_sqrt_hz = 2e-3;
+  /// Standard deviation of their bias at the start.
+  static constexpr double kAccelBias_m_s2 = 0.05;
+  /// How fast it wanders, (m/s^3)/sqrt(Hz).
+  static constexpr double kAccelBiasWalk_m_s3_sqrt_hz = 1e-3;
+  bool imu_orientation = true;  ///< the device reports one
+  /// Error of its roll and pitch, changing over 10 s.
+  static constexpr double kTiltSigma_rad = 0.005;
+  /// Standard deviation of its constant yaw drift.
+  static constexpr double kYawDrift_rad_s = 0.001;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"imu_rate_hz", {20, 1000}, "samples a second"}, self.imu_rate_hz);
-    v(ParamDoc{"gyro_density_rad_s_sqrt_hz", {0, 1}, "white noise of the gyros, (rad/s)/sqrt(Hz)"},
-      self.gyro_density_rad_s_sqrt_hz);
     v(ParamDoc{"gyro_bias_rad_s", {0, 1}, "standard deviation of their bias at the start"},
       self.gyro_bias_rad_s);
-    v(ParamDoc{"gyro_bias_walk_rad_s2_sqrt_hz", {0, 1}, "how fast it wanders, (rad/s^2)/sqrt(Hz)"},
-      self.gyro_bias_walk_rad_s2_sqrt_hz);
-    v(ParamDoc{"accel_density_m_s2_sqrt_hz", {0, 10}, "white noise of accelerometers, (m/s^2)/sqrt(Hz)"},
-      self.accel_density_m_s2_sqrt_hz);
-    v(ParamDoc{"accel_bias_m_s2", {0, 10}, "standard deviation of their bias at the start"},
-      self.accel_bias_m_s2);
-    v(ParamDoc{"accel_bias_walk_m_s3_sqrt_hz", {0, 10}, "how fast it wanders, (m/s^3)/sqrt(Hz)"},
-      self.accel_bias_walk_m_s3_sqrt_hz);
     v(ParamDoc{"imu_orientation", {}, "the device reports an orientation by its own filter"},
       self.imu_orientation);
-    v(ParamDoc{"tilt_sigma_rad", {0, 0.5}, "error of its roll and pitch, changing over 10 s"},
-      self.tilt_sigma_rad);
-    v(ParamDoc{"yaw_drift_rad_s", {0, 0.5}, "standard deviation of its constant yaw drift"},
-      self.yaw_drift_rad_s);
   }
 };
 

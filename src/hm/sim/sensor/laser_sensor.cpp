@@ -67,11 +67,11 @@ LaserSensor::LaserSensor(const World& world, const Renderer& renderer, const Set
 
 double LaserSensor::sweep_s() const {
   const LaserSensorParams& p = setup_.params;
-  return setup_.effects.rolling_sweep ? p.field_of_view_rad / (2 * std::numbers::pi) / p.scan_rate_hz : 0;
+  return setup_.effects.rolling_sweep ? p.field_of_view_rad / (2 * std::numbers::pi) / p.kScanRate_hz : 0;
 }
 
 std::size_t LaserSensor::rays_per_beam() const {
-  return setup_.effects.mixed_readings && setup_.params.beam_width_rad > 0 ? 1 + kRing : 1;
+  return setup_.effects.mixed_readings && setup_.params.kBeamWidth_rad > 0 ? 1 + kRing : 1;
 }
 
 const SE3* LaserSensor::mount_of(std::size_t beam) const {
@@ -115,7 +115,7 @@ double LaserSensor::reading_m(std::span<const Ray> rays, std::span<const RayHit>
   for (std::size_t i = 0; i < hits.size(); ++i)
     if (hits[i].is_hit())
       furthest_m = std::max(furthest_m, std::abs(beyond(rays[i], hits[i], rays[reference], hits[reference])));
-  if (furthest_m > setup_.params.edge_step_m) return mixed_m(ranges_m, setup_.params.mixing_distance_m);
+  if (furthest_m > setup_.params.kEdgeStep_m) return mixed_m(ranges_m, setup_.params.kMixingDistance_m);
   if (reference == 0) return hits[0].range_m;
   double sum_m = 0;
   for (const double range_m : ranges_m) sum_m += range_m;
@@ -136,7 +136,7 @@ std::vector<Ray> LaserSensor::rays_of(const LaserScan& scan, const PoseAfter& T_
     const SE3 T_world_mount = pose * *mount;
     for (std::size_t k = 0; k < each; ++k) {
       const double turn = 2 * std::numbers::pi * static_cast<double>(k) / kRing;
-      const double off = k == 0 ? 0 : setup_.params.beam_width_rad / 2 / std::numbers::sqrt2;
+      const double off = k == 0 ? 0 : setup_.params.kBeamWidth_rad / 2 / std::numbers::sqrt2;
       const double angle = scan.angle_rad(i) + off * std::cos(turn), lift = off * std::sin(turn);
       const Vec3 along(std::cos(lift) * std::cos(angle), std::cos(lift) * std::sin(angle), std::sin(lift));
       rays.push_back({T_world_mount.translation(), T_world_mount.rotation() * along, 0});
@@ -149,8 +149,8 @@ std::vector<Ray> LaserSensor::rays_of(const LaserScan& scan, const PoseAfter& T_
 float LaserSensor::sensed_m(double range_m, double noise) const {
   const LaserSensorParams& p = setup_.params;
   if (setup_.effects.range_noise)
-    range_m += noise * (range_m > kFar_m ? p.range_sigma_far_m : p.range_sigma_m);
-  if (setup_.effects.range_rounding) range_m = std::round(range_m / p.range_step_m) * p.range_step_m;
+    range_m += noise * (range_m > kFar_m ? p.kRangeSigmaFar_m : p.range_sigma_m);
+  if (setup_.effects.range_rounding) range_m = std::round(range_m / p.kRangeStep_m) * p.kRangeStep_m;
   if (!(range_m < p.range_max_m)) return LaserScan::kNoReturn;
   return range_m > p.range_min_m ? static_cast<float>(range_m) : LaserScan::kInvalid;
 }

@@ -15,31 +15,28 @@ namespace hm {
 struct LaserSensorParams {
   int beams = 1081;
   double field_of_view_rad = 1.5 * std::numbers::pi;
-  double scan_rate_hz = 40;
+  /// Scans a second; a scan takes its share of a turn.
+  static constexpr double kScanRate_hz = 40;
   double range_min_m = 0.1, range_max_m = 30;
-  double range_sigma_m = 0.01;      ///< standard deviation up to 10 m
-  double range_sigma_far_m = 0.03;  ///< and beyond
-  double range_step_m = 0.001;      ///< readings are rounded to multiples of this
-  double beam_width_rad = 0.008;    ///< diameter of the beam's cone
-  double edge_step_m = 0.03;        ///< a beam on surfaces that are further apart than this is on an edge
-  double mixing_distance_m = 1.5;   ///< echoes that are closer than this melt into one reading
+  double range_sigma_m = 0.01;  ///< standard deviation up to 10 m
+  /// Range noise beyond 10 m.
+  static constexpr double kRangeSigmaFar_m = 0.03;
+  /// Ranges are rounded to multiples of this.
+  static constexpr double kRangeStep_m = 0.001;
+  /// Diameter of a beam's cone.
+  static constexpr double kBeamWidth_rad = 0.008;
+  /// Surfaces further apart than this in one beam are an edge.
+  static constexpr double kEdgeStep_m = 0.03;
+  /// Echoes closer together than this become one reading.
+  static constexpr double kMixingDistance_m = 1.5;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"beams", {64, 10000}, "beams of a scan"}, self.beams);
     v(ParamDoc{"field_of_view_rad", {0.1, 6.28}, "from the first beam to the last"}, self.field_of_view_rad);
-    v(ParamDoc{"scan_rate_hz", {1, 200}, "scans a second; a scan takes its share of a turn"},
-      self.scan_rate_hz);
     v(ParamDoc{"range_min_m", {0, 10}, "nothing nearer is measured"}, self.range_min_m);
     v(ParamDoc{"range_max_m", {0.1, 1000}, "nothing further is measured"}, self.range_max_m);
     v(ParamDoc{"range_sigma_m", {0, 1}, "range noise up to 10 m"}, self.range_sigma_m);
-    v(ParamDoc{"range_sigma_far_m", {0, 1}, "range noise beyond 10 m"}, self.range_sigma_far_m);
-    v(ParamDoc{"range_step_m", {1e-6, 0.1}, "ranges are rounded to multiples of this"}, self.range_step_m);
-    v(ParamDoc{"beam_width_rad", {0, 0.1}, "diameter of a beam's cone"}, self.beam_width_rad);
-    v(ParamDoc{"edge_step_m", {0.001, 1}, "surfaces further apart than this in one beam are an edge"},
-      self.edge_step_m);
-    v(ParamDoc{"mixing_distance_m", {0, 30}, "echoes closer together than this become one reading"},
-      self.mixing_distance_m);
   }
 };
 

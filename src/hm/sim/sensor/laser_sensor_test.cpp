@@ -89,13 +89,13 @@ TEST(LaserSensor, MixedReadingsAreAtEdgesOnlyAndBetweenTheirSurfaces) {
       const Vec3 side = axis.direction_world.unitOrthogonal(), up = axis.direction_world.cross(side);
       double least = 1e9, most = 0;
       for (int k = 0; k < 360; ++k) {
-        const double radius = params.laser.beam_width_rad / 2 * std::sqrt(0.5),
+        const double radius = params.laser.kBeamWidth_rad / 2 * std::sqrt(0.5),
                      turn = k * std::numbers::pi / 180;
         const Vec3 off = radius * (std::cos(turn) * side + std::sin(turn) * up);
         const auto range = traced_range({axis.origin_world, (axis.direction_world + off).normalized(), 0});
         if (range) least = std::min(least, *range), most = std::max(most, *range);
       }
-      EXPECT_GT(most - least, 0.8 * params.laser.edge_step_m) << beam;
+      EXPECT_GT(most - least, 0.8 * params.laser.kEdgeStep_m) << beam;
       EXPECT_GT(reading, least - 0.02) << beam;
       EXPECT_LT(reading, most + 0.02) << beam;
       mixed += reading > least + 0.03 && reading < most - 0.03;
@@ -128,7 +128,7 @@ TEST(LaserSensor, RangeNoiseAndRounding) {
     }
   }
   EXPECT_NEAR(std::sqrt(near2 / static_cast<double>(near)), params.laser.range_sigma_m, 0.0003);
-  EXPECT_NEAR(std::sqrt(far2 / static_cast<double>(far)), params.laser.range_sigma_far_m, 0.002);
+  EXPECT_NEAR(std::sqrt(far2 / static_cast<double>(far)), params.laser.kRangeSigmaFar_m, 0.002);
 }
 
 TEST(LaserSensor, RollingSweepIsInTheStampsAndInTheRanges) {

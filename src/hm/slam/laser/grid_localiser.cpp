@@ -56,9 +56,9 @@ void GridLocaliser::reset() { T_map_base_.reset(); }
 Localisation GridLocaliser::process(const PlanarScan& scan, const SE2& T_last_now) {
   if (map_.empty()) return {LocalisationStatus::kEmptyMap, {}, 0};
   const std::vector<Vec2> points_m =
-      points_within(scan, params_.max_point_range_m, static_cast<std::size_t>(params_.max_points));
+      points_within(scan, params_.kMaxPointRange_m, static_cast<std::size_t>(params_.kMaxPoints));
   if (T_map_base_) T_map_base_ = *T_map_base_ * T_last_now;
-  if (points_m.size() < static_cast<std::size_t>(params_.min_points))
+  if (points_m.size() < static_cast<std::size_t>(params_.kMinPoints))
     return {LocalisationStatus::kTooFewPoints, {}, 0};
   return T_map_base_ ? follow(points_m, *T_map_base_) : seek(points_m);
 }
@@ -90,13 +90,14 @@ Localisation GridLocaliser::follow(std::span<const Vec2> points_m, const SE2& T_
   // While scans fail the place gets less certain.
   const double widened = 1 + failures_;
   CorrelativeSearchParams search;
-  search.min_score = params_.track_min_score;
+  search.min_score = params_.kTrackMinScore;
   search.ambiguity_ratio = 1;
   search.other_place_m = params_.window_m * widened;
-  const CorrelativeMatch match = search_correlative(
-      map_, points_m,
-      {T_map_predicted, params_.window_m * widened, params_.window_m * widened, params_.window_rad * widened},
-      search);
+  const CorrelativeMatch match =
+      search_correlative(map_, points_m,
+                         {T_map_predicted, params_.window_m * widened, params_.window_m * widened,
+                          params_.kWindow_rad * widened},
+                         search);
   if (match.status != CorrelativeStatus::kFound && match.status != CorrelativeStatus::kAmbiguous)
     return lose();
   start(match.T_map_scan);

@@ -13,28 +13,31 @@ namespace hm {
 
 struct GridLocaliserParams {
   double sigma_m = 0.1;
-  double max_point_range_m = 15;
-  int max_points = 180;
-  int min_points = 30;
-  double global_min_score = 0.55, ambiguity_ratio = 0.92, other_place_m = 1.0;
-  double window_m = 0.3, window_rad = 0.2, track_min_score = 0.4;
+  /// Points further away are not used.
+  static constexpr double kMaxPointRange_m = 15;
+  /// Points of a scan that are used.
+  static constexpr int kMaxPoints = 180;
+  /// Scans with fewer points say nothing.
+  static constexpr int kMinPoints = 30;
+  double global_min_score = 0.55, ambiguity_ratio = 0.92;
+  /// What counts as another place.
+  double other_place_m = 1.0;
+  double window_m = 0.3;
+  /// Half the window of tracking.
+  static constexpr double kWindow_rad = 0.2;
+  /// Mean likelihood that tracking needs.
+  static constexpr double kTrackMinScore = 0.4;
   int max_failures = 5;
   int global_max_evaluations = 20'000'000;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"sigma_m", {0.005, 1}, "spread of the likelihood about an occupied cell"}, self.sigma_m);
-    v(ParamDoc{"max_point_range_m", {1, 500}, "points further away are not used"}, self.max_point_range_m);
-    v(ParamDoc{"max_points", {10, 10000}, "points of a scan that are used"}, self.max_points);
-    v(ParamDoc{"min_points", {3, 10000}, "scans with fewer points say nothing"}, self.min_points);
     v(ParamDoc{"global_min_score", {0, 1}, "mean likelihood that finding the place needs"},
       self.global_min_score);
     v(ParamDoc{"ambiguity_ratio", {0, 1}, "no answer when another place scores more than this part of it"},
       self.ambiguity_ratio);
-    v(ParamDoc{"other_place_m", {0.05, 100}, "what counts as another place"}, self.other_place_m);
     v(ParamDoc{"window_m", {0.01, 10}, "half the window of tracking"}, self.window_m);
-    v(ParamDoc{"window_rad", {0.001, 3.2}, "half the window of tracking"}, self.window_rad);
-    v(ParamDoc{"track_min_score", {0, 1}, "mean likelihood that tracking needs"}, self.track_min_score);
     v(ParamDoc{"max_failures", {1, 1000}, "after so many scans without a match the place is lost"},
       self.max_failures);
     v(ParamDoc{"global_max_evaluations", {1000, 2000000000}, "bound on the cost of one global search"},

@@ -41,8 +41,8 @@ std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const Odome
 bool LoopCloser::wants_node(const SE2& T_odom_base) const {
   if (graph_.size() == 0 || unknown_since_) return true;
   const SE2 motion = graph_.keyframe(graph_.size() - 1).T_odom_base.inverse() * T_odom_base;
-  return motion.translation().norm() > params_.graph_distance_m ||
-         std::abs(motion.angle()) > params_.graph_angle_rad;
+  return motion.translation().norm() > params_.kGraphDistance_m ||
+         std::abs(motion.angle()) > params_.kGraphAngle_rad;
 }
 
 /// Both matches, and the keyframes between them, err on their own. After a restart it is unknown how far the

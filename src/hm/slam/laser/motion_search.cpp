@@ -28,7 +28,7 @@ void MotionSearch::clear() {
 }
 
 void MotionSearch::add(const PlanarScan& scan, const SE2& T_odom_base) {
-  if (scan.size() < static_cast<std::size_t>(params_.min_points)) return;
+  if (scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return;
   if (!keyframes_.empty()) {
     const SE2 motion = keyframes_.back().T_odom_base.inverse() * T_odom_base;
     if (motion.translation().norm() < params_.keyframe_distance_m &&
@@ -44,8 +44,8 @@ const CorrelativeMap& MotionSearch::raster() {
   if (raster_) return *raster_;
   std::vector<Vec2> points_m;
   for (const Keyframe& keyframe : keyframes_)
-    for (const Vec2& point : points_within(keyframe.scan, params_.max_point_range_m,
-                                           static_cast<std::size_t>(4 * params_.max_points)))
+    for (const Vec2& point : points_within(keyframe.scan, params_.kMaxPointRange_m,
+                                           static_cast<std::size_t>(4 * params_.kMaxPoints)))
       points_m.push_back(keyframe.T_odom_base * point);
   raster_.emplace(points_m, CorrelativeMapParams{kResolution_m, params_.sigma_m, kLevels});
   return *raster_;
@@ -54,18 +54,18 @@ const CorrelativeMap& MotionSearch::raster() {
 std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const SE2& T_odom_base_predicted,
                                             double elapsed_s) {
   const std::vector<Vec2> points_m =
-      points_within(scan, params_.max_point_range_m, static_cast<std::size_t>(params_.max_points));
-  if (keyframes_.empty() || points_m.size() < static_cast<std::size_t>(params_.min_points))
+      points_within(scan, params_.kMaxPointRange_m, static_cast<std::size_t>(params_.kMaxPoints));
+  if (keyframes_.empty() || points_m.size() < static_cast<std::size_t>(params_.kMinPoints))
     return std::nullopt;
   const double half_m = std::min(params_.max_window_m, (1 + failures_) * params_.window_m);
   CorrelativeSearchParams search;
   search.min_score = params_.min_score;
   search.ambiguity_ratio = 1;
   const double time_s = std::max(kLeastTime_s, elapsed_s);
-  search.shift_penalty_per_m2 = params_.shift_penalty_s2_per_m2 / (time_s * time_s);
-  search.turn_penalty_per_rad2 = params_.turn_penalty_s2_per_rad2 / (time_s * time_s);
+  search.shift_penalty_per_m2 = params_.kShiftPenaltyS2PerM2 / (time_s * time_s);
+  search.turn_penalty_per_rad2 = params_.kTurnPenaltyS2PerRad2 / (time_s * time_s);
   const CorrelativeMatch match = search_correlative(
-      raster(), points_m, {T_odom_base_predicted, half_m, half_m, params_.window_rad}, search);
+      raster(), points_m, {T_odom_base_predicted, half_m, half_m, params_.kWindow_rad}, search);
   ++failures_;
   if (match.status != CorrelativeStatus::kFound && match.status != CorrelativeStatus::kAmbiguous)
     return std::nullopt;

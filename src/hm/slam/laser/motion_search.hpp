@@ -12,11 +12,20 @@ struct MotionSearchParams {
   int keyframes = 12;
   double keyframe_distance_m = 0.3, keyframe_angle_rad = 0.35;
   double sigma_m = 0.08;
-  double max_point_range_m = 12;
-  int max_points = 100, min_points = 30;
-  double window_m = 0.8, window_rad = 3.15, max_window_m = 4;
+  /// Points further away are not used.
+  static constexpr double kMaxPointRange_m = 12;
+  /// Points of a scan that are used.
+  static constexpr int kMaxPoints = 100;
+  /// Scans with fewer points are not sought.
+  static constexpr int kMinPoints = 30;
+  double window_m = 0.8, max_window_m = 4;
+  /// Half the window.
+  static constexpr double kWindow_rad = 3.15;
   double min_score = 0.5;
-  double shift_penalty_s2_per_m2 = 0.1, turn_penalty_s2_per_rad2 = 0.03;
+  /// What a place loses of its score by the speed (1 m/s, squared) that it needs beyond the prediction.
+  static constexpr double kShiftPenaltyS2PerM2 = 0.1;
+  /// The same for turning (1 rad/s, squared).
+  static constexpr double kTurnPenaltyS2PerRad2 = 0.03;
   double min_pairs_ratio = 0.4, max_error_m = 0.06;
 
   template <class Self, class Visitor>
@@ -27,21 +36,10 @@ struct MotionSearchParams {
     v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "a keyframe when turned further from the last one"},
       self.keyframe_angle_rad);
     v(ParamDoc{"sigma_m", {0.005, 1}, "spread of the likelihood about a point"}, self.sigma_m);
-    v(ParamDoc{"max_point_range_m", {1, 500}, "points further away are not used"}, self.max_point_range_m);
-    v(ParamDoc{"max_points", {10, 10000}, "points of a scan that are used"}, self.max_points);
-    v(ParamDoc{"min_points", {3, 10000}, "scans with fewer points are not sought"}, self.min_points);
     v(ParamDoc{"window_m", {0.01, 50}, "half the window; wider by as much with every scan that is not found"},
       self.window_m);
-    v(ParamDoc{"window_rad", {0.01, 3.2}, "half the window"}, self.window_rad);
     v(ParamDoc{"max_window_m", {0.01, 50}, "half the window at most"}, self.max_window_m);
     v(ParamDoc{"min_score", {0, 1}, "mean likelihood of the points that is needed"}, self.min_score);
-    v(ParamDoc{"shift_penalty_s2_per_m2",
-               {0, 100},
-               "what a place loses of its score by the speed (1 m/s, squared) that it needs beyond the "
-               "prediction"},
-      self.shift_penalty_s2_per_m2);
-    v(ParamDoc{"turn_penalty_s2_per_rad2", {0, 100}, "the same for turning (1 rad/s, squared)"},
-      self.turn_penalty_s2_per_rad2);
     v(ParamDoc{"min_pairs_ratio", {0, 1}, "share of the points that PL-ICP must pair afterwards"},
       self.min_pairs_ratio);
     v(ParamDoc{"max_error_m", {0, 1}, "mean distance from line that PL-ICP may leave"}, self.max_error_m);

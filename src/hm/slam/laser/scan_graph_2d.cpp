@@ -26,8 +26,8 @@ Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
 
 /// A matcher's covariance with what it does not know of itself.
 Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) {
-  Mat3 sum = params.edge_covariance_scale * covariance;
-  sum.diagonal() += Vec3(params.edge_sigma_m, params.edge_sigma_m, params.edge_sigma_rad).cwiseAbs2();
+  Mat3 sum = params.kEdgeCovarianceScale * covariance;
+  sum.diagonal() += Vec3(params.kEdgeSigma_m, params.kEdgeSigma_m, params.kEdgeSigma_rad).cwiseAbs2();
   return sum;
 }
 
@@ -79,11 +79,11 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   ScanGraphStep step;
   step.node = keyframes_.size() - 1;
   if (submaps_.empty() ||
-      submaps_.back().end - submaps_.back().first >= static_cast<std::size_t>(params_.submap_keyframes))
+      submaps_.back().end - submaps_.back().first >= static_cast<std::size_t>(params_.kSubmapKeyframes))
     submaps_.push_back({step.node, step.node});
   ++submaps_.back().end;
   add_odometry_edge();
-  if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.min_points)) return step;
+  if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
   for (const Candidate& candidate : loop_candidates()) {
     step.attempts.push_back(try_loop(candidate));
     count(step.attempts.back().outcome);
@@ -109,7 +109,7 @@ void ScanGraph2D::add_odometry_edge() {
 /// Of the newest keyframe from the nearest of a submap; infinite beyond what a search can bridge.
 double ScanGraph2D::apartness(const ScanSubmap& submap) const {
   const SE2& T_map_base = graph_.T_map_node.back();
-  const double limit_m = params_.max_loop_distance_m + params_.max_window_m;
+  const double limit_m = params_.kMaxLoopDistance_m + params_.max_window_m;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = submap.first; k < submap.end; ++k) {
     const SE2& T_map_k = graph_.T_map_node[k];
@@ -129,25 +129,25 @@ SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const PathUncertai
   Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   if (!seen.reached) sigmas.setConstant(std::numeric_limits<double>::infinity());
   const auto metres = [&](double sigma) {
-    return std::clamp(params_.window_sigmas * sigma, params_.min_window_m, params_.max_window_m);
+    return std::clamp(params_.kWindowSigmas * sigma, params_.kMinWindow_m, params_.max_window_m);
   };
   window.half_x_m = metres(sigmas.x());
   window.half_y_m = metres(sigmas.y());
   window.half_angle_rad =
-      std::clamp(params_.window_sigmas * sigmas.z(), params_.min_window_rad, params_.max_window_rad);
+      std::clamp(params_.kWindowSigmas * sigmas.z(), params_.kMinWindow_rad, params_.kMaxWindow_rad);
   return window;
 }
 
 std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
   std::vector<Candidate> candidates;
   const std::size_t node = keyframes_.size() - 1;
-  if (params_.max_submaps_tried == 0 || submaps_.size() < 2) return candidates;
+  if (params_.kMaxSubmapsTried == 0 || submaps_.size() < 2) return candidates;
   std::vector<std::size_t> anchors;
   for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
     const ScanSubmap& submap = submaps_[s];
     if (submap.end + static_cast<std::size_t>(params_.min_keyframes_apart) > node + 1) break;
     const double distance_m = apartness(submap);
-    if (distance_m > params_.max_loop_distance_m + params_.max_window_m) continue;
+    if (distance_m > params_.kMaxLoopDistance_m + params_.max_window_m) continue;
     candidates.push_back({s, distance_m, {}});
     anchors.push_back(submap.anchor());
   }
@@ -156,20 +156,20 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
     candidates[i].window = window_of(submaps_[candidates[i].submap], seen[i]);
   std::erase_if(candidates, [this](const Candidate& candidate) {
     const SearchWindow& window = candidate.window;
-    return candidate.distance_m > params_.max_loop_distance_m + std::max(window.half_x_m, window.half_y_m);
+    return candidate.distance_m > params_.kMaxLoopDistance_m + std::max(window.half_x_m, window.half_y_m);
   });
   std::ranges::stable_sort(candidates, {}, &Candidate::distance_m);
-  if (candidates.size() > static_cast<std::size_t>(params_.max_submaps_tried))
-    candidates.resize(static_cast<std::size_t>(params_.max_submaps_tried));
+  if (candidates.size() > static_cast<std::size_t>(params_.kMaxSubmapsTried))
+    candidates.resize(static_cast<std::size_t>(params_.kMaxSubmapsTried));
   return candidates;
 }
 
 LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
   LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
   const ScanSubmap& submap = submaps_[candidate.submap];
-  const std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.max_point_range_m,
-                                                   static_cast<std::size_t>(params_.max_search_points));
-  if (points_m.size() < static_cast<std::size_t>(params_.min_points) / 2) return attempt;
+  const std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
+                                                   static_cast<std::size_t>(params_.kMaxSearchPoints));
+  if (points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
   CorrelativeSearchParams search;
   search.min_score = params_.min_score;
   search.ambiguity_ratio = params_.ambiguity_ratio;
@@ -208,9 +208,9 @@ std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const 
   if (!match.ok()) return std::nullopt;
   const SE2 correction = guess.inverse() * *match.T_reference_sensed;
   const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
-  if (correction.translation().norm() > params_.verify_max_translation_m ||
-      std::abs(correction.angle()) > params_.verify_max_rotation_rad ||
-      paired < params_.verify_min_pairs_ratio || match.mean_error_m > params_.verify_max_error_m)
+  if (correction.translation().norm() > params_.kVerifyMaxTranslation_m ||
+      std::abs(correction.angle()) > params_.kVerifyMaxRotation_rad ||
+      paired < params_.kVerifyMinPairsRatio || match.mean_error_m > params_.kVerifyMaxError_m)
     return std::nullopt;
   const Mat3 covariance = honest_covariance(match.covariance, params_);
   return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,

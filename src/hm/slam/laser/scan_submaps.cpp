@@ -44,17 +44,17 @@ const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,
   for (std::size_t k = submap.first; k < submap.end; ++k) {
     const SE2 T_anchor_base = T_anchor_odom * keyframes[k].T_odom_base;
     const std::vector<Vec2> near =
-        points_within(keyframes[k].scan, params_.max_point_range_m, std::numeric_limits<std::size_t>::max());
+        points_within(keyframes[k].scan, params_.kMaxPointRange_m, std::numeric_limits<std::size_t>::max());
     for (std::size_t i = 0; i < near.size(); ++i) {
       points_m.push_back(T_anchor_base * near[i]);
-      if (gap_beside(near, i) <= kDenseSigmas * params_.raster_sigma_m)
+      if (gap_beside(near, i) <= kDenseSigmas * params_.kRasterSigma_m)
         beams.push_back({T_anchor_base * keyframes[k].scan.origin_m, points_m.back()});
     }
   }
   if (kept_.size() >= kKeptRasters) kept_.pop_back();
   kept_.push_front(
       {submap.first,
-       CorrelativeMap(points_m, {params_.raster_resolution_m, params_.raster_sigma_m, kRasterLevels}),
+       CorrelativeMap(points_m, {params_.kRasterResolution_m, params_.kRasterSigma_m, kRasterLevels}),
        ObservedArea(beams)});
   return kept_.front();
 }

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "hm/core/rng.hpp"
-#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -49,11 +49,11 @@ std::vector<FeaturePair> inliers_of(const FeatureSet& a, const FeatureSet& b,
                                     std::span<const FeaturePair> matches, const SE3& T_a_b,
                                     const PlaceVerifierParams& params) {
   std::vector<FeaturePair> inliers;
-  const double cap2 = params.max_match_distance_m * params.max_match_distance_m;
+  const double cap2 = params.kMaxMatchDistance_m * params.kMaxMatchDistance_m;
   for (const FeaturePair& match : matches) {
     const Feature &fa = a[match.first], &fb = b[match.second];
     if ((fa.p_camera - T_a_b * fb.p_camera).squaredNorm() > cap2) continue;
-    if (match_chi2(fa, fb, T_a_b) <= params.max_match_chi2) inliers.push_back(match);
+    if (match_chi2(fa, fb, T_a_b) <= params.kMaxMatchChi2) inliers.push_back(match);
   }
   return inliers;
 }
@@ -83,7 +83,7 @@ std::optional<std::array<std::size_t, 3>> draw(Rng& rng, const std::vector<Match
 std::size_t count_near(const std::vector<MatchPoints>& points, const SE3& T_a_b,
                        const PlaceVerifierParams& params) {
   std::size_t near = 0;
-  const double chi2 = params.max_match_chi2, cap2 = params.max_match_distance_m * params.max_match_distance_m;
+  const double chi2 = params.kMaxMatchChi2, cap2 = params.kMaxMatchDistance_m * params.kMaxMatchDistance_m;
   for (const MatchPoints& m : points) {
     const double distance2 = (m.a - T_a_b * m.b).squaredNorm();
     if (distance2 <= cap2 && distance2 <= chi2 * m.sigma_m * m.sigma_m) ++near;
@@ -97,10 +97,10 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   std::size_t most = 3;
   // As many samples as the weakest acceptable motion needs.
   const auto wanted = static_cast<std::size_t>(
-      std::max<double>(params.min_seeds, params.min_seed_ratio * static_cast<double>(points.size())));
-  double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.confidence_ratio);
+      std::max<double>(params.kMinSeeds, params.kMinSeedRatio * static_cast<double>(points.size())));
+  double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.kConfidenceRatio);
   for (int i = 0; i < params.max_iterations && i < needed; ++i) {
-    const auto sample = draw(rng, points, params.max_match_distance_m);
+    const auto sample = draw(rng, points, params.kMaxMatchDistance_m);
     if (!sample) continue;
     std::array<Vec3, 3> p_a, p_b;
     for (std::size_t s = 0; s < 3; ++s) {
@@ -112,7 +112,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
     if (near <= most) continue;
     most = near;
     best = T_a_b;
-    needed = std::min(needed, samples_needed(most, points.size(), params.confidence_ratio));
+    needed = std::min(needed, samples_needed(most, points.size(), params.kConfidenceRatio));
   }
   return best;
 }
@@ -186,9 +186,8 @@ std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, 
     int bits;
     std::uint32_t other = UINT32_MAX;
   };
-  std::vector<Best> of_a(a.size(), {params.max_guided_bits + 1}),
-      of_b(b.size(), {params.max_guided_bits + 1});
-  const double cap_m = params.max_match_distance_m;
+  std::vector<Best> of_a(a.size(), {params.kMaxGuidedBits + 1}), of_b(b.size(), {params.kMaxGuidedBits + 1});
+  const double cap_m = params.kMaxMatchDistance_m;
   std::vector<std::pair<double, std::uint32_t>> by_x;
   for (std::uint32_t i = 0; i < a.size(); ++i)
     if (a[i].has_depth) by_x.emplace_back(a[i].p_camera.x(), i);
@@ -202,7 +201,7 @@ std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, 
       if ((a[i].p_camera - expected).squaredNorm() > cap_m * cap_m) continue;
       const int bits = hamming_distance(a[i].descriptor, b[j].descriptor);
       if (bits >= of_a[i].bits && bits >= of_b[j].bits) continue;
-      if (match_chi2(a[i], b[j], T_a_b) > params.max_match_chi2) continue;
+      if (match_chi2(a[i], b[j], T_a_b) > params.kMaxMatchChi2) continue;
       if (bits < of_a[i].bits) of_a[i] = {bits, j};
       if (bits < of_b[j].bits) of_b[j] = {bits, i};
     }

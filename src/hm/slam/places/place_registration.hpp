@@ -25,7 +25,7 @@ struct MotionHypothesis {
 };
 
 /// The motion that most matches agree with: samples of three, kept when their mutual distances agree, counted
-/// by squared Mahalanobis distance with a cap (params.max_match_chi2, max_match_distance_m), then weighted
+/// by squared Mahalanobis distance with a cap (params.kMaxMatchChi2, max_match_distance_m), then weighted
 /// least squares with renewed inliers. The three of a sample count once, like every other match. Nothing when
 /// no sample explains four matches. Depends on the arguments only. All features of `matches` have depth.
 std::optional<MotionHypothesis> register_features(const FeatureSet& a, const FeatureSet& b,
@@ -33,7 +33,7 @@ std::optional<MotionHypothesis> register_features(const FeatureSet& a, const Fea
                                                   const PlaceVerifierParams& params);
 
 /// Matches by place rather than by look: for each feature of b the most alike of a that a motion puts it on
-/// (chi2 and cap as above), and the other way round, at most params.max_guided_bits apart. Sorted.
+/// (chi2 and cap as above), and the other way round, at most params.kMaxGuidedBits apart. Sorted.
 std::vector<FeaturePair> match_guided(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b,
                                       const PlaceVerifierParams& params);
 

@@ -20,7 +20,7 @@ std::uint32_t PlaceSearch::add(const Keyframe& keyframe) {
 
 /// Leaves out the keyframe itself and those of its submap next to it.
 DescriptorIndex::Query PlaceSearch::query_without(const Keyframe& keyframe, std::uint32_t self) const {
-  DescriptorIndex::Query query{params_.neighbours, params_.max_descriptor_bits, params_.max_checks};
+  DescriptorIndex::Query query{params_.neighbours, params_.kMaxDescriptorBits, params_.max_checks};
   const auto apart = static_cast<std::uint32_t>(params_.min_keyframes_apart);
   query.exclude_from = self - std::min(self, apart - 1);
   while (query.exclude_from < self && submaps_[query.exclude_from] != keyframe.submap) ++query.exclude_from;
@@ -59,7 +59,7 @@ std::vector<PlaceCandidate> PlaceSearch::candidates(const Keyframe& keyframe, st
   std::vector<Vote> votes = all_votes(keyframe, self);
   std::vector<int> counts(size(), 0);
   for (const Vote& vote : votes) ++counts[vote.keyframe];
-  std::vector<PlaceCandidate> candidates = top_candidates(counts, params_.candidates, params_.min_votes);
+  std::vector<PlaceCandidate> candidates = top_candidates(counts, params_.candidates, params_.kMinVotes);
   std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
     return std::tie(a.keyframe, a.feature_there, a.bits, a.feature_here) <
            std::tie(b.keyframe, b.feature_there, b.bits, b.feature_here);

@@ -31,7 +31,7 @@ class PlaceSearch {
   /// known (then neither it nor its neighbours get votes), or size(). A feature votes at most once for a
   /// keyframe.
   [[nodiscard]] std::vector<int> votes(const Keyframe& keyframe, std::uint32_t self) const;
-  /// The params.candidates keyframes with most votes, at least params.min_votes; most votes first, equals by
+  /// The params.candidates keyframes with most votes, at least params.kMinVotes; most votes first, equals by
   /// number. Any params.candidates will do.
   [[nodiscard]] std::vector<PlaceCandidate> candidates(const Keyframe& keyframe, std::uint32_t self) const;
 

@@ -33,7 +33,7 @@ TEST(PlaceSearch, AnyNumberOfCandidatesWillDo) {
       EXPECT_LE(candidates.size(), i);
       for (std::size_t c = 0; c < candidates.size(); ++c) {
         EXPECT_LT(candidates[c].keyframe + 1, i);
-        EXPECT_GE(candidates[c].votes, params.min_votes);
+        EXPECT_GE(candidates[c].votes, params.kMinVotes);
         if (c > 0) {
           EXPECT_GE(candidates[c - 1].votes, candidates[c].votes);
         }
@@ -61,7 +61,7 @@ TEST(PlaceSearch, VotesAreThoseOfAnExhaustiveCount) {
       if (k + 3 > self && k < self + 3) continue;
       for (std::uint32_t f = 0; f < keyframes[k]->features.size(); ++f)
         if (const int bits = hamming_distance(feature.descriptor, keyframes[k]->features[f].descriptor);
-            bits <= params.max_descriptor_bits)
+            bits <= params.kMaxDescriptorBits)
           all.push_back({bits, {k, f}});
     }
     std::sort(all.begin(), all.end());

@@ -43,7 +43,7 @@ struct Nearest {
     }
   }
   [[nodiscard]] bool is_distinct(const PlaceVerifierParams& params) const {
-    return bits <= params.max_match_bits && bits < params.match_ratio * next_bits;
+    return bits <= params.kMaxMatchBits && bits < params.kMatchRatio * next_bits;
   }
 };
 
@@ -122,13 +122,13 @@ PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const 
                           const PlaceVerifierParams& params) {
   PlaceMatch result;
   result.matches = static_cast<int>(matches.size());
-  if (result.matches < params.min_seeds) return result;
+  if (result.matches < params.kMinSeeds) return result;
   result.outcome = PlaceOutcome::kNoMotion;
   auto best = register_features(a.features, b.features, matches, params);
   if (!best) return result;
   result.inliers = static_cast<int>(best->inliers.size());
   const auto seeds = static_cast<double>(best->inliers.size());
-  if (seeds < params.min_seeds || seeds < params.min_seed_ratio * result.matches) return result;
+  if (seeds < params.kMinSeeds || seeds < params.kMinSeedRatio * result.matches) return result;
   const bool is_rivalled = has_rival(a.features, b.features, matches, *best, params);
   refine_guided(a.features, b.features, params, *best);
   result.inliers = static_cast<int>(best->inliers.size());
@@ -141,7 +141,7 @@ PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const 
   result.covariance.diagonal() += (Vec6() << Vec3::Constant(floor_m2), Vec3::Constant(floor_rad2)).finished();
   result.outcome = !is_certain(result.covariance) ? PlaceOutcome::kDegenerate
                    : is_rivalled                  ? PlaceOutcome::kAmbiguous
-                   : conflict_ratio(a.features, b.features, result.T_a_b) > params.max_conflict_ratio
+                   : conflict_ratio(a.features, b.features, result.T_a_b) > params.kMaxConflictRatio
                        ? PlaceOutcome::kConflict
                        : PlaceOutcome::kSamePlace;
   return result;

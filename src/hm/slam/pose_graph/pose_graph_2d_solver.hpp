@@ -1,23 +1,14 @@
 #pragma once
 #include <string>
 
-#include "hm/core/params.hpp"
 #include "hm/geometry/pose_graph_2d.hpp"
 
 namespace hm {
 
 struct PoseGraphSolverParams {
   int max_iterations = 100;
-  double loop_loss_chi2 = 0;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_iterations", {1, 10000}, "iterations of the pose graph at most"}, self.max_iterations);
-    v(ParamDoc{"loop_loss_chi2",
-               {0, 1e9},
-               "chi2 beyond which a loop edge loses its influence (Cauchy loss); 0: plain least squares"},
-      self.loop_loss_chi2);
-  }
+  double loop_loss_chi2 =
+      0;  ///< beyond it a loop edge loses its influence (Cauchy loss); 0: plain least squares
 };
 
 struct PoseGraphSolution {

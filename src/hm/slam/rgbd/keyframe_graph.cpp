@@ -10,10 +10,10 @@ namespace hm {
 Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdLoopParams& params) {
   const double way_m = T_last_now.translation().norm();
   const bool is_known = !now.motion_covariance.isZero(0);
-  const double sigma_m = is_known ? params.odometry_floor_m + params.odometry_floor_ratio * way_m
-                                  : params.odometry_sigma_m + params.odometry_drift_ratio * way_m;
-  const double sigma_rad = is_known ? params.odometry_floor_rad + params.odometry_floor_rad_m * way_m
-                                    : params.odometry_sigma_rad + params.odometry_drift_rad_m * way_m;
+  const double sigma_m = is_known ? params.kOdometryFloor_m + params.kOdometryFloorRatio * way_m
+                                  : params.kOdometrySigma_m + params.odometry_drift_ratio * way_m;
+  const double sigma_rad = is_known ? params.kOdometryFloor_rad + params.kOdometryFloor_rad_m * way_m
+                                    : params.kOdometrySigma_rad + params.kOdometryDrift_rad_m * way_m;
   Vec6 variances;
   variances << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
   return now.motion_covariance + Mat6(variances.asDiagonal());

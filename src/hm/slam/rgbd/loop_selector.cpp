@@ -34,8 +34,8 @@ double chi2_of(const Vec6& error, const Mat6& covariance) { return error.dot(cov
 
 Mat6 LoopSelector::with_drift(const SeenUncertainty& seen) const {
   Mat6 covariance = seen.covariance;
-  const double drift_m = params_.gate_drift_ratio * seen.path_m,
-               drift_rad = params_.gate_drift_rad_m * seen.path_m;
+  const double drift_m = params_.kGateDriftRatio * seen.path_m,
+               drift_rad = params_.kGateDrift_rad_m * seen.path_m;
   covariance.diagonal().head<3>().array() += drift_m * drift_m;
   covariance.diagonal().tail<3>().array() += drift_rad * drift_rad;
   return covariance;
@@ -60,8 +60,8 @@ std::vector<LoopSelector::Rated> LoopSelector::against_odometry(const KeyframeGr
               .trace() /
           6;
       one.chi2 = chi2_of(error, expected + one.proposal.match.covariance);
-      one.is_large = error.head<3>().norm() > params_.large_correction_m ||
-                     error.tail<3>().norm() > params_.large_correction_rad;
+      one.is_large = error.head<3>().norm() > params_.kLargeCorrection_m ||
+                     error.tail<3>().norm() > params_.kLargeCorrection_rad;
     }
     rated.push_back(std::move(one));
   }
@@ -72,7 +72,7 @@ std::vector<LoopSelector::Rated> LoopSelector::against_odometry(const KeyframeGr
 void LoopSelector::drop_rivals(const KeyframeGraph& graph, std::vector<Rated>& rated,
                                LoopDecision& decision) const {
   const auto is_better = [this](const Rated& a, const Rated& b) {
-    const bool a_near = a.chi2 <= params_.gate_chi2, b_near = b.chi2 <= params_.gate_chi2;
+    const bool a_near = a.chi2 <= params_.kGateChi2, b_near = b.chi2 <= params_.kGateChi2;
     return a_near != b_near ? a_near : a.proposal.match.inliers > b.proposal.match.inliers;
   };
   const LoopProposal best = std::min_element(rated.begin(), rated.end(), is_better)->proposal;
@@ -90,15 +90,15 @@ void LoopSelector::drop_rivals(const KeyframeGraph& graph, std::vector<Rated>& r
                                             inverse_covariance(p.match.T_a_b, p.match.covariance));
       chi2 = chi2_of(apart(between(graph, best.from, p.from), by_loops), with_drift(seen[i]) + loops);
     }
-    const bool agrees = chi2 <= params_.gate_chi2;
-    if (agrees && one.chi2 <= params_.gate_chi2) {
+    const bool agrees = chi2 <= params_.kGateChi2;
+    if (agrees && one.chi2 <= params_.kGateChi2) {
       agreeing.push_back(std::move(one));
       continue;
     }
-    const bool is_possible = one.chi2 <= kRivalGateFactor * params_.gate_chi2;
-    if (!agrees && is_possible && p.match.inliers >= params_.rival_ratio * best.match.inliers)
+    const bool is_possible = one.chi2 <= kRivalGateFactor * params_.kGateChi2;
+    if (!agrees && is_possible && p.match.inliers >= RgbdLoopParams::kRivalRatio * best.match.inliers)
       has_rival = true;
-    ++(one.chi2 > params_.gate_chi2 ? decision.too_far : decision.ambiguous);
+    ++(one.chi2 > params_.kGateChi2 ? decision.too_far : decision.ambiguous);
   }
   if (has_rival) {
     decision.ambiguous += agreeing.size();
@@ -127,7 +127,7 @@ void LoopSelector::confirm(const KeyframeGraph& graph, std::vector<Rated> rated,
       const Mat6 covariance =
           compose_covariance(p.match.covariance, T_to_to, with_drift(seen_from_node[w])) +
           compose_covariance(with_drift(seen_from[w]), other.match.T_a_b, other.match.covariance);
-      if (chi2_of(apart(by_p, by_other), covariance) > params_.gate_chi2) continue;
+      if (chi2_of(apart(by_p, by_other), covariance) > params_.kGateChi2) continue;
       confirmed[w] = true;
       is_confirmed = true;
     }
@@ -146,7 +146,7 @@ LoopDecision LoopSelector::update(const KeyframeGraph& graph, std::vector<LoopPr
     confirm(graph, std::move(rated), decision);
   }
   const auto is_old = [&](const LoopProposal& p) {
-    return p.to + static_cast<std::size_t>(params_.max_waiting_keyframes) < graph.size();
+    return p.to + static_cast<std::size_t>(params_.kMaxWaitingKeyframes) < graph.size();
   };
   decision.unconfirmed = static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_old));
   std::erase_if(waiting_, is_old);

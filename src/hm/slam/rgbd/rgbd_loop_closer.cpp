@@ -85,7 +85,7 @@ void RgbdLoopCloser::Impl::link_with_last(std::size_t node) {
     const PlaceMatch match = verify_place(before, now, params.verifier);
     if (!match.is_same_place()) continue;
     const SE3 error = match.T_a_b.inverse() * (before.T_odom_camera.inverse() * now.T_odom_camera);
-    if (error.translation().norm() < params.large_correction_m && error.angle() < params.large_correction_rad)
+    if (error.translation().norm() < params.kLargeCorrection_m && error.angle() < params.kLargeCorrection_rad)
       link(node - back, node, match);
   }
 }
@@ -95,15 +95,15 @@ void RgbdLoopCloser::Impl::accept(const std::vector<LoopProposal>& loops) {
   for (const LoopProposal& loop : loops) {
     link(loop.from, loop.to, loop.match);
     ++statistics.accepted;
-    if (loop.information_gain_ratio < params.min_information_gain_ratio) {
+    if (loop.information_gain_ratio < params.kMinInformationGainRatio) {
       ++statistics.redundant;
       continue;
     }
     const SE3 error = loop.match.T_a_b.inverse() *
                       (graph.graph().T_map_node[loop.from].inverse() * graph.graph().T_map_node[loop.to]);
     large_correction |= graph.map_of(loop.from) != graph.map_of(loop.to) ||
-                        error.translation().norm() > params.large_correction_m ||
-                        error.angle() > params.large_correction_rad;
+                        error.translation().norm() > params.kLargeCorrection_m ||
+                        error.angle() > params.kLargeCorrection_rad;
     graph.add_loop(
         {loop.from, loop.to, loop.match.T_a_b, loop.match.covariance.inverse(), PoseEdgeKind::kLoop});
     ++new_loops;
@@ -144,7 +144,7 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
     m.count(decision);
     step.loops = static_cast<int>(decision.accepted.size());
   }
-  step.solved = m.large_correction || m.new_loops >= m.params.loops_per_solution;
+  step.solved = m.large_correction || m.new_loops >= m.params.kLoopsPerSolution;
   if (step.solved) m.solve();
   return step;
 }
@@ -180,7 +180,7 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext&
   make_landmarks(bundle, keyframes, all_links);
   for (PoseEdge3D edge : graph.graph().edges) {
     if (edge.kind != PoseEdgeKind::kOdometry) continue;
-    edge.information *= params.bundle_edge_ratio;
+    edge.information *= params.kBundleEdgeRatio;
     bundle.edges.push_back(edge);
   }
   const BundleResult result = adjust_bundle(bundle, {}, run);

@@ -70,14 +70,14 @@ AlignmentSampler::AlignmentSampler(const AlignmentParams& params, const TsdfPara
 void AlignmentSampler::choose(const DepthImage& depth, AlignmentPoints& points) const {
   clear(points);
   const EdgeRule rule(tsdf_, noise_, camera_, depth.unit_m);
-  const int coarsest = std::max(params_.coarsest_stride_px, params_.finest_stride_px);
-  const int margin_px = std::max(1, params_.smoothing_px);  // neighbours are looked at
+  const int coarsest = std::max(params_.kCoarsestStride_px, params_.kFinestStride_px);
+  const int margin_px = std::max(1, params_.kSmoothing_px);  // neighbours are looked at
   Grid grid{coarsest / 2, coarsest, 0};
   while (true) {
     for (int y = grid.first_px % grid.stride_px; y < depth.height() - margin_px; y += grid.stride_px)
       if (y >= margin_px) choose_row(rule, depth, y, grid, points);
     points.round_end.push_back(points.size());
-    if (grid.stride_px / 2 < params_.finest_stride_px) break;
+    if (grid.stride_px / 2 < params_.kFinestStride_px) break;
     grid.coarser_px = grid.stride_px;
     grid.stride_px /= 2;
   }
@@ -88,13 +88,13 @@ void AlignmentSampler::choose_row(const EdgeRule& rule, const DepthImage& depth,
                                   AlignmentPoints& points) const {
   const bool row_was_chosen = grid.coarser_px > 0 && (y - grid.first_px) % grid.coarser_px == 0;
   const double near = tsdf_.near_m / depth.unit_m, far = tsdf_.far_m / depth.unit_m;
-  const double map_variance_m2 = std::pow(params_.map_sigma_voxel * tsdf_.voxel_size_m, 2);
-  const int margin_px = std::max(1, params_.smoothing_px);
+  const double map_variance_m2 = std::pow(params_.kMapSigma_voxel * tsdf_.voxel_size_m, 2);
+  const int margin_px = std::max(1, params_.kSmoothing_px);
   for (int x = grid.first_px % grid.stride_px; x < depth.width() - margin_px; x += grid.stride_px) {
     if (x < margin_px || (row_was_chosen && (x - grid.first_px) % grid.coarser_px == 0)) continue;
     const std::uint16_t units = depth.units(x, y);
     if (units == 0 || units < near || units > far || !is_inner(rule, depth, x, y)) continue;
-    const double z = smooth_depth_m(rule, depth, x, y, params_.smoothing_px), sigma = noise_.sigma_m(z);
+    const double z = smooth_depth_m(rule, depth, x, y, params_.kSmoothing_px), sigma = noise_.sigma_m(z);
     points.x_m.push_back(static_cast<float>((x - camera_.cx) / camera_.fx * z));
     points.y_m.push_back(static_cast<float>((y - camera_.cy) / camera_.fy * z));
     points.z_m.push_back(static_cast<float>(z));

@@ -68,14 +68,14 @@ AlignmentFit AlignmentRun::fit_of(const AlignmentTerms& terms, std::size_t count
 }
 
 Observability AlignmentRun::observability_of(const AlignmentTerms& terms) const {
-  return observability(terms.H, terms.weight, centre_.arm_m, params_.min_observability_ratio);
+  return observability(terms.H, terms.weight, centre_.arm_m, params_.kMinObservabilityRatio);
 }
 
 double AlignmentRun::information_scale(std::size_t round) const {
   const double stride_px =
-      static_cast<double>(std::max(params_.coarsest_stride_px, params_.finest_stride_px)) /
+      static_cast<double>(std::max(params_.kCoarsestStride_px, params_.kFinestStride_px)) /
       static_cast<double>(std::size_t{1} << round);
-  const double share = std::min(1.0, stride_px / params_.independent_px);
+  const double share = std::min(1.0, stride_px / params_.kIndependent_px);
   // The terms are in units of the robust function's width.
   return share * share * width_sigmas_ * width_sigmas_;
 }
@@ -137,7 +137,7 @@ AlignmentRun::Refined AlignmentRun::refine(SE3 pose, std::size_t round, int& ite
 Observability AlignmentRun::seen_at(const SE3& pose) {
   const AlignmentView view(pose, centre_.p_world, grid_, tsdf_.distance_limit_m());
   const PairTerms pairs = sum_pair_terms(view, points_.round_end.front(), points_);
-  return observability(pairs.H, pairs.weight, centre_.arm_m, params_.min_observability_ratio);
+  return observability(pairs.H, pairs.weight, centre_.arm_m, params_.kMinObservabilityRatio);
 }
 
 Vec3 AlignmentRun::tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose) {
@@ -187,7 +187,7 @@ void AlignmentRun::straighten(const SE3& pose, Observability& seen) {
 void AlignmentRun::run(AlignmentResult& result) {
   const std::size_t first = points_.round_end.front(), last = points_.round_end.size() - 1;
   SE3 pose = prior_.T_world_camera;
-  set_widths(params_.inlier_sigmas_ratio, 0);
+  set_widths(params_.kInlierSigmasRatio, 0);
   result.before = fit_of(terms_at(pose, first), first);
   const double first_sigma_m = kFirstRoundSigma_voxel * grid_.voxel_size_m();
   set_widths(kFirstRoundSigmas, first_sigma_m);
@@ -207,13 +207,13 @@ void AlignmentRun::run(AlignmentResult& result) {
   Refined refined = refine(pose, 0, result.iterations);
   for (std::size_t round = last > 0 ? 1 : 0; round <= last; ++round) {
     const bool final_round = round == last;
-    set_widths(params_.robust_sigmas_ratio,
+    set_widths(params_.kRobustSigmasRatio,
                final_round ? 0 : first_sigma_m * std::pow(0.3, static_cast<double>(round)));
     refined = refine(refined.pose, round, result.iterations);
   }
   result.T_world_found = weighed(refined, last);
   describe(last, result);
-  set_widths(params_.inlier_sigmas_ratio, 0);
+  set_widths(params_.kInlierSigmasRatio, 0);
   result.after = fit_of(terms_at(result.T_world_found, first), first);
   judge(result);
 }

@@ -103,7 +103,7 @@ TEST(Integrator, AVolumeNearTheSurfaceIsObservedFromTheCameraToTheEndOfTheBand) 
   const SE3 pose = looking_along_x(Vec3(0.01, 0.02, 0.03));
   const RgbdFrame frame = kWallAndBox.render(kCamera, pose);
   bench.integrator.integrate(bench.grid, frame);
-  const double limit_m = params.distance_limit_voxel * params.voxel_size_m;
+  const double limit_m = params.kDistanceLimit_voxel * params.voxel_size_m;
   std::size_t measured = 0, free = 0, behind = 0;
   for (const VolumeKey key : bench.grid.sorted_keys()) {
     std::size_t measured_here = 0;

@@ -122,7 +122,7 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
   const auto u = static_cast<float>(ray.length_m - (centre - origin_).dot(ray.direction));
   const int offset = voxel_offset(in.x(), in.y(), in.z());
   TsdfVoxel& stored = item.volume->voxels[offset];
-  const float margin = static_cast<float>(params_.carving_margin_voxel * params_.voxel_size_m);
+  const float margin = static_cast<float>(params_.kCarvingMargin_voxel * params_.voxel_size_m);
   if (u >= -ray.tau_m && u <= ray.tau_m) {
     const float cap = static_cast<float>(params_.weight_cap_observations * kWeightOne);
     const auto limit_m = static_cast<float>(params_.distance_limit_m());
@@ -131,7 +131,7 @@ void TraversalIntegrator::observe(const ObservedRay& ray, const Eigen::Vector3i&
                              ray.weight, cap);
     ++item.update.updated;
     item.update.interior_hit |= stored.sdf() <= 0;
-    const auto band = static_cast<float>(params_.color_band_voxel * params_.voxel_size_m);
+    const auto band = static_cast<float>(params_.kColorBand_voxel * params_.voxel_size_m);
     if (with_color_ && item.volume->colors && u >= -band && u <= band) {
       ColorVoxel& color = item.volume->colors[offset];
       color = add_color(color, ray_rgb_[static_cast<std::size_t>(&ray - rays_.data())],

@@ -5,9 +5,9 @@
 
 #include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/projection/projection_scan.hpp"
+#include "hm/tsdf/projection/update_filters.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
-#include "hm/tsdf/projection/update_filters.hpp"
 
 namespace hm {
 namespace {
@@ -30,9 +30,9 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
                                       std::map<Cell, TsdfVoxel> voxels) {
   const TruncationModel truncation(params, {});
   const double s = params.voxel_size_m;
-  const float margin = static_cast<float>(params.carving_margin_voxel * s);
+  const float margin = static_cast<float>(params.kCarvingMargin_voxel * s);
   const float limit =
-      static_cast<float>(std::min(params.distance_limit_voxel, params.min_truncation_voxel) * s);
+      static_cast<float>(std::min(params.kDistanceLimit_voxel, params.min_truncation_voxel) * s);
   for (const Eigen::Vector3f& point : scan.p_world_points) {
     const Vec3 ray = point.cast<double>() - scan.p_world_origin;
     const double length = ray.norm();

@@ -69,9 +69,9 @@ EdgeRule::EdgeRule(const TsdfParams& params, const DepthNoise& noise, const Pinh
   const auto fixed = [](double value) {
     return static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0)));
   };
-  const double sigmas = params.edge_sigmas_ratio;
+  const double sigmas = params.kEdgeSigmasRatio;
   quadratic = fixed(sigmas * noise.quadratic_per_m * unit_m * 65536.0 * 65536.0);
-  linear = fixed((sigmas * noise.linear_ratio + params.edge_slope_ratio / camera.fx) * 65536.0);
+  linear = fixed((sigmas * noise.linear_ratio + params.kEdgeSlopeRatio / camera.fx) * 65536.0);
   constant = fixed(sigmas * noise.constant_m / unit_m);
 }
 

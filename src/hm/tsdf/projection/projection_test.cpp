@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <set>
 
+#include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/projection/candidate_volumes.hpp"
 #include "hm/tsdf/projection/depth_bounds.hpp"
 #include "hm/tsdf/projection/depth_preparation.hpp"
-#include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
 
@@ -248,7 +248,7 @@ TEST(EdgeRule, IsTheNoisePlusTheSlopeInUnits) {
     const EdgeRule rule(params, noise, camera, unit_m);
     for (const double z : {0.5, 1.0, 2.0, 4.0, 8.0}) {
       const double expected =
-          params.edge_sigmas_ratio * noise.sigma_m(z) + params.edge_slope_ratio * z / camera.fx;
+          params.kEdgeSigmasRatio * noise.sigma_m(z) + params.kEdgeSlopeRatio * z / camera.fx;
       EXPECT_NEAR(rule.threshold(static_cast<std::uint16_t>(z / unit_m)) * unit_m, expected, 3e-3) << z;
     }
   }

@@ -27,21 +27,28 @@ struct TsdfParams {
   bool dynamic_truncation = true;
   double truncation_sigmas_ratio = 4.0;
   double min_truncation_voxel = 3.0;
+  /// Widest dynamic truncation.
   double max_truncation_voxel = 12.0;
   double fixed_truncation_voxel = 4.0;
-  double distance_limit_voxel = 2.0;
+  /// Distances are clamped to this, in front and behind, so that one ray cannot outvote several.
+  static constexpr double kDistanceLimit_voxel = 2.0;
 
   bool edge_filter = true;
-  double edge_sigmas_ratio = 4.0;
-  double edge_slope_ratio = 4.0;
-  double edge_weight_ratio = 0.125;
+  /// A step to a neighbouring pixel is an edge beyond this many sigmas.
+  static constexpr double kEdgeSigmasRatio = 4.0;
+  /// Plus this many pixel widths.
+  static constexpr double kEdgeSlopeRatio = 4.0;
+  /// Weight of an observation at a depth edge.
+  static constexpr double kEdgeWeightRatio = 0.125;
 
   bool carving = true;
-  double carving_margin_voxel = 3.0;
+  /// Carving starts this far in front of the truncation band.
+  static constexpr double kCarvingMargin_voxel = 3.0;
   double carving_weight_ratio = 1.0;
 
   bool color = true;
-  double color_band_voxel = 1.5;
+  /// Colour is stored within this distance of the surface.
+  static constexpr double kColorBand_voxel = 1.5;
 
   int weight_cap_observations = 100;
   int color_cap_observations = 24;
@@ -59,52 +66,45 @@ struct TsdfParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"voxel_size_m", {0.002, 0.5}, "edge of a voxel"}, self.voxel_size_m);
+    v(ParamDoc{"voxel_size_m", {0.002, 0.5}, "edge of a voxel", ParamLevel::kBasic}, self.voxel_size_m);
     v(ParamDoc{"method", {}, "how scans are integrated"}, self.method, kIntegrationMethodNames);
     v(ParamDoc{"kernel", {}, "code for voxel projection; both give the same bits"}, self.kernel,
       kKernelChoiceNames);
-    v(ParamDoc{"near_m", {0.01, 100}, "readings nearer than this are ignored"}, self.near_m);
-    v(ParamDoc{"far_m", {0.1, 200}, "readings farther than this only carve"}, self.far_m);
-    v(ParamDoc{"dynamic_truncation", {}, "truncation follows the sensor's noise at the measured depth"},
+    v(ParamDoc{"near_m", {0.01, 100}, "readings nearer than this are ignored", ParamLevel::kBasic},
+      self.near_m);
+    v(ParamDoc{"far_m", {0.1, 200}, "readings farther than this only carve", ParamLevel::kBasic}, self.far_m);
+    v(ParamDoc{"dynamic_truncation",
+               {},
+               "truncation follows the sensor's noise at the measured depth",
+               ParamLevel::kBasic},
       self.dynamic_truncation);
     v(
         ParamDoc{
             "truncation_sigmas_ratio", {0.5, 20}, "dynamic truncation in standard deviations of the noise"},
         self.truncation_sigmas_ratio);
     v(ParamDoc{"min_truncation_voxel", {1, 64}, "narrowest dynamic truncation"}, self.min_truncation_voxel);
-    v(ParamDoc{"max_truncation_voxel", {1, 64}, "widest dynamic truncation"}, self.max_truncation_voxel);
     v(ParamDoc{"fixed_truncation_voxel", {1, 64}, "truncation when it is not dynamic"},
       self.fixed_truncation_voxel);
-    v(ParamDoc{"distance_limit_voxel",
-               {1, 64},
-               "distances are clamped to this, in front and behind, so that one ray cannot outvote several"},
-      self.distance_limit_voxel);
     v(
         ParamDoc{
             "edge_filter", {}, "drop mixed pixels between two surfaces, trust readings at depth edges less"},
         self.edge_filter);
-    v(ParamDoc{"edge_sigmas_ratio",
-               {0.5, 100},
-               "a step to a neighbouring pixel is an edge beyond this many sigmas"},
-      self.edge_sigmas_ratio);
-    v(ParamDoc{"edge_slope_ratio", {0, 1000}, "plus this many pixel widths"}, self.edge_slope_ratio);
-    v(ParamDoc{"edge_weight_ratio", {0.01, 1}, "weight of an observation at a depth edge"},
-      self.edge_weight_ratio);
-    v(ParamDoc{"carving", {}, "erase surfaces that a later ray passes through on its way to another one"},
+    v(ParamDoc{"carving",
+               {},
+               "erase surfaces that a later ray passes through on its way to another one",
+               ParamLevel::kBasic},
       self.carving);
-    v(ParamDoc{"carving_margin_voxel", {0, 64}, "carving starts this far in front of the truncation band"},
-      self.carving_margin_voxel);
     v(ParamDoc{"carving_weight_ratio", {0.1, 100}, "weight that one carving ray takes away, in observations"},
       self.carving_weight_ratio);
-    v(ParamDoc{"color", {}, "store colour where the recording has it"}, self.color);
-    v(ParamDoc{"color_band_voxel", {0.5, 64}, "colour is stored within this distance of the surface"},
-      self.color_band_voxel);
+    v(ParamDoc{"color", {}, "store colour where the recording has it", ParamLevel::kBasic}, self.color);
     v(ParamDoc{"weight_cap_observations",
                {1, 255},
-               "a voxel's weight stops growing here, so that it follows change"},
+               "a voxel's weight stops growing here, so that it follows change",
+               ParamLevel::kBasic},
       self.weight_cap_observations);
     v(ParamDoc{"color_cap_observations", {1, 255}, "the same for its colour"}, self.color_cap_observations);
-    v(ParamDoc{"max_map_mb", {0, 1e6}, "memory cap for the map; 0 for none"}, self.max_map_mb);
+    v(ParamDoc{"max_map_mb", {0, 1e6}, "memory cap for the map; 0 for none", ParamLevel::kBasic},
+      self.max_map_mb);
   }
 };
 
