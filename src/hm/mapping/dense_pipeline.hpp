@@ -44,6 +44,7 @@ class DensePipeline {
   /// Integrates a frame (with reconstruction.align after correcting its pose, see T_map_given()) and, with
   /// live_mesh, meshes what changed within the budget. A frame without a pose, with a pose that is not rigid
   /// or finite, with pictures of the wrong size, or without a reading in range is skipped, with the reason.
+  /// After an outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);

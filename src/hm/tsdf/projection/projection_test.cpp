@@ -106,13 +106,15 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
-                  prepared);
-    const TruncationModel truncation(params, {});
+    const SE3 T_camera_world = frame.T_world_camera->inverse();
+    const ProjectionScan scan = make_projection_scan(camera, T_camera_world, params, {});
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), scan},
+                  ParallelLoop(1), prepared);
+    const TruncationModel& truncation = scan.truncation;
     std::vector<VolumeKey> keys;
     CandidateFinder finder;
-    finder.find({prepared, camera, *frame.T_world_camera, params.voxel_size_m, truncation}, ParallelLoop(2),
-                keys);
+    ASSERT_TRUE(finder.find({prepared, camera, *frame.T_world_camera, params.voxel_size_m, truncation},
+                            ParallelLoop(2), keys));
     std::set<std::array<int, 3>> candidates;
     for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
     EXPECT_EQ(candidates.size(), keys.size());
@@ -121,9 +123,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
                           static_cast<int>(rng.below(40)) - 20};
       ASSERT_EQ(finder.found(key), candidates.contains({key.x, key.y, key.z}));
     }
-    const SE3 T_camera_world = frame.T_world_camera->inverse();
     DepthBounds bounds;
-    bounds.build(prepared, make_projection_scan(camera, T_camera_world, params, {}), camera, ParallelLoop(2));
+    bounds.build(prepared, scan, camera, ParallelLoop(2));
     const int reach = static_cast<int>(5.5 / params.voxel_size_m);
     for (int z = -reach; z < reach; ++z)
       for (int y = -reach; y < reach; ++y)
