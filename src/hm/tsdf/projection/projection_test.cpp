@@ -159,11 +159,11 @@ TEST(DepthBounds, DropOnlyVolumesWithoutAnyPart) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
-                  prepared);
+    const ProjectionScan scan = make_projection_scan(camera, frame.T_world_camera->inverse(), params, {});
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), scan},
+                  ParallelLoop(1), prepared);
     DepthBounds bounds;
-    bounds.build(prepared, make_projection_scan(camera, frame.T_world_camera->inverse(), params, {}), camera,
-                 ParallelLoop(1));
+    bounds.build(prepared, scan, camera, ParallelLoop(1));
     std::vector<VolumeKey> keys;
     for (int z = -12; z < 12; ++z)
       for (int y = -12; y < 12; ++y)
@@ -202,9 +202,10 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
   TsdfParams params;
   params.near_m = 0.9;
   params.far_m = 2.2;
-  const EdgeRule rule(params, {}, {91, 37, 80, 80, 45, 18, {}}, depth.unit_m);
+  const PinholeCamera camera{91, 37, 80, 80, 45, 18, {}};
+  const EdgeRule rule(params, {}, camera, depth.unit_m);
   PreparedDepth prepared;
-  prepare_depth({depth, params, rule}, ParallelLoop(2), prepared);
+  prepare_depth({depth, params, rule, make_projection_scan(camera, SE3(), params, {})}, ParallelLoop(2), prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
   std::vector<bool> far(low.size(), false);
   std::size_t in_range = 0, mixed_pixels = 0, edges = 0;
