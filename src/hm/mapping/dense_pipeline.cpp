@@ -1,6 +1,7 @@
 #include "hm/mapping/dense_pipeline.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "hm/core/check.hpp"
 #include "hm/core/parallel.hpp"
@@ -49,6 +50,7 @@ struct DensePipeline::Impl {
   TrajectoryAligner aligner;
 
   void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
+  void mesh_and_pack(FrameOutcome& outcome);
 };
 
 DensePipeline::DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads)
@@ -96,6 +98,19 @@ void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcom
   outcome.scan = integrator.integrate(grid, {frame, outcome.T_world_camera});
   outcome.skipped_because = outcome.scan.nothing_integrated_because;
   outcome.integrated = outcome.skipped_because.empty();
+  if (!outcome.scan.out_of_memory.empty()) return;
+  try {
+    mesh_and_pack(outcome);
+  } catch (const std::bad_alloc&) {
+    outcome.scan.out_of_memory = fmt::format(
+        "out of memory: meshing and packing do not fit beside a map of {:.0f} MB and a mesh of {:.0f} MB; "
+        "raise tsdf.voxel_size_m = {} or set tsdf.max_map_mb below what is free",
+        1e-6 * static_cast<double>(grid.map_bytes()), 1e-6 * static_cast<double>(mesher.bytes()),
+        parameters.tsdf.voxel_size_m);
+  }
+}
+
+void DensePipeline::Impl::mesh_and_pack(FrameOutcome& outcome) {
   mesher.mark_changed(outcome.scan.changed);
   const ReconstructionParams& params = parameters.reconstruction;
   if (params.live_mesh) {

@@ -50,6 +50,7 @@ class DensePipeline {
   /// the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is corrected first
   /// (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite, with images of the
   /// wrong size, or without a reading in range is skipped, with the reason.
+  /// After an outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);

@@ -45,7 +45,7 @@ class Run {
     return Duration::from_seconds(options_.recording_options.max_pose_gap_s);
   }
   Result<void> check_poses(const std::filesystem::path& map) const;
-  void take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
+  Result<void> take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record);
   void note_alignment(const FrameOutcome& outcome, FrameRecord& record);
   void warn_of_memory_cap(const ScanStats& scan, std::size_t index);
   Result<void> save_some();
@@ -149,7 +149,7 @@ Result<void> Run::integrate_all() {
     if (*frame && !poses_.empty()) (*frame)->T_world_camera = given_pose((*frame)->stamp);
     FrameRecord record;
     record.wait_ms = wait.milliseconds();
-    take(state_.next_frame, *frame, record);
+    if (const auto taken = take(state_.next_frame, *frame, record); !taken) return taken;
     state_.next_frame = std::min(state_.next_frame + range_.stride, range_.end);
     ++frames_since_save_;
     const Stopwatch saving;
@@ -163,13 +163,15 @@ Result<void> Run::integrate_all() {
   return {};
 }
 
-void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record) {
+Result<void> Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& record) {
   record.index = index;
   if (!frame) {
     state_.skipped.push_back({index, "unreadable: " + to_string(frame.error())});
   } else {
     ++state_.frames_read;
     const FrameOutcome outcome = pipeline_.process(*frame);
+    if (!outcome.scan.out_of_memory.empty())
+      return fail(ErrorCode::kOutOfMemory, fmt::format("frame {}", index), "{}", outcome.scan.out_of_memory);
     saver_->note(outcome.scan.changed);
     warn_of_memory_cap(outcome.scan, index);
     if (outcome.integrated) {
@@ -190,6 +192,7 @@ void Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameRecord& r
   record.map_bytes = pipeline_.grid().map_bytes();
   record.mesh_bytes = pipeline_.mesher().bytes();
   record.resident_bytes = resident_bytes();
+  return {};
 }
 
 void Run::note_alignment(const FrameOutcome& outcome, FrameRecord& record) {

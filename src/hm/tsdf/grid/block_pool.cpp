@@ -2,7 +2,9 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstring>
+#include <new>
 
 namespace hm {
 
@@ -10,18 +12,21 @@ BlockPool::~BlockPool() {
   for (void* slab : slabs_) munmap(slab, kSlabBytes);
 }
 
-bool BlockPool::add_slab() {
+void BlockPool::add_slab() {
+  // Room first, so that no slab is lost; grown by doubling.
+  if (slabs_.size() == slabs_.capacity()) slabs_.reserve(2 * slabs_.size() + 16);
+  const std::size_t blocks = free_.size() + kSlabBytes / kBlockBytes;
+  if (blocks > free_.capacity()) free_.reserve(std::max(blocks, 2 * free_.capacity()));
   void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (slab == MAP_FAILED) return false;
+  if (slab == MAP_FAILED) throw std::bad_alloc();
   slabs_.push_back(slab);
   // Pushed in reverse, so that blocks are handed out by rising address.
   for (std::size_t offset = kSlabBytes; offset > 0; offset -= kBlockBytes)
     free_.push_back(static_cast<std::byte*>(slab) + (offset - kBlockBytes));
-  return true;
 }
 
 void* BlockPool::take() {
-  if (free_.empty() && !add_slab()) return nullptr;
+  if (free_.empty()) add_slab();
   void* block = free_.back();
   free_.pop_back();
   ++in_use_;

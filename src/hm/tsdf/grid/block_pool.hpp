@@ -18,7 +18,7 @@ class BlockPool {
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
 
-  /// A zeroed block, or nullptr when the system has no memory left.
+  /// A zeroed block. Throws std::bad_alloc when the system has no memory left.
   void* take();
   /// Takes a block back. `dirty` says that it is not all zero.
   void give_back(void* block, bool dirty);
@@ -26,7 +26,7 @@ class BlockPool {
   [[nodiscard]] std::size_t blocks_in_use() const { return in_use_; }
 
  private:
-  bool add_slab();
+  void add_slab();
   std::vector<void*> slabs_;
   std::vector<void*> free_;
   std::size_t in_use_ = 0;

@@ -50,8 +50,8 @@ Page& PageTable::find_or_add(VolumeKey page_key) {
   const std::uint64_t packed = pack(page_key);
   Slot& slot = slots_[slot_of(packed)];
   if (!slot.page) {
+    slot.page = std::make_unique<Page>();  // may throw: the slot stays empty then
     slot.packed_key = packed;
-    slot.page = std::make_unique<Page>();
     slot.page->key = page_key;
     ++count_;
   }

@@ -66,7 +66,6 @@ Volume* VolumeGrid::allocate(VolumeKey key) {
   if (!PageTable::is_representable(page_of(key))) return nullptr;
   if (!impl_->may_take_block(impl_->pages.find(page_of(key)) ? 0 : sizeof(Page))) return nullptr;
   void* block = impl_->pool.take();
-  if (!block) return nullptr;
   Page& page = impl_->pages.find_or_add(page_of(key));
   Volume& volume = page.volumes[place_in_page(key)];
   volume = {key, static_cast<TsdfVoxel*>(block), nullptr};
@@ -80,7 +79,7 @@ bool VolumeGrid::allocate_colors(Volume& volume) {
   if (volume.colors) return true;
   if (!impl_->may_take_block()) return false;
   volume.colors = static_cast<ColorVoxel*>(impl_->pool.take());
-  return volume.colors != nullptr;
+  return true;
 }
 
 void VolumeGrid::release_colors(Volume& volume) {

@@ -43,7 +43,6 @@ void VolumeGrid::Impl::unpack(Page& page, unsigned place) {
   const PackedVolume& packed = (*page.packed)[place];
   auto* voxels = static_cast<TsdfVoxel*>(pool.take());
   auto* colors = packed.has_colors() ? static_cast<ColorVoxel*>(pool.take()) : nullptr;
-  HM_CHECK(voxels && (colors || !packed.has_colors()), "no memory left to unpack a volume");
   packed.unpack(voxels, colors);
   drop_packed(page, place);
   page.last_used = pack_calls;

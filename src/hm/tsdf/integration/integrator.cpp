@@ -1,5 +1,7 @@
 #include "hm/tsdf/integration/integrator.hpp"
 
+#include <new>
+
 #include "hm/core/check.hpp"
 #include "hm/tsdf/projection/projection_integrator.hpp"
 #include "hm/tsdf/integration/traversal_integrator.hpp"
@@ -32,10 +34,24 @@ std::string explanation(const ScanStats& stats, const TsdfParams& params) {
   if (stats.pixels_in_range == 0)
     return fmt::format("none of {} readings lies between {} m and {} m", stats.pixels_seen, params.near_m,
                        params.far_m);
-  if (stats.volumes_refused > 0)
+  if (stats.volumes_refused > 0 && params.max_map_mb > 0)
     return fmt::format("the memory cap of {} MB is reached ({} volumes refused)", params.max_map_mb,
                        stats.volumes_refused);
+  if (stats.volumes_refused > 0)
+    return fmt::format("its {} volumes are too far from the origin for voxels of {} m", stats.volumes_refused,
+                       params.voxel_size_m);
   return fmt::format("{} readings in range touched no voxel", stats.pixels_in_range);
+}
+
+/// What to say when the system has no memory left.
+std::string out_of_memory(const VolumeGrid& grid, double wanted_bytes, const TsdfParams& params) {
+  const std::string asked = wanted_bytes > 0
+                                ? fmt::format("a scan asks for up to {:.0f} MB beside", 1e-6 * wanted_bytes)
+                                : std::string("a scan does not fit beside");
+  return fmt::format(
+      "out of memory: {} the map's {:.0f} MB; raise tsdf.voxel_size_m = {}, lower tsdf.far_m = {}, or set "
+      "tsdf.max_map_mb below what is free",
+      asked, 1e-6 * static_cast<double>(grid.map_bytes()), params.voxel_size_m, params.far_m);
 }
 
 }  // namespace
@@ -46,6 +62,11 @@ struct Integrator::Impl {
   const ParallelLoop* loop;
   ProjectionIntegrator projection;
   TraversalIntegrator traversal;
+
+  void explain(ScanStats& stats) const {
+    if (stats.voxels_updated == 0 && stats.nothing_integrated_because.empty())
+      stats.nothing_integrated_because = explanation(stats, params);
+  }
 };
 
 Integrator::Integrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera,
@@ -73,11 +94,17 @@ ScanStats Integrator::integrate(VolumeGrid& grid, const PosedFrame& posed) {
   ScanStats stats;
   stats.nothing_integrated_because = refusal(posed, impl_->camera);
   if (!stats.nothing_integrated_because.empty()) return stats;
-  if (impl_->params.method == IntegrationMethod::kProjection)
-    impl_->projection.integrate(grid, posed, *impl_->loop, stats);
-  else
-    impl_->traversal.integrate(grid, posed, impl_->camera, *impl_->loop, stats);
-  if (stats.voxels_updated == 0) stats.nothing_integrated_because = explanation(stats, impl_->params);
+  const bool projects = impl_->params.method == IntegrationMethod::kProjection;
+  try {
+    if (projects)
+      impl_->projection.integrate(grid, posed, *impl_->loop, stats);
+    else
+      impl_->traversal.integrate(grid, posed, impl_->camera, *impl_->loop, stats);
+  } catch (const std::bad_alloc&) {
+    stats.out_of_memory = out_of_memory(grid, projects ? impl_->projection.bytes_wanted() : 0, impl_->params);
+    stats.nothing_integrated_because = stats.out_of_memory;
+  }
+  impl_->explain(stats);
   return stats;
 }
 
@@ -89,8 +116,13 @@ ScanStats Integrator::integrate(VolumeGrid& grid, const PointScan& scan) {
     stats.nothing_integrated_because = "its origin is not finite";
     return stats;
   }
-  impl_->traversal.integrate(grid, scan, *impl_->loop, stats);
-  if (stats.voxels_updated == 0) stats.nothing_integrated_because = explanation(stats, impl_->params);
+  try {
+    impl_->traversal.integrate(grid, scan, *impl_->loop, stats);
+  } catch (const std::bad_alloc&) {
+    stats.out_of_memory = out_of_memory(grid, 0, impl_->params);
+    stats.nothing_integrated_because = stats.out_of_memory;
+  }
+  impl_->explain(stats);
   return stats;
 }
 

@@ -2,7 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 
 #include "hm/core/statistics.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
@@ -225,6 +229,69 @@ TEST(Truncation, FollowsTheNoiseWithTheRightSign) {
   params.voxel_size_m = 0.02;
   EXPECT_EQ(params.truncation_m(noise, 0.5), 0.06);
   EXPECT_EQ(params.truncation_m(noise, 50), 0.24);
+}
+
+/// Readings at edges whose weight is rounded to 0: they used to move voxels, and to divide by 0 in unknown
+/// ones.
+TEST(Integrator, ReadingsWithoutWeightChangeNothing) {
+  TsdfParams params;
+  params.voxel_size_m = 0.005;
+  params.truncation_sigmas_ratio = 20;
+  params.min_truncation_voxel = 1, params.max_truncation_voxel = 64;
+  params.edge_weight_ratio = 0.01;
+  for (const KernelChoice kernel : {KernelChoice::kSimd, KernelChoice::kScalar}) {
+    params.kernel = kernel;
+    IntegrationBench bench(params);
+    RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
+    for (int y = 0; y < kCamera.height; ++y)
+      for (int x = 0; x < kCamera.width; ++x)
+        frame.depth.units(x, y) = x % 2 == 0 ? 20000 : 30000;  // every reading is at an edge
+    const ScanStats stats = bench.integrator.integrate(bench.grid, frame);
+    EXPECT_EQ(stats.voxels_updated, 0u);
+    EXPECT_EQ(bench.grid.volume_count(), 0u);
+    EXPECT_FALSE(stats.nothing_integrated_because.empty());
+  }
+}
+
+TEST(Integrator, ReadingsOverMoreVolumesThanCanBeSearchedAreRefusedWithTheRemedy) {
+  TsdfParams params;
+  params.voxel_size_m = 0.002;
+  params.far_m = 200;
+  IntegrationBench bench(params);
+  RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
+  frame.depth.unit_m = 3e-3;
+  std::ranges::fill(frame.depth.units.pixels(), std::uint16_t{65000});
+  const ScanStats stats = bench.integrator.integrate(bench.grid, frame);
+  EXPECT_EQ(stats.voxels_updated, 0u);
+  EXPECT_THAT(stats.nothing_integrated_because, HasSubstr("raise tsdf.voxel_size_m = 0.002"));
+  frame.depth.unit_m = 3e-5;
+  EXPECT_EQ(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because, "")
+      << "goes on after it";
+}
+
+/// 65 m readings at 5 mm with 300 MB to spare: the message of the program that is left alive.
+std::string message_without_memory() {
+  TsdfParams params;
+  params.voxel_size_m = 0.005;
+  params.far_m = 66;
+  IntegrationBench bench(params);
+  RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()), 1e-3);
+  std::ranges::fill(frame.depth.units.pixels(), std::uint16_t{65000});
+  const rlimit limit{std::size_t{300} << 20u, std::size_t{300} << 20u};
+  setrlimit(RLIMIT_DATA, &limit);
+  const ScanStats stats = bench.integrator.integrate(bench.grid, frame);
+  return stats.out_of_memory;
+}
+
+TEST(IntegratorDeathTest, WithoutMemoryThereIsAnErrorWithTheRemedy) {
+  EXPECT_EXIT(
+      {
+        const std::string message = message_without_memory();
+        std::fputs(message.c_str(), stderr);
+        std::_Exit(message.empty() ? 1 : 0);
+      },
+      testing::ExitedWithCode(0),
+      "out of memory: a scan asks for up to [0-9]+ MB .* raise tsdf.voxel_size_m = 0.005");
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 #include <bit>
 #include <cmath>
 
-#include "hm/core/check.hpp"
-
 namespace hm {
 namespace {
 
@@ -20,12 +18,13 @@ void set_bits(std::uint64_t& word, std::uint64_t bits) {
 
 }  // namespace
 
-void CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys) {
+bool CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys) {
   const PreparedDepth& depth = query.depth;
   keys.clear();
   bitmap_.clear();
   size_x_ = size_y_ = size_z_ = 0;
-  if (depth.pixels_in_range == 0) return;
+  volumes_spanned_ = bitmap_bytes_ = 0;
+  if (depth.pixels_in_range == 0) return true;
   truncation_ = query.truncation;
   const double volume_size = query.voxel_size_m * kVolumeSide;
   volume_size_m_ = static_cast<float>(volume_size);
@@ -35,7 +34,7 @@ void CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std
   origin_ << (at - Vec3(base_.x, base_.y, base_.z)).cast<float>().array(), 0.0f;
   corners_x_ = depth.tiles_x + 1;
   place_rays(depth, query.camera, query.T_world_camera.rotation() / volume_size);
-  place_bitmap(depth, truncation_.max_m);
+  if (!place_bitmap(depth, truncation_.max_m)) return false;
   loop.for_ranges(static_cast<std::size_t>((depth.tiles_y + 1) / 2), 2,
                   [&](std::size_t begin, std::size_t end) {
                     for (auto y = 2 * static_cast<int>(begin);
@@ -43,6 +42,7 @@ void CandidateFinder::find(const BandQuery& query, const ParallelLoop& loop, std
                       for (int x = 0; x < depth.tiles_x; x += 2) mark_quad(depth, x, y);
                   });
   collect(keys);
+  return true;
 }
 
 /// Rays through the corners of tiles: without distortion they are a sum of a column's and a row's share.
@@ -66,7 +66,7 @@ void CandidateFinder::place_rays(const PreparedDepth& depth, const PinholeCamera
 }
 
 /// Lays the bitmap over the box of the part of the frustum that has readings.
-void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
+bool CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   const float near_m = *std::min_element(depth.tile_min_m.begin(), depth.tile_min_m.end()) - widest_m;
   const float far_m = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end()) + widest_m;
   Eigen::AlignedBox3f box;
@@ -75,6 +75,10 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
        {std::size_t{0}, static_cast<std::size_t>(corners_x_ - 1), last_row, rays_.size() - 1})
     for (const float z : {std::max(near_m, 0.0f), far_m})
       box.extend((origin_ + rays_[corner] * z).head<3>().matrix());
+  const Vec3 span = (box.max() - box.min()).cast<double>().array() + 3;
+  volumes_spanned_ = span.prod();
+  bitmap_bytes_ = 8 * (span.x() / 64 + 1) * span.y() * span.z();
+  if (!(bitmap_bytes_ <= kMostBitmapBytes)) return false;
   const Eigen::Vector3i low = box.min().array().floor().cast<int>() - 1;
   const Eigen::Vector3i size = box.max().array().floor().cast<int>() + 2 - low.array();
   base_ = {base_.x + low.x(), base_.y + low.y(), base_.z + low.z()};
@@ -85,8 +89,8 @@ void CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   words_x_ = (size_x_ + 63) / 64;
   const std::size_t words = static_cast<std::size_t>(words_x_) * static_cast<std::size_t>(size_y_) *
                             static_cast<std::size_t>(size_z_);
-  HM_CHECK(words < (std::size_t{1} << 27u), "{} x {} x {} volumes in one frustum", size_x_, size_y_, size_z_);
   bitmap_.assign(words, 0);
+  return true;
 }
 
 /// Two by two tiles at once where they are small and level against a volume, else one by one.

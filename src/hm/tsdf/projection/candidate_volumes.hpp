@@ -24,17 +24,22 @@ struct BandQuery {
 class CandidateFinder {
  public:
   /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
-  /// within the truncation of its own pixel's reading lies in one of them.
-  void find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys);
+  /// within the truncation of its own pixel's reading lies in one of them. False, and no keys, when the box
+  /// around the readings needs a bitmap of more than kMostBitmapBytes.
+  [[nodiscard]] bool find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys);
   /// True for the volumes that find() found last.
   [[nodiscard]] bool found(VolumeKey key) const;
+  /// The box around the readings of the last find().
+  [[nodiscard]] double volumes_spanned() const { return volumes_spanned_; }
+  [[nodiscard]] double bitmap_bytes() const { return bitmap_bytes_; }
+  static constexpr double kMostBitmapBytes = 1024.0 * 1024 * 1024;
 
  private:
   struct Segment {
     float near_m, far_m;
   };
   void place_rays(const PreparedDepth& depth, const PinholeCamera& camera, const Mat3& R_world_camera_per_m);
-  void place_bitmap(const PreparedDepth& depth, float widest_m);
+  [[nodiscard]] bool place_bitmap(const PreparedDepth& depth, float widest_m);
   void mark_quad(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_gapped_tile(const PreparedDepth& depth, int tile_x, int tile_y);
@@ -56,6 +61,7 @@ class CandidateFinder {
   float volume_size_m_ = 1;
   VolumeKey base_;  ///< of bit 0
   int size_x_ = 0, size_y_ = 0, size_z_ = 0, words_x_ = 0;
+  double volumes_spanned_ = 0, bitmap_bytes_ = 0;
   std::vector<std::uint64_t> bitmap_;
 };
 

@@ -112,6 +112,18 @@ bool sees_far(const Image<float>& depth_m, int tile_x, int tile_y) {
   return false;
 }
 
+/// Removes readings at edges that are so far that their weight is rounded to 0.
+void drop_weightless(const RawDepth& raw, const DepthLimits& limits, const std::vector<std::uint16_t>& edge,
+                     std::vector<std::uint16_t>& units) {
+  if (observation_weight(raw.edge_weight_numerator, raw.truncation.max_m) > 0) return;
+  for (std::size_t x = 0; x < units.size(); ++x) {
+    if (edge[x] == 0) continue;
+    const bool is_far = units[x] > limits.far_units;
+    const float depth_m = is_far ? PreparedDepth::kFarM : static_cast<float>(units[x]) * limits.unit_m;
+    if (observation_weight(raw.edge_weight_numerator, raw.truncation.at(depth_m)) == 0) units[x] = 0;
+  }
+}
+
 /// The rows of one row of tiles.
 DepthCounts prepare_tile_row(const RawDepth& raw, const DepthLimits& limits, int tile_y,
                              PreparedDepth& prepared) {
@@ -131,6 +143,7 @@ DepthCounts prepare_tile_row(const RawDepth& raw, const DepthLimits& limits, int
                    {depth.units.row(std::max(y - 1, 0)).data(), depth.units.row(y).data(),
                     depth.units.row(std::min(y + 1, last)).data(), width},
                    units.data(), edge.data());
+    drop_weightless(raw, limits, edge, units);
     HWY_DYNAMIC_DISPATCH(PrepareRow)
     (limits,
      {units.data(), edge.data(), prepared.depth_m.row(y).data(), column_min.data(), column_max.data(), width,

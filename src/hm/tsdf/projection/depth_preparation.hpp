@@ -11,10 +11,18 @@ struct RawDepth {
   const DepthImage& depth;
   double near_m = 0, far_m = 0;  ///< readings between them are in range
   EdgeRule edges;
+  TruncationModel truncation;          ///< with it, how much a reading at an edge weighs
+  float edge_weight_numerator = 0;     ///< see ProjectionScan
   const Image<Rgb8>* color = nullptr;  ///< called into the cache meanwhile: projection will look all over it
 
-  RawDepth(const DepthImage& image, const TsdfParams& params, const EdgeRule& rule)
-      : depth(image), near_m(params.near_m), far_m(params.far_m), edges(rule) {}
+  RawDepth(const DepthImage& image, const TsdfParams& params, const EdgeRule& rule,
+           const ProjectionScan& scan)
+      : depth(image),
+        near_m(params.near_m),
+        far_m(params.far_m),
+        edges(rule),
+        truncation(scan.truncation),
+        edge_weight_numerator(scan.edge_weight_numerator) {}
 };
 
 /// Turns a depth image into metres with range limits, edges and tile extremes; `prepared` keeps its memory

@@ -65,13 +65,29 @@ TEST(SdfFilter, OurUnitStaysWithinATenthOfAMillimetreOfFloat) {
 TEST(SdfFilter, ASampleThatDiffersAlwaysMoves) {
   for (int sample = -300; sample <= 300; ++sample) {
     TsdfVoxel voxel = TsdfVoxel::make(0, 60000);
-    voxel = add_observation(voxel, static_cast<float>(sample), 64, 65280);
+    voxel = add_observation(voxel, static_cast<float>(sample), 256, 65280);
     if (sample == 0) {
       EXPECT_EQ(voxel.sdf(), 0);
     } else {
       EXPECT_GT(voxel.sdf() * sample, 0) << sample;
     }
   }
+}
+
+TEST(SdfFilter, TheSmallestStepScalesWithTheWeight) {
+  for (const int weight : {1, 2, 8, 32, 64, 128, 256})
+    for (int sample = -1000; sample <= 1000; ++sample) {
+      const TsdfVoxel moved = add_observation(TsdfVoxel::make(0, 60000), static_cast<float>(sample),
+                                              static_cast<float>(weight), 65280);
+      const bool is_felt = 2 * std::abs(sample) * weight >= kWeightOne;
+      EXPECT_EQ(moved.sdf() != 0, is_felt) << sample << ", weight " << weight;
+    }
+}
+
+TEST(SdfFilter, WeightZeroChangesNothing) {
+  for (const TsdfVoxel voxel : {TsdfVoxel{}, TsdfVoxel::make(-500, 1000), TsdfVoxel::make(300, 1)})
+    for (const float sample : {-32767.0f, -1.0f, 0.0f, 700.0f})
+      EXPECT_EQ(add_observation(voxel, sample, 0, 25600), voxel) << sample;
 }
 
 TEST(SdfFilter, ExtremesDoNotOverflow) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <iterator>
 
+#include <fmt/format.h>
+
 #include "hm/core/stopwatch.hpp"
 
 namespace hm {
@@ -22,19 +24,27 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const PosedFrame& posed, 
   const Stopwatch total;
   const auto& [frame, T_world_camera] = posed;
   const bool with_color = params_.color && !frame.color.empty();
-  RawDepth raw(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m));
+  const SE3 T_camera_world = T_world_camera.inverse();
+  ProjectionScan scan = make_projection_scan(camera_, T_camera_world, params_, noise_);
+  RawDepth raw(frame.depth, params_, EdgeRule(params_, noise_, camera_, frame.depth.unit_m), scan);
   if (with_color) raw.color = &frame.color;
   prepare_depth(raw, loop, prepared_);
   stats.pixels_seen = frame.depth.units.size();
   stats.pixels_in_range = prepared_.pixels_in_range;
-  const SE3 T_camera_world = T_world_camera.inverse();
-  ProjectionScan scan = make_projection_scan(camera_, T_camera_world, params_, noise_);
   scan.depth_m = prepared_.depth_m.data();
   scan.tile_min_m = prepared_.tile_min_m.data();
   if (with_color) scan.rgb = reinterpret_cast<const std::uint8_t*>(frame.color.data());
 
-  finder_.find({prepared_, camera_, T_world_camera, params_.voxel_size_m, scan.truncation}, loop,
-               candidates_);
+  candidates_.clear();
+  if (!finder_.find({prepared_, camera_, T_world_camera, params_.voxel_size_m, scan.truncation}, loop,
+                    candidates_)) {
+    stats.nothing_integrated_because = fmt::format(
+        "its readings span {:.0f} volumes of {:.3g} m, which to search would take {:.0f} MB: raise "
+        "tsdf.voxel_size_m = {} or lower tsdf.far_m = {}",
+        finder_.volumes_spanned(), params_.voxel_size_m * kVolumeSide, 1e-6 * finder_.bitmap_bytes(),
+        params_.voxel_size_m, params_.far_m);
+    return;
+  }
   bounds_.build(prepared_, scan, camera_, loop);
   stale_.clear();
   if (params_.carving) find_stale_volumes(grid, T_world_camera);
@@ -118,6 +128,13 @@ void ProjectionIntegrator::project(const ProjectionScan& scan, const ParallelLoo
       if (scanned_[i].update.carved > 0) note_contents(scanned_[i]);
     }
   });
+}
+
+double ProjectionIntegrator::bytes_wanted() const {
+  const double per_volume = sizeof(VolumeKey) + sizeof(Prospect) + sizeof(ScannedVolume) +
+                            sizeof(ProjectionTask) + sizeof(TsdfVoxel) * kVolumeVoxels +
+                            (params_.color ? sizeof(ColorVoxel) * kVolumeVoxels : 0);
+  return finder_.bitmap_bytes() + per_volume * static_cast<double>(candidates_.size());
 }
 
 }  // namespace hm

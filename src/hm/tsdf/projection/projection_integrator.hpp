@@ -20,6 +20,8 @@ class ProjectionIntegrator {
 
   /// The frame must have a rigid pose and the camera's size.
   void integrate(VolumeGrid& grid, const PosedFrame& posed, const ParallelLoop& loop, ScanStats& stats);
+  /// Memory that the last scan asks for at most, bytes: its bitmap and its volumes.
+  [[nodiscard]] double bytes_wanted() const;
 
  private:
   void find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera);

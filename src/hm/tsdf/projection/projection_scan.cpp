@@ -96,7 +96,8 @@ Lookup look_up(const ProjectionScan& scan, const float (&h)[3]) {
   found.in_range = depth < PreparedDepth::kFarM;
   found.u_m = depth - h[2];
   found.tau_m = scan.truncation.at(depth);
-  found.weight = round_to_even((at_edge ? scan.edge_weight_numerator : scan.weight_numerator) / found.tau_m);
+  found.weight =
+      observation_weight(at_edge ? scan.edge_weight_numerator : scan.weight_numerator, found.tau_m);
   return found;
 }
 

@@ -4,8 +4,9 @@
 
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
-#include "hm/tsdf/projection/tsdf_params.hpp"
 #include "hm/tsdf/grid/volume.hpp"
+#include "hm/tsdf/projection/tsdf_params.hpp"
+#include "hm/tsdf/projection/update_filters.hpp"
 
 namespace hm {
 
@@ -25,6 +26,9 @@ struct TruncationModel {
     return tau < max_m ? tau : max_m;
   }
 };
+
+/// The weight of an observation, in 1/kWeightOne; `numerator` of its kind (see ProjectionScan).
+inline float observation_weight(float numerator, float tau_m) { return round_to_even(numerator / tau_m); }
 
 /// A depth image made ready for integration: metres, range limits applied, tile extremes.
 struct PreparedDepth {

@@ -107,13 +107,15 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
-                  prepared);
-    const TruncationModel truncation(params, {});
+    const SE3 T_camera_world = frame.T_world_camera->inverse();
+    const ProjectionScan scan = make_projection_scan(camera, T_camera_world, params, {});
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), scan},
+                  ParallelLoop(1), prepared);
+    const TruncationModel& truncation = scan.truncation;
     std::vector<VolumeKey> keys;
     CandidateFinder finder;
-    finder.find({prepared, camera, *frame.T_world_camera, params.voxel_size_m, truncation}, ParallelLoop(2),
-                keys);
+    ASSERT_TRUE(finder.find({prepared, camera, *frame.T_world_camera, params.voxel_size_m, truncation},
+                            ParallelLoop(2), keys));
     std::set<std::array<int, 3>> candidates;
     for (const VolumeKey key : keys) candidates.insert({key.x, key.y, key.z});
     EXPECT_EQ(candidates.size(), keys.size());
@@ -122,9 +124,8 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
                           static_cast<int>(rng.below(40)) - 20};
       ASSERT_EQ(finder.found(key), candidates.contains({key.x, key.y, key.z}));
     }
-    const SE3 T_camera_world = frame.T_world_camera->inverse();
     DepthBounds bounds;
-    bounds.build(prepared, make_projection_scan(camera, T_camera_world, params, {}), camera, ParallelLoop(2));
+    bounds.build(prepared, scan, camera, ParallelLoop(2));
     const int reach = static_cast<int>(5.5 / params.voxel_size_m);
     for (int z = -reach; z < reach; ++z)
       for (int y = -reach; y < reach; ++y)
@@ -159,11 +160,11 @@ TEST(DepthBounds, DropOnlyVolumesWithoutAnyPart) {
     RgbdFrame frame = random_scene(rng).render(camera, random_pose(rng));
     disturb(frame, rng);
     PreparedDepth prepared;
-    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m)}, ParallelLoop(1),
-                  prepared);
+    const ProjectionScan scan = make_projection_scan(camera, frame.T_world_camera->inverse(), params, {});
+    prepare_depth({frame.depth, params, EdgeRule(params, {}, camera, frame.depth.unit_m), scan},
+                  ParallelLoop(1), prepared);
     DepthBounds bounds;
-    bounds.build(prepared, make_projection_scan(camera, frame.T_world_camera->inverse(), params, {}), camera,
-                 ParallelLoop(1));
+    bounds.build(prepared, scan, camera, ParallelLoop(1));
     std::vector<VolumeKey> keys;
     for (int z = -12; z < 12; ++z)
       for (int y = -12; y < 12; ++y)
@@ -202,9 +203,10 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
   TsdfParams params;
   params.near_m = 0.9;
   params.far_m = 2.2;
-  const EdgeRule rule(params, {}, {91, 37, 80, 80, 45, 18, {}}, depth.unit_m);
+  const PinholeCamera camera{91, 37, 80, 80, 45, 18, {}};
+  const EdgeRule rule(params, {}, camera, depth.unit_m);
   PreparedDepth prepared;
-  prepare_depth({depth, params, rule}, ParallelLoop(2), prepared);
+  prepare_depth({depth, params, rule, make_projection_scan(camera, SE3(), params, {})}, ParallelLoop(2), prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
   std::vector<bool> far(low.size(), false);
   std::size_t in_range = 0, mixed_pixels = 0, edges = 0;

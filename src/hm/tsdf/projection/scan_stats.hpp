@@ -28,6 +28,9 @@ struct ScanStats {
   double allocate_ms = 0, integrate_ms = 0, carve_ms = 0, total_ms = 0;
   /// Why nothing was integrated, in words with numbers; empty when something was.
   std::string nothing_integrated_because;
+  /// The memory that could not be had, with the remedy; empty when there was enough. The grid may then hold
+  /// part of the scan: nothing more should be integrated.
+  std::string out_of_memory;
   /// The volumes that changed, sorted by z, y, x.
   std::vector<ChangedVolume> changed;
 };

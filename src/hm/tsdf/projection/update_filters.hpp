@@ -6,8 +6,9 @@
 namespace hm {
 
 /// The discrete update filters of 4.2.6: weighted running means in whole numbers, free of drift (round to
-/// nearest even) and of stalls (a sample that differs moves the mean by at least one unit). The scalar
-/// truth that vector code must match bit for bit: single precision, no fused multiply-add.
+/// nearest even) and of stalls (a whole observation that differs moves the mean by at least one unit; one of
+/// weight w < 1 where it differs by at least 0.5 / w units). Weight 0 changes nothing. The scalar truth that
+/// vector code must match bit for bit: single precision, no fused multiply-add.
 
 /// Nearest whole number, ties to even; |x| < 2^22.
 inline float round_to_even(float x) {
@@ -15,12 +16,14 @@ inline float round_to_even(float x) {
   return (x + kMagic) - kMagic;
 }
 
-/// The step that a mean takes towards a sample whose difference is `difference` with gain in (0, 1].
-inline float filter_step(float difference, float gain) {
+/// The step that a mean takes towards a sample whose difference is `difference` with gain in [0, 1]; `weight`
+/// of the sample in 1/kWeightOne.
+inline float filter_step(float difference, float gain, float weight) {
+  constexpr float kLeast = 0.5f * static_cast<float>(kWeightOne);
   const float step = round_to_even(difference * gain);
   if (step != 0.0f) return step;
-  if (difference >= 0.5f) return 1.0f;
-  if (difference <= -0.5f) return -1.0f;
+  if (difference * weight >= kLeast) return 1.0f;
+  if (difference * weight <= -kLeast) return -1.0f;
   return 0.0f;
 }
 
@@ -29,7 +32,8 @@ inline TsdfVoxel add_observation(TsdfVoxel voxel, float sample, float weight, fl
   const auto mean = static_cast<float>(voxel.sdf());
   const auto old_weight = static_cast<float>(voxel.weight());
   const float new_weight = old_weight + weight;
-  const float step = filter_step(sample - mean, weight / new_weight);
+  // Weights are whole numbers: at least 1 where there is any.
+  const float step = filter_step(sample - mean, weight / (new_weight > 1.0f ? new_weight : 1.0f), weight);
   return TsdfVoxel::make(static_cast<std::int16_t>(mean + step),
                          static_cast<std::uint16_t>(new_weight < cap ? new_weight : cap));
 }

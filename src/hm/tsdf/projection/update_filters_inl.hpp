@@ -17,11 +17,12 @@ namespace hm {
 namespace HWY_NAMESPACE {
 
 /// filter_step() of update_filters.hpp.
-HWY_INLINE VF FilterStep(DF df, VF difference, VF gain) {
+HWY_INLINE VF FilterStep(DF df, VF difference, VF gain, VF weight) {
   const VF step = hn::ConvertTo(df, hn::NearestInt(hn::Mul(difference, gain)));
-  const VF one = hn::Set(df, 1.0f), half = hn::Set(df, 0.5f), zero = hn::Zero(df);
-  VF nudge = hn::IfThenElseZero(hn::Ge(difference, half), one);
-  nudge = hn::IfThenElse(hn::Le(difference, hn::Neg(half)), hn::Neg(one), nudge);
+  const VF one = hn::Set(df, 1.0f), least = hn::Set(df, 0.5f * kWeightOne), zero = hn::Zero(df);
+  const VF weighted = hn::Mul(difference, weight);
+  VF nudge = hn::IfThenElseZero(hn::Ge(weighted, least), one);
+  nudge = hn::IfThenElse(hn::Le(weighted, hn::Neg(least)), hn::Neg(one), nudge);
   return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
 }
 
@@ -33,7 +34,8 @@ HWY_INLINE VI AddObservation(VI bits, VF sample, VF observation, VF cap) {
   const VF mean = hn::ConvertTo(d, hn::ShiftRight<16>(hn::ShiftLeft<16>(bits)));
   const VF old_weight = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(du, bits))));
   const VF new_weight = hn::Add(old_weight, observation);
-  const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), hn::Div(observation, new_weight)));
+  const VF gain = hn::Div(observation, hn::Max(new_weight, hn::Set(d, 1.0f)));
+  const VF moved = hn::Add(mean, FilterStep(d, hn::Sub(sample, mean), gain, observation));
   return hn::Or(hn::And(hn::ConvertTo(di, moved), hn::Set(di, 0xffff)),
                 hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, cap))));
 }
