@@ -9,7 +9,7 @@ from pathlib import Path
 import support
 
 TOOLS = ["bash", "awk", "sed", "sort", "comm", "tr", "wc", "mktemp", "tail", "head", "grep", "dirname", "readlink",
-         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true"]
+         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true", "ls"]
 FAKES = {
     "dpkg-query": 'for word in "$@"; do grep -qx "$word" "$STATE/installed" && echo "installed $word"; done; true',
     "apt-get": 'echo "apt-get $*" >> "$STATE/log"; [ ! -e "$STATE/apt_fails" ] || { echo "no network"; exit 100; }\n'
@@ -27,6 +27,9 @@ FAKES = {
              'if [ -e "$STATE/build_fails" ]; then echo "FAILED: a.o"; echo "a.cpp:1: error: oh"; exit 1; fi\n'
              'echo "[2/2] Linking"; mkdir -p "$2/bin"\n'
              'printf \'#!/bin/bash\\necho "program: $*"\\n\' > "$2/bin/hm"; chmod +x "$2/bin/hm"',
+    "ctest": 'echo "ctest $*" >> "$STATE/log"; [ ! -e "$STATE/tests_fail" ]',
+    "cpack": 'echo "cpack $*" >> "$STATE/log"; mkdir -p "$4"; touch "$4/housemartin_1_amd64.deb"',
+    "python3": "true",
 }
 
 
@@ -136,6 +139,22 @@ class Bootstrap(unittest.TestCase):
         self.assertLessEqual({"[dense]", "[all]", "[test]", "[bench]"}, sections)
         dense = {package for name, package in seen if name == "[dense]"}
         self.assertFalse(dense & {"libopencv-dev", "libceres-dev", "libgtest-dev", "libassimp-dev", "liboctomap-dev"})
+
+    def test_sanitizers_build_and_run_what_they_are_for(self):
+        result = self.hm("test", "--sanitize", "-R", "slam")
+        self.assertRegex(self.log(), r"ninja -C \S*asan-ubsan .*hm_core_test .*hm_slam_test .*hm_pipeline_test")
+        self.assertRegex(self.log(), r"ctest --test-dir \S*asan-ubsan .*-L \^\(core\|.*\|pipeline\)\$ -R slam")
+        self.assertRegex(result.stderr, r"asan-ubsan: built in \d+ s, tested in \d+ s")
+        (self.state / "tests_fail").touch()
+        self.hm("test", "--tsan", expect=1)
+        self.assertRegex(self.log(), r"ninja -C \S*tsan .*hm_threads_test")
+
+    def test_packages_are_made_of_the_whole_program(self):
+        result = self.hm("package")
+        self.assertIn("-DHM_PARTS=all", self.log())
+        self.assertRegex(self.log(), r"cpack --config \S*release/CPackConfig.cmake")
+        self.assertIn("housemartin_1_amd64.deb", result.stdout)
+        self.assertIn("no way to make packages", self.hm("package", "--everything", expect=1).stderr)
 
     def test_without_words_it_helps_and_does_nothing(self):
         self.assertIn("./hm demo", self.hm().stdout)

@@ -1,0 +1,21 @@
+# 64-bit ARM with Debian's cross compiler; HM_CROSS_ROOT holds the libraries (see scripts/cross.sh). What is compiled
+# runs under QEMU.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(HM_CROSS_ROOT "" CACHE PATH "Folder with the libraries of the target")
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES HM_CROSS_ROOT)
+set(CMAKE_FIND_ROOT_PATH ${HM_CROSS_ROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(library_dir ${HM_CROSS_ROOT}/usr/lib/aarch64-linux-gnu)
+# After the compiler's own, so that its C library and not the target's copy of it is read.
+set(CMAKE_CXX_FLAGS_INIT "-idirafter ${HM_CROSS_ROOT}/usr/include")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-Wl,-rpath-link,${library_dir}:${HM_CROSS_ROOT}/lib/aarch64-linux-gnu")
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static -L ${HM_CROSS_ROOT})
+set(ENV{PKG_CONFIG_LIBDIR} ${library_dir}/pkgconfig:${HM_CROSS_ROOT}/usr/share/pkgconfig)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${HM_CROSS_ROOT})
