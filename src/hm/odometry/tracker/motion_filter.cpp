@@ -1,7 +1,9 @@
 #include "hm/odometry/tracker/motion_filter.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -41,7 +43,7 @@ MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
     motion.equations = surface_equations(surface_, grid, motion.T_last_camera, {noise_, 1, 4, extra_gate_m});
     motion.equations.information *= kReadingWeight;
     motion.equations.gradient *= kReadingWeight;
-    const Mat6 covariance = (motion.equations.information + prior).inverse();
+    const Mat6 covariance = inverse_of(motion.equations.information + prior);
     motion.share_seen = covariance * motion.equations.information;
     const Vec6 slope = motion.equations.gradient + prior * motion.disagreement;
     motion.disagreement -= covariance * slope;
@@ -73,21 +75,20 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
   note_disagreement(motion.disagreement, motion.share_seen);
   // The surfaces' information on the new pose, after their own errors and those of the last pose.
   const Mat6 to_camera = adjoint(motion.T_last_camera.inverse());
-  const Mat6 loose = (diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
-                      to_camera * covariance_ * to_camera.transpose())
-                         .inverse();
-  const Mat6 damping = loose * (motion.equations.information + loose).inverse();
+  const Mat6 loose = inverse_of(diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
+                                to_camera * covariance_ * to_camera.transpose());
+  const Mat6 damping = loose * inverse_of(motion.equations.information + loose);
   const Mat6 of_model = model_information();
   const Mat6 information = damping * motion.equations.information + of_model;
   const SE3 T_predicted = T_odom_last_ * motion.T_last_camera;
   const Vec6 from_model = (T_odom_camera.inverse() * T_predicted).log();
-  const Vec6 step = -information.ldlt().solve(damping * motion.equations.gradient + of_model * from_model);
+  const Vec6 step = -solve_symmetric(information, damping * motion.equations.gradient + of_model * from_model);
   if (!step.allFinite() || step.norm() > kMaxStep) {
     restart(grid, T_odom_camera);
     return T_odom_camera;
   }
   T_odom_last_ = T_predicted * SE3::exp(step);
-  covariance_ = information.inverse();
+  covariance_ = inverse_of(information);
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
   T_odom_model_ = T_odom_camera;
   surface_ = sample_surface(grid, noise_, kStride);
@@ -96,7 +97,7 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
 
 void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
   T_odom_last_ = T_odom_model_ = T_odom_camera;
-  covariance_ = model_information().inverse();
+  covariance_ = inverse_of(model_information());
   surface_ = sample_surface(grid, noise_, kStride);
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 
 #include "hm/geometry/pose_edge_kind.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/slam/pose_graph/pose_graph_2d_solver.hpp"
 
 namespace ceres {
@@ -14,8 +15,8 @@ namespace hm::detail {
 /// The square root R of an information matrix (R^T R), also of one that is not of full rank.
 template <int kSize>
 Eigen::Matrix<double, kSize, kSize> information_root(const Eigen::Matrix<double, kSize, kSize>& information) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kSize, kSize>> solver(information);
-  return solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+  const auto solved = symmetric_eigen(information);
+  return solved.values.cwiseMax(0).cwiseSqrt().asDiagonal() * solved.vectors.transpose();
 }
 
 /// The loss of an edge: Cauchy's for loops where the parameters ask for it, else none. The caller owns it.
