@@ -36,8 +36,8 @@ struct FrameOutcome {
 /// (live_mesh); tsdf.max_map_mb caps the volumes. Query and save the grid with map_query.hpp.
 class DensePipeline {
  public:
-  /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and pass
-  /// check_params() (tsdf_params.hpp); `threads` is at least 1.
+  /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and
+  /// pass check_params() (tsdf_params.hpp); `threads` is at least 1.
   DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads);
   ~DensePipeline();
   DensePipeline(const DensePipeline&) = delete;
@@ -46,10 +46,10 @@ class DensePipeline {
   /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour are of
-  /// the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is corrected first
-  /// (4.2.8; T_map_given()). A frame without a pose, with a pose that is not rigid or finite, with pictures of the
-  /// wrong size, or without a reading in range is skipped, with the reason.
+  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour
+  /// are of the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is
+  /// corrected first (4.2.8; T_map_given()). A frame without a pose, with a pose that is not rigid or finite,
+  /// with pictures of the wrong size, or without a reading in range is skipped, with the reason.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "hm/core/statistics.hpp"
-#include "hm/report/html_report.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/mapping/mapping_params.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/report/html_report.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
