@@ -36,8 +36,8 @@ struct FrameOutcome {
 /// (live_mesh); tsdf.max_map_mb caps the volumes. Query and save the grid with map_query.hpp.
 class DensePipeline {
  public:
-  /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and pass
-  /// check_params() (tsdf_params.hpp); `threads` is at least 1.
+  /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and
+  /// pass check_params() (tsdf_params.hpp); `threads` is at least 1.
   DensePipeline(const DenseParams& parameters, const PinholeCamera& camera, int threads);
   ~DensePipeline();
   DensePipeline(const DensePipeline&) = delete;

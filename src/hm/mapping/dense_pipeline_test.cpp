@@ -1,11 +1,11 @@
 #include "hm/mapping/dense_pipeline.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
-
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 namespace {

@@ -9,8 +9,8 @@ namespace hm {
 /// Frames kept in memory, compressed without loss: the FrameSource of a live camera, whose frames nothing
 /// else can give again.
 ///
-/// A frame of 640 x 480 takes 0.4 to 0.6 MB (a third of its pictures' size; measured on public recordings), about
-/// 15 ms to keep and 7 ms to read. One thread may keep frames while others read them.
+/// A frame of 640 x 480 takes 0.4 to 0.6 MB (a third of its pictures' size; measured on public recordings),
+/// about 15 ms to keep and 7 ms to read. One thread may keep frames while others read them.
 class FrameArchive final : public FrameSource {
  public:
   /// `camera`: of the frames, without lens distortion. `max_bytes` caps bytes(); 0: no cap.

@@ -60,14 +60,15 @@ struct TrackedFrame {
 };
 
 /// RGB-D visual odometry on a persistent feature model (dissertation 3.2). `odom` is the camera of the first
-/// frame, unless make_visual_odometry() was given that frame's pose. Lost for some time, it begins a new submap,
-/// whose place relative to the one before is not known. A frame without an answer leaves the model untouched.
-/// Deterministic but for the milliseconds. One thread calls it. Memory is bounded (memory_bytes()).
+/// frame, unless make_visual_odometry() was given that frame's pose. Lost for some time, it begins a new
+/// submap, whose place relative to the one before is not known. A frame without an answer leaves the model
+/// untouched. Deterministic but for the milliseconds. One thread calls it. Memory is bounded
+/// (memory_bytes()).
 class VisualOdometry {
  public:
   virtual ~VisualOdometry() = default;
-  /// Tracks the next frame, in order of time. Depth and colour are free of lens distortion, registered to each
-  /// other and of the camera's size; a frame that cannot be used is kSkipped, with the reason.
+  /// Tracks the next frame, in order of time. Depth and colour are free of lens distortion, registered to
+  /// each other and of the camera's size; a frame that cannot be used is kSkipped, with the reason.
   virtual TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint = {}) = 0;
   /// Bytes held by model and keyframes (bounded; see max_model_points, max_keyframes).
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;

@@ -5,8 +5,8 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
-#include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
+#include "hm/tsdf/integration/integrator.hpp"
 
 namespace hm {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/core/statistics.hpp"
-#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/mapping/mapping_params.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
 namespace hm {
