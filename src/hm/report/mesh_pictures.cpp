@@ -2,6 +2,7 @@
 
 #include "hm/report/render/mesh_renderer.hpp"
 #include "hm/report/plot.hpp"
+#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/image/image_file.hpp"
 
 namespace hm {
