@@ -55,7 +55,7 @@ class Reader {
   template <class T>
   bool read(T* values, std::size_t count) {
     if (left() / sizeof(T) < count) return false;
-    std::memcpy(values, bytes_.data() + at_, count * sizeof(T));
+    if (count > 0) std::memcpy(values, bytes_.data() + at_, count * sizeof(T));  // an empty vector's data may be null
     at_ += count * sizeof(T);
     return true;
   }

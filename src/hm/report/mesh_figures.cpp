@@ -1,5 +1,6 @@
 #include "hm/report/mesh_figures.hpp"
 
+#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/render/mesh_renderer.hpp"

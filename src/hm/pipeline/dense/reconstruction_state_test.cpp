@@ -90,7 +90,7 @@ TEST(ReconstructionState, ResumingNeedsTheSameParametersAndRecording) {
   const auto contradicts = check_resumable(crafted, header, state, info, parameters, "map");
   ASSERT_FALSE(contradicts);
   EXPECT_EQ(contradicts.error().code, ErrorCode::kCorrupted);
-  EXPECT_THAT(contradicts.error().message, HasSubstr("its header says voxels of"));
+  EXPECT_THAT(contradicts.error().message, ::testing::HasSubstr("its header says voxels of"));
 }
 
 }  // namespace
