@@ -219,7 +219,8 @@ std::string to_text(const DepthCalibrationSummary& summary) {
     text += describe(error).lines({"            {distance_m} {before_rms_m} {after_rms_m} [{noise_m}]"});
   const Totals test = totals(summary.test);
   return text +
-         fmt::format("            all      {:8.2f} {:8.2f}\n", 1e3 * test.before_rms_m, 1e3 * test.after_rms_m) +
+         fmt::format("            all      {:8.2f} {:8.2f}\n", 1e3 * test.before_rms_m,
+                     1e3 * test.after_rms_m) +
          output_lines(summary.outputs);
 }
 
