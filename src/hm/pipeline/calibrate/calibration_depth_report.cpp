@@ -217,7 +217,10 @@ std::string to_text(const DepthCalibrationSummary& summary) {
        "test poses  distance   before    after    noise (RMS, mm)"});
   for (const DistanceError& error : summary.by_distance)
     text += describe(error).lines({"            {distance_m} {before_rms_m} {after_rms_m} [{noise_m}]"});
-  return text + tree.lines({"            all        {before_rms_m} {after_rms_m}"}) +
+  const Totals test = totals(summary.test);
+  return text +
+         fmt::format("            all      {:8.2f} {:8.2f}\n", 1e3 * test.before_rms_m,
+                     1e3 * test.after_rms_m) +
          output_lines(summary.outputs);
 }
 

@@ -109,6 +109,13 @@ void add_errors_of_odom(const LaserSummary& summary, SummaryTree& v) {
                 errors.rotation_std_rad);
 }
 
+void add_size(const MvogSize& size, SummaryTree& v) {
+  v({"bytes", "memory", "{:.2f} MB", 1e-6}, size.bytes);
+  v({"area_m2", "area of the map", "{:.1f} m2"}, size.area_m2);
+  v({"volumes_positive", "occupied volumes"}, size.volumes_positive);
+  v({"volumes_negative", "free volumes"}, size.volumes_negative);
+}
+
 /// Adds what loops and a saved map have in common.
 void add_map_frame(const MapFrameSummary& map, SummaryTree& v) {
   v({"corrected"}, map.corrected);
@@ -123,6 +130,10 @@ void add_map_frame(const MapFrameSummary& map, SummaryTree& v) {
   v({"ms_p99", "a scan, 99 % under", "{:.2f} ms"}, map.ms.p99);
   v({"ms_max", "a scan, at most", "{:.2f} ms"}, map.ms.max);
   v({"rebuild_s", "map rebuilt in", "{:.1f} s"}, map.rebuild_s);
+  if (!map.mvog_odom) return;
+  SummaryTree odom;
+  add_size(*map.mvog_odom, odom);
+  v.json("mvog_odom", odom.json());
 }
 
 void add_loops(const MapFrameSummary& map, SummaryTree& v) {
@@ -227,10 +238,7 @@ std::string map_frame_csv(const MapFrameSummary& summary) {
 }
 
 void visit(const MvogSize& size, SummaryTree& v) {
-  v({"bytes", "memory", "{:.2f} MB", 1e-6}, size.bytes);
-  v({"area_m2", "area of the map", "{:.1f} m2"}, size.area_m2);
-  v({"volumes_positive", "occupied volumes"}, size.volumes_positive);
-  v({"volumes_negative", "free volumes"}, size.volumes_negative);
+  add_size(size, v);
   v({"columns"}, size.columns);
   v({"tiles"}, size.tiles);
 }
