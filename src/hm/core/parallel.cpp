@@ -1,3 +1,4 @@
+// hm: compiled alone, for under ThreadSanitizer this file is not instrumented (src/CMakeLists.txt).
 #include "hm/core/parallel.hpp"
 
 #include <tbb/global_control.h>
@@ -8,18 +9,19 @@
 
 #include "hm/core/check.hpp"
 
-#ifdef __SANITIZE_THREAD__
+#ifdef HM_SANITIZE_THREAD
 #include <sanitizer/tsan_interface.h>
 #endif
 
 namespace hm {
 namespace {
 
-/// What ThreadSanitizer cannot see, because TBB is not compiled with it: a loop's bodies run after the call
-/// and before its return. Nothing orders the bodies among themselves, so that races between them are found.
+/// Declares to ThreadSanitizer what it cannot see, because neither TBB nor this file is compiled with it: a
+/// loop's bodies run after the call and before its return. Nothing orders the bodies among themselves, so
+/// that races between them are found.
 class LoopOrder {
  public:
-#ifdef __SANITIZE_THREAD__
+#ifdef HM_SANITIZE_THREAD
   void begin_loop() { __tsan_release(&began_); }
   void begin_body() { __tsan_acquire(&began_); }
   void end_body() { __tsan_release(&ended_); }
