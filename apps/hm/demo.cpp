@@ -55,6 +55,7 @@ void add_demo(Program& program) {
                    "  hm demo -o demo --set simulation.frame_limit=100",
                    [output](Session& session) { return run(*output, session); }});
   command.add_option("-o,--output", *output, "folder for recording and results (default: hm_demo)");
+  program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }
 
 const VerbRegistration kDemo(10, add_demo);

@@ -59,7 +59,6 @@ void add_reconstruct(Program& program) {
   flags->output.add_resume_to(
       command, "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);
-  program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }
 
 const VerbRegistration kReconstruct(40, add_reconstruct);

@@ -16,7 +16,7 @@ double TsdfParams::max_truncation_m() const {
 
 double TsdfParams::distance_limit_m() const {
   const double narrowest_voxel = dynamic_truncation ? min_truncation_voxel : fixed_truncation_voxel;
-  return std::min(distance_limit_voxel, narrowest_voxel) * voxel_size_m;
+  return std::min(kDistanceLimit_voxel, narrowest_voxel) * voxel_size_m;
 }
 
 Result<void> check_params(const TsdfParams& params) {
