@@ -34,15 +34,15 @@ Result<DepthCalibrationSummary> calibrate_all(const fs::path& folder, const Boar
                               {},
                               {},
                               run};
-    if (auto board = read_board_of(options.pictures, options.board); !board) return forward_error(board);
+    if (auto board = read_board_of(options.images, options.board); !board) return forward_error(board);
     if (auto done = calibrate_intrinsics(options); !done) return forward_error(done);
   }
   ExtrinsicsOptions rig{
       set / "stereo/ir", set / "stereo/color", folder / "both", folder / "rig", {}, {}, run};
-  if (auto board = read_board_of(rig.depth_pictures, rig.board); !board) return forward_error(board);
+  if (auto board = read_board_of(rig.depth_images, rig.board); !board) return forward_error(board);
   if (auto done = calibrate_extrinsics(rig); !done) return forward_error(done);
   DepthCalibrationOptions depth{
-      set / "depth", folder / "rig", folder / "corrected", DepthPictures::kDepth, 1000, large, {}, run};
+      set / "depth", folder / "rig", folder / "corrected", DepthImages::kDepth, 1000, large, {}, run};
   return calibrate_depth(depth);
 }
 
@@ -191,7 +191,7 @@ Result<BenchResult> bench_depth_calibration(const BenchOptions& options) {
     DepthCalibrationOptions depth{folder / "set" / "depth",
                                   folder / "rig",
                                   folder / "thesis",
-                                  DepthPictures::kDepth,
+                                  DepthImages::kDepth,
                                   1000,
                                   simulation.board,
                                   {},
