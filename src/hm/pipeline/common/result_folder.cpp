@@ -169,7 +169,7 @@ Result<void> ResultFolder::write_record(RunState state) const {
   return write_file_text(path() / kRecordName, to_json_text(json) + "\n");
 }
 
-/// Removes the files of the result that is replaced, but for those that this run has written anew.
+/// Removes the files of the result that is replaced, but for those that this run writes anew.
 void ResultFolder::forget_earlier_files() {
   std::error_code ignored;
   for (const std::string& name : std::exchange(earlier_files_, {})) {
@@ -213,9 +213,9 @@ Result<void> ResultFolder::publish(std::vector<fs::path>& files, RunState state)
       files_.push_back(name.string());
   // The record first: whenever the process ends, it names every file of both runs.
   if (const auto written = as_run_failure(write_record(RunState::kRunning)); !written) return written;
+  forget_earlier_files();  // before the new ones come: no file of one result beside those of the other
   for (const fs::path& name : names)
     if (const auto moved = move_file(name); !moved) return moved;
-  forget_earlier_files();
   return as_run_failure(write_record(state));
 }
 
