@@ -36,13 +36,10 @@ struct ModelIcpParams {
   static constexpr double kMaxPairDistance_m = 0.15;
   /// ICP: fewer pairs are a failure.
   static constexpr int kMinPairs = 15;
-  /// ICP: ends when a step moves less and ....
+  /// ICP: ends when a step moves less and turns less than this.
   static constexpr double kConverged_m = 1e-4;
-  /// ... ICP: turns less.
+  /// See kConverged_m.
   static constexpr double kConverged_rad = 1.7e-3;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {}
 };
 
 struct PointModelParams {
@@ -80,7 +77,6 @@ struct PublishedParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     RansacParams::visit(self.ransac, v);
-    ModelIcpParams::visit(self.icp, v);
     PointModelParams::visit(self.model, v);
     v(ParamDoc{"constraint", {}, "motion that is taken for impossible; odom's z axis must point up"},
       self.constraint, kMotionConstraintNames);

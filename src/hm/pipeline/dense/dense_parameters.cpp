@@ -21,6 +21,8 @@ ParamList list_reconstruction(DenseParams& parameters) {
   list.add("alignment", parameters.alignment);
   list.add("mesh", parameters.mesh);
   list.add("reconstruction", parameters.reconstruction);
+  list.add_renamed("alignment.max_shift_m", "alignment.max_translation_m");
+  list.add_renamed("alignment.max_turn_rad", "alignment.max_rotation_rad");
   return list;
 }
 

@@ -44,7 +44,7 @@ LaserMapFrame LaserMapFrame::from_loops(const LaserMapFrameParams& params) {
 LaserMapFrame LaserMapFrame::from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params) {
   LaserMapFrame frame;
   frame.localiser_ = std::make_unique<GridLocaliser>(grid, params.localiser);
-  frame.seek_interval_ = Duration::from_seconds(params.kSeekInterval_s);
+  frame.seek_interval_ = Duration::from_seconds(params.seek_interval_s);
   return frame;
 }
 

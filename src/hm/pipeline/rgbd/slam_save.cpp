@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hm/pipeline/dense/dense_parameters.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
