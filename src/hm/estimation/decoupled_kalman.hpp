@@ -27,16 +27,7 @@ struct DecoupledKalmanParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     const Range any{1e-9, 1e9};
-    v(ParamDoc{"q_x", any, "added to both variances of x at every step"}, self.x.q);
-    v(ParamDoc{"q_y", any, "the same of y"}, self.y.q);
-    v(ParamDoc{"q_z", any, "the same of z"}, self.z.q);
-    v(ParamDoc{"q_yaw", any, "the same of yaw"}, self.q_yaw);
-    v(ParamDoc{"r_x", any, "measurement noise of x"}, self.x.r_position);
-    v(ParamDoc{"r_y", any, "measurement noise of y"}, self.y.r_position);
-    v(ParamDoc{"r_z", any, "measurement noise of z"}, self.z.r_position);
-    v(ParamDoc{"r_vx", any, "measurement noise of the velocity along x"}, self.x.r_velocity);
-    v(ParamDoc{"r_vy", any, "measurement noise of the velocity along y"}, self.y.r_velocity);
-    v(ParamDoc{"r_vz", any, "measurement noise of the climb rate"}, self.z.r_velocity);
+    v(ParamDoc{"q_yaw", any, "added to the variance of yaw at every step"}, self.q_yaw);
     v(ParamDoc{"r_yaw", any, "measurement noise of yaw"}, self.r_yaw);
   }
 };

@@ -81,7 +81,7 @@ TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   auto mapper = LaserMapper::create(one_laser(), {"laser.poses=scans"});
   ASSERT_TRUE(mapper);
   LaserPipeline pipeline(parameters.laser, one_laser());
-  std::vector<LaserScanRecord> records;
+  std::vector<MappedScan> scans;
   for (int i = 0; i < 400; ++i) {
     const LaserScan scan = scan_in_room(i, 6, 5);
     kept.lasers[0].scans.push_back(scan);
@@ -90,13 +90,10 @@ TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   }
   mapper->finish();
   pipeline.finish();
-  for (LaserStep& step : pipeline.take_steps()) {
-    LaserScanRecord record;
-    record.step = std::move(step);
-    records.push_back(std::move(record));
-  }
+  for (const LaserStep& step : pipeline.take_steps())
+    if (auto mapped = mapped_scan(step)) scans.push_back(std::move(*mapped));
   const MultiVolumeGrid wanted =
-      rebuild_laser_map({kept, one_laser().rigs, records, pipeline.map_frame()}, parameters.laser, {});
+      rebuild_laser_map({kept, one_laser().rigs, scans, pipeline.map_frame()}, parameters.laser, {});
   EXPECT_EQ(mapper->corrected_map().serialise(), wanted.serialise());
   EXPECT_TRUE(mapper->corrects());
   EXPECT_NE(mapper->corrected_map().serialise(), mapper->map().serialise());

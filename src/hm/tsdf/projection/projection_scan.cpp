@@ -45,7 +45,7 @@ ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_ca
   scan.sdf_units_per_m = static_cast<float>(1.0 / params.sdf_unit_m());
   scan.stale_below = static_cast<std::int32_t>(0.5f * scan.truncation.min_m * scan.sdf_units_per_m);
   scan.weight_numerator = scan.truncation.min_m * static_cast<float>(kWeightOne);
-  scan.edge_weight_numerator = scan.weight_numerator * static_cast<float>(params.kEdgeWeightRatio);
+  scan.edge_weight_numerator = scan.weight_numerator * static_cast<float>(params.edge_weight_ratio);
   scan.weight_cap = static_cast<float>(params.weight_cap_observations * kWeightOne);
   scan.color_band_m = static_cast<float>(params.kColorBand_voxel * params.voxel_size_m);
   scan.color_cap = static_cast<std::uint32_t>(params.color_cap_observations);

@@ -39,7 +39,7 @@ struct TsdfParams {
   /// Plus this many pixel widths.
   static constexpr double kEdgeSlopeRatio = 4.0;
   /// Weight of an observation at a depth edge.
-  static constexpr double kEdgeWeightRatio = 0.125;
+  double edge_weight_ratio = 0.125;
 
   bool carving = true;
   /// Carving starts this far in front of the truncation band.
