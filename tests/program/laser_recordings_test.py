@@ -110,7 +110,7 @@ class LaserRecordings(support.ProgramTest):
     def test_other_verbs_say_what_it_is(self):
         self.log("a.log", [self.flaser(i, [3 + i] * 180, 100 + i) for i in range(3)])
         failed = self.run_json("reconstruct", "a.log", "-o", "x", expect=3)
-        self.assertIn("recording of a laser", failed["error"]["message"])
+        self.assertIn("laser recording", failed["error"]["message"])
         self.assertIn("hm laser", failed["error"]["message"])
         refused = self.run_json("convert", "a.log", "x.ply", expect=2)
         self.assertIn("hm laser", refused["error"]["message"])

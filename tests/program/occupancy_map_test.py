@@ -8,7 +8,7 @@ class OccupancyMap(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
         keeper.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "200", "--quiet")
-        cls.run = keeper.run_json("laser", "flight", "-o", "result")
+        keeper.run_json("laser", "flight", "-o", "result")
         cls.result = keeper.folder / "result"
         cls.map = cls.result / "map.mvog"
 

@@ -193,7 +193,7 @@ class Failures(support.ProgramTest):
 
     def test_a_parameter_file_without_end(self):
         document = self.run_json("params", "show", "--params", "/dev/zero", expect=2)
-        self.assertIn("larger than 1 MiB", document["error"]["message"])
+        self.assertIn("not a parameter file", document["error"]["message"])
         self.run_hm("params", "check", "/dev/zero", expect=2)
 
     def test_memory_that_runs_out_is_an_error(self):

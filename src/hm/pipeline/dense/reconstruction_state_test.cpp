@@ -86,7 +86,7 @@ TEST(ReconstructionState, ResumingNeedsTheSameParametersAndRecording) {
   EXPECT_FALSE(check_resumable(header, header, state, shorter, parameters, "map"));
 
   MapHeader crafted = header;
-  crafted.voxel_size_m *= 2;
+  crafted.voxel_size_m += 0.01;
   const auto contradicts = check_resumable(crafted, header, state, info, parameters, "map");
   ASSERT_FALSE(contradicts);
   EXPECT_EQ(contradicts.error().code, ErrorCode::kCorrupted);

@@ -140,6 +140,7 @@ Result<void> Experiment::run_side(const char* name, const fs::path& calibration,
   options.recording_options = options_.recording_options;
   options.recording_options.calibration = calibration;
   options.output = options_.output / name;
+  options.existing = ExistingResult::kOverwrite;  // the folder has been opened for the whole experiment
   options.parameters = {parameters_, parameters_.mesh_error, parameters_.trajectory_error};
   options.run = options_.run;
   auto summary = reconstruct(options);
