@@ -42,8 +42,8 @@ void add_convert(Program& program) {
                    "  hm convert result/mesh.ply mesh.obj\n"
                    "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
                    "  hm convert result/trajectory.tum poses.kitti\n"
-                   "  hm convert flight/map.mvog flight.ot\n"
-                   "  hm convert flight/map.mvog floor.yaml --set laser.slice_top_m=1.2\n"
+                   "  hm convert flown/map.mvog flown.ot\n"
+                   "  hm convert flown/map.mvog floor.yaml --set laser.slice_top_m=1.2\n"
                    "  hm convert recording as_tum",
                    [flags](Session& session) { return run(*flags, session); }});
   command

@@ -186,11 +186,17 @@ fs::path ResultFolder::name_in_folder(const fs::path& file) const {
   return name.empty() || *name.begin() == ".." ? file.lexically_relative(path()) : name;
 }
 
-/// Moves a file out of staging(), unless it was published before.
+/// Moves a file out of staging(), unless it was published before. A link in the place of one of its folders is
+/// removed, not followed.
 Result<void> ResultFolder::move_file(const fs::path& name) {
   const fs::path from = staging_ / name, to = path() / name;
   std::error_code code;
   if (!fs::exists(from, code)) return {};
+  fs::path folder = path();
+  for (const fs::path& part : name.parent_path()) {
+    folder /= part;
+    if (fs::is_symlink(fs::symlink_status(folder, code))) fs::remove(folder, code);
+  }
   fs::create_directories(to.parent_path(), code);
   if (!code) fs::rename(from, to, code);
   if (code) return fail(ErrorCode::kInternal, to.string(), "cannot be written: {}", code.message());

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "hm/geometry/se3.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mvog_file.hpp"
 
