@@ -4,8 +4,10 @@
 #include <string>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/map_copy.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
+#include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 namespace hm {
@@ -19,7 +21,8 @@ struct SlamSaveState {
 };
 
 /// The header of a file with the map of a SLAM run.
-MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& grid, const SlamSaveState& state);
+MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& grid,
+                          const SlamSaveState& state);
 /// A state at the start of a recording.
 SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version);
 /// How far the run was that saved a map; 0 where there is no map. Errors: not a map of `hm slam`, or of
