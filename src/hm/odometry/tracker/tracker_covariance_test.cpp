@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "hm/core/testing/repetitions.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/testing/textured_room.hpp"
@@ -17,7 +16,7 @@ namespace {
 TEST(TrackerCovariance, IsHonestOverSeeds) {
   double sum = 0, worst = 0;
   int count = 0;
-  const int seeds = test::repetitions(24, 6);
+  const int seeds = 24;
   for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(seeds); ++seed) {
     Rng rng(seed);
     TexturedRoom room;
@@ -51,7 +50,7 @@ TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   double motions = 0, sights = 0;
   int motion_count = 0, sight_count = 0, far_off = 0;
   const PinholeCamera camera = room_camera();
-  const int seeds = test::repetitions(8, 3);
+  const int seeds = 8;
   for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(seeds); ++seed) {
     Rng rng(seed);
     TexturedRoom room;

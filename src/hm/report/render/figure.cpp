@@ -167,7 +167,8 @@ void draw_trajectory(SurfaceFigure& figure, const RenderView& view, const Trajec
   const bool from_above = view.projection == Projection::kOrthographic;
   const Rgb8 line{230, 92, 32};
   for (std::size_t i = 1; i < path.size(); ++i) {
-    if ((path[i] - path[i - 1]).norm() > 0.25 * figure.image.width()) continue;  // a jump, or around the edge
+    const bool is_near = (path[i] - path[i - 1]).norm() <= 0.25 * figure.image.width();  // false for NaN, too
+    if (!is_near) continue;  // a jump, or around the edge
     const int x = 2 * static_cast<int>(std::clamp(path[i].x(), -1e6, 1e6));
     const int y = 2 * static_cast<int>(std::clamp(path[i].y(), -1e6, 1e6));
     const bool hidden = !from_above && figure.buffer.triangle.contains(x, y) &&
