@@ -8,10 +8,10 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/odometry/make_odometry.hpp"
+#include "hm/tsdf/alignment/trajectory_aligner.hpp"
 #include "hm/tsdf/integration/integrator.hpp"
 #include "hm/tsdf/testing/analytic_scene.hpp"
-#include "hm/tsdf/alignment/trajectory_aligner.hpp"
-#include "hm/odometry/make_odometry.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <ctime>
 
+#include "hm/core/process_memory.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/core/process_memory.hpp"
 #include "hm/odometry/make_odometry.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"

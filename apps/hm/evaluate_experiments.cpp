@@ -58,10 +58,9 @@ hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& sessi
   const hm::RunContext run = session.interruptible_context("nothing is written");
   auto folder = hm::ResultFolder::open(folder_request(flags, "uncertainty", "deviations"));
   if (!folder) return hm::forward_error(folder);
-  const auto result =
-      flags.recording.empty()
-          ? hm::simulate_uncertainty(simulation, features, params, run)
-          : hm::record_uncertainty(flags.recording, *recording_options, features, params, run);
+  const auto result = flags.recording.empty() ? hm::simulate_uncertainty(simulation, features, params, run)
+                                              : hm::record_uncertainty(flags.recording, *recording_options,
+                                                                       features, params, run);
   if (!result) return hm::forward_error(result);
   auto outputs = hm::write_uncertainty(*result, folder->staging(), run);
   if (!outputs) return hm::forward_error(outputs);

@@ -104,7 +104,9 @@ hm::Error error_of(const std::exception_ptr& exception) {
     return {hm::ErrorCode::kInternal, error.what(), {}};
   } catch (...) {
   }
-  return {hm::ErrorCode::kInternal, "a library ended the program without a reason, as some do when the system gives no more memory", {}};
+  return {hm::ErrorCode::kInternal,
+          "a library ended the program without a reason, as some do when the system gives no more memory",
+          {}};
 }
 
 namespace {

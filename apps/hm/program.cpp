@@ -152,7 +152,8 @@ int Program::run(int argc, char** argv) {
 int Program::parse_and_run(int argc, char** argv) {
   if (argc < 2) return write_output(app_.help()) ? 0 : 1;
   const std::span<char* const> words(argv + 1, static_cast<std::size_t>(argc - 1));
-  const bool json = std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
+  const bool json =
+      std::any_of(words.begin(), words.end(), [](std::string_view word) { return word == "--json"; });
   if (const std::string absent = absent_verb(words); !absent.empty())
     return print_result({absent, 0, json}, tl::make_unexpected(not_built(absent)));
   try {

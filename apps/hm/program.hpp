@@ -98,8 +98,8 @@ class Session {
   /// ("finishing with what there is") is said; the second ends the program. Call it before any other thread
   /// is started, and once.
   hm::RunContext interruptible_context(const std::string& consequence);
-  /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error. Sections of other
-  /// parts may stand there as well: they are checked, and change nothing.
+  /// --params FILE, then every --set, then all ranges; whatever is wrong becomes a usage error. Sections of
+  /// other parts may stand there as well: they are checked, and change nothing.
   [[nodiscard]] hm::Result<void> apply(const hm::ParamList& own) const;
   [[nodiscard]] AllParameters all_parameters() const;
 
@@ -144,13 +144,14 @@ class Program {
   Verb chosen_;
 };
 
-/// Each file with a verb registers the function that adds it, so that a program has the verbs whose files it was
-/// built of. `place` orders them.
+/// Each file with a verb registers the function that adds it, so that a program has the verbs whose files it
+/// was built of. `place` orders them.
 struct VerbRegistration {
   VerbRegistration(int place, void (*add)(Program&));
 };
 
-/// Whether this program has the verbs that need more than dense reconstruction; all_parts.cpp says so before main().
+/// Whether this program has the verbs that need more than dense reconstruction; all_parts.cpp says so before
+/// main().
 inline bool has_all_parts = false;
 
 /// The error of a word whose part was not built.

@@ -44,7 +44,8 @@ AllParameters Session::all_parameters() const {
 
 hm::Result<void> Session::apply(const hm::ParamList& own) const {
   const auto as_usage = [](const hm::Result<void>& result) {
-    const bool is_unknown = !has_all_parts && result.error().message.find("unknown parameter") != std::string::npos;
+    const bool is_unknown =
+        !has_all_parts && result.error().message.find("unknown parameter") != std::string::npos;
     return tl::make_unexpected(hm::Error{
         hm::ErrorCode::kUsage,
         result.error().message +

@@ -7,15 +7,16 @@
 #include "fuzz_seeds.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 
-/// What libFuzzer calls. HM_FUZZ_READER names the reader; HM_FUZZ_SEEDS a folder that its good files are written
-/// into first. Without a reader the names of all are printed.
+/// What libFuzzer calls. HM_FUZZ_READER names the reader; HM_FUZZ_SEEDS a folder that its good files are
+/// written into first. Without a reader the names of all are printed.
 namespace {
 const hm::fuzz::Reader* chosen = nullptr;
 
 void write_seeds(const std::filesystem::path& folder) {
   int number = 0;
   for (const hm::fuzz::Seed& seed : hm::fuzz::seeds())
-    if (seed.reader == chosen->name && !hm::write_file_bytes(folder / ("seed" + std::to_string(number++)), seed.bytes))
+    if (seed.reader == chosen->name &&
+        !hm::write_file_bytes(folder / ("seed" + std::to_string(number++)), seed.bytes))
       std::abort();
 }
 }  // namespace

@@ -42,14 +42,16 @@ using Bytes = std::span<const std::uint8_t>;
 
 std::string_view text_of(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
-Bytes bytes_of(std::string_view text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+Bytes bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 /// Whether it was read; a refusal must say what is wrong and where.
 template <class T>
 bool accepted(const Result<T>& result) {
   if (result) return true;
-  HM_CHECK(!result.error().message.empty() && !result.error().where.empty(), "an error without text or place: {}",
-           to_string(result.error()));
+  HM_CHECK(!result.error().message.empty() && !result.error().where.empty(),
+           "an error without text or place: {}", to_string(result.error()));
   return false;
 }
 
@@ -63,7 +65,8 @@ const fs::path& folder() {
 fs::path as_file(const fs::path& name, Bytes bytes) {
   const fs::path path = folder() / name;
   if (name.has_parent_path()) fs::create_directories(path.parent_path());
-  std::remove(path.c_str());  // some file systems wait for the disk when a file is truncated and written again
+  std::remove(
+      path.c_str());  // some file systems wait for the disk when a file is truncated and written again
   std::FILE* file = std::fopen(path.c_str(), "wb");
   HM_CHECK(file && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "cannot write {}",
            path.string());
@@ -83,8 +86,10 @@ void check_sound(const Trajectory& poses) {
 }
 
 void check_sound(const TriangleMesh& mesh) {
-  HM_CHECK(mesh.normals.empty() || mesh.normals.size() == mesh.vertices.size(), "{} normals", mesh.normals.size());
-  HM_CHECK(mesh.colors.empty() || mesh.colors.size() == mesh.vertices.size(), "{} colours", mesh.colors.size());
+  HM_CHECK(mesh.normals.empty() || mesh.normals.size() == mesh.vertices.size(), "{} normals",
+           mesh.normals.size());
+  HM_CHECK(mesh.colors.empty() || mesh.colors.size() == mesh.vertices.size(), "{} colours",
+           mesh.colors.size());
   for (const auto& triangle : mesh.triangles)
     for (const auto corner : triangle)
       HM_CHECK(static_cast<std::size_t>(corner) < mesh.vertices.size(), "corner {} of {}", corner,
@@ -159,7 +164,8 @@ bool read_mvog(Bytes bytes) {
     end = begin + kTileBytes + 2 * static_cast<std::size_t>(units) + 8;
   }
   const auto grid = MultiVolumeGrid::parse(std::as_bytes(std::span(sealed)));
-  if (grid) HM_CHECK(MultiVolumeGrid::parse(grid->serialise()).has_value(), "what was read cannot be read again");
+  if (grid)
+    HM_CHECK(MultiVolumeGrid::parse(grid->serialise()).has_value(), "what was read cannot be read again");
   return accepted(grid);
 }
 
@@ -181,7 +187,8 @@ bool read_occupancy_yaml(Bytes bytes) {
 
 bool read_occupancy_image(Bytes bytes) {
   constexpr std::string_view kYaml =
-      "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+      "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: "
+      "0.2\n";
   as_file("grid_image/map.pgm", bytes);
   return accepted(read_occupancy_grid(as_file("grid_image/map.yaml", bytes_of(kYaml))));
 }
@@ -201,10 +208,10 @@ bool read_seven_scenes_pose(Bytes bytes) {
 }
 
 template <std::size_t kLines>
-bool read_carried(const char* name, Bytes bytes, const std::array<std::pair<const char*, const char*>, kLines>& beside) {
+bool read_carried(const char* name, Bytes bytes,
+                  const std::array<std::pair<const char*, const char*>, kLines>& beside) {
   const fs::path path = as_file(name, bytes);
-  for (const auto& [other, text] : beside)
-    as_file(path.parent_path().filename() / other, bytes_of(text));
+  for (const auto& [other, text] : beside) as_file(path.parent_path().filename() / other, bytes_of(text));
   return accepted(read_carried_imu(path.parent_path()));
 }
 
@@ -235,15 +242,12 @@ bool read_json_text(Bytes bytes) {
   return accepted(value);
 }
 
-bool read_depth(Bytes bytes) {
-  return accepted(read_depth_picture(as_file("depth.png", bytes)));
-}
+bool read_depth(Bytes bytes) { return accepted(read_depth_picture(as_file("depth.png", bytes))); }
 
 bool read_color(Bytes bytes) { return accepted(decode_color_image(bytes, "color.png")); }
 
 constexpr std::array kReaders{
-    Reader{"accelerometer",
-           [](Bytes b) { return read_carried<0>("tum_imu/accelerometer.txt", b, {}); }},
+    Reader{"accelerometer", [](Bytes b) { return read_carried<0>("tum_imu/accelerometer.txt", b, {}); }},
     Reader{"associations",
            [](Bytes b) { return accepted(detail::read_associations(as_file("associations.txt", b))); }},
     Reader{"breezy", [](Bytes b) { return read_laser<LaserRecordingKind::kBreezySlam>("breezy/a.dat", b); }},
@@ -254,7 +258,8 @@ constexpr std::array kReaders{
     Reader{"color_image", read_color},
     Reader{"depth_correction", read_correction},
     Reader{"depth_image", read_depth},
-    Reader{"euroc_imu", [](Bytes b) { return read_laser<LaserRecordingKind::kEurocImu>("euroc/imu0.csv", b); }},
+    Reader{"euroc_imu",
+           [](Bytes b) { return read_laser<LaserRecordingKind::kEurocImu>("euroc/imu0.csv", b); }},
     Reader{"g2o_2d", [](Bytes b) { return accepted(read_g2o_2d(as_file("graph2.g2o", b))); }},
     Reader{"g2o_3d", [](Bytes b) { return accepted(read_g2o_3d(as_file("graph3.g2o", b))); }},
     Reader{"imu_csv",
@@ -263,11 +268,14 @@ constexpr std::array kReaders{
            }},
     Reader{"imu_toml",
            [](Bytes b) {
-             return read_carried<1>("imu_frame/imu.toml", b, {{{"imu.csv", "1000,1,2,3,4,5,6\n2000,1,2,3,4,5,6\n"}}});
+             return read_carried<1>("imu_frame/imu.toml", b,
+                                    {{{"imu.csv", "1000,1,2,3,4,5,6\n2000,1,2,3,4,5,6\n"}}});
            }},
-    Reader{"intrinsics", [](Bytes b) { return accepted(read_intrinsics_matrix(as_file("intrinsics.txt", b))); }},
+    Reader{"intrinsics",
+           [](Bytes b) { return accepted(read_intrinsics_matrix(as_file("intrinsics.txt", b))); }},
     Reader{"json", read_json_text},
-    Reader{"laser_graph", [](Bytes b) { return read_laser<LaserRecordingKind::kG2oLaser>("laser_graph/a.log", b); }},
+    Reader{"laser_graph",
+           [](Bytes b) { return read_laser<LaserRecordingKind::kG2oLaser>("laser_graph/a.log", b); }},
     Reader{"map", read_map},
     Reader{"map_header", [](Bytes b) { return accepted(parse_record(text_of(b), "map.hmap")); }},
     Reader{"mesh_glb", [](Bytes b) { return read_mesh_named("mesh.glb", b); }},
@@ -280,14 +288,16 @@ constexpr std::array kReaders{
     Reader{"octomap_bt", [](Bytes b) { return accepted(read_octomap(as_file("map.bt", b))); }},
     Reader{"octomap_ot", [](Bytes b) { return accepted(read_octomap(as_file("map.ot", b))); }},
     Reader{"parameters", read_parameters},
-    Reader{"picture_list", [](Bytes b) { return accepted(detail::read_picture_list(as_file("depth.txt", b))); }},
+    Reader{"picture_list",
+           [](Bytes b) { return accepted(detail::read_picture_list(as_file("depth.txt", b))); }},
     Reader{"pose_list", read_poses},
     Reader{"relations", [](Bytes b) { return accepted(read_relations(as_file("truth.relations", b))); }},
     Reader{"rig", [](Bytes b) { return accepted(read_laser_rig(as_file("rig.toml", b))); }},
     Reader{"rosbag", [](Bytes b) { return read_laser<LaserRecordingKind::kRosBag>("bag/a.bag", b); }},
     Reader{"seven_scenes_pose", read_seven_scenes_pose},
     Reader{"trajectory", read_trajectory_file},
-    Reader{"wean_hall", [](Bytes b) { return read_laser<LaserRecordingKind::kWeanHall>("wean_hall/a.log", b); }},
+    Reader{"wean_hall",
+           [](Bytes b) { return read_laser<LaserRecordingKind::kWeanHall>("wean_hall/a.log", b); }},
 };
 
 }  // namespace

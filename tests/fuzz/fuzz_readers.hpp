@@ -8,8 +8,8 @@ namespace hm::fuzz {
 /// A reader of files, run over bytes that may be anything.
 struct Reader {
   std::string_view name;  ///< as in `./hm fuzz NAME`
-  /// True when the bytes were read, false when they were refused with an error. Aborts when the error lacks its
-  /// text or place, or when what was read breaks a promise of the reader.
+  /// True when the bytes were read, false when they were refused with an error. Aborts when the error lacks
+  /// its text or place, or when what was read breaks a promise of the reader.
   bool (*run)(std::span<const std::uint8_t> bytes);
 };
 

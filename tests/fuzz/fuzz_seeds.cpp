@@ -24,7 +24,9 @@ namespace {
 /// Collects seeds; what a writer writes goes through a folder.
 class Collection {
  public:
-  void add(std::string_view reader, std::vector<std::uint8_t> bytes) { all.push_back({reader, std::move(bytes)}); }
+  void add(std::string_view reader, std::vector<std::uint8_t> bytes) {
+    all.push_back({reader, std::move(bytes)});
+  }
   void text(std::string_view reader, std::string_view text) { add(reader, {text.begin(), text.end()}); }
   void file(std::string_view reader, const std::string& name) {
     const auto bytes = read_file_bytes(folder / name);
@@ -61,15 +63,18 @@ void add_meshes(Collection& seeds) {
   mesh.normals.assign(4, Eigen::Vector3f::UnitZ());
   mesh.colors = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {9, 9, 9}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  for (const auto& [reader, name] : {std::pair{"mesh_ply", "m.ply"}, {"mesh_obj", "m.obj"}, {"mesh_glb", "m.glb"}}) {
+  for (const auto& [reader, name] :
+       {std::pair{"mesh_ply", "m.ply"}, {"mesh_obj", "m.obj"}, {"mesh_glb", "m.glb"}}) {
     must(write_mesh(seeds.folder / name, mesh));
     seeds.file(reader, name);
   }
-  seeds.text("mesh_ply",
-             "ply\nformat ascii 1.0\ncomment x\nelement vertex 3\nproperty double x\nproperty float y\nproperty "
-             "float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list "
-             "uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n");
-  seeds.text("mesh_obj", "# o\nv 0 0 0\nv 1 0 0 0.5 0.5 1\nv 0 1 0\nvn 0 0 1\nvt 0 0\nf 1//1 2/1/1 -1\nf 1 2 3\n");
+  seeds.text(
+      "mesh_ply",
+      "ply\nformat ascii 1.0\ncomment x\nelement vertex 3\nproperty double x\nproperty float y\nproperty "
+      "float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\nproperty list "
+      "uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n");
+  seeds.text("mesh_obj",
+             "# o\nv 0 0 0\nv 1 0 0 0.5 0.5 1\nv 0 1 0\nvn 0 0 1\nvt 0 0\nf 1//1 2/1/1 -1\nf 1 2 3\n");
 }
 
 void add_maps(Collection& seeds) {
@@ -84,16 +89,19 @@ void add_maps(Collection& seeds) {
   seeds.text("map_header", to_text({test::example_header(), {2, 3, 0x1234, 5}}));
   std::vector<OccupancyVoxel> voxels;
   for (int i = 0; i < 9; ++i) {
-    voxels.push_back({{0.1F * static_cast<float>(i % 3), 0.1F * static_cast<float>(i / 3), 0.05F}, 0.1F,
-                      i % 2 == 0 ? 0.9F : 0.2F, i % 2 == 0 ? Occupancy::kOccupied : Occupancy::kFree});
+    voxels.push_back({{0.1F * static_cast<float>(i % 3), 0.1F * static_cast<float>(i / 3), 0.05F},
+                      0.1F,
+                      i % 2 == 0 ? 0.9F : 0.2F,
+                      i % 2 == 0 ? Occupancy::kOccupied : Occupancy::kFree});
   }
   must(write_octomap(seeds.folder / "m.bt", voxels, 0.1));
   must(write_octomap(seeds.folder / "m.ot", voxels, 0.1));
   seeds.file("octomap_bt", "m.bt");
   seeds.file("octomap_ot", "m.ot");
-  seeds.text("occupancy_yaml",
-             "image: map.pgm\nresolution: 0.050000\norigin: [-1.0, -2.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
-             "free_thresh: 0.196\nmode: trinary\n");
+  seeds.text(
+      "occupancy_yaml",
+      "image: map.pgm\nresolution: 0.050000\norigin: [-1.0, -2.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
+      "free_thresh: 0.196\nmode: trinary\n");
   seeds.text("occupancy_yaml",
              "image: map.pgm # a comment\nresolution: 5e-2\norigin:\n- 1\n- 2\n- 0\nnegate: 1\nmode: scale\n"
              "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
@@ -105,18 +113,20 @@ void add_mvog(Collection& seeds) {
   MultiVolumeGrid grid;
   std::vector<Eigen::Vector3f> points;
   for (int i = 0; i < 40; ++i)
-    points.emplace_back(2 * std::cos(0.15F * static_cast<float>(i)), 2 * std::sin(0.15F * static_cast<float>(i)),
-                        0.02F * static_cast<float>(i));
+    points.emplace_back(2 * std::cos(0.15F * static_cast<float>(i)),
+                        2 * std::sin(0.15F * static_cast<float>(i)), 0.02F * static_cast<float>(i));
   grid.insert(points, Eigen::Vector3d(0, 0, 0.5));
   const auto bytes = grid.serialise();
   std::vector<std::uint8_t> plain(bytes.size());
-  std::transform(bytes.begin(), bytes.end(), plain.begin(), [](std::byte b) { return static_cast<std::uint8_t>(b); });
+  std::transform(bytes.begin(), bytes.end(), plain.begin(),
+                 [](std::byte b) { return static_cast<std::uint8_t>(b); });
   seeds.add("mvog", std::move(plain));
 }
 
 void add_cameras(Collection& seeds) {
   RgbdCalibration calibration;
-  calibration.depth_camera = PinholeCamera{24, 16, 20.1, 19.9, 11.7, 8.1, {-0.025, 0.0002, -0.0009, 0.0002, 0.003}};
+  calibration.depth_camera =
+      PinholeCamera{24, 16, 20.1, 19.9, 11.7, 8.1, {-0.025, 0.0002, -0.0009, 0.0002, 0.003}};
   calibration.color_camera = PinholeCamera{24, 16, 18.1, 18.3, 12.2, 7.9, {0.04, -0.11, 0.002, 0.0007, 0}};
   calibration.T_color_depth = SE3(so3_exp(Vec3(0.01, -0.02, 0.005)), Vec3(-0.026, -0.00005, 0.0006));
   calibration.disparity = DisparityModel{3.1, -0.0029};
@@ -135,14 +145,16 @@ void add_cameras(Collection& seeds) {
     must(write_depth_correction(seeds.folder / "c.hmdc", model));
     seeds.file("depth_correction", "c.hmdc");
   }
-  seeds.text("camera",
-             "# pinhole\nwidth 640\nheight 480\nfx = 525.0\nfy: 525\ncx 319.5 # middle\ncy 239.5\nk1 0.1\np2 -1e-3\n"
-             "depth_scale 5000\nrate_hz 30\nlens wide\n");
+  seeds.text(
+      "camera",
+      "# pinhole\nwidth 640\nheight 480\nfx = 525.0\nfy: 525\ncx 319.5 # middle\ncy 239.5\nk1 0.1\np2 -1e-3\n"
+      "depth_scale 5000\nrate_hz 30\nlens wide\n");
   seeds.text("intrinsics", "5.85e+02 0 3.2e+02\n0 5.84e+02 2.4e+02 \n 0 0 1\n");
 }
 
 void add_poses(Collection& seeds) {
-  seeds.text("picture_list", "# depth\n1305031102.160407 depth/1305031102.160407.png\n1305031102.19 depth/b.png\n");
+  seeds.text("picture_list",
+             "# depth\n1305031102.160407 depth/1305031102.160407.png\n1305031102.19 depth/b.png\n");
   seeds.text("associations", "1.1 rgb/1.1.png 1.2 depth/1.2.png\n1.3 rgb/1.3.png 1.4 depth/1.4.png\n");
   seeds.text("associations", "1 depth/1.png 1 rgb/1.png\n2 depth/2.png 2 rgb/2.png\n");
   const std::string_view tum = "# t x y z qx qy qz qw\n1.5 1 2 3 0 0 0 1\n1.6 1 2 3 0.6 0 0.8 0\n";
@@ -150,22 +162,28 @@ void add_poses(Collection& seeds) {
   seeds.text("pose_list", "1.5 1 2 3 0 0 0 1\n1.6 nan nan nan 0 0 0 0\n1.7 1 2 3 0 0 0 1");
   seeds.text("trajectory", tum);
   seeds.text("trajectory", "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 5 1 0 0 6 0 0 1 7\n");
-  seeds.text("trajectory", "#timestamp,x,y,z,w,x,y,z\n1403715523912140000,1,2,3,1,0,0,0,9\n1403715523912150000,1,2,3,0.6,0.8,0,0,9\n");
+  seeds.text("trajectory",
+             "#timestamp,x,y,z,w,x,y,z\n1403715523912140000,1,2,3,1,0,0,0,9\n1403715523912150000,1,2,3,0.6,0."
+             "8,0,0,9\n");
   seeds.text("seven_scenes_pose", "1 0 0 0.5\n0 1 0 -1e-1\n0 0 1 2\n0 0 0 1\n");
   seeds.text("g2o_2d",
              "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0.1\nFIX 0\nEDGE_SE2 0 1 1 0 0.1 500 0 0 500 0 5000\n"
              "EDGE_SE2 1 2 1 0 0.1 500 0 0 500 0 5000\n");
-  seeds.text("g2o_3d",
-             "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\nEDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 "
-             "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n");
+  seeds.text(
+      "g2o_3d",
+      "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\nEDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 "
+      "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n");
   seeds.text("relations", "# t1 t2 x y z roll pitch yaw\n1.5 2.5 1 2 0 0 0 0.1\n2.5 3.5 1 2 0 0 0 -3.1");
   seeds.text("accelerometer", "# t ax ay az\n1.5 0.1 -9.8 0.2\n1.6 0.1 -9.8 0.2\n1.7 0.2 -9.7 0.2\n");
-  seeds.text("imu_csv", "#timestamp [ns],w,a\n1403715523912140000,1,2,3,4,5,6\n1403715523912150000,1,2,3,4,5,6.5\n");
+  seeds.text("imu_csv",
+             "#timestamp [ns],w,a\n1403715523912140000,1,2,3,4,5,6\n1403715523912150000,1,2,3,4,5,6.5\n");
   seeds.text("imu_toml", "# how the device is turned\n[imu]\nrpy_deg = [180.0, 0, 1e1]\n");
 }
 
 void add_texts(Collection& seeds) {
-  seeds.text("json", R"({"a": [1, -2.5e3, true, null, "x\u00e4\n"], "b": {"c": {}, "d": []}, "a": 18446744073709551616})");
+  seeds.text(
+      "json",
+      R"({"a": [1, -2.5e3, true, null, "x\u00e4\n"], "b": {"c": {}, "d": []}, "a": 18446744073709551616})");
   MvogParams params;
   ParamList list;
   list.add("mvog", params);
@@ -179,20 +197,24 @@ void add_texts(Collection& seeds) {
 }
 
 void add_lasers(Collection& seeds) {
-  std::string carmen = "# CARMEN Logfile\nPARAM front_laser_max 50 1 h 2\n", graph, wean, moos = "%% LOG FILE: x\n";
+  std::string carmen = "# CARMEN Logfile\nPARAM front_laser_max 50 1 h 2\n", graph, wean,
+              moos = "%% LOG FILE: x\n";
   std::string breezy, euroc = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1]\n";
   for (int i = 0; i < 3; ++i) {
-    const auto robot = fmt::format("ROBOTLASER1 0 -1.5 3 0.5 25 0.01 0 6 {0}0 {1} 0 0 {1} 0 0 0 0 0 0 0 {1}.25 h 1\n",
-                                   numbers(6), i + 100);
+    const auto robot =
+        fmt::format("ROBOTLASER1 0 -1.5 3 0.5 25 0.01 0 6 {0}0 {1} 0 0 {1} 0 0 0 0 0 0 0 {1}.25 h 1\n",
+                    numbers(6), i + 100);
     carmen += fmt::format(
-        "FLASER 6 {0}{1} 0 0 {1} 0 0 {1}.800980 h 1\nODOM {1} 0 0 0 0 0 {1}.5 h 1\nRAWLASER2 0 -1.5 3 0.5 25 0.01 0 6 "
+        "FLASER 6 {0}{1} 0 0 {1} 0 0 {1}.800980 h 1\nODOM {1} 0 0 0 0 0 {1}.5 h 1\nRAWLASER2 0 -1.5 3 0.5 25 "
+        "0.01 0 6 "
         "{0}0 {1}.25 h 1\nTRUEPOS 1 2 3 1 2 3 {1}.5 h 1\n",
         numbers(6), i + 100);
     carmen += robot;
     graph += fmt::format("VERTEX2 {} 1 2 3\n{}EDGE2 0 1 1 2 3 4 5 6 7 8 9\n", i + 100, robot);
     wean += fmt::format("L 1 2 3 2 2 3 {}{}.5\nO 4 5 6 {}.75\n", numbers(5), i, i);
     moos += fmt::format(
-        "1.5 LMS_LASER_2D_LEFT LMS1 ID=1,time={0}.5,angRes=0.50,minAngle=45.0,Range=[4]{{1,2,-1,3}},R=[1]{{2}}\n"
+        "1.5 LMS_LASER_2D_LEFT LMS1 "
+        "ID=1,time={0}.5,angRes=0.50,minAngle=45.0,Range=[4]{{1,2,-1,3}},R=[1]{{2}}\n"
         "1.5 ODOMETRY_POSE p Pose=[3x1]{{1,2,3}},time={0}.75,Pitch=0.1,Roll=0.2\n",
         i);
     breezy += fmt::format("{} 0 {} {}", 100000 * (i + 1), 30 * i, 29 * i);
@@ -201,13 +223,17 @@ void add_lasers(Collection& seeds) {
     euroc += fmt::format("140371552391214{}000,1,2,3,4,5,{}.5\n", i, i);
   }
   for (const auto& [reader, text] : {std::pair<std::string_view, std::string_view>{"carmen", carmen},
-                                     {"laser_graph", graph}, {"wean_hall", wean}, {"moos", moos}, {"breezy", breezy},
+                                     {"laser_graph", graph},
+                                     {"wean_hall", wean},
+                                     {"moos", moos},
+                                     {"breezy", breezy},
                                      {"euroc_imu", euroc}})
     seeds.text(reader, text);
   testing_bags::write_small_bag(seeds.folder / "a.bag", 2);
   // A bag's header record is filled up with blanks to 4 kB, which are of no use here.
   std::string bag = test::read_bytes(seeds.folder / "a.bag");
-  const std::string blanks = bag.substr(bag.find("    "), bag.find_first_not_of(' ', bag.find("    ")) - bag.find("    "));
+  const std::string blanks =
+      bag.substr(bag.find("    "), bag.find_first_not_of(' ', bag.find("    ")) - bag.find("    "));
   const std::size_t at = bag.find(blanks);
   bag.replace(at - 4, 4 + blanks.size(), std::string(4, '\0'));
   seeds.text("rosbag", testing_bags::with_index_position(bag));

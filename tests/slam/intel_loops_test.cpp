@@ -2,8 +2,8 @@
 
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/pose/relations_file.hpp"
+#include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/laser/odometry/scan_projection.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
 #include "hm/slam/laser/loop_closer.hpp"

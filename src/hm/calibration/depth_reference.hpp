@@ -1,8 +1,8 @@
 #pragma once
 #include "hm/calibration/board.hpp"
 #include "hm/calibration/depth_average.hpp"
-#include "hm/geometry/camera.hpp"
 #include "hm/depth_camera/rgbd_calibration.hpp"
+#include "hm/geometry/camera.hpp"
 
 namespace hm {
 

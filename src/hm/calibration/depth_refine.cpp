@@ -16,9 +16,9 @@ namespace {
 using detail::Intrinsics;
 using detail::Motion;
 
-constexpr int kRefineBlock_px = 16;       // depth is averaged over such squares
-constexpr double kCorner_px = 0.1;  // deviation of a corner
-constexpr double kHuber = 3;        // deviations
+constexpr int kRefineBlock_px = 16;  // depth is averaged over such squares
+constexpr double kCorner_px = 0.1;   // deviation of a corner
+constexpr double kHuber = 3;         // deviations
 constexpr double kLargestCorrection_m = 0.3;
 constexpr int kMostRefineIterations = 30;
 

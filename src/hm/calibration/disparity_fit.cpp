@@ -14,9 +14,9 @@ namespace {
 using detail::Intrinsics;
 using detail::Motion;
 
-constexpr int kDisparityBlock_px = 16;        // disparity is averaged over such squares
-constexpr double kDistortion = 0.5;  // units: what disparity is wrong by over the image
-constexpr double kCauchy = 2;        // deviations: hands, edges of the board
+constexpr int kDisparityBlock_px = 16;  // disparity is averaged over such squares
+constexpr double kDistortion = 0.5;     // units: what disparity is wrong by over the image
+constexpr double kCauchy = 2;           // deviations: hands, edges of the board
 constexpr int kMostIterations = 100;
 constexpr double kSquare_ratio = 0.003;    // of focal lengths, between fx and fy
 constexpr double kInfinity_prior = 40;     // units: disparity of what is infinitely far away

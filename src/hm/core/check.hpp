@@ -9,8 +9,8 @@ namespace hm {
 
 /// Aborts with file, line, condition and a formatted message when a precondition is broken. Always on:
 /// it is for bugs, never for bad input. HM_CHECK(i < n, "i = {}, n = {}", i, n);
-#define HM_CHECK(condition, ...)                                                             \
-  do {                                                                                       \
-    if (!(condition)) [[unlikely]]                                                           \
-      ::hm::check_failed(__FILE__, __LINE__, #condition, ::fmt::format("" __VA_ARGS__));     \
+#define HM_CHECK(condition, ...)                                                         \
+  do {                                                                                   \
+    if (!(condition)) [[unlikely]]                                                       \
+      ::hm::check_failed(__FILE__, __LINE__, #condition, ::fmt::format("" __VA_ARGS__)); \
   } while (false)

@@ -41,7 +41,8 @@ class LoopOrder {
 
 struct ParallelLoop::Impl {
   explicit Impl(int threads)
-      : allowance(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)), arena(threads) {}
+      : allowance(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
+        arena(threads) {}
   tbb::global_control allowance;  // more threads than processors is allowed
   tbb::task_arena arena;
 };

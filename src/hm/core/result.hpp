@@ -10,16 +10,16 @@ namespace hm {
 
 /// Why an operation on outside input (file, folder, configuration) failed.
 enum class ErrorCode {
-  kNotFound,       ///< a file, folder, stream or key is not there
-  kUnreadable,     ///< the operating system refused to open, read or write it
-  kTruncated,      ///< it ends too early
-  kCorrupted,      ///< its contents contradict its format
-  kUnsupported,    ///< a valid variant that this program does not handle
-  kInvalidValue,   ///< a value is outside of its allowed range, or not a number
-  kUsage,          ///< the user asked for something impossible
-  kOutOfMemory,    ///< a memory cap was reached
-  kCancelled,      ///< the user asked to stop
-  kInternal,       ///< an external library failed in a way that it should not
+  kNotFound,      ///< a file, folder, stream or key is not there
+  kUnreadable,    ///< the operating system refused to open, read or write it
+  kTruncated,     ///< it ends too early
+  kCorrupted,     ///< its contents contradict its format
+  kUnsupported,   ///< a valid variant that this program does not handle
+  kInvalidValue,  ///< a value is outside of its allowed range, or not a number
+  kUsage,         ///< the user asked for something impossible
+  kOutOfMemory,   ///< a memory cap was reached
+  kCancelled,     ///< the user asked to stop
+  kInternal,      ///< an external library failed in a way that it should not
 };
 std::string_view to_string(ErrorCode code);
 
@@ -41,8 +41,8 @@ using Result = tl::expected<T, Error>;
 
 /// Makes the error branch of a Result: `return fail(ErrorCode::kTruncated, path, "ends at byte {}", n);`
 template <class... Args>
-[[nodiscard]] tl::unexpected<Error> fail(ErrorCode code, std::string where, fmt::format_string<Args...> format,
-                                         Args&&... args) {
+[[nodiscard]] tl::unexpected<Error> fail(ErrorCode code, std::string where,
+                                         fmt::format_string<Args...> format, Args&&... args) {
   return tl::make_unexpected(Error{code, fmt::format(format, std::forward<Args>(args)...), std::move(where)});
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <thread>
 
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/depth_camera/depth_registration.hpp"
 #include "hm/depth_camera/lens_map.hpp"
+#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {

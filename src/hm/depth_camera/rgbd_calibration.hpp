@@ -2,10 +2,10 @@
 #include <optional>
 #include <string_view>
 
-#include "hm/geometry/camera.hpp"
-#include "hm/geometry/se3.hpp"
 #include "hm/depth_camera/depth_correction.hpp"
 #include "hm/depth_camera/disparity.hpp"
+#include "hm/geometry/camera.hpp"
+#include "hm/geometry/se3.hpp"
 
 namespace hm {
 

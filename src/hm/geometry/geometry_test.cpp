@@ -2,8 +2,8 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/geometry/camera.hpp"
-#include "hm/geometry/triangle_mesh.hpp"
 #include "hm/geometry/trajectory.hpp"
+#include "hm/geometry/triangle_mesh.hpp"
 
 namespace hm {
 namespace {

@@ -41,7 +41,9 @@ class Image {
   [[nodiscard]] const T* data() const { return pixels_.data(); }
   [[nodiscard]] std::span<T> pixels() { return {pixels_.data(), size()}; }
   [[nodiscard]] std::span<const T> pixels() const { return {pixels_.data(), size()}; }
-  [[nodiscard]] std::span<T> row(int y) { return pixels().subspan(index(0, y), static_cast<std::size_t>(width_)); }
+  [[nodiscard]] std::span<T> row(int y) {
+    return pixels().subspan(index(0, y), static_cast<std::size_t>(width_));
+  }
   [[nodiscard]] std::span<const T> row(int y) const {
     return pixels().subspan(index(0, y), static_cast<std::size_t>(width_));
   }

@@ -33,7 +33,8 @@ Mat3 left_jacobian(const Vec3& rotation_vector) {
   const Mat3 w = skew(rotation_vector);
   if (angle < 1e-5) return Mat3::Identity() + 0.5 * w + w * w / 6.0;
   const double a2 = angle * angle;
-  return Mat3::Identity() + (1.0 - std::cos(angle)) / a2 * w + (angle - std::sin(angle)) / (a2 * angle) * w * w;
+  return Mat3::Identity() + (1.0 - std::cos(angle)) / a2 * w +
+         (angle - std::sin(angle)) / (a2 * angle) * w * w;
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ Result<SE3> SE3::from_matrix(const Mat4& matrix, double tolerance) {
   const Mat3 rotation = matrix.topLeftCorner<3, 3>();
   const double error = (rotation.transpose() * rotation - Mat3::Identity()).cwiseAbs().maxCoeff();
   if (error > tolerance)
-    return fail(ErrorCode::kInvalidValue, "", "a pose is not rigid: R^T R differs from identity by {:.3g}", error);
+    return fail(ErrorCode::kInvalidValue, "", "a pose is not rigid: R^T R differs from identity by {:.3g}",
+                error);
   if (rotation.determinant() < 0) return fail(ErrorCode::kInvalidValue, "", "the rotation of a pose mirrors");
   const Eigen::JacobiSVD<Mat3> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return SE3(Mat3(svd.matrixU() * svd.matrixV().transpose()), matrix.topRightCorner<3, 1>());

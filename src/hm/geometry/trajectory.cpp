@@ -4,7 +4,8 @@
 
 namespace hm {
 
-std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration max_gap, Duration max_extrapolation) {
+std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration max_gap,
+                           Duration max_extrapolation) {
   if (trajectory.empty()) return std::nullopt;
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
                                       [](const StampedPose& pose, Time t) { return pose.stamp < t; });
@@ -25,7 +26,8 @@ std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration ma
 double path_length(const Trajectory& trajectory) {
   double length = 0;
   for (std::size_t i = 1; i < trajectory.size(); ++i)
-    length += (trajectory[i].T_world_base.translation() - trajectory[i - 1].T_world_base.translation()).norm();
+    length +=
+        (trajectory[i].T_world_base.translation() - trajectory[i - 1].T_world_base.translation()).norm();
   return length;
 }
 

@@ -5,10 +5,10 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/parallel.hpp"
+#include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mesh/simplify.hpp"
-#include "hm/core/process_memory.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/integration/integrator.hpp"

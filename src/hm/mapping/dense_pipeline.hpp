@@ -46,11 +46,11 @@ class DensePipeline {
   /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour are of
-  /// the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is corrected first
-  /// (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite, with images of the
-  /// wrong size, or without a reading in range is skipped, with the reason.
-  /// After an outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
+  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour
+  /// are of the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is
+  /// corrected first (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite,
+  /// with images of the wrong size, or without a reading in range is skipped, with the reason. After an
+  /// outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
   FrameOutcome process(const RgbdFrame& frame);
   /// The same with a pose that is in the map already: nothing is aligned.
   FrameOutcome process_in_map(const RgbdFrame& frame);

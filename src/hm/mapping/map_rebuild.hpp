@@ -5,10 +5,10 @@
 #include <set>
 #include <span>
 
+#include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/frame_source.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/observation_log.hpp"
-#include "hm/core/run_context.hpp"
 
 namespace hm {
 

@@ -9,8 +9,8 @@
 
 #include "hm/geometry/box.hpp"
 #include "hm/io/map/map_file.hpp"
-#include "hm/tsdf/projection/scan_stats.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
+#include "hm/tsdf/projection/scan_stats.hpp"
 
 namespace hm {
 

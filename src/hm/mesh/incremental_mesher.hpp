@@ -9,8 +9,8 @@
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/mesh/mesh_params.hpp"
 #include "hm/mesh/volume_mesh.hpp"
-#include "hm/tsdf/projection/scan_stats.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
+#include "hm/tsdf/projection/scan_stats.hpp"
 
 namespace hm {
 

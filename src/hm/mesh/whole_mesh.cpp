@@ -53,7 +53,8 @@ class Welder {
 
   template <class Body>
   void for_volumes(Body&& body) {
-    loop_.for_ranges(volumes_.size(), kWholeMeshGrain, [&](std::size_t begin, std::size_t end) { body(begin, end); });
+    loop_.for_ranges(volumes_.size(), kWholeMeshGrain,
+                     [&](std::size_t begin, std::size_t end) { body(begin, end); });
   }
   [[nodiscard]] cells::Topology topology(std::size_t i) const {
     return {volumes_[i]->cube_rows(), volumes_[i]->cases()};

@@ -57,7 +57,8 @@ void BeamRaster::begin(const CellPoint& origin, int bottom, bool count_glancing)
 
 /// Two levels of the column of an end, and of the columns that are near.
 void BeamRaster::mark_end(const CellPoint& end) {
-  const int x = truncated_floor(end.x()), y = truncated_floor(end.y()), level = truncated_floor(end.z() + 0.5) - 1;
+  const int x = truncated_floor(end.x()), y = truncated_floor(end.y()),
+            level = truncated_floor(end.z() + 0.5) - 1;
   const TileKey patch = ScanLayers::patch_of(x, y);
   const double u = end.x() - x, v = end.y() - y;
   const int dx = (u >= 1 - kNearColumn) - (u < kNearColumn), dy = (v >= 1 - kNearColumn) - (v < kNearColumn);
@@ -125,7 +126,8 @@ struct BeamRaster::Walk {
     place = ScanLayer::place(x, y);
     step_x = end.x() < origin.x() ? -1 : 1;
     step_y = end.y() < origin.y() ? -ScanLayer::kRow : ScanLayer::kRow;
-    const int walls_x = std::abs(truncated_floor(end.x()) - x), walls_y = std::abs(truncated_floor(end.y()) - y);
+    const int walls_x = std::abs(truncated_floor(end.x()) - x),
+              walls_y = std::abs(truncated_floor(end.y()) - y);
     walls = walls_x + walls_y;
     const double dz = end.z() - origin.z();
     double t_x = 0, t_y = 0;

@@ -55,7 +55,8 @@ class Reader {
   template <class T>
   bool read(T* values, std::size_t count) {
     if (left() / sizeof(T) < count) return false;
-    if (count > 0) std::memcpy(values, bytes_.data() + at_, count * sizeof(T));  // an empty vector's data may be null
+    if (count > 0)
+      std::memcpy(values, bytes_.data() + at_, count * sizeof(T));  // an empty vector's data may be null
     at_ += count * sizeof(T);
     return true;
   }

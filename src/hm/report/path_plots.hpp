@@ -1,9 +1,9 @@
 #pragma once
 #include <span>
 
+#include "hm/evaluation/trajectory_error.hpp"
 #include "hm/report/html_report.hpp"
 #include "hm/report/plot.hpp"
-#include "hm/evaluation/trajectory_error.hpp"
 
 namespace hm {
 

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "hm/core/rng.hpp"
-#include "hm/report/render/axis_ticks.hpp"
 #include "hm/report/html_report.hpp"
 #include "hm/report/plot.hpp"
+#include "hm/report/render/axis_ticks.hpp"
 
 namespace hm {
 namespace {

@@ -6,8 +6,8 @@
 
 namespace hm {
 
-// Eigen's solvers for the sizes of motions, compiled once: each takes a second or more in every unit that asks for
-// it. The results are Eigen's, bit by bit.
+// Eigen's solvers for the sizes of motions, compiled once: each takes a second or more in every unit that
+// asks for it. The results are Eigen's, bit by bit.
 
 /// Solution x of A x = b for a symmetric, positive or negative semidefinite A (Eigen::LDLT).
 Vec6 solve_symmetric(const Mat6& A, const Vec6& b);

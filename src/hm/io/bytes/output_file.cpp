@@ -24,7 +24,8 @@ Result<void> make_folder_in(const std::filesystem::path& folder, std::string_vie
   const std::filesystem::path path = folder / name;
   std::error_code ignored;
   if (std::filesystem::is_symlink(path, ignored))
-    return fail(ErrorCode::kUsage, path, "is a link, which is not followed: remove it, or choose another folder");
+    return fail(ErrorCode::kUsage, path,
+                "is a link, which is not followed: remove it, or choose another folder");
   return make_folder(path);
 }
 

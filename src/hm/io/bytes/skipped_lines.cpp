@@ -24,8 +24,8 @@ std::string to_string(const SkippedLines& skipped) {
   }();
   if (!skipped.place.empty())
     return fmt::format("{} {}{} of {} left out: {} ({}{})", skipped.count, skipped.unit,
-                       skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.count == 1 ? "" : "first: ",
-                       skipped.place);
+                       skipped.count == 1 ? "" : "s", skipped.file, reason,
+                       skipped.count == 1 ? "" : "first: ", skipped.place);
   if (skipped.first_line == 0)
     return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
                        skipped.count == 1 ? " is" : "s are", reason, skipped.file);

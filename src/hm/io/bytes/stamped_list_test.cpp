@@ -8,10 +8,10 @@
 #include <tuple>
 
 #include "hm/core/rng.hpp"
-#include "hm/io/camera/camera_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 
 namespace hm::detail {
 namespace {
@@ -243,8 +243,8 @@ TEST(KnownCamera, TumByName) {
   EXPECT_EQ(known_tum_camera("tum_fr1_xyz_part")->fx, 517.3);
   EXPECT_EQ(known_tum_camera("fr2_large_with_loop.bag")->fx, 520.9);
   EXPECT_TRUE(known_tum_camera("Freiburg3_long_office_household")->distortion.is_zero());
-  for (const char* name : {"kitchen", "my_fr2024", "fr2024", "fr2", "fr2_kitchen", "my_fr2_desk", "fr4_desk", "fr",
-                           "freiburg", "fr1_xyzzy", "fr1_large_no_loop", "from1_xyz", ""})
+  for (const char* name : {"kitchen", "my_fr2024", "fr2024", "fr2", "fr2_kitchen", "my_fr2_desk", "fr4_desk",
+                           "fr", "freiburg", "fr1_xyzzy", "fr1_large_no_loop", "from1_xyz", ""})
     EXPECT_FALSE(known_tum_camera(name)) << name;
 }
 

@@ -7,8 +7,8 @@
 #include "hm/core/hash.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/io/testing/io_test_support.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {

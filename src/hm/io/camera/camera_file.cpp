@@ -163,7 +163,8 @@ std::optional<PinholeCamera> known_tum_camera(std::string_view recording) {
   const std::vector<std::string_view> known = words(kTumSequences[number]);
   const auto is_rest = [rest](std::string_view sequence) {
     return rest.starts_with(sequence) &&
-           (rest.size() == sequence.size() || std::string_view("_-.").find(rest[sequence.size()]) != std::string_view::npos);
+           (rest.size() == sequence.size() ||
+            std::string_view("_-.").find(rest[sequence.size()]) != std::string_view::npos);
   };
   if (std::ranges::none_of(known, is_rest)) return std::nullopt;
   return kTumCameras[number];

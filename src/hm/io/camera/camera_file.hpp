@@ -29,8 +29,8 @@ Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path);
 std::string camera_file_text(const PinholeCamera& camera, double depth_units_per_m);
 
 /// The published intrinsics of the camera of a recording of TUM RGB-D, when this is the name of one:
-/// `rgbd_dataset_freiburg2_xyz`, `tum_fr1_desk_part`, `fr3_long_office_household.bag`; not any name with "fr2"
-/// in it. (Sturm et al. 2012 and the data set's page.)
+/// `rgbd_dataset_freiburg2_xyz`, `tum_fr1_desk_part`, `fr3_long_office_household.bag`; not any name with
+/// "fr2" in it. (Sturm et al. 2012 and the data set's page.)
 std::optional<PinholeCamera> known_tum_camera(std::string_view recording);
 
 }  // namespace hm

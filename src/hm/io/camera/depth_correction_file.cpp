@@ -3,8 +3,8 @@
 
 #include "hm/core/hash.hpp"
 #include "hm/io/bytes/byte_cursor.hpp"
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/camera/calibration_file.hpp"
 
 namespace hm {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <system_error>
 
-#include "hm/io/rosbag/bag_messages.hpp"
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/laser/laser_readers.hpp"
+#include "hm/io/rosbag/bag_messages.hpp"
 
 namespace hm::detail {
 namespace {

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <set>
 
+#include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/laser/laser_ranges.hpp"
+#include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/rosbag/bag_format.hpp"
 #include "hm/io/rosbag/bag_messages.hpp"
 #include "hm/io/rosbag/bag_records.hpp"
-#include "hm/io/laser/laser_ranges.hpp"
-#include "hm/io/laser/laser_readers.hpp"
-#include "hm/io/bytes/skip_counter.hpp"
 
 namespace hm::detail {
 namespace {

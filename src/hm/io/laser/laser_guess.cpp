@@ -7,8 +7,8 @@
 #include <system_error>
 
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/laser/laser_readers.hpp"
 
 namespace hm::detail {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "hm/geometry/se2.hpp"
+#include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/laser/laser_ranges.hpp"
 #include "hm/io/laser/laser_readers.hpp"
-#include "hm/io/bytes/skip_counter.hpp"
 
 namespace hm::detail {
 

@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <string>
 
-#include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/laser/laser_recording.hpp"
 
 /// One reader per kind of laser recording. Each fills streams, odometry and truth, and counts what it leaves
 /// out; what lies beside the file (rig, truth) is added by open_laser_recording().

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <system_error>
 
+#include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/laser/laser_guess.hpp"
 #include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
-#include "hm/io/bytes/skip_counter.hpp"
-#include "hm/io/bytes/stamped_list.hpp"
 
 namespace hm {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/pose/relations_file.hpp"
+#include "hm/io/testing/real_data_test_support.hpp"
 
 /// The readers on real recordings, where there are any.
 namespace hm {

@@ -88,8 +88,9 @@ void read_odometry(const MoosLine& message, const TextLine& line, LaserLog& log)
              pitch_rad = number_field(message.fields, "Pitch");
   if (!stamp || pose.size() != 3 || !roll_rad || !pitch_rad || !std::isfinite(pose[0] + pose[1] + pose[2]))
     return log.skip_malformed(line);
-  // `Pitch` is the lean about the axis ahead, and positive to the left: over the recording the floor beside the
-  // vehicle keeps its height within 9 mm so, 15 mm without it, and 33 mm with the sign of the published parser.
+  // `Pitch` is the lean about the axis ahead, and positive to the left: over the recording the floor beside
+  // the vehicle keeps its height within 9 mm so, 15 mm without it, and 33 mm with the sign of the published
+  // parser.
   const SE3 T_odom_vehicle(rotation_from_roll_pitch_yaw({*roll_rad, -*pitch_rad, pose[2]}),
                            {pose[0], pose[1], 0});
   log.add_odometry({*stamp, T_odom_vehicle * T_vehicle_base()}, line);

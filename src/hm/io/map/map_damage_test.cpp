@@ -8,9 +8,9 @@
 #include <csignal>
 
 #include "hm/core/rng.hpp"
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/map/map_file.hpp"
 #include "hm/io/map/map_test_support.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
 namespace {

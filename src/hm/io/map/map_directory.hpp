@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/io/bytes/sqlite_database.hpp"
 #include "hm/io/map/map_file.hpp"
 #include "hm/io/map/map_page.hpp"
-#include "hm/io/bytes/sqlite_database.hpp"
 
 namespace hm {
 

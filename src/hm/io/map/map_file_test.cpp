@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "hm/core/rng.hpp"
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/map/map_test_support.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
 namespace {

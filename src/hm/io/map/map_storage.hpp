@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/io/bytes/sqlite_database.hpp"
 #include "hm/io/map/map_directory.hpp"
 #include "hm/io/map/map_file.hpp"
 #include "hm/io/map/map_page.hpp"
 #include "hm/io/map/map_record.hpp"
-#include "hm/io/bytes/sqlite_database.hpp"
 
 namespace hm {
 

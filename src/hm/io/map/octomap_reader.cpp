@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/map/octree_format.hpp"
-#include "hm/io/bytes/text_lines.hpp"
 
 namespace hm {
 

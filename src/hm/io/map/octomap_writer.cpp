@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "hm/core/check.hpp"
+#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/map/octree_format.hpp"
-#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 
@@ -63,8 +63,8 @@ Result<std::vector<Cell>> cells_of(const Content& content, const std::string& wh
         return fail(ErrorCode::kInvalidValue, where,
                     "the voxel at ({}, {}, {}) m, {} m wide, lies beyond the {} m around the origin that an "
                     "octree of {} m cells can hold",
-                    voxel.p_world_centre.x(), voxel.p_world_centre.y(), voxel.p_world_centre.z(), voxel.size_m,
-                    kKeyOffset * resolution_m, resolution_m);
+                    voxel.p_world_centre.x(), voxel.p_world_centre.y(), voxel.p_world_centre.z(),
+                    voxel.size_m, kKeyOffset * resolution_m, resolution_m);
     }
     const float log_odds = log_odds_of(voxel);
     for (std::int64_t z = first[2]; z <= last[2]; ++z)

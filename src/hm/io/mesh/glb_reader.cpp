@@ -7,10 +7,10 @@
 #include <string_view>
 
 #include "hm/core/json_value.hpp"
-#include "hm/io/mesh/glb_format.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/mesh/mesh_formats.hpp"
 #include "hm/io/image/srgb.hpp"
+#include "hm/io/mesh/glb_format.hpp"
+#include "hm/io/mesh/mesh_formats.hpp"
 
 namespace hm {
 namespace {

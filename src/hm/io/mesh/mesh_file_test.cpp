@@ -15,9 +15,9 @@
 #include <cstring>
 
 #include "hm/core/rng.hpp"
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/mesh/mesh_test_support.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
 namespace {

@@ -4,8 +4,8 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/io/mesh/mesh_file.hpp"
 
 namespace hm {
 

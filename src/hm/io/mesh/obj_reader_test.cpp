@@ -4,8 +4,8 @@
 
 #include <assimp/Importer.hpp>
 
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/real_data_test_support.hpp"
 
 namespace hm {

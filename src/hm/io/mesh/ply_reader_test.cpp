@@ -2,9 +2,9 @@
 
 #include <cstring>
 
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/mesh/mesh_test_support.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
 namespace {

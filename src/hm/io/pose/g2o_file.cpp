@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "hm/io/pose/g2o_graph_lines.hpp"
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/io/pose/g2o_graph_lines.hpp"
 
 namespace hm {
 namespace {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "hm/geometry/pose_edge_kind.hpp"
-#include "hm/io/pose/g2o_file.hpp"
-#include "hm/io/laser/laser_log.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/laser/laser_log.hpp"
+#include "hm/io/pose/g2o_file.hpp"
 
 namespace hm::detail {
 

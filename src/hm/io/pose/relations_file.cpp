@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "hm/geometry/se2.hpp"
+#include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/laser/laser_log.hpp"
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/io/bytes/skip_counter.hpp"
 
 namespace hm {
 namespace {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "hm/geometry/se2.hpp"
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 
 namespace hm {
 namespace {

@@ -6,10 +6,10 @@
 #include "hm/core/angle.hpp"
 #include "hm/geometry/se2.hpp"
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/bytes/toml_reader_inl.hpp"
+#include "hm/io/laser/laser_readers.hpp"
 
 namespace hm {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/depth_camera/frame_calibration.hpp"
+#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"

@@ -1,5 +1,5 @@
-#include "hm/io/camera/calibration_file.hpp"
 #include "hm/depth_camera/frame_calibration.hpp"
+#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
 namespace hm::detail {

@@ -1,6 +1,6 @@
+#include "hm/io/bytes/input_file.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/image/image_file.hpp"
-#include "hm/io/bytes/input_file.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
 namespace hm::detail {

@@ -42,9 +42,7 @@ void open_and_read(const fs::path& path) {
 }
 
 /// A new file instead of the old one: some file systems wait for the disk when a file is overwritten.
-void replace_file(const fs::path& file, std::string_view text) {
-  test::write_bytes(file, std::string(text));
-}
+void replace_file(const fs::path& file, std::string_view text) { test::write_bytes(file, std::string(text)); }
 
 /// Calls `check` with the file cut at every length, and restored at the end.
 void with_every_prefix(const fs::path& file, std::size_t step, const std::function<void()>& check) {

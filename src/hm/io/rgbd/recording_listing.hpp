@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/depth_camera/frame_calibration.hpp"
-#include "hm/io/rgbd/recording.hpp"
 #include "hm/depth_camera/rgbd_calibration.hpp"
+#include "hm/io/rgbd/recording.hpp"
 
 /// What lies in a recording folder, before any picture is decoded: one function per layout.
 namespace hm::detail {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <map>
 
-#include "hm/io/rgbd/recording_listing.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/rgbd/recording_listing.hpp"
 
 /// 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
 namespace hm::detail {

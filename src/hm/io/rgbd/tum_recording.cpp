@@ -1,12 +1,12 @@
 #include <array>
 #include <cctype>
 
-#include "hm/io/camera/camera_file.hpp"
-#include "hm/io/rgbd/carried_imu_file.hpp"
 #include "hm/io/bytes/input_file.hpp"
-#include "hm/io/rgbd/recording_listing.hpp"
 #include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/rgbd/carried_imu_file.hpp"
+#include "hm/io/rgbd/recording_listing.hpp"
 
 /// TUM RGB-D and ICL-NUIM: pictures and poses listed in text files.
 namespace hm::detail {

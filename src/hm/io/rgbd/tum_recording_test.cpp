@@ -182,7 +182,8 @@ TEST_F(TumRecording, WithoutIntrinsicsTheNameOrTheListsTellOrItIsAnError) {
   const auto known = open_recording(path_);
   ASSERT_FALSE(known);  // fr2 is 4:3, these pictures are 3:2
   EXPECT_NE(known.error().message.find("640 x 480"), std::string::npos);
-  EXPECT_NE(known.error().message.find("TUM's camera of `rgbd_dataset_freiburg2_desk.bag`"), std::string::npos);
+  EXPECT_NE(known.error().message.find("TUM's camera of `rgbd_dataset_freiburg2_desk.bag`"),
+            std::string::npos);
 }
 
 TEST_F(TumRecording, InvalidDepthAndOtherSizesOfColor) {

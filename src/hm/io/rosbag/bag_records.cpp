@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "hm/io/rosbag/bag_chunk.hpp"
-#include "hm/io/rosbag/bag_format.hpp"
 #include "hm/io/bytes/byte_cursor.hpp"
 #include "hm/io/bytes/input_file.hpp"
+#include "hm/io/rosbag/bag_chunk.hpp"
+#include "hm/io/rosbag/bag_format.hpp"
 
 namespace hm::detail {
 namespace {
@@ -206,10 +206,10 @@ void BagReader::read_chunk(const Record& record) {
           : record.size;
   if (wanted == 0) return;  // plain and never closed: its records follow
   const auto data = read_data(wanted);
-  const auto chunk = decompress(
-      compression, data,
-      never_closed ? std::nullopt
-                   : std::optional(record.fields.number<std::uint32_t>("size").value_or(wanted)));
+  const auto chunk =
+      decompress(compression, data,
+                 never_closed ? std::nullopt
+                              : std::optional(record.fields.number<std::uint32_t>("size").value_or(wanted)));
   const std::string where = fmt::format("the chunk at byte {}", record.begin);
   std::string damage = chunk.problem;
   if (const auto at = read_records(chunk.bytes); at && damage.empty())

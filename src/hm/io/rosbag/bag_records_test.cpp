@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rosbag/bag_records.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
 /// What the reader makes of bags that other recorders, and accidents, leave behind.
@@ -110,7 +110,8 @@ TEST(BagReader, ACutOffBagIsReadToTheCut) {
       EXPECT_GT(scans, before) << how << part;
       ASSERT_FALSE(recording.skipped.empty());
       EXPECT_EQ(recording.skipped[0].count, 1U);
-      EXPECT_THAT(to_string(recording.skipped[0]), HasSubstr("1 part of b.bag left out: cut off or damaged ("));
+      EXPECT_THAT(to_string(recording.skipped[0]),
+                  HasSubstr("1 part of b.bag left out: cut off or damaged ("));
       EXPECT_THAT(recording.notes, Contains(AnyOf(HasSubstr("the file ends inside of the chunk at byte"),
                                                   HasSubstr("the file is cut off"))))
           << how;

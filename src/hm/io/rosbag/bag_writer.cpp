@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "hm/core/check.hpp"
+#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/rosbag/bag_definitions.hpp"
 #include "hm/io/rosbag/bag_format.hpp"
-#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 namespace {
@@ -92,11 +92,12 @@ struct Connection {
 };
 
 std::string connection_record(const Connection& connection) {
-  const RecordBytes about = RecordBytes()
-                          .text("topic=" + connection.topic)
-                          .text("type=" + std::string(connection.type.name))
-                          .text("md5sum=" + std::string(connection.type.md5sum))
-                          .text("message_definition=" + detail::bag_message_definition(connection.type.name));
+  const RecordBytes about =
+      RecordBytes()
+          .text("topic=" + connection.topic)
+          .text("type=" + std::string(connection.type.name))
+          .text("md5sum=" + std::string(connection.type.md5sum))
+          .text("message_definition=" + detail::bag_message_definition(connection.type.name));
   return BagRecord(BagOp::kConnection)
       .field("conn", RecordBytes().value(connection.id))
       .field("topic", connection.topic)

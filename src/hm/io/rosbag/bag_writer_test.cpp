@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
 /// What the writer wrote, read back.

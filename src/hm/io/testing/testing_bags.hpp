@@ -10,8 +10,8 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/geometry/se2.hpp"
-#include "hm/io/rosbag/bag_writer.hpp"
 #include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/rosbag/bag_writer.hpp"
 
 /// Small bags for the tests of their reader, and ways to change them record by record.
 namespace hm::testing_bags {

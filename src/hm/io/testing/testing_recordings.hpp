@@ -6,10 +6,10 @@
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/image/image_file.hpp"
-#include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/io/testing/real_data_test_support.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 
 /// Small recordings for the tests of readers.
 namespace hm::testing_recordings {

@@ -3,12 +3,12 @@
 #include <span>
 #include <vector>
 
+#include "hm/core/run_context.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mapping/mapping_params.hpp"
+#include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mvog/mvog_params.hpp"
-#include "hm/core/run_context.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 
 namespace hm {

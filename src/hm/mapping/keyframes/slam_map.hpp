@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/mapping/map_rebuild.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 
 namespace hm {

@@ -11,7 +11,7 @@ namespace hm {
 namespace {
 
 constexpr int kMaxSteps = 10;
-constexpr double kRigidConverged = 1e-8;              ///< metres and radians
+constexpr double kRigidConverged = 1e-8;         ///< metres and radians
 constexpr double kLeastSpreadRatio = 1e-6;       ///< second to first singular value of the points' moments
 constexpr double kLeastInformationRatio = 1e-9;  ///< smallest to largest eigenvalue, metres against radians
 

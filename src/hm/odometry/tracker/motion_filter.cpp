@@ -75,14 +75,16 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
   note_disagreement(motion.disagreement, motion.share_seen);
   // The surfaces' information on the new pose, after their own errors and those of the last pose.
   const Mat6 to_camera = adjoint(motion.T_last_camera.inverse());
-  const Mat6 loose = inverse_of(diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
-                                to_camera * covariance_ * to_camera.transpose());
+  const Mat6 loose =
+      inverse_of(diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
+                 to_camera * covariance_ * to_camera.transpose());
   const Mat6 damping = loose * inverse_of(motion.equations.information + loose);
   const Mat6 of_model = model_information();
   const Mat6 information = damping * motion.equations.information + of_model;
   const SE3 T_predicted = T_odom_last_ * motion.T_last_camera;
   const Vec6 from_model = (T_odom_camera.inverse() * T_predicted).log();
-  const Vec6 step = -solve_symmetric(information, damping * motion.equations.gradient + of_model * from_model);
+  const Vec6 step =
+      -solve_symmetric(information, damping * motion.equations.gradient + of_model * from_model);
   if (!step.allFinite() || step.norm() > kMaxStep) {
     restart(grid, T_odom_camera);
     return T_odom_camera;

@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/odometry/tracker/tracker_matching.hpp"
 #include "hm/odometry/tracker/tracker_registration.hpp"
-#include "hm/odometry/interface/visual_odometry.hpp"
 
 namespace hm {
 

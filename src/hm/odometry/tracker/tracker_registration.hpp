@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "hm/odometry/tracker/local_map.hpp"
 #include "hm/odometry/registration/surface_alignment.hpp"
+#include "hm/odometry/tracker/local_map.hpp"
 #include "hm/odometry/tracker/tracker_frame.hpp"
 
 namespace hm {

@@ -5,9 +5,9 @@
 namespace hm {
 
 struct IntrinsicsOptions {
-  std::filesystem::path images;    ///< a folder
-  std::filesystem::path start;     ///< a calibration that the camera is added to; empty: none
-  std::filesystem::path output;    ///< a folder
+  std::filesystem::path images;  ///< a folder
+  std::filesystem::path start;   ///< a calibration that the camera is added to; empty: none
+  std::filesystem::path output;  ///< a folder
   CalibratedCamera camera = CalibratedCamera::kColor;
   BoardParams board;
   CameraFitParams fit;

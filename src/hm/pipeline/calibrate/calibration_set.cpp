@@ -6,13 +6,13 @@
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
-#include "hm/io/camera/calibration_file.hpp"
-#include "hm/io/camera/camera_file.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/file_name.hpp"
-#include "hm/io/image/image_file.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/io/camera/calibration_file.hpp"
+#include "hm/io/camera/camera_file.hpp"
+#include "hm/io/image/image_file.hpp"
 
 namespace hm {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "hm/depth_camera/lens_map.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/image/image_file.hpp"
-#include "hm/depth_camera/lens_map.hpp"
 
 namespace hm {
 namespace {

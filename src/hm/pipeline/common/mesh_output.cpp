@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#include "hm/report/render/mesh_renderer.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/report/render/mesh_renderer.hpp"
 
 namespace hm {
 

@@ -6,8 +6,8 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
-#include "hm/report/mesh_figures.hpp"
 #include "hm/mapping/mapping_params.hpp"
+#include "hm/report/mesh_figures.hpp"
 
 namespace hm {
 

@@ -186,8 +186,8 @@ fs::path ResultFolder::name_in_folder(const fs::path& file) const {
   return name.empty() || *name.begin() == ".." ? file.lexically_relative(path()) : name;
 }
 
-/// Moves a file out of staging(), unless it was published before. A link in the place of one of its folders is
-/// removed, not followed.
+/// Moves a file out of staging(), unless it was published before. A link in the place of one of its folders
+/// is removed, not followed.
 Result<void> ResultFolder::move_file(const fs::path& name) {
   const fs::path from = staging_ / name, to = path() / name;
   std::error_code code;

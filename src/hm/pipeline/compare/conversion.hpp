@@ -14,7 +14,7 @@ namespace hm {
 /// Input and output of a conversion; their kinds follow from the paths.
 struct ConversionOptions {
   std::filesystem::path from, to;
-  MeshParams mesh;  ///< for maps and meshes: pieces to remove, simplification
+  MeshParams mesh;    ///< for maps and meshes: pieces to remove, simplification
   SliceParams slice;  ///< for occupancy grids as pgm: the heights of the slice
   RecordingOptions recording_options;
   RunContext run;  ///< its stop is not looked at

@@ -43,8 +43,8 @@ Result<void> draw_room(const DemoOptions& options, const fs::path& picture) {
     if (options.run.progress)
       options.run.progress({"scanning a room first", i + 1, simulation.frame_count(), {}});
   }
-  const auto drawn = make_mesh_figures(pipeline.take_finished_mesh(),
-                                        figure_options(simulation.camera(), trajectory), loop);
+  const auto drawn =
+      make_mesh_figures(pipeline.take_finished_mesh(), figure_options(simulation.camera(), trajectory), loop);
   const auto color =
       std::find_if(drawn.begin(), drawn.end(), [](const Figure& made) { return made.name == "color"; });
   if (color == drawn.end()) return {};

@@ -22,10 +22,10 @@ struct DemoSummary {
 
 /// First scans a simulated room in memory and draws it, so that there is something to look at within seconds
 /// (first_room.png, which the log names; with reconstruction.pictures only). Then simulates a recording into
-/// output/recording (replacing that of an earlier demo), reconstructs it into output/result, and compares it with
-/// the truth: with what the sensor could see within tsdf.far_m, unless simulation.truth_far_m says otherwise.
-/// Stopped while it simulates, it leaves neither recording nor picture (kCancelled); stopped later, it finishes
-/// with what there is.
+/// output/recording (replacing that of an earlier demo), reconstructs it into output/result, and compares it
+/// with the truth: with what the sensor could see within tsdf.far_m, unless simulation.truth_far_m says
+/// otherwise. Stopped while it simulates, it leaves neither recording nor picture (kCancelled); stopped
+/// later, it finishes with what there is.
 Result<DemoSummary> run_demo(const DemoOptions& options);
 
 }  // namespace hm

@@ -1,7 +1,7 @@
 #pragma once
-#include "hm/report/html_report.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
+#include "hm/report/html_report.hpp"
 
 namespace hm {
 

@@ -8,9 +8,9 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
-#include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/map_store.hpp"
+#include "hm/mesh/incremental_mesher.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
@@ -103,8 +103,8 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   if (!file) return forward_error(file);
   auto state = state_from_json(file->header().state_json, path.string());
   if (!state) return forward_error(state);
-  const auto resumable =
-      check_resumable(file->header(), header(), *state, recording_->info(), options_.parameters, path.string());
+  const auto resumable = check_resumable(file->header(), header(), *state, recording_->info(),
+                                         options_.parameters, path.string());
   if (!resumable) return resumable;
   MapLoadOptions load;
   load.max_bytes = pipeline_.grid().max_bytes();

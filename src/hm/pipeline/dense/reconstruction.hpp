@@ -48,10 +48,10 @@ struct FrameRecord {
 
 /// Result of aligning the given poses.
 struct AlignmentSummary {
-  std::size_t accepted = 0, not_accepted = 0;  ///< frames, of all runs into this map
-  Summary ms;                                  ///< of this run
+  std::size_t accepted = 0, not_accepted = 0;                     ///< frames, of all runs into this map
+  Summary ms;                                                     ///< of this run
   std::map<AlignmentStatus, std::size_t> not_accepted_by_status;  ///< of this run
-  Trajectory given;                            ///< the poses as given, of the integrated frames
+  Trajectory given;  ///< the poses as given, of the integrated frames
   /// Absolute trajectory error (rmse) of the given and of the aligned poses, where the true ones are known.
   std::optional<double> given_ate_m, aligned_ate_m;
 };

@@ -3,9 +3,9 @@
 #include <array>
 #include <map>
 
-#include "hm/report/plot.hpp"
-#include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/core/process_memory.hpp"
+#include "hm/pipeline/dense/alignment_summary.hpp"
+#include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {

@@ -100,12 +100,14 @@ std::string state_to_json(const ReconstructionState& state) {
 }
 
 Result<ReconstructionState> state_from_json(std::string_view text, const std::string& where) {
-  const auto json = text.empty() ? Result<JsonValue>(JsonValue::object()) : parse_json(text, where + " (its state)");
+  const auto json =
+      text.empty() ? Result<JsonValue>(JsonValue::object()) : parse_json(text, where + " (its state)");
   if (!json) return forward_error(json);
   if (json->find("state_version") == nullptr)
-    return fail(ErrorCode::kUsage, where,
-                "this map was not made by `hm reconstruct`, which could continue it: choose another folder, or "
-                "start anew without --resume");
+    return fail(
+        ErrorCode::kUsage, where,
+        "this map was not made by `hm reconstruct`, which could continue it: choose another folder, or "
+        "start anew without --resume");
   if (count_of(*json, "state_version") != kStateVersion)
     return fail(ErrorCode::kUnsupported, where,
                 "it does not hold a reconstruction that this program can continue");
@@ -168,10 +170,11 @@ Result<void> check_resumable(const MapHeader& header, const MapHeader& of_run,
         "or start anew without --resume",
         fmt::join(differences, ", "));
   if (header.voxel_size_m != of_run.voxel_size_m || header.sdf_unit_m != of_run.sdf_unit_m)
-    return fail(ErrorCode::kCorrupted, map_path,
-                "its header says voxels of {} m and distances in units of {} m, its parameters {} m and {} m: "
-                "the map is damaged or was made by another program; start anew without --resume",
-                header.voxel_size_m, header.sdf_unit_m, of_run.voxel_size_m, of_run.sdf_unit_m);
+    return fail(
+        ErrorCode::kCorrupted, map_path,
+        "its header says voxels of {} m and distances in units of {} m, its parameters {} m and {} m: "
+        "the map is damaged or was made by another program; start anew without --resume",
+        header.voxel_size_m, header.sdf_unit_m, of_run.voxel_size_m, of_run.sdf_unit_m);
   const bool same_start = !info.stamps.empty() && info.stamps.front() == state.first_stamp;
   if (state.kind != info.kind || !same_start || state.next_frame > info.frame_count)
     return fail(ErrorCode::kUsage, map_path,

@@ -32,8 +32,8 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
 std::string commonest_reason(const std::vector<SkippedFrame>& skipped);
 
 /// An error that says what differs when a map was made with other parameters or from another recording, or
-/// when the voxels of its header are not those of its parameters (`of_run`: the header that the run would give
-/// a new map).
+/// when the voxels of its header are not those of its parameters (`of_run`: the header that the run would
+/// give a new map).
 Result<void> check_resumable(const MapHeader& header, const MapHeader& of_run,
                              const ReconstructionState& state, const RecordingInfo& info,
                              const DenseParameters& parameters, const std::string& map_path);

@@ -106,7 +106,8 @@ Result<void> Experiment::make_maps(const fs::path& folder, const RecordingOption
   const auto recording = open_recording(options_.recording, how);
   if (!recording) return forward_error(recording);
   const CorrectedKeyframes chosen = choose_keyframes((*recording)->info(), parameters_.reconstruction);
-  const KeyframeMaps maps = make_keyframe_maps(**recording, chosen, keyframe_map_params(parameters_), options_.run);
+  const KeyframeMaps maps =
+      make_keyframe_maps(**recording, chosen, keyframe_map_params(parameters_), options_.run);
   side.keyframes = maps.keyframes;
   const double cell_m = parameters_.slam.octomap_resolution_m;
   if (maps.occupancy) {

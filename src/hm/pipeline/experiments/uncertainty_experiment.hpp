@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "hm/core/json_value.hpp"
+#include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/feature/feature_params.hpp"
-#include "hm/core/run_context.hpp"
 #include "hm/sim/recording/simulation.hpp"
 
 namespace hm {

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "hm/io/bytes/file_name.hpp"
-#include "hm/io/pose/g2o_file.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/pose/g2o_file.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
 #include "hm/tsdf/grid/volume.hpp"

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/pipeline/inspect/pose_agreement.hpp"
 #include "hm/pipeline/inspect/recording_check_test_support.hpp"
 

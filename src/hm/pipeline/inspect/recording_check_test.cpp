@@ -8,8 +8,8 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/pipeline/inspect/pose_agreement.hpp"
 #include "hm/pipeline/inspect/recording_check_test_support.hpp"
 

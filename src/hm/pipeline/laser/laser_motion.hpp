@@ -3,8 +3,8 @@
 
 #include "hm/estimation/state_estimator.hpp"
 #include "hm/geometry/trajectory.hpp"
-#include "hm/laser/odometry/attitude_history.hpp"
 #include "hm/laser/height/mirror_distances.hpp"
+#include "hm/laser/odometry/attitude_history.hpp"
 #include "hm/laser/odometry/scan_odometry.hpp"
 
 namespace hm {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "hm/odometry/interface/visual_odometry.hpp"
-#include "hm/sim/recording/simulation.hpp"
 #include "hm/odometry/make_odometry.hpp"
+#include "hm/sim/recording/simulation.hpp"
 
 namespace hm {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "hm/report/plot.hpp"
 #include "hm/report/path_plots.hpp"
+#include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {

@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-#include "hm/report/html_report.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/report/html_report.hpp"
 
 namespace hm {
 

@@ -95,7 +95,8 @@ void SlamAlignment::align(const RgbdFrame& frame, TrackedFrame& tracked) {
   if (tracked.submap != impl.submap) impl.begin_submap(tracked.submap);
   const bool first = impl.grid.volume_count() == 0;
   const SE3 before = impl.aligner.T_map_odom() * *tracked.T_odom_camera, odometry = *tracked.T_odom_camera;
-  const AlignmentResult found = impl.aligner.align(impl.grid, frame.depth, *tracked.T_odom_camera, tracked.covariance);
+  const AlignmentResult found =
+      impl.aligner.align(impl.grid, frame.depth, *tracked.T_odom_camera, tracked.covariance);
   if (!first) impl.note({frame.index, odometry, before}, found);
   tracked.T_odom_camera = found.T_world_camera;
   if (tracked.new_keyframe) {

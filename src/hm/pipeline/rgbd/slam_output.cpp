@@ -92,8 +92,8 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
   const double resolution_m = options_.parameters.slam.octomap_resolution_m;
   if (!result_) return;
   const auto path = options_.output / "occupancy.ot";
-  const auto written = written_unless_too_large(
-      path, write_color_octomap(path, voxels, colors, resolution_m), summary_.warnings);
+  const auto written = written_unless_too_large(path, write_color_octomap(path, voxels, colors, resolution_m),
+                                                summary_.warnings);
   if (!written) result_ = forward_error(written);
   if (written && *written) summary_.outputs.push_back(path);
   if (auto figure = draw_heights(voxels, resolution_m))
@@ -105,8 +105,8 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
 void Output::write_keyframe_maps() {
   RunContext finishing = options_.run;  // the maps of a run that was stopped early are whole nevertheless
   finishing.stop = {};
-  const KeyframeMaps maps =
-      make_keyframe_maps(recording_, *summary_.state.keyframes, keyframe_map_params(options_.parameters), finishing);
+  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes,
+                                               keyframe_map_params(options_.parameters), finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));

@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <utility>
 
-#include "hm/pipeline/dense/dense_parameters.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
+#include "hm/pipeline/dense/dense_parameters.hpp"
 
 namespace hm {
 
-MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& grid, const SlamSaveState& state) {
+MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& grid,
+                          const SlamSaveState& state) {
   RgbdParameters of_map = parameters;
   MapHeader header;
   header.voxel_size_m = grid.voxel_size_m();

@@ -22,9 +22,10 @@ struct SlamState {
   RgbdLoopStatistics loops;
   RgbdAlignmentReport alignment;
   PoseGraph3D graph;
-  std::vector<LiveCorrection> live_corrections;                       ///< while tracking
-  MapCorrection correction;                                           ///< the last one, at the end
-  std::size_t frames_total = 0, frames_mapped = 0, frames_disconnected = 0;  ///< the last: in unconnected maps
+  std::vector<LiveCorrection> live_corrections;  ///< while tracking
+  MapCorrection correction;                      ///< the last one, at the end
+  std::size_t frames_total = 0, frames_mapped = 0,
+              frames_disconnected = 0;  ///< the last: in unconnected maps
   Summary frame_ms;  ///< tracking, mapping and what corrections take of a frame's time; not waiting
   std::size_t frames_done = 0;  ///< index of the first frame that was not looked at
   bool interrupted = false;

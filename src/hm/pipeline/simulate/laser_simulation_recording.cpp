@@ -5,12 +5,12 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/io/rosbag/bag_writer.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
-#include "hm/io/bytes/output_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/io/rosbag/bag_writer.hpp"
 #include "hm/pipeline/simulate/simulation_marks.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 

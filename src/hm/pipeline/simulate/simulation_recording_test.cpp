@@ -8,9 +8,9 @@
 #include <map>
 
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/io/pose/trajectory_file.hpp"
 #include "hm/sim/world/room_scene.hpp"
 
 namespace hm {

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/motion/house_tours.hpp"
 #include "hm/sim/motion/walk.hpp"
+#include "hm/sim/world/house_plan.hpp"
 
 namespace hm {
 namespace {

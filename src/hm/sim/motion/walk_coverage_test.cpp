@@ -7,10 +7,10 @@
 #include <string>
 
 #include "hm/core/rng.hpp"
-#include "hm/sim/sensor/depth_sensor.hpp"
-#include "hm/sim/world/house_plan.hpp"
-#include "hm/sim/sensor/renderer.hpp"
 #include "hm/sim/motion/walk.hpp"
+#include "hm/sim/sensor/depth_sensor.hpp"
+#include "hm/sim/sensor/renderer.hpp"
+#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/world/world.hpp"
 
 namespace hm {

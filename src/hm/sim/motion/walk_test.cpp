@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/sensor/renderer.hpp"
+#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/world/world.hpp"
 
 namespace hm {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/sim/motion/walk.hpp"
 #include "hm/sim/sensor/renderer.hpp"
 #include "hm/sim/world/room_scene.hpp"
 #include "hm/sim/world/solids.hpp"
-#include "hm/sim/motion/walk.hpp"
 
 namespace hm {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <set>
 
-#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/motion/house_tours.hpp"
-#include "hm/sim/sensor/renderer.hpp"
 #include "hm/sim/recording/simulation.hpp"
+#include "hm/sim/sensor/renderer.hpp"
+#include "hm/sim/world/house_plan.hpp"
 #include "hm/sim/world/world.hpp"
 
 namespace hm {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "hm/core/rng.hpp"
-#include "hm/sim/sensor/renderer.hpp"
 #include "hm/sim/motion/walk.hpp"
+#include "hm/sim/sensor/renderer.hpp"
 #include "hm/sim/world/world.hpp"
 
 namespace hm {

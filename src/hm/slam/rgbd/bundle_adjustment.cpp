@@ -23,8 +23,8 @@ using detail::PoseState;
 constexpr double kMinDepth_m = 0.05;
 constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
 constexpr int kMostInvalidSteps =
-    12;  // in turn, each shorter: a step must not put a landmark behind a camera
-constexpr int kPasses = 2;                    // the second knows better what is an outlier
+    12;                     // in turn, each shorter: a step must not put a landmark behind a camera
+constexpr int kPasses = 2;  // the second knows better what is an outlier
 
 Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const BundleObservation& seen) {
   const Vec2 pixel = camera.project(p_camera);

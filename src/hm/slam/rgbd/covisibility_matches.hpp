@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hm/geometry/camera.hpp"
-#include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/places/place_params.hpp"
+#include "hm/slam/rgbd/bundle_adjustment.hpp"
 
 namespace hm {
 

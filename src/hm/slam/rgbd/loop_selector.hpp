@@ -3,8 +3,8 @@
 #include <limits>
 #include <vector>
 
-#include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/places/place_verifier.hpp"
+#include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
 namespace hm {

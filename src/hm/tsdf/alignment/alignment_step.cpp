@@ -82,8 +82,7 @@ Vec6 damped_step(const Information& information, double damping) {
 Mat6 covariance_at_origin(const Mat6& information, const TurningCentre& centre) {
   const Eigen6 solved = symmetric_eigen(information);
   const Vec6 variances = solved.values.cwiseMax(1e-12).cwiseInverse();
-  const Mat6 about_centre =
-      solved.vectors * variances.asDiagonal() * solved.vectors.transpose();
+  const Mat6 about_centre = solved.vectors * variances.asDiagonal() * solved.vectors.transpose();
   const Mat6 jacobian = centre.to_origin();
   return jacobian * about_centre * jacobian.transpose();
 }

@@ -3,8 +3,8 @@
 #include <new>
 
 #include "hm/core/check.hpp"
-#include "hm/tsdf/projection/projection_integrator.hpp"
 #include "hm/tsdf/integration/traversal_integrator.hpp"
+#include "hm/tsdf/projection/projection_integrator.hpp"
 
 namespace hm {
 namespace {

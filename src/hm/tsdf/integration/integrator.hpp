@@ -4,9 +4,9 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
 #include "hm/tsdf/projection/tsdf_params.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 

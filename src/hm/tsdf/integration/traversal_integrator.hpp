@@ -3,10 +3,10 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/integration/observation_graph.hpp"
 #include "hm/tsdf/projection/projection_scan.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/volume_upkeep.hpp"
 
 namespace hm {

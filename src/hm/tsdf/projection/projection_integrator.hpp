@@ -4,11 +4,11 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/candidate_volumes.hpp"
 #include "hm/tsdf/projection/depth_bounds.hpp"
 #include "hm/tsdf/projection/depth_preparation.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/volume_upkeep.hpp"
 
 namespace hm {

@@ -9,8 +9,8 @@
 
 #include <hwy/highway.h>
 
-#include "hm/tsdf/projection/projection_scan.hpp"
 #include "hm/sensors/vectors_inl.hpp"
+#include "hm/tsdf/projection/projection_scan.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {

@@ -206,7 +206,8 @@ TEST(PrepareDepth, AgreesWithTheDefinition) {
   const PinholeCamera camera{91, 37, 80, 80, 45, 18, {}};
   const EdgeRule rule(params, {}, camera, depth.unit_m);
   PreparedDepth prepared;
-  prepare_depth({depth, params, rule, make_projection_scan(camera, SE3(), params, {})}, ParallelLoop(2), prepared);
+  prepare_depth({depth, params, rule, make_projection_scan(camera, SE3(), params, {})}, ParallelLoop(2),
+                prepared);
   std::vector<float> low(prepared.tile_min_m.size(), PreparedDepth::kFarM), high(low.size(), 0.0f);
   std::vector<bool> far(low.size(), false);
   std::size_t in_range = 0, mixed_pixels = 0, edges = 0;

@@ -9,8 +9,8 @@
 
 #include <hwy/highway.h>
 
-#include "hm/tsdf/projection/update_filters.hpp"
 #include "hm/sensors/vectors_inl.hpp"
+#include "hm/tsdf/projection/update_filters.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {

@@ -2,9 +2,9 @@
 #include <span>
 #include <vector>
 
+#include "hm/tsdf/grid/volume_grid.hpp"
 #include "hm/tsdf/projection/projection_scan.hpp"
 #include "hm/tsdf/projection/scan_stats.hpp"
-#include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
 
