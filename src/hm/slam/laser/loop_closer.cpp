@@ -5,6 +5,9 @@
 namespace hm {
 namespace {
 
+/// A loop that corrects more moves the whole graph.
+constexpr double kLargeCorrection_m = 0.3;
+
 Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
   Mat3 turn = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = rotation;
@@ -32,7 +35,8 @@ std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const Odome
     keyframes_since_.setZero();
     unknown_since_ = false;
     new_loops_ += result->loops_accepted;
-    if (new_loops_ >= loops_per_solution_) finish();
+    large_correction_ |= result->largest_correction_m > kLargeCorrection_m;
+    if (new_loops_ >= loops_per_solution_) solve(large_correction_);
   }
   if (step.new_keyframe) keyframes_since_ += match;
   return result;
@@ -54,10 +58,13 @@ Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
   return turned(T_odom_last.rotation().transpose(), last_match_ + keyframes_since_ + match_odom);
 }
 
-PoseGraphSolution LoopCloser::finish() {
+PoseGraphSolution LoopCloser::solve(bool whole) {
   new_loops_ = 0;
+  large_correction_ = false;
   ++solutions_;
-  return graph_.optimise();
+  return graph_.optimise(window_.next(graph_.size(), whole));
 }
+
+PoseGraphSolution LoopCloser::finish() { return solve(true); }
 
 }  // namespace hm

@@ -3,6 +3,7 @@
 
 #include "hm/laser/odometry/scan_odometry.hpp"
 #include "hm/slam/laser/scan_graph_2d.hpp"
+#include "hm/slam/pose_graph/graph_part.hpp"
 
 namespace hm {
 
@@ -10,13 +11,14 @@ namespace hm {
 /// vehicle that drives by `odom`. Deterministic; not thread safe.
 class LoopCloser {
  public:
-  /// The graph is solved as soon as `loops_per_solution` loops are new, and by finish().
+  /// The graph is solved as soon as `loops_per_solution` loops are new (a long one mostly in part, see
+  /// SolutionWindow), and by finish().
   explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
       : params_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
   /// What odometry made of a scan. Nothing for scans that do not become a node.
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
-  /// Solves the graph a last time.
+  /// Solves the whole graph a last time.
   PoseGraphSolution finish();
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
@@ -24,6 +26,7 @@ class LoopCloser {
   [[nodiscard]] int solutions() const { return solutions_; }
 
  private:
+  PoseGraphSolution solve(bool whole);
   [[nodiscard]] bool wants_node(const SE2& T_odom_base) const;
   [[nodiscard]] Mat3 covariance_since_last(const Mat3& match_odom) const;
 
@@ -34,6 +37,8 @@ class LoopCloser {
   bool unknown_since_ = false;  // odometry was restarted
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
+  bool large_correction_ = false;
+  SolutionWindow window_;
 };
 
 }  // namespace hm

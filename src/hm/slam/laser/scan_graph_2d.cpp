@@ -15,6 +15,8 @@ constexpr double kApartPerTurn_m = 0.7;
 /// Deviation of odometry's motion where the matcher determines nothing.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
+/// Nearest submaps whose uncertainty is looked at, however often a place was visited.
+constexpr std::size_t kMostCandidates = 64;
 
 /// Covariance that also takes what odometry itself must know of a motion.
 Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
@@ -85,7 +87,7 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
   add_odometry_edge();
   if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
   for (const Candidate& candidate : loop_candidates()) {
-    step.attempts.push_back(try_loop(candidate));
+    step.attempts.push_back(try_loop(candidate, step));
     count(step.attempts.back().outcome);
     if (step.attempts.back().outcome == LoopOutcome::kAccepted) ++step.loops_accepted;
   }
@@ -149,8 +151,10 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
     const double distance_m = apartness(submap);
     if (distance_m > params_.kMaxLoopDistance_m + params_.max_window_m) continue;
     candidates.push_back({s, distance_m, {}});
-    anchors.push_back(submap.anchor());
   }
+  std::ranges::stable_sort(candidates, {}, &Candidate::distance_m);
+  if (candidates.size() > kMostCandidates) candidates.resize(kMostCandidates);
+  for (const Candidate& candidate : candidates) anchors.push_back(submaps_[candidate.submap].anchor());
   const std::vector<PathUncertainty2D::Seen> seen = paths_.seen_from(graph_, node, anchors);
   for (std::size_t i = 0; i < candidates.size(); ++i)
     candidates[i].window = window_of(submaps_[candidates[i].submap], seen[i]);
@@ -158,13 +162,12 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
     const SearchWindow& window = candidate.window;
     return candidate.distance_m > params_.kMaxLoopDistance_m + std::max(window.half_x_m, window.half_y_m);
   });
-  std::ranges::stable_sort(candidates, {}, &Candidate::distance_m);
   if (candidates.size() > static_cast<std::size_t>(params_.kMaxSubmapsTried))
     candidates.resize(static_cast<std::size_t>(params_.kMaxSubmapsTried));
   return candidates;
 }
 
-LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
+LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& step) {
   LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
   const ScanSubmap& submap = submaps_[candidate.submap];
   const std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
@@ -184,6 +187,8 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate) {
   const std::optional<PoseEdge2D> edge = verified(submap, match.T_map_scan);
   attempt.outcome = edge ? LoopOutcome::kAccepted : LoopOutcome::kNotVerified;
   if (edge) {
+    const Vec3 error = pose_edge_error(*edge, graph_.T_map_node[edge->from], graph_.T_map_node[edge->to]);
+    step.largest_correction_m = std::max(step.largest_correction_m, error.head<2>().norm());
     graph_.edges.push_back(*edge);
     paths_.add_edge(*edge);
   }
@@ -226,18 +231,29 @@ void ScanGraph2D::count(LoopOutcome outcome) {
   if (outcome == LoopOutcome::kNotVerified) ++statistics_.not_verified;
 }
 
-PoseGraphSolution ScanGraph2D::optimise() {
-  PoseGraphSolution solution = solve_pose_graph(graph_, params_.solver);
-  for (int round = 0; round < kMaxTakeOutRounds && take_out_contradictions(); ++round)
-    solution = solve_pose_graph(graph_, params_.solver);
+PoseGraphSolution ScanGraph2D::optimise(std::size_t first) {
+  GraphPart<PoseGraph2D> part = part_since(graph_, first);
+  PoseGraphSolution solution = solve_pose_graph(part.graph, params_.solver, part.held);
+  for (int round = 0; round < kMaxTakeOutRounds && take_out_contradictions(part); ++round)
+    solution = solve_pose_graph(part.graph, params_.solver, part.held);
+  put_back(part, graph_);
   return solution;
 }
 
-bool ScanGraph2D::take_out_contradictions() {
-  const std::size_t removed = std::erase_if(graph_.edges, [&](const PoseEdge2D& edge) {
-    return edge.kind == PoseEdgeKind::kLoop && pose_edge_chi2(edge, graph_) > params_.max_loop_chi2;
-  });
-  if (removed > 0) paths_.replace_edges(graph_.edges);
+bool ScanGraph2D::take_out_contradictions(GraphPart<PoseGraph2D>& part) {
+  std::size_t removed = 0;
+  for (std::size_t e = part.edges.size(); e-- > 0;) {
+    const PoseEdge2D& edge = part.graph.edges[e];
+    if (edge.kind != PoseEdgeKind::kLoop || pose_edge_chi2(edge, part.graph) <= params_.max_loop_chi2)
+      continue;
+    const auto at = static_cast<std::ptrdiff_t>(e), in_whole = static_cast<std::ptrdiff_t>(part.edges[e]);
+    paths_.remove_loop(graph_.edges[part.edges[e]]);
+    graph_.edges.erase(graph_.edges.begin() + in_whole);
+    part.graph.edges.erase(part.graph.edges.begin() + at);
+    part.edges.erase(part.edges.begin() + at);
+    for (std::size_t later = e; later < part.edges.size(); ++later) --part.edges[later];
+    ++removed;
+  }
   statistics_.taken_out += removed;
   return removed > 0;
 }

@@ -10,6 +10,7 @@
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
+#include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
 
 namespace hm {
@@ -35,6 +36,7 @@ struct ScanGraphStep {
   std::size_t node = 0;
   std::vector<LoopAttempt> attempts;
   int loops_accepted = 0;
+  double largest_correction_m = 0;  ///< of the accepted loops: from where the graph has the keyframe
 };
 
 /// What became of the searches for loops; `candidates` is the sum of the five after it.
@@ -59,8 +61,9 @@ class ScanGraph2D {
 
   /// Adds a keyframe and looks for loops. Stamps must increase; poses and covariance must be finite.
   ScanGraphStep add_keyframe(GraphKeyframe2D keyframe);
-  /// Solves the graph and takes out loops that contradict the rest. The first keyframe stays where it is.
-  PoseGraphSolution optimise();
+  /// Solves the graph, or its part from node `first` on (older ones are held), and takes out loops that
+  /// contradict the rest. The first keyframe stays where it is.
+  PoseGraphSolution optimise(std::size_t first = 0);
 
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
@@ -84,10 +87,10 @@ class ScanGraph2D {
   [[nodiscard]] std::vector<Candidate> loop_candidates() const;
   [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const;
   [[nodiscard]] double apartness(const ScanSubmap& submap) const;
-  LoopAttempt try_loop(const Candidate& candidate);
+  LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
   [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
   void count(LoopOutcome outcome);
-  bool take_out_contradictions();
+  bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
 
   ScanGraph2DParams params_;
   std::vector<GraphKeyframe2D> keyframes_;

@@ -57,14 +57,22 @@ std::vector<int> PlaceSearch::votes(const Keyframe& keyframe, std::uint32_t self
 
 std::vector<PlaceCandidate> PlaceSearch::candidates(const Keyframe& keyframe, std::uint32_t self) const {
   std::vector<Vote> votes = all_votes(keyframe, self);
-  std::vector<int> counts(size(), 0);
-  for (const Vote& vote : votes) ++counts[vote.keyframe];
-  std::vector<PlaceCandidate> candidates = top_candidates(counts, params_.candidates, params_.kMinVotes);
   std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
     return std::tie(a.keyframe, a.feature_there, a.bits, a.feature_here) <
            std::tie(b.keyframe, b.feature_there, b.bits, b.feature_here);
   });
+  std::vector<std::uint32_t> voted;  // the keyframes that have votes, and how many
+  std::vector<int> counts;
+  for (const Vote& vote : votes) {
+    if (voted.empty() || voted.back() != vote.keyframe) {
+      voted.push_back(vote.keyframe);
+      counts.push_back(0);
+    }
+    ++counts.back();
+  }
+  std::vector<PlaceCandidate> candidates = top_candidates(counts, params_.candidates, params_.kMinVotes);
   for (PlaceCandidate& candidate : candidates) {
+    candidate.keyframe = voted[candidate.keyframe];
     auto vote = std::lower_bound(votes.begin(), votes.end(), candidate.keyframe,
                                  [](const Vote& v, std::uint32_t k) { return v.keyframe < k; });
     for (; vote != votes.end() && vote->keyframe == candidate.keyframe; ++vote)

@@ -11,9 +11,8 @@ ceres::LossFunction* new_edge_loss(PoseEdgeKind kind, const PoseGraphSolverParam
   return new ceres::CauchyLoss(std::sqrt(params.loop_loss_chi2));
 }
 
-bool solve_graph_problem(ceres::Problem& problem, double* first, const PoseGraphSolverParams& params,
+bool solve_graph_problem(ceres::Problem& problem, const PoseGraphSolverParams& params,
                          PoseGraphSolution& solution) {
-  if (problem.HasParameterBlock(first)) problem.SetParameterBlockConstant(first);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.num_threads = 1;

@@ -35,9 +35,9 @@ bool begin_solution(const Graph& graph, bool is_finite, PoseGraphSolution& solut
   return !graph.edges.empty();
 }
 
-/// Solves a pose graph's problem (sparse Cholesky, one thread), the state `first` held where an edge reaches
-/// it. Fills message, iterations and converged; false when the states are of no use.
-bool solve_graph_problem(ceres::Problem& problem, double* first, const PoseGraphSolverParams& params,
+/// Solves a pose graph's problem (sparse Cholesky, one thread). Fills message, iterations and converged;
+/// false when the states are of no use.
+bool solve_graph_problem(ceres::Problem& problem, const PoseGraphSolverParams& params,
                          PoseGraphSolution& solution);
 
 }  // namespace hm::detail

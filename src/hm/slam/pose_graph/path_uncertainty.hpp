@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <queue>
 #include <span>
 #include <unordered_map>
@@ -16,10 +17,13 @@ namespace hm {
 /// added uncertainty (Dijkstra projection: Olson, "Robust and Efficient Robotic Mapping", 2008, section 4.3).
 ///
 /// Grows with its graph, a node or an edge in amortised constant time, and holds the covariances of its
-/// edges. A query ends when its targets are settled, at the latest after `max_settled` nodes; targets beyond
-/// are seen along the chain of odometry edges, whose motions are kept composed over stretches of 1, 2, 4, ...
-/// edges (O(log nodes)), or as far as the search has come, whichever is less uncertain. So the cost of a
-/// query is bounded however large the graph is, and queries in graphs of up to `max_settled` nodes are exact.
+/// edges. A query ends when its targets are settled, at the latest after `max_settled` nodes. For a target
+/// beyond, a second search begins at the target and ends where both meet: where a place has been visited many
+/// times, two searches of half the way settle far fewer nodes than one of the whole way. It settles at most
+/// kMeetingRatio times as many, for all targets of a query kMeetingsRatio times as many. Where they do not
+/// meet the target is seen along the chain of odometry edges, whose motions are kept composed over stretches
+/// of 1, 2, 4, ... edges (O(log nodes)). So the cost of a query is bounded however large the graph is, and
+/// queries in graphs of up to `max_settled` nodes are exact.
 ///
 /// `Geometry` names Pose, Covariance, Edge and Graph and has the static functions that `PlanarPaths` and
 /// `SpatialPaths` have. Queries may run in several threads.
@@ -38,15 +42,17 @@ class PathUncertainty {
     bool reached = false;                        ///< a path leads there
   };
 
-  static constexpr std::size_t kMaxSettled = 4096;
+  static constexpr std::size_t kMaxSettled = 128;
+  static constexpr std::size_t kMeetingRatio = 4, kMeetingsRatio = 32;
+  static constexpr std::size_t kMostLoops = 16;  ///< followed from a node: the last ones that came
   explicit PathUncertainty(std::size_t max_settled = kMaxSettled) : max_settled_(max_settled) {}
 
   [[nodiscard]] std::size_t size() const { return steps_from_.size(); }
   void add_node();
   /// An odometry edge to the newest node from the one before continues the chain.
   void add_edge(const Edge& edge);
-  /// When loops were taken out: the edges that are left.
-  void replace_edges(std::span<const Edge> edges);
+  /// Forgets the loops between the ends of an edge.
+  void remove_loop(const Edge& edge);
 
   /// One for each target, in their order. `graph` is that of the nodes and edges that were added.
   [[nodiscard]] std::vector<Seen> seen_from(const Graph& graph, std::size_t node,
@@ -61,6 +67,7 @@ class PathUncertainty {
   };
   struct Step {
     std::size_t to;
+    bool is_odometry;
     Stretch stretch;
   };
   struct State {
@@ -74,9 +81,19 @@ class PathUncertainty {
     return {a.T_begin_end * b.T_begin_end,
             Geometry::compose(a.T_begin_end, a.covariance, b.T_begin_end, b.covariance), a.path_m + b.path_m};
   }
+  /// What a search has found, and the size that all nodes nearer than which are settled.
+  struct Ball {
+    States states;
+    double radius = 0;
+  };
+
   void connect(const Edge& edge);
-  [[nodiscard]] States search(const Graph& graph, std::size_t node,
-                              std::span<const std::size_t> targets) const;
+  /// Settles nodes by growing uncertainty until `settle(node, state)` says that it is enough.
+  template <class Settle>
+  States search(const Graph& graph, std::size_t node, Settle settle) const;
+  [[nodiscard]] Ball around(const Graph& graph, std::size_t node, std::span<const std::size_t> targets) const;
+  [[nodiscard]] State meet(const Graph& graph, std::size_t node, std::size_t target, const Ball& ball,
+                           std::size_t& left) const;
   [[nodiscard]] Seen along_chain(std::size_t node, std::size_t target) const;
 
   std::size_t max_settled_;
@@ -113,36 +130,43 @@ template <class Geometry>
 void PathUncertainty<Geometry>::connect(const Edge& edge) {
   const Covariance along = Geometry::edge_covariance(edge);
   const double path_m = Geometry::path_m(edge);
-  steps_from_[edge.from].push_back({edge.to, {edge.T_from_to, along, path_m}});
+  const bool is_odometry = Geometry::is_odometry(edge);
+  for (const std::size_t end : {edge.from, edge.to}) {
+    std::vector<Step>& steps = steps_from_[end];
+    const auto is_loop = [](const Step& step) { return !step.is_odometry; };
+    if (is_odometry || static_cast<std::size_t>(std::ranges::count_if(steps, is_loop)) < kMostLoops) continue;
+    steps.erase(std::ranges::find_if(steps, is_loop));
+  }
+  steps_from_[edge.from].push_back({edge.to, is_odometry, {edge.T_from_to, along, path_m}});
   steps_from_[edge.to].push_back(
-      {edge.from, {edge.T_from_to.inverse(), Geometry::inverse(edge.T_from_to, along), path_m}});
+      {edge.from, is_odometry, {edge.T_from_to.inverse(), Geometry::inverse(edge.T_from_to, along), path_m}});
 }
 
 template <class Geometry>
-void PathUncertainty<Geometry>::replace_edges(std::span<const Edge> edges) {
-  for (std::vector<Step>& steps : steps_from_) steps.clear();
-  for (const Edge& edge : edges) connect(edge);
+void PathUncertainty<Geometry>::remove_loop(const Edge& edge) {
+  const auto remove = [this](std::size_t from, std::size_t to) {
+    std::erase_if(steps_from_[from], [to](const Step& step) { return step.to == to && !step.is_odometry; });
+  };
+  remove(edge.from, edge.to);
+  remove(edge.to, edge.from);
 }
 
 template <class Geometry>
-typename PathUncertainty<Geometry>::States PathUncertainty<Geometry>::search(
-    const Graph& graph, std::size_t node, std::span<const std::size_t> targets) const {
+template <class Settle>
+typename PathUncertainty<Geometry>::States PathUncertainty<Geometry>::search(const Graph& graph,
+                                                                             std::size_t node,
+                                                                             Settle settle) const {
   States states;
-  std::vector<std::size_t> wanted(targets.begin(), targets.end());
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  std::size_t missing = wanted.size();
   using Entry = std::pair<double, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   states[node].seen.reached = true;
   open.push({0, node});
-  for (std::size_t settled = 0; !open.empty() && missing > 0 && settled < max_settled_;) {
+  while (!open.empty()) {
     const std::size_t at = open.top().second;
     open.pop();
     State& here = states.at(at);
     if (std::exchange(here.settled, true)) continue;
-    ++settled;
-    missing -= std::binary_search(wanted.begin(), wanted.end(), at) ? 1 : 0;
+    if (settle(at, here)) break;
     const Seen seen = here.seen;  // inserting below may move what is in the table
     const Pose T_node_at = Geometry::seen_pose(graph, node, at);
     for (const Step& step : steps_from_[at]) {
@@ -158,6 +182,47 @@ typename PathUncertainty<Geometry>::States PathUncertainty<Geometry>::search(
     }
   }
   return states;
+}
+
+template <class Geometry>
+typename PathUncertainty<Geometry>::Ball PathUncertainty<Geometry>::around(
+    const Graph& graph, std::size_t node, std::span<const std::size_t> targets) const {
+  std::vector<std::size_t> wanted(targets.begin(), targets.end());
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  if (wanted.empty()) return {};
+  std::size_t missing = wanted.size(), settled = 0;
+  Ball ball;
+  ball.states = search(graph, node, [&](std::size_t at, const State& here) {
+    ball.radius = here.size;
+    missing -= std::binary_search(wanted.begin(), wanted.end(), at) ? 1 : 0;
+    return missing == 0 || ++settled >= max_settled_;
+  });
+  return ball;
+}
+
+/// The best of the ways that a search from the target finds into the ball, which counts down `left`.
+template <class Geometry>
+typename PathUncertainty<Geometry>::State PathUncertainty<Geometry>::meet(
+    const Graph& graph, std::size_t node, std::size_t target, const Ball& ball, std::size_t& left) const {
+  State best;
+  best.size = std::numeric_limits<double>::infinity();
+  if (left == 0) return best;
+  std::size_t settled = 0;
+  search(graph, target, [&](std::size_t at, const State& back) {
+    if (const auto met = ball.states.find(at); met != ball.states.end()) {
+      const Pose T_target_at = graph.T_map_node[target].inverse() * graph.T_map_node[at];
+      const Seen& there = met->second.seen;
+      const Covariance covariance =
+          Geometry::compose(Geometry::seen_pose(graph, node, at), there.covariance, T_target_at.inverse(),
+                            Geometry::inverse(T_target_at, back.seen.covariance));
+      if (const double size = Geometry::size_of(covariance); size < best.size)
+        best = {{covariance, there.path_m + back.seen.path_m, true}, size, false};
+    }
+    --left;
+    return back.size + ball.radius >= best.size || ++settled >= kMeetingRatio * max_settled_ || left == 0;
+  });
+  return best;
 }
 
 template <class Geometry>
@@ -182,20 +247,20 @@ template <class Geometry>
 std::vector<typename PathUncertainty<Geometry>::Seen> PathUncertainty<Geometry>::seen_from(
     const Graph& graph, std::size_t node, std::span<const std::size_t> targets) const {
   HM_CHECK(node < size(), "node {} of {}", node, size());
-  const States states = search(graph, node, targets);
+  const Ball ball = around(graph, node, targets);
+  std::size_t left = kMeetingsRatio * max_settled_;
   std::vector<Seen> seen;
   for (const std::size_t target : targets) {
     HM_CHECK(target < size(), "target {} of {}", target, size());
-    const auto found = states.find(target);
-    const bool is_found = found != states.end();
-    if (is_found && found->second.settled) {
+    const auto found = ball.states.find(target);
+    if (found != ball.states.end() && found->second.settled) {
       seen.push_back(found->second.seen);
       continue;
     }
+    const State met = meet(graph, node, target, ball, left);
     const Seen by_chain = along_chain(node, target);
-    const bool chain_is_better =
-        by_chain.reached && (!is_found || Geometry::size_of(by_chain.covariance) < found->second.size);
-    seen.push_back(chain_is_better || !is_found ? by_chain : found->second.seen);
+    const bool chain_is_better = by_chain.reached && Geometry::size_of(by_chain.covariance) < met.size;
+    seen.push_back(chain_is_better ? by_chain : met.seen);
   }
   return seen;
 }

@@ -2,6 +2,8 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
+
 #include "hm/core/check.hpp"
 #include "hm/slam/pose_graph/graph_problem.hpp"
 
@@ -65,14 +67,17 @@ Eigen::Matrix<double, 3, 6> pose_edge_jacobian(const PoseEdge2D& edge, const SE2
   return jacobian;
 }
 
-PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params) {
+PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params,
+                                   std::size_t held) {
   PoseGraphSolution solution;
   if (!detail::begin_solution(graph, all_finite(graph), solution)) return solution;
   std::vector<Vec3> states;
   for (const SE2& node : graph.T_map_node) states.push_back(node.vector());
   ceres::Problem problem;
   add_edges(graph, params, states, problem);
-  if (!detail::solve_graph_problem(problem, states.front().data(), params, solution)) return solution;
+  for (std::size_t i = 0; i < std::min(held, states.size()); ++i)
+    if (problem.HasParameterBlock(states[i].data())) problem.SetParameterBlockConstant(states[i].data());
+  if (!detail::solve_graph_problem(problem, params, solution)) return solution;
   for (std::size_t i = 0; i < states.size(); ++i)
     graph.T_map_node[i] = SE2(states[i].x(), states[i].y(), states[i].z());
   solution.final_chi2 = pose_graph_chi2(graph);

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <string>
 
 #include "hm/geometry/pose_graph_2d.hpp"
@@ -19,10 +20,11 @@ struct PoseGraphSolution {
 };
 
 /// Moves the nodes to the least squares optimum (Levenberg-Marquardt, sparse Cholesky; Kuemmerle et al., ICRA
-/// 2011). The first node of the graph stays; nodes that no edge reaches stay. Not finite input or a failed
-/// factorisation: not converged, nodes as they were. Edges must name nodes of the graph. One thread,
+/// 2011). The first `held` nodes of the graph stay; nodes that no edge reaches stay. Not finite input or a
+/// failed factorisation: not converged, nodes as they were. Edges must name nodes of the graph. One thread,
 /// deterministic.
-PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params = {});
+PoseGraphSolution solve_pose_graph(PoseGraph2D& graph, const PoseGraphSolverParams& params = {},
+                                   std::size_t held = 1);
 
 /// Derivatives of pose_edge_error by (x, y, angle) of both nodes, for tests: 3 x 6.
 Eigen::Matrix<double, 3, 6> pose_edge_jacobian(const PoseEdge2D& edge, const SE2& T_map_from,

@@ -69,7 +69,8 @@ Eigen::Matrix<double, 6, 12> pose_edge_jacobian(const PoseEdge3D& edge, const SE
   return jacobian;
 }
 
-PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverParams& params) {
+PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverParams& params,
+                                   std::size_t held) {
   PoseGraphSolution solution;
   if (!detail::begin_solution(graph, all_finite(graph), solution)) return solution;
   std::vector<PoseState> states;
@@ -79,21 +80,22 @@ PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverPara
   for (PoseState& state : states)
     if (problem.HasParameterBlock(state.data()))
       problem.SetManifold(state.data(), detail::new_pose_manifold());
-  if (!detail::solve_graph_problem(problem, states.front().data(), params, solution)) return solution;
-  for (std::size_t i = 0; i < states.size(); ++i)
-    if (problem.HasParameterBlock(states[i].data()) && i > 0)
-      graph.T_map_node[i] = detail::pose_of(states[i].data());
+  for (std::size_t i = 0; i < std::min(held, states.size()); ++i)
+    if (problem.HasParameterBlock(states[i].data())) problem.SetParameterBlockConstant(states[i].data());
+  if (!detail::solve_graph_problem(problem, params, solution)) return solution;
+  for (std::size_t i = held; i < states.size(); ++i)
+    if (problem.HasParameterBlock(states[i].data())) graph.T_map_node[i] = detail::pose_of(states[i].data());
   solution.final_chi2 = pose_graph_chi2(graph);
   return solution;
 }
 
 ContradictionResult solve_without_contradictions(PoseGraph3D& graph, double max_loop_chi2,
-                                                 const PoseGraphSolverParams& params) {
+                                                 const PoseGraphSolverParams& params, std::size_t held) {
   ContradictionResult result;
   std::vector<std::size_t> original(graph.edges.size());
   std::iota(original.begin(), original.end(), std::size_t{0});
   while (true) {
-    result.solution = solve_pose_graph(graph, params);
+    result.solution = solve_pose_graph(graph, params, held);
     const std::vector<std::size_t> worst = worst_loops(graph, max_loop_chi2);
     if (worst.empty()) break;
     for (auto at = worst.rbegin(); at != worst.rend(); ++at) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/slam/pose_graph/graph_part.hpp"
 
 namespace hm {
 
@@ -38,7 +39,8 @@ std::size_t KeyframeGraph::add(std::shared_ptr<const Keyframe> keyframe) {
     map_of_.push_back(map_of_.back());
   } else {
     graph_.T_map_node.push_back(keyframe->T_odom_camera);
-    map_of_.push_back(submaps_++);
+    map_of_.push_back(submaps());
+    first_of_submap_.push_back(node);
   }
   keyframes_.push_back(std::move(keyframe));
   return node;
@@ -65,10 +67,19 @@ void KeyframeGraph::add_loop(const PoseEdge3D& edge) {
   paths_.add_edge(edge);
 }
 
-ContradictionResult KeyframeGraph::solve() {
-  ContradictionResult result = solve_without_contradictions(graph_, params_.max_loop_chi2, params_.solver);
-  if (!result.taken_out.empty()) paths_.replace_edges(graph_.edges);
-  return result;
+KeyframeGraphSolution KeyframeGraph::solve(std::size_t first) {
+  GraphPart<PoseGraph3D> part = part_since(graph_, first);
+  ContradictionResult result =
+      solve_without_contradictions(part.graph, params_.max_loop_chi2, params_.solver, part.held);
+  put_back(part, graph_);
+  KeyframeGraphSolution solution{std::move(result.solution), {}};
+  for (auto taken = result.taken_out.rbegin(); taken != result.taken_out.rend(); ++taken) {
+    const auto edge = graph_.edges.begin() + static_cast<std::ptrdiff_t>(part.edges[*taken]);
+    solution.taken_out.push_back(*edge);
+    paths_.remove_loop(*edge);
+    graph_.edges.erase(edge);
+  }
+  return solution;
 }
 
 void KeyframeGraph::set_poses(std::vector<SE3> T_map_node) {
@@ -91,13 +102,15 @@ std::vector<SeenUncertainty> KeyframeGraph::uncertainties_seen_from(
 
 std::vector<std::size_t> KeyframeGraph::first_nodes() const {
   std::vector<std::size_t> first;
-  std::vector<bool> seen(static_cast<std::size_t>(submaps_), false);
-  for (std::size_t i = 0; i < size(); ++i) {
-    const auto map = static_cast<std::size_t>(map_of_[i]);
-    if (!seen[map]) first.push_back(i);
-    seen[map] = true;
-  }
+  for (std::size_t submap = 0; submap < first_of_submap_.size(); ++submap)
+    if (map_of_[first_of_submap_[submap]] == static_cast<int>(submap))
+      first.push_back(first_of_submap_[submap]);
   return first;
+}
+
+SE3 KeyframeGraph::T_map_odom() const {
+  if (size() == 0) return {};
+  return graph_.T_map_node.back() * keyframes_.back()->T_odom_camera.inverse();
 }
 
 CorrectedKeyframes KeyframeGraph::corrected() const {

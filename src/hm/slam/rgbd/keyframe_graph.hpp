@@ -13,6 +13,12 @@
 
 namespace hm {
 
+/// A solution, and the loops that it has taken out.
+struct KeyframeGraphSolution {
+  PoseGraphSolution solution;
+  std::vector<PoseEdge3D> taken_out;
+};
+
 /// The keyframes of a recording as a pose graph: odometry between those of a submap, loops between any, and
 /// which submaps hang together.
 class KeyframeGraph {
@@ -25,8 +31,8 @@ class KeyframeGraph {
   /// become one.
   void add_loop(const PoseEdge3D& edge);
 
-  /// Solves the graph; loops that contradict the rest are taken out of it.
-  ContradictionResult solve();
+  /// Solves the graph, or its part from node `first` on; loops that contradict the rest are taken out of it.
+  KeyframeGraphSolution solve(std::size_t first = 0);
   /// Poses of all nodes that something else has found.
   void set_poses(std::vector<SE3> T_map_node);
 
@@ -42,14 +48,16 @@ class KeyframeGraph {
   /// grow with the graph (PathUncertainty).
   [[nodiscard]] std::vector<SeenUncertainty> uncertainties_seen_from(
       std::size_t node, std::span<const std::size_t> nodes) const;
-  [[nodiscard]] int submaps() const { return submaps_; }
+  [[nodiscard]] int submaps() const { return static_cast<int>(first_of_submap_.size()); }
   [[nodiscard]] CorrectedKeyframes corrected() const;
+  /// CorrectedKeyframes::T_map_odom of it.
+  [[nodiscard]] SE3 T_map_odom() const;
 
  private:
   RgbdLoopParams params_;
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;
   std::vector<int> map_of_;
-  int submaps_ = 0;
+  std::vector<std::size_t> first_of_submap_;
   PoseGraph3D graph_;
   PathUncertainty3D paths_;
 };

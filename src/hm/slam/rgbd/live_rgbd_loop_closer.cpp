@@ -10,6 +10,13 @@
 
 namespace hm {
 
+namespace {
+
+/// Poses are copied again when this share of the keyframes is new.
+constexpr std::size_t kPublishedShare = 20;
+
+}  // namespace
+
 struct LiveRgbdLoopCloser::Impl {
   RgbdLoopCloser closer;     ///< the worker's, or finish()'s while the worker waits
   mutable std::mutex mutex;  ///< of all below
@@ -17,6 +24,8 @@ struct LiveRgbdLoopCloser::Impl {
   std::deque<std::shared_ptr<const Keyframe>> queue;
   bool busy = false, ending = false;
   Snapshot latest;
+  std::size_t published = 0;  ///< keyframes whose poses `latest` has; the worker's
+  int published_submap = -1;
   std::thread worker;
 
   Impl(const PinholeCamera& camera, const RgbdLoopParams& params) : closer(camera, params) {
@@ -24,7 +33,22 @@ struct LiveRgbdLoopCloser::Impl {
   }
   void work();
   void publish();
+  void publish_after(const RgbdLoopStep& step, const Keyframe& keyframe);
 };
+
+/// Poses are copied when something has moved or a submap begins, else now and then: until then the last
+/// keyframe known carries newer ones to the same places.
+void LiveRgbdLoopCloser::Impl::publish_after(const RgbdLoopStep& step, const Keyframe& keyframe) {
+  const std::size_t keyframes = step.node + 1;
+  const bool is_new = step.solved || keyframe.submap != published_submap;
+  if (is_new || kPublishedShare * (keyframes - published) >= keyframes) {
+    published = keyframes;
+    published_submap = keyframe.submap;
+    return publish();
+  }
+  const std::lock_guard lock(mutex);
+  latest.statistics = closer.statistics();
+}
 
 /// Called with nobody else at the closer and the mutex free.
 void LiveRgbdLoopCloser::Impl::publish() {
@@ -45,8 +69,9 @@ void LiveRgbdLoopCloser::Impl::work() {
     queue.pop_front();
     busy = true;
     lock.unlock();
-    closer.add(std::move(keyframe));
-    publish();
+    const Keyframe& added = *keyframe;
+    const RgbdLoopStep step = closer.add(keyframe);
+    publish_after(step, added);
     lock.lock();
     busy = false;
     changed.notify_all();

@@ -6,6 +6,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/slam/places/place_search.hpp"
+#include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/covisibility_matches.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
@@ -30,6 +31,7 @@ struct RgbdLoopCloser::Impl {
   int new_loops = 0;
   bool large_correction = false;
   PoseGraphSolution last_solution;
+  SolutionWindow window;
 
   Impl(const PinholeCamera& c, const RgbdLoopParams& p)
       : camera(c), params(p), search(p.search), graph(p), selector(p) {}
@@ -39,7 +41,7 @@ struct RgbdLoopCloser::Impl {
   void link_with_last(std::size_t node);
   void accept(const std::vector<LoopProposal>& loops);
   void count(const LoopDecision& decision);
-  void solve();
+  void solve(bool whole);
   [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
   void adjust(RgbdAlignmentReport& report, const RunContext& run);
 };
@@ -117,14 +119,12 @@ void RgbdLoopCloser::Impl::count(const LoopDecision& decision) {
   statistics.waiting = selector.waiting();
 }
 
-void RgbdLoopCloser::Impl::solve() {
-  const std::vector<PoseEdge3D> edges = graph.graph().edges;
-  const ContradictionResult result = graph.solve();
+void RgbdLoopCloser::Impl::solve(bool whole) {
+  const KeyframeGraphSolution result = graph.solve(window.next(graph.size(), whole));
   last_solution = result.solution;
-  for (const std::size_t e : result.taken_out)
-    std::erase_if(links, [&](const FeatureLink& l) {
-      return l.keyframe_a == edges[e].from && l.keyframe_b == edges[e].to;
-    });
+  for (const PoseEdge3D& edge : result.taken_out)
+    std::erase_if(links,
+                  [&](const FeatureLink& l) { return l.keyframe_a == edge.from && l.keyframe_b == edge.to; });
   statistics.taken_out += result.taken_out.size();
   ++statistics.solutions;
   new_loops = 0;
@@ -145,7 +145,7 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
     step.loops = static_cast<int>(decision.accepted.size());
   }
   step.solved = m.large_correction || m.new_loops >= m.params.kLoopsPerSolution;
-  if (step.solved) m.solve();
+  if (step.solved) m.solve(m.large_correction);
   return step;
 }
 
@@ -198,7 +198,7 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext&
 RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run) {
   RgbdAlignmentReport report;
   if (impl_->graph.size() == 0) return report;
-  impl_->solve();
+  impl_->solve(true);
   report.graph = impl_->last_solution;
   report.loop_links = impl_->links.size();
   if (impl_->params.bundle_adjustment) impl_->adjust(report, run);
@@ -206,7 +206,7 @@ RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run) {
 }
 
 CorrectedKeyframes RgbdLoopCloser::corrected() const { return impl_->graph.corrected(); }
-SE3 RgbdLoopCloser::T_map_odom() const { return impl_->graph.corrected().T_map_odom(); }
+SE3 RgbdLoopCloser::T_map_odom() const { return impl_->graph.T_map_odom(); }
 const PoseGraph3D& RgbdLoopCloser::graph() const { return impl_->graph.graph(); }
 RgbdLoopStatistics RgbdLoopCloser::statistics() const {
   RgbdLoopStatistics statistics = impl_->statistics;

@@ -25,7 +25,7 @@ std::vector<typename PathUncertainty<Geometry>::Seen> all_seen_from(const typena
                                                                     std::size_t node) {
   std::vector<std::size_t> all(graph.T_map_node.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  return paths_of<Geometry>(graph).seen_from(graph, node, all);
+  return paths_of<Geometry>(graph, all.size()).seen_from(graph, node, all);
 }
 
 }  // namespace hm::test
