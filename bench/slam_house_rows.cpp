@@ -82,10 +82,10 @@ Result<BenchResult> bench_slam_house(const BenchOptions& options) {
   RunContext run;
   run.threads = options.threads;
   SlamPipeline pipeline(recording, parameters, run);
-  pipeline.track_and_map();
+  if (const auto tracked = pipeline.track_and_map(); !tracked) return forward_error(tracked);
   pipeline.close_loops();
   const TriangleMesh before = pipeline.mesh_of_odometry();
-  pipeline.correct_dense_map();
+  if (const auto corrected = pipeline.correct_dense_map(); !corrected) return forward_error(corrected);
   const SlamPipeline::State& state = pipeline.state();
 
   std::vector<std::string> warnings;

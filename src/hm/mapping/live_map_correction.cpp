@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -41,10 +42,12 @@ struct LiveMapCorrection::Impl {
   std::unique_ptr<MapRebuild> complete;  ///< the worker waits while it is set and nothing is late
   bool busy = false;
   State state;
+  std::string out_of_memory;
   std::jthread worker;  // last: it stops before the rest goes
 
   void work(const std::stop_token& stop);
   std::unique_ptr<MapRebuild> rebuild(const Task& with, const std::stop_token& stop);
+  void give_up(const std::string& why);
   void catch_up(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
 };
 
@@ -56,7 +59,24 @@ std::unique_ptr<MapRebuild> LiveMapCorrection::Impl::rebuild(const Task& with, c
     const std::scoped_lock lock(mutex);
     state = {progress.done, progress.total};
   };
-  return result->replay(with.log, with.pose_now, run) ? std::move(result) : nullptr;
+  try {
+    if (result->replay(with.log, with.pose_now, run)) return result;
+  } catch (const std::bad_alloc&) {
+    result.reset();
+    const std::scoped_lock lock(mutex);
+    give_up("out of memory: a part of the map does not fit beside the map");
+    return nullptr;
+  }
+  const std::scoped_lock lock(mutex);
+  if (!result->report().out_of_memory.empty()) give_up(result->report().out_of_memory);
+  return nullptr;
+}
+
+/// Called with the mutex held.
+void LiveMapCorrection::Impl::give_up(const std::string& why) {
+  out_of_memory = why;
+  busy = false;
+  late.clear();
 }
 
 /// Takes in frames that came meanwhile until the rebuild is taken away.
@@ -72,6 +92,7 @@ void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const
     lock.unlock();
     mine->follow(next.observation, next.changed, std::move(next.images));
     lock.lock();
+    if (!mine->report().out_of_memory.empty()) return give_up(mine->report().out_of_memory);
     complete = std::move(mine);
   }
 }
@@ -90,6 +111,11 @@ void LiveMapCorrection::Impl::work(const std::stop_token& stop) {
     complete = std::move(done);
     catch_up(lock, stop);
   }
+}
+
+std::string LiveMapCorrection::out_of_memory() const {
+  const std::scoped_lock lock(impl_->mutex);
+  return impl_->out_of_memory;
 }
 
 LiveMapCorrection::LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
@@ -134,7 +160,10 @@ std::unique_ptr<MapRebuild> LiveMapCorrection::take() {
   impl_->changed.notify_all();
   lock.unlock();
   for (Impl::Late& next : late) taken->follow(next.observation, next.changed, std::move(next.images));
-  return taken;
+  if (taken->report().out_of_memory.empty()) return taken;
+  lock.lock();
+  impl_->give_up(taken->report().out_of_memory);
+  return nullptr;
 }
 
 void LiveMapCorrection::discard(std::unique_ptr<MapRebuild> rebuild) {

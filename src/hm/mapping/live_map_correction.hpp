@@ -25,7 +25,7 @@ class LiveMapCorrection {
   void follow(const Observation& observation, std::span<const ChangedVolume> changed, RgbdFrame&& frame);
   /// The rebuild when it is complete, ready to be put into the map; nothing before. The last frame or two
   /// that it has not caught up with are followed here, so that it ends on a machine with other work too. It
-  /// is not busy afterwards.
+  /// is not busy afterwards; nor after one that was given up for want of memory.
   std::unique_ptr<MapRebuild> take();
   /// Frees a rebuild, with the grid that it has taken out of the map, on the other thread.
   void discard(std::unique_ptr<MapRebuild> rebuild);
@@ -34,6 +34,8 @@ class LiveMapCorrection {
     std::size_t frames_done = 0, frames_total = 0;  ///< of the rebuild under way
   };
   [[nodiscard]] State state() const;
+  /// Why a rebuild was given up, in words; empty: none was.
+  [[nodiscard]] std::string out_of_memory() const;
 
  private:
   struct Impl;

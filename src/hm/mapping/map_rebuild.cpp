@@ -1,6 +1,7 @@
 #include "hm/mapping/map_rebuild.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
@@ -87,6 +88,8 @@ void MapRebuild::integrate_frame(std::size_t place, Observation& observation, Re
   }
   frame->T_world_camera = observation.T_map_camera;
   const FrameOutcome outcome = aside_.process_in_map(*frame);
+  report_.out_of_memory = outcome.scan.out_of_memory;
+  if (!report_.out_of_memory.empty()) return;
   ++(moved ? report_.frames_moved : report_.frames_replayed);
   ObservationLog::Group& group = rebuilt_.at(place);
   for (const ChangedVolume& volume : outcome.scan.changed) {
@@ -111,6 +114,7 @@ bool MapRebuild::integrate(std::span<const std::size_t> places, const RunContext
     auto frame = frames.next();
     HM_CHECK(frame.has_value(), "{} frames were to be read", jobs.size());
     integrate_frame(place, *observation, *frame);
+    if (!report_.out_of_memory.empty()) return false;
     ++frames_done_;
     if (run.progress) run.progress({"correcting the map", frames_done_, frames_total_, {}});
   }
@@ -137,19 +141,32 @@ bool MapRebuild::replay(const ObservationLog& log, const PoseOfObservation& pose
 
 void MapRebuild::follow(const Observation& observation, std::span<const VolumeKey> changed,
                         std::optional<RgbdFrame> images) {
-  if (!observation.T_map_camera || is_empty() || (!whole_ && !any_of(changed, wanted_))) return;
+  if (report_.interrupted || !observation.T_map_camera || is_empty() ||
+      (!whole_ && !any_of(changed, wanted_)))
+    return;
   auto frame = images ? Result<RgbdFrame>(std::move(*images)) : frames_.read(observation.frame_index);
   if (!frame) {
     ++report_.frames_lost;
     return;
   }
   frame->T_world_camera = observation.T_map_camera;
-  aside_.process_in_map(*frame);
+  report_.out_of_memory = aside_.process_in_map(*frame).scan.out_of_memory;
+  report_.interrupted = !report_.out_of_memory.empty();
   ++report_.frames_replayed;
 }
 
-void MapRebuild::put_into(DensePipeline& map, ObservationLog& log) {
+Result<void> MapRebuild::put_into(DensePipeline& map, ObservationLog& log) {
   HM_CHECK(!report_.interrupted, "it was stopped");
+  try {
+    exchange(map, log);
+  } catch (const std::bad_alloc&) {
+    report_.out_of_memory = "out of memory: the map and what was rebuilt of it do not fit beside each other";
+    return fail(ErrorCode::kOutOfMemory, "map", "{}", report_.out_of_memory);
+  }
+  return {};
+}
+
+void MapRebuild::exchange(DensePipeline& map, ObservationLog& log) {
   report_.volumes_before = report_.volumes_after = map.grid().volume_count();
   if (is_empty()) return;
   report_.volumes_rebuilt = whole_ ? report_.volumes_before : wanted_.size();
@@ -165,7 +182,8 @@ void MapRebuild::put_into(DensePipeline& map, ObservationLog& log) {
 MapCorrection correct_map(DensePipeline& map, ObservationLog& log, MapRebuild& rebuild,
                           const PoseOfObservation& pose_now, const RunContext& run) {
   log.close();
-  if (rebuild.replay(log, pose_now, run)) rebuild.put_into(map, log);
+  if (rebuild.replay(log, pose_now, run))
+    static_cast<void>(rebuild.put_into(map, log));  // the report says so when it failed
   return rebuild.report();
 }
 

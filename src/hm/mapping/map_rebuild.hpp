@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 #include <span>
+#include <string>
 
 #include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/frame_source.hpp"
@@ -43,7 +44,8 @@ struct MapCorrection {
   std::size_t volumes_rebuilt = 0;  ///< of those before
   double largest_shift_m = 0;       ///< of a frame, measured at `at_depth_m`
   double seconds = 0;
-  bool interrupted = false;  ///< stopped: the map is as it was before
+  bool interrupted = false;   ///< stopped, or out of memory: the map is as it was before
+  std::string out_of_memory;  ///< in words; empty: there was enough
 };
 
 /// Makes a map, or the part of it whose frames have moved, again from its frames beside the old one, which
@@ -56,7 +58,7 @@ class MapRebuild {
   ~MapRebuild();
 
   /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: asked to
-  /// stop before the end.
+  /// stop before the end, or out of memory (report()).
   bool replay(const ObservationLog& log, const PoseOfObservation& pose_now, const RunContext& run);
   /// Nothing has moved far enough: there is nothing to put.
   [[nodiscard]] bool is_empty() const { return !whole_ && rebuilt_.empty(); }
@@ -65,8 +67,9 @@ class MapRebuild {
   void follow(const Observation& observation, std::span<const VolumeKey> changed,
               std::optional<RgbdFrame> images);
   /// Puts what was rebuilt in the place of the map's; the log follows. All frames that came after replay()'s
-  /// log must have been followed. What was there is freed with this object.
-  void put_into(DensePipeline& map, ObservationLog& log);
+  /// log must have been followed. What was there is freed with this object. kOutOfMemory: the map is not
+  /// whole.
+  Result<void> put_into(DensePipeline& map, ObservationLog& log);
   /// The mesh of what was rebuilt, instead of putting it into a map.
   TriangleMesh take_mesh() { return aside_.take_finished_mesh(); }
   [[nodiscard]] const MapCorrection& report() const { return report_; }
@@ -75,6 +78,7 @@ class MapRebuild {
   using Groups = std::span<const std::shared_ptr<const ObservationLog::Group>>;
   void plan(Groups groups, const PoseOfObservation& pose_now);
   bool integrate(std::span<const std::size_t> places, const RunContext& run);
+  void exchange(DensePipeline& map, ObservationLog& log);
   void integrate_frame(std::size_t place, Observation& observation, Result<RgbdFrame>& frame);
   [[nodiscard]] std::vector<std::size_t> next_places(Groups groups) const;
 
@@ -89,7 +93,8 @@ class MapRebuild {
   std::size_t frames_done_ = 0, frames_total_ = 0;
 };
 
-/// Brings a map to the poses of now, on the calling thread. Told to stop, it leaves map and log as they are.
+/// Brings a map to the poses of now, on the calling thread. Told to stop, or when the new map does not fit
+/// into memory beside the old one, it leaves map and log as they are.
 MapCorrection correct_map(DensePipeline& map, ObservationLog& log, MapRebuild& rebuild,
                           const PoseOfObservation& pose_now, const RunContext& run);
 

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <thread>
 
+#include "hm/core/testing/memory_limit.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"
@@ -212,6 +215,58 @@ TEST(MapCorrection, ToldToStopLeavesTheMapAsItIs) {
   EXPECT_FALSE(correct(map, recording, truth, RebuildExtent::kWhole).interrupted);
 }
 
+/// Voxels so small that no memory holds a map of the room.
+DenseParams too_fine() {
+  DenseParams parameters = coarse();
+  parameters.tsdf.voxel_size_m = 0.002;
+  return parameters;
+}
+
+PoseOfObservation true_poses(const SimulatedFrames& recording) {
+  return [&recording](const Observation& o) { return std::optional(recording.pose(o.frame_index)); };
+}
+
+void end_well_if(bool is_right, const std::string& message) {
+  std::fputs(message.c_str(), stderr);
+  std::_Exit(is_right ? 0 : 1);
+}
+
+TEST(MapCorrectionDeathTest, WithoutMemoryTheOldMapStays) {
+  if (!test::kCanLimitMemory) GTEST_SKIP();
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const SimulatedFrames recording(10, 4);
+  Map map(recording), same(recording);
+  const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
+  map.integrate(recording, truth);
+  same.integrate(recording, truth);
+  EXPECT_EXIT(
+      {
+        MapRebuild rebuild(too_fine(), recording, extent(RebuildExtent::kWhole));
+        test::limit_memory_to_what_is_there_and(200u << 20u);
+        const MapCorrection done = correct_map(map.pipeline, map.log, rebuild, true_poses(recording), {});
+        end_well_if(done.interrupted && different_volumes(map.pipeline.grid(), same.pipeline.grid()) == 0,
+                    done.out_of_memory);
+      },
+      testing::ExitedWithCode(0), "out of memory: .*raise tsdf.voxel_size_m = 0.002");
+}
+
+TEST(MapCorrectionDeathTest, WithoutMemoryALiveCorrectionGivesUp) {
+  if (!test::kCanLimitMemory) GTEST_SKIP();
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const SimulatedFrames recording(10, 4);
+  Map map(recording);
+  map.integrate(recording, [&](std::size_t i) { return std::optional(recording.pose(i)); });
+  EXPECT_EXIT(
+      {
+        LiveMapCorrection live(too_fine(), recording, extent(RebuildExtent::kWhole));
+        test::limit_memory_to_what_is_there_and(200u << 20u);
+        live.start(map.log, true_poses(recording));
+        while (live.busy() && !live.take()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        end_well_if(!live.busy() && live.take() == nullptr, live.out_of_memory());
+      },
+      testing::ExitedWithCode(0), "out of memory: ");
+}
+
 /// The map is corrected while frames come in (at corrected poses) and is whole all the time.
 void correct_while_frames_come(std::size_t first_moved) {
   constexpr std::size_t kBegin = 60, kFrames = 80;
@@ -236,7 +291,7 @@ void correct_while_frames_come(std::size_t first_moved) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   EXPECT_FALSE(live.busy());
-  done->put_into(map.pipeline, map.log);
+  EXPECT_TRUE(done->put_into(map.pipeline, map.log));
   EXPECT_EQ(done->report().frames_moved, kBegin - first_moved);
   EXPECT_LE(done->report().frames_replayed, first_moved + kFrames - kBegin);
   EXPECT_GT(done->report().frames_replayed, 0u);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "hm/core/check.hpp"
@@ -32,6 +33,11 @@ bool insert(VolumeGrid& grid, const MapBlockView& block) {
   grid.set_may_hold_interior(key, holds_interior(*volume));
   grid.pack(key);  // until it is needed
   return true;
+}
+
+/// What the system has is used up.
+tl::unexpected<Error> out_of_memory(const std::string& where, const std::string& what) {
+  return fail(ErrorCode::kOutOfMemory, where, "out of memory: {} into what is free", what);
 }
 
 /// Volumes that may wait to be written; of these, how many are copied before looking at the clock.
@@ -64,11 +70,15 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) 
   // A grid that grew to its cap may be a little larger after loading (order of its index): 2 % is allowed.
   const std::size_t limit = options.max_bytes + options.max_bytes / 50;
   bool fits = true;
-  const auto read = map.for_each_block(box, [&](const MapBlockView& block) {
-    fits = insert(grid, block) && (options.max_bytes == 0 || grid.unpacked_bytes() <= limit);
-    return fits;
-  });
-  if (!read) return forward_error(read);
+  try {
+    const auto read = map.for_each_block(box, [&](const MapBlockView& block) {
+      fits = insert(grid, block) && (options.max_bytes == 0 || grid.unpacked_bytes() <= limit);
+      return fits;
+    });
+    if (!read) return forward_error(read);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(path, fmt::format("its {} volumes do not fit", map.block_count()));
+  }
   if (!fits)
     return fail(ErrorCode::kOutOfMemory, path, "its {} volumes do not fit into the memory cap of {:.0f} MB",
                 map.block_count(), static_cast<double>(options.max_bytes) * 1e-6);
@@ -85,9 +95,21 @@ struct MapSaver::Impl {
   Result<void> outcome;  ///< the first failure stays: what it left out is missing from the file
   std::unique_ptr<MapWriter> writer;
 
-  void hand_over(VolumeGrid& grid) {
-    writer->add(grid.take_snapshot(kBatch));
+  /// False, and the save is dropped, when there is no memory for copies.
+  bool hand_over(VolumeGrid& grid) {
+    try {
+      writer->add(grid.take_snapshot(kBatch));
+    } catch (const std::bad_alloc&) {
+      give_up(grid);
+      return false;
+    }
     if (!grid.snapshot_under_way()) writer->close();
+    return true;
+  }
+  void give_up(VolumeGrid& grid) {
+    grid.end_snapshot();
+    writer.reset();
+    outcome = out_of_memory(file.path().string(), "copies of the volumes to save do not fit");
   }
 };
 
@@ -124,10 +146,15 @@ void MapSaver::restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored
 
 Result<void> MapSaver::begin_save(VolumeGrid& grid, MakeHeader make_header) {
   if (const auto earlier = finish_save(grid); !earlier) return earlier;
-  grid.begin_snapshot(std::exchange(impl_->pending, {}));
-  impl_->writer = std::make_unique<MapWriter>(
-      impl_->file, impl_->marks,
-      [&marks = impl_->marks, make = std::move(make_header)] { return make(marks); });
+  try {
+    grid.begin_snapshot(std::exchange(impl_->pending, {}));
+    impl_->writer = std::make_unique<MapWriter>(
+        impl_->file, impl_->marks,
+        [&marks = impl_->marks, make = std::move(make_header)] { return make(marks); });
+  } catch (const std::bad_alloc&) {
+    impl_->give_up(grid);
+    return impl_->outcome;
+  }
   if (!grid.snapshot_under_way()) impl_->writer->close();
   return {};
 }
@@ -138,7 +165,7 @@ Result<void> MapSaver::continue_save(VolumeGrid& grid) {
   const Stopwatch clock;
   while (grid.snapshot_under_way() && impl_->writer->waiting() < kMostWaiting &&
          clock.milliseconds() < kContinue_ms)
-    impl_->hand_over(grid);
+    if (!impl_->hand_over(grid)) return impl_->outcome;
   return {};
 }
 
@@ -146,7 +173,7 @@ Result<void> MapSaver::finish_save(VolumeGrid& grid) {
   if (!impl_->writer) return impl_->outcome;
   while (grid.snapshot_under_way()) {
     impl_->writer->wait_below(kMostWaiting);
-    impl_->hand_over(grid);
+    if (!impl_->hand_over(grid)) return impl_->outcome;
   }
   if (const auto outcome = impl_->writer->finish(); !outcome) impl_->outcome = outcome;
   impl_->writer.reset();

@@ -21,7 +21,7 @@ struct MapLoadOptions {
 };
 
 /// Reads the volumes of a map, or those of a region, into a new grid. Errors: as MapFile::for_each_block,
-/// sizes that are not positive, kOutOfMemory when the cap does not suffice.
+/// sizes that are not positive, kOutOfMemory when the cap, or what the system has, does not suffice.
 Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options = {});
 
 /// The keys of the volumes that touch a box.
@@ -54,7 +54,7 @@ class MapSaver {
 
   /// Begins to save the remembered volumes as they are now (and finishes an earlier save, if it is still
   /// under way). An error is one of an earlier save, and is given by every later call: what was not written
-  /// then is missing, and the file stays at the last good save.
+  /// then is missing, and the file stays at the last good save. kOutOfMemory when the copies do not fit.
   Result<void> begin_save(VolumeGrid& grid, MakeHeader make_header);
   /// Hands some more volumes to the writing thread, about a millisecond's worth; to be called after every
   /// scan.

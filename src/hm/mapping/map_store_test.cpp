@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <set>
 
 #include "hm/core/rng.hpp"
+#include "hm/core/testing/memory_limit.hpp"
 
 namespace hm {
 namespace {
@@ -228,6 +231,60 @@ TEST(MapStore, TooLargeForTheCapIsAnError) {
   const auto loaded = load_grid(saver.file(), options);
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().code, ErrorCode::kOutOfMemory);
+  std::filesystem::remove(path);
+}
+
+/// A map of 40 MB that is in no simple state: neither packs well.
+VolumeGrid large_grid(std::vector<ChangedVolume>& changed) {
+  VolumeGrid grid(0.02, 1e-5);
+  Rng rng(9);
+  for (int x = 0; x < 20000; ++x) {
+    fill(*grid.allocate({x, 0, 0}), rng);
+    changed.push_back({{x, 0, 0}, 0x3f, false});
+  }
+  return grid;
+}
+
+TEST(MapStoreDeathTest, LoadingWithoutMemoryIsAnError) {
+  if (!test::kCanLimitMemory) GTEST_SKIP();
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto path = temporary_map("no_memory");
+  EXPECT_EXIT(
+      {
+        std::vector<ChangedVolume> changed;
+        VolumeGrid grid = large_grid(changed);  // stays: its memory is not there for the one that is loaded
+        MapSaver saver(*MapFile::create(path, header_for(grid)));
+        saver.note(changed);
+        const auto saved = saver.save(grid, header_for(grid));
+        test::limit_memory_to_what_is_there_and(4u << 20u);
+        const auto loaded = load_grid(saver.file());
+        if (!loaded) std::fputs(to_string(loaded.error()).c_str(), stderr);
+        std::_Exit(saved && !loaded && loaded.error().code == ErrorCode::kOutOfMemory ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "out of memory");
+  std::filesystem::remove(path);
+}
+
+/// The save is dropped and said to be, now and later; the file holds what it held.
+TEST(MapStoreDeathTest, SavingWithoutMemoryIsAnError) {
+  if (!test::kCanLimitMemory) GTEST_SKIP();
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto path = temporary_map("no_memory_to_save");
+  EXPECT_EXIT(
+      {
+        std::vector<ChangedVolume> changed;
+        VolumeGrid grid = large_grid(changed);
+        auto file = MapFile::create(path, header_for(grid));
+        MapSaver saver(std::move(*file));
+        saver.note(changed);
+        test::limit_memory_to_what_is_there_and(256u << 10u);
+        const auto saved = saver.save(grid, header_for(grid));
+        const auto again = saver.save(grid, header_for(grid));
+        if (!saved) std::fputs(to_string(saved.error()).c_str(), stderr);
+        std::_Exit(!saved && !again && saved.error().code == ErrorCode::kOutOfMemory && !saver.saving() ? 0
+                                                                                                        : 1);
+      },
+      testing::ExitedWithCode(0), "out of memory");
   std::filesystem::remove(path);
 }
 

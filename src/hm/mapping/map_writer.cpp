@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <chrono>
+#include <new>
 #include <utility>
 
 namespace hm {
@@ -70,17 +71,23 @@ bool MapWriter::next(PageSnapshot& page) {
   return true;
 }
 
-Result<void> MapWriter::write_all() {
-  Result<void> outcome;
-  PageSnapshot page;
-  while (outcome && next(page)) outcome = write(page);
-  if (outcome) {
+Result<void> MapWriter::write_pages() {
+  try {
+    PageSnapshot page;
+    while (next(page))
+      if (const auto written = write(page); !written) return written;
     {
       const std::scoped_lock lock(mutex_);
       if (state_ == State::kAbandoned) return {};
     }
-    outcome = file_.commit(make_header_());
+    return file_.commit(make_header_());
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kOutOfMemory, file_.path().string(), "out of memory while the map is saved");
   }
+}
+
+Result<void> MapWriter::write_all() {
+  const Result<void> outcome = write_pages();
   if (outcome) return outcome;
   {
     const std::scoped_lock lock(mutex_);

@@ -63,7 +63,8 @@ Result<MapReadReport> MapFile::for_each_block(const std::optional<MapKeyBox>& bo
     if (chosen == 0) continue;
     const auto blocks = impl_->storage.read_page(page, entry);
     if (!blocks) {
-      if (!impl_->storage.lenient()) return forward_error(blocks);
+      const bool is_damage = blocks.error().code == ErrorCode::kCorrupted;
+      if (!is_damage || !impl_->storage.lenient()) return forward_error(blocks);
       report.blocks_skipped += static_cast<std::uint64_t>(std::popcount(chosen));
       if (report.problems.size() < kMaxProblems) report.problems.push_back(blocks.error().message);
       continue;

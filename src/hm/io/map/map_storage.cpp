@@ -245,6 +245,7 @@ Result<MapPageBlocks> MapStorage::read_page(const MapPageKey& key, const MapPage
   };
   get_page_.bind(0, entry.row);
   const auto found = get_page_.step();
+  if (!found && found.error().code == ErrorCode::kOutOfMemory) return forward_error(found);
   if (!found) return damaged(found.error().message);
   if (!*found) return damaged("there is no such row");
   auto blocks = codec_.decode(get_page_.bytes(0), key, entry);

@@ -53,7 +53,10 @@ struct SlamMap::Impl {
   std::size_t solutions_begun = 0;          ///< that are in the map, or in the rebuild under way
   LiveCorrection under_way;
   std::vector<LiveCorrection> corrections;
+  std::string out_of_memory;
+  bool gave_up = false;  ///< rebuilding while frames come in, for want of memory
 
+  bool can_rebuild();
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
   void begin(const RgbdFrame& frame);
   [[nodiscard]] PoseOfObservation final_poses(const CorrectedKeyframes& keyframes) const;
@@ -66,6 +69,7 @@ SlamMap::~SlamMap() = default;
 
 DensePipeline& SlamMap::dense() { return impl_->dense; }
 const DensePipeline& SlamMap::dense() const { return impl_->dense; }
+const std::string& SlamMap::out_of_memory() const { return impl_->out_of_memory; }
 std::size_t SlamMap::frames_mapped() const { return impl_->log.frames_mapped(); }
 const std::vector<LiveCorrection>& SlamMap::corrections() const { return impl_->corrections; }
 
@@ -77,7 +81,7 @@ std::string SlamMap::progress() const {
 }
 
 void SlamMap::Impl::exchange(MapRebuild& rebuild, const RgbdFrame& frame) {
-  rebuild.put_into(dense, log);
+  if (const auto put = rebuild.put_into(dense, log); !put) out_of_memory = put.error().message;
   if (rebuild.report().volumes_rebuilt == 0 && rebuild.report().frames_moved == 0) return;
   under_way.frame_index = frame.index;
   under_way.stamp = frame.stamp;
@@ -99,9 +103,20 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
   under_way.stall_ms = watch.milliseconds();
 }
 
+/// Whether nothing is under way and rebuilding has not been given up, which is said once.
+bool SlamMap::Impl::can_rebuild() {
+  if (!live) return true;
+  if (live->busy() || gave_up) return false;
+  const std::string why = live->out_of_memory();
+  if (why.empty()) return true;
+  gave_up = true;
+  if (run.log) run.log(LogLevel::kWarning, why + "; the map is not rebuilt any more while frames come in");
+  return false;
+}
+
 void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame) {
   Impl& impl = *impl_;
-  if (!impl.parameters.slam.rebuild_online) return;
+  if (!impl.parameters.slam.rebuild_online || !impl.out_of_memory.empty()) return;
   impl.now = now;
   const Stopwatch watch;
   const bool is_being_saved = impl.dense.grid().snapshot_under_way();  // it is exchanged afterwards
@@ -111,7 +126,7 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
     impl.live->discard(std::move(rebuild));
     if (impl.corrections.size() > before) impl.corrections.back().stall_ms += watch.milliseconds();
   }
-  if (now.solutions != impl.solutions_begun && !(impl.live && impl.live->busy())) impl.begin(frame);
+  if (now.solutions != impl.solutions_begun && impl.can_rebuild()) impl.begin(frame);
 }
 
 std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked) {
@@ -124,11 +139,13 @@ std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const Tr
 
 void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   Impl& impl = *impl_;
+  if (!impl.out_of_memory.empty()) return;
   const Observation observation{frame.index, frame.stamp, tracked.submap, *tracked.T_odom_camera,
                                 pose_in_map(impl.now, tracked)};
   if (!observation.T_map_camera) return impl.log.note(observation, {});
   frame.T_world_camera = observation.T_map_camera;
   const FrameOutcome outcome = impl.dense.process_in_map(frame);
+  impl.out_of_memory = outcome.scan.out_of_memory;
   if (!outcome.integrated) return;
   impl.log.note(observation, outcome.scan.changed);
   if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
@@ -185,8 +202,10 @@ TriangleMesh SlamMap::mesh_of_odometry() {
     if (impl_->run.progress)
       impl_->run.progress({"mapping odometry's poses, to compare", progress.done, progress.total, {}});
   };
-  rebuild.replay(impl.log, odometry, run);
-  return rebuild.take_mesh();
+  if (rebuild.replay(impl.log, odometry, run)) return rebuild.take_mesh();
+  if (impl.run.log)
+    impl.run.log(LogLevel::kWarning, rebuild.report().out_of_memory + "; odometry's map is left out");
+  return {};
 }
 
 }  // namespace hm

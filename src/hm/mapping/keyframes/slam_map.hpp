@@ -34,10 +34,11 @@ class SlamMap {
   /// To be called before every frame with the poses after loop closure (slam.rebuild_online).
   void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
   /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it. Its
-  /// images may be taken away.
+  /// images may be taken away. Not after out_of_memory().
   void add(RgbdFrame& frame, const TrackedFrame& tracked);
   /// Brings the map to its final poses: those of odometry if loops have moved nothing by more than
   /// slam.rebuild_shift_voxel. It is made again unless it is already there. Gives up what follow() has begun.
+  /// Where the new map does not fit into memory (MapCorrection::out_of_memory) the old one stays.
   MapCorrection correct(const CorrectedKeyframes& keyframes);
   /// The mesh that odometry's poses give, to compare with.
   TriangleMesh mesh_of_odometry();
@@ -46,6 +47,9 @@ class SlamMap {
   [[nodiscard]] const DensePipeline& dense() const;
   [[nodiscard]] std::size_t frames_mapped() const;
   [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
+  /// What the system has is used up by the map, in words with the remedy: no more frames go in. Empty: it is
+  /// not.
+  [[nodiscard]] const std::string& out_of_memory() const;
   /// Describes its size and the progress of a rebuild, for a progress line.
   [[nodiscard]] std::string progress() const;
 

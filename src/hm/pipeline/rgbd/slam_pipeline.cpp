@@ -164,17 +164,21 @@ SlamStep SlamPipeline::add(RgbdFrame frame) {
   frame.index = index;
   Result<RgbdFrame> given(std::move(frame));
   const Impl::Taken taken = impl.take(index, given, 0);
-  return {taken.tracked.status, taken.tracked.reason, taken.tracked.T_odom_camera, taken.T_map_camera,
-          taken.tracked.new_keyframe != nullptr};
+  return {taken.tracked.status,
+          taken.tracked.reason,
+          taken.tracked.T_odom_camera,
+          taken.T_map_camera,
+          taken.tracked.new_keyframe != nullptr,
+          impl.map.out_of_memory()};
 }
 
-void SlamPipeline::finish() {
-  if (impl_->finished) return;
+Result<void> SlamPipeline::finish() {
+  if (impl_->finished) return {};
   impl_->conclude_tracking();
   impl_->state.frames_total = impl_->frames_added;
   close_loops();
   impl_->state.track.frames_total = impl_->frames_added;
-  correct_dense_map();
+  return correct_dense_map();
 }
 
 SlamCounts SlamPipeline::counts() const {
@@ -212,6 +216,8 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
     auto frame = frames.next();
     if (!frame) break;
     impl.take(index, *frame, wait.milliseconds());
+    if (const std::string& why = impl.map.out_of_memory(); !why.empty())
+      return fail(ErrorCode::kOutOfMemory, fmt::format("frame {}", index), "{}", why);
     index += impl.range.stride;
     if (after_frame)
       if (const auto done = after_frame(index); !done) return done;
@@ -279,10 +285,15 @@ void SlamPipeline::close_loops() {
 
 TriangleMesh SlamPipeline::mesh_of_odometry() { return impl_->map.mesh_of_odometry(); }
 
-void SlamPipeline::correct_dense_map() {
+Result<void> SlamPipeline::correct_dense_map() {
   Impl& impl = *impl_;
+  if (const std::string& why = impl.map.out_of_memory(); !why.empty())
+    return fail(ErrorCode::kOutOfMemory, "map", "{}", why);
   impl.state.correction = impl.map.correct(*impl.state.keyframes);
   impl.state.frames_mapped = impl.map.frames_mapped();
+  const std::string& why = impl.state.correction.out_of_memory;
+  if (!why.empty()) return fail(ErrorCode::kOutOfMemory, "correcting the map", "{}", why);
+  return {};
 }
 
 }  // namespace hm

@@ -41,6 +41,7 @@ struct SlamStep {
   /// with the first frame.
   std::optional<SE3> T_map_camera;
   bool keyframe = false;
+  std::string out_of_memory;  ///< the map takes no more frames (poses go on), in words with the remedy
 };
 
 /// How far a SlamPipeline has come.
@@ -87,8 +88,9 @@ class SlamPipeline {
   /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
   SlamStep add(RgbdFrame frame);
-  /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped.
-  void finish();
+  /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped. kOutOfMemory:
+  /// the map has not all frames, or does not fit into memory twice; poses are final, the map is as it was.
+  Result<void> finish();
 
   /// T_map_camera of the frames with a pose; complete, and corrected by all loops, after finish(). Frames of
   /// maps that nothing connects to the first are left out.
@@ -103,7 +105,7 @@ class SlamPipeline {
   /// Called after every frame with the index of the next one; an error ends the run.
   using AfterFrame = std::function<Result<void>(std::size_t next_frame)>;
   /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far. An error is
-  /// one of `after_frame`.
+  /// one of `after_frame`, or kOutOfMemory.
   Result<void> track_and_map(const AfterFrame& after_frame = {});
   /// The poses of all frames up to now, as loops place them now; those of unconnected maps are left out.
   [[nodiscard]] Trajectory trajectory_now() const;
@@ -112,8 +114,8 @@ class SlamPipeline {
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().
   TriangleMesh mesh_of_odometry();
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
-  /// to be stopped: a run that was stopped early gets the right map of what there is.
-  void correct_dense_map();
+  /// to be stopped: a run that was stopped early gets the right map of what there is. Errors: as finish().
+  Result<void> correct_dense_map();
   /// slam_state.hpp
   using State = SlamState;
   [[nodiscard]] const State& state() const;

@@ -93,7 +93,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   TriangleMesh before;
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
-  pipeline.correct_dense_map();
+  if (const auto corrected = pipeline.correct_dense_map(); !corrected) return forward_error(corrected);
   SlamSummary summary;
   summary.recording = (*recording)->info();
   summary.parameters = options.parameters;
