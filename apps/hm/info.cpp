@@ -2,9 +2,9 @@
 
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/inspect/file_check.hpp"
-#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
 #include "hm/pipeline/inspect/mvog_check.hpp"
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 #include "laser_flags.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 namespace hm {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/pipeline/inspect/stream_report.hpp"
+#include "hm/pipeline/checks/stream_report.hpp"
 
 namespace hm {
 

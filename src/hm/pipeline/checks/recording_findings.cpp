@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/recording_findings.hpp"
+#include "hm/pipeline/checks/recording_findings.hpp"
 
 #include <fmt/format.h>
 
