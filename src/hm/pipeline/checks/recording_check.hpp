@@ -36,7 +36,9 @@ enum class FindingKind {
   kPoorAgreement,      ///< depth and poses do not agree, and no hypothesis explains it
   kStamps,             ///< stamps run backwards or repeat
   kUnregisteredColor,  ///< colour edges lie a shift or a scale away from depth edges
-  kMissing,            ///< images or poses are missing or unreadable
+  kMissing,            ///< images are missing or unreadable, lines were left out
+  kMissingPoses,       ///< depth images without a pose
+  kMissingColor,       ///< no colour images at all
   kGap,                ///< holes in a stream
   kDepthRange,         ///< almost nothing valid, or depths that no such sensor delivers
 };
