@@ -1,10 +1,11 @@
 #include <memory>
 
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 #include "hm/pipeline/inspect/file_check.hpp"
-#include "hm/pipeline/inspect/laser_check.hpp"
 #include "hm/pipeline/inspect/mvog_check.hpp"
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/inspect/result_check.hpp"
 #include "laser_flags.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
@@ -43,6 +44,12 @@ hm::Result<Outcome> show(const hm::Result<Report>& report) {
   return Outcome{hm::to_text(*report), hm::to_json(*report), {}, {}};
 }
 
+hm::Result<Outcome> show_result(const std::string& path) {
+  const auto report = hm::inspect_result(path);
+  if (!report) return hm::forward_error(report);
+  return Outcome{hm::to_text(*report), hm::to_json(*report), report->warnings, {}};
+}
+
 hm::Result<Outcome> show_trajectory(const std::string& path) {
   const auto trajectory = hm::read_trajectory(path);
   if (!trajectory) return hm::forward_error(trajectory);
@@ -67,6 +74,9 @@ hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
       break;
     case hm::PathKind::kLaserRecording:
       name = "laser_recording", outcome = show_laser_recording(flags);
+      break;
+    case hm::PathKind::kResult:
+      name = "result", outcome = show_result(flags.path);
       break;
     case hm::PathKind::kMap:
       name = "map", outcome = show(hm::inspect_map(flags.path));
@@ -95,15 +105,16 @@ hm::Result<Outcome> run(const InfoFlags& flags, Session& session) {
 void add_info(Program& program) {
   auto flags = std::make_shared<InfoFlags>();
   CLI::App& command = program.add(
-      {"info", "What is in a recording, map, mesh, trajectory or pose graph, and what looks wrong.",
+      {"info", "What is in a recording, result, map, mesh, trajectory or pose graph, and what looks wrong.",
        "  hm info recording\n"
+       "  hm info result\n"
        "  hm info result/map.hmap\n"
        "  hm info result/mesh.ply --json",
        [flags](Session& session) { return run(*flags, session); }});
   command
-      .add_option(
-          "path", flags->path,
-          "folder of a recording, .bag, .log, .alog, .dat, .hmap, .mvog, .ply, .obj, .glb, .tum, .g2o")
+      .add_option("path", flags->path,
+                  "folder of a recording or of results, .bag, .log, .alog, .dat, .hmap, .mvog, .ply, .obj, "
+                  ".glb, .tum, .g2o")
       ->required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);

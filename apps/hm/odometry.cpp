@@ -25,6 +25,7 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.force = flags.of_recording.force;
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::run_odometry(options));
 }
@@ -44,6 +45,7 @@ void add_odometry(Program& program) {
       ->check(CLI::IsMember(
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
 }
 
 const VerbRegistration kOdometry(50, add_odometry);

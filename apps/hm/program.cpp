@@ -4,6 +4,7 @@
 #include <exception>
 #include <sstream>
 
+#include "hm/core/nearest_name.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -37,6 +38,15 @@ struct RegisteredVerb {
 std::vector<RegisteredVerb>& registered_verbs() {
   static std::vector<RegisteredVerb> verbs;
   return verbs;
+}
+
+/// "unknown option '--voxle'; did you mean '--voxel'?"
+std::string unknown_word(std::string_view kind, std::string_view word,
+                         const std::vector<std::string>& names) {
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  const auto nearest = hm::nearest_name(word, views);
+  return fmt::format("unknown {} '{}'{}", kind, word,
+                     nearest ? fmt::format("; did you mean '{}'?", *nearest) : std::string());
 }
 
 }  // namespace
@@ -159,7 +169,7 @@ int Program::parse_and_run(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return usage_error(error, json);
+    return usage_error(error, words, json);
   }
   const hm::Stopwatch watch;
   Session session(options_, parts_);
@@ -183,7 +193,33 @@ std::string Program::absent_verb(std::span<char* const> words) const {
   return {};
 }
 
-int Program::usage_error(const CLI::ParseError& error, bool json) {
+std::string Program::describe_typo(std::span<char* const> words) const {
+  const CLI::App* command = &app_;
+  for (const std::string_view word : words) {
+    const auto known = command->get_subcommands([](const CLI::App*) { return true; });
+    if (known.empty() || word.starts_with('-')) break;
+    const auto named = std::find_if(known.begin(), known.end(),
+                                    [&](const CLI::App* candidate) { return candidate->get_name() == word; });
+    if (named == known.end()) {
+      std::vector<std::string> names;
+      for (const CLI::App* candidate : known) names.push_back(candidate->get_name());
+      return unknown_word("verb", word, names);
+    }
+    command = *named;
+  }
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command->get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (std::string_view word : words) {
+    word = word.substr(0, word.find('='));
+    if (word.starts_with("--") && word.size() > 2 &&
+        std::find(names.begin(), names.end(), word) == names.end())
+      return unknown_word("option", word, names);
+  }
+  return {};
+}
+
+int Program::usage_error(const CLI::ParseError& error, std::span<char* const> words, bool json) {
   if (error.get_exit_code() == 0) {  // --help, --version
     std::ostringstream text;
     app_.exit(error, text, text);
@@ -194,7 +230,8 @@ int Program::usage_error(const CLI::ParseError& error, bool json) {
     command = command->get_subcommands().front();
     verb += (verb.empty() ? "" : " ") + command->get_name();
   }
-  const hm::Error as_error{hm::ErrorCode::kUsage, error.what(), {}};
+  const std::string typo = describe_typo(words);
+  const hm::Error as_error{hm::ErrorCode::kUsage, typo.empty() ? error.what() : typo, {}};
   const int code = print_result({verb, 0, json}, tl::make_unexpected(as_error));
   write_message(fmt::format("Try `hm {}{}--help`.\n", verb, verb.empty() ? "" : " "));
   return code;

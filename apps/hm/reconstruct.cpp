@@ -19,6 +19,11 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.recording = flags.recording;
   options.output = flags.output.folder(flags.recording, "reconstruction");
   options.existing = flags.output.existing();
+  if (flags.output.resume) {
+    auto complete = OutputFlags::complete_result({options.output, {}, "reconstruct", options.recording, {}});
+    if (!complete) return hm::forward_error(complete);
+    if (*complete) return std::move(**complete);
+  }
   std::error_code code;
   if (flags.output.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
     const auto of_map = hm::parameters_of_map(options.output / "map.hmap");
@@ -32,6 +37,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.force = flags.of_recording.force;
   options.poses = flags.poses;
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::reconstruct(options));
@@ -59,6 +65,7 @@ void add_reconstruct(Program& program) {
   flags->output.add_resume_to(
       command, "go on where an interrupted run into the same folder ended, with its parameters");
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
 }
 
 const VerbRegistration kReconstruct(40, add_reconstruct);

@@ -23,6 +23,10 @@ void RecordingFlags::add_to(CLI::App& command) {
       ->group(group);
 }
 
+void RecordingFlags::add_force_to(CLI::App& command) {
+  command.add_flag("--force", force, "run even though the recording looks unusable")->group("Recording");
+}
+
 hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
   hm::RecordingOptions options;
   if (kind == "tum") options.kind = hm::RecordingKind::kTumRgbd;

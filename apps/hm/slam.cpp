@@ -39,6 +39,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.force = flags.of_recording.force;
   options.run = session.interruptible_context("finishing with what there is");
   return outcome_of(hm::run_slam(options));
 }
@@ -63,6 +64,7 @@ void add_slam(Program& program) {
       "--maps", flags->maps,
       "maps to write besides the mesh: any of points, octomap, mvog, with commas between (slam.maps)");
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_slam); });
 }
 

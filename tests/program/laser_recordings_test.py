@@ -58,6 +58,8 @@ class LaserRecordings(support.ProgramTest):
         self.assertEqual(self.run_json("info", "a.bag", "--imu-topic", "/imu/data")["imu"]["count"], 1000)
         failed = self.run_json("info", "a.bag", "--imu-topic", "/imu/other", expect=3)
         self.assertIn("/imu/other", failed["error"]["message"])
+        self.assertIn("topics of the bag", failed["error"]["message"])
+        self.assertIn("/imu/data (sensor_msgs/Imu, 1000)", failed["error"]["message"])
 
     def log(self, name, lines):
         (self.folder / name).write_text("".join(line + "\n" for line in lines))

@@ -7,40 +7,26 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
+
+#include "hm/core/nearest_name.hpp"
 
 namespace hm {
 namespace {
 
 using Value = std::variant<double, std::int64_t, bool, std::string>;
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 std::string unknown_key(std::span<const ParamRef> params, std::string_view name) {
-  const ParamRef* nearest = nullptr;
-  std::size_t best = std::numeric_limits<std::size_t>::max();
-  for (const ParamRef& param : params) {
-    const std::size_t distance = edit_distance(param.name, name);
-    if (distance < best) best = distance, nearest = &param;
-  }
-  return nearest ? fmt::format("unknown parameter '{}'; did you mean '{}'?", name, nearest->name)
-                 : fmt::format("unknown parameter '{}'", name);
+  std::vector<std::string_view> names;
+  for (const ParamRef& param : params) names.push_back(param.name);
+  auto nearest = nearest_name(name, names);
+  // The right word in the wrong section, or without its section.
+  if (!nearest && name.find('.') != std::string_view::npos)
+    nearest = nearest_name(name.substr(name.find('.') + 1), names);
+  return nearest ? fmt::format("unknown parameter '{}'; did you mean '{}'?", name, *nearest)
+                 : fmt::format("unknown parameter '{}'; `hm params show --expert` lists all", name);
 }
 
 std::string joined(std::span<const std::string_view> names) {

@@ -3,8 +3,8 @@
 #include <string_view>
 #include <vector>
 
-#include "hm/core/aligned_vector.hpp"
 #include "hm/core/result.hpp"
+#include "hm/depth_camera/aligned_vector.hpp"
 #include "hm/geometry/se3.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 

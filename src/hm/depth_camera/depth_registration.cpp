@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "hm/core/aligned_vector.hpp"
 #include "hm/core/round_up.hpp"
+#include "hm/depth_camera/aligned_vector.hpp"
 #include "hm/depth_camera/depth_rows.hpp"
 
 namespace hm {

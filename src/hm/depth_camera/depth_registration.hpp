@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "hm/core/aligned_vector.hpp"
+#include "hm/depth_camera/aligned_vector.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/image.hpp"
 #include "hm/geometry/se3.hpp"

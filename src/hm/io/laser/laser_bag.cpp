@@ -99,13 +99,15 @@ class Topics {
     return sorted;
   }
 
-  /// An error when the user named a topic that is not there; a note about versions that cannot be read.
-  Result<void> check(LaserRecording& recording) const {
+  /// An error when the user named a topic that is not there, with those of the bag (`topics`, in words); a
+  /// note about versions that cannot be read.
+  Result<void> check(LaserRecording& recording, const std::string& topics) const {
     for (const std::string& topic : other_versions_)
       recording.notes.push_back(
           fmt::format("{} holds another version of {}, which is not read", topic, type_.name));
     if (wanted_.empty() || topics_.contains(wanted_)) return {};
-    return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}", wanted_, type_.name);
+    return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}; {}", wanted_, type_.name,
+                topics);
   }
 
  private:
@@ -158,6 +160,34 @@ LaserStream stream_of(const std::string& name, std::vector<typename Topic<ScanMe
   sorter.report(stream);
   return stream;
 }
+
+/// All topics of a bag, whether they are read or not.
+class TopicCounts {
+ public:
+  void add(const BagMessage& message) {
+    Seen& seen = by_name_[message.connection.topic];
+    if (seen.messages++ == 0) seen.type = message.connection.type;
+  }
+  /// "topics of the bag: /scan (sensor_msgs/LaserScan, 20), ..."
+  [[nodiscard]] std::string words() const {
+    constexpr std::size_t kMost = 20;
+    std::vector<std::string> names;
+    for (const auto& [name, seen] : by_name_) {
+      if (names.size() == kMost) break;
+      names.push_back(fmt::format("{} ({}, {})", name, seen.type, seen.messages));
+    }
+    if (names.empty()) return "the bag holds no messages";
+    return fmt::format("topics of the bag (type, messages): {}{}", fmt::join(names, ", "),
+                       by_name_.size() > kMost ? fmt::format(" and {} more", by_name_.size() - kMost) : "");
+  }
+
+ private:
+  struct Seen {
+    std::string type;
+    std::size_t messages = 0;
+  };
+  std::map<std::string, Seen> by_name_;
+};
 
 /// Everything that a bag holds for us.
 struct BagContents {
@@ -233,19 +263,24 @@ Result<LaserRecording> read_laser_bag(const std::filesystem::path& path,
                                       const LaserRecordingOptions& options) {
   LaserRecording recording{.kind = LaserRecordingKind::kRosBag, .path = path};
   BagContents contents(options);
-  const auto summary = read_bag(path, [&](const BagMessage& message) { contents.add(message); });
+  TopicCounts topics;
+  const auto summary = read_bag(path, [&](const BagMessage& message) {
+    topics.add(message);
+    contents.add(message);
+  });
   if (!summary) return forward_error(summary);
   tell_damage(*summary, recording);
   for (const auto& checked :
-       {contents.scans.check(recording), contents.imu.check(recording), contents.ranges.check(recording),
-        contents.odometry.check(recording), contents.poses.check(recording)})
+       {contents.scans.check(recording, topics.words()), contents.imu.check(recording, topics.words()),
+        contents.ranges.check(recording, topics.words()), contents.odometry.check(recording, topics.words()),
+        contents.poses.check(recording, topics.words())})
     if (!checked) return forward_error(checked);
   fill(contents, recording);
   if (recording.lasers.empty() && recording.imu.empty() && recording.odometry.empty() &&
       recording.ranges.empty())
-    return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}{}{}",
+    return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}; {}{}{}",
                 summary->messages, kLaserScanType.name, kImuType.name, kOdometryType.name, kRangeType.name,
-                recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));
+                topics.words(), recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));
   return recording;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "hm/io/bytes/foreign_format.hpp"
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/laser/laser_readers.hpp"
@@ -83,14 +84,19 @@ bool has_pictures(const std::filesystem::path& folder) {
          std::filesystem::exists(folder / "associations.txt", ignored);
 }
 
+std::string not_laser(const std::filesystem::path& path) {
+  const auto foreign = describe_foreign_format(path);
+  return foreign ? "not a laser recording: " + *foreign
+                 : fmt::format("not a laser recording; looked for {}", kLookedFor);
+}
+
 Result<FoundLaserFile> find_in_folder(const std::filesystem::path& folder) {
   if (const auto imu = euroc_imu_file(folder); !imu.empty())
     return FoundLaserFile{imu, LaserRecordingKind::kEurocImu};
   if (has_pictures(folder))
     return fail(ErrorCode::kNotFound, folder, "this folder holds depth pictures, not a laser recording");
   const auto files = laser_files_in(folder);
-  if (files.empty())
-    return fail(ErrorCode::kNotFound, folder, "no laser recording in this folder; looked for {}", kLookedFor);
+  if (files.empty()) return fail(ErrorCode::kNotFound, folder, "{}", not_laser(folder));
   if (files.size() > 1)
     return fail(ErrorCode::kUsage, folder, "{} laser recordings in this folder ({}, {} ...): name one",
                 files.size(), files[0].path.filename().string(), files[1].path.filename().string());
@@ -124,7 +130,7 @@ Result<FoundLaserFile> find_laser_file(const std::filesystem::path& path,
     return found;
   }
   if (!kind) kind = guess_kind(path);
-  if (!kind) return fail(ErrorCode::kUnsupported, path, "not a laser recording; looked for {}", kLookedFor);
+  if (!kind) return fail(ErrorCode::kUnsupported, path, "{}", not_laser(path));
   return FoundLaserFile{path, *kind};
 }
 

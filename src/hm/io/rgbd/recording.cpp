@@ -87,11 +87,16 @@ tl::unexpected<Error> not_depth_pictures(const std::filesystem::path& path) {
   if (is_laser_recording(path))
     return fail(ErrorCode::kUnsupported, path,
                 "this is a laser recording, not depth pictures: `hm laser` makes a map of it");
+  const std::string hint = detail::hint_of_place(path);
   if (!std::filesystem::is_directory(path, ignored))
-    return fail(ErrorCode::kUnsupported, path, "a recording is a folder; this is a file");
-  return fail(ErrorCode::kNotFound, path,
-              "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM) and for "
-              "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
+    return fail(ErrorCode::kUnsupported, path, "{}",
+                hint.empty() ? "a recording is a folder; this is a file" : hint);
+  if (!hint.empty()) return fail(ErrorCode::kNotFound, path, "no recording in this folder; {}", hint);
+  return fail(
+      ErrorCode::kNotFound, path,
+      "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM), for "
+      "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes), and for depth/ with images named by stamp "
+      "or number");
 }
 
 Result<detail::RecordingListing> list_recording(const std::filesystem::path& path,

@@ -62,6 +62,10 @@ Result<std::optional<FoundCalibration>> find_calibration(const std::filesystem::
 /// Makes the listing that of calibrated frames: their camera, and the poses of that camera.
 Result<FrameCalibration> apply_calibration(const FoundCalibration& found, RecordingListing& listing);
 
+/// For a path that holds no recording: what it is instead, or where recordings are, in words ("4 recordings
+/// inside: ..."); empty when nothing is known.
+std::string hint_of_place(const std::filesystem::path& path);
+
 void add_note(RecordingInfo& info, std::string_view note);
 void add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped);
 

@@ -6,6 +6,7 @@
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/rgbd/carried_imu_file.hpp"
+#include "hm/io/rgbd/named_images.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
 /// TUM RGB-D and ICL-NUIM: pictures and poses listed in text files.
@@ -100,7 +101,14 @@ void pair_up(RecordingListing& listing, const AssociationList& lists, const Pose
   add_skipped(info, lists.color.skipped);
 }
 
-Result<AssociationList> read_tum_lists(const fs::path& folder, RecordingInfo& info) {
+Result<AssociationList> read_tum_lists(const fs::path& folder, double rate_hz, RecordingInfo& info) {
+  if (has_named_images(folder)) {
+    auto named = list_named_images(folder, rate_hz);
+    if (!named) return forward_error(named);
+    info.has_own_stamps = named->has_stamps;
+    add_note(info, named->note);
+    return std::move(named->lists);
+  }
   if (!is_file(folder / "depth.txt")) {
     const fs::path associations = associations_of(folder);
     if (associations.empty())
@@ -136,7 +144,8 @@ KnownCamera tum_camera(const fs::path& folder) {
     if (const auto camera = known_tum_camera(name))
       return {camera, fmt::format("TUM's camera of `{}`", name), 5000.0,
               fmt::format("no camera.txt: the published intrinsics of TUM's recording `{}` are used", name)};
-  return {std::nullopt, {}, 5000.0};
+  // Other tools that name their images by stamps or numbers write millimetres.
+  return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : 5000.0};
 }
 
 /// Nobody must have them: what cannot be read is told, not an error.
@@ -153,7 +162,8 @@ void add_imu(RecordingInfo& info) {
 bool looks_like_tum(const fs::path& folder) {
   if (is_file(folder / "depth.txt")) return true;
   const fs::path associations = associations_of(folder);
-  return !associations.empty() && !counts_frames(associations);
+  if (associations.empty()) return has_named_images(folder);
+  return !counts_frames(associations);
 }
 
 bool looks_like_icl_nuim(const fs::path& folder) {
@@ -167,7 +177,7 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   listing.info.path = folder;
   auto rate = choose_camera(listing.info, options, tum_camera(folder));
   if (!rate) return forward_error(rate);
-  const auto lists = read_tum_lists(folder, listing.info);
+  const auto lists = read_tum_lists(folder, *rate, listing.info);
   if (!lists) return forward_error(lists);
   const auto poses = choose_poses(folder / "poses.txt", folder / "groundtruth.txt", {}, listing.info);
   if (!poses) return forward_error(poses);

@@ -146,6 +146,9 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
       break;
     case PathKind::kLaserRecording:
       return refuse("a laser recording", "maps and a trajectory, with `hm laser`");
+    case PathKind::kResult:
+      return fail(ErrorCode::kUsage, options.from.string(),
+                  "a folder of results: name the file of it to convert (map.hmap, mesh.ply, trajectory.tum)");
     case PathKind::kPoseGraph:
       return refuse("a pose graph", "nothing else: solvers read .g2o");
   }
@@ -170,6 +173,7 @@ Result<ConversionSummary> convert(const ConversionOptions& options) {
     case PathKind::kRecording:
       return convert_recording(options);
     case PathKind::kLaserRecording:
+    case PathKind::kResult:
     case PathKind::kPoseGraph:
       break;  // refused above
   }

@@ -11,6 +11,7 @@
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
@@ -32,6 +33,7 @@ class Run {
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
         pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
+  void add_warnings(std::vector<std::string> warnings) { summary_.warnings = std::move(warnings); }
   Result<void> open_map();
   Result<void> integrate_all();
   Result<ReconstructionSummary> finish();
@@ -340,7 +342,11 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     return fail(ErrorCode::kInvalidValue, options.recording.string(),
                 "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
   }
+  auto warnings = check_before_run(**recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
+                                                 options.recording_options.max_pose_gap_s, options.force});
+  if (!warnings) return forward_error(warnings);
   Run run(options, *folder, std::move(*recording), std::move(poses));
+  run.add_warnings(std::move(*warnings));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();

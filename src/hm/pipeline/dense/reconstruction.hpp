@@ -23,6 +23,7 @@ struct ReconstructionOptions {
   std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
   std::filesystem::path output;  ///< a folder, made if needed
   ExistingResult existing = ExistingResult::kRefuse;  ///< kResume goes on with output/map.hmap
+  bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   DenseParameters parameters;
   RunContext run;  ///< stopped early, it finishes with what there is
 };
@@ -89,9 +90,9 @@ struct ReconstructionSummary {
 /// stopped and then resumed gives the same bits as one that was not. A result that is replaced stays whole
 /// until the first save.
 ///
-/// Errors: recording, poses or output folder unusable (see ResultFolder), no poses at all, parameters that
-/// contradict, a map that does not fit the parameters, the poses or the recording, nothing integrated at all.
-/// A frame that cannot be used is none: it is named in `skipped`.
+/// Errors: recording, poses or output folder unusable (see ResultFolder, check_before_run), no poses at all,
+/// parameters that contradict, a map that does not fit the parameters, the poses or the recording, nothing
+/// integrated at all. A frame that cannot be used is none: it is named in `skipped`.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.

@@ -6,7 +6,6 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_report.hpp"
 
@@ -38,8 +37,6 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
 }
 
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
-  for (std::string& warning : reading_warnings(summary.recording))
-    summary.warnings.push_back(std::move(warning));
   const std::size_t skipped = summary.skipped.size();
   if (skipped > 0)
     summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,

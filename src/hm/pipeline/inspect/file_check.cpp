@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hm/io/bytes/file_name.hpp"
+#include "hm/io/bytes/foreign_format.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/g2o_file.hpp"
@@ -66,6 +67,7 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code))
     return fail(ErrorCode::kNotFound, path.string(), "there is no such file or folder");
+  if (std::filesystem::exists(path / "run.json", code)) return PathKind::kResult;
   if (std::filesystem::is_directory(path, code))
     return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
   const std::string extension = lower_extension(path);
@@ -76,6 +78,8 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   if (is_laser_recording(path)) return PathKind::kLaserRecording;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
+  if (const auto foreign = describe_foreign_format(path))
+    return fail(ErrorCode::kUnsupported, path.string(), "{}", *foreign);
   return fail(
       ErrorCode::kUnsupported, path.string(),
       "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap .mvog), a mesh "

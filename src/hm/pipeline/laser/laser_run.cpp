@@ -9,7 +9,7 @@
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/pose/relations_file.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
@@ -261,7 +261,7 @@ void Run::describe() {
   summary_.truth = recording_.truth;
   summary_.truth_source = recording_.truth_source;
   summary_.choices = laser_choices({recording_, options_, pipeline_});
-  summary_.warnings = reading_warnings(recording_);
+  summary_.warnings = laser_warnings(recording_);
 }
 
 Error Run::nothing_posed() const {

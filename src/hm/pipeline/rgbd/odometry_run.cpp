@@ -4,8 +4,8 @@
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 #include "hm/report/run_report.hpp"
 
@@ -69,6 +69,8 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  if (!warnings) return forward_error(warnings);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
@@ -83,9 +85,10 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (summary.track.trajectory.empty()) {
     if (summary.interrupted)
       return fail(ErrorCode::kCancelled, {}, "stopped before the first frame had a pose");
-    return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}", why_no_pose(summary.track));
+    return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}",
+                why_no_pose(summary.track, *warnings));
   }
-  summary.warnings = reading_warnings(info);
+  summary.warnings = std::move(*warnings);
   for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
     summary.warnings.push_back(

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
@@ -12,9 +12,10 @@
 namespace hm {
 namespace {
 
-Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state) {
+Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state,
+                      const std::vector<std::string>& warnings) {
   if (state.interrupted) return {ErrorCode::kCancelled, "stopped before the first frame had a pose", {}};
-  return {ErrorCode::kInvalidValue, why_no_pose(state.track), options.recording.string()};
+  return {ErrorCode::kInvalidValue, why_no_pose(state.track, warnings), options.recording.string()};
 }
 
 void compare_trajectories(SlamSummary& summary) {
@@ -27,8 +28,6 @@ void compare_trajectories(SlamSummary& summary) {
 
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
-  for (std::string& warning : reading_warnings(summary.recording))
-    summary.warnings.push_back(std::move(warning));
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
   if (state.frames_disconnected > 0)
     summary.warnings.push_back(
@@ -83,18 +82,21 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
   SlamPipeline pipeline(**recording, options.parameters, options.run);
   if (const auto tracked = track_and_save(pipeline, *folder, (*recording)->info(), options); !tracked)
     return forward_error(tracked);
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
-    return tl::make_unexpected(nothing_tracked(options, pipeline.state()));
+    return tl::make_unexpected(nothing_tracked(options, pipeline.state(), *warnings));
   TriangleMesh before;
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   pipeline.correct_dense_map();
   SlamSummary summary;
+  summary.warnings = std::move(*warnings);
   summary.recording = (*recording)->info();
   summary.parameters = options.parameters;
   summary.state = std::move(pipeline.state());

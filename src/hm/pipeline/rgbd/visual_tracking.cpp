@@ -1,5 +1,7 @@
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -117,7 +119,7 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
   return warnings;
 }
 
-std::string why_no_pose(const VisualTrack& track) {
+std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> reasons;
   for (const UnusedFrame& frame : track.unused) ++reasons[frame.reason];
   for (const LostStretch& stretch : track.lost) reasons[stretch.reason] += stretch.frames;
@@ -125,8 +127,9 @@ std::string why_no_pose(const VisualTrack& track) {
   std::size_t count = 0;
   for (const auto& [reason, frames] : reasons)
     if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
-  return fmt::format("not one of {} frames got a pose ({}); `hm info` may show why", track.frames_total,
-                     most);
+  return fmt::format(
+      "not one of {} frames got a pose ({}); {}", track.frames_total, most,
+      warnings.empty() ? "`hm info` may show why" : fmt::format("{}", fmt::join(warnings, "; ")));
 }
 
 void visit(const UnusedFrame& frame, SummaryTree& v) {

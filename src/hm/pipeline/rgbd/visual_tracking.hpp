@@ -93,7 +93,7 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
 /// Warnings about frames that are unused or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
 /// Explains in words that there is no pose at all.
-std::string why_no_pose(const VisualTrack& track);
+std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings = {});
 /// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
 /// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
 void visit(const VisualTrack& track, SummaryTree& v);

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/laser_findings.hpp"
+#include "hm/pipeline/checks/laser_findings.hpp"
 
 #include <fmt/format.h>
 

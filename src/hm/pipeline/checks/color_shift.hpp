@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {

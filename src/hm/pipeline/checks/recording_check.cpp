@@ -1,12 +1,12 @@
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "hm/geometry/box.hpp"
-#include "hm/pipeline/inspect/color_shift.hpp"
-#include "hm/pipeline/inspect/pose_agreement.hpp"
-#include "hm/pipeline/inspect/recording_findings.hpp"
+#include "hm/pipeline/checks/color_shift.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/recording_findings.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/pose_agreement.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
 
 #include <fmt/format.h>
 

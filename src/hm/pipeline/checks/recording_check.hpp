@@ -6,7 +6,7 @@
 
 #include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
-#include "hm/pipeline/inspect/stream_report.hpp"
+#include "hm/pipeline/checks/stream_report.hpp"
 
 namespace hm {
 
@@ -36,7 +36,9 @@ enum class FindingKind {
   kPoorAgreement,      ///< depth and poses do not agree, and no hypothesis explains it
   kStamps,             ///< stamps run backwards or repeat
   kUnregisteredColor,  ///< colour edges lie a shift or a scale away from depth edges
-  kMissing,            ///< images or poses are missing or unreadable
+  kMissing,            ///< images are missing or unreadable, lines were left out
+  kMissingPoses,       ///< depth images without a pose
+  kMissingColor,       ///< no colour images at all
   kGap,                ///< holes in a stream
   kDepthRange,         ///< almost nothing valid, or depths that no such sensor delivers
 };

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/pipeline/inspect/pose_agreement.hpp"
-#include "hm/pipeline/inspect/recording_check_test_support.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/recording_check_test_support.hpp"
 
 namespace hm {
 namespace {

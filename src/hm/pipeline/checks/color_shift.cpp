@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/color_shift.hpp"
+#include "hm/pipeline/checks/color_shift.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #pragma once
-#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
 
 /// Checks of inspect_laser_recording(): each function appends what it finds to report.findings.
 namespace hm {

@@ -4,8 +4,8 @@
 #include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
-#include "hm/pipeline/inspect/pose_agreement.hpp"
-#include "hm/pipeline/inspect/recording_check_test_support.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/recording_check_test_support.hpp"
 
 namespace hm {
 namespace {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/stream_report.hpp"
+#include "hm/pipeline/checks/stream_report.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/inspect/recording_findings.hpp"
+#include "hm/pipeline/checks/recording_findings.hpp"
 
 #include <fmt/format.h>
 
@@ -70,7 +70,7 @@ std::string advice(const ReadingHypothesis& hypothesis, const RecordingInfo& inf
   if (hypothesis.fy_flipped)
     say(fmt::format("fy seems to be {} instead of {}", -info.camera.fy, info.camera.fy));
   if (hypothesis.depth_factor != 1.0)
-    say(fmt::format("the depth scale seems to be {:.4g} units per metre instead of {:.4g}",
+    say(fmt::format("the depth scale seems to be {:.6g} units per metre instead of {:.6g}",
                     1.0 / (info.depth_unit_m * hypothesis.depth_factor), 1.0 / info.depth_unit_m));
   return text;
 }
@@ -127,9 +127,12 @@ void find_missing(RecordingReport& report) {
         fmt::format("{} of {} sampled frames cannot be read (first: {})", report.depth.frames_unreadable,
                     report.depth.frames_unreadable + report.depth.frames_sampled, report.depth.first_error));
   if (info.posed_count < info.frame_count)
-    add(report, FindingKind::kMissing,
+    add(report, FindingKind::kMissingPoses,
         fmt::format("{} of {} depth images have no pose", info.frame_count - info.posed_count,
                     info.frame_count));
+  if (info.color_count == 0)
+    add(report, FindingKind::kMissingColor,
+        "no colour images: `hm reconstruct` makes a map without colour, `hm odometry` and `hm slam` need them");
   if (info.color_count > 0 && info.paired_count < info.frame_count)
     add(report, FindingKind::kMissing,
         fmt::format("{} of {} depth images have no colour image", info.frame_count - info.paired_count,
@@ -154,6 +157,8 @@ void find_odd_stamps(RecordingReport& report) {
 
 void find_odd_depth(RecordingReport& report) {
   constexpr double kMinValid_ratio = 0.05, kNear_m = 0.15, kFar_m = 30.0;
+  // Depth cameras for rooms begin at 0.2 to 0.5 m and end at 4 to 10 m.
+  constexpr double kNearest_m = 0.18, kFarthest_m = 12.0;
   const DepthReport& depth = report.depth;
   if (depth.frames_sampled == 0) return;
   if (depth.valid_ratio < kMinValid_ratio)
@@ -161,8 +166,14 @@ void find_odd_depth(RecordingReport& report) {
         fmt::format("only {:.1f} % of the depth pixels hold a reading", 100 * depth.valid_ratio));
   if (depth.median_m > 0 && (depth.median_m < kNear_m || depth.median_m > kFar_m))
     add(report, FindingKind::kDepthRange,
-        fmt::format("the median depth is {:.3g} m at {:.4g} units per metre: look at the depth scale",
+        fmt::format("the median depth is {:.3g} m at {:.6g} units per metre: look at the depth scale",
                     depth.median_m, 1.0 / report.info.depth_unit_m));
+  else if (depth.p05_m < kNearest_m || depth.p95_m > kFarthest_m)
+    add(report, FindingKind::kDepthRange,
+        fmt::format("5 % of the depth readings are {} {:.3g} m at {:.6g} units per metre, where cameras for "
+                    "rooms see nothing: look at the depth scale (--depth-units-per-m)",
+                    depth.p95_m > kFarthest_m ? "beyond" : "nearer than",
+                    depth.p95_m > kFarthest_m ? depth.p95_m : depth.p05_m, 1.0 / report.info.depth_unit_m));
 }
 
 void find_color_shift(RecordingReport& report) {

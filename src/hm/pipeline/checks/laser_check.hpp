@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/pipeline/inspect/stream_report.hpp"
+#include "hm/pipeline/checks/stream_report.hpp"
 
 namespace hm {
 

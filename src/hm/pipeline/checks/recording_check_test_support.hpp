@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 namespace hm::recording_check_test {
 

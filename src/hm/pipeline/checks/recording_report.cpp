@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 namespace hm {
 namespace {
@@ -70,6 +70,10 @@ std::string_view to_string(FindingKind kind) {
       return "unregistered_color";
     case FindingKind::kMissing:
       return "missing";
+    case FindingKind::kMissingPoses:
+      return "missing_poses";
+    case FindingKind::kMissingColor:
+      return "missing_color";
     case FindingKind::kGap:
       return "gap";
     case FindingKind::kDepthRange:

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "hm/core/angle.hpp"
-#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
 
 namespace hm {
 namespace {

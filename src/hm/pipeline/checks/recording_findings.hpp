@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "hm/pipeline/inspect/pose_agreement.hpp"
-#include "hm/pipeline/inspect/recording_check.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
 
 /// Checks of inspect_recording(): each function appends what it finds to report.findings.
 namespace hm {

@@ -1,10 +1,10 @@
-#include "hm/pipeline/inspect/laser_check.hpp"
+#include "hm/pipeline/checks/laser_check.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "hm/core/statistics.hpp"
-#include "hm/pipeline/inspect/laser_findings.hpp"
+#include "hm/pipeline/checks/laser_findings.hpp"
 
 namespace hm {
 namespace {
