@@ -67,6 +67,7 @@ class ScanLayers {
   static TileKey tile_key(const Patch& patch, std::size_t tile) {
     return {patch.key.x * 4 + static_cast<int>(tile & 3u), patch.key.y * 4 + static_cast<int>(tile >> 2)};
   }
+  /// Observed columns of a tile of a patch, one bit per place in the tile.
   static std::uint64_t columns_seen(const Patch& patch, std::size_t tile);
   /// Returns and removes the observations of one column, ascending; valid until the next call.
   std::span<const ObservationWord> take(const Patch& patch, std::size_t tile, unsigned place_in_tile);

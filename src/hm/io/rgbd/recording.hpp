@@ -74,10 +74,11 @@ class Recording : public FrameSource {
 ///   beside it (carried_imu_file.hpp) become `imu`; unreadable ones are reported in the notes.
 /// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
 ///   subfolder.
-/// - ICL-NUIM: associations.txt with integer frame numbers instead of seconds. A calibration (given, or
-///   calibration.toml in the folder) is applied to every image: rectification, depth correction, registration
-///   of depth to the colour camera. A given camera replaces the folder's calibration. If nothing fits, the
-///   error lists what was looked for.
+/// - ICL-NUIM: associations.txt with integer frame numbers instead of seconds.
+///
+/// A calibration (given, or calibration.toml in the folder) is applied to every image: rectification, depth
+/// correction, registration of depth to the colour camera. A given camera replaces the folder's calibration.
+/// If nothing fits, the error lists what was looked for.
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});
 
