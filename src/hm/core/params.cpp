@@ -41,15 +41,14 @@ std::string range_text(const Range& range) {
   return {};
 }
 
-/// What is wrong with a number for this parameter, or nothing.
+/// Description of the violation of a number for this parameter, or nothing.
 std::string range_violation(const ParamRef& param, double number) {
   if (std::isfinite(number) && number >= param.range.min && number <= param.range.max) return {};
   const std::string range = range_text(param.range);
   return fmt::format("{} = {} is not {}", param.name, number, range.empty() ? "a finite number" : range);
 }
 
-/// Stores `value` into the parameter; returns what is wrong with it, or nothing. Without `store` it
-/// only checks.
+/// Stores `value` in the parameter; returns the violation, if any. Without `store` only checks.
 std::string assign(const ParamRef& param, const Value& value, bool store) {
   const auto number = [&]() -> std::optional<double> {
     if (const auto* real = std::get_if<double>(&value)) return *real;
@@ -110,12 +109,11 @@ std::optional<Value> toml_value(const toml::node& node) {
   return std::nullopt;
 }
 
-/// Measures how deep the tables of a TOML text lie in each other. Exact up to the first mistake in the text,
-/// where the parser stops too.
+/// Measures the nesting depth of a TOML text. Exact up to the first syntax error, where the parser stops too.
 class TomlNesting {
  public:
   explicit TomlNesting(std::string_view text) : text_(text) {}
-  /// The line where tables are nested too deeply, and what is; nothing when they are not.
+  /// Line where the nesting is too deep, and a description; nothing if it is within the limit.
   std::optional<std::pair<std::size_t, std::string>> too_deep() {
     while (at_ < text_.size()) {
       step();
@@ -263,7 +261,7 @@ Result<void> ParamList::read_toml(std::string_view text, const std::string& wher
 Result<void> ParamList::read_toml_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return fail(ErrorCode::kNotFound, path, "cannot open this parameter file");
-  // One byte more than is allowed: a device that never ends is refused like a file that is too large.
+  // Reads one byte more than allowed, so that endless devices are rejected like files that are too large.
   std::string text(kMaxTomlBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) return fail(ErrorCode::kUnreadable, path, "cannot read this parameter file");

@@ -5,8 +5,8 @@
 
 namespace hm {
 
-/// Memory that begins on a cache line, so that no vector of the widest registers crosses from one to the next
-/// (which costs twice the time, or three times to write).
+/// Allocator whose memory starts on a 64-byte cache line, so that aligned vector loads and stores never cross
+/// two lines (which costs two to three times the time).
 template <class T>
 struct LineAllocator {
   using value_type = T;

@@ -7,21 +7,21 @@
 
 namespace hm {
 
-/// A pose at a moment. For a camera: the colour/depth optical frame in the world.
+/// Pose with its timestamp. For cameras, `base` is the colour/depth optical frame.
 struct StampedPose {
   Time stamp;
   SE3 T_world_base;
 };
 
-/// Poses in order of time (strictly increasing stamps).
+/// Poses with strictly increasing stamps.
 using Trajectory = std::vector<StampedPose>;
 
-/// The pose at a moment: interpolated between its neighbours when they are at most `max_gap` apart, the
-/// nearest pose when it is within `max_extrapolation` of an end; nothing otherwise.
+/// Pose at a time: interpolated between its neighbours when they are at most `max_gap` apart, the first or
+/// last pose when the time is beyond it by at most `max_extrapolation`; otherwise nothing.
 std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration max_gap,
                            Duration max_extrapolation = {});
 
-/// The length of the path in metres.
+/// Length of the path in metres.
 double path_length(const Trajectory& trajectory);
 
 }  // namespace hm

@@ -19,7 +19,7 @@ bool holds_interior(const Volume& volume) {
                      [](TsdfVoxel voxel) { return voxel.weight() > 0 && voxel.sdf() <= 0; });
 }
 
-/// Copies a block into the grid; false when the grid's memory cap forbids it.
+/// Copies a block into the grid; false when the grid's memory limit is reached.
 bool insert(VolumeGrid& grid, const MapBlockView& block) {
   const VolumeKey key{block.key[0], block.key[1], block.key[2]};
   Volume* volume = grid.allocate(key);
@@ -34,7 +34,7 @@ bool insert(VolumeGrid& grid, const MapBlockView& block) {
   return true;
 }
 
-/// Volumes that may wait to be written; of these, how many are copied before looking at the clock.
+/// Limit of volumes waiting to be written, and number copied between checks of the time.
 constexpr std::size_t kMostWaiting = 4096, kBatch = 64;
 constexpr double kContinue_ms = 1.0;
 
@@ -80,9 +80,9 @@ struct MapSaver::Impl {
   explicit Impl(MapFile map_file) : file(std::move(map_file)) {}
 
   MapFile file;
-  std::set<VolumeKey> marks;  ///< the writer's while there is one
+  std::set<VolumeKey> marks;  ///< owned by the writer while there is one
   VolumesByPage pending;
-  Result<void> outcome;  ///< the first failure stays: what it left out is missing from the file
+  Result<void> outcome;  ///< the first failure is kept, since its data is missing in the file
   std::unique_ptr<MapWriter> writer;
 
   void hand_over(VolumeGrid& grid) {

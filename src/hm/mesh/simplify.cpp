@@ -42,7 +42,7 @@ void keep_entries(std::vector<T>& values, std::span<const std::uint32_t> place, 
   values.shrink_to_fit();
 }
 
-/// Drops vertices that no triangle uses; what stays keeps its order.
+/// Removes unused vertices, preserving the order of the rest.
 void drop_unused_vertices(TriangleMesh& mesh) {
   std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
   for (const auto& triangle : mesh.triangles)
@@ -58,7 +58,7 @@ void drop_unused_vertices(TriangleMesh& mesh) {
     for (std::uint32_t& index : triangle) index = place[index];
 }
 
-/// The number of triangles and the box of every piece, at its root.
+/// Number of triangles and bounding box of a piece, stored at its root.
 struct Piece {
   std::size_t triangles = 0;
   Eigen::AlignedBox3f box;

@@ -36,7 +36,7 @@ Cell cell_of(const OccupancyVoxel& voxel, double size_m) {
   return cell;
 }
 
-/// Heights as colours, robust against stray voxels.
+/// Maps heights to colours, robust against outlier voxels.
 struct HeightColors {
   double low = 0, high = 1;
   explicit HeightColors(std::span<const OccupancyVoxel> voxels) {
@@ -52,7 +52,7 @@ struct HeightColors {
   }
 };
 
-/// The corners of a unit cube's face towards +axis or -axis, counter-clockwise from outside, as bits xyz.
+/// Corners of a cube's face towards +axis or -axis, counter-clockwise from outside.
 std::array<Eigen::Vector3f, 4> face_corners(const Eigen::Vector3f& centre, int axis, float sign, float half) {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero(), u = normal, v = normal;
   normal[axis] = sign, u[(axis + 1) % 3] = 1, v[(axis + 2) % 3] = sign;
@@ -73,7 +73,7 @@ PlanFrame plan_frame(int columns, int rows) {
   return {std::min(scale >= 1 ? std::floor(scale) : scale, 12.0), columns, rows};
 }
 
-/// A bar of a round length in the lower left corner.
+/// Draws a scale bar of a round length in the lower left corner.
 void draw_scale_bar(Image<Rgb8>& image, double pixels_per_m) {
   double length_m = 1;
   for (const double next : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0})

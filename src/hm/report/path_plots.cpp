@@ -10,13 +10,12 @@ namespace {
 
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
-/// The axes that lie to the right and upwards on the paper.
+/// Axes to the right and upwards in the plot.
 struct PaperAxes {
   int right = 0, up = 1;
 };
 
-/// Seen against the direction `up`, so that nothing is mirrored: right x up on the paper points to the
-/// viewer.
+/// View against the direction `up`, without mirroring: right x up in the plot points to the viewer.
 PaperAxes seen_from(const Vec3& up) {
   int axis = 2;
   up.cwiseAbs().maxCoeff(&axis);
@@ -31,7 +30,7 @@ int axis_upwards(const Vec3& up) {
   return axis;
 }
 
-/// What trajectory_svg() takes for x and y are the two axes of the paper.
+/// Transforms a path so that x and y for trajectory_svg() are the two plot axes.
 Trajectory on_paper(const Trajectory& path, const PaperAxes& paper) {
   Trajectory flat;
   for (const StampedPose& pose : path) {

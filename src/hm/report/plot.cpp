@@ -53,7 +53,7 @@ std::string no_data(const PlotOptions& options) {
                      options.width_px / 2, options.height_px / 2);
 }
 
-/// Grid, ticks and labels.
+/// Draws grid, ticks and labels.
 std::string draw_axes(const Frame& frame, const PlotOptions& options) {
   std::string svg;
   const int x_ticks = std::max(2, static_cast<int>((frame.right - frame.left) / 85));
@@ -105,7 +105,7 @@ std::string draw_marks(const Frame& frame, const PlotOptions& options) {
   return svg;
 }
 
-/// Names under the title, in one or more rows; nothing for a single unnamed series.
+/// Draws the names under the title, in one or more rows; nothing for a single unnamed series.
 std::string draw_legend(std::span<const PlotSeries> series, const PlotOptions& options, int& rows) {
   rows = 0;
   std::string svg;
@@ -170,7 +170,7 @@ std::string draw_series(const PlotSeries& series, std::size_t index, const Frame
   return svg;
 }
 
-/// Filled bands between running sums, at the first series' x.
+/// Draws filled bands between cumulative sums, at the first series' x.
 std::string draw_stack(std::span<const PlotSeries> series, const Frame& frame) {
   std::string svg;
   std::vector<double> below(series[0].x.size(), 0.0);
@@ -217,7 +217,7 @@ void equalise(std::pair<double, double>& x, std::pair<double, double>& y, double
   narrow = {middle - 0.5 * wanted, middle + 0.5 * wanted};
 }
 
-/// The means of the values in `steps` equal parts, so that a plot is never larger than it can show.
+/// Averages the values in `steps` equal parts, to limit the size of a plot.
 PlotSeries thinned(const PlotSeries& series, std::size_t steps) {
   if (series.x.size() <= steps) return series;
   PlotSeries out{series.name, {}, {}, series.style};

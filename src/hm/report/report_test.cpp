@@ -15,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Empty when every tag is closed in order and every attribute is quoted; else what is wrong.
+/// Empty when every tag is closed in order and every attribute is quoted; else the first fault.
 std::string markup_fault(const std::string& text) {
   std::vector<std::string> open;
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {

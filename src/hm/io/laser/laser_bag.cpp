@@ -15,7 +15,7 @@
 namespace hm::detail {
 namespace {
 
-/// The messages of one topic, with their numbers in it (from 1) and times of arrival.
+/// Messages of one topic, with their numbers (from 1) and times of arrival.
 template <class Message>
 struct Topic {
   struct Arrived {
@@ -28,7 +28,7 @@ struct Topic {
   SkipCounter skips = SkipCounter::of_messages({});
 };
 
-/// Why a message is of no use, if it is.
+/// Reason for skipping a message, if any.
 using Verdict = std::optional<SkippedLines::Reason>;
 
 Verdict judge(const ScanMessage& message) {
@@ -84,13 +84,13 @@ class Topics {
       topic.skips.add(*verdict, topic.seen);
       return;
     }
-    // Drivers that do not stamp leave zero: then the time of arrival has to do.
+    // Drivers without stamps write zero: the time of arrival is used instead.
     if (message->header.stamp.ns == 0) message->header.stamp = bag_message.received;
     topic.arrived.push_back({std::move(*message), bag_message.received});
     topic.numbers.push_back(topic.seen);
   }
 
-  /// The topics with at least one message, the busiest first.
+  /// Topics with at least one message, most messages first.
   std::vector<std::pair<std::string, Topic<Message>>> by_size() {
     std::vector<std::pair<std::string, Topic<Message>>> sorted;
     for (auto& [name, topic] : topics_) sorted.emplace_back(name, std::move(topic));
@@ -99,8 +99,8 @@ class Topics {
     return sorted;
   }
 
-  /// An error when the user named a topic that is not there, with those of the bag (`topics`, in words); a
-  /// note about versions that cannot be read.
+  /// Error when the user's topic does not exist, with the topics of the bag (`topics`, in words); adds a note
+  /// about unreadable message versions.
   Result<void> check(LaserRecording& recording, const std::string& topics) const {
     for (const std::string& topic : other_versions_)
       recording.notes.push_back(
@@ -118,7 +118,7 @@ class Topics {
   std::set<std::string> other_versions_;
 };
 
-/// The messages of a topic in order of their stamps; what is left out is told.
+/// Messages of a topic sorted by stamp; skipped ones are counted.
 template <class Message>
 std::vector<typename Topic<Message>::Arrived> in_order(Topic<Message>& topic, LaserRecording& recording) {
   auto kept = keep_increasing(
@@ -128,7 +128,7 @@ std::vector<typename Topic<Message>::Arrived> in_order(Topic<Message>& topic, La
   return kept;
 }
 
-/// The busiest topic, in order; a note names the others.
+/// Topic with most messages, sorted by stamp; a note lists the others.
 template <class Message>
 std::vector<typename Topic<Message>::Arrived> busiest(Topics<Message>& topics, LaserRecording& recording,
                                                       std::string* name = nullptr) {
@@ -189,7 +189,7 @@ class TopicCounts {
   std::map<std::string, Seen> by_name_;
 };
 
-/// Everything that a bag holds for us.
+/// Relevant contents of a bag.
 struct BagContents {
   explicit BagContents(const LaserRecordingOptions& options)
       : scans(kLaserScanType, parse_laser_scan, options.scan_topic),
@@ -247,7 +247,7 @@ void tell_damage(const BagSummary& summary, LaserRecording& recording) {
   if (summary.lost_messages > 0)
     recording.notes.push_back(fmt::format("{} messages belong to connections that the file does not describe",
                                           summary.lost_messages));
-  // The notes have the places one by one; what was skipped is their number.
+  // The notes list the places; `skipped` has their number.
   const std::string file = recording.path.filename().string();
   if (!summary.problems.empty())
     recording.skipped.push_back(

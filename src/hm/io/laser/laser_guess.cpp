@@ -39,7 +39,7 @@ bool is_carmen_word(std::string_view word) {
          word.starts_with("RAWLASER");
 }
 
-/// What a whole line tells, if anything.
+/// Recording kind recognised from a line, if any.
 std::optional<LaserRecordingKind> kind_of_line(std::string_view line) {
   constexpr std::size_t kWeanOdometryWords = 5, kWeanMinLaserWords = 9, kBreezyMinWords = 100;
   const auto columns = words(line);
@@ -77,7 +77,7 @@ std::optional<LaserRecordingKind> guess_kind(const std::filesystem::path& path) 
   return kind_of_text(std::move(bytes));
 }
 
-/// A folder of depth pictures may hold a bag too; it is read as pictures.
+/// True for a folder of depth images, which may also contain a bag; it is then read as images.
 bool has_pictures(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::exists(folder / "depth.txt", ignored) ||

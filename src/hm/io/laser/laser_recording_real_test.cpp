@@ -7,7 +7,7 @@
 #include "hm/io/pose/relations_file.hpp"
 #include "hm/io/testing/real_data_test_support.hpp"
 
-/// The readers on real recordings, where there are any.
+/// Readers on real recordings, if available.
 namespace hm {
 namespace {
 

@@ -7,7 +7,7 @@
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
-/// What the reader makes of bags that other recorders, and accidents, leave behind.
+/// Reading of bags by other recorders, and of damaged or unfinished bags.
 namespace hm {
 namespace {
 

@@ -19,8 +19,8 @@ MapRebuildOptions rebuild_options(const MappingParams& parameters) {
   return options;
 }
 
-/// Pose of a frame after loop closure; nothing in a map that nothing connects with the first. A submap that
-/// loops have not received yet stays as it is.
+/// Pose of a frame after loop closure; nothing in a submap that is not connected with the first one. A submap
+/// not yet in the loop closures keeps its pose.
 std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation& observation) {
   const auto& keyframes = corrected.keyframes();
   if (keyframes.empty()) return observation.T_odom_camera;
@@ -39,7 +39,7 @@ struct SlamMap::Impl {
         run(its_run),
         options(rebuild_options(all)),
         dense(all, its_frames.camera(), its_run.threads) {
-    run.stop = {};  // a run that is stopped ends with a right map of the frames so far
+    run.stop = {};  // a stopped run ends with a correct map of the frames so far
   }
 
   MappingParams parameters;
@@ -48,9 +48,9 @@ struct SlamMap::Impl {
   MapRebuildOptions options;
   DensePipeline dense;
   ObservationLog log;
-  std::unique_ptr<LiveMapCorrection> live;  ///< made by the first loop
+  std::unique_ptr<LiveMapCorrection> live;  ///< created by the first loop
   LiveRgbdLoopCloser::Snapshot now;         ///< poses after loop closure
-  std::size_t solutions_begun = 0;          ///< that are in the map, or in the rebuild under way
+  std::size_t solutions_begun = 0;          ///< solutions applied to the map or to the running rebuild
   LiveCorrection under_way;
   std::vector<LiveCorrection> corrections;
 
@@ -134,7 +134,7 @@ void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
 }
 
-/// One decision for all frames, so that it does not depend on what was in the map at which moment.
+/// Final poses by one decision for all frames, so that it does not depend on the state of the map.
 PoseOfObservation SlamMap::Impl::final_poses(const CorrectedKeyframes& keyframes) const {
   double largest_m = 0;
   for (const Observation& observation : log.observations())
