@@ -20,7 +20,7 @@ class DepthRegistration {
                     const SE3& T_color_depth);
   /// Depth along the colour camera's axis, of its size, in the same units.
   [[nodiscard]] Image<std::uint16_t> apply(const Image<std::uint16_t>& depth, double unit_m) const;
-  /// The same into another image, whose memory is used again where it has the colour camera's size.
+  /// Registers into an image that is given, whose memory is used again where it has the colour camera's size.
   void apply(const Image<std::uint16_t>& depth, double unit_m, Image<std::uint16_t>& registered) const;
 
  private:

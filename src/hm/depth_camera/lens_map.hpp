@@ -15,7 +15,7 @@ class LensMap {
  public:
   explicit LensMap(const PinholeCamera& distorted);
   [[nodiscard]] Image<std::uint16_t> undistort(const Image<std::uint16_t>& depth) const;
-  /// The same into another image, whose memory is used again where it has the same size.
+  /// Undistorts into an image that is given, whose memory is used again where it has the same size.
   void undistort(const Image<std::uint16_t>& depth, Image<std::uint16_t>& rectified) const;
   [[nodiscard]] Image<Rgb8> undistort(const Image<Rgb8>& color) const;
 

@@ -6,7 +6,8 @@ namespace hm {
 /// Parameters of the delay-aware filters. Densities are one-sided amplitude densities as on a data sheet.
 struct FusionParams {
   double acceleration_density_m_s2_sqrt_hz = 0.05;
-  /// The same when the IMU gives no orientation.
+  /// Noise density of the acceleration when the IMU gives no orientation and TiltFilter estimates it,
+  /// (m/s^2)/sqrt(Hz): errors of the tilt leak gravity into it.
   static constexpr double kOwnTiltAccelerationDensity_m_s2_sqrt_hz = 0.3;
   /// How fast its bias wanders, (m/s^3)/sqrt(Hz).
   static constexpr double kAccelerationBiasWalk_m_s3_sqrt_hz = 0.005;

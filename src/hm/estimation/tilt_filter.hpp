@@ -9,7 +9,8 @@ namespace hm {
 /// Attitude from gyroscope and gravity, for IMUs that give no orientation of their own.
 struct TiltFilterParams {
   double time_constant_s = 4.0;
-  /// The same at the beginning.
+  /// Time constant during the first start_s seconds, seconds: short, so that the unknown first attitude is
+  /// corrected quickly.
   static constexpr double kStartTimeConstant_s = 0.2;
   double start_s = 1.0;
   /// Specific force that differs more from gravity does not correct.

@@ -52,7 +52,8 @@ class DensePipeline {
   /// with images of the wrong size, or without a reading in range is skipped, with the reason. After an
   /// outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
   FrameOutcome process(const RgbdFrame& frame);
-  /// The same with a pose that is in the map already: nothing is aligned.
+  /// Integrates a frame whose pose is in the map frame already: nothing is aligned. Skips frames as
+  /// process().
   FrameOutcome process_in_map(const RgbdFrame& frame);
 
   // ---- a map that was made again beside this one (MapRebuild) ----
@@ -70,8 +71,8 @@ class DensePipeline {
   /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
   /// say.
   TriangleMesh finished_mesh();
-  /// The same, for the end of a run: gives the map's memory back before the whole mesh is made, so that a
-  /// house needs no more memory at its end than while it was scanned. The grid is empty afterwards.
+  /// finished_mesh() for the end of a run: gives the map's memory back before the whole mesh is made, so that
+  /// a house needs no more memory at its end than while it was scanned. The grid is empty afterwards.
   TriangleMesh take_finished_mesh();
 
   [[nodiscard]] const VolumeGrid& grid() const;

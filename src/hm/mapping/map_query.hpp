@@ -33,7 +33,7 @@ class MapQuery {
   MapQuery& operator=(MapQuery&&) noexcept;
 
   [[nodiscard]] GridSample at(const Vec3& p_world) const;
-  /// The same for many points, at the same places of `samples` (as long).
+  /// Queries many points, at the same places of `samples` (as long).
   void at(std::span<const Vec3> p_world, std::span<GridSample> samples,
           const ParallelLoop& loop = ParallelLoop()) const;
 

@@ -140,7 +140,7 @@ struct DenseParams {
   ReconstructionParams reconstruction;
 };
 
-/// The same for a map whose poses change when loops are closed.
+/// Parameters of a dense map whose poses change when loops are closed.
 struct MappingParams : DenseParams {
   SlamParams slam;
 };

@@ -59,7 +59,7 @@ class SummaryTree {
     else
       add_absent(doc);
   }
-  /// The same, but without a value the key is null.
+  /// A value that may be missing; the key is null then.
   template <class T>
   void or_null(const SummaryDoc& doc, const std::optional<T>& value) {
     json(doc.key, {});
@@ -71,7 +71,7 @@ class SummaryTree {
               Quantities names = {"median", "p99", "mean", "max"}) {
     object(doc.key, [&](SummaryTree& below) { below.quantities(doc, values, names); });
   }
-  /// The same quantities among the other values; the key is not used.
+  /// The quantities of a spread among the other values, without an object of their own: the key is not used.
   void quantities(const SummaryDoc& doc, const Summary& values, Quantities names);
   /// A value that no sentence and no table shows.
   void json(std::string_view key, JsonValue value);
@@ -92,7 +92,7 @@ class SummaryTree {
     visit(part, below);
     adopt(key, std::move(below));
   }
-  /// The same of a part that may be missing: the key is left out then.
+  /// A part that may be missing; the key is left out then.
   template <class Part>
   void group(std::string_view key, const std::optional<Part>& part) {
     if (part) group(key, *part);
@@ -110,7 +110,7 @@ class SummaryTree {
     adopt_list(key, std::move(rows));
   }
 
-  /// The same of items that have no visit(): `describe(i, row)` names the values of the i-th.
+  /// A list of items that have no visit(): `describe(i, row)` names the values of the i-th.
   template <class Describe>
   void list_of(std::string_view key, std::size_t count, Describe&& describe) {
     std::vector<SummaryTree> rows(count);

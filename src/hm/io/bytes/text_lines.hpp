@@ -44,7 +44,7 @@ std::vector<std::string_view> cells(std::string_view line, char separator);
 std::optional<double> parse_number(std::string_view word);
 /// Decimal seconds as a time, exact to the nanosecond; nothing when it is none or beyond 290 years.
 std::optional<Time> parse_stamp(std::string_view word);
-/// The same back: seconds with nine decimals.
+/// A time as seconds with nine decimals, which parse_stamp() reads back exactly.
 std::string stamp_text(Time stamp);
 /// Whole nanoseconds as a time; nothing when it is none.
 std::optional<Time> parse_stamp_ns(std::string_view word);

@@ -36,7 +36,7 @@ Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path);
 /// 65535 (7-Scenes' mark of no reading) becomes 0, as DepthImage wants it. What every reader of depth uses.
 Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path);
 
-/// The same from bytes in memory; `where` names them in errors.
+/// Decodes an image file that is in memory; `where` names it in errors.
 Result<Image<Rgb8>> decode_color_image(std::span<const std::uint8_t> bytes, const std::string& where);
 Result<Image<std::uint16_t>> decode_depth_png(std::span<const std::uint8_t> bytes, const std::string& where);
 /// Binary PGM (P5) with a largest value above 255: two bytes a pixel, the high one first (netpbm). One of 8

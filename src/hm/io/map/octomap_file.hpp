@@ -26,8 +26,8 @@ struct OctomapContent {
 Result<void> write_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
                            double resolution_m);
 
-/// The same as a ColorOcTree with a colour for each voxel; the extension is `.ot`. A node that is not opened
-/// has the mean colour of what is occupied in it.
+/// Writes a ColorOcTree: write_octomap() with a colour for each voxel; the extension is `.ot`. A node that is
+/// not opened has the mean colour of what is occupied in it.
 Result<void> write_color_octomap(const std::filesystem::path& path, std::span<const OccupancyVoxel> voxels,
                                  std::span<const Rgb8> colors, double resolution_m);
 

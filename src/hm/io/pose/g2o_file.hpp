@@ -33,10 +33,10 @@ Result<G2oGraph2D> read_g2o_2d(const std::filesystem::path& path);
 /// Writes a graph so, nodes numbered from 0, the first one fixed. Numbers read back as they were.
 Result<void> write_g2o_2d(const PoseGraph2D& graph, const std::filesystem::path& path);
 
-/// The same in space: VERTEX_SE3:QUAT `id x y z qx qy qz qw` and EDGE_SE3:QUAT with 21 numbers of
-/// information. An error is also a quaternion whose norm differs from 1 by a hundredth. The information is
-/// taken as that of [translation; rotation vector], as public data sets and solvers other than g2o have it
-/// (g2o's own is of the quaternion's vector part: four times as large).
+/// Reads a pose graph in space, as read_g2o_2d(): VERTEX_SE3:QUAT `id x y z qx qy qz qw` and EDGE_SE3:QUAT
+/// with 21 numbers of information. An error is also a quaternion whose norm differs from 1 by a hundredth.
+/// The information is taken as that of [translation; rotation vector], as public data sets and solvers other
+/// than g2o have it (g2o's own is of the quaternion's vector part: four times as large).
 Result<G2oGraph3D> read_g2o_3d(const std::filesystem::path& path);
 Result<void> write_g2o_3d(const PoseGraph3D& graph, const std::filesystem::path& path);
 

@@ -57,7 +57,7 @@ class HeightEstimator {
   /// (without gravity) where an IMU knows it, else 0.
   HeightEstimate update(const LaserScan& scan, const LaserRig::Mirror& mirror, const SweepAttitude& attitude,
                         double acceleration_m_s2 = 0);
-  /// The same from vertical distances.
+  /// One scan that is given as vertical distances already; `acceleration_m_s2` as above.
   HeightEstimate update(const MirrorDistances& scan, double acceleration_m_s2 = 0);
 
   /// The floors found so far (confirmed), in the order of their levels.

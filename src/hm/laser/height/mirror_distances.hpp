@@ -38,9 +38,10 @@ struct MirrorDistances {
 MirrorDistances mirror_distances(const LaserScan& scan, const LaserRig::Mirror& mirror,
                                  const SweepAttitude& attitude, SurfaceSide side);
 
-/// The same from a distance sensor that looks down (along its own x axis), for vehicles without a mirror
-/// there: one distance, or none where the reading is out of its limits or looks up. For a HeightEstimator
-/// with HeightParams::for_range_sensor(). A not finite attitude or mounting gives no distance and a NaN tilt.
+/// The vertical distance of a distance sensor that looks down (along its own x axis), for vehicles without a
+/// mirror there: one distance, or none where the reading is out of its limits or looks up. For a
+/// HeightEstimator with HeightParams::for_range_sensor(). A not finite attitude or mounting gives no distance
+/// and a NaN tilt.
 MirrorDistances range_distance(const RangeReading& reading, const SE3& T_base_sensor,
                                const Mat3& R_world_base);
 

@@ -29,7 +29,8 @@ class IcpPairs {
   /// What noisy normals alone would add to the information, expected.
   [[nodiscard]] Mat3 noise_information(const ReferenceLines& reference, const ScanPoints& sensed,
                                        bool weigh) const;
-  /// The same number for the same set of pairs.
+  /// A hash of the set of pairs: equal sets give equal numbers, which is how a cycle of iterations is
+  /// noticed.
   [[nodiscard]] std::uint64_t fingerprint() const;
   [[nodiscard]] double mean_error_m() const;
 

@@ -77,7 +77,7 @@ class PlIcp {
   /// Where the frame of `sensed` lies in the frame of `reference`.
   ScanMatch match(const PlanarScan& reference, const PlanarScan& sensed, const SE2& T_reference_sensed_guess);
 
-  /// The same in two parts, for matching many scans against one.
+  /// match() in two parts, for matching many scans against one reference.
   void set_reference(const PlanarScan& reference);
   ScanMatch match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess);
 

@@ -33,9 +33,9 @@ std::optional<DepthGaussian> quadratic_depth(const DepthImage& depth, int x, int
 std::optional<DepthGaussian> mixture_depth(const DepthImage& depth, int x, int y, const DepthNoise& noise,
                                            const MixtureWeights& weights = {});
 
-/// The same with the sensor's noise counted once: the readings of the published mixture scatter by their own
-/// noise already, to which it adds that noise again, so that on a plane its deviation is a third too large.
-/// Here the scatter counts as far as it exceeds what the noise explains.
+/// mixture_depth() with the sensor's noise counted once: the readings of the published mixture scatter by
+/// their own noise already, to which it adds that noise again, so that on a plane its deviation is a third
+/// too large. Here the scatter counts as far as it exceeds what the noise explains.
 std::optional<DepthGaussian> corrected_mixture_depth(const DepthImage& depth, int x, int y,
                                                      const DepthNoise& noise,
                                                      const MixtureWeights& weights = {});

@@ -36,9 +36,9 @@ struct ModelIcpParams {
   static constexpr double kMaxPairDistance_m = 0.15;
   /// ICP: fewer pairs are a failure.
   static constexpr int kMinPairs = 15;
-  /// ICP: ends when a step moves less and turns less than this.
+  /// ICP: ends when a step moves less than this, metres, and turns less than kConverged_rad.
   static constexpr double kConverged_m = 1e-4;
-  /// See kConverged_m.
+  /// ICP: ends when a step turns less than this, radians, and moves less than kConverged_m.
   static constexpr double kConverged_rad = 1.7e-3;
 };
 

@@ -44,9 +44,10 @@ struct PhotometricResult {
 PhotometricResult align_photometrically(const PhotometricReference& reference, const ImagePyramid& current,
                                         const std::vector<SE3>& guesses_T_ref_cur);
 
-/// The same for a camera that may have turned far since the reference, as at a few frames a second: patterns
-/// that repeat (wallpaper, tiles) then lead the search from a guess to a neighbour. Compares the pictures at
-/// turns of up to 0.2 rad around a guess and goes on from the best few; never worse than `result`.
+/// Photometric alignment for a camera that may have turned far since the reference, as at a few frames a
+/// second: patterns that repeat (wallpaper, tiles) then lead the search from a guess to a neighbour. Compares
+/// the pictures at turns of up to 0.2 rad around a guess and goes on from the best few; never worse than
+/// `result`.
 PhotometricResult search_turns(const PhotometricReference& reference, const ImagePyramid& current,
                                const PhotometricResult& result, const std::vector<SE3>& guesses_T_ref_cur);
 

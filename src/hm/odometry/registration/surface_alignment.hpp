@@ -20,8 +20,8 @@ struct SurfaceMatching {
 PoseEquations surface_equations(const SurfaceGrid& reference, const DepthGrid& current, const SE3& T_ref_cur,
                                 const SurfaceMatching& matching);
 
-/// The same with every element looked up among the current readings (the stride does not count): for a few
-/// elements that need not lie on a grid.
+/// The normal equations of single elements, every one looked up among the current readings (the stride does
+/// not count): for a few elements that need not lie on a grid.
 PoseEquations surface_equations(std::span<const SurfaceElement> reference, const DepthGrid& current,
                                 const SE3& T_ref_cur, const SurfaceMatching& matching);
 

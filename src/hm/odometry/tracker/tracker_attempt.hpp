@@ -14,7 +14,7 @@ struct AttemptParams {
   RegistrationParams registration;
   int min_inliers = 15;
   double max_sigma_m = 0.05;  ///< of the position, in its least certain direction
-  /// The same for a guess that may be many pixels off.
+  /// These parameters with a wider search, for a guess that may be many pixels off.
   [[nodiscard]] AttemptParams widened() const;
 };
 

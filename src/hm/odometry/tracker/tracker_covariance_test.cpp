@@ -44,8 +44,9 @@ TEST(TrackerCovariance, IsHonestOverSeeds) {
   EXPECT_LT(worst, 60);
 }
 
-/// The same of the motion between keyframes, and of the places where they saw landmarks: seen again by
-/// another keyframe at its true pose, a landmark is where both say, within what both say of themselves.
+/// Stated covariances agree with actual errors of the motion between keyframes and of observed landmarks:
+/// observed again by another keyframe at its true pose, a landmark lies where both observations put it,
+/// within the covariances of both.
 TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   double motions = 0, sights = 0;
   int motion_count = 0, sight_count = 0, far_off = 0;

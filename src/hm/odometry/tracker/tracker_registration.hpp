@@ -34,7 +34,7 @@ double position_sigma_m(const Registration& registration);
 /// information, scaled by how large the residuals are.
 Mat6 covariance_in_camera(const Registration& registration);
 
-/// The same (left perturbation in odom, as in TrackedFrame).
+/// The covariance of the pose against the model, by a move in odom (left perturbation, as in TrackedFrame).
 Mat6 covariance_in_odom(const Registration& registration);
 
 /// The normal equations of a pose from the direction away from gravity: of roll and pitch, nothing else.

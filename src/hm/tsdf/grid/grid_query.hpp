@@ -27,7 +27,7 @@ struct GridSample {
 /// grid, is unknown. Any number of threads may query a grid that none changes.
 GridSample query_grid(const VolumeGrid& grid, const Vec3& p_world);
 
-/// The same for many points, at the same places of `samples` (as long); fastest where neighbours in the list
+/// Queries many points, at the same places of `samples` (as long); fastest where neighbours in the list
 /// are neighbours in space. The same values for any number of threads.
 void query_grid(const VolumeGrid& grid, std::span<const Vec3> p_world, std::span<GridSample> samples,
                 const ParallelLoop& loop);

@@ -68,7 +68,7 @@ class VolumeGrid {
 
   /// Bytes held for volumes in use, colour planes in use, packed volumes, and the index.
   [[nodiscard]] std::size_t map_bytes() const;
-  /// The same if no volume were packed: what the cap is compared with, so that it acts at the same moment
+  /// map_bytes() if no volume were packed: what the cap is compared with, so that it acts at the same moment
   /// whatever happens to be packed.
   [[nodiscard]] std::size_t unpacked_bytes() const;
   [[nodiscard]] std::size_t max_bytes() const;
@@ -88,8 +88,8 @@ class VolumeGrid {
     Vec3 gradient = Vec3::Zero();
   };
   [[nodiscard]] std::optional<Sample> sample(const Vec3& p_world) const;
-  /// The same from the distances (metres) of the eight voxels around a place, x fastest, then y, then z;
-  /// `fraction` (0 to 1 on each axis) tells where between them it is.
+  /// Interpolates sample() from the distances (metres) of the eight voxels around a place, x fastest, then y,
+  /// then z; `fraction` (0 to 1 on each axis) tells where between them it is.
   static Sample blend(const std::array<double, 8>& corners_m, const Vec3& fraction, double voxel_size_m);
 
   // ---- packing ----

@@ -34,7 +34,7 @@ class Integrator {
   /// Integrates a depth image with its pose by the method of the parameters. A frame without a pose or
   /// with a pose that is not rigid changes nothing; the statistics say why.
   ScanStats integrate(VolumeGrid& grid, const RgbdFrame& frame);
-  /// The same with another pose than the frame's own.
+  /// Integrates a depth image with another pose than the frame's own.
   ScanStats integrate(VolumeGrid& grid, const PosedFrame& posed);
   /// Integrates points by voxel traversal.
   ScanStats integrate(VolumeGrid& grid, const PointScan& scan);

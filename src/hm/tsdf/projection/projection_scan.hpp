@@ -111,7 +111,7 @@ struct ProjectionTask {
 
 /// Voxel projection (4.3.2) of one volume: the plain reference.
 VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionTask& task);
-/// The same with the widest vectors of this CPU: the same bits.
+/// Voxel projection of one volume with the widest vectors of this CPU: the bits of project_volume_scalar().
 VolumeUpdate project_volume_simd(const ProjectionScan& scan, const ProjectionTask& task);
 /// The name of the instruction set that project_volume_simd uses here.
 const char* simd_target_name();
