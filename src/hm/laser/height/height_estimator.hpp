@@ -57,7 +57,7 @@ class HeightEstimator {
   /// previous scan (without gravity) if measured by an IMU, else 0.
   HeightEstimate update(const LaserScan& scan, const LaserRig::Mirror& mirror, const SweepAttitude& attitude,
                         double acceleration_m_s2 = 0);
-  /// The same from vertical distances.
+  /// One scan that is given as vertical distances already; `acceleration_m_s2` as above.
   HeightEstimate update(const MirrorDistances& scan, double acceleration_m_s2 = 0);
 
   /// Confirmed floors, sorted by level.

@@ -38,7 +38,7 @@ struct Agreement {
 /// has no distortion.
 Agreement compare(const FramePair& pair, const PinholeCamera& camera, const ReadingHypothesis& hypothesis);
 
-/// The same for many pairs, and the medians over them.
+/// Compares many pairs, each as compare(); median_of() gives the medians over them.
 std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
                                    const ReadingHypothesis& hypothesis);
 Agreement median_of(const std::vector<Agreement>& agreements);

@@ -63,7 +63,7 @@ class Writer {
     if (result_) summary_.outputs.push_back(folder_ / name);
     return *this;
   }
-  /// The same, unless the format cannot hold the map.
+  /// Writes a file, or adds a warning to the summary where its format cannot hold the map.
   template <class Write>
   Writer& file_that_fits(const char* name, Write&& write) {
     if (!result_) return *this;
