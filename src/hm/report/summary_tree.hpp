@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
@@ -14,7 +15,8 @@
 namespace hm {
 
 /// Description of one value of a summary. The key's end names the unit of the value (_m, _ms, _ratio ...),
-/// `format` that of the printed number.
+/// `format` that of the printed number. A whole number with the format "{}" is a count: 1,234,567. One that
+/// is a name (the number of a frame, a width in pixels) has "{:d}".
 struct SummaryDoc {
   std::string_view key;
   std::string_view label = {};     ///< its row or column in a table; empty: none
@@ -22,22 +24,20 @@ struct SummaryDoc {
   double scale = 1;                ///< from the value to the printed number
 };
 
-/// A format for whole numbers: 1,234,567.
-inline constexpr std::string_view kThousands = "thousands";
-
 /// The values of a summary, described once for JSON, console and report, as ParamList does for parameters.
 ///
 /// A summary has one function that names its values, and its sentences refer to them by key:
 ///
 ///     void visit(const MapFacts& map, SummaryTree& v) {
-///       v({"volumes", "volumes of 8^3 voxels"}, map.volumes);
+///       v({"volumes", "blocks of 8^3 voxels"}, map.volumes);
 ///       v({"map_bytes", "memory", "{:.1f} MB", 1e-6}, map.bytes);
 ///       v.spread({"mesh_ms", "meshing", "{:.2f} ms"}, map.mesh_ms, {"median", "p99"});
 ///       v.group("loops", map.loops);  // visit(map.loops) below the key "loops"
 ///     }
 ///     const SummaryTree tree = describe(map);
 ///     tree.json();
-///     tree.sentence("{volumes} volumes, {map_bytes}[; {loops.accepted} loops]");
+///     tree.sentence("{volumes|block}, {map_bytes}[; {loops.accepted|loop}]");  // "1 block, 4.1 kB; 2,310
+///     loops"
 class SummaryTree {
  public:
   using Quantities = std::initializer_list<std::string_view>;
@@ -77,6 +77,10 @@ class SummaryTree {
   void json(std::string_view key, JsonValue value);
   /// Text that is not in the JSON.
   void shown(std::string_view key, std::string_view label, std::string text);
+  /// The same of a count.
+  void shown(std::string_view key, std::string_view label, std::integral auto count) {
+    shown_count(key, label, static_cast<std::int64_t>(count));
+  }
 
   /// Values that stand together, as an object: `describe(SummaryTree&)` names them.
   template <class Describe>
@@ -120,6 +124,7 @@ class SummaryTree {
 
   [[nodiscard]] const JsonValue& json() const { return json_; }
   /// The text with each {key} replaced by its value as `format` has it; keys of a group: {loops.accepted}. A
+  /// count with its noun is {key|noun}, with a plural that is not made with an s {key|vertex|vertices}. A
   /// part in [brackets] with a key that has no value is left out; elsewhere such a key leaves nothing.
   [[nodiscard]] std::optional<std::string> sentence(std::string_view text) const;
   /// The sentences that have all of their values, a line each.
@@ -139,13 +144,15 @@ class SummaryTree {
   struct Entry {
     std::string key, label;
     std::optional<std::string> text;
+    std::optional<std::int64_t> count = {};  ///< of a whole number
   };
   void add_number(const SummaryDoc& doc, double number, JsonValue value);
   void add(const SummaryDoc& doc, JsonValue value, std::string text);
   void add_absent(const SummaryDoc& doc);
+  void shown_count(std::string_view key, std::string_view label, std::int64_t count);
   void adopt(std::string_view key, SummaryTree below);
   void adopt_list(std::string_view key, std::vector<SummaryTree> rows);
-  [[nodiscard]] const std::string* find(std::string_view key) const;
+  [[nodiscard]] std::optional<std::string> value_of(std::string_view key_and_noun) const;
   [[nodiscard]] std::optional<std::string> replaced(std::string_view text) const;
 
   JsonValue json_ = JsonValue::object();
