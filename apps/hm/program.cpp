@@ -15,16 +15,17 @@ namespace {
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   const auto group = "Common options";
-  command.add_flag("--json", options.json, "print one JSON object on standard output, nothing else")
+  command.add_flag("--json", options.json, "print one JSON object on standard output and nothing else there")
       ->group(group);
-  command.add_flag("--quiet", options.quiet, "no progress, no messages")->group(group);
-  command.add_option("--threads", options.threads, "threads to compute with (default: all)")
+  command.add_flag("--quiet", options.quiet, "print nothing but errors (and the object of --json)")
+      ->group(group);
+  command.add_option("--threads", options.threads, "number of threads (default: all)")
       ->check(CLI::Range(1, 256))
       ->group(group);
-  command.add_option("--params", options.params_file, "parameters from this TOML file")->group(group);
+  command.add_option("--params", options.params_file, "read parameters from this TOML file")->group(group);
   command
       .add_option("--set", options.assignments,
-                  "one parameter: section.key=value (repeatable; `hm params show`)")
+                  "set one parameter: section.key=value (repeatable; `hm params show` lists them)")
       ->take_all()
       ->allow_extra_args(false)
       ->group(group);
@@ -58,7 +59,7 @@ VerbRegistration::VerbRegistration(int place, void (*add)(Program&)) {
 hm::Error not_built(const std::string& words) {
   return {hm::ErrorCode::kUsage,
           fmt::format("'{}' is not in this program, which was built for dense reconstruction only; "
-                      "all verbs: ./hm build all",
+                      "./hm build all builds all verbs",
                       words),
           {}};
 }
@@ -68,14 +69,14 @@ CLI::Validator positive_number() {
       [](std::string& text) {
         double value = 0;
         const bool is_right = CLI::detail::lexical_cast(text, value) && value > 0;
-        return is_right ? std::string() : text + " is no number above 0";
+        return is_right ? std::string() : text + " is not a number above 0";
       },
       "POSITIVE");
 }
 
 void OutputFlags::add_to(CLI::App& command, const std::string& by_default) {
   command.add_option("-o,--output", folder_given, "folder for the results (default: " + by_default + ")");
-  command.add_flag("--overwrite", overwrite, "replace the result that is in this folder");
+  command.add_flag("--overwrite", overwrite, "replace an existing result in this folder");
 }
 
 void OutputFlags::add_resume_to(CLI::App& command, const std::string& help) {
@@ -174,7 +175,7 @@ int Program::parse_and_run(int argc, char** argv) {
   const hm::Stopwatch watch;
   Session session(options_, parts_);
   const auto result = chosen_.body(session);
-  return print_result({chosen_.name, watch.seconds(), options_.json}, result);
+  return print_result({chosen_.name, watch.seconds(), options_.json, options_.quiet}, result);
 }
 
 std::string Program::absent_verb(std::span<char* const> words) const {

@@ -33,6 +33,7 @@ struct Outcome {
   hm::JsonValue json = hm::JsonValue::object();  ///< the verb's own keys
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;  ///< files and folders that were written
+  bool warnings_in_text = false;               ///< the text states them already
 };
 
 /// Converts a run's summary: its lines, its keys, its warnings, its files.

@@ -118,8 +118,7 @@ class Reconstruct(support.ProgramTest):
     def test_default_output_quiet_and_silence(self):
         self.simulate(frames=3)
         result = self.run_hm("reconstruct", "recording", "--quiet")
-        self.assertEqual(result.stderr, "")
-        self.assertIn("3 of 3 frames", result.stdout)
+        self.assertEqual((result.stdout, result.stderr), ("", ""))
         self.assertTrue((self.folder / "recording_reconstruction/mesh.ply").exists())
 
     def test_bad_frames_are_named_and_the_run_goes_on(self):

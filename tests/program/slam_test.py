@@ -23,7 +23,7 @@ class Slam(support.SharedFolderTest):
         Slam.recording = keeper.folder / "room"
 
     def check_files(self, result, names):
-        self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "volumes were rebuilt"))
+        self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "rebuilt from the recording"))
 
     def test_room_end_to_end_with_maps(self):
         run = self.run_json("slam", self.recording, "-o", "result", "--maps", "points,octomap,mvog", *COARSE)
@@ -74,7 +74,7 @@ class Slam(support.SharedFolderTest):
                 break
         time.sleep(0.5)
         run, errors = self.interrupt(process, timeout=300)
-        self.assertIn("finishing with what there is", errors)
+        self.assertIn("writing the results so far", errors)
         self.assertRegex(" ".join(run["warnings"]), r"stopped after \d+ of 70 frames")
         # All that was tracked is in the map, and every file is there.
         self.assertGreater(run["frames_mapped"], 0)

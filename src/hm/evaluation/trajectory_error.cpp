@@ -227,7 +227,7 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
 
   result.alignment = align_points(positions, true_positions, params.alignment);
   add_absolute_errors(result);
-  result.truth_path_m = distance_travelled(result.matched).back();
+  result.truth_path_m = path_length(true_positions);
   result.relative = relative_errors(result.matched, params.rpe_unit, params.rpe_delta);
   result.per_frame = relative_errors(result.matched, RpeUnit::kFrames, 1);
   result.per_second = relative_errors(result.matched, RpeUnit::kSeconds, 1);

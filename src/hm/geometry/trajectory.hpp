@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "hm/core/time.hpp"
@@ -21,7 +22,11 @@ using Trajectory = std::vector<StampedPose>;
 std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration max_gap,
                            Duration max_extrapolation = {});
 
-/// Length of the path in metres.
+/// Length in metres of the path through these positions, in steps of at least 2 cm: positions nearer than
+/// that to the last one counted are passed over. Otherwise noise of a millimetre in each pose would add up
+/// with the number of poses (0.7 m in 16 m at 40 Hz for laser scan matching), and an estimated path could not
+/// be compared with a true one that is sampled at another rate.
+double path_length(std::span<const Vec3> positions_m);
 double path_length(const Trajectory& trajectory);
 
 }  // namespace hm

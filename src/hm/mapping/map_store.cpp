@@ -7,6 +7,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/mapping/map_writer.hpp"
 
 namespace hm {
@@ -70,8 +71,8 @@ Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options) 
   });
   if (!read) return forward_error(read);
   if (!fits)
-    return fail(ErrorCode::kOutOfMemory, path, "its {} volumes do not fit into the memory cap of {:.0f} MB",
-                map.block_count(), static_cast<double>(options.max_bytes) * 1e-6);
+    return fail(ErrorCode::kOutOfMemory, path, "its {} do not fit into the memory cap of {:.0f} MB",
+                counted(map.block_count(), "block"), static_cast<double>(options.max_bytes) * 1e-6);
   grid.set_max_bytes(options.max_bytes);
   return grid;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
@@ -14,7 +15,8 @@
 namespace hm {
 
 /// Description of one value of a summary. The key ends with the unit of the value (_m, _ms, _ratio ...),
-/// `format` contains the unit of the printed number.
+/// `format` contains the unit of the printed number. An integer with the format "{}" is a count: 1,234,567.
+/// One that is a name (the number of a frame, a width in pixels) has "{:d}".
 struct SummaryDoc {
   std::string_view key;
   std::string_view label = {};     ///< row or column label in a table; empty: not in a table
@@ -22,22 +24,20 @@ struct SummaryDoc {
   double scale = 1;                ///< factor from the value to the printed number
 };
 
-/// Format for integers: 1,234,567.
-inline constexpr std::string_view kThousands = "thousands";
-
 /// Values of a summary, described once for JSON, console and report, as ParamList does for parameters.
 ///
 /// A summary has one function visit() that lists its values, and sentences refer to them by key:
 ///
 ///     void visit(const MapFacts& map, SummaryTree& v) {
-///       v({"volumes", "volumes of 8^3 voxels"}, map.volumes);
+///       v({"volumes", "blocks of 8^3 voxels"}, map.volumes);
 ///       v({"map_bytes", "memory", "{:.1f} MB", 1e-6}, map.bytes);
 ///       v.spread({"mesh_ms", "meshing", "{:.2f} ms"}, map.mesh_ms, {"median", "p99"});
 ///       v.group("loops", map.loops);  // visit(map.loops) below the key "loops"
 ///     }
 ///     const SummaryTree tree = describe(map);
 ///     tree.json();
-///     tree.sentence("{volumes} volumes, {map_bytes}[; {loops.accepted} loops]");
+///     tree.sentence("{volumes|block}, {map_bytes}[; {loops.accepted|loop}]");  // "1 block, 4.1 kB; 2,310
+///     loops"
 class SummaryTree {
  public:
   using Quantities = std::initializer_list<std::string_view>;
@@ -77,6 +77,10 @@ class SummaryTree {
   void json(std::string_view key, JsonValue value);
   /// Adds text for sentences and tables only, not to the JSON.
   void shown(std::string_view key, std::string_view label, std::string text);
+  /// The same of a count.
+  void shown(std::string_view key, std::string_view label, std::integral auto count) {
+    shown_count(key, label, static_cast<std::int64_t>(count));
+  }
 
   /// Adds several values as an object: `describe(SummaryTree&)` lists them.
   template <class Describe>
@@ -119,7 +123,8 @@ class SummaryTree {
   }
 
   [[nodiscard]] const JsonValue& json() const { return json_; }
-  /// Text with each {key} replaced by its formatted value; keys of a group: {loops.accepted}. A part in
+  /// Text with each {key} replaced by its formatted value; keys of a group: {loops.accepted}. A count with
+  /// its noun is {key|noun}, with a plural that is not made with an s {key|vertex|vertices}. A part in
   /// [brackets] that contains a key without value is omitted; elsewhere such a key makes the result empty.
   [[nodiscard]] std::optional<std::string> sentence(std::string_view text) const;
   /// Sentences that have all their values, one per line.
@@ -139,13 +144,15 @@ class SummaryTree {
   struct Entry {
     std::string key, label;
     std::optional<std::string> text;
+    std::optional<std::int64_t> count = {};  ///< of a whole number
   };
   void add_number(const SummaryDoc& doc, double number, JsonValue value);
   void add(const SummaryDoc& doc, JsonValue value, std::string text);
   void add_absent(const SummaryDoc& doc);
+  void shown_count(std::string_view key, std::string_view label, std::int64_t count);
   void adopt(std::string_view key, SummaryTree below);
   void adopt_list(std::string_view key, std::vector<SummaryTree> rows);
-  [[nodiscard]] const std::string* find(std::string_view key) const;
+  [[nodiscard]] std::optional<std::string> value_of(std::string_view key_and_noun) const;
   [[nodiscard]] std::optional<std::string> replaced(std::string_view text) const;
 
   JsonValue json_ = JsonValue::object();

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <set>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/laser/laser_ranges.hpp"
 #include "hm/io/laser/laser_readers.hpp"
@@ -104,7 +105,7 @@ class Topics {
   Result<void> check(LaserRecording& recording, const std::string& topics) const {
     for (const std::string& topic : other_versions_)
       recording.notes.push_back(
-          fmt::format("{} holds another version of {}, which is not read", topic, type_.name));
+          fmt::format("{} has another version of {}, which cannot be read", topic, type_.name));
     if (wanted_.empty() || topics_.contains(wanted_)) return {};
     return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}; {}", wanted_, type_.name,
                 topics);
@@ -135,8 +136,8 @@ std::vector<typename Topic<Message>::Arrived> busiest(Topics<Message>& topics, L
   auto sorted = topics.by_size();
   if (sorted.empty()) return {};
   for (std::size_t i = 1; i < sorted.size(); ++i)
-    recording.notes.push_back(fmt::format("{} ({} messages) is not used: {} has more", sorted[i].first,
-                                          sorted[i].second.seen, sorted[0].first));
+    recording.notes.push_back(fmt::format("{} ({}) is not used: {} has more", sorted[i].first,
+                                          counted(sorted[i].second.seen, "message"), sorted[0].first));
   if (name != nullptr) *name = sorted[0].first;
   return in_order(sorted[0].second, recording);
 }
@@ -242,11 +243,11 @@ void tell_damage(const BagSummary& summary, LaserRecording& recording) {
         fmt::format("and {} more damaged places", summary.problems.size() - kMostProblems));
   recording.notes.insert(recording.notes.end(), recording.damage.begin(), recording.damage.end());
   if (!summary.problems.empty() || !summary.indexed)
-    recording.notes.push_back(
-        fmt::format("{} messages in {} chunks could be read", summary.messages, summary.chunks));
+    recording.notes.push_back(fmt::format("{} in {} could be read", counted(summary.messages, "message"),
+                                          counted(summary.chunks, "chunk")));
   if (summary.lost_messages > 0)
-    recording.notes.push_back(fmt::format("{} messages belong to connections that the file does not describe",
-                                          summary.lost_messages));
+    recording.notes.push_back(fmt::format("{} left out: the file does not describe their connections",
+                                          counted(summary.lost_messages, "message")));
   // The notes list the places; `skipped` has their number.
   const std::string file = recording.path.filename().string();
   if (!summary.problems.empty())

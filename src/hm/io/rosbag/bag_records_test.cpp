@@ -60,7 +60,7 @@ TEST(BagReader, ABagThatWasNeverClosed) {
     const LaserRecording recording = opened(folder / "b.bag");
     expect_small_bag(recording, 3000);
     EXPECT_THAT(recording.notes, Contains(HasSubstr("never closed"))) << how;
-    EXPECT_THAT(recording.notes, Contains(HasSubstr("15000 messages in"))) << how;
+    EXPECT_THAT(recording.notes, Contains(HasSubstr("15,000 messages in"))) << how;
   }
 }
 

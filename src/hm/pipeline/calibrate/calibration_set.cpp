@@ -8,6 +8,7 @@
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -210,11 +211,11 @@ void visit(const FoundBoards& found, SummaryTree& v) {
 std::vector<std::string> warnings_of(const FoundBoards& found) {
   std::vector<std::string> warnings;
   if (!found.unreadable.empty())
-    warnings.push_back(fmt::format("{} of {} images left out: {}", found.unreadable.size(), found.images,
-                                   fmt::join(found.unreadable, "; ")));
+    warnings.push_back(fmt::format("{} of {} left out: {}", found.unreadable.size(),
+                                   counted(found.images, "image"), fmt::join(found.unreadable, "; ")));
   if (!found.without_board.empty())
-    warnings.push_back(fmt::format("no board found in {} of {} images: {}", found.without_board.size(),
-                                   found.images, fmt::join(found.without_board, ", ")));
+    warnings.push_back(fmt::format("no board found in {} of {}: {}", found.without_board.size(),
+                                   counted(found.images, "image"), fmt::join(found.without_board, ", ")));
   return warnings;
 }
 

@@ -105,7 +105,7 @@ TEST(LaserCheck, ClocksThatDiffer) {
   made = recording();
   for (StampedPose& pose : made.odometry) pose.stamp = pose.stamp + Duration::from_seconds(10);
   EXPECT_THAT(findings(inspect_laser_recording(made), LaserFindingKind::kStamps),
-              HasSubstr("odometry and scans do not meet in time: 8.100 s"));
+              HasSubstr("odometry and scans do not overlap in time: they are 8.100 s"));
 }
 
 TEST(LaserCheck, WhatTheReaderToldIsPassedOn) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm {
 namespace {
 
@@ -17,7 +19,7 @@ void find_gap(const StreamReport& stream, LaserRecordingReport& report) {
   constexpr double kLongGap_s = 0.5, kLongGap_intervals = 5;
   if (stream.rate_hz > 0 && stream.longest_gap_s > std::max(kLongGap_s, kLongGap_intervals / stream.rate_hz))
     add(report, LaserFindingKind::kGap,
-        fmt::format("{}: {} gaps, the longest {:.2f} s, at {:.1f} Hz", stream.name, stream.gaps,
+        fmt::format("{}: {}, the longest {:.2f} s, at {:.1f} Hz", stream.name, counted(stream.gaps, "gap"),
                     stream.longest_gap_s, stream.rate_hz));
 }
 
@@ -31,7 +33,7 @@ void find_apart(const char* name, const Span& span, const Span& scans, LaserReco
   const Duration apart = span.begin > scans.end ? span.begin - scans.end : scans.begin - span.end;
   if (apart.ns > 0)
     add(report, LaserFindingKind::kStamps,
-        fmt::format("{} and scans do not meet in time: {:.3f} s lie between them", name, apart.seconds()));
+        fmt::format("{} and scans do not overlap in time: they are {:.3f} s apart", name, apart.seconds()));
 }
 
 template <class Item>
@@ -53,7 +55,8 @@ void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& repo
   for (const std::string& damage : recording.damage) add(report, LaserFindingKind::kDamage, damage);
   if (!recording.mended_stamps.empty())
     add(report, LaserFindingKind::kStamps,
-        fmt::format("{} stamps ran backwards and were mended", recording.mended_stamps.size()));
+        fmt::format("{} ran backwards and {} corrected", counted(recording.mended_stamps.size(), "stamp"),
+                    recording.mended_stamps.size() == 1 ? "was" : "were"));
   for (const LaserStreamStats& laser : report.lasers) find_gap(laser.stream, report);
   if (report.imu) find_gap(report.imu->stream, report);
   for (const auto* stream : {&report.ranges, &report.odometry})
@@ -138,7 +141,7 @@ void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& re
   }
   if (jumps > 0)
     add(report, LaserFindingKind::kOdometry,
-        fmt::format("odometry jumps {} times, up to {:.2f} m at once", jumps, longest_m));
+        fmt::format("odometry jumps {}, up to {:.2f} m at once", counted(jumps, "time"), longest_m));
 }
 
 }  // namespace hm

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "hm/core/angle.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/laser_check.hpp"
 
 namespace hm {
@@ -22,7 +23,9 @@ constexpr std::string_view kIndent = "           ";
 std::string sentinels_text(const LaserStreamStats& laser) {
   std::string text;
   for (const auto& [range, count] : laser.sentinels_m)
-    text += fmt::format("{}{:.6g} m {} times", text.empty() ? "" : ", ", range, count);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ",
+                        std::isfinite(range) ? fmt::format("{:.6g} m", range) : std::string("infinity"),
+                        counted(count, "time"));
   return text.empty() ? "none" : text;
 }
 
@@ -42,7 +45,7 @@ std::optional<PoseStream> with_path(const std::optional<StreamReport>& stream, d
 std::string laser_text(const LaserStreamStats& laser) {
   return stream_line(laser.stream) + "\n" +
          describe(laser).lines(
-             {"           {beams} beams over {angle_rad} ({angle_min_rad} to {angle_max_rad}, every "
+             {"           {beams|beam} over {angle_rad} ({angle_min_rad} to {angle_max_rad}, every "
               "{angle_increment_rad}), {range_min_m} to {range_max_m}",
               "           {returns_ratio} return, from {nearest_m} to {farthest_m}, median {median_m}",
               "           {no_returns_ratio} see nothing (markers: {sentinels}), {invalid_ratio} invalid",

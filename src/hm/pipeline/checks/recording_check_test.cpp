@@ -118,7 +118,7 @@ TEST_F(RoomCheck, NothingIsFoundInAGoodRecording) {
   double length_m = 0;
   for (int i = 1; i < 60; ++i)
     length_m += (pose_at_frame(i).translation() - pose_at_frame(i - 1).translation()).norm();
-  EXPECT_NEAR(report.path_length_m, length_m, 1e-6);
+  EXPECT_NEAR(report.path_length_m, length_m, 0.01 * length_m);  // steps under 2 cm are joined
 }
 
 TEST_F(RoomCheck, TheInertialDeviceIsNamedAndItsHolesAreFound) {
@@ -131,8 +131,8 @@ TEST_F(RoomCheck, TheInertialDeviceIsNamedAndItsHolesAreFound) {
   EXPECT_EQ(report.streams[3].name, "imu");
   EXPECT_EQ(report.streams[3].count, 250U);
   EXPECT_NEAR(report.streams[3].rate_hz, 200.0, 0.1);
-  EXPECT_THAT(messages(report), HasSubstr("imu: 1 gaps, the longest 0.76 s"));
-  EXPECT_THAT(to_text(report), HasSubstr("accelerometer.txt: accelerometer alone"));
+  EXPECT_THAT(messages(report), HasSubstr("imu: 1 gap, the longest 0.76 s"));
+  EXPECT_THAT(to_text(report), HasSubstr("accelerometer.txt: accelerometer only"));
   EXPECT_EQ(to_json(report).find("imu")->find("has_gyroscope")->as_bool()[0], false);
 }
 
@@ -217,9 +217,9 @@ TEST_F(RoomCheck, BackwardStampsAndMissingThingsAreFound) {
       << messages(report);
   EXPECT_THAT(messages(report),
               HasSubstr("1 line of depth.txt left out: stamps that run backwards or repeat"));
-  EXPECT_THAT(messages(report), HasSubstr("1 images are missing (first: depth/none.png)"));
-  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images have no pose"));
-  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images have no colour"));
+  EXPECT_THAT(messages(report), HasSubstr("1 image missing (first: depth/none.png)"));
+  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images without a pose"));
+  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images without a colour image"));
 }
 
 TEST_F(RoomCheck, ShiftedColorIsFound) {
@@ -240,7 +240,7 @@ TEST_F(RoomCheck, ColorOfAnotherFocalLengthIsFound) {
     EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kUnregisteredColor)) << messages(report);
     EXPECT_NEAR(report.color_shift.scale_ratio, ratio, 0.021);
     EXPECT_NEAR(report.color_shift.right_px, -4, 2.1);
-    EXPECT_THAT(messages(report), HasSubstr("times as large"));
+    EXPECT_THAT(messages(report), HasSubstr("the colour image is scaled by about"));
   }
 }
 
@@ -252,7 +252,7 @@ TEST_F(RoomCheck, AStillCameraIsNotJudged) {
   EXPECT_EQ(report.pairs_compared, 0U);
   EXPECT_THAT(report.agreement, IsEmpty());
   EXPECT_THAT(report.findings, IsEmpty());
-  EXPECT_THAT(to_text(report), HasSubstr("no two frames with poses moved enough"));
+  EXPECT_THAT(to_text(report), HasSubstr("no two frames with poses are far enough apart"));
 }
 
 TEST_F(RoomCheck, TextAndJsonSayTheSame) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm {
 namespace {
 
@@ -105,38 +107,41 @@ void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& repor
   if (best != &given)
     return add(
         report, kind_of(best->hypothesis),
-        fmt::format(
-            "{}: moved by their poses, depth images {} as given; read so, they {} ({} pairs of frames)",
-            advice(best->hypothesis, report.info), in_numbers(given.median), in_numbers(best->median),
-            pairs.size()));
+        fmt::format("{}: moved by their poses, depth images {} as given; read so, they {} ({})",
+                    advice(best->hypothesis, report.info), in_numbers(given.median), in_numbers(best->median),
+                    counted(pairs.size(), "pair of frames", "pairs of frames")));
   if (given.median.systematic > kPoorAgreement_ratio)
     add(report, FindingKind::kPoorAgreement,
         fmt::format(
             "depth and poses do not fit together: moved by their poses, depth images {}; with the poses "
-            "ignored they {} ({} pairs of frames), and no other reading of the files explains it",
-            in_numbers(given.median), in_numbers(ignored.median), pairs.size()));
+            "ignored they {} ({}), and no other reading of the files explains it",
+            in_numbers(given.median), in_numbers(ignored.median),
+            counted(pairs.size(), "pair of frames", "pairs of frames")));
 }
 
 void find_missing(RecordingReport& report) {
   const RecordingInfo& info = report.info;
   if (info.missing_pictures > 0)
     add(report, FindingKind::kMissing,
-        fmt::format("{} images are missing (first: {})", info.missing_pictures, info.first_missing_picture));
+        fmt::format("{} missing (first: {})", counted(info.missing_pictures, "image"),
+                    info.first_missing_picture));
   if (report.depth.frames_unreadable > 0)
     add(report, FindingKind::kMissing,
-        fmt::format("{} of {} sampled frames cannot be read (first: {})", report.depth.frames_unreadable,
-                    report.depth.frames_unreadable + report.depth.frames_sampled, report.depth.first_error));
+        fmt::format("{} of {} cannot be read (first: {})", with_thousands(report.depth.frames_unreadable),
+                    counted(report.depth.frames_unreadable + report.depth.frames_sampled, "sampled frame"),
+                    report.depth.first_error));
   if (info.posed_count < info.frame_count)
     add(report, FindingKind::kMissingPoses,
-        fmt::format("{} of {} depth images have no pose", info.frame_count - info.posed_count,
-                    info.frame_count));
+        fmt::format("{} of {} without a pose", with_thousands(info.frame_count - info.posed_count),
+                    counted(info.frame_count, "depth image")));
   if (info.color_count == 0)
     add(report, FindingKind::kMissingColor,
-        "no colour images: `hm reconstruct` makes a map without colour, `hm odometry` and `hm slam` need them");
+        "no colour images: `hm reconstruct` makes a map without colour, `hm odometry` and `hm slam` need "
+        "them");
   if (info.color_count > 0 && info.paired_count < info.frame_count)
     add(report, FindingKind::kMissing,
-        fmt::format("{} of {} depth images have no colour image", info.frame_count - info.paired_count,
-                    info.frame_count));
+        fmt::format("{} of {} without a colour image", with_thousands(info.frame_count - info.paired_count),
+                    counted(info.frame_count, "depth image")));
   for (const SkippedLines& skipped : info.skipped)
     if (skipped.reason != SkippedLines::Reason::kStampNotIncreasing)
       add(report, FindingKind::kMissing, to_string(skipped));
@@ -151,7 +156,7 @@ void find_odd_stamps(RecordingReport& report) {
   for (const StreamReport& stream : report.streams)
     if (stream.rate_hz > 0 && stream.longest_gap_s > std::max(kLongGap_s, 5.0 / stream.rate_hz))
       add(report, FindingKind::kGap,
-          fmt::format("{}: {} gaps, the longest {:.2f} s, at {:.1f} Hz", stream.name, stream.gaps,
+          fmt::format("{}: {}, the longest {:.2f} s, at {:.1f} Hz", stream.name, counted(stream.gaps, "gap"),
                       stream.longest_gap_s, stream.rate_hz));
 }
 
@@ -183,20 +188,20 @@ void find_color_shift(RecordingReport& report) {
   if (shift.scale_ratio != 1)
     return add(
         report, FindingKind::kUnregisteredColor,
-        fmt::format("colour is not registered to depth: it comes from another camera, which sees things "
-                    "about {:.2f} times as large, {} px right and {} px down of where they should be in "
-                    "the middle; so placed, colour edges meet depth edges {:.2f} times as well. Colours "
-                    "lie beside their surfaces; a calibration.toml with both cameras (`hm calibrate`) "
-                    "registers depth to colour",
-                    shift.scale_ratio, shift.right_px, shift.down_px, shift.gain_ratio));
+        fmt::format(
+            "colour is not registered to depth: in the image centre, the colour image is scaled by about "
+            "{:.2f} and shifted by {} px right and {} px down; with this correction, colour edges match "
+            "depth edges {:.2f} times as well. Without it, surfaces get wrong colours. A "
+            "calibration.toml with both cameras (`hm calibrate`) registers depth to colour",
+            shift.scale_ratio, shift.right_px, shift.down_px, shift.gain_ratio));
   if (std::max(std::abs(shift.right_px), std::abs(shift.down_px)) < kMinShift_px ||
       shift.gain_ratio < kMinGain_ratio)
     return;
   add(report, FindingKind::kUnregisteredColor,
-      fmt::format("colour seems not to be registered to depth: {} px right and {} px down of where it should "
-                  "be, colour "
-                  "edges meet depth edges {:.2f} times as well",
-                  shift.right_px, shift.down_px, shift.gain_ratio));
+      fmt::format(
+          "colour seems not to be registered to depth: it is shifted by {} px right and {} px down; with "
+          "this correction, colour edges match depth edges {:.2f} times as well",
+          shift.right_px, shift.down_px, shift.gain_ratio));
 }
 
 }  // namespace hm

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/recording_check.hpp"
 
 namespace hm {
@@ -12,8 +13,8 @@ void add_camera(const RecordingInfo& info, SummaryTree& v) {
   const LensDistortion& d = c.distortion;
   v({"source"}, info.camera_source);
   v.json("calibration", info.calibration.empty() ? JsonValue() : JsonValue(info.calibration));
-  v({"width_px"}, c.width);
-  v({"height_px"}, c.height);
+  v({"width_px", {}, "{:d}"}, c.width);
+  v({"height_px", {}, "{:d}"}, c.height);
   v({"fx_px", {}, "{:.2f}"}, c.fx);
   v({"fy_px", {}, "{:.2f}"}, c.fy);
   v({"cx_px", {}, "{:.2f}"}, c.cx);
@@ -24,7 +25,7 @@ void add_camera(const RecordingInfo& info, SummaryTree& v) {
 void add_depth(const RecordingReport& report, SummaryTree& v) {
   const DepthReport& d = report.depth;
   v({"unit_m"}, report.info.depth_unit_m);
-  v.shown("units_per_m", {}, fmt::format("{:.4g}", 1.0 / report.info.depth_unit_m));
+  v.shown("units_per_m", {}, with_thousands(std::lround(1.0 / report.info.depth_unit_m)));
   v({"frames_sampled"}, d.frames_sampled);
   v({"frames_unreadable"}, d.frames_unreadable);
   v({"valid_ratio", {}, "{:.1f} %", 100}, d.valid_ratio);
@@ -40,8 +41,8 @@ std::string calibration_lines(const RecordingInfo& info) {
   const LensDistortion& d = info.camera.distortion;
   std::string text;
   if (!d.is_zero())
-    text += fmt::format("           lens distortion k1 {} k2 {} p1 {} p2 {} k3 {}, removed when read\n", d.k1,
-                        d.k2, d.p1, d.p2, d.k3);
+    text += fmt::format("           lens distortion k1 {} k2 {} p1 {} p2 {} k3 {}, undistorted on reading\n",
+                        d.k1, d.k2, d.p1, d.p2, d.k3);
   if (!info.calibration.empty()) text += fmt::format("           {}\n", info.calibration);
   return text;
 }
@@ -133,9 +134,9 @@ std::string to_text(const RecordingReport& report) {
   std::string text = tree.lines({"recording  {path} ({kind})"});
   for (const StreamReport& stream : report.streams) text += stream_line(stream, info.has_own_stamps) + "\n";
   if (info.imu)
-    text +=
-        tree.lines({info.imu->has_gyroscope ? "imu        {imu.source}"
-                                            : "imu        {imu.source}: accelerometer alone, no gyroscope"});
+    text += tree.lines({info.imu->has_gyroscope
+                            ? "           from {imu.source}"
+                            : "           from {imu.source}: accelerometer only, no gyroscope"});
   text +=
       tree.lines({"frames     {frames} with depth, {frames_with_color} of them with colour, "
                   "{frames_with_pose} with a pose",
@@ -151,13 +152,13 @@ std::string to_text(const RecordingReport& report) {
     text += tree.lines({"poses      {pose_source}; path {path_length_m}, in a box of {pose_extent_m}"});
   if (!info.truth.empty() || info.truth_mesh) text += "truth      " + truth_text(info) + "\n";
   if (report.agreement.empty())
-    text += "agreement  not compared: no two frames with poses moved enough\n";
+    text += "agreement  not compared: no two frames with poses are far enough apart\n";
   else
     text +=
         describe(report.agreement.front())
             .lines({fmt::format("agreement  depth moved by its poses meets the depth measured there within "
-                                "{{agreement_mm}} (median of {} pairs, {{agreement_ratio}} of the depth)",
-                                report.pairs_compared)});
+                                "{{agreement_mm}} (median of {}, {{agreement_ratio}} of the depth)",
+                                counted(report.pairs_compared, "pair"))});
   if (!info.notes.empty()) {
     std::string notes = info.notes;
     for (std::size_t at = 0; (at = notes.find('\n', at)) != std::string::npos; at += 12)

@@ -1,6 +1,7 @@
 #include "hm/pipeline/compare/conversion.hpp"
 
 #include "hm/core/parallel.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
@@ -24,7 +25,7 @@ Result<ConversionSummary> write_cleaned(const ConversionOptions& options, Triang
   if (const auto written = as_run_failure(write_mesh(options.to, mesh, write)); !written)
     return forward_error(written);
   return ConversionSummary{
-      fmt::format("{} vertices, {} triangles", mesh.vertices.size(), mesh.triangles.size()),
+      counted(mesh.vertices.size(), "vertex", "vertices") + ", " + counted(mesh.triangles.size(), "triangle"),
       mesh.triangles.size(), 0};
 }
 
@@ -68,14 +69,14 @@ Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
   if (extension != ".ply") {
     const auto written = as_run_failure(write_octomap(options.to, voxels, map->params().resolution_m));
     if (!written) return forward_error(written);
-    return ConversionSummary{fmt::format("{} known cells", voxels.size()), voxels.size(), 0};
+    return ConversionSummary{counted(voxels.size(), "known cell"), voxels.size(), 0};
   }
   const TriangleMesh points = occupied_points(voxels);
   MeshWriteOptions write;
   write.program = "housemartin " + options.run.program_version;
   if (const auto written = as_run_failure(write_mesh(options.to, points, write)); !written)
     return forward_error(written);
-  return ConversionSummary{fmt::format("{} points", points.vertices.size()), points.vertices.size(), 0};
+  return ConversionSummary{counted(points.vertices.size(), "point"), points.vertices.size(), 0};
 }
 
 Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
@@ -91,7 +92,7 @@ Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {
       as_run_failure(lower_extension(options.to) == ".kitti" ? write_kitti_trajectory(options.to, *trajectory)
                                                              : write_tum_trajectory(options.to, *trajectory));
   if (!written) return forward_error(written);
-  return ConversionSummary{fmt::format("{} poses", trajectory->size()), trajectory->size(), 0};
+  return ConversionSummary{counted(trajectory->size(), "pose"), trajectory->size(), 0};
 }
 
 Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
@@ -115,8 +116,10 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
   if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
   summary.warnings = reading_warnings(info);
   if (summary.skipped > 0)
-    summary.warnings.push_back(fmt::format("{} frames could not be read and were left out", summary.skipped));
-  summary.text = fmt::format("{} frames, {} could not be read", summary.items, summary.skipped);
+    summary.warnings.push_back(
+        fmt::format("{} left out: they could not be read", counted(summary.skipped, "frame")));
+  summary.text = fmt::format("{}, {} could not be read", counted(summary.items, "frame"),
+                             with_thousands(summary.skipped));
   return summary;
 }
 

@@ -6,6 +6,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
@@ -91,7 +92,7 @@ Result<void> Run::open_map() {
   if (folder_.resumed() && std::filesystem::exists(path, code)) return continue_map(path);
   if (options_.existing == ExistingResult::kResume && options_.run.log)
     options_.run.log(LogLevel::kInfo,
-                     fmt::format("{} is not there yet: starting from the first frame", path.string()));
+                     fmt::format("{} does not exist yet: starting at the first frame", path.string()));
   MapHeader first = header();
   first.state_json = state_to_json(state_);
   auto file = as_run_failure(MapFile::create(folder_.staging() / "map.hmap", first));
@@ -122,8 +123,8 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
   if (options_.run.log)
-    options_.run.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
-                                                  pipeline_.grid().volume_count()));
+    options_.run.log(LogLevel::kInfo, fmt::format("continuing at frame {} with {}", state_.next_frame,
+                                                  counted(pipeline_.grid().volume_count(), "block")));
   return {};
 }
 
@@ -217,9 +218,10 @@ void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
   if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.run.log)
     options_.run.log(
         LogLevel::kWarning,
-        fmt::format("the map's memory cap of {} MB is reached at frame {}: what is there is kept and "
-                    "refined, nothing new is added",
-                    options_.parameters.tsdf.max_map_mb, index));
+        fmt::format(
+            "the map's memory cap of {} MB is reached at frame {}: existing blocks are still updated, no "
+            "new ones are added",
+            options_.parameters.tsdf.max_map_mb, index));
   state_.volumes_refused += scan.volumes_refused;
 }
 
@@ -274,7 +276,7 @@ void Run::show_progress(const FrameRecord& last) const {
                                ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
                                : 0;
   options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
-                         fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
+                         fmt::format("{}, map {} MB, process {} MB", counted(last.volumes, "block"),
                                      last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
 }
 
@@ -283,8 +285,8 @@ Result<ReconstructionSummary> Run::finish() {
     return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
   if (state_.frames_integrated == 0)
     return fail(ErrorCode::kInvalidValue, options_.recording.string(),
-                "not one of {} frames could be integrated ({}); `hm info` may show why", range_.count(),
-                commonest_reason(state_.skipped));
+                "not one of {} could be integrated ({}); `hm info` may show why",
+                counted(range_.count(), "frame"), commonest_reason(state_.skipped));
   auto saved = begin_save();
   if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
   if (!saved) return forward_error(saved);

@@ -1,6 +1,7 @@
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 
 #include "hm/core/process_memory.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
@@ -39,21 +40,22 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
   const std::size_t skipped = summary.skipped.size();
   if (skipped > 0)
-    summary.warnings.push_back(fmt::format("{} of {} frames were skipped; the first is {}: {}", skipped,
-                                           summary.frames_total, summary.skipped.front().index,
-                                           summary.skipped.front().reason));
+    summary.warnings.push_back(fmt::format("{} of {} skipped; the first is frame {}: {}",
+                                           with_thousands(skipped), counted(summary.frames_total, "frame"),
+                                           summary.skipped.front().index, summary.skipped.front().reason));
   if (summary.alignment) {
     std::string warning = alignment_warning(*summary.alignment);
     if (!warning.empty()) summary.warnings.push_back(std::move(warning));
   }
   if (summary.volumes_refused > 0)
-    summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} volumes were not added",
-                                           summary.parameters.tsdf.max_map_mb, summary.volumes_refused));
+    summary.warnings.push_back(fmt::format("the memory cap of {} MB was reached: {} not added",
+                                           summary.parameters.tsdf.max_map_mb,
+                                           counted(summary.volumes_refused, "block")));
   if (summary.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} frames; `hm reconstruct {} -o {} --resume` goes on",
-                    summary.frames_integrated + skipped, summary.frames_total, options.recording.string(),
-                    options.output.string()));
+    summary.warnings.push_back(fmt::format(
+        "stopped after {} of {}; `hm reconstruct {} -o {} --resume` continues",
+        with_thousands(summary.frames_integrated + skipped), counted(summary.frames_total, "frame"),
+        options.recording.string(), options.output.string()));
 }
 
 Result<void> write_texts(const std::filesystem::path& folder, const ReportMaterial& material,

@@ -41,8 +41,9 @@ PoseGraphReport report_of(const G2oGraph<Graph>& file, int dimensions) {
   report.dimensions = dimensions;
   report.nodes = nodes.size();
   report.other_lines = file.other_lines;
-  for (std::size_t i = 1; i < nodes.size(); ++i)
-    report.path_length_m += (nodes[i].translation() - nodes[i - 1].translation()).norm();
+  std::vector<Vec3> positions_m(nodes.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < nodes.size(); ++i) positions_m[i].head(dimensions) = nodes[i].translation();
+  report.path_length_m = path_length(positions_m);
   for (const auto& edge : file.graph.edges) {
     const bool is_loop = edge.kind == PoseEdgeKind::kLoop;
     ++(is_loop ? report.loop_edges : report.odometry_edges);
@@ -111,7 +112,7 @@ void visit(const MapReport& report, SummaryTree& v) {
   v({"format_version"}, report.header.format_version);
   v({"program_version"}, report.header.program_version);
   v({"voxel_size_m", {}, "{:g} mm", 1e3}, report.header.voxel_size_m);
-  v({"sdf_unit_m", {}, "{:.2f} um", 1e6}, report.header.sdf_unit_m);
+  v({"sdf_unit_m", {}, "{:.2g} mm", 1e3}, report.header.sdf_unit_m);
   v({"volumes"}, report.volumes);
   v({"volumes_with_color"}, report.volumes_with_color);
   v({"volumes_damaged"}, report.volumes_damaged);
@@ -120,7 +121,7 @@ void visit(const MapReport& report, SummaryTree& v) {
   add_box(v, "bounds_m", report.bounds_m);
   v({"file_bytes", {}, "{:.1f} MB", 1e-6}, report.file_bytes);
   v({"frames_integrated"}, report.frames_integrated);
-  v({"next_frame"}, report.next_frame);
+  v({"next_frame", {}, "{:d}"}, report.next_frame);
   v.json("problems", JsonValue::array_of(report.problems));
   v({"parameters_toml"}, report.header.parameters_toml);
 }
@@ -128,11 +129,12 @@ void visit(const MapReport& report, SummaryTree& v) {
 std::string to_text(const MapReport& report) {
   return describe(report).lines(
              {"map, format {format_version} (saved by housemartin {program_version})",
-              "voxels       {voxel_size_m}, distances in {sdf_unit_m}; {volumes} volumes of 8^3, "
-              "{volumes_with_color} with colour",
-              "known        {voxels_known} voxels, {voxels_inside} of them on or behind a surface",
+              "voxels       {voxel_size_m}, in {volumes|block} of 8 x 8 x 8, {volumes_with_color} of them "
+              "with colour",
+              "precision    distances to the surface are stored in steps of {sdf_unit_m}",
+              "known        {voxels_known|voxel}, {voxels_inside} of them on or behind a surface",
               "size         [{bounds_m}, ]{file_bytes} on disk",
-              "made from    {frames_integrated} frames; --resume would go on at frame {next_frame}"}) +
+              "made from    {frames_integrated|frame}; --resume would continue at frame {next_frame}"}) +
          problem_lines(report.problems);
 }
 
@@ -160,7 +162,7 @@ void visit(const MeshReport& report, SummaryTree& v) {
 
 std::string to_text(const MeshReport& report) {
   return describe(report).lines(
-      {"mesh of {vertices} vertices and {triangles} triangles, {normals} normals, {colors} colours",
+      {"mesh of {vertices|vertex|vertices} and {triangles|triangle}, {normals} normals, {colors} colours",
        "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}"});
 }
 
@@ -181,7 +183,7 @@ void visit(const PoseGraphReport& report, SummaryTree& v) {
   v({"odometry_edges"}, report.odometry_edges);
   v({"loop_edges"}, report.loop_edges);
   v({"other_lines"}, report.other_lines);
-  if (report.other_lines > 0) v.shown("left_out", {}, std::to_string(report.other_lines));
+  if (report.other_lines > 0) v.shown("left_out", {}, report.other_lines);
   v({"path_length_m", {}, "{:.2f} m"}, report.path_length_m);
   v({"chi2", {}, "{:.4g}"}, report.chi2);
   v({"largest_loop_chi2", {}, "{:.4g}"}, report.largest_loop_chi2);
@@ -189,11 +191,11 @@ void visit(const PoseGraphReport& report, SummaryTree& v) {
 }
 
 std::string to_text(const PoseGraphReport& report) {
-  return describe(report).lines({"pose graph in {space} of {nodes} nodes, {path_length_m} from node to node",
-                                 "edges        {odometry_edges} of odometry, {loop_edges} loops[; {left_out} "
-                                 "lines of other kinds not "
-                                 "read]",
-                                 "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
+  return describe(report).lines(
+             {"pose graph in {space} of {nodes|node}, {path_length_m} from node to node",
+              "edges        {odometry_edges} of odometry, {loop_edges|loop}[; {left_out|line} "
+              "of other kinds not read]",
+              "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
          problem_lines(report.problems);
 }
 

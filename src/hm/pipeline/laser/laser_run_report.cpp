@@ -21,7 +21,7 @@ void add_before_and_after(HtmlReport& report, const LaserSummary& laser, const S
     const auto before = describe(*odom).rows(), after = summary.rows("mvog");
     for (std::size_t i = 0; i < before.size(); ++i) rows.push_back({before[i][0], before[i][1], after[i][1]});
   }
-  if (!rows.empty()) report.add_table({"", "in odom", "in map"}, rows);
+  if (!rows.empty()) report.add_table({"", "before correction (odom)", "after correction (map)"}, rows);
 }
 
 void add_scores(HtmlReport& report, const LaserSummary& summary) {
@@ -48,9 +48,10 @@ void add_history(HtmlReport& report, const LaserSummary& summary) {
       series[i].y.push_back(change.T_map_odom.vector()(static_cast<Eigen::Index>(i)));
     }
   PlotOptions plot;
-  plot.x.label = "time (s)", plot.y.label = "odom in map";
+  plot.x.label = "time (s)", plot.y.label = "T_map_odom";
   report.add_svg(plot_svg(series, plot),
-                 "Where the frame odom lay in map, as it was known then. It may jump; odom itself does not.");
+                 "The correction T_map_odom over time: the pose of the frame odom in the frame map, as it "
+                 "was known then.");
 }
 
 using Getter = std::optional<double> (*)(const LaserScanRecord&);
@@ -119,14 +120,14 @@ PlotOptions over_time(std::string label) {
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
             {{"scans", "{scans.posed}", "of {scans.total} have a pose"},
-             {"path", "{path_length_m}", "in {recording_s}"},
+             {"path", "{path_length_m}", "in {recording_s}[; true path {truth_path}]"},
              {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"},
              {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
              {"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
              {"height error", "{height_rmse_m}", "RMSE"},
-             {"located", "{localisation.located}", "of {localisation.sought} scans in the saved map"},
-             {"loops", "{loops.closed}", "closed, of {loops.candidates} candidates"},
-             {"relations", "{relation_error_m.mean}", "mean error of {relations.used} relative poses"}});
+             {"located", "{localisation.located}", "of {localisation.sought|scan} in the saved map"},
+             {"loops", "{loops.closed}", "closed, of {loops.candidates|candidate}"},
+             {"relations", "{relation_error_m.mean}", "mean error of {relations.used|relative pose}"}});
 }
 
 void add_path_section(HtmlReport& report, const LaserSummary& summary) {
@@ -166,6 +167,12 @@ void add_map_frame_section(HtmlReport& report, const LaserSummary& laser, const 
                         "the map was rebuilt in {:.1f} s.",
                         map.max_shift_m, map.rebuild_s)
           : std::string("No loop was closed: path and map are those of odometry."));
+  report.add_paragraph(
+      "Poses are given in two frames. odom is the frame of scan matching: it is continuous, and it drifts. "
+      "map is "
+      "the corrected frame: closed loops, or the saved map, correct it, so it does not drift, but a pose in "
+      "it "
+      "can jump. T_map_odom transforms from odom to map.");
   add_before_and_after(report, laser, summary);
   add_summary_table(report, summary, map.localisation ? "localisation" : "loops");
   if (map.localisation) add_scores(report, laser);
@@ -186,8 +193,9 @@ void add_height_section(HtmlReport& report, const LaserSummary& summary) {
     }
     series.push_back(std::move(truth));
   }
-  report.begin_section("Height", "Of the vehicle over the floor under its first reading.");
-  report.add_svg(plot_svg(series, over_time("height (m)")), "Height, and the level of the floor below.");
+  report.begin_section("Height", "Height of the vehicle above the floor where it started.");
+  report.add_svg(plot_svg(series, over_time("height (m)")),
+                 "Height, and the level of the floor below the vehicle.");
   add_list_table(report, describe(summary), "floors");
 }
 
@@ -232,7 +240,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
   const SummaryTree tree = describe(summary);
   HtmlReport report("Laser run of " + summary.recording.filename().string());
   report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     *tree.sentence("{scans.posed} of {scans.total} scans have a pose; the map covers "
+                     *tree.sentence("{scans.posed} of {scans.total|scan} have a pose; the map covers "
                                     "{mvog.area_m2}."));
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);

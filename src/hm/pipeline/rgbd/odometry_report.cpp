@@ -129,7 +129,7 @@ void add_tracking_cards(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
             {{"frames", "{frames.tracked}", "of {frames.total} have a pose; {frames.lost} lost"},
              {"tracking", "{track_ms.mean}", "a frame, mean; 99 % under {track_ms.p99}"},
-             {"path", "{path_length_m}", "{keyframes} keyframes"}});
+             {"path", "{path_length_m}", "{keyframes|keyframe}"}});
 }
 
 void add_error_cards(HtmlReport& report, const SummaryTree& summary) {
@@ -192,7 +192,7 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
   report.set_verdict(
       track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
       *tree.sentence(
-          "{frames.tracked} of {frames.total} frames have a pose, over a path of {path_length_m}."));
+          "{frames.tracked} of {frames.total|frame} have a pose, over a path of {path_length_m}."));
   add_tracking_cards(report, tree);
   add_error_cards(report, tree);
   add_warnings_section(report, summary.warnings);

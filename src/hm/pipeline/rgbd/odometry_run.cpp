@@ -1,6 +1,7 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
@@ -16,8 +17,8 @@ void show_progress(const RunContext& run, const VisualTrack& track) {
   if (!run.progress) return;
   const double last_ms = track.frames.empty() ? 0 : track.frames.back().numbers.total_ms;
   run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
-                fmt::format("{} keyframes, {} points, {:.1f} ms, {} lost", track.keyframes.size(),
-                            track.model_points, last_ms, track.frames_lost)});
+                fmt::format("{}, {}, {:.1f} ms, {} lost", counted(track.keyframes.size(), "keyframe"),
+                            counted(track.model_points, "point"), last_ms, track.frames_lost)});
 }
 
 /// Tracks the frames one by one; true when it was stopped before the end.
@@ -91,8 +92,9 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   summary.warnings = std::move(*warnings);
   for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} frames", summary.track.frames_read, summary.track.frames_total));
+    summary.warnings.push_back(fmt::format("stopped after {} of {}",
+                                           with_thousands(summary.track.frames_read),
+                                           counted(summary.track.frames_total, "frame")));
   summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
                                      summary.warnings);
   const auto written = as_run_failure(write_odometry_results(options, folder->staging(), summary));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/map/octomap_file.hpp"
@@ -109,7 +110,7 @@ void Output::write_keyframe_maps() {
                                                keyframe_map_params(options_.parameters), finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
-        fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));
+        fmt::format("{} could not be read again for the maps", counted(maps.unreadable, "keyframe")));
   if (maps.keyframes == 0) {
     if (maps.points || maps.occupancy || maps.volumes)
       summary_.warnings.emplace_back("no maps of keyframes: not one keyframe could be read for them");
@@ -160,8 +161,8 @@ void Output::draw_matrices() {
   if (!options_.parameters.slam.matrices || !options_.parameters.loops.enabled || keyframes.size() < 2)
     return;
   if (keyframes.size() > kMost) {
-    summary_.warnings.push_back(fmt::format("no matrices of place recognition: {} keyframes are more than {}",
-                                            keyframes.size(), kMost));
+    summary_.warnings.push_back(fmt::format("no matrices of place recognition: {} are more than {}",
+                                            counted(keyframes.size(), "keyframe"), with_thousands(kMost)));
     return;
   }
   say("drawing matrices");

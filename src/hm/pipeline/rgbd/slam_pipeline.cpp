@@ -5,6 +5,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/rgbd/frame_archive.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
@@ -196,8 +197,8 @@ void SlamPipeline::Impl::show_progress() const {
   const VisualTrack& track = tracking.track();
   const auto loops = closer.snapshot();
   run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
-                fmt::format("{} keyframes, {} loops, {} lost, {}", track.keyframes.size(),
-                            loops.statistics.accepted, track.frames_lost, map.progress())});
+                fmt::format("{}, {}, {} lost, {}", counted(track.keyframes.size(), "keyframe"),
+                            counted(loops.statistics.accepted, "loop"), track.frames_lost, map.progress())});
 }
 
 Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {

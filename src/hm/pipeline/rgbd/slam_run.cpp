@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
@@ -31,26 +32,28 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
   if (state.frames_disconnected > 0)
     summary.warnings.push_back(
-        fmt::format("{} frames are not in the map: no loop connects where they were taken with its beginning",
-                    state.frames_disconnected));
+        fmt::format("{} not in the map: no closed loop connects that part of the trajectory with its start",
+                    counted(state.frames_disconnected, "frame")));
   if (state.correction.frames_lost > 0)
-    summary.warnings.push_back(fmt::format("{} frames could not be read again when the map was rebuilt",
-                                           state.correction.frames_lost));
+    summary.warnings.push_back(fmt::format("{} could not be read again when the map was rebuilt",
+                                           counted(state.correction.frames_lost, "frame")));
   if (!state.alignment.failure.empty())
     summary.warnings.push_back(fmt::format("bundle adjustment failed ({}): poses are those of the pose graph",
                                            state.alignment.failure));
   if (state.alignment.observations_behind > 0)
-    summary.warnings.push_back(fmt::format(
-        "bundle adjustment left out {} observations of landmarks behind their camera, {} were used",
-        state.alignment.observations_behind, state.alignment.observations));
+    summary.warnings.push_back(
+        fmt::format("bundle adjustment left out {} of landmarks behind the camera and used {}",
+                    counted(state.alignment.observations_behind, "observation"),
+                    with_thousands(state.alignment.observations)));
   if (state.alignment.interrupted)
     summary.warnings.emplace_back(
         "bundle adjustment was stopped: poses are less accurate than they could be");
   if (state.track.frames_read < state.frames_total && state.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} frames", state.track.frames_read, state.frames_total));
+    summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
+                                           counted(state.frames_total, "frame")));
   if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
-    summary.warnings.emplace_back("no place was seen twice: the trajectory is that of odometry");
+    summary.warnings.emplace_back(
+        "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
 }
 
 Result<void> track_and_save(SlamPipeline& pipeline, ResultFolder& folder, const RecordingInfo& info,
