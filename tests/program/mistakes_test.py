@@ -99,7 +99,7 @@ class UsualMistakes(support.SharedFolderTest):
         (copy / "rgb.txt").write_text("\n".join(line if line.startswith("#") else TOO_LONG_AGO + line.split(".", 1)[1]
                                                 for line in lines) + "\n")
         run = self.run_json("info", copy)
-        self.assertTrue(any("have no colour image" in warning for warning in run["warnings"]), run["warnings"])
+        self.assertTrue(any("without a colour image" in warning for warning in run["warnings"]), run["warnings"])
 
     def test_a_hole_in_the_stream_is_a_warning_of_every_verb(self):
         copy = self.copy()
