@@ -227,7 +227,7 @@ TEST(BagReader, OtherVersionsAreNamed) {
   const LaserRecording recording = opened(folder / "b.bag");
   EXPECT_TRUE(recording.lasers.empty());
   EXPECT_THAT(recording.notes,
-              Contains("/scan holds another version of sensor_msgs/LaserScan, which is not read"));
+              Contains("/scan has another version of sensor_msgs/LaserScan, which cannot be read"));
 
   write_bytes(folder / "c.bag", "#ROSBAG V1.2\n...");
   const auto old = open_laser_recording(folder / "c.bag");
