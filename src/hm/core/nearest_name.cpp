@@ -16,8 +16,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Letters inserted, removed or changed, and neighbours exchanged, to get from one word to the other (optimal
-/// string alignment).
+/// Edit distance with transpositions of neighbouring letters (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -35,7 +34,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-/// How well a name that contains the word fits, small is good; nothing when it does not contain it.
+/// Cost of a name that contains the word, smaller is better; nothing when it does not contain it.
 std::optional<std::size_t> rank_of_containing(std::string_view name, std::string_view word) {
   constexpr std::size_t kMinLetters = 3;
   const std::size_t at = name.find(word);

@@ -5,9 +5,10 @@
 
 namespace hm {
 
-/// The name that a mistyped or shortened word most likely stands for: one that contains the word ("voxel" for
-/// "tsdf.voxel_size_m"; of several the one where it begins a part of the name, then the shortest), else one
-/// with few letters changed (at most a third of them). Letter case is ignored. Nothing when none is near.
+/// Finds the name closest to a mistyped or shortened word: one that contains the word ("voxel" for
+/// "tsdf.voxel_size_m"; of several the one with the word at the start of a part, then the shortest), else one
+/// at a small edit distance (at most a third of the letters). Case-insensitive. Nothing when no name is
+/// close.
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> names);
 
 }  // namespace hm

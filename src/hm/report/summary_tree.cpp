@@ -97,7 +97,7 @@ void SummaryTree::adopt_list(std::string_view key, std::vector<SummaryTree> rows
   tables_.emplace_back(key, std::move(table));
 }
 
-/// The value of "key", or the count and noun of "key|noun" or "key|noun|plural".
+/// Value of "key", or count with noun of "key|noun" or "key|noun|plural".
 std::optional<std::string> SummaryTree::value_of(std::string_view key_and_noun) const {
   const std::size_t bar = std::min(key_and_noun.find('|'), key_and_noun.size());
   const auto entry = std::ranges::find(entries_, key_and_noun.substr(0, bar), &Entry::key);

@@ -16,7 +16,7 @@ namespace hm {
 
 /// Description of one value of a summary. The key ends with the unit of the value (_m, _ms, _ratio ...),
 /// `format` contains the unit of the printed number. An integer with the format "{}" is a count: 1,234,567.
-/// One that is a name (the number of a frame, a width in pixels) has "{:d}".
+/// Integers that are not counts (a frame number, a width in pixels) use "{:d}".
 struct SummaryDoc {
   std::string_view key;
   std::string_view label = {};     ///< row or column label in a table; empty: not in a table
@@ -36,8 +36,7 @@ struct SummaryDoc {
 ///     }
 ///     const SummaryTree tree = describe(map);
 ///     tree.json();
-///     tree.sentence("{volumes|block}, {map_bytes}[; {loops.accepted|loop}]");  // "1 block, 4.1 kB; 2,310
-///     loops"
+///     tree.sentence("{volumes|block}, {map_bytes}[; {loops.accepted|loop}]");  // "1 block, 4.1 kB; 2 loops"
 class SummaryTree {
  public:
   using Quantities = std::initializer_list<std::string_view>;
@@ -124,8 +123,8 @@ class SummaryTree {
 
   [[nodiscard]] const JsonValue& json() const { return json_; }
   /// Text with each {key} replaced by its formatted value; keys of a group: {loops.accepted}. A count with
-  /// its noun is {key|noun}, with a plural that is not made with an s {key|vertex|vertices}. A part in
-  /// [brackets] that contains a key without value is omitted; elsewhere such a key makes the result empty.
+  /// its noun is {key|noun}, or {key|vertex|vertices} for an irregular plural. A part in [brackets] that
+  /// contains a key without value is omitted; elsewhere such a key makes the result empty.
   [[nodiscard]] std::optional<std::string> sentence(std::string_view text) const;
   /// Sentences that have all their values, one per line.
   [[nodiscard]] std::string lines(std::initializer_list<std::string_view> sentences) const;

@@ -18,10 +18,10 @@ constexpr std::string_view kFolderLayout =
     "a folder with depth/ (16 bit PNG) and rgb/ (PNG or JPEG), named by stamp or frame number, and a "
     "camera.txt (fx, fy, cx, cy, width, height, depth_scale: units per metre) is read";
 
-/// A format by the ends of its files' names.
+/// Format recognised by file extensions.
 struct KnownFile {
   std::array<std::string_view, 7> extensions;
-  std::string_view what;  ///< what it is, and the way from there
+  std::string_view what;  ///< description, and how to convert it
 };
 
 constexpr std::array kKnownFiles{
@@ -41,9 +41,9 @@ constexpr std::array kKnownFiles{
               "a point cloud: surfaces are made of depth images, not of points"},
 };
 
-/// A folder by files that stand in it.
+/// Folder layout recognised by its files.
 struct KnownFolder {
-  std::array<std::string_view, 3> names;  ///< all of them; empty ones do not count
+  std::array<std::string_view, 3> names;  ///< all must exist; empty ones are ignored
   std::string_view what;
 };
 

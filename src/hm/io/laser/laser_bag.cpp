@@ -162,7 +162,7 @@ LaserStream stream_of(const std::string& name, std::vector<typename Topic<ScanMe
   return stream;
 }
 
-/// All topics of a bag, whether they are read or not.
+/// All topics of a bag, read or not.
 class TopicCounts {
  public:
   void add(const BagMessage& message) {

@@ -25,7 +25,7 @@ bool is_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// "12.5" or "0012": digits, at most one point between them.
+/// True for "12.5" or "0012": digits with at most one decimal point.
 bool is_numeric_name(std::string_view stem) {
   const std::size_t point = stem.find('.');
   if (point == std::string_view::npos) return is_digits(stem);
@@ -37,7 +37,7 @@ enum class NameUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds, kFra
 
 NameUnit unit_of(std::string_view stem) {
   if (stem.find('.') != std::string_view::npos) return NameUnit::kSeconds;
-  switch (stem.size()) {  // of today's time, since 1970
+  switch (stem.size()) {  // digits of the current Unix time
     case 19:
       return NameUnit::kNanoseconds;
     case 16:
@@ -80,8 +80,7 @@ std::vector<fs::path> images_in(const fs::path& folder) {
   return images;
 }
 
-/// The images of one stream by increasing time; names that are no numbers, and times that repeat, are
-/// counted.
+/// Images of one stream by increasing time; names that are not numbers and repeated times are counted.
 PictureList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
   PictureList list;
   const std::string name = stream.filename().string();
@@ -108,7 +107,7 @@ PictureList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
   return list;
 }
 
-/// The unit that most names have: numbers of one folder may differ in length.
+/// Most frequent unit of the names, since numbers in one folder may differ in length.
 std::optional<NameUnit> unit_of_names(const fs::path& stream) {
   std::array<std::size_t, 5> votes{};
   for (const fs::path& path : images_in(stream))

@@ -7,7 +7,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
-/// What lies where somebody looked for a recording and there is none.
+/// Hints for a path without a recording.
 namespace hm::detail {
 namespace {
 
@@ -18,7 +18,7 @@ bool is_recording(const fs::path& folder) {
          is_laser_recording(folder);
 }
 
-/// The recordings below a folder, relative to it, in order. Looks at a bounded number of folders.
+/// Recordings below a folder, relative to it, sorted. Visits a bounded number of folders.
 std::vector<std::string> recordings_inside(const fs::path& folder) {
   constexpr int kMaxDepth = 2, kMaxEntries = 2000;
   std::vector<std::string> found;
@@ -43,7 +43,7 @@ std::string list_some(const std::vector<std::string>& names) {
   return fmt::format("{}{}", fmt::join(some, ", "), names.size() > kMost ? " ..." : "");
 }
 
-/// The nearest folder above that is a recording; empty: none.
+/// Nearest parent folder that is a recording; empty: none.
 fs::path recording_above(const fs::path& folder) {
   std::error_code ignored;
   fs::path at = fs::weakly_canonical(folder, ignored);

@@ -62,8 +62,8 @@ Result<std::optional<FoundCalibration>> find_calibration(const std::filesystem::
 /// Updates the listing to calibrated frames: their camera, and the poses of that camera.
 Result<FrameCalibration> apply_calibration(const FoundCalibration& found, RecordingListing& listing);
 
-/// For a path that holds no recording: what it is instead, or where recordings are, in words ("4 recordings
-/// inside: ..."); empty when nothing is known.
+/// Hint for a path without a recording: what it is instead, or where recordings are ("4 recordings inside:
+/// ..."); empty when unknown.
 std::string hint_of_place(const std::filesystem::path& path);
 
 void add_note(RecordingInfo& info, std::string_view note);

@@ -37,7 +37,7 @@ struct SimulationParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"world", {}, "world of the walk", ParamLevel::kBasic}, self.world, kWorldKindNames);
     v(ParamDoc{"sensor", {}, "simulated depth camera", ParamLevel::kBasic}, self.sensor, kSensorPresetNames);
-    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers", ParamLevel::kBasic}, self.seed);
+    v(ParamDoc{"seed", {0, 2147483647}, "seed of all random numbers", ParamLevel::kBasic}, self.seed);
     v(ParamDoc{"frame_limit", {0, 1e9}, "maximum number of frames; 0: the whole walk", ParamLevel::kBasic},
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);

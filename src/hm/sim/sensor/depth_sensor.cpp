@@ -30,7 +30,7 @@ class NormalTable {
     const double fraction = (static_cast<double>(bits & 0xfffffu) + 0.5) / 1048576.0;
     return nodes_[cell] + fraction * (nodes_[cell + 1] - nodes_[cell]);
   }
-  /// The deviate of 16 random bits, at the middle of those that begin with them.
+  /// Normal deviate of 16 random bits, at the centre of the 32-bit values that start with them.
   double from_half(std::uint32_t bits16) const { return (*this)((bits16 << 16u) | 0x8000u); }
 
  private:
