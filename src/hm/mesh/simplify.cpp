@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -113,6 +114,60 @@ TriangleMesh simplify(TriangleMesh mesh, const SimplifyTarget& target) {
   mesh.triangles = std::move(kept);
   drop_unused_vertices(mesh);
   return mesh;
+}
+
+TriangleMesh cluster_vertices(const TriangleMesh& mesh, double cell_m) {
+  HM_CHECK(cell_m > 0, "cell of {} m", cell_m);
+  struct Cluster {
+    Vec3 position = Vec3::Zero(), color = Vec3::Zero();
+    double count = 0;
+  };
+  std::vector<Cluster> clusters;
+  std::unordered_map<std::uint64_t, std::uint32_t> cluster_of_cell;
+  std::vector<std::uint32_t> cluster(mesh.vertices.size(), kUnused);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vec3 p = mesh.vertices[i].cast<double>(), cell = (p / cell_m).array().floor();
+    if (!(cell.cwiseAbs().maxCoeff() < (1 << 20))) continue;
+    std::uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      key = (key << 21U) | static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[axis]) + (1 << 20));
+    const auto [place, fresh] = cluster_of_cell.try_emplace(key, static_cast<std::uint32_t>(clusters.size()));
+    if (fresh) clusters.emplace_back();
+    cluster[i] = place->second;
+    Cluster& joined = clusters[place->second];
+    joined.position += p;
+    if (mesh.has_colors()) joined.color += Vec3(mesh.colors[i].r, mesh.colors[i].g, mesh.colors[i].b);
+    joined.count += 1;
+  }
+  TriangleMesh out;
+  for (const Cluster& joined : clusters) {
+    out.vertices.push_back((joined.position / joined.count).cast<float>());
+    if (!mesh.has_colors()) continue;
+    const Vec3 color = joined.color / joined.count;
+    const auto channel = [&](int k) { return static_cast<std::uint8_t>(std::lround(color[k])); };
+    out.colors.push_back({channel(0), channel(1), channel(2)});
+  }
+  for (const auto& t : mesh.triangles) {
+    const std::uint32_t a = cluster[t[0]], b = cluster[t[1]], c = cluster[t[2]];
+    if (a == kUnused || b == kUnused || c == kUnused || a == b || b == c || c == a) continue;
+    out.triangles.push_back({a, b, c});
+  }
+  drop_unused_vertices(out);
+  return out;
+}
+
+TriangleMesh simplify_to(const TriangleMesh& mesh, std::size_t max_triangles) {
+  HM_CHECK(max_triangles > 0, "no triangles");
+  if (mesh.triangles.size() <= max_triangles) return mesh;
+  // Slightly fewer: the collapse of edges stops a little before or after.
+  TriangleMesh small = simplify(
+      mesh, {0.98 * static_cast<double>(max_triangles) / static_cast<double>(mesh.triangles.size()), 0});
+  double cell_m = std::sqrt(surface_area(small) / static_cast<double>(max_triangles));
+  while (small.triangles.size() > max_triangles) {
+    small = cluster_vertices(small, std::max(cell_m, 1e-4));
+    cell_m *= 1.25;
+  }
+  return small;
 }
 
 TriangleMesh clean_mesh(TriangleMesh mesh, const MeshParams& params) {

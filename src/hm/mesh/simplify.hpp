@@ -26,6 +26,16 @@ struct SimplifyTarget {
 /// unchanged for {1, 0}.
 TriangleMesh simplify(TriangleMesh mesh, const SimplifyTarget& target);
 
+/// Merges the vertices in each cell of a cubic lattice into their mean (Rossignac & Borrel 1993) and removes
+/// triangles that have two corners in one cell. Coarser than simplify(), but reaches any number of triangles,
+/// with open borders too. `cell_m` > 0 in metres. The result has no normals; vertices that are not finite are
+/// removed with their triangles.
+TriangleMesh cluster_vertices(const TriangleMesh& mesh, double cell_m);
+
+/// Reduces the mesh to at most `max_triangles` (at least 1) triangles: by simplify(), then by cluster_vertices()
+/// where open borders keep more.
+TriangleMesh simplify_to(const TriangleMesh& mesh, std::size_t max_triangles);
+
 /// Removes small pieces, then simplifies, as set in MeshParams.
 TriangleMesh clean_mesh(TriangleMesh mesh, const MeshParams& params);
 

@@ -127,6 +127,53 @@ TEST(CleanMesh, DefaultsChangeNothing) {
   EXPECT_EQ(same.vertices, all.vertices);
 }
 
+/// Squares of 1 cm that share no vertices: all borders are open.
+TriangleMesh loose_squares(int side) {
+  TriangleMesh mesh;
+  for (int x = 0; x < side; ++x)
+    for (int y = 0; y < side; ++y) {
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      for (const auto& [u, v] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
+        mesh.vertices.emplace_back(0.01F * static_cast<float>(x + u), 0.01F * static_cast<float>(y + v), 0.F);
+        mesh.colors.push_back({static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y), 7});
+      }
+      mesh.triangles.push_back({first, first + 1, first + 2});
+      mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+  return mesh;
+}
+
+TEST(SimplifyTo, ReachesTheNumberThoughBordersAreOpen) {
+  const TriangleMesh all = loose_squares(100);
+  EXPECT_EQ(simplify(all, {0.1, 0}).triangles.size(), all.triangles.size()) << "edges alone do not get there";
+  const TriangleMesh small = simplify_to(all, 2000);
+  EXPECT_LE(small.triangles.size(), 2000U);
+  EXPECT_GT(small.triangles.size(), 500U);
+  ASSERT_TRUE(small.has_colors());
+  EXPECT_NEAR(surface_area(small), 1.0, 0.1);
+  for (std::size_t i = 0; i < small.vertices.size(); ++i) {
+    EXPECT_EQ(small.colors[i].b, 7);
+    EXPECT_NEAR(small.colors[i].r, 100 * small.vertices[i].x(), 8);  // the colour of the place
+  }
+}
+
+TEST(SimplifyTo, KeepsTheShapeOfASphere) {
+  const TriangleMesh all = sphere_and_specks(), small = simplify_to(all, all.triangles.size() / 4);
+  EXPECT_LE(small.triangles.size(), all.triangles.size() / 4);
+  EXPECT_GT(small.triangles.size(), all.triangles.size() / 5);
+  EXPECT_NEAR(enclosed_volume(small), enclosed_volume(all), 2e-4);
+  EXPECT_EQ(simplify_to(all, all.triangles.size()).triangles, all.triangles);
+}
+
+TEST(ClusterVertices, LeavesOutWhatIsNotFinite) {
+  TriangleMesh mesh = loose_squares(2);
+  mesh.vertices[0].x() = std::nanf("");
+  const TriangleMesh joined = cluster_vertices(mesh, 0.001);  // no two corners of a square in a cell
+  EXPECT_EQ(joined.triangles.size(), mesh.triangles.size() - 2);
+  EXPECT_EQ(joined.vertices.size(), 8U);
+  EXPECT_TRUE(cluster_vertices(mesh, 1).triangles.empty());
+}
+
 TEST(CleanMesh, DoesBoth) {
   MeshParams params;
   params.min_piece_triangles = 1000;

@@ -98,17 +98,6 @@ void draw_path(Image<Rgb8>& image, const MapOverlay& overlay, const OccupancyGri
   }
 }
 
-void draw_path_names(Image<Rgb8>& image, std::span<const MapOverlay> paths) {
-  double y = kMargin_px + kTextSize_px;
-  for (const MapOverlay& overlay : paths) {
-    const double width = 40 + text_width_px(overlay.name, kTextSize_px);
-    fill_rectangle(image, {Vec2(kMargin_px - 6, y - 20), Vec2(kMargin_px + width, y + 8)}, {kPaper, 0.8});
-    draw_line(image, {kMargin_px, y - 6}, {kMargin_px + 26.0, y - 6}, 3, {overlay.color, 1});
-    draw_text(image, {kMargin_px + 34.0, y}, overlay.name, {kTextSize_px, {kInk, 1}, TextAlign::kLeft});
-    y += 26;
-  }
-}
-
 void draw_height_legend(Image<Rgb8>& image, const HeightColors& colors) {
   constexpr int kSteps = 120;
   const double left = kMargin_px, top = kMargin_px + 24.0;
@@ -124,6 +113,22 @@ void draw_height_legend(Image<Rgb8>& image, const HeightColors& colors) {
 }
 
 }  // namespace
+
+std::vector<HtmlReport::Swatch> legend_of(std::span<const MapOverlay> paths) {
+  std::vector<HtmlReport::Swatch> legend;
+  for (const MapOverlay& path : paths)
+    legend.push_back(
+        {fmt::format("#{:02x}{:02x}{:02x}", path.color.r, path.color.g, path.color.b), path.name});
+  return legend;
+}
+
+void set_scale(Figure& figure, double metres) {
+  if (!(metres > 0)) return;
+  double length_m = 0.01;
+  for (const double next : {0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0})
+    if (next <= 0.33 * metres) length_m = next;
+  figure.scale_m = length_m, figure.scale_ratio = length_m / metres;
+}
 
 TriangleMesh occupied_faces(std::span<const OccupancyVoxel> voxels, double size_m) {
   std::unordered_set<Cell, CellHash> occupied;
@@ -177,8 +182,6 @@ std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
         }
     }
   for (const MapOverlay& overlay : paths) draw_path(image, overlay, grid, frame.scale);
-  draw_path_names(image, paths);
-  draw_scale_bar(image, frame.scale / grid.resolution_m);
   return image;
 }
 

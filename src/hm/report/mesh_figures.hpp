@@ -20,6 +20,9 @@ struct Figure {
   std::string name;     ///< file name without extension: "shaded", "plan"
   std::string caption;  ///< description
   Image<Rgb8> image;
+  HtmlReport::Place place = HtmlReport::Place::kWide;
+  std::vector<HtmlReport::Swatch> legend = {};  ///< below the figure in a report
+  double scale_m = 0, scale_ratio = 0;          ///< a scale bar below it: its length, and share of the width
 };
 
 struct MeshFigureOptions {
@@ -45,6 +48,8 @@ Result<void> write_figures(const std::filesystem::path& output, std::span<const 
                            std::vector<std::filesystem::path>& outputs);
 
 void add_figure(HtmlReport& report, const Figure& figure);
+/// Shows the figure of this name in the place of the model; nothing if there is none.
+void set_lead_figure(HtmlReport& report, std::span<const Figure> figures, std::string_view name);
 /// Adds a section with the histogram of the signed error.
 void add_error_histogram(HtmlReport& report, const MeshError& error);
 

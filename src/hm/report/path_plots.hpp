@@ -11,6 +11,12 @@ namespace hm {
 /// first path's cameras: z of a world frame, or -y of the first camera's frame.
 void add_path_views(HtmlReport& report, std::span<const NamedTrajectory> paths, const std::string& caption);
 
+/// The axes of the frame that lie to the right and upwards on such a drawing from above.
+struct PaperAxes {
+  int right = 0, up = 1;
+};
+PaperAxes paper_axes(const Trajectory& path);
+
 /// Adds lines over the frames' numbers.
 void add_frame_plot(HtmlReport& report, std::span<const PlotSeries> series, const char* y_label,
                     const std::string& caption);

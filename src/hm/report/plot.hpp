@@ -23,6 +23,13 @@ struct PlotSeries {
   std::string name;
   std::vector<double> x, y;
   SeriesStyle style = SeriesStyle::kLine;
+  std::string color = {};  ///< CSS; empty: that of its number
+};
+
+/// A bar of colours with the values at its ends, over the plot.
+struct PlotColorBar {
+  std::vector<std::string> colors;
+  std::string low, high;  ///< "0", "24 mm"
 };
 
 /// Vertical or horizontal line with a label (a target, a median).
@@ -36,8 +43,9 @@ struct PlotOptions {
   std::string title;
   PlotAxis x, y;
   std::vector<PlotMark> marks;
-  int width_px = 720;
-  int height_px = 360;
+  PlotColorBar color_bar;  ///< drawn if it has colours
+  int width_px = 460;      ///< of the drawing; at 350 px, a phone's, letters of 15 px are still 11 px high
+  int height_px = 300;
   bool equal_aspect = false;  ///< the same scale on both axes (maps)
   bool stacked = false;       ///< areas on top of each other, sampled at the first series' x
 };
@@ -54,6 +62,12 @@ std::string histogram_svg(std::span<const float> values, int bins, const PlotOpt
 /// Draws stacked values of several stages over time, stages[i].y over stages[0].x; averaged to the resolution
 /// of the plot.
 std::string stacked_series_svg(std::span<const PlotSeries> stages, const PlotOptions& options);
+
+/// What a vehicle indoors or a hand cannot do; a value beyond comes from a wrong stamp or a lost track.
+inline constexpr double kMaxSpeed_m_s = 30, kMaxTurnRate_rad_s = 20;
+/// Takes values beyond +-limit out of the series and adds them as red points at the limit, named with their
+/// number. Returns a sentence for the caption, with a space before it; empty where there are none.
+std::string set_aside_unphysical(std::vector<PlotSeries>& series, double limit, std::string_view unit);
 
 /// One path for trajectory_svg.
 struct NamedTrajectory {

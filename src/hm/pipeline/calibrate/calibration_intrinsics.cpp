@@ -39,7 +39,7 @@ void add_corner_figures(HtmlReport& report, const CameraFit& fit) {
   }
   PlotOptions plot;
   plot.x.label = "error to the right (px)", plot.y.label = "error down (px)";
-  plot.equal_aspect = true, plot.width_px = 480, plot.height_px = 420;
+  plot.equal_aspect = true, plot.height_px = 420;
   report.add_svg(plot_svg({&scatter, 1}, plot), "The same errors around zero.");
   report.begin_section("Coverage",
                        "Where the boards were. Lens distortion is only known where there are corners.");

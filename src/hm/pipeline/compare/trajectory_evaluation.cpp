@@ -11,6 +11,7 @@
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
+#include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
@@ -106,10 +107,16 @@ std::string trajectory_report_html(const TrajectoryError& error, const std::stri
   report.begin_section("Path");
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};
   add_path_views(report, paths, "The estimate is fitted to the truth.");
+  report.begin_section("Error");
+  add_error_statistics(report, error);
+  add_error_path(report, error);
+  add_position_histogram(report, error);
   report.begin_section("Relative errors", "Of the motion over spans of one length, not divided by it.");
   add_relative_table(report, error);
   report.begin_section("Over time");
   add_error_plots(report, error);
+  report.begin_section("Pose over time", "The estimate is fitted to the truth.");
+  add_pose_components(report, error);
   return report.html();
 }
 

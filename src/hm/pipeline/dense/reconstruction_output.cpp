@@ -98,6 +98,11 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
     if (material.truth)
       if (auto figure = make_error_figure(mesh, material.truth->mesh, draw, pipeline.loop()))
         material.figures.push_back(std::move(*figure));
+    say(options, "simplifying the mesh for the report");
+    material.scene =
+        make_scene_model(mesh, draw, material.truth ? &material.truth->mesh : nullptr, pipeline.loop());
+    if (const auto written = write_floor_plan(material.scene, folder, summary.outputs); !written)
+      return as_run_failure(written);
     if (const auto written = write_figures(folder, material.figures, summary.outputs); !written)
       return as_run_failure(written);
   }

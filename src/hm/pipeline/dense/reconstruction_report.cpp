@@ -40,13 +40,24 @@ std::vector<double> megabytes_of(const ReconstructionSummary& summary, std::size
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
-            {{"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
-             {"integration", "{integrate_ms.median}", "per frame, median; 99 % under {integrate_ms.p99}"},
-             {"mesh", "{triangles|triangle}", "{vertices|vertex|vertices}"},
-             {"map", "{map_bytes}", "{volumes|block} of voxels, {map_file_bytes} on disk"},
-             {"surface error", "{surface_error_mm.mean}",
+            {{"surface error", "{surface_error_mm.mean}",
               "mean; 95 % under {surface_error_mm.p95}, bias {surface_error_mm.bias}"},
-             {"completeness", "{completeness_ratio}", "of what could be seen"}});
+             {"completeness", "{completeness_ratio}", "of what could be seen"},
+             {"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
+             {"path", "{path_length_m}", "of the camera"},
+             {"voxels", "{voxel_size_m}", "edge length"},
+             {"mesh", "{triangles|triangle}", "{vertices|vertex|vertices}"}});
+}
+
+/// What it is and how good it is.
+std::string verdict_of(const SummaryTree& summary, const std::optional<SceneSize>& size) {
+  const std::string what = size ? to_text(*size) + ". " : std::string();
+  if (const auto measured = summary.sentence("{surface_error_mm.mean} from the true surface on average, "
+                                             "{completeness_ratio} of what could be seen is there."))
+    return what + *measured;
+  return what + *summary.sentence(
+                    "{frames.integrated} of {frames.total|frame} became a surface at voxels of "
+                    "{voxel_size_m}; there is no truth to compare it with.");
 }
 
 void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) {
@@ -71,8 +82,12 @@ void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) 
 }
 
 void add_memory_section(HtmlReport& report, const ReconstructionSummary& summary) {
-  report.begin_section("Memory", fmt::format("At most {:.0f} MB for the whole process.",
-                                             static_cast<double>(peak_resident_bytes()) * 1e-6));
+  report.begin_section(
+      "Memory",
+      fmt::format(
+          "At most {:.0f} MB for the whole process; the map takes {:.1f} MB ({} volumes), {:.1f} MB on disk.",
+          static_cast<double>(peak_resident_bytes()) * 1e-6, static_cast<double>(summary.map_bytes) * 1e-6,
+          summary.volumes, static_cast<double>(summary.map_file_bytes) * 1e-6));
   const auto time_s = values_of(summary, &FrameRecord::time_s);
   const std::array<PlotSeries, 3> series{
       {{"process", time_s, megabytes_of(summary, &FrameRecord::resident_bytes), SeriesStyle::kLine},
@@ -121,19 +136,17 @@ void add_skipped(HtmlReport& report, const ReconstructionSummary& summary) {
 std::string report_html(const ReconstructionSummary& summary, const ReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("Reconstruction of " + summary.recording.path.filename().string());
+  HtmlReport report(folder_title(summary.recording.path), "Reconstruction");
   const bool empty = summary.triangles == 0;
-  report.set_verdict(
-      empty                      ? Verdict::kBad
-      : summary.warnings.empty() ? Verdict::kGood
-                                 : Verdict::kDoubtful,
-      empty
-          ? "No surface was found."
-          : *tree.sentence("{frames.integrated|frame} became a mesh of {triangles|triangle}, with voxels of "
-                           "{voxel_size_m}."));
+  report.set_verdict(empty                      ? Verdict::kBad
+                     : summary.warnings.empty() ? Verdict::kGood
+                                                : Verdict::kDoubtful,
+                     empty ? "No surface was found." : verdict_of(tree, material.scene.size));
+  report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   if (!material.figures.empty()) report.begin_section("Figures");
+  add_floor_plan(report, material.scene);
   for (const Figure& figure : material.figures) add_figure(report, figure);
   if (summary.error) add_error_histogram(report, *summary.error);
   add_alignment_section(report, summary);

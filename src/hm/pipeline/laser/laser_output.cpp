@@ -134,12 +134,19 @@ std::vector<Figure> draw_figures(const MapDrawing& map, const LaserSummary& summ
                                          "occupied dark, free light, unknown grey.",
                                          summary.parameters.laser.run.slice_bottom_m,
                                          summary.parameters.laser.run.slice_top_m),
-                       std::move(*plan)});
+                       std::move(*plan), HtmlReport::Place::kWide, legend_of(paths)});
+  if (!figures.empty()) set_scale(figures.back(), map.slice.cells.width() * map.slice.resolution_m);
   if (map.slice_odom) {
     const std::vector<MapOverlay> path{{"odometry", &summary.trajectory_odom, kEstimateColor}};
-    if (auto before = draw_occupancy_grid(*map.slice_odom, path))
-      figures.push_back(
-          {"plan_odom", "For comparison: the map before correction, in the frame odom.", std::move(*before)});
+    if (auto before = draw_occupancy_grid(*map.slice_odom, path)) {
+      figures.insert(figures.begin(), {"plan_odom", "Before: the map of odometry's own poses.",
+                                       std::move(*before), HtmlReport::Place::kHalf, legend_of(path)});
+      set_scale(figures.front(), map.slice_odom->cells.width() * map.slice_odom->resolution_m);
+      if (figures.size() > 1) {
+        figures.back().place = HtmlReport::Place::kHalf;
+        figures.back().caption = "After the correction: " + figures.back().caption;
+      }
+    }
   }
   if (summary.planar || map.faces.triangles.empty()) return figures;
   if (auto above = draw_heights(map.voxels, size_m))

@@ -119,15 +119,15 @@ PlotOptions over_time(std::string label) {
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
-            {{"scans", "{scans.posed}", "of {scans.total} have a pose"},
-             {"path", "{path_length_m}", "in {recording_s}[; true path {truth_path}]"},
-             {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"},
-             {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
-             {"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
+            {{"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
              {"height error", "{height_rmse_m}", "RMSE"},
+             {"scans", "{scans.posed}", "of {scans.total} have a pose"},
+             {"path", "{path_length_m}", "in {recording_s}[; true path {truth_path}]"},
              {"located", "{localisation.located}", "of {localisation.sought|scan} in the saved map"},
              {"loops", "{loops.closed}", "closed, of {loops.candidates|candidate}"},
-             {"relations", "{relation_error_m.mean}", "mean error of {relations.used|relative pose}"}});
+             {"relations", "{relation_error_m.mean}", "mean error of {relations.used|relative pose}"},
+             {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
+             {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"}});
 }
 
 void add_path_section(HtmlReport& report, const LaserSummary& summary) {
@@ -135,7 +135,7 @@ void add_path_section(HtmlReport& report, const LaserSummary& summary) {
   PlotOptions plot;
   plot.x.label = "x (m)", plot.y.label = "y (m)";
   plot.equal_aspect = true;
-  plot.height_px = 520;
+  plot.height_px = 360;
   if (!summary.error) {
     const std::array<NamedTrajectory, 1> paths{{{"estimate", &summary.trajectory}}};
     report.add_svg(trajectory_svg(paths, plot), "The path from above.");
@@ -207,9 +207,11 @@ void add_motion_section(HtmlReport& report, const LaserSummary& summary) {
   for (auto& fused : {series_of(summary, "forward, fused", fused_velocity_of<0>),
                       series_of(summary, "to the left, fused", fused_velocity_of<1>)})
     if (!fused.x.empty()) speeds.push_back(fused);
-  report.add_svg(plot_svg(speeds, over_time("velocity (m/s)")), "Velocity from scan matching.");
-  const PlotSeries turning = series_of(summary, "yaw rate", velocity_of<2>);
-  report.add_svg(plot_svg({&turning, 1}, over_time("yaw rate (rad/s)")), "How fast the vehicle turns.");
+  const std::string beyond = set_aside_unphysical(speeds, kMaxSpeed_m_s, "m/s");
+  report.add_svg(plot_svg(speeds, over_time("velocity (m/s)")), "Velocity from scan matching." + beyond);
+  std::vector<PlotSeries> turning{series_of(summary, "yaw rate", velocity_of<2>)};
+  const std::string too_fast = set_aside_unphysical(turning, kMaxTurnRate_rad_s, "rad/s");
+  report.add_svg(plot_svg(turning, over_time("yaw rate (rad/s)")), "How fast the vehicle turns." + too_fast);
 }
 
 void add_cost_section(HtmlReport& report, const LaserSummary& summary) {
@@ -238,14 +240,18 @@ void add_failures(HtmlReport& report, const SummaryTree& summary) {
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("Laser run of " + summary.recording.filename().string());
-  report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     *tree.sentence("{scans.posed} of {scans.total|scan} have a pose; the map covers "
-                                    "{mvog.area_m2}."));
+  HtmlReport report(folder_title(summary.recording), "Laser");
+  report.set_verdict(
+      summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+      *tree.sentence("{scans.posed} of {scans.total|scan} have a pose over {path_length_m}; the map covers "
+                     "{mvog.area_m2}[; the path is off by {ate_rmse_m} (rmse)]."));
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
-  if (!material.figures.empty()) report.begin_section("Map");
-  for (const Figure& figure : material.figures) add_figure(report, figure);
+  set_lead_figure(report, material.figures, "plan");
+  const bool more = material.figures.size() > 1;  // than the one that leads
+  if (more) report.begin_section("Map");
+  for (const Figure& figure : material.figures)
+    if (more) add_figure(report, figure);
   add_path_section(report, summary);
   add_map_frame_section(report, summary, tree);
   add_height_section(report, summary);

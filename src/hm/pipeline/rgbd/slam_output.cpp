@@ -172,10 +172,13 @@ void Output::draw_matrices() {
   PlacePictures figures = draw_places(matrices, pixels);
   material_.matrices = {
       {"match_matrix", "Votes of each keyframe's features (row) for other keyframes (column).",
-       std::move(figures.match)},
-      {"candidate_matrix", "Pairs that were compared.", std::move(figures.candidate)},
-      {"correspondence_matrix", "Features on which compared pairs agree.", std::move(figures.correspondence)},
-      {"association_matrix", "Pairs that show the same place.", std::move(figures.association)}};
+       std::move(figures.match), HtmlReport::Place::kHalf},
+      {"candidate_matrix", "Pairs that were compared.", std::move(figures.candidate),
+       HtmlReport::Place::kHalf},
+      {"correspondence_matrix", "Features on which compared pairs agree.", std::move(figures.correspondence),
+       HtmlReport::Place::kHalf},
+      {"association_matrix", "Pairs that show the same place.", std::move(figures.association),
+       HtmlReport::Place::kHalf}};
 }
 
 void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
@@ -183,15 +186,28 @@ void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   say("drawing figures");
   const MeshFigureOptions draw = figure_options(summary_.recording.camera, summary_.state.corrected);
   material_.figures = make_mesh_figures(mesh, draw, pipeline_.dense().loop());
+  material_.scene = make_scene_model(mesh, draw, nullptr, pipeline_.dense().loop());
+  if (result_) result_ = write_floor_plan(material_.scene, options_.output, summary_.outputs);
   if (before.triangles.empty()) return;
   const MeshFigureOptions draw_before =
       figure_options(summary_.recording.camera, summary_.state.track.trajectory);
+  std::vector<Figure> pairs;  // before and after stand side by side
   for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
     if (figure.name != "plan" && figure.name != "color") continue;
+    const auto after = std::find_if(material_.figures.begin(), material_.figures.end(),
+                                    [&](const Figure& other) { return other.name == figure.name; });
     figure.name = "before_" + figure.name;
     figure.caption = "Before loops were closed: " + figure.caption;
-    material_.figures.push_back(std::move(figure));
+    figure.place = HtmlReport::Place::kHalf;
+    pairs.push_back(std::move(figure));
+    if (after == material_.figures.end()) continue;
+    after->caption = "After: " + after->caption;
+    after->place = HtmlReport::Place::kHalf;
+    pairs.push_back(std::move(*after));
+    material_.figures.erase(after);
   }
+  material_.figures.insert(material_.figures.begin(), std::make_move_iterator(pairs.begin()),
+                           std::make_move_iterator(pairs.end()));
 }
 
 void Output::write_report() {

@@ -9,6 +9,7 @@
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
+#include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
@@ -39,14 +40,14 @@ PlotSeries series_of(const SlamAlignmentSummary& summary, const char* name,
 }
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
-  add_tracking_cards(report, summary);
+  add_error_cards(report, summary);
+  add_cards(report, summary,
+            {{"surface error", "{mesh_error.accuracy_mm.mean}", "mean distance from the true surface"}});
   add_cards(report, summary,
             {{"loops", "{loops.accepted}",
               "of {loops.candidates|candidate}; largest correction "
               "{largest_correction_m}"}});
-  add_error_cards(report, summary);
-  add_cards(report, summary,
-            {{"surface error", "{mesh_error.accuracy_mm.mean}", "mean distance from the true surface"}});
+  add_tracking_cards(report, summary);
 }
 
 void add_path(HtmlReport& report, const SlamSummary& summary) {
@@ -68,11 +69,16 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
                      fmt::format("{:.4f}", summary.odometry_error->position_m.max)},
                     {"corrected", fmt::format("{:.4f}", summary.error->position_m.rmse),
                      fmt::format("{:.4f}", summary.error->position_m.max)}});
-  add_relative_table(report, *summary.error);
+  add_error_statistics(report, *summary.error);
+  add_error_path(report, *summary.error);
+  add_position_histogram(report, *summary.error);
   add_error_plots(report, *summary.error);
+  add_relative_table(report, *summary.error);
+  report.begin_section("Pose over time", "Each is fitted to the recording's own poses.");
+  add_pose_components(report, *summary.error);
 }
 
-void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportMaterial& material) {
+void add_loops(HtmlReport& report, const SummaryTree& summary) {
   report.begin_section("Loops", "Places that were seen again, on a thread of its own.");
   add_summary_table(report, summary, "loops");
   if (const auto adjustment = summary.sentence(
@@ -81,7 +87,27 @@ void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportM
           "{bundle_adjustment.loop_links|feature match|feature matches} from closed loops and "
           "{bundle_adjustment.visit_links} between other visits of a place."))
     report.add_paragraph(*adjustment);
+}
+
+/// The matrices of place recognition, for those who look into loops.
+void add_matrices(HtmlReport& report, const SlamReportMaterial& material) {
+  if (material.matrices.empty()) return;
+  report.begin_section("Matrices of place recognition");
   for (const Figure& figure : material.matrices) add_figure(report, figure);
+}
+
+/// What it is and how good it is.
+std::string verdict_of(const SlamSummary& summary, const SummaryTree& tree,
+                       const std::optional<SceneSize>& size) {
+  const SlamPipeline::State& state = summary.state;
+  const std::string what = size ? to_text(*size) + ". " : std::string();
+  const std::string error =
+      tree.sentence("; the path is off by {ate_rmse_m} (rmse against the recording's own poses)")
+          .value_or("");
+  return what +
+         fmt::format("{} of {} are in the map, over a path of {:.1f} m; {} closed{}.",
+                            with_thousands(state.corrected.size()), counted(state.frames_total, "frame"),
+                            path_length(state.corrected), counted(state.loops.accepted, "loop"), error);
 }
 
 /// Adds when the map was corrected while tracking, how much of it, how far, how long.
@@ -111,6 +137,7 @@ void add_map(HtmlReport& report, const SlamSummary& slam, const SummaryTree& sum
       meshes.push_back({name, *mean, *summary.sentence(fmt::format("{{{}.completeness_ratio}}", key))});
   if (!meshes.empty()) report.add_table({"mesh", "mean distance from the true surface", "complete"}, meshes);
   for (const Figure& figure : material.figures) add_figure(report, figure);
+  add_floor_plan(report, material.scene);
   if (!material.maps.empty()) report.begin_section("Maps of keyframes");
   for (const Figure& figure : material.maps) add_figure(report, figure);
 }
@@ -154,18 +181,18 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   using Verdict = HtmlReport::Verdict;
   const SlamPipeline::State& state = summary.state;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("SLAM of " + summary.recording.path.filename().string());
+  HtmlReport report(folder_title(summary.recording.path), "SLAM");
   report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     fmt::format("{} of {} are in the map, over a path of {:.1f} m; {} closed.",
-                                 with_thousands(state.corrected.size()), counted(state.frames_total, "frame"),
-                                 path_length(state.corrected), counted(state.loops.accepted, "loop")));
+                     verdict_of(summary, tree, material.scene.size));
+  report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   add_map(report, summary, tree, material);
   add_path(report, summary);
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
-  add_loops(report, tree, material);
+  add_loops(report, tree);
   add_tracking_sections(report, state.track, tree);
+  add_matrices(report, material);
   add_rgbd_recording_section(report, summary.recording);
   return page_with_parameters(report, material.parameters_toml, material.program_version);
 }
