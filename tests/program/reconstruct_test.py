@@ -141,7 +141,7 @@ class Reconstruct(support.ProgramTest):
 
     def test_nothing_to_integrate_says_why(self):
         folder = self.simulate(frames=4)
-        document = self.run_json("reconstruct", "recording", "--depth-units-per-m", "500000", expect=3)
+        document = self.run_json("reconstruct", "recording", "--depth-units-per-m", "500000", "--force", expect=3)
         self.assertRegex(document["error"]["message"], r"not one of 4 frames .*4 x ")
         shutil.rmtree(folder / "depth")
         (folder / "depth").mkdir()
