@@ -1,6 +1,7 @@
 """What people read: plurals, separators, units, each warning once, --quiet, the line that opens the report, progress
 within the terminal's width, the README's flight."""
 import fcntl
+import json
 import os
 import pty
 import re
@@ -51,15 +52,26 @@ class Words(support.SharedFolderTest):
         self.assertIn(f"{shown['voxels_known']:,} voxels", text)
         self.assertRegex(text, r"distances to the surface are stored in steps of 0\.00\d+ mm")
         for one in (again, text, self.run_hm("info", self.result / "mesh.ply").stdout,
-                    self.run_hm("info", self.recording).stdout):
+                    self.run_hm("info", self.recording).stdout, self.run_hm("info", self.result).stdout):
             self.assertIsNone(NO_SEPARATOR.search(one), one)
             self.assertNotIn("volumes", one)
 
+    def test_small_files_have_a_size(self):
+        shown = self.run_hm("info", self.result).stdout
+        self.assertRegex(shown, r"parameters\.toml, [1-9]\d*\.\d kB")
+        self.assertNotRegex(shown, r"\b0\.0+ [kM]B")
+
     def test_a_resumed_run_without_new_frames_states_no_speed(self):
         self.run_hm("reconstruct", self.recording, "-o", "done", "--quiet", *FAST)
-        text = self.run_hm("reconstruct", self.recording, "-o", "done", "--resume", *FAST).stdout
-        self.assertIn("12 of 12 frames integrated by earlier runs", text)
-        self.assertNotRegex(text, r"\b0\.0+ (frames|ms)")
+        record = self.folder / "done/run.json"
+        state = json.loads(record.read_text())
+        for complete in (True, False):  # the second as if it had been killed after its last save
+            if not complete:
+                record.write_text(json.dumps({**state, "state": "stopped"}))
+            text = self.run_hm("reconstruct", self.recording, "-o", "done", "--resume", *FAST).stdout
+            self.assertIn("already complete" if complete else "12 of 12 frames integrated by earlier runs", text)
+            self.assertNotRegex(text, r"\b0\.0+ (frames|ms)")
+            self.assertEqual(text.splitlines()[-1], "open done/report.html")
 
     def test_distorted_images_are_undistorted_on_reading(self):
         recording = self.simulate("distorted", 2)

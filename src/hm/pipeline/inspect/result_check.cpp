@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 
@@ -18,20 +19,20 @@ namespace {
 struct Headline {
   std::array<std::string_view, 2> keys;
   std::string_view label;
-  const char* format;
+  const char* format;  ///< of fmt; empty: a count
 };
 
 constexpr std::array kHeadlines{
-    Headline{{"frames", "integrated"}, "frames in the map", "{:.0f}"},
-    Headline{{"frames", "tracked"}, "frames tracked", "{:.0f}"},
-    Headline{{"frames", "lost"}, "frames lost", "{:.0f}"},
-    Headline{{"scans", "matched"}, "scans matched", "{:.0f}"},
+    Headline{{"frames", "integrated"}, "frames in the map", ""},
+    Headline{{"frames", "tracked"}, "frames tracked", ""},
+    Headline{{"frames", "lost"}, "frames lost", ""},
+    Headline{{"scans", "matched"}, "scans matched", ""},
     Headline{{"path_length_m", ""}, "path", "{:.2f} m"},
-    Headline{{"loops", "accepted"}, "loops accepted", "{:.0f}"},
-    Headline{{"ate_rmse_m", ""}, "error of the path (ATE)", "{:.4f} m"},
-    Headline{{"surface_error_mm", "mean"}, "error of the surface, mean", "{:.1f} mm"},
-    Headline{{"completeness_ratio", ""}, "share of the surface that is there", "{:.3f}"},
-    Headline{{"triangles", ""}, "triangles", "{:.0f}"},
+    Headline{{"loops", "accepted"}, "loops accepted", ""},
+    Headline{{"ate_rmse_m", ""}, "path error (ATE)", "{:.4f} m"},
+    Headline{{"surface_error_mm", "mean"}, "surface error, mean", "{:.1f} mm"},
+    Headline{{"completeness_ratio", ""}, "completeness", "{:.3f}"},
+    Headline{{"triangles", ""}, "triangles", ""},
 };
 
 std::optional<double> number_at(const JsonValue& report, const Headline& headline) {
@@ -41,6 +42,17 @@ std::optional<double> number_at(const JsonValue& report, const Headline& headlin
   if (!at) return std::nullopt;
   const double number = at->number_or(std::numeric_limits<double>::quiet_NaN());
   return std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
+std::string text_of(const Headline& headline, double number) {
+  if (*headline.format == '\0') return with_thousands(std::llround(number));
+  return fmt::format(fmt::runtime(headline.format), number);
+}
+
+std::string size_text(std::uint64_t bytes) {
+  constexpr std::uint64_t kLargest_kB = 1'000'000;
+  if (bytes < kLargest_kB) return fmt::format("{:.1f} kB", static_cast<double>(bytes) * 1e-3);
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6);
 }
 
 Result<JsonValue> read_report(const std::filesystem::path& path) {
@@ -66,10 +78,10 @@ Result<ResultReport> inspect_result(const std::filesystem::path& folder) {
     std::error_code code;
     const auto bytes = std::filesystem::file_size(folder / name, code);
     result.files.push_back({name, code ? 0 : bytes});
-    if (code) result.warnings.push_back(fmt::format("{} is gone", name));
+    if (code) result.warnings.push_back(fmt::format("{} is missing", name));
   }
   if (result.record.state != RunState::kComplete)
-    result.warnings.push_back(fmt::format("the run is not complete ({}): what it saved last is here",
+    result.warnings.push_back(fmt::format("the run is not complete ({}): this is what it saved last",
                                           to_string(result.record.state)));
   return result;
 }
@@ -88,15 +100,15 @@ JsonValue to_json(const ResultReport& report) {
 
 std::string to_text(const ResultReport& report) {
   const RunRecord& record = report.record;
-  std::string text = fmt::format("result       of `hm {}`{}{}, {} (housemartin {})\n", record.verb,
+  std::string text = fmt::format("{:<22} of `hm {}`{}{}, {} (housemartin {})\n", "result", record.verb,
                                  record.recording.empty() ? "" : " on ", record.recording,
                                  to_string(record.state), record.program_version);
   for (const Headline& headline : kHeadlines)
     if (const auto number = number_at(report.report, headline))
-      text += fmt::format("{:<12} {}\n", headline.label, fmt::format(fmt::runtime(headline.format), *number));
+      text += fmt::format("{:<22} {}\n", headline.label, text_of(headline, *number));
   for (const ResultFile& file : report.files)
     if (file.name.find('/') == std::string::npos)
-      text += fmt::format("file         {}, {:.1f} MB\n", file.name, static_cast<double>(file.bytes) * 1e-6);
+      text += fmt::format("{:<22} {}, {}\n", "file", file.name, size_text(file.bytes));
   return text;
 }
 
