@@ -19,11 +19,6 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.recording = flags.recording;
   options.output = flags.output.folder(flags.recording, "reconstruction");
   options.existing = flags.output.existing();
-  if (flags.output.resume) {
-    auto complete = OutputFlags::complete_result({options.output, {}, "reconstruct", options.recording, {}});
-    if (!complete) return hm::forward_error(complete);
-    if (*complete) return std::move(**complete);
-  }
   std::error_code code;
   if (flags.output.resume && std::filesystem::exists(options.output / "map.hmap", code)) {
     const auto of_map = hm::parameters_of_map(options.output / "map.hmap");
@@ -40,7 +35,13 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.force = flags.of_recording.force;
   options.poses = flags.poses;
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_of(hm::reconstruct(options));
+  const auto summary = hm::reconstruct(options);
+  if (summary && summary->already_complete) {
+    auto complete = OutputFlags::complete_result({options.output, {}, "reconstruct", options.recording, {}});
+    if (!complete) return hm::forward_error(complete);
+    if (*complete) return std::move(**complete);
+  }
+  return outcome_of(summary);
 }
 
 void add_reconstruct(Program& program) {

@@ -1,5 +1,6 @@
 """The usual mistakes of a first hour: each gets the right exit code, its cause, its place and its remedy, and loses
 nothing."""
+import re
 import shutil
 import sqlite3
 import unittest
@@ -107,8 +108,8 @@ class UsualMistakes(support.SharedFolderTest):
         (copy / "depth.txt").write_text("\n".join(lines[:12] + lines[28:]) + "\n")
         for verb in ("reconstruct", "odometry"):
             run = self.run_json(verb, copy, "-o", verb)
-            self.assertTrue(any("gaps, the longest" in warning for warning in run["warnings"]), run["warnings"])
-            self.assertIn("gaps, the longest", (self.folder / verb / "report.html").read_text())
+            self.assertTrue(any(re.search("gaps?, the longest", warning) for warning in run["warnings"]), run["warnings"])
+            self.assertRegex((self.folder / verb / "report.html").read_text(), "gaps?, the longest")
 
     # ---- not a recording, or not the right place ----
     def test_other_formats_are_named_with_the_way_from_there(self):

@@ -32,8 +32,8 @@ TriangleMesh simplify(TriangleMesh mesh, const SimplifyTarget& target);
 /// removed with their triangles.
 TriangleMesh cluster_vertices(const TriangleMesh& mesh, double cell_m);
 
-/// Reduces the mesh to at most `max_triangles` (at least 1) triangles: by simplify(), then by cluster_vertices()
-/// where open borders keep more.
+/// Reduces the mesh to at most `max_triangles` (at least 1) triangles: by simplify(), then by
+/// cluster_vertices() where open borders keep more.
 TriangleMesh simplify_to(const TriangleMesh& mesh, std::size_t max_triangles);
 
 /// Removes small pieces, then simplifies, as set in MeshParams.

@@ -7,8 +7,8 @@
 
 namespace hm {
 
-/// Self-contained one-page HTML5 report: no external resources, no script but that of the model's view, readable
-/// on a phone, light and dark mode, printable. All text is escaped; SVG is inserted unchanged.
+/// Self-contained one-page HTML5 report: no external resources, no script but that of the model's view,
+/// readable on a phone, light and dark mode, printable. All text is escaped; SVG is inserted unchanged.
 class HtmlReport {
  public:
   enum class Verdict { kGood, kDoubtful, kBad, kNone };  ///< kNone: a neutral statement

@@ -150,7 +150,8 @@ std::string draw_color_bar(const PlotColorBar& bar, double y) {
                      escape_markup(bar.low), left + 148, escape_markup(bar.high));
 }
 
-/// Draws the colour bar and the names under the title, in one or more rows; nothing for a single unnamed series.
+/// Draws the colour bar and the names under the title, in one or more rows; nothing for a single unnamed
+/// series.
 std::string draw_legend(std::span<const PlotSeries> series, const PlotOptions& options, int& rows) {
   rows = 0;
   std::string svg;

@@ -22,8 +22,8 @@ void add_summary_table(HtmlReport& report, const SummaryTree& summary, std::stri
 /// Adds the table of a list of the summary; nothing for an empty one.
 void add_list_table(HtmlReport& report, const SummaryTree& summary, std::string_view list);
 
-/// Name by which a reader knows a folder or file: its last part, preceded by the folder above where that says too
-/// little ("recording", "result", "data", a number): "house/recording".
+/// Name by which a reader knows a folder or file: its last part, preceded by the folder above where that says
+/// too little ("recording", "result", "data", a number): "house/recording".
 std::string folder_title(const std::filesystem::path& path);
 
 /// Files written by a run, one per line, for a terminal.

@@ -25,8 +25,8 @@ struct PreflightOptions {
 /// Checks a recording before a run begins: the checks of inspect_recording() on few frames (about twenty
 /// images are decoded), and what its reader left out. Gives sentences with number and remedy, each once.
 /// Error (kInvalidValue): no sensible result can come out, because depth is in another unit, the poses that
-/// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where the
-/// run finds its own poses.
+/// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where
+/// the run finds its own poses.
 Result<std::vector<std::string>> check_before_run(const Recording& recording,
                                                   const PreflightOptions& options);
 

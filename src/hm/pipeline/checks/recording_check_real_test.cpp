@@ -65,7 +65,8 @@ TEST_P(RealCheck, InvertedPosesAreFound) {
   }
   ASSERT_TRUE(writer->finish());
   const RecordingReport report = inspect(folder.path() / "inverted");
-  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kInvertedPoses)) << messages(report);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kMissingColor, FindingKind::kInvertedPoses))
+      << messages(report);
 }
 
 TEST(RealAgreement, SevenScenesAtTenFrames) {

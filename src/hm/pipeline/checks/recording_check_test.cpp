@@ -161,7 +161,7 @@ TEST_F(RoomCheck, DepthScaleOffIsFoundWithTheRightFactor) {
     const RecordingReport report = inspect(path_, {.depth_units_per_m = units_per_m});
     EXPECT_THAT(kinds(report), ::testing::Contains(FindingKind::kDepthScale)) << units_per_m;
     EXPECT_THAT(messages(report),
-                HasSubstr(fmt::format("5000 units per metre instead of {:.4g}", units_per_m)));
+                HasSubstr(fmt::format("5000 units per metre instead of {:.6g}", units_per_m)));
     EXPECT_THAT(messages(report), HasSubstr(" mm ("));
   }
 }

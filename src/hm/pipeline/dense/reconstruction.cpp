@@ -36,6 +36,11 @@ class Run {
 
   void add_warnings(std::vector<std::string> warnings) { summary_.warnings = std::move(warnings); }
   Result<void> open_map();
+  /// Whether the run that is continued was complete, with no frame left in the range of this one.
+  [[nodiscard]] bool already_complete() const {
+    return folder_.resumed() && folder_.resumed()->state == RunState::kComplete &&
+           state_.next_frame >= range_.end;
+  }
   Result<void> integrate_all();
   Result<ReconstructionSummary> finish();
 
@@ -350,6 +355,11 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
   Run run(options, *folder, std::move(*recording), std::move(poses));
   run.add_warnings(std::move(*warnings));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
+  if (run.already_complete()) {
+    ReconstructionSummary complete;
+    complete.already_complete = true;
+    return complete;
+  }
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();
 }

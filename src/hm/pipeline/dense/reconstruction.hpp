@@ -64,6 +64,8 @@ struct ReconstructionSummary {
   int threads = 1;
   bool interrupted = false;
   bool resumed = false;
+  bool already_complete =
+      false;  ///< a resumed run had nothing left to do; the result is as it was, nothing else is set
   std::size_t resumed_at_frame = 0;
 
   std::size_t frames_total = 0;  ///< of the recording, within the parameters' range

@@ -12,7 +12,16 @@
 namespace hm {
 
 /// Kind of a path, from the file system, its extension and, of laser recordings, its first bytes.
-enum class PathKind { kRecording, kLaserRecording, kResult, kMap, kOccupancy, kMesh, kTrajectory, kPoseGraph };
+enum class PathKind {
+  kRecording,
+  kLaserRecording,
+  kResult,
+  kMap,
+  kOccupancy,
+  kMesh,
+  kTrajectory,
+  kPoseGraph
+};
 /// An error when there is no such file or folder, or of no kind that this program reads.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 

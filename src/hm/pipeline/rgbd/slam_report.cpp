@@ -104,8 +104,7 @@ std::string verdict_of(const SlamSummary& summary, const SummaryTree& tree,
   const std::string error =
       tree.sentence("; the path is off by {ate_rmse_m} (rmse against the recording's own poses)")
           .value_or("");
-  return what +
-         fmt::format("{} of {} are in the map, over a path of {:.1f} m; {} closed{}.",
+  return what + fmt::format("{} of {} are in the map, over a path of {:.1f} m; {} closed{}.",
                             with_thousands(state.corrected.size()), counted(state.frames_total, "frame"),
                             path_length(state.corrected), counted(state.loops.accepted, "loop"), error);
 }
