@@ -11,13 +11,13 @@ namespace hm {
 namespace {
 
 /// Triangles that fit into kMaxModelBytes as a rule; a view that is larger is made again of fewer.
-constexpr std::size_t kFirstTriangles = 160'000;
+constexpr std::size_t kFirstTriangles = 150'000;
 
 std::string fitting_model_html(ModelView view, const TriangleMesh& mesh, const SurfaceDistance* truth,
                                const ParallelLoop& loop) {
   std::size_t triangles = kFirstTriangles;
   for (int attempt = 0; attempt < 5; ++attempt) {
-    view.mesh = simplify_to(mesh, triangles);
+    view.mesh = simplify_to(attempt == 0 ? mesh : view.mesh, triangles);
     if (truth != nullptr) view.errors_m = vertex_errors_m(view.mesh, *truth, loop);
     std::string html = model_view_html(view);
     if (html.size() <= kMaxModelBytes) return html;
