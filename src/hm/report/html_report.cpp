@@ -111,6 +111,12 @@ void HtmlReport::set_lead_figure(std::span<const std::uint8_t> file_bytes, const
   model_html_ = image_figure_html(file_bytes, text);
 }
 
+void HtmlReport::add_collapsible_figure(std::string summary, std::span<const std::uint8_t> file_bytes,
+                                        const FigureText& text) {
+  body_ += fmt::format("<details><summary>{}</summary>{}</details>\n", escape_markup(summary),
+                       image_figure_html(file_bytes, text));
+}
+
 void HtmlReport::add_svg(std::string svg, std::string caption) { body_ += figure_html(svg, "plot", caption); }
 
 void HtmlReport::add_table(std::vector<std::string> header, std::vector<std::vector<std::string>> rows) {

@@ -49,6 +49,9 @@ class HtmlReport {
   void add_figure(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption) {
     add_figure(file_bytes, FigureText{std::move(alt), std::move(caption), Place::kWide, {}, 0, 0});
   }
+  /// Adds a figure behind a line that unfolds it.
+  void add_collapsible_figure(std::string summary, std::span<const std::uint8_t> file_bytes,
+                              const FigureText& text);
   /// Adds an <svg> element, e.g. from plot.hpp.
   void add_svg(std::string svg, std::string caption);
   void add_table(std::vector<std::string> header, std::vector<std::vector<std::string>> rows);

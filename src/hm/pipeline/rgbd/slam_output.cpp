@@ -51,6 +51,7 @@ class Output {
   void write_occupancy(const KeyframeMaps& maps);
   void compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
   void draw_matrices();
+  void draw_accepted_loops();
   void draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
   void write_report();
 
@@ -181,6 +182,13 @@ void Output::draw_matrices() {
        HtmlReport::Place::kHalf}};
 }
 
+void Output::draw_accepted_loops() {
+  if (!options_.parameters.reconstruction.pictures) return;
+  say("drawing loops");
+  material_.loops = draw_loops(recording_, summary_.state.graph, summary_.state.track.keyframes,
+                               options_.parameters.loops.verifier);
+}
+
 void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (!options_.parameters.reconstruction.pictures) return;
   say("drawing figures");
@@ -246,6 +254,7 @@ Result<void> Output::write(const TriangleMesh& before) {
                                options_.parameters.reconstruction, summary_.outputs);
   compare_meshes(before, mesh);
   draw_matrices();
+  draw_accepted_loops();
   draw_meshes(before, mesh);
   write_report();
   return result_;

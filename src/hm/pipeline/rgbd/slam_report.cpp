@@ -78,7 +78,7 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
   add_pose_components(report, *summary.error);
 }
 
-void add_loops(HtmlReport& report, const SummaryTree& summary) {
+void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportMaterial& material) {
   report.begin_section("Loops", "Places that were seen again, on a thread of its own.");
   add_summary_table(report, summary, "loops");
   if (const auto adjustment = summary.sentence(
@@ -87,6 +87,7 @@ void add_loops(HtmlReport& report, const SummaryTree& summary) {
           "{bundle_adjustment.loop_links|feature match|feature matches} from closed loops and "
           "{bundle_adjustment.visit_links} between other visits of a place."))
     report.add_paragraph(*adjustment);
+  add_loop_figures(report, material.loops);
 }
 
 /// The matrices of place recognition, for those who look into loops.
@@ -189,7 +190,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   add_map(report, summary, tree, material);
   add_path(report, summary);
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
-  add_loops(report, tree);
+  add_loops(report, tree, material);
   add_tracking_sections(report, state.track, tree);
   add_matrices(report, material);
   add_rgbd_recording_section(report, summary.recording);
