@@ -83,7 +83,7 @@ class GivenPoses(support.SharedFolderTest):
     def test_files_say_where_up_is_in_any_frame(self):
         self.assertEqual(self.reconstruct((0, 0, 0, 1), "plain")["up"]["axis"], "z")
         self.assertIn("comment up z (from ", ply_header(self.folder / "plain/mesh.ply"))
-#y down, as of 7 - Scenes and most vision programs; and a frame without any reason.
+        # y down, as of 7-Scenes and most vision programs; and a frame without any reason.
         for name, turn in (("y_down", about((1, 0, 0), 90)), ("askew", about((0.6, 0, 0.8), 131))):
             with self.subTest(name):
                 up = rotate(turn, (0, 0, 1))
@@ -98,7 +98,7 @@ class GivenPoses(support.SharedFolderTest):
                 rows = glb_document(self.folder / name / "mesh.glb")["asset"]["extras"]["R_gltf_frame"]
                 in_viewer = [sum(rows[3 * i + j] * up[j] for j in range(3)) for i in range(3)]
                 self.assertLess(angle_deg(in_viewer, (0, 1, 0)), 1)
-#A GLB comes back into the map's frame.
+                # A GLB comes back into the map's frame.
                 boxes = [self.run_json("info", f"{name}/mesh.{ending}")["bounds_m"] for ending in ("ply", "glb")]
                 for corner in ("min", "max"):
                     for a, b in zip(boxes[0][corner], boxes[1][corner]):
@@ -114,7 +114,7 @@ class GivenPoses(support.SharedFolderTest):
         poses = read_poses(self.folder / "levelled/trajectory.tum")
         self.assertLess(angle_deg(up_in_truth(poses, self.poses), (0, 0, 1)), 1)
         self.assertEqual(self.run_json("info", "levelled/mesh.ply")["up"].split(" ")[0], "z")
-#Compared with the truth where the truth is : the map did not get worse by being turned.
+        # Compared with the truth where the truth is: the map did not get worse by being turned.
         plain = self.reconstruct((0, 0, 0, 1), "kept")
         level = self.run_json("reconstruct", self.recording, "-o", "kept_level", "--level", *COARSE)
         self.assertAlmostEqual(level["surface_error_mm"]["mean"], plain["surface_error_mm"]["mean"], delta=1.0)
@@ -134,7 +134,7 @@ class GivenPoses(support.SharedFolderTest):
         self.assertEqual((self.folder / "part/mesh.ply").read_bytes(), (self.folder / "whole/mesh.ply").read_bytes())
 
     def test_one_wall_alone_is_unknown_and_said_so(self):
-#The first frames of a camera that does not move show too little.
+        # The first frames of a camera that does not move show too little.
         run = self.run_json("reconstruct", self.recording, "-o", "far", "--set", "reconstruction.frame_limit=1",
                             "--set", "tsdf.far_m=0.4", *COARSE)
         if run["triangles"] == 0 or not run["up"]["known"]:
@@ -163,10 +163,10 @@ class GivenPoses(support.SharedFolderTest):
         self.assertLess(math.dist(first[1], (0, 0, 0)), 0.02)
         ahead = rotate(first[2], (0, 0, 1))
         self.assertLess(abs(math.degrees(math.atan2(ahead[1], ahead[0]))), 1)
-#The same room as found by a camera that is rolled : turned pictures are not made here, so compare with off.
+        # The same room as found by a camera that is rolled: turned pictures are not made here, so compare with off.
         _, before = self.slam("as_held", *free, "--set", "slam.level=false")
         self.assertGreater(before, 3)
-#A given frame is kept.
+        # A given frame is kept.
         given, off = self.slam("given")
         self.assertFalse(given["up"]["levelled"])
         self.assertLess(off, 1)
@@ -181,12 +181,10 @@ class GivenPoses(support.SharedFolderTest):
         off = angle_deg(up_in_truth(read_poses(self.folder / "without/trajectory.tum"), self.poses), (0, 0, 1))
         self.assertLess(off, 1)
 
-#Up in the frame of each recording 's poses. Of fr1 the motion capture' s z is not it : the floor that fr1 / \
-    rpy sees,                                                                                                \
-    the
-#desk, \
-    and gravity by its accelerometer with the bias taken out agree on this direction within half a degree.Of
-# 7 - Scenes the plane of the floor, fitted to a mesh by hand; ICL - NUIM is y up by definition.
+
+# Up in the frame of each recording's poses. Of fr1 the motion capture's z is not it: the floor that fr1/rpy sees, the
+# desk, and gravity by its accelerometer with the bias taken out agree on this direction within half a degree. Of
+# 7-Scenes the plane of the floor, fitted to a mesh by hand; ICL-NUIM is y up by definition.
 REAL = {
     "rgbd/tum_fr1_xyz": (0.0145, -0.0365, 0.9992),
     "rgbd/tum_fr1_rpy": (0.0145, -0.0365, 0.9992),
