@@ -9,7 +9,7 @@ namespace {
 struct ReconstructFlags {
   std::string recording, poses;
   double voxel_m = 0;
-  bool align = false;
+  bool align = false, level = false;
   OutputFlags output;
   RecordingFlags of_recording;
 };
@@ -27,6 +27,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   }
   auto list = hm::list_dense(options.parameters);
   if (flags.align) options.parameters.reconstruction.align = true;
+  if (flags.level) options.parameters.reconstruction.level = true;
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
@@ -65,6 +66,8 @@ void add_reconstruct(Program& program) {
       ->check(positive_number());
   command.add_flag("--align", flags->align,
                    "correct each pose by aligning its depth image to the map (reconstruction.align)");
+  command.add_flag("--level", flags->level,
+                   "rotate the poses so that z is up (reconstruction.level); otherwise their frame is kept");
   flags->output.add_resume_to(command, "continue an interrupted run in the same folder, with its parameters");
   flags->of_recording.add_to(command);
   flags->of_recording.add_force_to(command);

@@ -19,6 +19,7 @@ struct ReconstructionParams {
   /// Number of frames decoded ahead.
   int prefetch_frames = 4;
   bool align = false;
+  bool level = false;
   bool live_mesh = true;
   double mesh_budget_ms = 15.0;
   double save_interval_s = 20.0;
@@ -38,6 +39,11 @@ struct ReconstructionParams {
                "correct each given pose by aligning its depth image to the map",
                ParamLevel::kBasic},
       self.align);
+    v(ParamDoc{"level",
+               {},
+               "rotate the given poses so that z is up, by gravity, else floor and walls",
+               ParamLevel::kBasic},
+      self.level);
     v(ParamDoc{"live_mesh",
                {},
                "update the mesh while scanning; it is complete at the end in any case",
@@ -65,6 +71,7 @@ struct ReconstructionParams {
 /// Settings of a run of the whole RGB-D system; the other sections determine the computation.
 struct SlamParams {
   bool start_at_pose = true;
+  bool level = true;
   int map_stride = 1;
   double rebuild_shift_voxel = 0.25;
   bool rebuild_online = true;
@@ -83,6 +90,11 @@ struct SlamParams {
                {},
                "start at the recording's pose of the first frame, if any; else level at the origin"},
       self.start_at_pose);
+    v(ParamDoc{"level",
+               {},
+               "rotate the map so that z is up, unless its frame is given: by gravity, else floor and walls",
+               ParamLevel::kBasic},
+      self.level);
     v(ParamDoc{"map_stride",
                {1, 1000},
                "integrate every n-th frame with a pose into the dense map",

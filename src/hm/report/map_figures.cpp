@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/report/render/canvas.hpp"
 #include "hm/report/render/color_map.hpp"
 
@@ -112,6 +113,21 @@ void draw_height_legend(Image<Rgb8>& image, const HeightColors& colors) {
               {kTextSize_px, {kInk, 1}, TextAlign::kLeft});
 }
 
+/// The occupied voxels in a frame with z up, each as its eight eighths, so that no column stays empty.
+std::vector<OccupancyVoxel> levelled(std::span<const OccupancyVoxel> voxels, double size_m, const Vec3& up) {
+  const Eigen::Matrix3f R_level_map = rotation_to_z_up(up).cast<float>();
+  const auto quarter = static_cast<float>(0.25 * size_m);
+  std::vector<OccupancyVoxel> out;
+  for (const OccupancyVoxel& voxel : voxels)
+    for (int part = 0; part < 8 && voxel.state == Occupancy::kOccupied; ++part) {
+      const Eigen::Vector3f offset((part & 1) != 0 ? quarter : -quarter, (part & 2) != 0 ? quarter : -quarter,
+                                   (part & 4) != 0 ? quarter : -quarter);
+      out.push_back(voxel);
+      out.back().p_world_centre = R_level_map * (voxel.p_world_centre + offset);
+    }
+  return out;
+}
+
 }  // namespace
 
 std::vector<HtmlReport::Swatch> legend_of(std::span<const MapOverlay> paths) {
@@ -185,7 +201,9 @@ std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
   return image;
 }
 
-std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m) {
+std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m,
+                                        const Vec3& up) {
+  if (up != Vec3::UnitZ()) return draw_heights(levelled(voxels, size_m, up), size_m);
   std::map<std::pair<int, int>, float> highest;
   for (const OccupancyVoxel& voxel : voxels) {
     if (voxel.state != Occupancy::kOccupied) continue;

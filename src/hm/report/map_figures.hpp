@@ -33,8 +33,9 @@ void set_scale(Figure& figure, double metres);
 std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
                                                std::span<const MapOverlay> paths);
 
-/// Draws the highest occupied voxel of each column from above, coloured by its height, with a legend. Nothing
-/// without occupied voxels.
-std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m);
+/// Draws the highest occupied voxel of each column from above, coloured by its height along `up` (unit), with
+/// a legend. Nothing without occupied voxels.
+std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m,
+                                        const Vec3& up = Vec3::UnitZ());
 
 }  // namespace hm

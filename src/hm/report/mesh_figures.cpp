@@ -19,11 +19,15 @@ RenderOptions render_options(const MeshFigureOptions& options, RenderStyle style
 
 }  // namespace
 
+SceneExtent extent_of(const TriangleMesh& mesh, const MeshFigureOptions& options) {
+  return options.up_is_known ? scene_extent_along(mesh, options.up) : scene_extent(mesh, options.up);
+}
+
 std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigureOptions& options,
                                       const ParallelLoop& loop) {
   std::vector<Figure> figures;
   if (mesh.triangles.empty()) return figures;
-  const SceneExtent extent = scene_extent(mesh, options.up);
+  const SceneExtent extent = extent_of(mesh, options);
   const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
     const RenderOptions render = render_options(options, style);
     figures.push_back({std::move(name), std::move(caption),
@@ -58,7 +62,7 @@ std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const Triangle
   render.vertex_values = errors_m;
   render.value_label = "error (mm)";
   return Figure{"error", "Signed distance to the true surface: red in front of it, blue behind.",
-                render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop),
+                render_mesh(mesh, dollhouse_view(extent_of(mesh, options), render), render, loop),
                 HtmlReport::Place::kStill};
 }
 

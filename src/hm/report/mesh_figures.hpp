@@ -12,6 +12,7 @@
 #include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/report/html_report.hpp"
+#include "hm/report/render/mesh_renderer.hpp"
 
 namespace hm {
 
@@ -29,9 +30,13 @@ struct MeshFigureOptions {
   int width_px = 1400;
   int height_px = 900;
   const Trajectory* trajectory = nullptr;  ///< drawn into the floor plan
-  Vec3 up = Vec3::UnitZ();                 ///< approximate up direction
-  std::optional<SE3> T_world_camera;       ///< additional view from this camera pose
+  Vec3 up = Vec3::UnitZ();                 ///< up direction (unit); approximate unless it is known
+  bool up_is_known = false;
+  std::optional<SE3> T_world_camera;  ///< additional view from this camera pose
 };
+
+/// Extent of a mesh along the up direction of the options.
+SceneExtent extent_of(const TriangleMesh& mesh, const MeshFigureOptions& options);
 
 /// Draws the mesh from above with ceilings removed: shaded, by colour (if it has any), by height, and as a
 /// floor plan. Empty for an empty mesh.

@@ -24,7 +24,8 @@ struct KeyframePointParams {
   int stride_px = 1;
   double max_depth_m = 4.0;
   double max_sigma_m = 0.05;  ///< readings with a larger standard deviation (Gaussian mixture) are skipped
-  double top_m = 0;           ///< points above this height are skipped; 0: no limit
+  double top_m = 0;           ///< points above this height (along `up`) are skipped; 0: no limit
+  Vec3 up = Vec3::UnitZ();
   DepthNoise noise;
 };
 
@@ -66,6 +67,7 @@ struct KeyframeMapParams {
   MvogParams mvog;
   DepthNoise depth_noise;
   double max_depth_sigma_m = 0.05;  ///< see KeyframePointParams
+  Vec3 up = Vec3::UnitZ();
 };
 
 /// Reads the keyframes of the first map again and builds the maps listed in slam.maps; if stopped early, from

@@ -37,6 +37,8 @@ class SlamMap {
   /// Integrates a frame with a pose; one of a later submap only after a loop has connected it. May move the
   /// frame's images out.
   void add(RgbdFrame& frame, const TrackedFrame& tracked);
+  /// Rotates the map about its origin at the next correct(), whose keyframes must be in the rotated frame.
+  void set_turn(const Mat3& R_turned_map);
   /// Brings the map to the final poses: those of odometry if loops have moved nothing by more than
   /// slam.rebuild_shift_voxel. Rebuilds the map unless it is already correct. Cancels a rebuild started by
   /// follow().
@@ -47,6 +49,8 @@ class SlamMap {
   [[nodiscard]] DensePipeline& dense();
   [[nodiscard]] const DensePipeline& dense() const;
   [[nodiscard]] std::size_t frames_mapped() const;
+  /// Frames given to add(); the frame source can read each of them again.
+  [[nodiscard]] std::vector<Observation> observations() const;
   [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
   /// Size and rebuild progress as text, for a progress line.
   [[nodiscard]] std::string progress() const;

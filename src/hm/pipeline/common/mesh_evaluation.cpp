@@ -34,6 +34,13 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path) {
   return truth;
 }
 
+void turn(MeshTruth& truth, const Mat3& R_turned_truth) {
+  const Eigen::Matrix3f R = R_turned_truth.cast<float>();
+  for (Eigen::Vector3f& vertex : truth.mesh.vertices) vertex = (R * vertex).eval();
+  for (Eigen::Vector3f& normal : truth.mesh.normals) normal = (R * normal).eval();
+  for (Vec3& point : truth.visible_points) point = (R_turned_truth * point).eval();
+}
+
 void add_surface_error(SummaryTree& v, std::string_view key, const MeshAccuracy& accuracy,
                        SummaryTree::Quantities quantities) {
   const Summary& m = accuracy.distance_m;

@@ -35,7 +35,7 @@ SceneModel make_scene_model(const TriangleMesh& mesh, const MeshFigureOptions& o
   SceneModel scene;
   if (mesh.triangles.empty()) return scene;
   ModelView view;
-  view.extent = scene_extent(mesh, options.up);
+  view.extent = extent_of(mesh, options);
   if (options.trajectory != nullptr) view.path = path_points(*options.trajectory);
   scene.size = scene_size(mesh, view.extent);
   scene.plan_svg = floor_plan_svg(mesh, view.extent, *scene.size, options.trajectory);

@@ -18,10 +18,12 @@
 namespace hm {
 namespace {
 
-Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh) {
+Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh,
+                                        const UpDirection& up) {
   mesh = clean_mesh(std::move(mesh), options.mesh);
   MeshWriteOptions write;
   write.program = "housemartin " + options.run.program_version;
+  write.up = up;
   if (const auto written = as_run_failure(write_mesh(options.to, mesh, write)); !written)
     return forward_error(written);
   return ConversionSummary{
@@ -35,7 +37,7 @@ Result<ConversionSummary> convert_map(const ConversionOptions& options) {
   const auto grid = load_grid(*map);
   if (!grid) return forward_error(grid);
   const ParallelLoop loop(options.run.threads);
-  return write_cleaned(options, extract_mesh(*grid, options.mesh, loop));
+  return write_cleaned(options, extract_mesh(*grid, options.mesh, loop), up_of_map(map->header()));
 }
 
 /// The centres of the occupied cells.
@@ -82,7 +84,8 @@ Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
 Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
   auto mesh = read_mesh(options.from);
   if (!mesh) return forward_error(mesh);
-  return write_cleaned(options, std::move(*mesh));
+  const auto up = read_mesh_up(options.from);
+  return write_cleaned(options, std::move(*mesh), up && *up ? **up : UpDirection());
 }
 
 Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {

@@ -1,5 +1,9 @@
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/angle.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
@@ -7,6 +11,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_report.hpp"
 
@@ -26,6 +31,7 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
     summary.warnings.push_back("the truth cannot be used: " + to_string(truth.error()));
     return;
   }
+  if (!summary.T_level_given.rotation().isIdentity(0)) turn(*truth, summary.T_level_given.rotation());
   auto error = evaluate_mesh(mesh, truth->mesh, options.parameters.mesh_error, loop, truth->visible_points);
   if (!error) {
     summary.warnings.push_back("the mesh cannot be compared with the truth: " + to_string(error.error()));
@@ -35,6 +41,18 @@ void measure(const ReconstructionOptions& options, const TriangleMesh& mesh, con
   truth->visible_points = {};  // a million or two; figures only need the mesh
   material.truth = std::move(*truth);
   trim_memory();
+}
+
+/// With poses that were levelled, up is z unless that could not be found.
+void find_up_in(const TriangleMesh& mesh, ReconstructionSummary& summary) {
+  summary.up = up_of_frame(mesh, summary.trajectory,
+                           {summary.recording.camera.without_distortion(), summary.recording.imu});
+  const double off_rad = std::acos(std::clamp(summary.up.up.z(), -1.0, 1.0));
+  if (summary.levelled && summary.up.known() && off_rad < 1.5 * kRadiansPerDegree)
+    summary.up.up = Vec3::UnitZ();
+  if (!summary.up.known())
+    summary.warnings.emplace_back(
+        "up is unknown: no accelerometer, and neither floor nor walls tell it clearly");
 }
 
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {
@@ -82,7 +100,8 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   summary.outputs.push_back(folder / "map.hmap");
   if (mesh.triangles.empty())
     summary.warnings.push_back("the mesh is empty: no surface was seen clearly enough");
-  const auto meshes = write_mesh_files(mesh, {folder, options.run.program_version},
+  find_up_in(mesh, summary);
+  const auto meshes = write_mesh_files(mesh, {folder, options.run.program_version, summary.up},
                                        options.parameters.reconstruction, summary.outputs);
   if (!meshes) return as_run_failure(meshes);
   ReportMaterial material;
@@ -93,7 +112,7 @@ Result<void> write_results(DensePipeline& pipeline, const ReconstructionOptions&
   add_warnings(options, summary);
   if (options.parameters.reconstruction.pictures) {
     say(options, "drawing figures");
-    const MeshFigureOptions draw = figure_options(summary.recording.camera, summary.trajectory);
+    const MeshFigureOptions draw = figure_options(summary.recording.camera, summary.trajectory, summary.up);
     material.figures = make_mesh_figures(mesh, draw, pipeline.loop());
     if (material.truth)
       if (auto figure = make_error_figure(mesh, material.truth->mesh, draw, pipeline.loop()))

@@ -1,5 +1,6 @@
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
 #include "hm/report/run_report.hpp"
@@ -34,6 +35,11 @@ void visit(const ReconstructionSummary& summary, SummaryTree& v) {
   v({"vertices", "vertices"}, summary.vertices);
   v({"triangles", "triangles"}, summary.triangles);
   add_box(v, "bounds_m", summary.bounds_m);
+  v.object("up", [&](SummaryTree& up) {
+    visit(summary.up, up);
+    up({"levelled"}, summary.levelled);
+    up.shown("text", {}, to_string(summary.up));
+  });
   v.group("alignment", summary.alignment);
   v({"path_length_m", "path", "{:.2f} m"}, path_length(summary.trajectory));
   if (!summary.error) return;
@@ -61,7 +67,7 @@ std::string to_text(const ReconstructionSummary& summary) {
               "{alignment.align_ms.median}, 99 % under {alignment.align_ms.p99}",
               "             trajectory error {alignment.ate_given_m} as given, {alignment.ate_aligned_m} "
               "aligned",
-              "size         {bounds_m}",
+              "size         {bounds_m}; up: {up.text}",
               "against the truth: mean {surface_error_mm.mean}, 95 % under {surface_error_mm.p95}, bias "
               "{surface_error_mm.bias}; {completeness_ratio} complete"}) +
          output_lines(summary.outputs);

@@ -4,6 +4,7 @@
 
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/foreign_format.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/g2o_file.hpp"
@@ -87,6 +88,12 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
       "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
 }
 
+UpDirection up_of_map(const MapHeader& header) {
+  const auto state = parse_json(header.state_json.empty() ? "{}" : header.state_json, "state");
+  const JsonValue* text = state ? state->find("up") : nullptr;
+  return text && text->as_string() ? parse_up(*text->as_string()).value_or(UpDirection()) : UpDirection();
+}
+
 Result<MapReport> inspect_map(const std::filesystem::path& path) {
   const auto map = MapFile::open(path, MapOpenMode::kReadLenient);
   if (!map) return forward_error(map);
@@ -99,6 +106,7 @@ Result<MapReport> inspect_map(const std::filesystem::path& path) {
   });
   if (!read) return forward_error(read);
   report.volumes_damaged = read->blocks_skipped;
+  report.up = up_of_map(report.header);
   report.problems = map->problems();
   report.problems.insert(report.problems.end(), read->problems.begin(), read->problems.end());
   if (const auto state = state_from_json(report.header.state_json, path.string())) {
@@ -119,6 +127,7 @@ void visit(const MapReport& report, SummaryTree& v) {
   v({"voxels_known"}, report.voxels_known);
   v({"voxels_inside"}, report.voxels_inside);
   add_box(v, "bounds_m", report.bounds_m);
+  v({"up"}, to_string(report.up));
   v({"file_bytes", {}, "{:.1f} MB", 1e-6}, report.file_bytes);
   v({"frames_integrated"}, report.frames_integrated);
   v({"next_frame", {}, "{:d}"}, report.next_frame);
@@ -133,7 +142,7 @@ std::string to_text(const MapReport& report) {
               "with colour",
               "precision    distances to the surface are stored in steps of {sdf_unit_m}",
               "known        {voxels_known|voxel}, {voxels_inside} of them on or behind a surface",
-              "size         [{bounds_m}, ]{file_bytes} on disk",
+              "size         [{bounds_m}, ]{file_bytes} on disk", "up           {up}",
               "made from    {frames_integrated|frame}; --resume would continue at frame {next_frame}"}) +
          problem_lines(report.problems);
 }
@@ -141,9 +150,11 @@ std::string to_text(const MapReport& report) {
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path) {
   const auto mesh = read_mesh(path);
   if (!mesh) return forward_error(mesh);
+  const auto up = read_mesh_up(path);
   return MeshReport{mesh->vertices.size(),  mesh->triangles.size(), open_edges(*mesh).size(),
                     mesh->has_normals(),    mesh->has_colors(),     surface_area(*mesh),
-                    enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path)};
+                    enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path),
+                    up ? *up : std::nullopt};
 }
 
 void visit(const MeshReport& report, SummaryTree& v) {
@@ -156,6 +167,7 @@ void visit(const MeshReport& report, SummaryTree& v) {
   v({"enclosed_volume_m3"}, report.enclosed_volume_m3);
   add_box(v, "bounds_m", report.bounds_m);
   v({"file_bytes"}, report.file_bytes);
+  v({"up"}, report.up ? to_string(*report.up) : std::string("the file does not say"));
   v.shown("normals", {}, report.has_normals ? "with" : "without");
   v.shown("colors", {}, report.has_colors ? "with" : "without");
 }
@@ -163,7 +175,7 @@ void visit(const MeshReport& report, SummaryTree& v) {
 std::string to_text(const MeshReport& report) {
   return describe(report).lines(
       {"mesh of {vertices|vertex|vertices} and {triangles|triangle}, {normals} normals, {colors} colours",
-       "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}"});
+       "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}", "up           {up}"});
 }
 
 Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {

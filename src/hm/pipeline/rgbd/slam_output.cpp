@@ -45,6 +45,10 @@ class Output {
     result_ = write(options_.output / name);
     if (result_) summary_.outputs.push_back(options_.output / name);
   }
+  /// Heights are measured along this: z while up is unknown.
+  [[nodiscard]] Vec3 height_axis() const {
+    return summary_.state.up.known() ? summary_.state.up.up : Vec3::UnitZ();
+  }
   void write_trajectories();
   void write_map_file();
   void write_keyframe_maps();
@@ -79,6 +83,7 @@ void Output::write_map_file() {
   file("map.hmap", [&](const auto& path) -> Result<void> {
     SlamSaveState state = initial_save_state(summary_.recording, options_.run.program_version);
     state.next_frame = summary_.state.frames_done;
+    state.up = summary_.state.up;
     const MapHeader header = slam_map_header(options_.parameters, pipeline_.dense().grid(), state);
     auto map = MapFile::create(path, header);
     if (!map) return forward_error(map);
@@ -98,7 +103,7 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
                                                 summary_.warnings);
   if (!written) result_ = forward_error(written);
   if (written && *written) summary_.outputs.push_back(path);
-  if (auto figure = draw_heights(voxels, resolution_m))
+  if (auto figure = draw_heights(voxels, resolution_m, height_axis()))
     material_.maps.push_back({"occupancy",
                               "The highest occupied cell of the occupancy map, from above, by height.",
                               std::move(*figure)});
@@ -107,8 +112,9 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
 void Output::write_keyframe_maps() {
   RunContext finishing = options_.run;  // the maps of a run that was stopped early are whole nevertheless
   finishing.stop = {};
-  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes,
-                                               keyframe_map_params(options_.parameters), finishing);
+  KeyframeMapParams wanted = keyframe_map_params(options_.parameters);
+  wanted.up = height_axis();
+  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes, wanted, finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} could not be read again for the maps", counted(maps.unreadable, "keyframe")));
@@ -119,6 +125,7 @@ void Output::write_keyframe_maps() {
   }
   MeshWriteOptions write;
   write.frame = "map", write.program = "housemartin " + options_.run.program_version;
+  write.up = summary_.state.up;
   if (maps.points)
     file("points.ply", [&](const auto& path) { return write_mesh(path, maps.points->points(), write); });
   if (maps.occupancy) write_occupancy(maps);
@@ -192,13 +199,14 @@ void Output::draw_accepted_loops() {
 void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (!options_.parameters.reconstruction.pictures) return;
   say("drawing figures");
-  const MeshFigureOptions draw = figure_options(summary_.recording.camera, summary_.state.corrected);
+  const MeshFigureOptions draw =
+      figure_options(summary_.recording.camera, summary_.state.corrected, summary_.state.up);
   material_.figures = make_mesh_figures(mesh, draw, pipeline_.dense().loop());
   material_.scene = make_scene_model(mesh, draw, nullptr, pipeline_.dense().loop());
   if (result_) result_ = write_floor_plan(material_.scene, options_.output, summary_.outputs);
   if (before.triangles.empty()) return;
   const MeshFigureOptions draw_before =
-      figure_options(summary_.recording.camera, summary_.state.track.trajectory);
+      figure_options(summary_.recording.camera, summary_.state.track.trajectory, summary_.state.up);
   std::vector<Figure> pairs;  // before and after stand side by side
   for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
     if (figure.name != "plan" && figure.name != "color") continue;
@@ -250,7 +258,7 @@ Result<void> Output::write(const TriangleMesh& before) {
   if (mesh.triangles.empty())
     summary_.warnings.emplace_back("the mesh is empty: no surface was seen clearly enough");
   if (result_)
-    result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version},
+    result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version, summary_.state.up},
                                options_.parameters.reconstruction, summary_.outputs);
   compare_meshes(before, mesh);
   draw_matrices();

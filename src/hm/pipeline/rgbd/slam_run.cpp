@@ -51,6 +51,11 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   if (state.track.frames_read < state.frames_total && state.interrupted)
     summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
                                            counted(state.frames_total, "frame")));
+  if (!state.up.known())
+    summary.warnings.emplace_back(
+        "up is unknown: there is no accelerometer, and floor and walls do not determine it; the map's z axis "
+        "is "
+        "the upward direction of the first image");
   if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
     summary.warnings.emplace_back(
         "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
@@ -94,6 +99,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
     return tl::make_unexpected(nothing_tracked(options, pipeline.state(), *warnings));
+  pipeline.level();
   TriangleMesh before;
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();

@@ -1,7 +1,9 @@
 #include <algorithm>
 
+#include "hm/core/angle.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
 #include "hm/report/run_report.hpp"
@@ -70,6 +72,12 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
     v.object("odometry", [&](SummaryTree& odometry) { visit_error(*summary.odometry_error, odometry); });
   v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
   v.group("alignment", state.dense_alignment);
+  v.object("up", [&](SummaryTree& up) {
+    visit(state.up, up);
+    up({"levelled"}, state.levelled);
+    up({"levelled_deg"}, state.levelled_rad * kDegreesPerRadian);
+    up.shown("text", {}, to_string(state.up));
+  });
   v({"frames_mapped", "frames mapped"}, state.frames_mapped);
   v({"frames_disconnected", "frames in unconnected maps"}, state.frames_disconnected);
   v.group("map_correction", state.correction);
@@ -118,6 +126,7 @@ std::string to_text(const SlamSummary& summary) {
               "{map_correction.seconds}",
               "          corrected {corrections|time} during tracking, which waited {longest_stall_ms} at "
               "most",
+              "up        {up.text}",
               "surface error before loops were closed {odometry_mesh_error.accuracy_mm.mean}",
               "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} "
               "complete"}) +

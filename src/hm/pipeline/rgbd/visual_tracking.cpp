@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+
 #include "hm/core/angle.hpp"
+#include "hm/core/check.hpp"
 #include "hm/core/text/counted.hpp"
 #include "hm/odometry/make_odometry.hpp"
 
@@ -18,11 +20,18 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 
 VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
                                const Start& start)
-    : odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
+    : parameters_(parameters),
+      camera_(camera),
+      odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
       hints_(start.imu, parameters.use_imu) {
   if (start.imu && parameters.use_imu != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
     track_.imu_source = start.imu->source;
   track_.frames_total = start.frames_total;
+}
+
+void VisualTracking::set_first_camera(const SE3& T_odom_first_camera) {
+  HM_CHECK(track_.frames_tracked == 0, "{} frames have a pose", track_.frames_tracked);
+  odometry_ = make_visual_odometry(parameters_, camera_, T_odom_first_camera);
 }
 
 TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms) {

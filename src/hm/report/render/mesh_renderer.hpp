@@ -51,6 +51,8 @@ struct SceneExtent {
 /// Computes the extent. `up_hint`: approximate up direction (a camera's mean -y, or z), refined by the
 /// surfaces that face it within 25 degrees.
 SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint = Vec3::UnitZ());
+/// The same with a known up direction (unit), which is not refined.
+SceneExtent scene_extent_along(const TriangleMesh& mesh, const Vec3& up);
 /// Mean up direction of a camera held roughly upright; z without poses.
 Vec3 up_of_cameras(const Trajectory& trajectory);
 

@@ -155,21 +155,9 @@ Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& s
 /// Pixels kept free at the sides of an image.
 constexpr double kMarginRatio = 0.04;
 
-}  // namespace
-
-Vec3 up_of_cameras(const Trajectory& trajectory) {
-  Vec3 sum = Vec3::Zero();
-  for (const StampedPose& pose : trajectory) sum -= pose.T_world_base.rotation().col(1);
-  return sum.norm() > 1e-3 * static_cast<double>(trajectory.size()) && sum.allFinite() && !trajectory.empty()
-             ? Vec3(sum.normalized())
-             : Vec3::UnitZ();
-}
-
-SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
+SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<Facet>& facets, const Vec3& up) {
   SceneExtent extent;
-  const std::vector<Facet> facets = some_facets(mesh);
-  const bool usable_hint = up_hint.allFinite() && up_hint.norm() > 1e-9;
-  extent.up = refine_up(facets, usable_hint ? Vec3(up_hint.normalized()) : Vec3::UnitZ());
+  extent.up = up;
   const std::vector<Vec3> samples = sample_surface(mesh, 20'000, 1);
   Mat3 axes = wall_axes(facets, extent.up);
   if (samples.empty()) {
@@ -189,6 +177,27 @@ SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
     if (extent.box.contains(axes.transpose() * p)) extent.points.push_back(p);
   find_floor_and_ceiling(facets, extent);
   return extent;
+}
+
+}  // namespace
+
+Vec3 up_of_cameras(const Trajectory& trajectory) {
+  Vec3 sum = Vec3::Zero();
+  for (const StampedPose& pose : trajectory) sum -= pose.T_world_base.rotation().col(1);
+  return sum.norm() > 1e-3 * static_cast<double>(trajectory.size()) && sum.allFinite() && !trajectory.empty()
+             ? Vec3(sum.normalized())
+             : Vec3::UnitZ();
+}
+
+SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
+  const std::vector<Facet> facets = some_facets(mesh);
+  const bool usable_hint = up_hint.allFinite() && up_hint.norm() > 1e-9;
+  return extent_along(mesh, facets,
+                      refine_up(facets, usable_hint ? Vec3(up_hint.normalized()) : Vec3::UnitZ()));
+}
+
+SceneExtent scene_extent_along(const TriangleMesh& mesh, const Vec3& up) {
+  return extent_along(mesh, some_facets(mesh), up);
 }
 
 RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options) {
