@@ -14,15 +14,13 @@
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/loop_selector.hpp"
-#include "hm/slam/rgbd/reference_adjustment.hpp"
-#include "hm/slam/rgbd/reference_keyframes.hpp"
 #include "measurement.hpp"
 
 namespace hm::bench {
 namespace {
 
-/// Of this thread: other programs on the machine do not count.
-double processor_seconds() {
+/// CPU time of this thread: other programs on the machine do not count.
+double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
@@ -93,9 +91,9 @@ Day judge_for_a_day(std::size_t keyframes) {
         proposals.push_back(
             loop_to(graph, i - kLap * (1 + rng.below(static_cast<std::uint32_t>(i / kLap))), rng));
     const bool is_judged = !proposals.empty();
-    const double before_s = processor_seconds();
+    const double before_s = cpu_seconds();
     const LoopDecision decision = selector.update(graph, std::move(proposals));
-    if (is_judged) ms.push_back(1e3 * (processor_seconds() - before_s));
+    if (is_judged) ms.push_back(1e3 * (cpu_seconds() - before_s));
     for (const LoopProposal& loop : decision.accepted)
       if (loop.information_gain_ratio > params.kMinInformationGainRatio)
         graph.add_loop(
@@ -117,8 +115,7 @@ Day judge_for_a_day(std::size_t keyframes) {
 constexpr double kPointsPerMetre = 90, kNear_m = 0.7, kFar_m = 4.5;
 
 /// Landmarks on the walls of the ring as odometry makes them, one a lap and point, each with a few sights
-/// from keyframes of other laps that match_covisible compares (references of their places); keyframes a
-/// centimetre off their places, slowly changing.
+/// from other laps; keyframes a centimetre off their places, slowly changing.
 Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
   Rng rng(seed);
   Bundle bundle{{640, 480, 525, 525, 319.5, 239.5, {}}, {}, {}, {0}, {}};
@@ -141,7 +138,6 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
                              bundle.camera.project(p) + 0.5 * Vec2(rng.normal(), rng.normal()),
                              0.25 * Eigen::Matrix2d::Identity(), p.z() + sigma_m * rng.normal(), sigma_m};
   };
-  const std::vector<bool> is_reference = reference_keyframes(truth);
   const std::size_t reach = static_cast<std::size_t>(kFar_m / kKeyframe_m) + 1;
   const auto points = static_cast<std::size_t>(kPointsPerMetre * kRing_m);
   for (std::size_t point = 0; point < points; ++point) {
@@ -157,19 +153,15 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
       const BundleObservation& first = landmark.observations.front();
       landmark.p_map =
           bundle.T_map_camera[first.keyframe] * bundle.camera.unproject(first.pixel, first.depth_m);
-      for (int draw = 0, links = 0; draw < 60 && links < 6; ++draw) {
+      for (int link = 0; link < 6; ++link) {
         const std::size_t lap = rng.below(static_cast<std::uint32_t>(keyframes / kLap + 1));
         const std::size_t k = nearest + lap * kLap - rng.below(static_cast<std::uint32_t>(reach));
         const bool is_there =
             std::ranges::any_of(landmark.observations, [k](const auto& o) { return o.keyframe == k; });
-        if (k >= keyframes || is_there || !is_reference[k]) continue;
-        if (const auto seen = sight(k, p_map)) {
-          landmark.observations.push_back(*seen);
-          ++links;
-        }
+        if (k >= keyframes || is_there) continue;
+        if (const auto seen = sight(k, p_map)) landmark.observations.push_back(*seen);
       }
       std::ranges::sort(landmark.observations, {}, &BundleObservation::keyframe);
-      bound_covisibility(landmark.observations, is_reference);
       bundle.landmarks.push_back(std::move(landmark));
     }
   }
@@ -184,13 +176,10 @@ struct Adjustment {
 
 Adjustment adjust(std::size_t keyframes) {
   Bundle bundle = make_bundle(keyframes, 1);
-  std::vector<SE3> truth;
-  for (std::size_t k = 0; k < keyframes; ++k) truth.push_back(camera_on_ring(k));
-  const std::vector<bool> is_reference = reference_keyframes(truth);
   Adjustment adjustment;
-  const double before_s = processor_seconds();
-  adjustment.result = adjust_by_references(bundle, is_reference);
-  adjustment.seconds = processor_seconds() - before_s;
+  const double before_s = cpu_seconds();
+  adjustment.result = adjust_bundle(bundle);
+  adjustment.seconds = cpu_seconds() - before_s;
   double squares = 0;
   for (std::size_t k = 0; k < keyframes; ++k)
     squares += (bundle.T_map_camera[k].translation() - camera_on_ring(k).translation()).squaredNorm();

@@ -38,6 +38,7 @@ FENCES = {
     "lz4frame.h": ["io"],
     "opencv2": ["odometry", "calibration", "slam", "io"],
     "ceres": ["calibration", "slam"],
+    "nanoflann.hpp": ["odometry"],
     "embree3": ["sim", "evaluation"],
     "boost": ["station"],
     "hwy": ["sensors", "depth_camera", "tsdf", "mesh"],

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -6,13 +8,16 @@
 
 namespace hm {
 
-/// A k-d tree over points in space (Bentley 1975; leaves of a few points). It keeps its own copy; indices are
-/// those of the points given. Searches are const and give the same answer in any order; of equally near
-/// points the one with the lower index.
+/// Nearest neighbours among points in space: nanoflann's k-d tree over a copy of the points. Indices are
+/// those of the points given. Searches are const; of equally near points they prefer the one with the lower
+/// index.
 class PointIndex {
  public:
-  PointIndex() = default;
+  PointIndex();
   explicit PointIndex(std::span<const Vec3> points);
+  ~PointIndex();
+  PointIndex(PointIndex&&) noexcept;
+  PointIndex& operator=(PointIndex&&) noexcept;
 
   struct Neighbour {
     int index = -1;
@@ -29,26 +34,12 @@ class PointIndex {
   /// Up to `count` nearest points into `out`, by distance.
   void nearest(const Vec3& query, int count, std::vector<Neighbour>& out) const;
 
-  [[nodiscard]] std::size_t size() const { return items_.size(); }
+  [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  struct Item {
-    Vec3 point;
-    int index = 0;
-  };
-  /// Left child at `first`, right child at `first + 1`; a leaf holds items [first, end).
-  struct Node {
-    int axis = -1;  ///< -1: leaf
-    double split = 0;
-    int first = 0, end = 0;
-  };
-  void build(int node, int begin, int end);
-  template <class Visit>
-  void visit(const Vec3& query, Visit& state) const;
-
-  std::vector<Item> items_;
-  std::vector<Node> nodes_;
+  struct Tree;
+  std::unique_ptr<Tree> tree_;  ///< none: no points
 };
 
 }  // namespace hm

@@ -46,7 +46,7 @@ inline constexpr std::size_t kPixelSetCount = kPixelSetNames.size();
 /// Errors of a model's predicted deviations.
 struct ModelErrors {
   std::array<RootMeanSquare, kPixelSetCount> error_m;  ///< predicted minus actual
-  /// The same by actual depth, in steps of kUncertaintyDepthStep_m from 0; and the predictions themselves.
+  /// Errors and predicted deviations by actual depth, in steps of kUncertaintyDepthStep_m from 0.
   std::array<std::vector<RootMeanSquare>, kPixelSetCount> error_by_depth_m, predicted_by_depth_m;
 };
 inline constexpr double kUncertaintyDepthStep_m = 0.25;
@@ -80,7 +80,8 @@ Result<UncertaintyResult> simulate_uncertainty(const SimulationParams& scene, co
                                                const UncertaintyExperimentParams& params,
                                                const RunContext& run);
 
-/// The same with a recording in which nothing moves: its first frames, from frame 0. A pixel counts when half
+/// Measures predicted against actual deviations in a recording in which nothing moves: its first frames,
+/// from frame 0. A pixel counts when half
 /// of them have a reading. Errors: recording unusable, fewer than 10 frames.
 Result<UncertaintyResult> record_uncertainty(const std::filesystem::path& recording,
                                              const RecordingOptions& how, const FeatureParams& features,

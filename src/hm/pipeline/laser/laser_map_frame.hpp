@@ -62,7 +62,7 @@ class LaserMapFrame {
   /// With all that is known by now: what brings a pose of `odom` at a moment into `map`. Before a vehicle
   /// was first found in a saved map, as it was then.
   [[nodiscard]] SE2 T_map_odom_at(Time stamp, const SE2& T_odom_base) const;
-  /// The same for a trajectory; heights and tilts stay.
+  /// A trajectory brought into `map`, every pose by T_map_odom_at(); heights and tilts stay.
   [[nodiscard]] Trajectory corrected(const Trajectory& T_odom_base) const;
 
  private:

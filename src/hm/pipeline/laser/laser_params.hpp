@@ -110,7 +110,7 @@ struct LaserParameters {
   MvogParams mvog;
 };
 
-/// The same, and how the result is compared with the truth.
+/// Parameters of a run: the laser system, and how its result is compared with the truth.
 struct LaserRunParameters {
   LaserParameters laser;
   TrajectoryErrorParams trajectory_error;

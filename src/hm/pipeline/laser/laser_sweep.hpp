@@ -30,7 +30,8 @@ class SweepPoints {
 
   /// False when a pose is missing; the points are empty then.
   bool compute(const LaserScan& scan, const LaserRig& rig, const SweepPose& T_odom_base);
-  /// The same from poses that an earlier compute() of this scan gave (knots()), each moved by `T_map_odom`.
+  /// Computes the points from poses that an earlier compute() of this scan gave (knots()), each moved by
+  /// `T_map_odom`.
   void compute_again(const LaserScan& scan, const LaserRig& rig, std::span<const SweepKnot> knots,
                      const SE3& T_map_odom);
   /// The poses between which the last compute() placed the beams.

@@ -22,9 +22,9 @@ struct MotionSearchParams {
   /// Half the window.
   static constexpr double kWindow_rad = 3.15;
   double min_score = 0.5;
-  /// What a place loses of its score by the speed (1 m/s, squared) that it needs beyond the prediction.
+  /// Score that a pose loses for a velocity beyond the predicted one, per (m/s)^2.
   static constexpr double kShiftPenaltyS2PerM2 = 0.1;
-  /// The same for turning (1 rad/s, squared).
+  /// Score that a pose loses for an angular velocity beyond the predicted one, per (rad/s)^2.
   static constexpr double kTurnPenaltyS2PerRad2 = 0.03;
   double min_pairs_ratio = 0.4, max_error_m = 0.06;
 

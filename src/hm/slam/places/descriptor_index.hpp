@@ -51,7 +51,7 @@ class DescriptorIndex {
   /// The nearest descriptors found, nearest first, equals by owner. At most query.neighbours.
   [[nodiscard]] std::vector<DescriptorNeighbour> nearest(const BinaryDescriptor& descriptor,
                                                          const Query& query) const;
-  /// The same by comparing with every descriptor.
+  /// The nearest descriptors, by comparing with every one: the exact answer that nearest() approximates.
   [[nodiscard]] std::vector<DescriptorNeighbour> nearest_exhaustive(const BinaryDescriptor& descriptor,
                                                                     const Query& query) const;
 

@@ -40,7 +40,7 @@ std::vector<FeaturePair> match_features(const FeatureSet& a, const FeatureSet& b
 /// depends on the arguments only. Swapping a and b inverts the motion, and little else.
 PlaceMatch verify_place(const Keyframe& a, const Keyframe& b, const PlaceVerifierParams& params = {});
 
-/// The same from matches that somebody else has found; sorted, all with depth.
+/// verify_place() for given matches instead of its own; sorted, all with depth.
 PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const FeaturePair> matches,
                           const PlaceVerifierParams& params = {});
 

@@ -54,8 +54,7 @@ struct LandmarkNoise {
 /// older one's landmark as a further observation, or the other way round; links between features that are of
 /// none become landmarks of their own, left out when they would have two features of a keyframe. Placed at
 /// the weighted mean of what keyframes see; those that only one sees, and those never seen with depth, are
-/// left out. Where a place has more keyframes than stand for it (reference_keyframes), links must have one
-/// that does, and landmarks have the observations of one visit and of those (bound_covisibility).
+/// left out.
 void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
                     std::span<const FeatureLink> links, const LandmarkNoise& noise = {});
 

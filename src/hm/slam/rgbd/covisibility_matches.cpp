@@ -1,13 +1,9 @@
 #include "hm/slam/rgbd/covisibility_matches.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
 
 #include "hm/core/statistics.hpp"
 #include "hm/slam/places/place_registration.hpp"
-#include "hm/slam/rgbd/reference_keyframes.hpp"
 
 namespace hm {
 namespace {
@@ -17,34 +13,6 @@ constexpr double kMinShared = 0.25;     // of them
 constexpr double kMinViewCosine = 0.5;  // between two views of a point: descriptors change
 constexpr double kLinkMinDepth_m = 0.1;
 constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
-
-/// Keyframes by the cubes of kVisitsReach_m that they are in.
-class ReferencesByPlace {
- public:
-  void add(std::uint32_t keyframe, const Vec3& p_map) { of_[cube_of(p_map)].push_back(keyframe); }
-  /// Those within reach and some more, ascending.
-  [[nodiscard]] std::vector<std::uint32_t> near(const Vec3& p_map) const {
-    const Cube middle = cube_of(p_map);
-    std::vector<std::uint32_t> near;
-    for (std::int64_t x = -1; x <= 1; ++x)
-      for (std::int64_t y = -1; y <= 1; ++y)
-        for (std::int64_t z = -1; z <= 1; ++z)
-          if (const auto found = of_.find({middle[0] + x, middle[1] + y, middle[2] + z}); found != of_.end())
-            near.insert(near.end(), found->second.begin(), found->second.end());
-    std::ranges::sort(near);
-    return near;
-  }
-
- private:
-  using Cube = std::array<std::int64_t, 3>;
-  static Cube cube_of(const Vec3& p_map) {
-    Cube cube{};
-    for (std::size_t i = 0; i < 3; ++i)
-      cube[i] = static_cast<std::int64_t>(std::floor(p_map[static_cast<Eigen::Index>(i)] / kVisitsReach_m));
-    return cube;
-  }
-  std::map<Cube, std::vector<std::uint32_t>> of_;
-};
 
 /// Some of the points that a keyframe sees, from all of its picture.
 std::vector<Vec3> sample_of(const Keyframe& keyframe) {
@@ -69,22 +37,17 @@ bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b,
 
 std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed,
                                           const PinholeCamera& camera) {
-  std::vector<SE3> T_map_camera;
-  for (const PlacedKeyframe& one : placed) T_map_camera.push_back(one.T_map_camera);
-  const std::vector<bool> is_reference = reference_keyframes(T_map_camera);
-  ReferencesByPlace references;
   std::vector<KeyframePair> pairs;
   for (std::uint32_t b = 0; b < placed.size(); ++b) {
     const Keyframe& later = *placed[b].keyframe;
     const std::vector<Vec3> points = sample_of(later);
     std::vector<std::uint32_t> partners;
-    for (const std::uint32_t a : references.near(placed[b].T_map_camera.translation())) {
+    for (std::uint32_t a = 0; a < b; ++a) {
       const bool is_near = b - a < kKeyframesApart && placed[a].keyframe->submap == later.submap;
       if (is_near || placed[a].map != placed[b].map) continue;
       if (shares_view(camera, points, placed[a].T_map_camera.inverse() * placed[b].T_map_camera))
         partners.push_back(a);
     }
-    if (is_reference[b]) references.add(b, placed[b].T_map_camera.translation());
     for (const std::uint32_t a : thinned(std::move(partners), kMostVisits)) pairs.emplace_back(a, b);
   }
   return pairs;

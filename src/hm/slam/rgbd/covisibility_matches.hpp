@@ -21,15 +21,12 @@ using KeyframePair = std::pair<std::uint32_t, std::uint32_t>;
 
 /// Nearer ones of a submap share odometry's landmarks and are not compared.
 inline constexpr std::size_t kKeyframesApart = 12;
-/// Cameras further apart do not see the same features.
-inline constexpr double kVisitsReach_m = 10;
 /// Earlier keyframes that one is compared with at most.
 inline constexpr std::size_t kMostVisits = 100;
 
 /// Pairs (earlier, later) of keyframes of one map that look at the same surfaces from about the same side,
-/// and are kKeyframesApart or of different submaps. The earlier is a reference of its place
-/// (reference_keyframes) and at most kVisitsReach_m off. Where one has more than kMostVisits, they are spread
-/// over all. So the time is linear in the keyframes, and by the references within reach of each.
+/// and are kKeyframesApart or of different submaps. Where one has more than kMostVisits, they are spread over
+/// all. (Finding them takes time by the square of the keyframes: 0.2 s for 1200, 0.7 s for 2400.)
 std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed,
                                           const PinholeCamera& camera);
 

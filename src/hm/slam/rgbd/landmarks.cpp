@@ -8,7 +8,6 @@
 
 #include "hm/core/statistics.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
-#include "hm/slam/rgbd/reference_keyframes.hpp"
 
 namespace hm {
 namespace {
@@ -74,10 +73,8 @@ bool is_seen_by(const std::vector<BundleObservation>& track, std::uint32_t keyfr
 /// Collects what is seen of odometry's landmarks and of those that links make.
 class TrackMaker {
  public:
-  TrackMaker(std::span<const Keyframe* const> keyframes, const std::vector<bool>& is_reference,
-             const LandmarkNoise& noise)
+  TrackMaker(std::span<const Keyframe* const> keyframes, const LandmarkNoise& noise)
       : keyframes_(keyframes),
-        is_reference_(is_reference),
         noise_(noise),
         landmark_of_(keyframes.size()),
         first_(first_features(keyframes)),
@@ -90,14 +87,10 @@ class TrackMaker {
   }
 
   void add(const FeatureLink& link) {
-    const bool a_stands = is_reference_[link.keyframe_a], b_stands = is_reference_[link.keyframe_b];
-    if (!a_stands && !b_stands) return;
     const std::uint64_t of_a = landmark_of(link.keyframe_a, link.feature_a),
                         of_b = landmark_of(link.keyframe_b, link.feature_b);
-    const bool anchors_b = of_b != 0 && a_stands && !b_stands;  // the landmark of b is held to its place by a
-    const bool anchors_a = of_a != 0 && b_stands && !a_stands;
-    if (of_a != 0 && !anchors_b) return see(of_a, link.keyframe_b, link.feature_b, anchors_a);
-    if (of_b != 0) return see(of_b, link.keyframe_a, link.feature_a, anchors_b);
+    if (of_a != 0) return see(of_a, link.keyframe_b, link.feature_b);
+    if (of_b != 0) return see(of_b, link.keyframe_a, link.feature_a);
     const std::size_t a = first_[link.keyframe_a] + link.feature_a,
                       b = first_[link.keyframe_b] + link.feature_b;
     sets_.merge(a, b);
@@ -130,10 +123,9 @@ class TrackMaker {
     return first;
   }
 
-  /// A feature that anchors what another visit sees may do so however often that place is visited.
-  void see(std::uint64_t landmark, std::uint32_t keyframe, std::uint32_t feature, bool is_anchor) {
+  void see(std::uint64_t landmark, std::uint32_t keyframe, std::uint32_t feature) {
     int &by_links = observations_by_links_[landmark], &of_feature = landmarks_of_[first_[keyframe] + feature];
-    if (by_links >= kMostObservationsByLinks || (!is_anchor && of_feature >= kMostLandmarksOfFeature)) return;
+    if (by_links >= kMostObservationsByLinks || of_feature >= kMostLandmarksOfFeature) return;
     std::vector<BundleObservation>& track = of_odometry_[landmark];
     if (is_seen_by(track, keyframe)) return;
     track.push_back(observation_of(keyframe, keyframes_[keyframe]->features[feature], noise_));
@@ -161,7 +153,6 @@ class TrackMaker {
   }
 
   std::span<const Keyframe* const> keyframes_;
-  const std::vector<bool>& is_reference_;
   LandmarkNoise noise_;
   Tracks of_odometry_;
   std::map<std::uint64_t, int> observations_by_links_;
@@ -198,14 +189,13 @@ std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<BundleObser
   return place;
 }
 
-void take_over(Bundle& bundle, Tracks tracks, const std::vector<bool>& is_reference) {
+void take_over(Bundle& bundle, Tracks tracks) {
   for (auto& [number, track] : tracks) {
-    std::sort(track.begin(), track.end(),
-              [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
-    bound_covisibility(track, is_reference);
     if (track.size() < 2) continue;
     const std::optional<Vec3> place = place_of(bundle, track);
     if (!place) continue;
+    std::sort(track.begin(), track.end(),
+              [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
     bundle.landmarks.push_back({*place, thinned(std::move(track), kMostObservations)});
   }
 }
@@ -214,12 +204,11 @@ void take_over(Bundle& bundle, Tracks tracks, const std::vector<bool>& is_refere
 
 void make_landmarks(Bundle& bundle, std::span<const Keyframe* const> keyframes,
                     std::span<const FeatureLink> links, const LandmarkNoise& noise) {
-  const std::vector<bool> is_reference = reference_keyframes(bundle.T_map_camera);
-  TrackMaker maker(keyframes, is_reference, noise);
+  TrackMaker maker(keyframes, noise);
   for (const FeatureLink& link : links) maker.add(link);
   bundle.landmarks.clear();
-  take_over(bundle, maker.take_of_odometry(), is_reference);
-  take_over(bundle, maker.of_links(), is_reference);
+  take_over(bundle, maker.take_of_odometry());
+  take_over(bundle, maker.of_links());
 }
 
 }  // namespace hm

@@ -11,8 +11,6 @@
 #include "hm/slam/rgbd/covisibility_matches.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/loop_selector.hpp"
-#include "hm/slam/rgbd/reference_adjustment.hpp"
-#include "hm/slam/rgbd/reference_keyframes.hpp"
 
 namespace hm {
 namespace {
@@ -185,7 +183,7 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext&
     edge.information *= params.kBundleEdgeRatio;
     bundle.edges.push_back(edge);
   }
-  const BundleResult result = adjust_by_references(bundle, reference_keyframes(bundle.T_map_camera), {}, run);
+  const BundleResult result = adjust_bundle(bundle, {}, run);
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
   report.observations_behind = result.observations_behind;

@@ -16,34 +16,41 @@ struct RgbdLoopParams {
   bool match_covisible = true;
   /// Share of odometry's information that the adjustment keeps besides features.
   static constexpr double kBundleEdgeRatio = 0.1;
-  /// Deviation of odometry between keyframes that states none, constant part.
+  // Standard deviation of odometry between successive keyframes where it states no covariance: a constant
+  // part and one that grows with the translation between them (odometry_covariance).
+  /// Constant part of the translation's deviation, metres.
   static constexpr double kOdometrySigma_m = 0.003;
-  /// The same of rotation.
+  /// Constant part of the rotation's deviation, radians.
   static constexpr double kOdometrySigma_rad = 0.002;
   double odometry_drift_ratio = 0.01;
-  /// The same of rotation.
+  /// Part of the rotation's deviation that grows with the translation, radians a metre.
   static constexpr double kOdometryDrift_rad_m = 0.004;
-  /// Added to odometry's own deviation, constant part.
+  // Where odometry states a covariance, the squares of these deviations are added to it: a floor.
+  /// Constant part of the translation's, metres.
   static constexpr double kOdometryFloor_m = 0.0003;
-  /// And the part that grows with the way.
+  /// Part of the translation's that grows with the translation, metres a metre.
   static constexpr double kOdometryFloorRatio = 0.001;
-  /// The same of rotation.
+  /// Constant part of the rotation's, radians.
   static constexpr double kOdometryFloor_rad = 0.0002;
-  /// The same of rotation.
+  /// Part of the rotation's that grows with the translation, radians a metre.
   static constexpr double kOdometryFloor_rad_m = 0.0004;
-  /// A loop further than this from what odometry allows is none.
+  /// Squared Mahalanobis distance between a loop and the pose graph beyond which the loop is rejected: about
+  /// the 0.999 quantile of chi-squared with 6 degrees of freedom.
   static constexpr double kGateChi2 = 22.5;
-  /// Systematic drift that the gate allows, by length of way.
+  /// Systematic translation drift that this gate allows besides the graph's covariance, metres a metre of
+  /// path.
   static constexpr double kGateDriftRatio = 0.02;
-  /// The same of rotation.
+  /// Systematic rotation drift that this gate allows besides the graph's covariance, radians a metre of path.
   static constexpr double kGateDrift_rad_m = 0.003;
   /// No loop when another place explains this part of its features as well.
   static constexpr double kRivalRatio = 0.6;
-  /// A loop that corrects more must be confirmed by another keyframe's.
+  /// A loop that moves its keyframe by more than this, metres, must be confirmed by a loop of another
+  /// keyframe.
   static constexpr double kLargeCorrection_m = 0.3;
-  /// The same of rotation.
+  /// A loop that turns its keyframe by more than this, radians, must be confirmed by a loop of another
+  /// keyframe.
   static constexpr double kLargeCorrection_rad = 0.1;
-  /// A loop that is not confirmed by then is dropped.
+  /// A loop that is not confirmed within so many keyframes is dropped.
   static constexpr int kMaxWaitingKeyframes = 30;
   /// A loop becomes an edge when the graph's variance of its motion is larger by this factor.
   static constexpr double kMinInformationGainRatio = 1;
