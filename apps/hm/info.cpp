@@ -101,9 +101,9 @@ void add_info(Program& program) {
        "  hm info result/mesh.ply --json",
        [flags](Session& session) { return run(*flags, session); }});
   command
-      .add_option(
-          "path", flags->path,
-          "folder of a recording, .bag, .log, .alog, .dat, .hmap, .mvog, .ply, .obj, .glb, .tum, .g2o")
+      .add_option("path", flags->path,
+                  "folder of a recording, .bag, .log, .alog, .dat, .hmap, .mvog, .ply, .obj, .glb, .gltf, "
+                  ".stl, .off, .dae, .fbx, .tum, .g2o")
       ->required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);

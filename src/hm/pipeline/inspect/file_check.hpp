@@ -40,7 +40,7 @@ struct MeshReport {
   Box3 bounds_m;
   std::uint64_t file_bytes = 0;
 };
-/// Reads all of a mesh (.ply .obj .glb).
+/// Reads all of a mesh (kMeshNames).
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 void visit(const MeshReport& report, SummaryTree& v);
 std::string to_text(const MeshReport& report);
