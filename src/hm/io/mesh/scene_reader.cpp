@@ -37,7 +37,7 @@ template <class T>
 void put(std::string& out, const std::vector<T>& values) {
   const std::uint64_t count = values.size();
   out.append(reinterpret_cast<const char*>(&count), sizeof count);
-  out.append(reinterpret_cast<const char*>(values.data()), count * sizeof(T));
+  if (count > 0) out.append(reinterpret_cast<const char*>(values.data()), count * sizeof(T));
 }
 
 template <class T>
@@ -48,7 +48,8 @@ bool take(const std::string& bytes, std::size_t& at, std::vector<T>& values) {
   at += sizeof count;
   if (count > (bytes.size() - at) / sizeof(T)) return false;
   values.resize(count);
-  std::memcpy(static_cast<void*>(values.data()), bytes.data() + at, count * sizeof(T));
+  // memcpy and append take no null pointer, which is where an empty vector may be.
+  if (count > 0) std::memcpy(static_cast<void*>(values.data()), bytes.data() + at, count * sizeof(T));
   at += count * sizeof(T);
   return true;
 }
