@@ -43,15 +43,15 @@ def kernel_section(details):
     if not details:
         return ""
     lines = ["## The integration kernel and its limit", "",
-             "A volume near the surface is 8^3 voxels; each voxel's distance and weight (4 bytes), and with colour that too",
-             "(4 bytes, kept in volumes near a surface only), is read and written once a frame: 8 or 16 bytes moved. The limits",
-             "are what a loop that reads, changes and writes 256 KiB (L2) or 256 MiB (memory) reached in the same run:",
+             "A block has 8^3 voxels. For each voxel, distance and weight (4 bytes) are read and written once per frame, and with colour",
+             "4 more bytes (stored only in blocks near a surface): 8 or 16 bytes are moved. The limits are the rates that a loop which",
+             "reads, changes and writes 256 KiB (L2 cache) or 256 MiB (memory) reached in the same run:",
              f"{details['l2_gb_s']:.1f} and {details['memory_gb_s']:.1f} GB/s. sevenscenes_a, 2 cm, 8 cm band, one thread.", "",
              "| | depth only | with colour |", "|---|---|---|"]
-    labels = {"volumes_per_frame": "volumes examined a frame", "voxels_per_frame": "voxels in them",
+    labels = {"volumes_per_frame": "blocks examined per frame", "voxels_per_frame": "voxels in them",
               "voxels_updated_per_frame": "voxels changed", "voxel_bytes_per_frame": "voxel bytes moved, at most",
               "image_bytes_per_frame": "image bytes read", "frame_ms": "whole frame, ms", "kernel_ms": "kernel alone, ms",
-              "kernel_ns_per_voxel": "kernel, ns a voxel examined", "frame_ns_per_voxel": "frame, ns a voxel examined",
+              "kernel_ns_per_voxel": "kernel, ns per examined voxel", "frame_ns_per_voxel": "frame, ns per examined voxel",
               "kernel_gb_s": "kernel, GB/s of voxel bytes", "limit_l2_ms": "limit by L2, ms",
               "limit_memory_ms": "limit by memory, ms"}
     for key, label in labels.items():
@@ -113,28 +113,29 @@ def document(stored):
     machines = collections.defaultdict(list)
     for row in measured.values():
         machines[row["machine"]].append(row["load"])
-    lines = ["# Benchmarks", "", "Written by `bench/run` from `benchmarks.json`; do not edit.", ""]
+    lines = ["# Benchmarks", "How fast, how large and how accurate housemartin is, compared with other programs in the same run and with fixed limits.",
+             "`bench/run` generates this page from `benchmarks.json`; do not edit it.", ""]
     lines += [f"{len(loads)} rows: {name}, load {min(loads)} to {max(loads)} at the end of the runs."
               for name, loads in machines.items()]
-    lines += ["", "```sh manual", "bench/run                     # every row; writes this file",
-              "bench/run --skip vo_hour      # every row but these, which stay as they were",
-              "bench/run --update simd       # these rows only, and the others stay as they were",
-              "bench/run --changed           # the rows whose rooms changed since they were measured (--list: names them)",
-              "bench/run simd threads --json # writes no file",
-              "bench/run --install-peers     # installs libopen3d-dev first (Open3D 0.16)", "```"]
+    lines += ["", "```sh manual", "bench/run                     # measure every row and write this file",
+              "bench/run --skip vo_hour      # measure all rows except these, which keep their values",
+              "bench/run --update simd       # measure only these rows; the others keep their values",
+              "bench/run --changed           # measure rows whose code changed since the last measurement (--list: only list them)",
+              "bench/run simd threads --json # measure these rows, write no file",
+              "bench/run --install-peers     # install libopen3d-dev (Open3D 0.16) first", "```"]
     for name in rows.TABLES:
         lines += table_lines(name, [entry for entry in entries if rows.table_of(entry["name"]) == name], measured)
     if missing := [name for name in rows.NAMES if name not in measured]:
         lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
-    lines += ["", "`measured`: the day and the commit; a + after it: with changes that are not in it. `ratio` is peer over ours, more",
-              "is better; without a peer `ours` is judged. A row that has companions below it (`slam_house` and",
-              "`slam_house_ate`) holds only if they do.", "", "## How it is measured", "",
-              "Recordings lie in `$HM_DATA`, else in `../shared/data`; 600 frames of `sevenscenes_a`, 640x480, voxels of 2 cm, a",
-              "band of 8 cm and depth to 4 m for both sides. Frames are loaded a chunk of 40 at a time; then everybody integrates",
-              "the chunk in turn, and again for every round, each round into a map of its own; a frame counts with its fastest round,",
-              "a row with the mean over frames. Open3D's images and tensors are made beforehand; ours takes 16-bit depth and RGB as",
-              "they come, and has carving, colour (unless depth only) and the edge filter on. Each bench is a process of its own;",
-              "`OMP_NUM_THREADS` and TBB's limit hold the peer to as many threads as ours.", "", "| row | what |", "|---|---|"]
+    lines += ["", "`bar` is the required value, `aim` the desired one. `ratio` is peer divided by ours (more is better); without a peer,",
+              "`ours` is compared with the bar. `measured`: day and commit (with a +: plus uncommitted changes). Some rows",
+              "belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
+              "Recordings are read from `$HM_DATA`, else from `../shared/data`. Integration uses 600 frames of `sevenscenes_a`, 640x480,",
+              "with voxels of 2 cm, a truncation band of 8 cm and depth up to 4 m for all programs. Frames are loaded in chunks of 40.",
+              "The programs integrate each chunk in turn, several rounds, each round into a separate map. The time of a frame is that",
+              "of its fastest round; a row is the mean over frames. The images and tensors of Open3D are prepared before the measurement;",
+              "housemartin takes 16-bit depth and RGB as they are, with carving, colour (except for depth only) and the edge filter.",
+              "Each benchmark is a separate process; `OMP_NUM_THREADS` and a limit for TBB give the peer the same number of threads.", "", "| row | what is measured |", "|---|---|"]
     lines += [f"| `{row.name}` | {row.what} |" for row in rows.ROWS]
     lines += ["", kernel_section(stored["details"].get("kernel_limit")), "## Everything else that was measured", "", "```json",
               json.dumps({key: value for key, value in stored["details"].items() if key != "kernel_limit"}, indent=1), "```", ""]

@@ -25,7 +25,7 @@ ROWS = [
     Row("threads", "ms a frame", 1.7, 1.9, "ratio", "threads", 2, "one thread (peer) against two, voxels of 1 cm"),
     Row("carving", "times the time without", 1.1, 1.05, "at_most", "carving", 1, "carving on against off"),
     Row("mesh_incremental", "times the integration", 2, 1, "at_most", "mesh_incremental", 1,
-        "meshing what changed, per frame, 2 cm"),
+        "meshing of changed blocks, per frame, 2 cm"),
     Row("mesh_whole", "ms", 4, 8, "ratio", "mesh_whole", 2, "whole mesh from scratch against Open3D's fastest, 2 threads"),
     Row("map_memory", "MB", 8, 12, "ratio", "mesh_whole", 2, "map with colour against ScalableTSDFVolume"),
     Row("tango", "ms a frame", 2, 0.7, "at_most", "tango", 1,
@@ -41,10 +41,10 @@ ROWS = [
         "house at 2 cm: share of visible true surface within 2 cm"),
     Row("seams", "edges", 0, None, "at_most", "seams", 2, "open edges inside observed space"),
     Row("align_room", "mm", 1, None, "at_most", "align_room", 1,
-        "analytic room, Kinect noise, pose disturbed by 2 cm and 1 deg: left after dense alignment, median of the views "
-        "that show all six directions", ("align_corridor",)),
+        "analytic room, Kinect noise, pose disturbed by 2 cm and 1 deg: error after dense alignment, median of the views "
+        "that constrain all six degrees of freedom", ("align_corridor",)),
     Row("align_corridor", "mm", 0.01, None, "at_most", "align_room", 1,
-        "analytic corridor, Kinect noise, disturbed likewise: largest motion along the free axis"),
+        "analytic corridor, Kinect noise, the same disturbance: largest motion along the free axis"),
     # Laser
     Row("plicp_1081", "ms", 1.0, 0.4, "at_most", "plicp_1081", 1,
         "scan odometry, 1081 beams, sigma 1 cm, 41.7 m loop: median of a scan; peer: the published matcher, our code", ("plicp_1081_p99",)),
@@ -57,13 +57,13 @@ ROWS = [
         "steps of 0.10-0.80 m at 1 m/s with mixed beams, ten times over: altitude RMSE, worst of ten flights; peer: the "
         "dissertation's histogram", ("height_false_steps",)),
     Row("height_false_steps", "steps", 0, None, "at_most", "height", 1,
-        "steps seen in twice 10 min over a flat floor, and floors found that there are not"),
+        "false steps in two flights of 10 min over a flat floor, and false floors"),
     Row("late_laser", "m/s", 3, None, "ratio", "late_laser", 1,
         "velocity RMSE at 2 m/s with a laser 60 ms late; peer: the same filters without delay compensation"),
     Row("fusion_step", "us", 20, None, "at_most", "fusion_step", 1,
         "slowest step of the fusion at 1 kHz, late laser poses included (each its fastest round)"),
     Row("intel_relations", "m", 0.10, 0.05, "at_most", "intel_relations", 1,
-        "Intel lab against relations that people verified: mean translational error of relative poses, scan matching "
+        "Intel lab against manually verified relations: mean translational error of relative poses, scan matching "
         "with degraded wheel odometry (mean of five seeds)"),
     Row("intel_relations_loops", "m", 0.031, 0.022, "at_most", "intel_relations", 1, "the same with loop closure"),
     Row("mvog_memory", "kB", 6, 10, "ratio", "mvog", 1,
@@ -82,7 +82,7 @@ ROWS = [
     Row("vo_time", "ms of CPU a frame", 12, 8, "at_most", "vo_sevenscenes", 1, "default odometry, VGA, sevenscenes_a", ("vo_time_p99",)),
     Row("vo_time_p99", "ms of CPU a frame", 33, None, "at_most", "vo_sevenscenes", 1, "99 % of it"),
     Row("vo_hour", "percent", 1, None, "at_most", "vo_hour", 1,
-        "an hour of odometry: the most that model and keyframes held after the first quarter, above the most before"),
+        "an hour of odometry: growth of the peak size of model and keyframes after the first quarter"),
     Row("vo_vs_opencv", "ms of CPU a frame", 2, None, "ratio", "vo_vs_opencv", 1,
         "odometry on sevenscenes_a against the faster of OpenCV's RgbdOdometry and RgbdICPOdometry", ("vo_vs_opencv_ate",)),
     Row("vo_vs_opencv_ate", "cm", 1, None, "ratio", "vo_vs_opencv", 1, "ATE against the better of both"),
@@ -99,7 +99,7 @@ ROWS = [
         "sevenscenes_a: ATE of visual odometry with dense alignment to the growing map", ("align_sevenscenes_time",)),
     Row("align_sevenscenes_time", "ms", 6, 3, "at_most", "align_sevenscenes", 1, "alignment per frame, mean"),
     Row("slam_house", "percent", 1, 0.4, "at_most", "slam_house", 2,
-        "walk through the simulated house, VGA, 30 Hz, Kinect noise: error of odometry at the end, of the way", ("slam_house_ate",)),
+        "walk through the simulated house, VGA, 30 Hz, Kinect noise: final error of odometry, relative to the path", ("slam_house_ate",)),
     Row("slam_house_ate", "cm", 5, 2, "at_most", "slam_house", 2, "ATE after global alignment; peer: odometry alone"),
     Row("mesh_from_slam", "times", 1.5, 1.1, "at_most", "slam_house", 2,
         "mean surface error of its mesh against that of the mesh from true poses (2 cm, every fifth frame)"),
@@ -107,9 +107,9 @@ ROWS = [
         "judging three loops at the end of a day (96,000 keyframes, a loop in every fifth): the worst of the last 400",
         ("loop_judging_growth",)),
     Row("loop_judging_growth", "times", 1.5, 1.1, "at_most", "loop_soak", 1,
-        "its median at the end of the day against that after a tenth of it"),
+        "its median at the end of the day relative to that after a tenth of it"),
     Row("bundle_time", "ms a keyframe", 25, 10, "at_most", "bundle_soak", 1,
-        "bundle adjustment of 4,000 keyframes that go round and round a ring of corridors", ("bundle_growth",)),
+        "bundle adjustment of 4,000 keyframes that circle through a ring of corridors", ("bundle_growth",)),
     Row("bundle_growth", "times", 1.5, 1.2, "at_most", "bundle_soak", 1, "the same a keyframe against 1,000 keyframes"),
     # Calibration
     Row("depth_calibration", "times the allowed", 1, None, "at_most", "depth_calibration", 2,

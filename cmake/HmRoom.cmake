@@ -39,6 +39,28 @@ function(hm_room_sources OUT NAME)
   set(${OUT} ${sources} PARENT_SCOPE)
 endfunction()
 
+# Makes the text files of a room (*.css, *.js) into functions: report.css becomes `std::string_view hm::report_css()`.
+function(hm_text_resources OUT NAME)
+  file(GLOB texts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/hm/${NAME}/*.css ${CMAKE_CURRENT_SOURCE_DIR}/hm/${NAME}/*.js)
+  set(result)
+  foreach(path ${texts})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${path})
+    cmake_path(GET path FILENAME function)
+    string(REPLACE "." "_" function ${function})
+    file(READ ${path} text)
+    set(unit ${CMAKE_CURRENT_BINARY_DIR}/resources/${function}.cpp)
+    file(CONFIGURE OUTPUT ${unit} @ONLY CONTENT
+"#include <string_view>
+namespace hm {
+std::string_view @function@();
+std::string_view @function@() { return R\"text(@text@)text\"; }
+}  // namespace hm
+")
+    list(APPEND result ${unit})
+  endforeach()
+  set(${OUT} ${result} PARENT_SCOPE)
+endfunction()
+
 function(hm_make_room NAME)
   get_property(uses GLOBAL PROPERTY HM_ROOM_${NAME}_USES)
   get_property(link GLOBAL PROPERTY HM_ROOM_${NAME}_LINK)
@@ -65,7 +87,8 @@ function(hm_make_room NAME)
     set(lines 130)
   endif()
   hm_unity(units ${unit_name} ${lines} ${sources})
-  add_library(${target} STATIC ${units})
+  hm_text_resources(texts ${NAME})
+  add_library(${target} STATIC ${units} ${texts})
   if(HM_PRECOMPILE)
     target_precompile_headers(${target} REUSE_FROM hm_precompiled)
   endif()

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const auto map = hm::MapQuery::open("example.hmap");  // MapQuery(pipeline.grid()) queries the live map
   if (!map) return 1;
   const hm::Vec3 size = map->bounds().sizes();
-  std::printf("example.hmap: %zu volumes in %.1f x %.1f x %.1f m\n", map->volume_count(), size.x(), size.y(),
+  std::printf("example.hmap: %zu blocks in %.1f x %.1f x %.1f m\n", map->volume_count(), size.x(), size.y(),
               size.z());
 
   // Along the ray of the middle pixel: positive in front of the surface, negative behind it.
@@ -50,6 +50,6 @@ int main(int argc, char** argv) {
   west.max().x() = west.center().x();
   const auto half = hm::MapQuery::open("example.hmap", west);
   if (!half) return 1;
-  std::printf("its western half: %zu volumes\n", half->volume_count());
+  std::printf("its western half: %zu blocks\n", half->volume_count());
   return known >= 3 && !samples.back().known && half->volume_count() < map->volume_count() ? 0 : 1;
 }

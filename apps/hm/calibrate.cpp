@@ -25,8 +25,7 @@ void add_calibrate_output(CLI::App& command, const std::shared_ptr<CalibrateFlag
   });
   if (start == CalibrationStart::kNone) return;
   command
-      .add_option("--calibration", flags->start,
-                  "calibration.toml (or its folder) that the result is added to")
+      .add_option("--calibration", flags->start, "calibration.toml (or its folder) to extend with the result")
       ->required(start == CalibrationStart::kRequired);
 }
 
@@ -63,30 +62,32 @@ hm::Result<Outcome> run_extrinsics(const CalibrateFlags& flags, Session& session
 }
 
 void add_calibrate(Program& program) {
-  program.add({"calibrate",
-               "Images of a board become cameras, their places, depth correction and noise.",
-               "  hm calibrate intrinsics set/color -o color\n"
-               "  hm calibrate noise set/depth -o noise",
-               {}});
+  program.add(
+      {"calibrate",
+       "Calibrate cameras from images of a board: intrinsics, extrinsics, depth correction, depth noise.",
+       "  hm calibrate intrinsics set/color -o color\n"
+       "  hm calibrate noise set/depth -o noise",
+       {}});
   auto flags = std::make_shared<CalibrateFlags>();
-  CLI::App& intrinsics =
-      program.add({"calibrate intrinsics", "Focal lengths, centre and distortion of one camera.",
-                   "  hm calibrate intrinsics set/color -o color\n"
-                   "  hm calibrate intrinsics set/ir -o both --camera depth --calibration color",
-                   [flags](Session& session) { return run_intrinsics(*flags, session); }});
+  CLI::App& intrinsics = program.add(
+      {"calibrate intrinsics", "Estimate focal lengths, principal point and lens distortion of one camera.",
+       "  hm calibrate intrinsics set/color -o color\n"
+       "  hm calibrate intrinsics set/ir -o both --camera depth --calibration color",
+       [flags](Session& session) { return run_intrinsics(*flags, session); }});
   intrinsics.add_option("pictures", flags->input, "folder of images of a board (.png, .jpg)")->required();
   add_calibrate_output(intrinsics, flags, "calibration", CalibrationStart::kOptional);
   intrinsics
-      .add_option("--camera", flags->camera, "whose images they are: color (default) or depth (infrared)")
+      .add_option("--camera", flags->camera,
+                  "camera that took the images: color (default) or depth (infrared)")
       ->check(CLI::IsMember({"color", "depth"}));
   flags->board.add_to(intrinsics);
 
-  CLI::App& extrinsics =
-      program.add({"calibrate extrinsics", "The motion from the depth camera to the colour camera.",
-                   "  hm calibrate extrinsics set/stereo/ir set/stereo/color --calibration both -o rig",
-                   [flags](Session& session) { return run_extrinsics(*flags, session); }});
+  CLI::App& extrinsics = program.add(
+      {"calibrate extrinsics", "Estimate the transformation from the depth camera to the colour camera.",
+       "  hm calibrate extrinsics set/stereo/ir set/stereo/color --calibration both -o rig",
+       [flags](Session& session) { return run_extrinsics(*flags, session); }});
   extrinsics.add_option("depth_images", flags->input, "folder of infrared images of the board")->required();
-  extrinsics.add_option("color_images", flags->second_input, "folder of colour images, of the same names")
+  extrinsics.add_option("color_images", flags->second_input, "folder of colour images with the same names")
       ->required();
   add_calibrate_output(extrinsics, flags, "calibration", CalibrationStart::kRequired);
   flags->board.add_to(extrinsics);

@@ -49,7 +49,7 @@ hm::Result<Outcome> run_noise(const CalibrateFlags& flags, Session& session) {
 
 void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>& flags) {
   CLI::App& depth = program.add(
-      {"calibrate depth", "What depth is wrong by, from boards at many distances.",
+      {"calibrate depth", "Estimate the depth correction from images of a board at many distances.",
        "  hm calibrate depth set/depth --calibration rig -o corrected\n"
        "  hm calibrate depth set/depth --calibration rig -o thesis --set depth_fit.mode=quadratic",
        [flags](Session& session) { return run_depth(*flags, session); }});
@@ -61,27 +61,29 @@ void add_calibrate_depth(Program& program, const std::shared_ptr<CalibrateFlags>
   add_calibrate_output(depth, flags, "calibration", CalibrationStart::kRequired);
   depth
       .add_option("--depth-units-per-m", flags->depth_units_per_m,
-                  "number in the depth images for one metre (default: 1000)")
+                  "value in the depth images for one metre (default: 1000)")
       ->check(positive_number());
   depth.add_flag("--raw-disparity", flags->is_raw_disparity,
-                 "depth images hold a Kinect's raw disparity (11 bits): what it means is found first");
+                 "depth images hold the raw disparity of a Kinect (11 bits): its model is fitted first");
   flags->board.add_to(depth);
 
-  CLI::App& noise = program.add({"calibrate noise", "Noise of depth against distance, for --params.",
-                                 "  hm calibrate noise set/depth -o noise\n"
-                                 "  hm calibrate noise recording --from planes -o noise_of_planes",
-                                 [flags](Session& session) { return run_noise(*flags, session); }});
+  CLI::App& noise =
+      program.add({"calibrate noise", "Estimate the depth noise as a function of distance, for --params.",
+                   "  hm calibrate noise set/depth -o noise\n"
+                   "  hm calibrate noise recording --from planes -o noise_of_planes",
+                   [flags](Session& session) { return run_noise(*flags, session); }});
   noise.add_option("input", flags->input, "recording, or folder of poses as for `calibrate depth`")
       ->required();
   add_calibrate_output(noise, flags, "noise", CalibrationStart::kNone);
   noise
       .add_option("--from", flags->from,
-                  "static: nothing moves (default); planes: what smooth surfaces scatter by")
+                  "static (default): repeated readings, nothing may move; planes: scatter of readings on "
+                  "smooth surfaces")
       ->check(CLI::IsMember({"static", "planes"}));
-  noise.add_option("--frames", flags->frames, "frames of a recording at most (default: 300)")
+  noise.add_option("--frames", flags->frames, "maximum number of frames (default: 300)")
       ->check(positive_number());
   noise.add_flag(
       "--raw-disparity", flags->is_raw_disparity,
-      "a folder of poses with a Kinect's raw disparity (constants: --calibration, else published)");
+      "folder of poses with the raw disparity of a Kinect (constants: from --calibration, else published)");
   flags->of_recording.add_to(noise);
 }

@@ -38,7 +38,7 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
 void add_convert(Program& program) {
   auto flags = std::make_shared<ConvertFlags>();
   CLI::App& command =
-      program.add({"convert", "From one format into another, by the names' endings.",
+      program.add({"convert", "Convert between file formats, by file extension.",
                    "  hm convert result/mesh.ply mesh.obj\n"
                    "  hm convert result/map.hmap small.glb --set mesh.simplify_keep_ratio=0.1\n"
                    "  hm convert result/trajectory.tum poses.kitti\n"

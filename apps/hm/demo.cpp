@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "hm/core/text/counted.hpp"
 #include "program.hpp"
 
 namespace {
@@ -9,21 +10,18 @@ namespace {
 std::string closing_words(const hm::DemoSummary& demo, const std::filesystem::path& output) {
   const hm::ReconstructionSummary& result = demo.reconstruction;
   std::string text = fmt::format(
-      "\nA simulated walk of {:.0f} m through a house, {} depth images, became a coloured mesh of {} "
-      "triangles\n"
-      "at {:g} mm, {:.0f} frames a second, with {:.0f} MB of map.\n",
-      demo.simulation.path_length_m, result.frames_integrated, result.triangles,
-      result.parameters.tsdf.voxel_size_m * 1e3, result.frames_per_s,
-      static_cast<double>(result.map_bytes) * 1e-6);
+      "\nA simulated walk of {:.0f} m through a house ({}) was reconstructed at {:.0f} frames per second:\n"
+      "a coloured mesh of {}, with voxels of {:g} mm, from a map of {:.0f} MB.\n",
+      demo.simulation.path_length_m, hm::counted(result.frames_integrated, "depth image"),
+      result.frames_per_s, hm::counted(result.triangles, "triangle"),
+      result.parameters.tsdf.voxel_size_m * 1e3, static_cast<double>(result.map_bytes) * 1e-6);
   if (result.error)
     text += fmt::format(
-        "Against the truth the surface is off by {:.1f} mm on average (95 % under {:.1f} mm); {:.1f} % of "
-        "what\n"
-        "could be seen is there, within {:g} mm.\n",
+        "Compared with the true surface, its mean error is {:.1f} mm (95 % under {:.1f} mm), and it covers\n"
+        "{:.1f} % of the surface that the camera could see, within {:g} mm.\n",
         result.error->accuracy.distance_m.mean * 1e3, result.error->accuracy.distance_m.p95 * 1e3,
         result.error->completeness.ratio * 100, result.parameters.mesh_error.threshold_m * 1e3);
-  text += fmt::format("\n  look at   {}\n  the mesh  {}\n  the map   {}\n",
-                      (output / "result/report.html").string(), (output / "result/mesh.ply").string(),
+  text += fmt::format("\n  mesh  {}\n  map   {}\n\n", (output / "result/mesh.ply").string(),
                       (output / "result/map.hmap").string());
   return text;
 }
@@ -37,7 +35,7 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   list.add("simulation", options.simulation);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context(
-      "a simulation is dropped, a reconstruction is finished with what there is");
+      "an unfinished simulation is removed; a reconstruction writes the results so far");
   const auto demo = hm::run_demo(options);
   if (!demo) return hm::forward_error(demo);
   Outcome outcome{closing_words(*demo, output), hm::to_json(demo->reconstruction),
@@ -49,11 +47,11 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
 
 void add_demo(Program& program) {
   auto output = std::make_shared<std::string>("hm_demo");
-  CLI::App& command =
-      program.add({"demo", "Scan a simulated house live: mesh, map, figures, report, accuracy.",
-                   "  hm demo\n"
-                   "  hm demo -o demo --set simulation.frame_limit=100",
-                   [output](Session& session) { return run(*output, session); }});
+  CLI::App& command = program.add(
+      {"demo", "Scan a simulated house live and write mesh, map, figures and a report with the accuracy.",
+       "  hm demo\n"
+       "  hm demo -o demo --set simulation.frame_limit=100",
+       [output](Session& session) { return run(*output, session); }});
   command.add_option("-o,--output", *output, "folder for recording and results (default: hm_demo)");
   program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }

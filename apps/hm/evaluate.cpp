@@ -75,7 +75,7 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
 
 void add_evaluate(Program& program) {
   program.add({"evaluate",
-               "Compare trajectories and meshes with the truth.",
+               "Compare trajectories and meshes with ground truth.",
                "  hm evaluate trajectory result/trajectory.tum recording\n"
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
@@ -83,28 +83,28 @@ void add_evaluate(Program& program) {
   const auto add_paths = [flags](CLI::App& command, const char* result, const char* truth) {
     command.add_option("result", flags->result, result)->required();
     command.add_option("truth", flags->truth, truth)->required();
-    command.add_option("--report", flags->report, "write a page with plots to this .html file");
+    command.add_option("--report", flags->report, "write a report with plots to this .html file");
   };
-  CLI::App& trajectory =
-      program.add({"evaluate trajectory",
-                   "Absolute and relative error of a trajectory (ATE; RPE per frame, second and metre).",
-                   "  hm evaluate trajectory result/trajectory.tum recording\n"
-                   "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
-                   "--alignment none --report ate.html",
-                   [flags](Session& session) { return run_trajectory(*flags, session); }});
-  add_paths(trajectory, "trajectory (TUM, EuRoC, KITTI), or a recording: the poses it reports",
-            "true trajectory, or a recording: its true poses");
+  CLI::App& trajectory = program.add(
+      {"evaluate trajectory",
+       "Measure the absolute and relative error of a trajectory (ATE; RPE per frame, second and metre).",
+       "  hm evaluate trajectory result/trajectory.tum recording\n"
+       "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
+       "--alignment none --report ate.html",
+       [flags](Session& session) { return run_trajectory(*flags, session); }});
+  add_paths(trajectory, "trajectory (TUM, EuRoC, KITTI), or a recording with poses",
+            "true trajectory, or a recording with true poses");
   trajectory
       .add_option("--alignment", flags->alignment,
-                  "what the estimate may be moved by first: se3 (default), sim3, yaw or none "
+                  "transformation that aligns the estimate first: se3 (default), sim3, yaw or none "
                   "(trajectory_error.alignment)")
       ->check(CLI::IsMember({"se3", "sim3", "yaw", "none"}));
   add_paths(
-      program.add({"evaluate mesh", "Accuracy and completeness of a mesh.",
+      program.add({"evaluate mesh", "Measure the accuracy and completeness of a mesh.",
                    "  hm evaluate mesh result/mesh.ply recording\n"
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
                    [flags](Session& session) { return run_mesh(*flags, session); }}),
-      "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx", "true mesh, or the folder of a simulated recording");
+      "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx", "true mesh, or folder of a simulated recording");
   program.add_parameters([] { return hm::make_parameter_part(list_evaluation); });
 }
 

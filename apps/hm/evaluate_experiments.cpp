@@ -71,18 +71,20 @@ hm::Result<Outcome> run_uncertainty(const ExperimentFlags& flags, Session& sessi
 
 void add_uncertainty(Program& program) {
   auto flags = std::make_shared<ExperimentFlags>();
-  CLI::App& command = program.add(
-      {"evaluate uncertainty", "Models of depth's deviation against what many frames of a still scene show.",
-       "  hm evaluate uncertainty -o simulated\n"
-       "  hm evaluate uncertainty recording -o deviations --frames 100 --json",
-       [flags](Session& session) { return run_uncertainty(*flags, session); }});
-  command.add_option("recording", flags->recording,
-                     "folder of a recording in which neither camera nor scene moves (default: a simulated "
-                     "Kinect stands still at five places of a house; section simulation)");
+  CLI::App& command =
+      program.add({"evaluate uncertainty",
+                   "Compare depth noise models with the noise measured over many frames of a static scene.",
+                   "  hm evaluate uncertainty -o simulated\n"
+                   "  hm evaluate uncertainty recording -o deviations --frames 100 --json",
+                   [flags](Session& session) { return run_uncertainty(*flags, session); }});
+  command.add_option(
+      "recording", flags->recording,
+      "folder of a recording in which neither camera nor scene moves (default: a simulated Kinect at five "
+      "places of a house; section simulation)");
   flags->output.add_to(command, "deviations");
-  command.add_option("--frames", flags->frames, "frames of each place (default: 300)")
+  command.add_option("--frames", flags->frames, "frames at each place (default: 300)")
       ->check(CLI::Range(10, 100000));
-  command.add_option("--views", flags->views, "places of the simulation (default: 5)")
+  command.add_option("--views", flags->views, "places in the simulation (default: 5)")
       ->check(CLI::Range(1, 1000));
   flags->of_recording.add_to(command);
 }
@@ -92,7 +94,7 @@ void add_experiments(Program& program) {
   auto flags = std::make_shared<ExperimentFlags>();
   CLI::App& compensation = program.add(
       {"evaluate depth-compensation",
-       "A map with and without the calibration's depth correction, side by side.",
+       "Build a map with and without the depth correction of a calibration, and compare them.",
        "  hm simulate calibration -o phone_boards --sensor tango_phone\n"
        "  hm calibrate depth phone_boards/depth --calibration phone_boards/truth -o phone\n"
        "  hm simulate house -o phone_walk --sensor tango_phone\n"

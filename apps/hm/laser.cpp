@@ -22,14 +22,14 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   options.pace = flags.pace == "realtime" ? hm::LaserPace::kRealtime : hm::LaserPace::kFast;
   auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
-  options.run = session.interruptible_context("finishing with what there is");
+  options.run = session.interruptible_context("writing the results so far");
   return outcome_of(hm::run_laser(options));
 }
 
 void add_laser(Program& program) {
   auto flags = std::make_shared<LaserVerbFlags>();
   CLI::App& command =
-      program.add({"laser", "Laser scans become a trajectory, height and a map.",
+      program.add({"laser", "Estimate trajectory and height from laser scans, and build an occupancy map.",
                    "  hm laser my_flight -o result\n"
                    "  hm laser my_flight -o fine --set mvog.resolution_m=0.05\n"
                    "  hm laser second_flight -o again --localise result\n"
@@ -37,17 +37,19 @@ void add_laser(Program& program) {
                    [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("recording", flags->recording,
-                  "a laser recording: ROS bag, CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
+                  "laser recording: ROS 1 bag; CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
       ->required();
   flags->output.add_to(command, "NAME_laser");
   program.add_parameters([] { return hm::make_parameter_part(hm::list_laser); });
   command.add_option("--relations", flags->relations,
-                     "file of known relative poses to compare with (t1 t2 x y z roll pitch yaw)");
+                     "file with known relative poses to compare with (t1 t2 x y z roll pitch yaw)");
   command.add_option("--localise", flags->saved_map,
-                     "find the vehicle in a map of an earlier run: its folder, map.yaml or map.mvog");
-  command.add_option("--pace", flags->pace, "as fast as it goes, or at the recording's own pace")
+                     "localise in the map of an earlier run: its folder, map.yaml or map.mvog");
+  command
+      .add_option("--pace", flags->pace,
+                  "fast (default): as fast as possible; realtime: at the pace of the recording")
       ->check(CLI::IsMember({"fast", "realtime"}));
-  const auto group = "Topics of a bag (default: guessed)";
+  const auto group = "Topics of a bag (default: the busiest)";
   command.add_option("--scan-topic", flags->topics.scan_topic, "laser scans")->group(group);
   command.add_option("--imu-topic", flags->topics.imu_topic, "IMU")->group(group);
   command.add_option("--odometry-topic", flags->topics.odometry_topic, "odometry")->group(group);

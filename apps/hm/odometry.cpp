@@ -25,14 +25,15 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
-  options.run = session.interruptible_context("finishing with what there is");
+  options.force = flags.of_recording.force;
+  options.run = session.interruptible_context("writing the results so far");
   return outcome_of(hm::run_odometry(options));
 }
 
 void add_odometry(Program& program) {
   auto flags = std::make_shared<OdometryFlags>();
   CLI::App& command =
-      program.add({"odometry", "Depth and colour images become the motion of their camera.",
+      program.add({"odometry", "Estimate the trajectory of the camera from depth and colour images.",
                    "  hm odometry recording -o result\n"
                    "  hm odometry recording -o published --method published_ransac_icp --json\n"
                    "  hm odometry recording -o sparse --set reconstruction.frame_stride=5",
@@ -40,10 +41,11 @@ void add_odometry(Program& program) {
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_odometry");
-  command.add_option("--method", flags->method, "how poses are found (odometry.method; default: tracker)")
+  command.add_option("--method", flags->method, "method (odometry.method; default: tracker)")
       ->check(CLI::IsMember(
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
 }
 
 const VerbRegistration kOdometry(50, add_odometry);

@@ -51,6 +51,24 @@ hm::JsonValue json_error(const hm::Error& error) {
   return json;
 }
 
+/// The line that says how to look at the report; empty without one. Of several pages it is the one that lies
+/// highest, as that of a comparison lies above those of what it compares.
+std::string open_line(const std::vector<std::filesystem::path>& outputs) {
+  const std::filesystem::path* page = nullptr;
+  const auto depth = [](const std::filesystem::path& path) {
+    return std::distance(path.begin(), path.end());
+  };
+  for (const auto& path : outputs)
+    if (path.extension() == ".html" && (!page || depth(path) < depth(*page))) page = &path;
+  return page ? "open " + page->string() + "\n" : std::string();
+}
+
+/// The text for standard output.
+std::string text_of(const RunFacts& run, const hm::Result<Outcome>& result, const hm::JsonValue& document) {
+  if (run.json) return hm::to_json_text(document) + "\n";
+  return result && !run.quiet ? result->text + open_line(result->outputs) : "";
+}
+
 }  // namespace
 
 int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
@@ -61,7 +79,8 @@ int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
       for (const auto& [key, value] : *members) document[key] = value;
     for (const std::string& warning : result->warnings) {
       warnings.push_back(warning);
-      write_message(fmt::format("warning: {}\n", warning));
+      if (!run.quiet && (run.json || !result->warnings_in_text))
+        write_message(fmt::format("warning: {}\n", warning));
     }
     for (const auto& path : result->outputs) outputs.push_back(path.string());
   } else {
@@ -73,8 +92,7 @@ int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
   document["peak_rss_bytes"] = hm::peak_resident_bytes();
   document["warnings"] = std::move(warnings);
   document["outputs"] = std::move(outputs);
-  const std::string text = run.json ? hm::to_json_text(document) + "\n" : result ? result->text : "";
-  if (!write_output(text)) return kRunFailed;
+  if (!write_output(text_of(run, result, document))) return kRunFailed;
   return result ? kDone : exit_code_of(result.error().code);
 }
 
@@ -92,10 +110,11 @@ hm::Error error_of(const std::exception_ptr& exception) {
   try {
     if (exception) std::rethrow_exception(exception);
   } catch (const std::bad_alloc&) {
-    return {hm::ErrorCode::kOutOfMemory,
-            "the system gave no more memory; give it more, or larger voxels (--voxel), a cap of the map "
-            "(tsdf.max_map_mb) or fewer threads (--threads)",
-            {}};
+    return {
+        hm::ErrorCode::kOutOfMemory,
+        "out of memory; larger voxels (--voxel), a memory cap for the map (tsdf.max_map_mb) or fewer threads "
+        "(--threads) need less",
+        {}};
   } catch (const std::system_error& error) {
     return {hm::ErrorCode::kInternal,
             fmt::format("the system refused memory, a thread or a file: {}", error.what()),
@@ -105,7 +124,7 @@ hm::Error error_of(const std::exception_ptr& exception) {
   } catch (...) {
   }
   return {hm::ErrorCode::kInternal,
-          "a library ended the program without a reason, as some do when the system gives no more memory",
+          "a library ended the program without giving a reason; some do so when memory runs out",
           {}};
 }
 
@@ -125,7 +144,7 @@ Uncaught& uncaught() {
   try {
     print_result(uncaught().run, tl::make_unexpected(error_of(std::current_exception())));
   } catch (...) {
-    std::fputs("hm: the system gave no more memory\n", stderr);
+    std::fputs("hm: out of memory\n", stderr);
   }
   std::_Exit(kRunFailed);
 }

@@ -9,11 +9,12 @@
 struct RunFacts {
   std::string verb;  ///< "info", "evaluate mesh"
   double wall_s = 0;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
-/// Prints what a verb gave back (text or one JSON object on standard output, errors and warnings on
-/// standard error) and returns the exit code.
+/// Prints the outcome of a verb (text or one JSON object on standard output, errors and warnings on standard
+/// error) and returns the exit code. Where a report was written, the text ends with `open .../report.html`. A
+/// quiet run prints nothing but its error, and the object of --json.
 int print_result(const RunFacts& run, const hm::Result<Outcome>& result);
 
 /// Writes to standard output; false, with a message on standard error, when the system refuses any of it.

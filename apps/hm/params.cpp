@@ -42,7 +42,7 @@ hm::Result<Outcome> check(const ParamsFlags& flags, Session& session) {
   AllParameters all = session.all_parameters();
   if (const auto result = all.read(flags.file); !result) return hm::forward_error(result);
   Outcome outcome;
-  outcome.text = flags.file + ": good\n";
+  outcome.text = flags.file + ": valid\n";
   return outcome;
 }
 
@@ -90,25 +90,25 @@ void add_params(Program& program) {
                {}});
   auto flags = std::make_shared<ParamsFlags>();
   CLI::App& show_command = program.add(
-      {"params show", "The usual parameters as TOML, with --params and --set applied; --expert: all.",
+      {"params show", "Show the usual parameters as TOML, with --params and --set applied; --expert: all.",
        "  hm params show\n  hm params show --expert\n  hm params show --set tsdf.voxel_size_m=0.01\n  hm "
        "params show --markdown",
        [flags](Session& session) { return show(*flags, session); }});
-  show_command.add_flag("--expert", flags->expert, "the others, too");
-  show_command.add_flag("--markdown", flags->markdown, "as the tables of docs/parameters.md");
+  show_command.add_flag("--expert", flags->expert, "also show the expert parameters");
+  show_command.add_flag("--markdown", flags->markdown, "as the tables in docs/parameters.md");
   program
-      .add({"params check", "Whether a parameter file is good, and every line that is not.",
+      .add({"params check", "Check a parameter file and report every wrong line.",
             "  hm params check result/parameters.toml",
             [flags](Session& session) { return check(*flags, session); }})
       .add_option("file", flags->file, "TOML file")
       ->required();
   program
-      .add({"params explain", "What a parameter, or a section of them, does.",
+      .add({"params explain", "Explain a parameter or a section.",
             "  hm params explain tsdf.far_m\n  hm params explain mesh",
             [flags](Session& session) { return explain(*flags, session); }})
       .add_option("name", flags->name, "section.key, section, or key")
       ->required();
-  CLI::App& diff_command = program.add({"params diff", "What differs between two parameter files.",
+  CLI::App& diff_command = program.add({"params diff", "Show the differences between two parameter files.",
                                         "  hm params diff result/parameters.toml other/parameters.toml",
                                         [flags](Session& session) { return diff(*flags, session); }});
   diff_command.add_option("a", flags->file, "TOML file")->required();

@@ -4,6 +4,7 @@
 #include <exception>
 #include <sstream>
 
+#include "hm/core/nearest_name.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -14,16 +15,17 @@ namespace {
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   const auto group = "Common options";
-  command.add_flag("--json", options.json, "print one JSON object on standard output, nothing else")
+  command.add_flag("--json", options.json, "print one JSON object on standard output and nothing else there")
       ->group(group);
-  command.add_flag("--quiet", options.quiet, "no progress, no messages")->group(group);
-  command.add_option("--threads", options.threads, "threads to compute with (default: all)")
+  command.add_flag("--quiet", options.quiet, "print nothing but errors (and the object of --json)")
+      ->group(group);
+  command.add_option("--threads", options.threads, "number of threads (default: all)")
       ->check(CLI::Range(1, 256))
       ->group(group);
-  command.add_option("--params", options.params_file, "parameters from this TOML file")->group(group);
+  command.add_option("--params", options.params_file, "read parameters from this TOML file")->group(group);
   command
       .add_option("--set", options.assignments,
-                  "one parameter: section.key=value (repeatable; `hm params show`)")
+                  "set one parameter: section.key=value (repeatable; `hm params show` lists them)")
       ->take_all()
       ->allow_extra_args(false)
       ->group(group);
@@ -39,6 +41,15 @@ std::vector<RegisteredVerb>& registered_verbs() {
   return verbs;
 }
 
+/// "unknown option '--voxle'; did you mean '--voxel'?"
+std::string unknown_word(std::string_view kind, std::string_view word,
+                         const std::vector<std::string>& names) {
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  const auto nearest = hm::nearest_name(word, views);
+  return fmt::format("unknown {} '{}'{}", kind, word,
+                     nearest ? fmt::format("; did you mean '{}'?", *nearest) : std::string());
+}
+
 }  // namespace
 
 VerbRegistration::VerbRegistration(int place, void (*add)(Program&)) {
@@ -48,7 +59,7 @@ VerbRegistration::VerbRegistration(int place, void (*add)(Program&)) {
 hm::Error not_built(const std::string& words) {
   return {hm::ErrorCode::kUsage,
           fmt::format("'{}' is not in this program, which was built for dense reconstruction only; "
-                      "all verbs: ./hm build all",
+                      "./hm build all builds all verbs",
                       words),
           {}};
 }
@@ -58,14 +69,14 @@ CLI::Validator positive_number() {
       [](std::string& text) {
         double value = 0;
         const bool is_right = CLI::detail::lexical_cast(text, value) && value > 0;
-        return is_right ? std::string() : text + " is no number above 0";
+        return is_right ? std::string() : text + " is not a number above 0";
       },
       "POSITIVE");
 }
 
 void OutputFlags::add_to(CLI::App& command, const std::string& by_default) {
   command.add_option("-o,--output", folder_given, "folder for the results (default: " + by_default + ")");
-  command.add_flag("--overwrite", overwrite, "replace the result that is in this folder");
+  command.add_flag("--overwrite", overwrite, "replace an existing result in this folder");
 }
 
 void OutputFlags::add_resume_to(CLI::App& command, const std::string& help) {
@@ -159,12 +170,12 @@ int Program::parse_and_run(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return usage_error(error, json);
+    return usage_error(error, words, json);
   }
   const hm::Stopwatch watch;
   Session session(options_, parts_);
   const auto result = chosen_.body(session);
-  return print_result({chosen_.name, watch.seconds(), options_.json}, result);
+  return print_result({chosen_.name, watch.seconds(), options_.json, options_.quiet}, result);
 }
 
 std::string Program::absent_verb(std::span<char* const> words) const {
@@ -183,7 +194,33 @@ std::string Program::absent_verb(std::span<char* const> words) const {
   return {};
 }
 
-int Program::usage_error(const CLI::ParseError& error, bool json) {
+std::string Program::describe_typo(std::span<char* const> words) const {
+  const CLI::App* command = &app_;
+  for (const std::string_view word : words) {
+    const auto known = command->get_subcommands([](const CLI::App*) { return true; });
+    if (known.empty() || word.starts_with('-')) break;
+    const auto named = std::find_if(known.begin(), known.end(),
+                                    [&](const CLI::App* candidate) { return candidate->get_name() == word; });
+    if (named == known.end()) {
+      std::vector<std::string> names;
+      for (const CLI::App* candidate : known) names.push_back(candidate->get_name());
+      return unknown_word("verb", word, names);
+    }
+    command = *named;
+  }
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command->get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (std::string_view word : words) {
+    word = word.substr(0, word.find('='));
+    if (word.starts_with("--") && word.size() > 2 &&
+        std::find(names.begin(), names.end(), word) == names.end())
+      return unknown_word("option", word, names);
+  }
+  return {};
+}
+
+int Program::usage_error(const CLI::ParseError& error, std::span<char* const> words, bool json) {
   if (error.get_exit_code() == 0) {  // --help, --version
     std::ostringstream text;
     app_.exit(error, text, text);
@@ -194,7 +231,8 @@ int Program::usage_error(const CLI::ParseError& error, bool json) {
     command = command->get_subcommands().front();
     verb += (verb.empty() ? "" : " ") + command->get_name();
   }
-  const hm::Error as_error{hm::ErrorCode::kUsage, error.what(), {}};
+  const std::string typo = describe_typo(words);
+  const hm::Error as_error{hm::ErrorCode::kUsage, typo.empty() ? error.what() : typo, {}};
   const int code = print_result({verb, 0, json}, tl::make_unexpected(as_error));
   write_message(fmt::format("Try `hm {}{}--help`.\n", verb, verb.empty() ? "" : " "));
   return code;

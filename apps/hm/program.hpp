@@ -33,6 +33,7 @@ struct Outcome {
   hm::JsonValue json = hm::JsonValue::object();  ///< the verb's own keys
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;  ///< files and folders that were written
+  bool warnings_in_text = false;               ///< the text states them already
 };
 
 /// Converts a run's summary: its lines, its keys, its warnings, its files.
@@ -134,7 +135,9 @@ class Program {
  private:
   int parse_and_run(int argc, char** argv);
   CLI::App& parent_of(const std::string& name);
-  int usage_error(const CLI::ParseError& error, bool json);
+  int usage_error(const CLI::ParseError& error, std::span<char* const> words, bool json);
+  /// The first verb or option that there is not, with the nearest one; empty: there is none.
+  [[nodiscard]] std::string describe_typo(std::span<char* const> words) const;
   /// The words of a verb that only a program of more parts can have; empty: there are none.
   [[nodiscard]] std::string absent_verb(std::span<char* const> words) const;
 

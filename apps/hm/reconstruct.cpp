@@ -9,7 +9,7 @@ namespace {
 struct ReconstructFlags {
   std::string recording, poses;
   double voxel_m = 0;
-  bool align = false;
+  bool align = false, level = false;
   OutputFlags output;
   RecordingFlags of_recording;
 };
@@ -27,38 +27,50 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   }
   auto list = hm::list_dense(options.parameters);
   if (flags.align) options.parameters.reconstruction.align = true;
+  if (flags.level) options.parameters.reconstruction.level = true;
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
+  options.force = flags.of_recording.force;
   options.poses = flags.poses;
-  options.run = session.interruptible_context("finishing with what there is");
-  return outcome_of(hm::reconstruct(options));
+  options.run = session.interruptible_context("writing the results so far");
+  const auto summary = hm::reconstruct(options);
+  if (summary && summary->already_complete) {
+    auto complete = OutputFlags::complete_result({options.output, {}, "reconstruct", options.recording, {}});
+    if (!complete) return hm::forward_error(complete);
+    if (*complete) return std::move(**complete);
+  }
+  return outcome_of(summary);
 }
 
 void add_reconstruct(Program& program) {
   auto flags = std::make_shared<ReconstructFlags>();
-  CLI::App& command = program.add({"reconstruct", "Depth and poses become volumes and a coloured mesh.",
-                                   "  hm reconstruct recording -o result\n"
-                                   "  hm reconstruct recording -o fine --voxel 0.01\n"
-                                   "  hm reconstruct recording -o result --resume\n"
-                                   "  hm reconstruct recording -o result --align\n"
-                                   "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
-                                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command =
+      program.add({"reconstruct", "Build a map and a coloured mesh from depth images with poses.",
+                   "  hm reconstruct recording -o result\n"
+                   "  hm reconstruct recording -o fine --voxel 0.01\n"
+                   "  hm reconstruct recording -o result --resume\n"
+                   "  hm reconstruct recording -o result --align\n"
+                   "  hm reconstruct recording -o near --set tsdf.far_m=3 --json",
+                   [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_reconstruction");
-  command.add_option("--poses", flags->poses,
-                     "trajectory to use instead of the recording's poses (TUM, EuRoC): stamps of the depth "
-                     "images, camera in world");
+  command.add_option(
+      "--poses", flags->poses,
+      "trajectory to use instead of the poses of the recording (TUM, EuRoC): T_world_camera at the time "
+      "stamps of the depth images");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_flag("--align", flags->align,
-                   "correct each given pose by aligning its depth image to the map (reconstruction.align)");
-  flags->output.add_resume_to(
-      command, "go on where an interrupted run into the same folder ended, with its parameters");
+                   "correct each pose by aligning its depth image to the map (reconstruction.align)");
+  command.add_flag("--level", flags->level,
+                   "rotate the poses so that z is up (reconstruction.level); otherwise their frame is kept");
+  flags->output.add_resume_to(command, "continue an interrupted run in the same folder, with its parameters");
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
 }
 
 const VerbRegistration kReconstruct(40, add_reconstruct);

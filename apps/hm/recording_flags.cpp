@@ -9,7 +9,7 @@ void RecordingFlags::add_to(CLI::App& command) {
       ->group(group);
   command
       .add_option("--calibration", calibration,
-                  "calibration.toml that is applied to every image (default: that of the folder)")
+                  "calibration.toml to apply to every image (default: the one in the folder)")
       ->group(group);
   command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
       ->expected(4)
@@ -18,9 +18,15 @@ void RecordingFlags::add_to(CLI::App& command) {
       .add_option("--size", size_px, "width and height of the images, with --intrinsics (default: 640 480)")
       ->expected(2)
       ->group(group);
-  command.add_option("--depth-units-per-m", depth_units_per_m, "number in the depth images for one metre")
+  command
+      .add_option("--depth-units-per-m", depth_units_per_m,
+                  "value in the depth images for one metre (default: from the folder)")
       ->check(positive_number())
       ->group(group);
+}
+
+void RecordingFlags::add_force_to(CLI::App& command) {
+  command.add_flag("--force", force, "run even though the recording looks unusable")->group("Recording");
 }
 
 hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
@@ -40,7 +46,7 @@ hm::Result<hm::RecordingOptions> RecordingFlags::options() const {
       return hm::fail(hm::ErrorCode::kUsage, "--intrinsics", "{}", checked.error().message);
     options.camera = camera;
   } else if (!size_px.empty()) {
-    return hm::fail(hm::ErrorCode::kUsage, "--size", "goes with --intrinsics");
+    return hm::fail(hm::ErrorCode::kUsage, "--size", "needs --intrinsics");
   }
   return options;
 }

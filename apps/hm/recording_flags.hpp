@@ -12,7 +12,10 @@ struct RecordingFlags {
   std::vector<double> intrinsics;  ///< fx fy cx cy
   std::vector<int> size_px;
   double depth_units_per_m = 0;
+  bool force = false;
 
   void add_to(CLI::App& command);
+  /// Adds --force, for verbs that check the recording before they run.
+  void add_force_to(CLI::App& command);
   [[nodiscard]] hm::Result<hm::RecordingOptions> options() const;
 };

@@ -49,7 +49,7 @@ hm::Result<void> Session::apply(const hm::ParamList& own) const {
     return tl::make_unexpected(hm::Error{
         hm::ErrorCode::kUsage,
         result.error().message +
-            (is_unknown ? "; parameters of the other verbs are not in this program: ./hm build all" : ""),
+            (is_unknown ? "; this program has no parameters of the other verbs: ./hm build all" : ""),
         result.error().where});
   };
   const AllParameters all = all_parameters();  // holds the values of the other parts
@@ -74,7 +74,7 @@ hm::RunContext Session::interruptible_context(const std::string& consequence) {
   std::thread([signals, consequence, stop = stop_, log = log_]() mutable {
     int number = 0;
     sigwait(&signals, &number);
-    if (log) log(hm::LogLevel::kInfo, fmt::format("stopping: {} (once more: at once)", consequence));
+    if (log) log(hm::LogLevel::kInfo, fmt::format("stopping: {} (Ctrl-C again: stop at once)", consequence));
     stop.request_stop();
     sigwait(&signals, &number);
     _exit(1);

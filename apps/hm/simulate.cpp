@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/simulate/laser_simulation_recording.hpp"
 #include "hm/pipeline/simulate/simulate_parameters.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
@@ -9,7 +10,7 @@
 namespace {
 
 constexpr std::string_view kLaserMav = "laser_mav", kXtion = "xtion";
-constexpr const char* kStopped = "what was written is removed";
+constexpr const char* kStopped = "the unfinished recording is removed";
 
 struct SimulateFlags {
   std::string world = "house", output, sensor;
@@ -42,11 +43,11 @@ hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
   const auto summary = hm::simulate_recording(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
-  outcome.text = fmt::format("{}: {} frames, {:.1f} s, {:.1f} m of path, {:.0f} m2 of surface to be seen\n",
-                             options.output.string(), summary->frames, summary->duration_s,
-                             summary->path_length_m, summary->truth_area_m2);
+  outcome.text = fmt::format("{}: {}, {:.1f} s, path {:.1f} m, {:.0f} m2 of visible surface\n",
+                             options.output.string(), hm::counted(summary->frames, "frame"),
+                             summary->duration_s, summary->path_length_m, summary->truth_area_m2);
   if (summary->end_drift_m > 0)
-    outcome.text += fmt::format("the poses drift: {:.3f} m at the end\n", summary->end_drift_m);
+    outcome.text += fmt::format("the poses drift: the last one is off by {:.3f} m\n", summary->end_drift_m);
   outcome.json = hm::JsonValue::object({{"frames", summary->frames},
                                         {"duration_s", summary->duration_s},
                                         {"path_length_m", summary->path_length_m},
@@ -74,10 +75,10 @@ hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
   const auto summary = hm::simulate_laser_recording(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
-  outcome.text =
-      fmt::format("{}: {} scans, {} IMU samples, {:.1f} s, {:.1f} m of path over floors up to {:.2f} m\n",
-                  options.output.string(), summary->scans, summary->imu_samples, summary->duration_s,
-                  summary->path_length_m, summary->highest_floor_m);
+  outcome.text = fmt::format("{}: {}, {}, {:.1f} s, path {:.1f} m over surfaces up to {:.2f} m high\n",
+                             options.output.string(), hm::counted(summary->scans, "scan"),
+                             hm::counted(summary->imu_samples, "IMU sample"), summary->duration_s,
+                             summary->path_length_m, summary->highest_floor_m);
   outcome.json = hm::JsonValue::object({{"scans", summary->scans},
                                         {"imu_samples", summary->imu_samples},
                                         {"odometry_readings", summary->odometry_readings},
@@ -94,9 +95,9 @@ hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
 hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
   const bool boards = flags.world == "calibration";
   if (boards && flags.sensor == kLaserMav)
-    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser takes no images of boards");
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser cannot take images of boards");
   if (!boards && flags.sensor == kXtion)
-    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "an xtion takes images of boards only");
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "xtion is available for calibration only");
   if (boards && !simulate_calibration_set) return tl::make_unexpected(not_built("simulate calibration"));
   if (boards)
     return simulate_calibration_set({output_of(flags), flags.sensor, flags.seed, flags.perfect}, session);
@@ -106,7 +107,7 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
 void add_simulate(Program& program) {
   auto flags = std::make_shared<SimulateFlags>();
   CLI::App& command =
-      program.add({"simulate", "Generate a recording with exact truth.",
+      program.add({"simulate", "Generate a recording with exact ground truth.",
                    "  hm simulate room -o recording --frames 40\n"
                    "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
                    "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
@@ -116,22 +117,24 @@ void add_simulate(Program& program) {
   command
       .add_option(
           "world", flags->world,
-          "house, room or corridor (default: house); calibration: images of boards for `hm calibrate`")
+          "house, room or corridor (default: house), or calibration: images of boards for `hm calibrate`")
       ->check(CLI::IsMember({"house", "room", "corridor", "calibration"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command
       .add_option("--sensor", flags->sensor,
-                  "tango_tablet (default), tango_phone or kinect, carried; laser_mav: a quadrotor flies a "
-                  "laser and an IMU; xtion (calibration only, default there)")
+                  "hand-held depth camera: tango_tablet (default), tango_phone or kinect; laser_mav: a "
+                  "quadrotor with "
+                  "a laser and an IMU; xtion (calibration only, default there)")
       ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav", "xtion"}));
-  command.add_option("--frames", flags->frames, "frames or scans at most (default: the whole way)")
+  command
+      .add_option("--frames", flags->frames, "maximum number of frames or scans (default: the whole path)")
       ->check(positive_number());
-  command.add_option("--seed", flags->seed, "of all random numbers (default: 1)")
+  command.add_option("--seed", flags->seed, "seed of all random numbers (default: 1)")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--drift", flags->drift,
-                   "poses drift like those of a visual-inertial odometry; laser_mav: record a wheel odometry "
-                   "that drifts");
-  command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay and missing readings");
+  command.add_flag(
+      "--drift", flags->drift,
+      "let the poses drift like visual-inertial odometry; laser_mav: also record drifting wheel odometry");
+  command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
   program.add_parameters([] { return hm::make_parameter_part(hm::list_simulation); });
 }
 

@@ -1,5 +1,6 @@
 #include "simulate_calibration.hpp"
 
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/calibrate/calibrate_parameters.hpp"
 
 namespace {
@@ -12,21 +13,22 @@ hm::Result<Outcome> simulate_set(const CalibrationSetFlags& flags, Session& sess
     if (flags.sensor == hm::kCalibrationSensorNames[i])
       simulation.sensor = static_cast<hm::CalibrationSensor>(i);
   if (flags.perfect && simulation.sensor != hm::CalibrationSensor::kXtion)
-    return hm::fail(hm::ErrorCode::kUsage, "--perfect", "the images of a {} come with its errors",
+    return hm::fail(hm::ErrorCode::kUsage, "--perfect", "images of a {} always contain its errors",
                     flags.sensor);
   if (flags.perfect) simulation.noise_quadratic_per_m = simulation.gray_sigma = simulation.warp_at_4m_m = 0;
   auto list = hm::list_calibration(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const hm::CalibrationSimulationOptions options{
       simulation, parameters.board, flags.output,
-      session.interruptible_context("what was written is removed")};
+      session.interruptible_context("the unfinished images are removed")};
   const auto summary = hm::simulate_calibration(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
-  outcome.text =
-      fmt::format("{}: {} colour and {} infrared images, {} pairs, {} + {} poses with {} depth images\n",
-                  options.output.string(), summary->color_images, summary->ir_images, summary->pairs,
-                  summary->train_poses, summary->test_poses, summary->depth_images);
+  outcome.text = fmt::format(
+      "{}: {} colour and {} infrared images, {}; {} for training and {} for testing, {} in total\n",
+      options.output.string(), summary->color_images, summary->ir_images, hm::counted(summary->pairs, "pair"),
+      hm::counted(summary->train_poses, "pose"), summary->test_poses,
+      hm::counted(summary->depth_images, "depth image"));
   outcome.json = hm::JsonValue::object({{"color_pictures", summary->color_images},
                                         {"ir_pictures", summary->ir_images},
                                         {"pairs", summary->pairs},

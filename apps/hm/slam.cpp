@@ -39,30 +39,33 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);
   options.recording_options = *recording_options;
-  options.run = session.interruptible_context("finishing with what there is");
+  options.force = flags.of_recording.force;
+  options.run = session.interruptible_context("writing the results so far");
   return outcome_of(hm::run_slam(options));
 }
 
 void add_slam(Program& program) {
   auto flags = std::make_shared<SlamFlags>();
-  CLI::App& command =
-      program.add({"slam", "Depth and colour images without poses become a trajectory, loops and a map.",
-                   "  hm slam recording -o result\n"
-                   "  hm slam recording -o fine --voxel 0.01\n"
-                   "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
-                   [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command = program.add(
+      {"slam", "Estimate the trajectory from depth and colour images, close loops and build the map.",
+       "  hm slam recording -o result\n"
+       "  hm slam recording -o fine --voxel 0.01\n"
+       "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
+       [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_slam");
-  flags->output.add_resume_to(command,
-                              "repeat a run that was killed or stopped, with its parameters, from the first "
-                              "frame to the end; what it has saved stays until then");
+  flags->output.add_resume_to(
+      command,
+      "repeat an interrupted run from the first frame, with its parameters; what it saved is kept until "
+      "the new run has saved more");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_option(
       "--maps", flags->maps,
-      "maps to write besides the mesh: any of points, octomap, mvog, with commas between (slam.maps)");
+      "maps to write besides the mesh, separated by commas: points, octomap, mvog (slam.maps)");
   flags->of_recording.add_to(command);
+  flags->of_recording.add_force_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_slam); });
 }
 

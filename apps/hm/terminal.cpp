@@ -31,10 +31,23 @@ std::string bar_text(double ratio) {
   return " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
 }
 
-/// Width of the terminal; 80 where it is unknown.
+/// Width of the terminal in characters, at least 1; 80 where neither the terminal nor COLUMNS says it.
 std::size_t columns() {
   winsize size{};
-  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20 ? size.ws_col : 80;
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  const char* words = std::getenv("COLUMNS");
+  const long width = words ? std::strtol(words, nullptr, 10) : 0;
+  return width > 0 ? static_cast<std::size_t>(width) : 80;
+}
+
+/// The first `most` characters of a text in UTF-8, none of them cut in two.
+std::string_view first_characters(std::string_view text, std::size_t most) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins_character = (static_cast<unsigned char>(text[i]) & 0xc0) != 0x80;
+    if (begins_character && count++ == most) return text.substr(0, i);
+  }
+  return text;
 }
 
 }  // namespace
@@ -65,13 +78,13 @@ void Terminal::show(const hm::Progress& progress) {
   const bool finished = progress.total > 0 && progress.done >= progress.total;
   if (now - last_shown_ < interval && !(finished && interactive_)) return;
   last_shown_ = now;
-  std::string text = progress_text(progress, now);
+  const std::string text = progress_text(progress, now);
   if (!interactive_) {
     write_message(text + "\n");
     return;
   }
-  if (text.size() >= columns()) text.resize(columns() - 1);
-  write_message("\r\033[K" + text);
+  // The last column stays free: a character there makes some terminals begin a new line.
+  write_message("\r\033[K" + std::string(first_characters(text, columns() - 1)));
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -5,8 +5,9 @@
 
 #include "hm/core/run_context.hpp"
 
-/// Progress and messages on standard error: one line that redraws itself on a terminal, a plain line
-/// every few seconds elsewhere. May be used from several threads.
+/// Progress and messages on standard error: on a terminal one line that redraws itself and is cut to the
+/// width of the terminal (of which it asks the terminal, else COLUMNS), elsewhere a plain line every few
+/// seconds. May be used from several threads.
 class Terminal {
  public:
   Terminal();

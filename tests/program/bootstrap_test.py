@@ -142,8 +142,8 @@ class Bootstrap(unittest.TestCase):
 
     def test_sanitizers_build_and_run_what_they_are_for(self):
         result = self.hm("test", "--sanitize", "-R", "slam")
-        self.assertRegex(self.log(), r"ninja -C \S*asan-ubsan .*hm_core_test .*hm_slam_test .*hm_pipeline_test")
-        self.assertRegex(self.log(), r"ctest --test-dir \S*asan-ubsan .*-L \^\(core\|.*\|pipeline\)\$ -R slam")
+        self.assertRegex(self.log(), r"ninja -C \S*asan-ubsan .*hm_core_test .*hm_slam_test .*hm_sim_test")
+        self.assertRegex(self.log(), r"ctest --test-dir \S*asan-ubsan .*-L \^\(core\|.*\|sim\)\$ -R slam")
         self.assertRegex(result.stderr, r"asan-ubsan: built in \d+ s, tested in \d+ s")
         (self.state / "tests_fail").touch()
         self.hm("test", "--tsan", expect=1)

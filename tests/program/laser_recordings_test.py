@@ -58,6 +58,8 @@ class LaserRecordings(support.ProgramTest):
         self.assertEqual(self.run_json("info", "a.bag", "--imu-topic", "/imu/data")["imu"]["count"], 1000)
         failed = self.run_json("info", "a.bag", "--imu-topic", "/imu/other", expect=3)
         self.assertIn("/imu/other", failed["error"]["message"])
+        self.assertIn("topics of the bag", failed["error"]["message"])
+        self.assertIn("/imu/data (sensor_msgs/Imu, 1000)", failed["error"]["message"])
 
     def log(self, name, lines):
         (self.folder / name).write_text("".join(line + "\n" for line in lines))
@@ -78,7 +80,7 @@ class LaserRecordings(support.ProgramTest):
                        "perhaps a marker"),
             "backwards": (lambda i: self.flaser(i, good, 100 + 0.1 * (i if i != 20 else 3)), "run backwards"),
             "gap": (lambda i: self.flaser(i, good, 100 + 0.1 * i + (7 if i > 20 else 0)), "longest 7.10 s"),
-            "jump": (lambda i: self.flaser(i + (90 if i > 9 else 0), good, 100 + 0.1 * i), "odometry jumps 1 times"),
+            "jump": (lambda i: self.flaser(i + (90 if i > 9 else 0), good, 100 + 0.1 * i), "odometry jumps 1 time,"),
             "still": (lambda i: self.flaser(0, good, 100 + 0.2 * i), "odometry does not move"),
             "broken": (lambda i: self.flaser(i, good, 100 + 0.1 * i) if i != 5 else "FLASER 180 1 2", "malformed"),
         }

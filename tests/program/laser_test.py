@@ -66,7 +66,7 @@ class Laser(support.SharedFolderTest):
         self.assertIsNone(plain["loops"])
         self.assertFalse((self.folder / "plain/map_frame.csv").exists())
         run = self.run_json("laser", self.flight, "-o", "wheels", "--set", "laser.degraded_odometry=true", *short)
-        self.assertTrue(any("stand-in for wheel odometry" in choice for choice in run["choices"]), run["choices"])
+        self.assertTrue(any("simulated wheel odometry" in choice for choice in run["choices"]), run["choices"])
         self.assertTrue(any("seed 1" in choice for choice in run["choices"]))
         # The control frame does not depend on loops.
         loops = self.run_json("laser", self.flight, "-o", "loops", *short)

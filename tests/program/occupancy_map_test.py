@@ -23,7 +23,7 @@ class OccupancyMap(support.SharedFolderTest):
         self.assertLess(shown["bounds_m"]["min"][0], shown["bounds_m"]["max"][0])
         text = self.run_hm("info", self.map).stdout
         self.assertIn("multi-volume occupancy grid", text)
-        self.assertIn(str(shown["volumes_positive"]), text)
+        self.assertIn(f"{shown['volumes_positive']:,} occupied", text)
 
     def test_convert_gives_what_the_run_wrote(self):
         self.assertGreater(self.run_json("convert", self.map, "map.bt")["items"], 100)

@@ -1,5 +1,6 @@
 """hm slam: a walk around a simulated room end to end, its maps, the same again, wrong input, a real recording."""
 import json
+import re
 import shutil
 import time
 
@@ -23,7 +24,7 @@ class Slam(support.SharedFolderTest):
         Slam.recording = keeper.folder / "room"
 
     def check_files(self, result, names):
-        self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "volumes were rebuilt"))
+        self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "rebuilt from the recording"))
 
     def test_room_end_to_end_with_maps(self):
         run = self.run_json("slam", self.recording, "-o", "result", "--maps", "points,octomap,mvog", *COARSE)
@@ -56,6 +57,21 @@ class Slam(support.SharedFolderTest):
         self.assertIn(b"res 0.05", head)
         self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
 
+    def test_accepted_loops_are_shown_with_their_images(self):
+        data = support.real_data()
+        if not data:
+            self.skipTest("no real recordings")
+        run = self.run_json("slam", data / "rgbd/tum_fr1_xyz", "-o", "result", *COARSE)
+        self.assertGreater(run["loops"]["accepted"], 0)
+        page = (self.folder / "result/report.html").read_text()
+        shown = re.findall(r"<details><summary>frames (\d+) and (\d+), [\d.]+ s apart: (\d+) matches", page)
+        self.assertGreater(len(shown), 0)
+        self.assertLessEqual(len(shown), 12)
+        self.assertEqual(len(set(shown)), len(shown))
+        for first, second, matches in shown:
+            self.assertLess(int(first), int(second))
+            self.assertGreater(int(matches), 5)
+
     def test_same_result_again(self):
         # Loops are closed on a thread of their own; what comes out must not depend on its pace.
         for name, threads in (("one", 1), ("two", 2)):
@@ -74,7 +90,7 @@ class Slam(support.SharedFolderTest):
                 break
         time.sleep(0.5)
         run, errors = self.interrupt(process, timeout=300)
-        self.assertIn("finishing with what there is", errors)
+        self.assertIn("writing the results so far", errors)
         self.assertRegex(" ".join(run["warnings"]), r"stopped after \d+ of 70 frames")
         # All that was tracked is in the map, and every file is there.
         self.assertGreater(run["frames_mapped"], 0)

@@ -138,11 +138,21 @@ def evaluate(truth, estimate, kind, window):
     for (first, _), (second, _) in zip(moved, moved[1:]):
         travelled.append(travelled[-1] + length(minus(second[1], first[1])))
     numbers = {"pairs": len(pairs), "ate_rmse_m": rms(errors), "ate_max_m": max(errors), "alignment_scale_ratio": scale,
-               "truth_path_m": travelled[-1],
+               "truth_path_m": path_length([true[1] for true, _ in moved]),
                "rotation_rmse_rad": rms([angle_of(multiply(conjugate(true[2]), pose[2])) for true, pose in moved])}
     for name, at in (("frame", range(len(moved))), ("second", seconds), ("metre", travelled)):
         numbers[f"rpe_{name}_m"], numbers[f"rpe_{name}_rad"] = relative(moved, list(at), 1)
     return numbers
+
+
+def path_length(positions, least_step_m=0.02):
+    """In steps of at least 2 cm, so that the noise of many poses does not add to it."""
+    total, last = 0.0, positions[0]
+    for position in positions:
+        step = length(minus(position, last))
+        if step >= least_step_m:
+            total, last = total + step, position
+    return total + length(minus(positions[-1], last))
 
 
 def write(path, poses):

@@ -56,9 +56,9 @@ BoardDetection find_checkerboard(const cv::Mat& gray, const BoardParams& board) 
   if (!cv::findChessboardCorners(gray, size, corners, kBase | cv::CALIB_CB_FAST_CHECK) &&
       !cv::findChessboardCorners(gray, size, corners, kBase))
     return {};
-  // A window that reaches a neighbouring corner is drawn to it.
+  // A refinement window that contains a neighbouring corner is attracted to it.
   const int half = std::clamp(static_cast<int>(corner_distance_px(corners, board) * 0.4), 1, 11);
-  // Edges sharper than the pixels pull corners towards the grid of pixels.
+  // Edges sharper than a pixel bias corners towards pixel positions.
   cv::Mat smooth;
   cv::GaussianBlur(gray, smooth, cv::Size(), half >= 4 ? 1.0 : 0.6);
   cv::cornerSubPix(smooth, corners, cv::Size(half, half), cv::Size(-1, -1),

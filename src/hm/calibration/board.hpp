@@ -12,7 +12,7 @@ namespace hm {
 enum class BoardKind { kCheckerboard, kCharuco };
 inline constexpr std::string_view kBoardKindNames[] = {"checkerboard", "charuco"};
 
-/// A calibration board, as it is printed: counted in inner corners, between squares.
+/// Printed calibration board; its size is counted in inner corners, i.e. between squares.
 struct BoardParams {
   BoardKind kind = BoardKind::kCheckerboard;
   int corners_x = 9;
@@ -29,43 +29,46 @@ struct BoardParams {
     v(ParamDoc{"corners_y", {3, 50}, "inner corners of the board along a column", ParamLevel::kBasic},
       self.corners_y);
     v(ParamDoc{"square_m", {0.001, 2}, "edge of a square of the board", ParamLevel::kBasic}, self.square_m);
-    v(ParamDoc{"marker_ratio", {0.3, 0.9}, "edge of a ChArUco marker by that of a square (dictionary 4x4)"},
+    v(ParamDoc{"marker_ratio",
+               {0.3, 0.9},
+               "edge of a ChArUco marker as a ratio of the square's edge (dictionary 4x4)"},
       self.marker_ratio);
   }
 };
 
-/// A ChArUco board has at most so many squares: its markers come from a dictionary.
+/// Largest number of markers of a ChArUco board, limited by the marker dictionary.
 inline constexpr int kMostCharucoMarkers = 1000;
 Result<void> check_params(const BoardParams& board);
 
-/// An inner corner on the board: x along a row, y along a column, from the first corner; z = 0. Metres.
+/// Position of an inner corner in the board frame, metres: x along a row, y along a column, from the first
+/// corner; z = 0.
 Vec3 corner_on_board(const BoardParams& board, int index);
 
-/// The board as a picture, `square_px` pixels a square with a margin of half a square of white around it.
+/// Draws the board with `square_px` pixels per square and a white margin of half a square.
 Image<std::uint8_t> draw_board(const BoardParams& board, int square_px);
 
-/// Corners of a board seen in a picture.
+/// Corners of a board detected in an image.
 struct BoardView {
   std::vector<int> corners;  ///< indices of inner corners, row by row, increasing
-  std::vector<Vec2> pixels;  ///< where each is seen
+  std::vector<Vec2> pixels;  ///< position of each corner
   [[nodiscard]] std::size_t size() const { return corners.size(); }
 };
 
-/// Why no board was found in a picture.
+/// Outcome of the search for a board in an image.
 enum class BoardSearch { kFound, kNotFound, kTooFewCorners, kFailed };
 
 struct BoardDetection {
   BoardSearch search = BoardSearch::kNotFound;
   BoardView view;       ///< empty unless found
-  std::string details;  ///< of the library, when it failed
+  std::string details;  ///< message of OpenCV if it failed
 };
 
-/// Looks for the board (OpenCV), corners to a fraction of a pixel. A checkerboard must be seen whole, a
-/// ChArUco board at least in part. A checkerboard that looks the same turned by half a turn may be numbered
-/// from either end. Thread safe.
+/// Detects the board with subpixel corners (OpenCV). A checkerboard must be completely visible, a ChArUco
+/// board at least partly. A checkerboard that is symmetric under rotation by 180 degrees may be numbered from
+/// either end. Thread safe.
 BoardDetection find_board(const Image<Rgb8>& picture, const BoardParams& board);
 
-/// The same corners numbered from the other end of a checkerboard.
+/// Renumbers the corners from the other end of a checkerboard.
 BoardView turned_by_half(const BoardView& view, const BoardParams& board);
 
 }  // namespace hm

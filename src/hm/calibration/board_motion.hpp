@@ -5,13 +5,13 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/se3.hpp"
 
-/// What the adjustments of cameras and boards share: motions and cameras as rows of numbers, of any scalar
-/// type.
+/// Shared by the bundle adjustments of cameras and boards: transforms and intrinsics as parameter blocks, for
+/// any scalar type (Ceres).
 namespace hm::detail {
 
-/// A rigid motion as it is varied: rotation vector, translation.
+/// Rigid transform as a parameter block: rotation vector, translation.
 using Motion = std::array<double, 6>;
-/// fx fy cx cy.
+/// Intrinsics as a parameter block: fx fy cx cy.
 using Intrinsics = std::array<double, 4>;
 
 inline Motion to_motion(const SE3& T) {
@@ -27,7 +27,7 @@ inline void set_intrinsics(PinholeCamera& c, const Intrinsics& k) {
   c.fx = k[0], c.fy = k[1], c.cx = k[2], c.cy = k[3];
 }
 
-/// A point turned by a rotation vector (Rodrigues).
+/// Rotates a point by a rotation vector (Rodrigues' formula).
 template <class T>
 void turn(const T* r, const T* p, T* turned) {
   using std::cos, std::sin, std::sqrt;
@@ -48,7 +48,7 @@ void move(const T* motion, const T* point, T* moved) {
   for (int i = 0; i < 3; ++i) moved[i] += motion[3 + i];
 }
 
-/// Projected minus seen; the plumb-bob model of PinholeCamera::project.
+/// Reprojection error, projected minus observed, with the plumb-bob model of PinholeCamera::project.
 template <class T>
 void residual_px(const T* intrinsics, const LensDistortion& d, const Vec2& seen, const T* p, T* residual) {
   const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
@@ -59,7 +59,7 @@ void residual_px(const T* intrinsics, const LensDistortion& d, const Vec2& seen,
   residual[1] = intrinsics[1] * v + intrinsics[3] - seen.y();
 }
 
-/// A corner of a board, seen by the camera in which the board's pose is given.
+/// Residual of a board corner observed by the camera in whose frame the board's pose is given.
 struct CornerInCamera {
   Vec3 point;
   Vec2 seen;

@@ -15,7 +15,7 @@ Image<Rgb8> as_color(const Image<std::uint8_t>& gray, int border) {
   return color;
 }
 
-/// Corners of a drawn board lie where it was drawn: at edges between pixels.
+/// Corners of a drawn board are found at their drawn positions, on edges between pixels.
 TEST(Board, CheckerboardCornersAreWhereTheyWereDrawn) {
   const BoardParams board{BoardKind::kCheckerboard, 8, 5, 0.03, 0.75};
   const int square = 24, border = 30;

@@ -6,7 +6,7 @@
 #include "hm/core/rng.hpp"
 #include "hm/geometry/camera.hpp"
 
-/// Boards in closed form: where a known camera sees the corners of a known pose.
+/// Synthetic board views for tests: exact corner positions for a known camera and board pose.
 namespace hm::testing_calibration {
 
 inline const PinholeCamera kDepthCamera{
@@ -15,7 +15,8 @@ inline const PinholeCamera kColorCamera{
     640, 480, 537.674, 534.380, 321.226, 249.774, {0.03960, -0.11131, 0.00212, 0.000709, 0}};
 inline const SE3 kT_color_depth(so3_exp(Vec3(0.003, 0.009, 0.002)), Vec3(-0.02601, -0.000053, 0.000568));
 
-/// The board's middle seen at a share of the image, this far away, tilted about a random axis.
+/// Random board pose (T_camera_board) at a distance: its centre near the image centre, tilted about a random
+/// axis.
 inline SE3 random_pose(const PinholeCamera& camera, const BoardParams& board, double distance_m, Rng& rng) {
   const Vec2 pixel(camera.width * rng.uniform(0.3, 0.7), camera.height * rng.uniform(0.3, 0.7));
   const double axis = rng.uniform(0, 6.28), tilt = rng.uniform(0.2, 0.7);
@@ -25,7 +26,7 @@ inline SE3 random_pose(const PinholeCamera& camera, const BoardParams& board, do
   return {R, camera.unproject(pixel, distance_m) - R * middle};
 }
 
-/// The corners as a camera sees them, with noise. Corners outside of the image are seen too.
+/// Projects all corners with noise, including those outside the image.
 inline BoardView seen_by(const PinholeCamera& camera, const BoardParams& board, const SE3& T_camera_board,
                          double sigma_px, Rng& rng) {
   BoardView view;
@@ -37,7 +38,7 @@ inline BoardView seen_by(const PinholeCamera& camera, const BoardParams& board, 
   return view;
 }
 
-/// A view of boards that fill the image at one distance, readings wrong by `bias_m(x, y, z)`.
+/// View of a board that fills the image at depth z, with readings biased by `bias_m(x, y, z)`.
 template <class Bias>
 DepthView whole_image(int width, int height, double z, double sigma_m, Bias&& bias_m, Rng& rng) {
   DepthView view;

@@ -47,7 +47,7 @@ SE3 pose_of(const cv::Mat& rotation, const cv::Mat& translation) {
   return {so3_exp(vector(rotation)), vector(translation)};
 }
 
-/// One round of OpenCV's calibration, as it gives it.
+/// Raw result of one calibration by OpenCV.
 struct RawFit {
   PinholeCamera camera;
   std::array<double, 9> sigma{};
@@ -207,7 +207,7 @@ Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams
       fit.views.back().is_outlier = !is_used;
       if (is_used) errors.push_back(fit.views.back().rms_px);
     }
-    // Blurred or misdetected boards: left out once, and all fitted anew.
+    // Excludes blurred or misdetected boards once, and refits.
     const double limit = std::max(params.outlier_ratio * quantile(errors, 0.5), 0.2);
     const auto left_out = std::erase_if(used, [&](std::size_t i) { return fit.views[i].rms_px > limit; });
     if (left_out == 0 || used.size() < kFewestViews) break;

@@ -10,40 +10,40 @@
 
 namespace hm {
 
-/// A corner of a view: where it was seen, and by how much it is off the fitted camera (seen minus projected).
+/// Observed corner and its reprojection error (observed minus projected).
 struct CornerResidual {
   Vec2 pixel = Vec2::Zero();
   Vec2 error_px = Vec2::Zero();
 };
 
-/// Of every corner of a view, in its order.
+/// Reprojection errors of all corners of a view, in its order.
 std::vector<CornerResidual> corner_residuals(const BoardView& view, const BoardParams& board,
                                              const PinholeCamera& camera, const SE3& T_camera_board);
-/// 0 without corners.
+/// Root mean square reprojection error; 0 without corners.
 double rms_px(std::span<const CornerResidual> corners);
 
-/// One view of the board under a fitted camera.
+/// One view of the board with a fitted camera.
 struct ViewFit {
   SE3 T_camera_board;
   double rms_px = 0;
-  double tilt_rad = 0;      ///< between the board's normal and the line of sight to its middle
-  double distance_m = 0;    ///< of its middle
-  bool is_outlier = false;  ///< left out of the fit: its error is far above the others'
+  double tilt_rad = 0;      ///< between the board's normal and the ray to its centre
+  double distance_m = 0;    ///< of the board's centre
+  bool is_outlier = false;  ///< excluded from the fit because of its large error
   std::vector<CornerResidual> corners;
 };
 
-/// Names of what is fitted, in the order of CameraFit::sigma.
+/// Names of the fitted parameters, in the order of CameraFit::sigma.
 inline constexpr std::array<std::string_view, 9> kCameraFitNames{"fx", "fy", "cx", "cy", "k1",
                                                                  "k2", "p1", "p2", "k3"};
 
-/// Intrinsics with their quality.
+/// Fitted intrinsics with quality measures.
 struct CameraFit {
   PinholeCamera camera;
-  double rms_px = 0;                  ///< over the corners of all views that were used
+  double rms_px = 0;                  ///< over the corners of all inlier views
   std::array<double, 9> sigma;        ///< standard deviations of fx, fy, cx, cy (px), k1, k2, p1, p2, k3
-  std::vector<ViewFit> views;         ///< as given
-  double covered_ratio = 0;           ///< cells of a grid of 12 x 9 over the image with a corner
-  std::vector<std::string> warnings;  ///< what makes the set poor, in words
+  std::vector<ViewFit> views;         ///< in the order of the input
+  double covered_ratio = 0;           ///< share of cells with a corner, of a 12 x 9 grid over the image
+  std::vector<std::string> warnings;  ///< weaknesses of the image set
 };
 
 struct CameraFitParams {
@@ -53,10 +53,12 @@ struct CameraFitParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"fit_k3", {}, "fit the sixth-power term of the lens distortion too"}, self.fit_k3);
-    v(ParamDoc{"fit_tangential", {}, "fit the tangential terms of the lens distortion too"},
+    v(ParamDoc{"fit_k3", {}, "fit the sixth-order radial distortion coefficient k3"}, self.fit_k3);
+    v(ParamDoc{"fit_tangential", {}, "fit the tangential distortion coefficients p1, p2"},
       self.fit_tangential);
-    v(ParamDoc{"outlier_ratio", {1.5, 1000}, "leave a picture out whose error is so many times the median"},
+    v(ParamDoc{"outlier_ratio",
+               {1.5, 1000},
+               "exclude images whose error exceeds this multiple of the median; smaller excludes more"},
       self.outlier_ratio);
   }
 };
@@ -66,8 +68,8 @@ struct CameraFitParams {
 Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams& board, int width,
                              int height, const CameraFitParams& params = {});
 
-/// The pose of a board seen by a known camera, refined on the reprojection error; nothing when the corners do
-/// not determine one.
+/// Board pose T_camera_board for a known camera, minimising the reprojection error; nothing when the corners
+/// do not determine it.
 std::optional<SE3> board_pose(const BoardView& view, const BoardParams& board, const PinholeCamera& camera);
 
 }  // namespace hm

@@ -32,7 +32,7 @@ TEST(CameraFit, ExactCornersGiveTheCamera) {
   EXPECT_LT(fit->rms_px, 1e-3);
 }
 
-/// Over seeds, errors are what the deviations say they are.
+/// Over seeds, errors agree with the estimated standard deviations.
 TEST(CameraFit, DeviationsAreHonest) {
   double squares = 0;
   int count = 0;

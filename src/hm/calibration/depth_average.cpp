@@ -12,7 +12,7 @@ void DepthAverage::add(const DepthImage& depth) {
   ++images_;
   for (std::size_t i = 0; i < depth.units.size(); ++i) {
     const std::uint16_t units = depth.units.data()[i];
-    if (units == 0) continue;  // no reading is not a reading of 0
+    if (units == 0) continue;  // 0: no reading
     const double z = units * depth.unit_m, before = z - mean_m_.data()[i];
     mean_m_.data()[i] += before / ++count_.data()[i];
     squares_.data()[i] += before * (z - mean_m_.data()[i]);

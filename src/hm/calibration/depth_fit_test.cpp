@@ -27,7 +27,7 @@ TEST(DepthAverage, MissingReadingsDoNotCount) {
   EXPECT_EQ(average.mean_m(1, 0), 0);
 }
 
-/// Readings of a tilted board without any error compare as equal; missing ones and a hand give no sample.
+/// Error-free readings of a tilted board have zero error; missing readings and an occluder give no sample.
 TEST(DepthReference, APlaneIsThePlane) {
   const BoardParams board{BoardKind::kCheckerboard, 9, 6, 0.1, 0.75};
   const PinholeCamera camera = kDepthCamera.without_distortion();
@@ -134,14 +134,14 @@ TEST(DepthFit, PixelModesFindTheirOwnPolynomials) {
   }
 }
 
-/// Pixels that no board reached stay as they are; ranges are those of their own windows.
+/// Pixels without samples are not corrected; depth ranges are those of each pixel's own window.
 TEST(DepthFit, PixelModesKnowWhereTheyWereTrained) {
   std::vector<DepthView> views;
   for (double z = 1; z < 4.1; z += 0.5) {
     DepthView view;
     for (int y = 0; y < 30; ++y)
       for (int x = 0; x < 20; ++x)
-        if (x < 10 || z < 2.2)  // the right part was seen near only
+        if (x < 10 || z < 2.2)  // the right part was observed at short range only
           view.samples.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
                                   static_cast<float>(z), static_cast<float>(1.02 * z * z / (z + 0.01)),
                                   0.001F});

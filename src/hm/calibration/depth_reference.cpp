@@ -7,8 +7,8 @@
 namespace hm {
 namespace {
 
-/// The board's outer inner-corners, each moved outwards along the diagonal by 0.6 of a cell's, in board
-/// order.
+/// The four outermost inner corners, each moved outwards along the diagonal by 0.6 of a cell's diagonal, in
+/// board order.
 std::array<Vec3, 4> outline(const BoardParams& board) {
   const double out = 0.6 * board.square_m;  // along x and along y: 0.6 of the diagonal
   const double right = (board.corners_x - 1) * board.square_m + out;
@@ -16,7 +16,7 @@ std::array<Vec3, 4> outline(const BoardParams& board) {
   return {Vec3(-out, -out, 0), Vec3(right, -out, 0), Vec3(right, bottom, 0), Vec3(-out, bottom, 0)};
 }
 
-/// Pixels of the image that may see the board: the outline's bounding box. Empty when a corner is behind.
+/// Pixels of the image that may lie on the board: the outline's bounding box. Empty when a corner is behind.
 Eigen::AlignedBox2i pixels_of(const DepthViewInput& input) {
   Eigen::AlignedBox2i box;
   for (const Vec3& corner : outline(input.board)) {

@@ -17,13 +17,13 @@ using detail::Intrinsics;
 using detail::Motion;
 
 constexpr int kRefineBlock_px = 16;  // depth is averaged over such squares
-constexpr double kCorner_px = 0.1;   // deviation of a corner
+constexpr double kCorner_px = 0.1;   // standard deviation of a corner
 constexpr double kHuber = 3;         // deviations
 constexpr double kLargestCorrection_m = 0.3;
 constexpr int kMostRefineIterations = 30;
 
-/// Depth averaged over a block, corrected, minus that of the board's plane, by its deviation. Blocks of
-/// parameters: T_color_board, T_depth_color, intrinsics of the depth camera, 16 control points.
+/// Corrected depth of a block minus that of the board's plane, normalised by its standard deviation.
+/// Parameter blocks: T_color_board, T_depth_color, intrinsics of the depth camera, 16 control points.
 struct BoardDepth {
   Vec2 pixel;
   double measured_m, sigma_m, s;
@@ -51,7 +51,7 @@ struct BoardDepth {
   }
 };
 
-/// Control points weighted and added up, for every term: 0 is expected.
+/// Prior on a weighted sum of control points, for every term: expected to be 0.
 class ControlPrior final : public ceres::CostFunction {
  public:
   ControlPrior(std::vector<double> weights, int terms) : weights_(std::move(weights)) {
@@ -75,7 +75,7 @@ class ControlPrior final : public ceres::CostFunction {
   std::vector<double> weights_;
 };
 
-/// The problem with its state.
+/// Least-squares problem and its state.
 class Adjustment {
  public:
   Adjustment(std::span<const DepthPose> poses, const BoardParams& board, const DepthGeometry& start,
@@ -158,7 +158,7 @@ void Adjustment::add_camera_prior(double* block, int size, std::span<const doubl
       block);
 }
 
-/// The cameras stay near where they were found; control points as in the fit of the spline alone.
+/// Priors: the cameras stay near their calibration; control points as in the fit of the spline alone.
 void Adjustment::add_priors(const DepthFitParams& params) {
   const double px = params.prior_intrinsics_px, r = params.prior_rotation_rad, t = params.prior_translation_m;
   const std::array<double, 4> of_camera{px, px, px, px};

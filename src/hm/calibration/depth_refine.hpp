@@ -5,14 +5,14 @@
 
 namespace hm {
 
-/// One pose of the board: its corners in the colour picture, and depth against it.
+/// One board pose: its corners in the colour image, and depth readings on the board.
 struct DepthPose {
   BoardView view;
   SE3 T_color_board;
   DepthView depth;
 };
 
-/// The two cameras and the motion between them.
+/// Intrinsics of both cameras and their extrinsics.
 struct DepthGeometry {
   PinholeCamera depth_camera, color_camera;
   SE3 T_color_depth;
@@ -20,14 +20,14 @@ struct DepthGeometry {
 
 struct DepthRefinement {
   DepthGeometry geometry;
-  double corners_before = 0, corners_after = 0;  ///< RMS by their expected deviation
-  double depth_before = 0, depth_after = 0;      ///< the same of the board's depth; before: with `model`
+  double corners_before = 0, corners_after = 0;  ///< RMS in units of the expected deviation
+  double depth_before = 0, depth_after = 0;      ///< the same for depth on the board; before: with `model`
 };
 
-/// Bundle adjustment over intrinsics (without distortion), the motion between the cameras, the boards' poses
-/// and the coefficients of a spline correction, on corners and on depth against the boards' planes (Ceres,
-/// Huber). `model` is where the coefficients begin; fit the correction anew to readings of the geometry that
-/// comes out. Errors: the model is no spline, or the adjustment fails.
+/// Bundle adjustment of intrinsics (without distortion), extrinsics, board poses and the coefficients of a
+/// spline correction, using corner and depth residuals (Ceres, Huber loss). `model` gives the initial
+/// coefficients; afterwards, refit the correction with the refined geometry. Errors: the model is not a
+/// spline, or the adjustment fails.
 Result<DepthRefinement> refine_geometry(std::span<const DepthPose> poses, const BoardParams& board,
                                         const DepthGeometry& start, const DepthCorrectionModel& model,
                                         const DepthFitParams& params = {});

@@ -17,7 +17,8 @@ const BoardParams kBoard;  // 9 x 6, 0.1 m
 
 DepthGeometry truth() { return {kDepthCamera.without_distortion(), kColorCamera, kT_color_depth}; }
 
-/// What is known before: focal lengths and centres off by up to 0.4 %, the motion by a millimetre.
+/// Initial geometry: focal lengths and principal points wrong by up to 0.4 %, the translation by a
+/// millimetre.
 DepthGeometry start() {
   DepthGeometry geometry = truth();
   geometry.color_camera.fx += 2, geometry.color_camera.fy += 2, geometry.color_camera.cx -= 1;
@@ -31,7 +32,7 @@ double bias_m(double x, double y, double z) {
   return 0.05 * (z / 4) * (z / 4) * (std::pow(x / 320 - 1, 2) - 0.5 * (y / 240 - 1));
 }
 
-/// Corners and readings as the true cameras give them, poses and true depths as `geometry` believes.
+/// Corners and readings of the true cameras, with poses and true depths according to `geometry`.
 std::vector<DepthPose> poses_seen_with(const DepthGeometry& geometry, int count) {
   Rng rng(17);
   std::vector<DepthPose> poses;
@@ -81,7 +82,7 @@ TEST(DepthRefine, CamerasAreFoundTogetherWithTheCorrection) {
   EXPECT_LE(refined->depth_after, refined->depth_before);
   EXPECT_LT((found.T_color_depth.translation() - wanted.T_color_depth.translation()).norm(), 0.003);
 
-  // The readings against the boards as the cameras found now see them: the bias is nearer to the true one.
+  // Readings compared with the boards of the refined cameras: the bias is closer to the true one.
   const auto error_of = [](const DepthCorrectionModel& model) {
     double sum = 0;
     for (const double z : {1.5, 2.5, 3.5})

@@ -15,7 +15,7 @@ using detail::Intrinsics;
 using detail::Motion;
 
 constexpr int kDisparityBlock_px = 16;  // disparity is averaged over such squares
-constexpr double kDistortion = 0.5;     // units: what disparity is wrong by over the image
+constexpr double kDistortion = 0.5;     // units: error of disparity over the image
 constexpr double kCauchy = 2;           // deviations: hands, edges of the board
 constexpr int kMostIterations = 100;
 constexpr double kSquare_ratio = 0.003;    // of focal lengths, between fx and fy
@@ -28,8 +28,8 @@ using Line = std::array<double, 2>;
 Line to_line(const DisparityModel& m) { return {-m.offset_per_m / m.slope_per_m, 1 / m.slope_per_m}; }
 DisparityModel to_model(const Line& line) { return {-line[0] / line[1], 1 / line[1]}; }
 
-/// Disparity of a board's plane minus what was read, by its deviation. Blocks: T_depth_color, intrinsics,
-/// line.
+/// Predicted disparity of a board's plane minus the reading, normalised by its standard deviation. Blocks:
+/// T_depth_color, intrinsics, line.
 struct PlaneDisparity {
   Vec2 pixel;
   double disparity, sigma;
@@ -48,7 +48,7 @@ struct PlaneDisparity {
   }
 };
 
-/// The problem with its state.
+/// Least-squares problem and its state.
 class Fit {
  public:
   Fit(std::span<const DepthPose> poses, const DisparityCamera& start)
@@ -100,7 +100,7 @@ void Fit::add_priors(const DisparityPrior& prior) {
   const double r = prior.rotation_rad, t = prior.translation_m;
   const std::array<double, 6> of_motion{r, r, r, t, t, t};
   const std::array<double, 4> of_camera{prior.focal_px, prior.focal_px, prior.centre_px, prior.centre_px};
-  ceres::Matrix square(1, 4);  // the sensor's pixels are square: fx and fy differ little from what they were
+  ceres::Matrix square(1, 4);  // prior on fx / fy, since the sensor's pixels are square
   square << 1, -1, 0, 0;
   square /= kSquare_ratio * intrinsics_[0];
   const std::array<double, 2> of_line{kInfinity_prior, kGain_prior_ratio * std::abs(line_[1])};
@@ -119,7 +119,7 @@ double Fit::rms() {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// From the inverse of the normal equations, as large as the residuals that are left say.
+/// Computes standard deviations from the inverse of the normal equations, scaled by the residuals.
 bool Fit::add_deviations(DisparityFit& fit) {
   ceres::Covariance covariance{ceres::Covariance::Options()};
   const std::vector<std::pair<const double*, const double*>> blocks{{motion_.data(), motion_.data()},

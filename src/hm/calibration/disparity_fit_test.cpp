@@ -13,7 +13,7 @@ using namespace testing_calibration;
 
 const BoardParams kBoard;  // 9 x 6, 0.1 m
 
-/// A device that is not the nominal one.
+/// Device that differs from the nominal one.
 DisparityCamera truth() {
   DisparityCamera device = nominal_kinect();
   device.camera.fx = 585, device.camera.fy = 584, device.camera.cx = 316, device.camera.cy = 244;
@@ -24,10 +24,11 @@ DisparityCamera truth() {
 
 struct Noise {
   double disparity = 0.5;
-  double hand_ratio = 0;  ///< share of a board's pixels that look at something nearer
+  double hand_ratio = 0;  ///< share of a board's pixels that are occluded
 };
 
-/// Boards as the true device reads them, in whole units of disparity, converted with the nominal constants.
+/// Readings of boards by the true device, in integer units of disparity, converted with the nominal
+/// constants.
 std::vector<DepthPose> boards_seen(int count, const Noise& noise, Rng& rng) {
   std::vector<DepthPose> poses;
   const DisparityCamera device = truth(), nominal = nominal_kinect();
@@ -53,7 +54,7 @@ std::vector<DepthPose> boards_seen(int count, const Noise& noise, Rng& rng) {
   return poses;
 }
 
-/// Largest error of the depth that the fitted device tells of a true disparity, relative, over the image.
+/// Largest relative depth error of the fitted model for true disparities, over the image.
 double worst_depth_ratio(const DisparityModel& found) {
   double worst = 0;
   for (const double z : {0.9, 1.5, 2.3})

@@ -3,10 +3,10 @@
 
 #include <vector>
 
-/// What the room's problems have in common; for .cpp files (Ceres takes long to compile).
+/// Shared by the least-squares problems of this room. Include only in .cpp files (Ceres is slow to compile).
 namespace hm::detail {
 
-/// Silent and on one thread: the same result on any machine.
+/// Solver options: silent, and on one thread for reproducible results.
 inline ceres::Solver::Options solver_options(ceres::LinearSolverType type, int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = type;
@@ -16,7 +16,7 @@ inline ceres::Solver::Options solver_options(ceres::LinearSolverType type, int m
   return options;
 }
 
-/// The residuals of some blocks as they are, without their loss.
+/// Residuals of some blocks without their loss function.
 inline std::vector<double> residuals_of(ceres::Problem& problem,
                                         const std::vector<ceres::ResidualBlockId>& blocks) {
   ceres::Problem::EvaluateOptions options;

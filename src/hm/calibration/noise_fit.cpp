@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-constexpr int kFewestReadings = 5;   // of a pixel, for its deviation over time
+constexpr int kFewestReadings = 5;   // of a pixel, for its temporal standard deviation
 constexpr double kEdgeRatio = 0.03;  // neighbours that differ by more lie across a depth edge
 constexpr int kBlock_px = 8;         // plane: blocks in which a smooth bias is constant
 
@@ -100,7 +100,7 @@ Result<NoiseFit> fit_noise(std::span<const NoiseSample> samples) {
     return fail(ErrorCode::kInvalidValue, "",
                 "deviations at {} distances are too few: three are needed, over the whole range wanted",
                 samples.size());
-  // Relative errors count alike; all subsets of {z^2, z, 1}, the best of those that are allowed.
+  // Minimises relative errors over all subsets of {z^2, z, 1} and takes the best allowed solution.
   std::optional<NoiseFit> best;
   for (unsigned terms = 1; terms < 8; ++terms) {
     std::vector<int> used;

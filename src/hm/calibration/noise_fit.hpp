@@ -9,37 +9,37 @@
 
 namespace hm {
 
-/// Deviation of readings at a distance: what a sensor's noise is fitted to.
+/// Standard deviation of readings at a depth, a data point for fitting a noise model.
 struct NoiseSample {
   double depth_m = 0, sigma_m = 0;
-  double weight = 1;  ///< readings behind it
+  double weight = 1;  ///< number of readings
 };
 
 struct NoiseFitParams {
-  /// Readings are gathered in steps of depth.
+  /// Width of a depth bin, metres.
   static constexpr double kBin_m = 0.1;
-  /// Steps with fewer readings are left out.
+  /// Bins with fewer readings are ignored.
   int min_readings = 200;
   double min_depth_m = 0.2, max_depth_m = 10;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"min_depth_m", {0, 100}, "nearest readings that are used"}, self.min_depth_m);
-    v(ParamDoc{"max_depth_m", {0.1, 100}, "farthest readings that are used"}, self.max_depth_m);
+    v(ParamDoc{"min_depth_m", {0, 100}, "nearest depth used"}, self.min_depth_m);
+    v(ParamDoc{"max_depth_m", {0.1, 100}, "farthest depth used"}, self.max_depth_m);
   }
 };
 
-/// Gathers deviations by depth.
+/// Histogram of standard deviations over depth.
 class NoiseHistogram {
  public:
   explicit NoiseHistogram(const NoiseFitParams& params = {});
-  /// Deviation over time of every pixel of a scene that does not move. Pixels with few readings, and pixels
-  /// at depth edges (whose readings jump between two surfaces), do not count.
+  /// Adds the temporal standard deviation of every pixel of a static scene. Pixels with few readings and
+  /// pixels at depth edges (whose readings alternate between two surfaces) are ignored.
   void add_static(const DepthAverage& average);
-  /// Deviation of one image's readings from the plane that fits a middle part of it, in blocks, so that a
-  /// smooth bias does not count. Nothing happens when no plane is found.
+  /// Adds the deviation of one image's readings from a plane fitted to its central part, blockwise, so that a
+  /// smooth bias has no effect. Does nothing when no plane is found.
   void add_plane(const DepthImage& depth);
-  /// Deviation of each step of depth that has enough readings, by increasing depth.
+  /// Standard deviation of each bin with enough readings, by increasing depth.
   [[nodiscard]] std::vector<NoiseSample> samples() const;
 
  private:
@@ -54,11 +54,11 @@ class NoiseHistogram {
 
 struct NoiseFit {
   DepthNoise noise;
-  double rms_relative = 0;  ///< of the samples' deviation from the fit, relative to it
+  double rms_relative = 0;  ///< RMS of (sample - fit) / fit
 };
 
-/// sigma(z) = quadratic z^2 + linear z + constant through the samples, by relative error, with quadratic and
-/// constant not below 0. An error with fewer than three samples.
+/// Fits sigma(z) = quadratic z^2 + linear z + constant to the samples, minimising the relative error, with
+/// quadratic and constant not below 0. Error with fewer than three samples.
 Result<NoiseFit> fit_noise(std::span<const NoiseSample> samples);
 
 }  // namespace hm

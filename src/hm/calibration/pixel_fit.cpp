@@ -9,9 +9,9 @@ namespace hm::detail {
 namespace {
 
 constexpr int kFewestSamples = 3;
-constexpr double kIdentityPrior = 1e-6;  // keeps a pixel that was seen at one depth only near the identity
+constexpr double kIdentityPrior = 1e-6;  // regularises pixels observed at one depth only towards the identity
 
-/// Sums over samples that the normal equations of a pixel are made of.
+/// Sums over samples for the normal equations of a pixel.
 struct Moments {
   std::array<double, 5> d{};   ///< of d^k
   std::array<double, 3> zd{};  ///< of z d^k
@@ -23,7 +23,7 @@ struct Moments {
   }
 };
 
-/// c0 + c1 d + c2 d^2, the true depth of a reading.
+/// True depth of a reading d: c0 + c1 d + c2 d^2.
 using Polynomial = std::array<double, 3>;
 
 Polynomial solve(DepthFitMode mode, const Moments& m) {
@@ -79,7 +79,7 @@ PixelSums sum_up(std::span<const DepthView> views, int width, int height) {
   return sums;
 }
 
-/// Every pixel gets what `combine` makes of the pixels of its window, along x, then along y.
+/// Combines the pixels of each pixel's window with `combine`, along x, then along y (separable).
 template <class T, class Combine>
 Image<T> over_window(const Image<T>& from, int half, Combine combine) {
   Image<T> across = from;
@@ -117,7 +117,7 @@ DepthFit fit_each_pixel(std::span<const DepthView> views, DepthCorrectionModel m
   std::size_t fitted = 0;
   for (std::size_t i = 0; i < plane; ++i) {
     const Moments& m = moments.data()[i];
-    if (m.d[0] < kFewestSamples) continue;  // stays as it is read
+    if (m.d[0] < kFewestSamples) continue;  // no correction
     ++fitted;
     const Polynomial c = solve(model.mode, m);
     const std::array<double, 3> in_s{c[0] + (c[1] - 1) * middle + c[2] * middle * middle,

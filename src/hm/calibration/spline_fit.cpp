@@ -14,11 +14,11 @@ namespace {
 
 constexpr int kBlock_px = 4;                    // readings of a view are averaged over such squares
 constexpr double kReferenceRatio = 5e-4;        // error of the board's plane, by distance
-constexpr double kAssumedNoise_per_m = 1.5e-3;  // sigma = this z^2, where a single image tells none
+constexpr double kAssumedNoise_per_m = 1.5e-3;  // sigma = this z^2, when there is only a single image
 constexpr double kLargestCorrection_m = 0.3;    // weak prior on every coefficient
 constexpr int kRobustRounds = 3;
 
-/// The control points that a place depends on, as a row of the linear system.
+/// Row of the linear system: control points that influence a position.
 struct Row {
   std::vector<std::pair<Eigen::Index, double>> entries;
 };
@@ -75,7 +75,8 @@ void System::add(const Row& row, double value, double weight) {
   }
 }
 
-/// Neighbouring control points lie nearly on a line, along rows and columns; all are of some centimetres.
+/// Priors: neighbouring control points lie nearly on a line, along rows and columns; all are within some
+/// centimetres.
 void System::add_priors() {
   const double smooth = 1 / (params_.smoothness_m * params_.smoothness_m);
   const auto straight = [&](Eigen::Index a, Eigen::Index b, Eigen::Index c) {
@@ -154,7 +155,7 @@ DepthFit fit_spline(std::span<const DepthView> views, DepthCorrectionModel model
     for (std::size_t i = 0; i < means.size(); ++i)
       system.add(rows[i], means[i].error_m, trust[i] / (means[i].sigma_m * means[i].sigma_m));
     solution = system.solve();
-    // Huber: what is far off (a hand before the board, an edge) counts less in the next round.
+    // Huber weights: outliers (a hand in front of the board, an edge) count less in the next round.
     std::vector<double> off(means.size());
     for (std::size_t i = 0; i < means.size(); ++i)
       off[i] = std::abs(means[i].error_m - dot(rows[i], solution)) / means[i].sigma_m;

@@ -1,10 +1,10 @@
 #pragma once
 #include "hm/calibration/depth_fit.hpp"
 
-/// The two kinds of fit behind fit_depth_correction().
+/// The two kinds of fit of fit_depth_correction().
 namespace hm::detail {
 
-/// Mean of the readings of one view within a square of pixels.
+/// Mean of one view's readings in a square of pixels.
 struct BlockMean {
   Vec2 pixel = Vec2::Zero();
   double measured_m = 0, error_m = 0;  ///< error: true minus measured
@@ -12,7 +12,7 @@ struct BlockMean {
 };
 std::vector<BlockMean> block_means(const DepthView& view, int block_px);
 
-/// The range of readings that a fit is trained on: all but the outermost thousandth at each end.
+/// Trained depth range: the range of readings without the outermost 0.1 % at each end.
 struct TrainedRange {
   double min_m = 0, max_m = 0;
 };

@@ -9,15 +9,15 @@
 namespace hm {
 namespace {
 
-/// A pair with views numbered alike, and a first guess of where the board is.
+/// Pair of consistently numbered views with initial board poses.
 struct UsablePair {
-  std::size_t index = 0;  ///< among those given
+  std::size_t index = 0;  ///< index in the input
   BoardView depth_view, color_view;
   SE3 T_depth_board, T_color_board;
 };
 
-/// True when the same corners run the other way in the second picture: the cameras look the same way, so it
-/// was numbered from the other end.
+/// True when the corners run in the opposite direction in the second image, so that it was numbered from the
+/// other end (both cameras look the same way).
 bool runs_backwards(const BoardView& a, const BoardView& b) {
   return (a.pixels.back() - a.pixels.front()).dot(b.pixels.back() - b.pixels.front()) < 0;
 }
@@ -43,7 +43,7 @@ std::vector<UsablePair> usable_pairs(std::span<const BoardPair> pairs, const Boa
   return usable;
 }
 
-/// The pair whose motion is nearest to all others': the start of the adjustment.
+/// Initial transform: that of the pair closest to all others (medoid).
 SE3 middle_motion(const std::vector<UsablePair>& pairs) {
   std::vector<SE3> motions;
   for (const UsablePair& pair : pairs) motions.push_back(pair.T_color_board * pair.T_depth_board.inverse());

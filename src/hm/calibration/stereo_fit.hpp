@@ -7,12 +7,12 @@
 
 namespace hm {
 
-/// A board seen by both cameras at the same moment.
+/// Board observed by both cameras at the same time.
 struct BoardPair {
   BoardView depth_camera, color_camera;
 };
 
-/// What of a pair of cameras is fitted, besides the motion between them and the boards' poses.
+/// Parameters fitted besides the board poses.
 enum class StereoRefine { kExtrinsics, kIntrinsicsToo };
 inline constexpr std::string_view kStereoRefineNames[] = {"extrinsics", "intrinsics_too"};
 
@@ -24,9 +24,12 @@ struct StereoFitParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"refine",
                {},
-               "what is fitted: the motion between the cameras, or their focal lengths and centres too"},
+               "parameters to fit: the transform between the cameras, or focal lengths and principal points "
+               "too"},
       self.refine, kStereoRefineNames);
-    v(ParamDoc{"outlier_ratio", {1.5, 1000}, "leave a pair out whose error is so many times the median"},
+    v(ParamDoc{"outlier_ratio",
+               {1.5, 1000},
+               "exclude pairs whose error exceeds this multiple of the median; smaller excludes more"},
       self.outlier_ratio);
   }
 };
@@ -40,7 +43,7 @@ struct PairFit {
 
 struct StereoFit {
   SE3 T_color_depth;
-  PinholeCamera depth_camera, color_camera;  ///< as given, unless they were refined
+  PinholeCamera depth_camera, color_camera;  ///< as given, unless refined
   Vec3 translation_sigma_m = Vec3::Zero();
   Vec3 rotation_sigma_rad = Vec3::Zero();
   double rms_px = 0;
@@ -48,10 +51,10 @@ struct StereoFit {
   std::vector<std::string> warnings;
 };
 
-/// The motion from depth camera to colour camera from pairs of views: bundle adjustment of the boards' poses
-/// and the motion over the corners of both cameras (Ceres), robust, with fixed intrinsics unless asked
-/// otherwise. A checkerboard that the two cameras numbered from different ends is turned. Errors: no pair
-/// whose boards' poses can be told, or a motion that is left undetermined.
+/// Fits T_color_depth to pairs of views: robust bundle adjustment of board poses and extrinsics over the
+/// corners of both cameras (Ceres; Huber loss), with fixed intrinsics unless refined. A checkerboard that was
+/// numbered from different ends is renumbered. Errors: no pair with a determined board pose, or an
+/// undetermined problem.
 Result<StereoFit> fit_stereo(std::span<const BoardPair> pairs, const BoardParams& board,
                              const PinholeCamera& depth_camera, const PinholeCamera& color_camera,
                              const StereoFitParams& params = {});

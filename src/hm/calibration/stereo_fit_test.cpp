@@ -62,7 +62,7 @@ TEST(StereoFit, ABoardThatMovedBetweenTheTwoPicturesIsLeftOut) {
   EXPECT_LT((fit->T_color_depth.translation() - kT_color_depth.translation()).norm(), 5e-4);
 }
 
-/// Intrinsics that are a little wrong are mended by the pairs when asked to.
+/// Slightly wrong intrinsics are corrected from the pairs if refinement is enabled.
 TEST(StereoFit, RefinesIntrinsicsWhenAsked) {
   PinholeCamera off = kDepthCamera;
   off.fx *= 1.004, off.fy *= 1.004, off.cx += 1.5;

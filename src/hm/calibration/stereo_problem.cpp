@@ -49,7 +49,7 @@ void add_view(ceres::Problem& problem, const StereoView& from, const BoardParams
   }
 }
 
-/// Deviations of T_depth_color's six numbers, from the Jacobian at the solution.
+/// Standard deviations of T_depth_color's six parameters, from the Jacobian at the solution.
 std::optional<Vec6> deviations(ceres::Problem& problem, Blocks& blocks, double variance_px2) {
   std::vector<double*> order{blocks.motion.data()};
   for (Motion& board : blocks.boards) order.push_back(board.data());

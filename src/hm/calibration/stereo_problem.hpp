@@ -15,7 +15,7 @@ struct StereoView {
   std::size_t board = 0;  ///< index into StereoState::T_color_board
 };
 
-/// What the bundle adjustment of two cameras estimates.
+/// Unknowns of the bundle adjustment of two cameras.
 struct StereoState {
   SE3 T_color_depth;
   PinholeCamera depth_camera, color_camera;
@@ -29,7 +29,7 @@ struct StereoSolution {
 };
 
 /// Minimises the reprojection error of all views over the state (Ceres; Huber loss of 1 px); focal lengths
-/// and centres only when asked for.
+/// and principal points only if `with_intrinsics`.
 StereoSolution solve_stereo(std::span<const StereoView> views, const BoardParams& board, bool with_intrinsics,
                             StereoState& state);
 

@@ -3,8 +3,8 @@
 
 namespace hm {
 
-/// Angles are radians everywhere but at the user's edge: 30 * kRadiansPerDegree, angle_rad *
-/// kDegreesPerRadian.
+/// Conversion factors: 30 * kRadiansPerDegree, angle_rad * kDegreesPerRadian. All angles are radians except
+/// in user-facing text and options.
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 

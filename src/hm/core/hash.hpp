@@ -4,8 +4,8 @@
 
 namespace hm {
 
-/// FNV-1a of 64 bits (Fowler, Noll, Vo), over whole numbers as they come: the checksum of our files,
-/// where they are bytes. Finds damage, not malice.
+/// 64-bit FNV-1a hash (Fowler, Noll, Vo) over integers in the order added. Used over bytes as the checksum of
+/// this project's files; detects accidental damage, not tampering.
 class Fnv1a {
  public:
   constexpr void add(std::uint64_t number) { value_ = (value_ ^ number) * 0x100000001b3u; }
@@ -15,7 +15,7 @@ class Fnv1a {
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-/// Of a range of bytes or characters.
+/// FNV-1a hash of a range of bytes or characters.
 template <std::ranges::input_range Bytes>
 [[nodiscard]] constexpr std::uint64_t fnv1a(const Bytes& bytes) {
   static_assert(sizeof(std::ranges::range_value_t<Bytes>) == 1);

@@ -9,8 +9,8 @@
 
 namespace hm {
 
-/// A JSON document as a value; objects keep the order in which keys were set. Text is made and parsed
-/// by the io room (hm/io/bytes/json.hpp). NaN and infinities become null there.
+/// JSON document as a value; objects keep the order in which keys were set. Written and parsed by
+/// hm/io/bytes/json.hpp, where NaN and infinities become null.
 class JsonValue {
  public:
   using Array = std::vector<JsonValue>;
@@ -28,7 +28,7 @@ class JsonValue {
   JsonValue(std::string value) : data_(std::move(value)) {}
   JsonValue(Array value) : data_(std::move(value)) {}
   static JsonValue array() { return JsonValue(Array{}); }
-  /// An array of the values of a range (numbers, words).
+  /// Array of the values of a range (numbers, strings).
   template <class Range>
   static JsonValue array_of(const Range& values) {
     auto list = array();
@@ -37,7 +37,7 @@ class JsonValue {
   }
   static JsonValue object(std::initializer_list<std::pair<std::string, JsonValue>> members = {});
 
-  /// The member with this key, made (as null) if missing; a null value becomes an object first.
+  /// Member with this key, inserted as null if missing; a null value becomes an object first.
   JsonValue& operator[](std::string_view key);
   /// The member with this key, or nullptr (also when this is not an object).
   [[nodiscard]] const JsonValue* find(std::string_view key) const;
@@ -50,7 +50,7 @@ class JsonValue {
   [[nodiscard]] const std::string* as_string() const { return std::get_if<std::string>(&data_); }
   [[nodiscard]] const Array* as_array() const { return std::get_if<Array>(&data_); }
   [[nodiscard]] const Object* as_object() const { return std::get_if<Object>(&data_); }
-  /// The number, integer or not; `fallback` when this is no number.
+  /// The number as double; `fallback` when this value is not a number.
   [[nodiscard]] double number_or(double fallback) const;
 
   using Data = std::variant<std::monostate, bool, std::int64_t, double, std::string, Array, Object>;

@@ -16,9 +16,9 @@
 namespace hm {
 namespace {
 
-/// Declares to ThreadSanitizer what it cannot see, because neither TBB nor this file is compiled with it: a
-/// loop's bodies run after the call and before its return. Nothing orders the bodies among themselves, so
-/// that races between them are found.
+/// Declares the ordering of a loop to ThreadSanitizer, since neither TBB nor this file is instrumented:
+/// bodies run after the call and before its return. The bodies are not ordered among themselves, so that
+/// races between them are found.
 class LoopOrder {
  public:
 #ifdef HM_SANITIZE_THREAD

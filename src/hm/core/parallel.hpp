@@ -5,9 +5,9 @@
 
 namespace hm {
 
-/// Runs loops on a fixed number of threads. Work is cut into ranges that depend on the item count and
-/// grain only, never on the number of threads, so that a loop whose ranges write to separate places
-/// gives the same bits for 1 or N threads.
+/// Runs loops on a fixed number of threads. Work is split into ranges that depend only on the item count and
+/// grain, never on the number of threads: a loop whose ranges write to separate memory gives bit-identical
+/// results for 1 or N threads.
 class ParallelLoop {
  public:
   /// threads >= 1; 1 runs everything on the calling thread.
@@ -18,8 +18,9 @@ class ParallelLoop {
 
   [[nodiscard]] int threads() const { return threads_; }
 
-  /// Calls body(begin, end) for consecutive ranges of at most `grain` items that cover [0, count).
-  /// Which thread takes which range is not defined; begin / grain numbers the range.
+  /// Calls body(begin, end) for consecutive ranges of at most `grain` items that cover [0, count); blocks
+  /// until all are done. The assignment of ranges to threads is undefined; begin / grain is the range's
+  /// index.
   void for_ranges(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body) const;
 
@@ -29,7 +30,7 @@ class ParallelLoop {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The number of threads that this process may run at the same time (at least 1).
+/// Number of threads that this process may run concurrently (at least 1).
 int available_threads();
 
 }  // namespace hm

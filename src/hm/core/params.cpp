@@ -7,40 +7,26 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
+
+#include "hm/core/nearest_name.hpp"
 
 namespace hm {
 namespace {
 
 using Value = std::variant<double, std::int64_t, bool, std::string>;
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 std::string unknown_key(std::span<const ParamRef> params, std::string_view name) {
-  const ParamRef* nearest = nullptr;
-  std::size_t best = std::numeric_limits<std::size_t>::max();
-  for (const ParamRef& param : params) {
-    const std::size_t distance = edit_distance(param.name, name);
-    if (distance < best) best = distance, nearest = &param;
-  }
-  return nearest ? fmt::format("unknown parameter '{}'; did you mean '{}'?", name, nearest->name)
-                 : fmt::format("unknown parameter '{}'", name);
+  std::vector<std::string_view> names;
+  for (const ParamRef& param : params) names.push_back(param.name);
+  auto nearest = nearest_name(name, names);
+  // The right word in the wrong section, or without its section.
+  if (!nearest && name.find('.') != std::string_view::npos)
+    nearest = nearest_name(name.substr(name.find('.') + 1), names);
+  return nearest ? fmt::format("unknown parameter '{}'; did you mean '{}'?", name, *nearest)
+                 : fmt::format("unknown parameter '{}'; `hm params show --expert` lists all", name);
 }
 
 std::string joined(std::span<const std::string_view> names) {
@@ -55,15 +41,14 @@ std::string range_text(const Range& range) {
   return {};
 }
 
-/// What is wrong with a number for this parameter, or nothing.
+/// Description of the violation of a number for this parameter, or nothing.
 std::string range_violation(const ParamRef& param, double number) {
   if (std::isfinite(number) && number >= param.range.min && number <= param.range.max) return {};
   const std::string range = range_text(param.range);
   return fmt::format("{} = {} is not {}", param.name, number, range.empty() ? "a finite number" : range);
 }
 
-/// Stores `value` into the parameter; returns what is wrong with it, or nothing. Without `store` it
-/// only checks.
+/// Stores `value` in the parameter; returns the violation, if any. Without `store` only checks.
 std::string assign(const ParamRef& param, const Value& value, bool store) {
   const auto number = [&]() -> std::optional<double> {
     if (const auto* real = std::get_if<double>(&value)) return *real;
@@ -124,12 +109,11 @@ std::optional<Value> toml_value(const toml::node& node) {
   return std::nullopt;
 }
 
-/// Measures how deep the tables of a TOML text lie in each other. Exact up to the first mistake in the text,
-/// where the parser stops too.
+/// Measures the nesting depth of a TOML text. Exact up to the first syntax error, where the parser stops too.
 class TomlNesting {
  public:
   explicit TomlNesting(std::string_view text) : text_(text) {}
-  /// The line where tables are nested too deeply, and what is; nothing when they are not.
+  /// Line where the nesting is too deep, and a description; nothing if it is within the limit.
   std::optional<std::pair<std::size_t, std::string>> too_deep() {
     while (at_ < text_.size()) {
       step();
@@ -277,7 +261,7 @@ Result<void> ParamList::read_toml(std::string_view text, const std::string& wher
 Result<void> ParamList::read_toml_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return fail(ErrorCode::kNotFound, path, "cannot open this parameter file");
-  // One byte more than is allowed: a device that never ends is refused like a file that is too large.
+  // Reads one byte more than allowed, so that endless devices are rejected like files that are too large.
   std::string text(kMaxTomlBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) return fail(ErrorCode::kUnreadable, path, "cannot read this parameter file");

@@ -11,16 +11,17 @@
 
 namespace hm {
 
-/// The allowed range of a number, both ends included.
+/// Allowed range of a number, both ends included.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
 };
 
-/// Whom a parameter is for: `hm params show` lists the basic ones, with `--expert` all.
+/// Audience of a parameter: `hm params show` lists the basic ones, with `--expert` all.
 enum class ParamLevel { kExpert, kBasic };
 
-/// What a parameter struct says of one of its members. The unit is the end of the name (_m, _rad, _hz ...).
+/// Name, range and help text of one member of a parameter struct. The name ends with the unit (_m, _rad, _hz
+/// ...).
 struct ParamDoc {
   std::string_view name;
   Range range;
@@ -28,7 +29,8 @@ struct ParamDoc {
   ParamLevel level = ParamLevel::kExpert;
 };
 
-/// An enumeration as a parameter: its members' names in the order of their values (0, 1, 2 ...).
+/// Enumeration as a parameter: names of the enumerators in the order of their values (0, 1, 2 ...), and
+/// type-erased access.
 struct ChoiceRef {
   std::span<const std::string_view> names;
   void* member = nullptr;
@@ -38,8 +40,8 @@ struct ChoiceRef {
   void set(int value) const { write(member, value); }
 };
 
-/// One parameter of a running program: full name ("tsdf.voxel_size_m"), range, help, and the place where
-/// it lives.
+/// One parameter of a running program: full name ("tsdf.voxel_size_m"), range, help, and a pointer to its
+/// value.
 struct ParamRef {
   std::string name;
   Range range;
@@ -48,8 +50,8 @@ struct ParamRef {
   std::variant<double*, int*, bool*, std::string*, ChoiceRef> value;
 };
 
-/// All parameters of a program, as references into plain structs, for reading, writing, checking and
-/// explaining them.
+/// All parameters of a program, as references into plain structs, for reading, writing, validation and
+/// documentation.
 ///
 /// A parameter struct is an aggregate with defaults and one static template member function:
 ///
@@ -68,26 +70,27 @@ class ParamList {
  public:
   template <class Struct>
   void add(std::string_view section, Struct& params);
-  /// Adds those parameters of another list that this one does not have, and its old names.
+  /// Adds the parameters of another list that this one lacks, and its renamed names.
   void add_missing(const ParamList& other);
 
-  /// Notes a name of earlier versions: setting it is an error that says the new name. A name without a dot is
-  /// a section.
+  /// Registers a name of an earlier version: setting it is an error that gives the new name. A name without a
+  /// dot is a section.
   void add_renamed(std::string_view old_name, std::string_view new_name);
 
   [[nodiscard]] std::span<const ParamRef> all() const { return params_; }
   [[nodiscard]] const ParamRef* find(std::string_view name) const;
 
-  /// Sets one parameter from "section.key=value". Unknown key: an error naming the nearest valid one.
+  /// Sets one parameter from "section.key=value". An unknown key is an error that suggests the nearest valid
+  /// one.
   Result<void> set(std::string_view assignment);
-  /// Reads a TOML text; `where` names it in errors. Every violation is reported at once, with its line;
-  /// nothing is changed if there is one.
+  /// Reads a TOML text; `where` names the source in errors. All violations are reported at once, with their
+  /// lines; nothing is changed if there are any.
   Result<void> read_toml(std::string_view text, const std::string& where);
   Result<void> read_toml_file(const std::string& path);
-  /// Every value against its range; all violations in one error.
+  /// Checks every value against its range; reports all violations in one error.
   [[nodiscard]] Result<void> check() const;
-  /// The parameters of this level and above as TOML, with a comment each (help, range), in a form that
-  /// read_toml reads back.
+  /// TOML text of the parameters of this level and above, each with a comment (help, range); readable by
+  /// read_toml.
   [[nodiscard]] std::string to_toml(ParamLevel least = ParamLevel::kExpert) const;
 
  private:
@@ -97,15 +100,15 @@ class ParamList {
   std::vector<std::pair<std::string, std::string>> renamed_;
 };
 
-/// Files of parameters, calibrations and rigs are at most this large.
+/// Size limit of parameter, calibration and rig files.
 inline constexpr std::size_t kMaxTomlBytes = std::size_t{1} << 20U;
 
-/// Checks TOML text before a parser sees it: at most kMaxTomlBytes, at most eight dots in a key, at most 32
-/// brackets in each other. The parser's tables are freed by recursion, so that a key of 40,000 dots would
-/// overflow the stack. Text that is not TOML may pass.
+/// Checks TOML text before a parser sees it: at most kMaxTomlBytes, at most eight dots in a key, brackets
+/// nested at most 32 deep. The parser frees its tables recursively, so a key with 40,000 dots would overflow
+/// the stack. Does not check TOML syntax otherwise.
 Result<void> check_toml_text(std::string_view text, const std::string& where);
 
-/// The value of a parameter as it is written in TOML.
+/// Value of a parameter in TOML syntax.
 std::string value_text(const ParamRef& param);
 
 // ---- implementation of the template ----

@@ -3,15 +3,15 @@
 
 namespace hm {
 
-/// Bytes of this process that are in memory now (resident set), and the most there ever were; 0 where the
-/// system does not say.
+/// Resident set size of this process in bytes, now and at its peak; 0 where the system does not report it.
 std::size_t resident_bytes();
 std::size_t peak_resident_bytes();
 
-/// Hands freed memory back to the system. The allocator keeps what was freed in small pieces, and for a house
-/// that is more than what comes next needs.
+/// Returns freed memory to the system. The allocator retains freed small blocks, which after a large map can
+/// exceed the memory that the next stage needs.
 void trim_memory();
-/// For the start of a program: blocks of a few megabytes go back to the system as soon as they are freed.
+/// Configures the allocator to return blocks of a few megabytes to the system as soon as they are freed. Call
+/// once at program start.
 void return_large_blocks();
 
 }  // namespace hm

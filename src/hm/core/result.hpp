@@ -8,23 +8,22 @@
 
 namespace hm {
 
-/// Why an operation on outside input (file, folder, configuration) failed.
+/// Reason why an operation on external input (file, folder, configuration) failed.
 enum class ErrorCode {
-  kNotFound,      ///< a file, folder, stream or key is not there
+  kNotFound,      ///< a file, folder, stream or key does not exist
   kUnreadable,    ///< the operating system refused to open, read or write it
-  kTruncated,     ///< it ends too early
+  kTruncated,     ///< the input ends too early
   kCorrupted,     ///< its contents contradict its format
   kUnsupported,   ///< a valid variant that this program does not handle
   kInvalidValue,  ///< a value is outside of its allowed range, or not a number
-  kUsage,         ///< the user asked for something impossible
+  kUsage,         ///< invalid command-line usage or request
   kOutOfMemory,   ///< a memory cap was reached
-  kCancelled,     ///< the user asked to stop
-  kInternal,      ///< an external library failed in a way that it should not
+  kCancelled,     ///< stopped by the user
+  kInternal,      ///< unexpected failure, e.g. of an external library
 };
 std::string_view to_string(ErrorCode code);
 
-/// Bad input, described for the person who has to mend it: what is wrong, and where (path, with line
-/// or byte offset where there is one).
+/// Error description for the user: what is wrong, and where (path, with line or byte offset where known).
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
   std::string message;
@@ -34,19 +33,19 @@ struct Error {
 /// "where: message", or just the message.
 std::string to_string(const Error& error);
 
-/// A value, or the reason why there is none. Used for input, files and configuration; a broken
-/// precondition is an HM_CHECK, an estimate that was not found is a status in a result struct.
+/// A value or an Error. Used for input, files and configuration; a broken precondition is an HM_CHECK, and an
+/// estimation failure is a status in a result struct.
 template <class T>
 using Result = tl::expected<T, Error>;
 
-/// Makes the error branch of a Result: `return fail(ErrorCode::kTruncated, path, "ends at byte {}", n);`
+/// Creates the error of a Result: `return fail(ErrorCode::kTruncated, path, "ends at byte {}", n);`
 template <class... Args>
 [[nodiscard]] tl::unexpected<Error> fail(ErrorCode code, std::string where,
                                          fmt::format_string<Args...> format, Args&&... args) {
   return tl::make_unexpected(Error{code, fmt::format(format, std::forward<Args>(args)...), std::move(where)});
 }
 
-/// Passes an error on with the same contents, whatever the Result's type.
+/// Propagates an error to a Result of another value type.
 template <class T>
 [[nodiscard]] tl::unexpected<Error> forward_error(const Result<T>& result) {
   return tl::make_unexpected(result.error());

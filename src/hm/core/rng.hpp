@@ -3,7 +3,7 @@
 
 namespace hm {
 
-/// Seeded random numbers (PCG-XSH-RR 64/32, O'Neill 2014). The same seed and stream give the same
+/// Seeded random number generator (PCG-XSH-RR 64/32, O'Neill 2014). The same seed and stream give the same
 /// numbers on every platform. Not thread safe: give each thread or each item its own stream.
 class Rng {
  public:

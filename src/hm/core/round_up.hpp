@@ -2,7 +2,7 @@
 
 namespace hm {
 
-/// The smallest multiple of `of` that is no smaller than n >= 0.
+/// Smallest multiple of `of` > 0 that is not less than n >= 0.
 template <class Integer>
 constexpr Integer round_up(Integer n, Integer of) {
   return (n + of - 1) / of * of;

@@ -10,12 +10,12 @@ namespace hm {
 
 enum class LogLevel { kInfo, kWarning };
 
-/// Where a pipeline sends its messages. The library itself never prints: a front end passes a sink, and
-/// an empty sink discards.
+/// Receiver of log messages. The library itself never prints: a front end passes a sink; an empty sink
+/// discards.
 using LogSink = std::function<void(LogLevel, const std::string& message)>;
 
-/// How far a long run is. `total` is 0 while it is not known; `details` are words for the end of a
-/// progress line ("1,234 volumes, 96 MB").
+/// Progress of a long run. `total` is 0 while unknown; `details` is appended to a progress line ("1,234
+/// volumes, 96 MB").
 struct Progress {
   std::string stage;
   std::size_t done = 0;
@@ -23,20 +23,20 @@ struct Progress {
   std::string details;
 };
 
-/// Called often by long runs, from the thread that runs them; an empty sink discards.
+/// Receiver of progress, called often and from the thread of the run; an empty sink discards.
 using ProgressSink = std::function<void(const Progress&)>;
 
-/// What a long run is given besides its task.
+/// Environment of a long run: threads, sinks, stop request.
 struct RunContext {
   int threads = 1;
-  std::string program_version;  ///< named in what is written
+  std::string program_version;  ///< recorded in output files
   ProgressSink progress;
   LogSink log;
-  std::stop_token stop;  ///< asks the run to end early; each says what it then leaves
+  std::stop_token stop;  ///< requests an early end; each run documents what it leaves
 };
 
-/// The same result; an error of writing becomes a failure of the run (kInternal), as it is none of the input.
-/// What the user asked for and cannot have (kUsage), or took back (kCancelled), stays that.
+/// Converts an error of writing into a failure of the run (kInternal), since the input did not cause it.
+/// kUsage and kCancelled are kept.
 template <class T>
 Result<T> as_run_failure(Result<T> result) {
   if (!result && result.error().code != ErrorCode::kUsage && result.error().code != ErrorCode::kCancelled)

@@ -6,20 +6,20 @@
 
 namespace hm {
 
-/// Mean, root mean square and percentiles of a set of numbers; all zero when the set is empty.
+/// Count, mean, root mean square and percentiles of a set of numbers; all zero when the set is empty.
 struct Summary {
   std::size_t count = 0;
   double mean = 0, rmse = 0, min = 0, median = 0, p95 = 0, p99 = 0, max = 0;
 };
 Summary summarise(std::span<const double> values);
 
-/// The q-quantile (0..1) with linear interpolation between order statistics; 0 for an empty set.
+/// q-quantile (0..1) with linear interpolation between order statistics; 0 for an empty set.
 double quantile(std::vector<double> values, double q);
 
-/// The medians of chi^2 of two and three degrees of freedom.
+/// Medians of the chi-squared distribution with two and three degrees of freedom.
 inline constexpr double kMedianChi2Of2 = 1.386, kMedianChi2Of3 = 2.366;
 
-/// The middle one of at least one value (of an even number: the upper one), which are reordered.
+/// Median of at least one value (the upper median for an even count). Reorders the values.
 template <class T>
 T middle_value(std::span<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -27,7 +27,7 @@ T middle_value(std::span<T> values) {
   return *middle;
 }
 
-/// At most so many of the items, in their order, spread evenly from the first one on.
+/// Returns at most `most` of the items, evenly spaced from the first one, in their order.
 template <class Item>
 std::vector<Item> thinned(std::vector<Item> items, std::size_t most) {
   if (items.size() <= most) return items;

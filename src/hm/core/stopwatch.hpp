@@ -3,7 +3,7 @@
 
 namespace hm {
 
-/// Wall-clock time since construction or restart(); for profiling only, results never depend on it.
+/// Wall-clock time since construction or restart(); for profiling only, never used in computations.
 class Stopwatch {
  public:
   [[nodiscard]] double seconds() const {

@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// A span of time, in whole nanoseconds.
+/// Time span in integer nanoseconds.
 struct Duration {
   std::int64_t ns = 0;
   static constexpr Duration from_seconds(double seconds) {
@@ -15,7 +15,8 @@ struct Duration {
   auto operator<=>(const Duration&) const = default;
 };
 
-/// A moment on the recording's own clock, in whole nanoseconds. Time always comes from the data.
+/// Timestamp on the clock of the recording, in integer nanoseconds. Always taken from the data, never from
+/// the wall clock.
 struct Time {
   std::int64_t ns = 0;
   static constexpr Time from_seconds(double seconds) { return {Duration::from_seconds(seconds).ns}; }

@@ -15,7 +15,7 @@ using detail::spline_place;
 using detail::spline_weights;
 using detail::SplinePlace;
 
-/// The pixel of the model at the same place as one of the image.
+/// Pixel of the model at the position of an image pixel.
 int model_pixel(int pixel, int size, int model_size) {
   return static_cast<int>((2 * static_cast<std::int64_t>(pixel) + 1) * model_size / (2 * size));
 }
@@ -95,7 +95,7 @@ DepthCorrection::DepthCorrection(const DepthCorrectionModel& model, int width, i
     resample_pixels(model);
 }
 
-/// Splines are separable: columns are interpolated here, rows for each row of an image.
+/// Splines are separable: interpolates columns; rows are interpolated for each row of an image.
 void DepthCorrection::resample_spline(const DepthCorrectionModel& model) {
   table_rows_ = model.rows;
   for (int row = 0; row < model.rows; ++row)
@@ -114,7 +114,7 @@ void DepthCorrection::resample_spline(const DepthCorrectionModel& model) {
   highest_s_.assign(static_cast<std::size_t>(columns_), 1.0F);
 }
 
-/// An image of another size than the model's takes the pixel at the same place.
+/// Resamples the model to the image size by nearest pixel.
 void DepthCorrection::resample_pixels(const DepthCorrectionModel& model) {
   table_rows_ = height_;
   const auto append_row = [&](AlignedVector<float>& to, const float* plane, int y) {

@@ -2,19 +2,19 @@
 
 #include <algorithm>
 
-#include "hm/core/aligned_vector.hpp"
 #include "hm/core/round_up.hpp"
+#include "hm/depth_camera/aligned_vector.hpp"
 #include "hm/depth_camera/depth_rows.hpp"
 
 namespace hm {
 namespace {
 
-/// Turns an image of closeness into depth, its holes of one pixel filled.
+/// Converts an image of closeness to depth and fills holes of one pixel.
 void fill_holes(Image<std::uint16_t>& image) {
   const int columns = round_up(image.width(), detail::kRowBlock);
   using Row = AlignedVector<std::uint16_t>;
   Row filled(static_cast<std::size_t>(columns));
-  // Rows as they were, one pixel of 0 before and the rest of a block after them.
+  // Unchanged rows, with one pixel of 0 before and padding to a whole block after them.
   Row above(filled.size() + 2), here(above), below(above);
   const auto copy_row = [&](int y, Row& to) {
     if (y < image.height())

@@ -20,9 +20,9 @@ struct Rig {
   PinholeCamera color_camera;
 };
 
-/// Registration in double precision, one reading after the other. Readings within `margin` of where another
-/// pixel or another unit begins are taken out of `depth`, and those within 3 units of the other camera's
-/// plane: single precision may decide differently there.
+/// Registration in double precision, one reading after the other. Removes readings from `depth` that are
+/// within `margin` of a pixel or unit border, or within 3 units of the other camera's plane, where single
+/// precision may decide differently.
 Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_m, double margin,
                                        const Rig& rig) {
   const auto& [depth_camera, motion, color_camera] = rig;
@@ -62,8 +62,8 @@ Image<std::uint16_t> registered_slowly(Image<std::uint16_t>& depth, double unit_
   return filled;
 }
 
-/// Side by side; far apart, so that near readings go to any row; turned about the axis, so that all do;
-/// seeing much that the other camera does not; and of a camera that sees a part only, and upside down.
+/// Rigs with cameras side by side; far apart, so that near readings go to any row; rotated about the axis;
+/// with little overlap; with a camera of smaller view, and upside down.
 const Rig kRigs[] = {{kDepthCamera, kMotion, kColorCamera},
                      {kDepthCamera, SE3(so3_exp(Vec3(0.01, 0, 0.02)), Vec3(0.05, -0.3, 0.01)), kColorCamera},
                      {kDepthCamera, SE3(so3_exp(Vec3(0, 0, 0.7)), Vec3(0.02, 0, 0)), kColorCamera},

@@ -46,7 +46,7 @@ TEST(DepthRegistration, APlaneStaysThePlane) {
       worst = std::max(worst, std::abs(error));
     }
   EXPECT_EQ(holes, 0) << "of " << inside;
-  // A reading moves by up to half a pixel: up to 1.7 mm here. Cutting instead of rounding would shift the
+  // A reading moves by up to half a pixel: up to 1.7 mm here. Truncating instead of rounding would shift the
   // mean.
   EXPECT_LT(worst, 0.0035);
   EXPECT_LT(std::abs(sum / inside), 2e-4);

@@ -1,5 +1,5 @@
-// Rows of depth with vectors: compiled once per instruction set, chosen at run time (Highway). Products and
-// sums are rounded one by one, so that every instruction set gives the same bits.
+// Vector code for rows of depth (Highway): compiled once per instruction set, selected at run time. Products
+// and sums are rounded separately, so that every instruction set gives the same bits.
 #include "hm/depth_camera/depth_rows.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -59,13 +59,13 @@ void ProjectRow(const detail::ProjectedRow& given, const std::uint16_t* HWY_REST
       return hn::Add(hn::Mul(reading, direction), hn::Set(f, row.origin[axis]));
     };
     const VF depth_there = coordinate(2), inverse = hn::Div(one, depth_there);
-    // Rounded to the nearest by adding a half and cutting.
+    // Rounds to nearest by adding a half and truncating.
     const VF u = hn::Add(hn::Mul(coordinate(0), inverse), half);
     const VF v = hn::Add(hn::Mul(coordinate(1), inverse), half);
     const VF z = hn::Add(depth_there, half);
     const auto is_pixel = hn::And(is_within(u, zero, end_u), is_within(v, zero, end_v));
     const auto is_seen = hn::And(hn::And(is_pixel, is_within(z, one, end_z)), hn::Ne(reading, zero));
-    // Numbers that are not seen may be too large for integers.
+    // Values outside the image may be too large for integers.
     const auto whole = [&](VF value)
                            HWY_ATTR { return hn::ConvertTo(i, hn::IfThenElseZero(is_seen, value)); };
     const auto pixel = hn::Add(hn::Mul(whole(v), width), whole(u));
@@ -84,7 +84,7 @@ void FillRow(const detail::FilledRow& given, int columns, std::uint16_t* HWY_RES
   const auto depth_at = [&](const std::uint16_t* at) HWY_ATTR { return hn::Sub(none, hn::LoadU(u16, at)); };
   const auto mean_of = [&](V a, V b) HWY_ATTR {
     const V mean = hn::AverageRound(a, b), apart = hn::Sub(hn::Max(a, b), hn::Min(a, b));
-    // A reading and none are too far apart; the mean of none is none.
+    // A reading and a missing one (0) always differ too much; the mean of two missing ones is 0.
     return hn::IfThenZeroElse(hn::Gt(apart, hn::MulHigh(mean, same_surface)), mean);
   };
   for (int x = 0; x < columns; x += static_cast<int>(hn::Lanes(u16))) {

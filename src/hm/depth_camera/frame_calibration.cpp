@@ -16,7 +16,8 @@ struct FrameCalibration::Impl {
   std::optional<DisparityModel> disparity;
   std::optional<DepthCorrection> correction;
   std::optional<DepthRegistration> registration;
-  /// Second images of calibrate(): to take new ones from the system for every frame costs half as much again.
+  /// Intermediate images of calibrate() for reuse: allocating new ones for every frame would add half of the
+  /// time.
   mutable std::mutex spare_mutex;
   mutable std::vector<Image<std::uint16_t>> spare;
 
@@ -35,7 +36,7 @@ struct FrameCalibration::Impl {
 
 namespace {
 
-/// The camera at another size, if that has the same shape.
+/// Scales the camera to another size with the same aspect ratio.
 Result<PinholeCamera> fitted(const PinholeCamera& camera, const char* name, int width, int height) {
   if (camera.width == width && camera.height == height) return camera;
   if (static_cast<std::int64_t>(camera.width) * height != static_cast<std::int64_t>(camera.height) * width)

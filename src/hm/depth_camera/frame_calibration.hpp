@@ -9,20 +9,21 @@
 
 namespace hm {
 
-/// What every reader does to its pictures: turn raw disparity into depth, rectify both, correct the depth,
-/// register it to the colour camera, in that order, each as far as the calibration says something about it.
-/// Const members may be used from any thread.
+/// Applies a calibration to raw images: converts disparity to depth, rectifies depth and colour, corrects the
+/// depth, registers it to the colour camera, in that order, skipping steps that the calibration does not
+/// define (dissertation 3.1). Used by every reader. Const members are thread-safe.
 class FrameCalibration {
  public:
-  /// For pictures of this size; cameras of another size are scaled. An error when that is not possible.
+  /// Prepares images of this size in pixels; cameras of another size are scaled. Error when that is not
+  /// possible.
   static Result<FrameCalibration> make(const RgbdCalibration& calibration, int width, int height);
   FrameCalibration(FrameCalibration&&) noexcept;
   FrameCalibration& operator=(FrameCalibration&&) noexcept;
   ~FrameCalibration();
 
-  /// The camera of the pictures given back, without distortion.
+  /// Camera of the calibrated images, without distortion.
   [[nodiscard]] const PinholeCamera& camera() const;
-  /// Of the size that it was made for. Moved into it, a picture is not copied.
+  /// Calibrates an image of the size given to make(). Pass by std::move to avoid a copy.
   [[nodiscard]] DepthImage calibrate(DepthImage raw) const;
   [[nodiscard]] Image<Rgb8> calibrate(Image<Rgb8> raw) const;
 

@@ -37,7 +37,7 @@ RgbdCalibration whole_calibration() {
   return calibration;
 }
 
-/// Memory is used again: nothing of an image remains for the next, from whatever thread.
+/// Memory is reused, but results do not depend on earlier images, on any thread.
 TEST(FrameCalibration, FramesDoNotDependOnTheOnesBefore) {
   const RgbdCalibration calibration = whole_calibration();
   const auto frames = FrameCalibration::make(calibration, 160, 120);

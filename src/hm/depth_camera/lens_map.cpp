@@ -6,7 +6,7 @@
 namespace hm {
 
 LensMap::Source LensMap::source_at(const PinholeCamera& camera, const Vec2& place) {
-  // The four pixels around the place; at the border the picture is continued by its last row or column.
+  // The four pixels around the position; at the border the last row or column is repeated.
   const double x = std::clamp(place.x(), 0.0, camera.width - 1.0);
   const double y = std::clamp(place.y(), 0.0, camera.height - 1.0);
   const int left = std::clamp(static_cast<int>(x), 0, std::max(0, camera.width - 2));

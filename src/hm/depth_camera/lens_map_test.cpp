@@ -16,7 +16,8 @@ double value_at(const Vec3& ray) {
 }
 
 TEST(LensMap, UndoesTheDistortionOfAPicture) {
-  // The distorted picture is drawn by inverting the lens (iteration); LensMap goes the other way (formula).
+  // The distorted image is rendered by inverting the lens (iteration); LensMap uses the opposite direction
+  // (formula).
   Image<std::uint16_t> depth(kFr1.width, kFr1.height);
   Image<Rgb8> color(kFr1.width, kFr1.height);
   for (int y = 0; y < kFr1.height; ++y)
@@ -33,7 +34,7 @@ TEST(LensMap, UndoesTheDistortionOfAPicture) {
   for (int y = 0; y < kFr1.height; ++y)
     for (int x = 0; x < kFr1.width; ++x) {
       const Vec3 ray = ideal.unproject(Vec2(x, y), 1.0);
-      // Whatever lies well inside of the distorted picture must be there, whatever lies outside must not.
+      // Everything well inside the distorted image must be present, everything outside must not.
       const Vec2 place = kFr1.project(ray);
       const bool inside =
           place.x() > 1 && place.y() > 1 && place.x() < kFr1.width - 2 && place.y() < kFr1.height - 2;

@@ -2,7 +2,7 @@
 #include "hm/geometry/camera.hpp"
 #include "hm/geometry/se3.hpp"
 
-/// The cameras of the tests of DepthRegistration.
+/// Cameras and extrinsics for the tests of DepthRegistration.
 namespace hm::registration_test {
 
 inline const PinholeCamera kDepthCamera{160, 120, 145, 144, 79.2, 61.3, {}};

@@ -4,7 +4,7 @@
 
 namespace hm::detail {
 
-/// The four cubic B-spline weights at t in [0, 1] of a span.
+/// Weights of the four uniform cubic B-spline control points at t in [0, 1] of a span.
 template <class T>
 std::array<T, 4> spline_weights(T t) {
   const T u = 1 - t;
@@ -17,7 +17,7 @@ struct SplinePlace {
   double t = 0;  ///< within the span
 };
 
-/// Where a coordinate of an image lies among the spans of `points` control points.
+/// Span and parameter of a pixel coordinate in an image dimension of `size_px` with `points` control points.
 inline SplinePlace spline_place(double x_px, int size_px, int points) {
   const int spans = points - 3;
   const double place = std::clamp((x_px + 0.5) / size_px, 0.0, 1.0) * spans;

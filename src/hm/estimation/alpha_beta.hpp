@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// Gains of an alpha-beta filter, dissertation 2.2.4; the defaults are those of poses (heights: 0.9, 0.9).
+/// Gains of an alpha-beta filter, dissertation 2.2.4; the defaults are for poses (heights: 0.9, 0.9).
 struct AlphaBetaParams {
   double alpha_ratio = 0.9;
   double beta_ratio = 0.5;
@@ -17,27 +17,34 @@ struct AlphaBetaParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"alpha_ratio", {0, 1}, "share of the residual that moves the estimate"}, self.alpha_ratio);
-    v(ParamDoc{"beta_ratio", {0, 1}, "share of the residual that changes the velocity"}, self.beta_ratio);
-    v(ParamDoc{"max_gap_s", {0.01, 60}, "after a longer silence the filter starts anew"}, self.max_gap_s);
+    v(ParamDoc{"alpha_ratio",
+               {0, 1},
+               "share of the residual added to the estimate; smaller is smoother, with more lag"},
+      self.alpha_ratio);
+    v(ParamDoc{"beta_ratio",
+               {0, 1},
+               "share of the residual added to the velocity; smaller is smoother, with more lag"},
+      self.beta_ratio);
+    v(ParamDoc{"max_gap_s", {0.01, 60}, "the filter restarts after a longer gap between samples"},
+      self.max_gap_s);
   }
 };
 
 enum class AlphaBetaStatus {
-  kFirst,          ///< the first sample: taken as it is, velocity zero
+  kFirst,          ///< first sample: position as measured, velocity zero
   kUpdated,        ///< predicted and corrected
-  kRestarted,      ///< the sample before is too long ago: as if it were the first
-  kTimeBackwards,  ///< not later than the sample before (dt = 0 too): ignored
+  kRestarted,      ///< after a gap beyond max_gap_s: as for the first sample
+  kTimeBackwards,  ///< not later than the previous sample (including dt = 0): ignored
   kInvalid,        ///< not a number: ignored
 };
 
 namespace detail {
-/// What to do with a sample, by its time.
+/// Classifies a sample by its time.
 AlphaBetaStatus alpha_beta_step(bool started, Duration since_last, double max_gap_s);
 }  // namespace detail
 
-/// Alpha-beta filter of N numbers with common gains (dissertation 2.2.4, eqs 2.4-2.8): position and its
-/// velocity from position alone. Starts with velocity zero.
+/// Alpha-beta filter of an N-vector with common gains (dissertation 2.2.4, eqs 2.4-2.8): position and
+/// velocity from position measurements. Starts with velocity zero.
 template <int N>
 class AlphaBetaFilter {
  public:
@@ -67,7 +74,7 @@ class AlphaBetaFilter {
   [[nodiscard]] Time time() const { return time_; }
   [[nodiscard]] const Vector& position() const { return position_; }
   [[nodiscard]] const Vector& velocity() const { return velocity_; }  ///< units of position per second
-  /// eq. 2.4, without changing the filter.
+  /// Predicted position (eq. 2.4); does not change the filter.
   [[nodiscard]] Vector predicted(Time time) const { return position_ + (time - time_).seconds() * velocity_; }
 
  private:
@@ -95,13 +102,13 @@ class AlphaBetaAngle {
   double angle_rad_ = 0, rate_rad_s_ = 0;
 };
 
-/// Alpha-beta filter of an orientation: the steps of eqs 2.4-2.8 with the rotation vector of
-/// predicted^-1 * measured as residual, so that the correction is slerp(predicted, measured, alpha). For
-/// turns about one axis the rate is the blend (1 - beta) rate + beta (measured change / dt).
+/// Alpha-beta filter of an orientation: the steps of eqs 2.4-2.8 with the rotation vector of predicted^-1 *
+/// measured as residual, so that the correction is slerp(predicted, measured, alpha). For rotation about a
+/// fixed axis the rate is the blend (1 - beta) rate + beta (measured change / dt).
 class AlphaBetaOrientation {
  public:
   explicit AlphaBetaOrientation(const AlphaBetaParams& params = {}) : params_(params) {}
-  /// A quaternion of any sign and length but zero.
+  /// Updates with a quaternion of any sign and non-zero length.
   AlphaBetaStatus update(Time time, const Eigen::Quaterniond& measured_R_world_body);
   [[nodiscard]] const Eigen::Quaterniond& R_world_body() const { return R_world_body_; }
   [[nodiscard]] const Vec3& rate_body_rad_s() const { return rate_body_rad_s_; }
@@ -114,9 +121,9 @@ class AlphaBetaOrientation {
   Vec3 rate_body_rad_s_ = Vec3::Zero();
 };
 
-/// A unit quaternion turned by a rotation vector given in its own body frame.
+/// Rotates a unit quaternion by a rotation vector given in its body frame.
 Eigen::Quaterniond turned(const Eigen::Quaterniond& rotation, const Vec3& rotation_vector);
-/// The shortest rotation vector of a unit quaternion, radians, up to pi long.
+/// Shortest rotation vector of a unit quaternion, radians, of length at most pi.
 Vec3 rotation_vector(const Eigen::Quaterniond& rotation);
 
 }  // namespace hm

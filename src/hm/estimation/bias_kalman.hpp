@@ -5,17 +5,18 @@
 
 namespace hm {
 
-/// Power spectral densities that drive a filter: white noise of the input, and of the change of its bias.
+/// Power spectral densities of the process noise: white noise of the input, and of the rate of change of its
+/// bias.
 struct NoiseDensity {
   double input = 0;  ///< (m/s^2)^2/Hz, or (rad/s)^2/Hz
   double bias = 0;   ///< (m/s^3)^2/Hz, or (rad/s^2)^2/Hz
 };
 
-/// Position, velocity and bias of the acceleration along N axes that belong together, and their covariance:
-/// N = 1 for height, N = 2 for the plane, whose axes a matcher's covariance and a turning bias couple.
+/// Kalman filter of position, velocity and acceleration bias along N coupled axes: N = 1 for height, N = 2
+/// for the plane, whose axes are coupled by the matcher's covariance and the rotating bias.
 ///
-/// The dynamics are v' = R (a - bias) + noise, bias' = noise, where R turns the vehicle's level frame (x
-/// forward) into the world; the bias is a vector of the level frame, so that it also takes up tilt errors.
+/// The dynamics are v' = R (a - bias) + noise, bias' = noise, where R rotates the vehicle's level frame (x
+/// forward) into the world; the bias is a vector of the level frame, so that it also absorbs tilt errors.
 template <int N>
 struct BiasKalman {
   using Vector = Eigen::Matrix<double, N, 1>;
@@ -29,11 +30,12 @@ struct BiasKalman {
   struct Start {
     double speed_std_m_s, bias_std_m_s2;
   };
-  /// Position as measured, velocity zero, no correlation. A bias that was estimated before is kept.
+  /// Initialises with the measured position, zero velocity and no correlation. An earlier bias estimate is
+  /// kept.
   void start(const Vector& measured, const Matrix& covariance, const Start& unknown);
 
-  /// eqs 2.13, 2.15 with the bias taken off the acceleration, and the noise of Van Loan's method in closed
-  /// form for white acceleration noise and a bias that wanders.
+  /// Prediction (eqs 2.13, 2.15) with bias-corrected acceleration; process noise by Van Loan's method in
+  /// closed form, for white acceleration noise and a random-walk bias.
   void predict(const Vector& acceleration_level, const Matrix& R_world_level, double dt_s,
                const NoiseDensity& noise);
 
@@ -46,7 +48,7 @@ struct BiasKalman {
   void correct(const Innovation& innovation);
 };
 
-/// Yaw and the bias of its rate: yaw' = rate - bias + noise. The estimate stays in (-pi, pi].
+/// Kalman filter of yaw and its rate bias: yaw' = rate - bias + noise. The yaw stays in (-pi, pi].
 struct YawBiasKalman {
   double yaw_rad = 0, bias_rad_s = 0;
   double yy = 0, yb = 0, bb = 0;  ///< covariance

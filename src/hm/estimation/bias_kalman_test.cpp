@@ -81,7 +81,7 @@ TEST(BiasKalman, IsTheTextbookFilterWithVanLoansNoise) {
 }
 
 TEST(BiasKalman, TwoHalfStepsAreOneStep) {
-  // Physical noise: what is known after a second does not depend on how often the IMU spoke.
+  // Physical noise: the covariance after a second does not depend on the IMU rate.
   BiasKalman<1> coarse, fine;
   using Scalar = BiasKalman<1>::Vector;
   for (auto* filter : {&coarse, &fine}) filter->start(Scalar(0.0), Scalar(0.01), {1, 0.2});

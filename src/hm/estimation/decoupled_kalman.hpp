@@ -7,43 +7,43 @@
 namespace hm {
 
 /// Noise of one position axis of the decoupled filters: `q` is added to the variances of position and
-/// velocity at every prediction, whatever its length; it has no physical unit.
+/// velocity at every prediction, independent of its duration; it has no physical unit.
 struct AxisNoise {
   double q = 0.083;
   double r_position = 2.0;
   double r_velocity = 10.0;
 };
 
-/// Parameters of the decoupled filters as published, with the numbers of their first implementation.
+/// Parameters of the decoupled filters as published, with the values of their original implementation.
 struct DecoupledKalmanParams {
   AxisNoise x, y;
   AxisNoise z{0.7, 5.0, 10.0};
   double q_yaw = 0.083;
   double r_yaw = 2.0;
 
-  /// The numbers that the dissertation's vehicle was flown with.
+  /// Values used on the dissertation's vehicle.
   static DecoupledKalmanParams city_flyer();
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     const Range any{1e-9, 1e9};
-    v(ParamDoc{"q_yaw", any, "added to the variance of yaw at every step"}, self.q_yaw);
-    v(ParamDoc{"r_yaw", any, "measurement noise of yaw"}, self.r_yaw);
+    v(ParamDoc{"q_yaw", any, "process noise: added to the variance of yaw at every step"}, self.q_yaw);
+    v(ParamDoc{"r_yaw", any, "measurement noise variance of yaw"}, self.r_yaw);
   }
 };
 
 /// Kalman filter of one axis: state [position, velocity], input acceleration, measurement [position,
-/// velocity] (dissertation eqs 2.9-2.11, 2.13-2.15). Noise is read at every step, so that it can be changed
+/// velocity] (dissertation eqs 2.9-2.11, 2.13-2.15). Noise is passed at every step, so that it can be changed
 /// in flight.
 class AxisKalman {
  public:
-  /// State zero, covariance the identity.
+  /// Resets to the given state (default zero) and identity covariance.
   void reset(const Vec2& state = Vec2::Zero());
   void predict(double acceleration_m_s2, double dt_s, const AxisNoise& noise);
   void correct(const Vec2& measured, const AxisNoise& noise);
   [[nodiscard]] const Vec2& state() const { return state_; }
   [[nodiscard]] const Mat2& covariance() const { return covariance_; }
-  /// Of the last correction.
+  /// Gain of the last correction.
   [[nodiscard]] const Mat2& gain() const { return gain_; }
 
  private:
@@ -51,8 +51,8 @@ class AxisKalman {
   Mat2 covariance_ = Mat2::Identity(), gain_ = Mat2::Zero();
 };
 
-/// Kalman filter of yaw: one state, input the yaw rate (eqs 2.12, 2.16). The residual is wrapped into
-/// (-pi, pi], the state kept in [0, 2 pi).
+/// Kalman filter of yaw: one state, input the yaw rate (eqs 2.12, 2.16). The residual is wrapped to (-pi,
+/// pi], the state to [0, 2 pi).
 class YawKalman {
  public:
   void reset(double yaw_rad = 0);
@@ -66,19 +66,18 @@ class YawKalman {
   double yaw_rad_ = 0, variance_ = 1, gain_ = 0;
 };
 
-/// The four filters together. Pure arithmetic: no clock, no heap; the caller looks after its inputs
-/// (finite, dt > 0: checked).
+/// The four filters together. No clock, no heap allocation; inputs must be finite and dt > 0 (checked).
 class DecoupledKalman {
  public:
   explicit DecoupledKalman(const DecoupledKalmanParams& params = {}) : params_(params) {}
-  /// New noise, valid from the next step on.
+  /// Sets new noise, used from the next step on.
   void set_params(const DecoupledKalmanParams& params) { params_ = params; }
-  /// Everything anew: states too, not only covariances; velocities zero.
+  /// Resets states and covariances; velocities are zero.
   void reset_planar(const Vec2& position_m = Vec2::Zero(), double yaw_rad = 0);
   void reset_height(double height_m = 0);
 
-  /// One step of `dt_s` (published: always 1 ms) with the acceleration in the world, gravity removed, and the
-  /// yaw rate of the gyroscope.
+  /// Predicts over `dt_s` (published: always 1 ms) with the acceleration in the world frame, gravity removed,
+  /// and the gyroscope's yaw rate.
   void predict(const Vec3& acceleration_world_m_s2, double yaw_rate_rad_s, double dt_s);
   void correct_planar(const Vec2& position_m, const Vec2& velocity_m_s, double yaw_rad);
   void correct_height(double height_m, double climb_m_s);

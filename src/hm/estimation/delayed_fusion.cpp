@@ -52,7 +52,7 @@ FusionStatus DelayedFusion::add_input(const FusionInput& input) {
   const double dt_s = (input.stamp - stamp()).seconds();
   if (input.stamp <= stamp()) return FusionStatus::kTimeBackwards;
   FusionInput used = input;
-  // Over a long silence the reading of its end says nothing of its middle.
+  // After a long gap the last sample is not valid for the interval.
   const bool gap = dt_s > params_.max_gap_s;
   if (gap) used = {input.stamp, Vec3::Zero(), 0, false};
   if (inputs_size_ == kMaxInputs) drop_oldest_moment();
@@ -113,7 +113,7 @@ FusionStatus DelayedFusion::add(const Measurement& arrived, FusionCounts& ignore
   if (measurement.stamp > stamp()) return FusionStatus::kWaiting;
   std::size_t index = inputs_size_ - 1;
   while (index > 0 && moment(index - 1).stamp >= measurement.stamp) --index;
-  // Everything in that interval is filtered again, what lies before the new one too.
+  // The whole interval is filtered again, including what lies before the new measurement.
   std::size_t first = place;
   while (first > 0 && index > 0 && measurements_[first - 1].stamp > moment(index - 1).stamp) --first;
   if (index == 0) {  // exactly at the oldest moment, whose state already holds what came before
@@ -125,7 +125,7 @@ FusionStatus DelayedFusion::add(const Measurement& arrived, FusionCounts& ignore
   return measurements_[place].outcome;
 }
 
-/// Makes room. Filtering again must then not start before it.
+/// Removes the oldest measurement. Refiltering must then not start before it.
 void DelayedFusion::drop_oldest_measurement() {
   const Time gone = measurements_[0].stamp;
   while (inputs_size_ > 1 && moment(0).stamp < gone) drop_oldest_moment();
@@ -138,7 +138,7 @@ void DelayedFusion::drop_oldest_moment() {
   --inputs_size_;
 }
 
-/// After all that are not newer.
+/// Inserts after all measurements that are not newer.
 std::size_t DelayedFusion::insert(const Measurement& measurement) {
   std::size_t place = measurements_size_++;
   for (; place > 0 && measurement.stamp < measurements_[place - 1].stamp; --place)
@@ -157,8 +157,8 @@ void DelayedFusion::forget_before(Time time) {
   measurements_size_ -= gone;
 }
 
-/// Filters the intervals `index` ... newest, from the state before, with the measurements from `measurement`
-/// on.
+/// Filters the intervals from `index` to the newest, starting at the state before, with the measurements from
+/// `measurement` on.
 void DelayedFusion::filter_forward(std::size_t index, std::size_t measurement) {
   for (; index < inputs_size_; ++index) {
     Moment& here = moment(index);
@@ -198,7 +198,7 @@ void DelayedFusion::predict(FusionState& state, const FusionInput& input, double
     state.planar.predict(felt.head<2>(), R_world_level, dt_s, acceleration);
     state.yaw.predict(input.yaw_rate_rad_s, dt_s, yaw_rate);
   } else if (state.planar.ready) {
-    // Without an IMU the velocity stays, and has nothing to do with a bias: no acceleration comes through.
+    // Without IMU data the velocity is constant and independent of the bias.
     state.planar.predict(Vec2::Zero(), Mat2::Zero(), dt_s, acceleration);
     state.yaw.yy += yaw_rate.input * dt_s;
     state.yaw.bb += yaw_rate.bias * dt_s;

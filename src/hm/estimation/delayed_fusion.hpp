@@ -9,16 +9,16 @@
 
 namespace hm {
 
-/// What the IMU says about the interval that ends at `stamp`.
+/// IMU input for the interval that ends at `stamp`.
 struct FusionInput {
   Time stamp;
-  Vec3 acceleration_level_m_s2 = Vec3::Zero();  ///< gravity removed; x forward, z up, tilt taken away
-  double yaw_rate_rad_s = 0;                    ///< of the yaw angle
-  bool from_imu = true;                         ///< false: nobody knows; constant velocity
-  bool own_tilt = false;                        ///< roll and pitch are from gyroscope and gravity only
+  Vec3 acceleration_level_m_s2 = Vec3::Zero();  ///< level frame (x forward, z up), gravity removed
+  double yaw_rate_rad_s = 0;                    ///< rate of the yaw angle
+  bool from_imu = true;                         ///< false: no measurement, constant velocity
+  bool own_tilt = false;                        ///< roll and pitch from gyroscope and gravity only
 };
 
-/// The filters at one moment. A plain value: copying it back is going back in time.
+/// States of the filters at one time. A plain value: restoring a copy rewinds the filters.
 struct FusionState {
   BiasKalman<2> planar;
   BiasKalman<1> vertical;
@@ -27,20 +27,20 @@ struct FusionState {
   int poses_rejected_in_a_row = 0, heights_rejected_in_a_row = 0;
 };
 
-/// The decoupled filters with biases, in which every measurement takes effect at its own time (improves on
-/// dissertation 2.2.4, which corrects "now" with a laser pose of 30 to 60 ms ago).
+/// Decoupled filters with biases that apply every measurement at its own time (improves on dissertation
+/// 2.2.4, which corrects the current state with a laser pose 30 to 60 ms old).
 ///
-/// Inputs, measurements and the state after each input are kept for `max_delay_s` in rings of fixed size. A
-/// late measurement goes back to the input before it and filters forward again, with the measurements and
-/// gates that lie in between: whatever the order of arrival, the result is that of processing everything in
-/// order of its stamp. No heap; one call costs at most the re-filtering of the ring.
+/// Inputs, measurements and the state after each input are kept for `max_delay_s` in fixed-size ring buffers.
+/// A late measurement rewinds to the input before it and filters forward again, including all measurements
+/// and gates in between: the result is that of processing everything in order of stamps, for any order of
+/// arrival. No heap allocation; one call costs at most refiltering the whole buffer.
 class DelayedFusion {
  public:
   static constexpr std::size_t kMaxInputs = 256, kMaxMeasurements = 64;
 
   explicit DelayedFusion(const FusionParams& params) : params_(params) {}
 
-  /// The next interval of the IMU.
+  /// Adds the next IMU interval.
   FusionStatus add_input(const FusionInput& input);
   FusionStatus add_pose(const PlanarPose& pose);
   FusionStatus add_height(const HeightReading& height);
@@ -48,7 +48,7 @@ class DelayedFusion {
   [[nodiscard]] bool started() const { return inputs_size_ > 0; }
   [[nodiscard]] Time stamp() const { return newest().stamp; }
   [[nodiscard]] const FusionState& state() const { return newest().state; }
-  /// What was accepted, gated and ignored so far.
+  /// Numbers of accepted, rejected and ignored measurements so far.
   [[nodiscard]] FusionCounts pose_counts() const;
   [[nodiscard]] FusionCounts height_counts() const;
 

@@ -31,7 +31,7 @@ PlanarPose pose_at(double ms, double x, double y, double yaw) {
   return pose;
 }
 
-/// Something that arrives at a moment, belonging to an earlier one.
+/// Measurement with its time of arrival, later than its stamp.
 struct Arrival {
   double arrives_ms = 0, stamp_ms = 0;
   bool is_pose = true;
@@ -246,7 +246,7 @@ TEST(DelayedFusion, BadNumbersAreRefused) {
 }
 
 TEST(DelayedFusion, AFreeDirectionIsLeftAlone) {
-  // A corridor along x: the matcher says that it knows nothing of x.
+  // A corridor along x: x is unobservable for the matcher.
   const auto fusion = standing({});
   const Vec2 before = fusion->state().planar.position;
   PlanarPose pose = pose_at(995, 5, 2.01, 3);

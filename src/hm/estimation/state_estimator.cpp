@@ -5,10 +5,10 @@
 namespace hm {
 namespace {
 
-/// The laser's velocity, which starts from zero, is believed after this long.
+/// Time after which the laser's velocity, which starts from zero, is used.
 constexpr double kVelocitySettles_s = 1.0;
 
-/// The rate of the yaw angle from body rates (Rz Ry Rx).
+/// Rate of the yaw angle from body rates (Rz Ry Rx).
 double yaw_rate(const Vec3& angular_velocity, const Vec3& roll_pitch_yaw) {
   const double cosine = std::cos(roll_pitch_yaw.y());
   if (std::abs(cosine) < 1e-3) return 0;  // nose up: yaw is not defined
@@ -55,8 +55,8 @@ FusionStatus StateEstimator::add_imu(const ImuSample& sample) {
                         T_base_imu_.rotation() * sample.specific_force_m_s2};
   angular_velocity_rad_s_ = reading.angular_velocity_base_rad_s;
   update_tilt(sample, reading, dt_s);
-  // On a rigid body, the accelerometer off the centre also feels the turning; the change of the rate, which
-  // only a derivative of noise could tell, is left out.
+  // An off-centre accelerometer also measures the centripetal acceleration, which is compensated; the angular
+  // acceleration is neglected, since it would require differentiating noise.
   const Vec3& arm = T_base_imu_.translation();
   const Vec3 centripetal = angular_velocity_rad_s_.cross(angular_velocity_rad_s_.cross(arm));
   const Mat3 R_level_base =
@@ -70,7 +70,7 @@ FusionStatus StateEstimator::add_imu(const ImuSample& sample) {
   return step(input, dt_s);
 }
 
-/// The specific force without the vehicle's own acceleration, once the filters know its velocity.
+/// Specific force without the vehicle's acceleration, once the filters have estimated its velocity.
 Vec3 StateEstimator::gravity_felt(const Vec3& specific_force_base_m_s2, double dt_s) {
   const bool known =
       params_.mode == FusionMode::kDelayAware && fusion_.started() && fusion_.state().planar.ready;
@@ -88,7 +88,7 @@ Vec3 StateEstimator::gravity_felt(const Vec3& specific_force_base_m_s2, double d
 }
 
 void StateEstimator::update_tilt(const ImuSample& sample, const Reading& reading, double dt_s) {
-  if (tilt_.ready() && dt_s > params_.fusion.max_gap_s) {  // it cannot know how the vehicle turned meanwhile
+  if (tilt_.ready() && dt_s > params_.fusion.max_gap_s) {  // rotation during the gap is unknown
     tilt_ = TiltFilter(params_.tilt);
     gravity_.reset();
   } else {

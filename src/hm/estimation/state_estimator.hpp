@@ -10,12 +10,12 @@
 
 namespace hm {
 
-/// Which filters fuse: those of the dissertation to the letter (alpha-beta, then Kalman on arrival), or the
-/// ones with physical noise, biases, gates and delays.
+/// Choice of filters: those of the dissertation as published (alpha-beta, then Kalman on arrival), or those
+/// with physical noise, biases, gates and delay compensation.
 enum class FusionMode { kThesis, kDelayAware };
 inline constexpr std::array<std::string_view, 2> kFusionModeNames{"thesis", "delay_aware"};
 
-/// Everything about the fusion of IMU, laser pose and height (dissertation 2.2.4).
+/// Parameters of the fusion of IMU, laser pose and height (dissertation 2.2.4).
 struct StateEstimatorParams {
   FusionMode mode = FusionMode::kDelayAware;
   FusionParams fusion;
@@ -24,34 +24,37 @@ struct StateEstimatorParams {
   AlphaBetaParams pose_alpha_beta;
   AlphaBetaParams height_alpha_beta{0.9, 0.9, 0.5};
 
-  /// Its own members; those of `fusion`, `tilt`, `thesis` and the alpha-beta filters are sections of their
-  /// own.
+  /// Visits only its own members; `fusion`, `tilt`, `thesis` and the alpha-beta filters have their own
+  /// sections.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"mode", {}, "filters as published, or with biases, gates and delays"}, self.mode,
-      kFusionModeNames);
+    v(ParamDoc{"mode",
+               {},
+               "thesis: filters as published; delay_aware: with biases, gates and delay compensation"},
+      self.mode, kFusionModeNames);
   }
 };
 
-/// State of the vehicle (position, angles, velocity) at the rate of the IMU, from IMU, laser poses and
-/// heights.
+/// Estimates the state of the vehicle (position, angles, velocity) at the rate of the IMU, from IMU, laser
+/// poses and heights (dissertation 2.2.4).
 ///
-/// Roll and pitch come from the IMU's orientation where a sample has one, else from gyroscope and gravity;
-/// yaw comes from the laser, continued with the gyroscope. Inputs of one kind come in order of their stamps;
-/// poses and heights may be late (kDelayAware), and are held back until the IMU has reached them. Without an
-/// IMU call `advance`. No heap, no exceptions; the object is large (about 150 kB). Not thread safe.
+/// Roll and pitch come from the IMU's orientation if a sample has one, else from gyroscope and gravity; yaw
+/// comes from the laser, extrapolated with the gyroscope. Inputs of one kind must be in order of stamps;
+/// poses and heights may be late (kDelayAware), and early ones wait until IMU data reaches them. Without an
+/// IMU call `advance`. No heap allocation, no exceptions; the object is large (about 150 kB). Not thread
+/// safe.
 class StateEstimator {
  public:
   explicit StateEstimator(const StateEstimatorParams& params = {}, const SE3& T_base_imu = {});
 
-  /// One IMU sample: its readings hold for the interval since the sample before.
+  /// Adds an IMU sample, valid for the interval since the previous sample.
   FusionStatus add_imu(const ImuSample& sample);
   FusionStatus add_pose(const PlanarPose& pose);
   FusionStatus add_height(const HeightReading& height);
-  /// Time goes on without an IMU: constant velocity.
+  /// Predicts to `stamp` without IMU data, with constant velocity.
   FusionStatus advance(Time stamp);
 
-  /// At the newest IMU sample (or moment of `advance`).
+  /// State at the newest IMU sample (or call of `advance`).
   [[nodiscard]] VehicleState state() const;
   [[nodiscard]] FusionCounts pose_counts() const;
   [[nodiscard]] FusionCounts height_counts() const;
@@ -72,7 +75,7 @@ class StateEstimator {
   DelayedFusion fusion_;
   TiltFilter tilt_;
   AccelerationCompensator gravity_;
-  AlphaBetaFilter<2> laser_velocity_;  // of the laser alone, for gravity_
+  AlphaBetaFilter<2> laser_velocity_;  // from laser poses only, for gravity_
   Time laser_velocity_since_;
   DecoupledKalman thesis_;
   AlphaBetaFilter<2> thesis_position_;
@@ -83,7 +86,7 @@ class StateEstimator {
 
   bool any_time_ = false;
   Time stamp_;
-  Vec3 roll_pitch_yaw_rad_ = Vec3::Zero();  // yaw: of the IMU alone, unused
+  Vec3 roll_pitch_yaw_rad_ = Vec3::Zero();  // yaw: from the IMU only, unused
   Vec3 angular_velocity_rad_s_ = Vec3::Zero();
 };
 

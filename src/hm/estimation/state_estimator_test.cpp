@@ -206,7 +206,7 @@ TEST(StateEstimator, WithoutAnImuItGoesOnWithTheVelocityOfTheLaser) {
     estimator->add_pose({stamp, SE2(0.5 * 0.05 * i, 0, 0), {}});
   }
   EXPECT_NEAR(estimator->state().velocity_m_s.x(), 0.5, 0.03);
-  EXPECT_LT(estimator->state().acceleration_bias_m_s2.norm(), 1e-9);  // nobody measured one
+  EXPECT_LT(estimator->state().acceleration_bias_m_s2.norm(), 1e-9);  // not observable without measurements
   EXPECT_EQ(estimator->advance(Time::from_seconds(4)), FusionStatus::kTimeBackwards);
   const double x = estimator->state().position_m.x(), v = estimator->state().velocity_m_s.x();
   estimator->advance(Time::from_seconds(6));

@@ -21,7 +21,7 @@ void TiltFilter::update(const Vec3& angular_velocity_rad_s, const Vec3& specific
   running_s_ += dt_s;
   R_world_body_ = turned(R_world_body_, dt_s * angular_velocity_rad_s);
   if (!is_gravity) return;
-  // The shortest turn that brings the measured "up" towards the estimated one, a small share of it at a time.
+  // Applies a small share of the shortest rotation from the measured to the estimated up direction.
   const Vec3 up_body = R_world_body_.conjugate() * Vec3::UnitZ();
   const Vec3 correction = (specific_force_m_s2 / force_m_s2).cross(up_body);
   const double time_constant_s =
@@ -39,7 +39,7 @@ Vec3 AccelerationCompensator::update(const Vec3& specific_force_body_m_s2, const
   }
   const double share = std::min(dt_s / time_constant_s_, 1.0);
   force_world_m_s2_ += share * (force_world_m_s2 - force_world_m_s2_);
-  // s / (1 + T s) of the velocity is 1 / (1 + T s) of the acceleration.
+  // s / (1 + T s) of the velocity equals 1 / (1 + T s) of the acceleration.
   const Vec3 acceleration_m_s2 = (velocity_world_m_s - slow_velocity_m_s_) / time_constant_s_;
   slow_velocity_m_s_ += share * (velocity_world_m_s - slow_velocity_m_s_);
   return R_world_body.conjugate() * (force_world_m_s2_ - acceleration_m_s2);

@@ -11,17 +11,17 @@
 
 namespace hm {
 
-/// Depth images of a mesh by ray casting. Both sides of a triangle are seen.
+/// Renders depth images of a mesh by ray casting. Triangles are visible from both sides.
 class DepthCaster {
  public:
-  /// Copies what it needs. Broken triangles are left out; an error when none remains.
+  /// Copies the data it needs. Invalid triangles are skipped; error when none remains.
   static Result<DepthCaster> build(const TriangleMesh& mesh);
   ~DepthCaster();
   DepthCaster(DepthCaster&&) noexcept;
   DepthCaster& operator=(DepthCaster&&) noexcept;
 
-  /// Distance along the optical axis (z, metres) seen by each pixel's centre, lens distortion included;
-  /// 0 where there is nothing. Pixels follow the ray exactly: nothing is interpolated.
+  /// Distance along the optical axis (z, metres) at each pixel centre, with lens distortion; 0 without a hit.
+  /// Exact ray intersections, without interpolation.
   [[nodiscard]] Image<float> render(const PinholeCamera& camera, const SE3& T_world_camera,
                                     const ParallelLoop& loop) const;
 
@@ -31,19 +31,19 @@ class DepthCaster {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How well a mesh agrees with the depth images that it was made from, accumulated over frames.
+/// Agreement of a mesh with the depth images it was built from, accumulated over frames.
 class DepthAgreement {
  public:
-  /// Readings outside of [min_depth_m, max_depth_m] are not counted.
+  /// Readings outside [min_depth_m, max_depth_m] are ignored.
   DepthAgreement(double min_depth_m, double max_depth_m)
       : min_depth_m_(min_depth_m), max_depth_m_(max_depth_m) {}
 
   struct FrameResult {
     std::size_t valid = 0;              ///< pixels with a reading in range
-    std::size_t covered = 0;            ///< of these, pixels in which the mesh is seen
+    std::size_t covered = 0;            ///< of these, pixels where the mesh is visible
     double median_mm = 0, mean_mm = 0;  ///< of |rendered - measured| over the covered ones
   };
-  /// Adds one frame: measured depth in metres row by row (0 or not finite: no reading), and the mesh's
+  /// Adds one frame: measured depth in metres, row by row (0 or not finite: no reading), and the mesh's
   /// rendered depth of the same size.
   FrameResult add(std::span<const float> measured_m, std::span<const float> rendered_m);
 

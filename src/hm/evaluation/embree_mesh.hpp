@@ -12,11 +12,11 @@ struct RTCDeviceTy;
 
 namespace hm {
 
-/// A mesh with Embree's bounding volume hierarchy over its sound triangles; internal to this room. The
-/// order of triangles within the hierarchy may differ between machines: searches must not depend on it.
+/// Mesh with Embree's bounding volume hierarchy over its valid triangles; internal to this room. The order of
+/// triangles in the hierarchy may differ between machines; searches must not depend on it.
 class EmbreeMesh {
  public:
-  /// Triangles with missing, non-finite or absurd (beyond 1e9 m) vertices are left out; an error when none
+  /// Triangles with missing, non-finite or implausible (beyond 1e9 m) vertices are skipped; error when none
   /// remains.
   static Result<std::unique_ptr<EmbreeMesh>> build(const TriangleMesh& mesh);
   ~EmbreeMesh();
@@ -24,9 +24,9 @@ class EmbreeMesh {
   EmbreeMesh& operator=(const EmbreeMesh&) = delete;
 
   [[nodiscard]] RTCSceneTy* scene() const { return scene_; }
-  /// Corners of the i-th sound triangle (the primID of Embree).
+  /// Corners of the i-th valid triangle (Embree's primID).
   [[nodiscard]] std::array<Vec3, 3> corners(std::uint32_t index) const;
-  /// The index in the mesh given of the i-th sound triangle.
+  /// Index of the i-th valid triangle in the original mesh.
   [[nodiscard]] std::uint32_t original_index(std::uint32_t index) const { return original_[index]; }
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }
 

@@ -10,7 +10,7 @@
 namespace hm {
 namespace {
 
-/// Twice the area of a triangle; 0 for a broken one.
+/// Twice the area of a triangle; 0 for an invalid one.
 double doubled_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
   if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) return 0;
   float largest = 0;
@@ -76,7 +76,7 @@ Result<std::vector<Vec3>> samples_of(const TriangleMesh& mesh, const MeshErrorPa
   return samples;
 }
 
-/// `errors_of` for all vertices, some at a time; NaN where it gives infinity.
+/// Applies `errors_of` to all vertices in batches; NaN where it returns infinity.
 template <class ErrorsOf>
 std::vector<float> for_vertices(const TriangleMesh& mesh, ErrorsOf&& errors_of) {
   constexpr std::size_t kAtOnce = 1u << 18u;

@@ -19,10 +19,14 @@ struct MeshErrorParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"samples", {1, 1e9}, "points sampled on each surface", ParamLevel::kBasic}, self.samples);
+    v(ParamDoc{"samples",
+               {1, 1e9},
+               "number of points sampled on each surface; larger is more precise but slower",
+               ParamLevel::kBasic},
+      self.samples);
     v(ParamDoc{"threshold_m",
                {1e-6, 10},
-               "a true point this close to the reconstruction counts as reconstructed",
+               "distance within which a point counts as correct (precision) or reconstructed (recall)",
                ParamLevel::kBasic},
       self.threshold_m);
     v(ParamDoc{"seed", {0, 2147483647.0}, "seed of the sampled points"}, self.seed);
@@ -32,11 +36,11 @@ struct MeshErrorParams {
 /// Signed distance to the true surface in metres, positive in free space. Called from several threads.
 using SignedDistanceFunction = std::function<double(const Vec3&)>;
 
-/// Points spread evenly by area over a mesh, in the order of its triangles (stratified: the i-th of n lies
-/// in the i-th n-th of the area). Broken and empty triangles get none; empty when there is no area.
+/// Samples points uniformly by area over a mesh, in the order of its triangles (stratified: the i-th of n
+/// lies in the i-th n-th of the area). Invalid and empty triangles get none; empty when there is no area.
 std::vector<Vec3> sample_surface(const TriangleMesh& mesh, std::size_t count, std::uint64_t seed);
 
-/// How far a reconstructed surface is from the true one.
+/// Accuracy: distances of the reconstructed surface from the true one.
 struct MeshAccuracy {
   Summary distance_m;                     ///< unsigned: mean, median, p95 ...
   double bias_m = 0;                      ///< mean signed distance; positive: in front of the true surface
@@ -44,21 +48,22 @@ struct MeshAccuracy {
   std::vector<float> signed_distances_m;  ///< one per sample, for histograms
 };
 
-/// Samples the reconstruction evenly by area and measures every point. An error when it has no area.
+/// Samples the reconstruction uniformly by area and computes the distance of every point. Error when it has
+/// no area.
 Result<MeshAccuracy> mesh_accuracy(const TriangleMesh& reconstruction, const SurfaceDistance& truth,
                                    const MeshErrorParams& params, const ParallelLoop& loop);
 Result<MeshAccuracy> mesh_accuracy(const TriangleMesh& reconstruction, const SignedDistanceFunction& truth,
                                    const MeshErrorParams& params, const ParallelLoop& loop);
 
-/// How much of the true surface is there.
+/// Completeness: share of the true surface that was reconstructed.
 struct MeshCompleteness {
   double ratio = 0;           ///< share of the points within threshold_m of the reconstruction (recall)
   Summary distance_m;         ///< from each point to the reconstruction
-  std::vector<bool> reached;  ///< for each point
+  std::vector<bool> reached;  ///< for each point: within threshold_m
 };
 
-/// `truth_points` are points of the true surface that count (those that a sensor saw, or
-/// sample_surface of the true mesh). An error when there is none or the reconstruction is empty.
+/// Computes the completeness. `truth_points` are the relevant points of the true surface (those visible to a
+/// sensor, or sample_surface of the true mesh). Error when there are none or the reconstruction is empty.
 Result<MeshCompleteness> mesh_completeness(const TriangleMesh& reconstruction,
                                            std::span<const Vec3> truth_points, const MeshErrorParams& params,
                                            const ParallelLoop& loop);
@@ -69,7 +74,7 @@ struct MeshError {
   double f_score = 0;  ///< harmonic mean of precision and recall at threshold_m (Knapitsch et al. 2017)
 };
 
-/// Accuracy and completeness against a true mesh. `visible_points` empty: the whole true mesh counts.
+/// Accuracy and completeness against a true mesh. Empty `visible_points`: the whole true mesh is used.
 Result<MeshError> evaluate_mesh(const TriangleMesh& reconstruction, const TriangleMesh& truth,
                                 const MeshErrorParams& params, const ParallelLoop& loop,
                                 std::span<const Vec3> visible_points = {});

@@ -17,34 +17,34 @@ struct RelationErrorParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_gap_s", {0, 1e6}, "poses further apart in time are not interpolated between"},
-      self.max_gap_s);
-    v(ParamDoc{"max_extrapolation_s", {0, 1e6}, "the first and last pose hold for so long beyond the ends"},
+    v(ParamDoc{"max_gap_s", {0, 1e6}, "largest time between two poses for interpolation"}, self.max_gap_s);
+    v(ParamDoc{"max_extrapolation_s",
+               {0, 1e6},
+               "time for which the first and last pose are valid beyond the ends"},
       self.max_extrapolation_s);
   }
 };
 
-/// How the estimated motion between two moments differs from the true one.
+/// Error of the estimated motion between two times.
 struct RelationError {
-  std::size_t relation = 0;  ///< its index
+  std::size_t relation = 0;  ///< index of the relation
   double translation_m = 0;  ///< length of the translation of T_true^-1 * T_estimate
   double rotation_rad = 0;   ///< angle of its rotation, 0 to pi
 };
 
-/// Errors of relative poses; independent of the frame that the trajectory is in, and of how errors add up
-/// along it.
+/// Errors of relative poses, independent of the trajectory's frame and of accumulated drift.
 struct RelationErrors {
   Summary translation_m;         ///< `mean` is the published number
   double translation_std_m = 0;  ///< of the sample (n - 1)
   Summary rotation_rad;
   double rotation_std_rad = 0;
-  std::size_t unmatched = 0;          ///< relations of which the trajectory does not know both moments
-  std::vector<RelationError> errors;  ///< of the others, in their order
+  std::size_t unmatched = 0;          ///< relations whose times are not both covered by the trajectory
+  std::vector<RelationError> errors;  ///< of the matched relations, in their order
 };
 
-/// Errors of the relative poses of a trajectory against known ones (Kuemmerle et al., "On Measuring the
-/// Accuracy of SLAM Algorithms", 2009, section 3: mean absolute translational and rotational error). The
-/// pose of a moment is interpolated. An error when no relation lies within the trajectory.
+/// Compares the relative poses of a trajectory with known ones (Kuemmerle et al., "On Measuring the Accuracy
+/// of SLAM Algorithms", 2009, section 3: mean absolute translational and rotational error). Poses are
+/// interpolated in time. Error when no relation lies within the trajectory.
 Result<RelationErrors> evaluate_relations(const Trajectory& estimate, std::span<const PoseRelation> relations,
                                           const RelationErrorParams& params = {});
 

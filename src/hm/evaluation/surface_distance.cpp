@@ -18,7 +18,7 @@ Vec3 closest_point_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return a + std::clamp((p - a).dot(b - a) / squared_length, 0.0, 1.0) * (b - a);
 }
 
-/// For triangles without area.
+/// Closest point for degenerate triangles.
 Vec3 closest_point_on_edges(const Vec3& p, const std::array<Vec3, 3>& triangle) {
   Vec3 best = triangle[0];
   for (std::size_t i = 0; i < 3; ++i) {
@@ -28,7 +28,7 @@ Vec3 closest_point_on_edges(const Vec3& p, const std::array<Vec3, 3>& triangle) 
   return best;
 }
 
-/// A radius for Embree's float boxes around a float copy of p that misses nothing within distance_m.
+/// Search radius for Embree's float boxes around a float copy of p, conservative for distance_m.
 float safe_radius(const Vec3& p, double distance_m) {
   return static_cast<float>(distance_m * (1 + 1e-5) + 1e-6 * (1 + p.cwiseAbs().maxCoeff()));
 }
@@ -55,8 +55,8 @@ bool visit_nearest(RTCPointQueryFunctionArguments* arguments) {
   return true;
 }
 
-/// Among the triangles that are as close as the closest: the one whose normal points most directly
-/// towards (or away from) p, the lowest index among equals.
+/// Search among the equally close triangles for the one whose normal points most directly towards (or away
+/// from) p; ties go to the lowest index.
 struct FacingSearch {
   const EmbreeMesh& mesh;
   const Vec3& p;
@@ -101,8 +101,7 @@ void query(const EmbreeMesh& mesh, Search& search, double radius_m, RTCPointQuer
   rtcPointQuery(mesh.scene(), &point_query, &context, visit, &search);
 }
 
-/// The nearest triangle, starting from a guess that only makes it faster; those beyond the limit do not
-/// count.
+/// Nearest triangle within the limit; the initial guess only speeds up the search.
 NearestSearch nearest(const EmbreeMesh& mesh, const Vec3& p, std::uint32_t guess,
                       double limit_squared = std::numeric_limits<double>::infinity()) {
   NearestSearch search{mesh, p, limit_squared};
@@ -130,7 +129,7 @@ SurfaceDistance::Closest signed_closest(const EmbreeMesh& mesh, const Vec3& p, c
 Vec3 closest_point_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle) {
   const auto& [a, b, c] = triangle;
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  // The regions below are told apart by areas, which are noise when the corners lie on a line.
+  // The regions below are distinguished by areas, which are unreliable for collinear corners.
   const double longest_squared = std::max(ab.squaredNorm(), ac.squaredNorm());
   if (ab.cross(ac).squaredNorm() <= 1e-14 * longest_squared * longest_squared)
     return closest_point_on_edges(p, triangle);
@@ -254,7 +253,7 @@ TriangleMesh piece_of(const TriangleMesh& mesh, std::size_t begin, std::size_t e
   return piece;
 }
 
-/// Lowers the distances piece by piece. An error when no triangle is usable.
+/// Lowers the distances piece by piece. Error when no triangle is valid.
 Result<void> lower_by_pieces(const TriangleMesh& mesh, std::span<const Vec3> points,
                              std::span<float> distances, const ParallelLoop& loop,
                              std::size_t triangles_per_piece) {
@@ -278,7 +277,7 @@ Result<void> lower_by_pieces(const TriangleMesh& mesh, std::span<const Vec3> poi
 
 Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
                                                const ParallelLoop& loop, std::size_t triangles_per_piece) {
-  // Most points are near: without a limit each would be searched for in all pieces far away, too.
+  // Most points are near; the limit avoids searching distant pieces.
   constexpr float kNear_m = 0.1F;
   std::vector<float> distances(points.size(), kNear_m);
   const auto near = lower_by_pieces(mesh, points, distances, loop, triangles_per_piece);

@@ -11,16 +11,15 @@
 
 namespace hm {
 
-/// The point of a triangle that is closest to p (Ericson 2005, section 5.1.5); works for degenerate
-/// triangles too.
+/// Point of a triangle closest to p (Ericson 2005, section 5.1.5); also for degenerate triangles.
 Vec3 closest_point_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
-/// Exact distances to a triangle mesh, through a bounding volume hierarchy. Queries are thread safe, and
-/// give the same bits whatever the number of threads.
+/// Exact distances to a triangle mesh with a bounding volume hierarchy. Queries are thread safe and
+/// bit-identical for any number of threads.
 class SurfaceDistance {
  public:
-  /// Copies what it needs of the mesh. Triangles with a vertex that is not finite or does not exist are
-  /// left out; an error when none remains.
+  /// Copies the data it needs. Triangles with missing or non-finite vertices are skipped; error when none
+  /// remains.
   static Result<SurfaceDistance> build(const TriangleMesh& mesh);
   ~SurfaceDistance();
   SurfaceDistance(SurfaceDistance&&) noexcept;
@@ -28,18 +27,18 @@ class SurfaceDistance {
 
   struct Closest {
     double distance_m = std::numeric_limits<double>::infinity();
-    /// Positive on the side that the triangle's normal points to. Where several triangles are equally
-    /// close (edges, corners) the one faced most directly decides.
+    /// Positive on the side of the triangle's normal. If several triangles are equally close (edges,
+    /// corners), the one faced most directly determines the sign.
     double signed_distance_m = std::numeric_limits<double>::infinity();
     Vec3 point = Vec3::Zero();
-    std::uint32_t triangle = 0;  ///< index in the mesh given
+    std::uint32_t triangle = 0;  ///< index in the original mesh
   };
   [[nodiscard]] Closest closest(const Vec3& p) const;
   /// Distance in metres; infinite for a point that is not finite.
   [[nodiscard]] double distance_m(const Vec3& p) const;
-  /// distance_m of many points; fast when neighbours in the list are neighbours in space.
+  /// Distances of many points; fast if neighbours in the list are neighbours in space.
   [[nodiscard]] std::vector<float> distances_m(std::span<const Vec3> points, const ParallelLoop& loop) const;
-  /// Lowers each of the distances to the point's distance to this mesh, where that is less.
+  /// Replaces each distance by the minimum of itself and the point's distance to this mesh.
   void lower_distances_m(std::span<const Vec3> points, std::span<float> distances_m,
                          const ParallelLoop& loop) const;
   [[nodiscard]] std::vector<float> signed_distances_m(std::span<const Vec3> points,
@@ -51,9 +50,9 @@ class SurfaceDistance {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The distance of each point to a mesh, as SurfaceDistance::distances_m, but with the search structure built
-/// for `triangles_per_piece` triangles at a time: a house at 2 cm has millions, and the whole structure would
-/// take more memory than the map. An error when no triangle is usable.
+/// Distances of points to a mesh, as SurfaceDistance::distances_m, but with the search structure built for
+/// `triangles_per_piece` triangles at a time, to limit memory for meshes of millions of triangles. Error when
+/// no triangle is valid.
 Result<std::vector<float>> distances_to_mesh_m(const TriangleMesh& mesh, std::span<const Vec3> points,
                                                const ParallelLoop& loop,
                                                std::size_t triangles_per_piece = 125'000);

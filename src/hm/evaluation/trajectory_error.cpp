@@ -117,7 +117,7 @@ std::vector<double> span_coordinate(std::span<const PosePair> pairs, RpeUnit uni
   return coordinate;
 }
 
-/// An error when the positions lie too close together to tell a scale.
+/// Error when the positions are too close together to determine a scale.
 Result<void> check_scale(const std::vector<Vec3>& positions) {
   constexpr double kLeastSpread_m = 1e-6;
   const Vec3 centre = mean(positions);
@@ -130,7 +130,7 @@ Result<void> check_scale(const std::vector<Vec3>& positions) {
               positions.size(), spread_m);
 }
 
-/// Moves the estimate onto the truth by the alignment, and takes the differences.
+/// Applies the alignment to the estimate and computes the absolute errors.
 void add_absolute_errors(TrajectoryError& result) {
   std::vector<double> rotation_errors;
   for (PosePair& pair : result.matched) {
@@ -184,7 +184,7 @@ RelativeErrors relative_errors(std::span<const PosePair> pairs, RpeUnit unit, do
   RelativeErrors result{
       unit, unit == RpeUnit::kFrames ? std::max(1.0, std::round(delta)) : delta, {}, {}, {}};
   const std::vector<double> at = span_coordinate(pairs, unit);
-  // A hole in the recording is not a span of delta; poses sparser than delta are taken as they come.
+  // A gap in the recording is not a span of delta; poses sparser than delta are used as they are.
   std::vector<double> steps, translations, rotations;
   for (std::size_t i = 1; i < at.size(); ++i) steps.push_back(at[i] - at[i - 1]);
   const double longest = std::max(1.5 * result.delta, result.delta + 1.5 * quantile(steps, 0.5));
@@ -227,7 +227,7 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
 
   result.alignment = align_points(positions, true_positions, params.alignment);
   add_absolute_errors(result);
-  result.truth_path_m = distance_travelled(result.matched).back();
+  result.truth_path_m = path_length(true_positions);
   result.relative = relative_errors(result.matched, params.rpe_unit, params.rpe_delta);
   result.per_frame = relative_errors(result.matched, RpeUnit::kFrames, 1);
   result.per_second = relative_errors(result.matched, RpeUnit::kSeconds, 1);

@@ -11,16 +11,17 @@
 
 namespace hm {
 
-/// What the estimate may be moved by before it is compared: nothing, a rigid motion (Umeyama 1991), a
-/// similarity, or a translation and a turn about z (for estimates that know which way is up).
+/// Alignment of the estimate to the truth before comparison: none, rigid (Umeyama 1991), similarity, or
+/// translation and rotation about z (for gravity-aligned estimates).
 enum class TrajectoryAlignment { kNone, kSe3, kSim3, kYaw };
 inline constexpr std::array<std::string_view, 4> kTrajectoryAlignmentNames{"none", "se3", "sim3", "yaw"};
 
-/// How a truth pose is found for an estimated one: the nearest in time, or between its two neighbours.
+/// Association of a true pose with an estimated one: the nearest in time, or interpolated between its two
+/// neighbours.
 enum class TrajectoryAssociation { kNearest, kInterpolate };
 inline constexpr std::array<std::string_view, 2> kTrajectoryAssociationNames{"nearest", "interpolate"};
 
-/// What the relative error's span (delta) counts: matched poses, seconds, or metres of the true path.
+/// Unit of the relative error's span (delta): matched poses, seconds, or metres of the true path.
 enum class RpeUnit { kFrames, kSeconds, kMetres };
 inline constexpr std::array<std::string_view, 3> kRpeUnitNames{"frames", "seconds", "metres"};
 
@@ -33,30 +34,29 @@ struct TrajectoryErrorParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_stamp_difference_s", {0, 10}, "largest time between two poses that are compared"},
+    v(ParamDoc{"max_stamp_difference_s", {0, 10}, "largest time difference of two associated poses"},
       self.max_stamp_difference_s);
-    v(ParamDoc{"association", {}, "how the true pose of a moment is found"}, self.association,
-      kTrajectoryAssociationNames);
-    v(
-        ParamDoc{
-            "alignment", {}, "motion by which the estimate is fitted to the truth first", ParamLevel::kBasic},
-        self.alignment, kTrajectoryAlignmentNames);
+    v(ParamDoc{"association", {}, "association of true poses: nearest in time or interpolated"},
+      self.association, kTrajectoryAssociationNames);
+    v(ParamDoc{"alignment",
+               {},
+               "transform by which the estimate is aligned to the truth first",
+               ParamLevel::kBasic},
+      self.alignment, kTrajectoryAlignmentNames);
     v(ParamDoc{"rpe_unit", {}, "unit of rpe_delta", ParamLevel::kBasic}, self.rpe_unit, kRpeUnitNames);
-    v(
-        ParamDoc{
-            "rpe_delta", {1e-6, 1e6}, "span over which the relative pose error is taken", ParamLevel::kBasic},
-        self.rpe_delta);
+    v(ParamDoc{"rpe_delta", {1e-6, 1e6}, "span of the relative pose error, in rpe_unit", ParamLevel::kBasic},
+      self.rpe_delta);
   }
 };
 
-/// A true and an estimated pose of the same moment.
+/// True and estimated pose at the same time.
 struct PosePair {
   Time stamp;
   SE3 T_world_truth;
   SE3 T_world_estimate;
 };
 
-/// The similarity p -> scale * rotation * p + translation.
+/// Similarity transform p -> scale * rotation * p + translation.
 struct SimilarityTransform {
   double scale = 1.0;
   Mat3 rotation = Mat3::Identity();
@@ -79,17 +79,17 @@ struct RelativeErrors {
 };
 
 struct TrajectoryError {
-  Summary position_m;         ///< absolute trajectory error (ATE); its rmse is the usual number
+  Summary position_m;         ///< absolute trajectory error (ATE); usually reported as rmse
   Summary rotation_rad;       ///< angle between true and aligned estimated orientation
-  RelativeErrors relative;    ///< over the span that the parameters name
+  RelativeErrors relative;    ///< over the span set in the parameters
   RelativeErrors per_frame;   ///< from each matched pose to the next
   RelativeErrors per_second;  ///< over one second
   RelativeErrors per_metre;   ///< over one metre of the true path; empty when it is shorter
   std::size_t pairs = 0;
   double truth_path_m = 0;  ///< length of the true path through the pairs
   SimilarityTransform alignment;
-  /// True when the positions lie on a line or a point, so that the alignment's rotation is not determined
-  /// by them: position errors stand, rotation_rad means little.
+  /// True when the positions lie on a line or a point and do not determine the alignment's rotation: position
+  /// errors are valid, rotation_rad is not meaningful.
   bool alignment_degenerate = false;
   std::vector<PosePair> matched;          ///< estimate already aligned
   std::vector<double> position_errors_m;  ///< one per matched pair
@@ -100,19 +100,18 @@ struct TrajectoryError {
 std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate,
                                 const TrajectoryErrorParams& params);
 
-/// The similarity that moves `from` onto `to` with the least squared distance (Umeyama 1991, eqs. 40-42;
-/// kYaw: rotation about z only; kNone: identity). At least one point; as many in both.
+/// Least-squares similarity from `from` to `to` (Umeyama 1991, eqs. 40-42; kYaw: rotation about z only;
+/// kNone: identity). Both must have the same number of points, at least one.
 SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec3> to,
                                  TrajectoryAlignment kind);
 
-/// The error of the motion over each span of `delta` units that begins at a pair (Sturm et al. 2012, eq. 1),
-/// not divided by it. A span ends at the first pair that is at least `delta` away; one that is longer by half
-/// and more, as there is a hole in the recording, is left out.
+/// Errors of the motion over each span of `delta` units starting at a pair (Sturm et al. 2012, eq. 1), not
+/// divided by `delta`. A span ends at the first pair at least `delta` away; spans longer than 1.5 `delta`
+/// (gaps in the recording) are skipped.
 RelativeErrors relative_errors(std::span<const PosePair> pairs, RpeUnit unit, double delta);
 
-/// Absolute and relative error of an estimated trajectory (Sturm et al. 2012, section IV).
-/// An error, with the numbers, when fewer than three poses match or a scale is asked of a path that
-/// does not move.
+/// Absolute and relative error of an estimated trajectory (Sturm et al. 2012, section IV). Error when fewer
+/// than three poses match, or when a scale is requested for a path without motion.
 Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
                                             const TrajectoryErrorParams& params = {});
 

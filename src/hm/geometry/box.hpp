@@ -2,6 +2,6 @@
 #include <Eigen/Geometry>
 
 namespace hm {
-/// An axis-aligned box, metres; empty until something extends it.
+/// Axis-aligned box, metres; empty when default-constructed.
 using Box3 = Eigen::AlignedBox3d;
 }  // namespace hm

@@ -55,8 +55,8 @@ PinholeCamera PinholeCamera::scaled(double ratio) const {
 }
 
 Result<void> check_camera(const PinholeCamera& camera) {
-  // Pictures have at most 32768 pixels a side; a lens that sees less than a degree of them, or all but a
-  // straight angle, is a mistake in a file. Where the size is not known yet it counts as one pixel.
+  // Images have at most 32768 pixels per side; a field of view below a degree or near 180 degrees is a
+  // mistake in a file. An unknown size counts as one pixel.
   constexpr double kMaxFocal_px = 1e6, kMinFocalPerWidth = 0.01, kMaxPrincipal_px = 1e5, kMaxDistortion = 1e4;
   const auto wrong = [](const char* name, double value) {
     return fail(ErrorCode::kInvalidValue, "", "camera {} = {} cannot be right", name, value);

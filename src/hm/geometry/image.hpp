@@ -8,15 +8,14 @@
 
 namespace hm {
 
-/// A colour, 8 bits a channel.
+/// RGB colour, 8 bits per channel.
 struct Rgb8 {
   std::uint8_t r = 0, g = 0, b = 0;
   bool operator==(const Rgb8&) const = default;
 };
 
-/// A dense image, row by row without gaps; pixel centres are at whole coordinates, (0, 0) at the top
-/// left. At least 16 bytes after the last pixel may be read (not written), so that vector code can load
-/// past the end.
+/// Dense image, row-major without padding; pixel centres at integer coordinates, (0, 0) at the top left. At
+/// least 16 bytes after the last pixel may be read (not written), so that vector code can load past the end.
 template <class T>
 class Image {
  public:

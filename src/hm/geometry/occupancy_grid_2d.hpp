@@ -8,9 +8,9 @@
 
 namespace hm {
 
-/// A horizontal occupancy grid. Cell (x, y) covers origin + [x, x + 1) * resolution by the same in y: row 0
-/// of the image is the lowest y. A cell is the probability of being occupied in percent, 0 to 100, or
-/// kUnknown.
+/// Horizontal 2D occupancy grid. Cell (x, y) covers origin + [x, x + 1) * resolution in x and likewise in y:
+/// row 0 of the image has the lowest y. A cell holds the probability of being occupied in percent, 0 to 100,
+/// or kUnknown.
 struct OccupancyGrid2D {
   static constexpr std::uint8_t kUnknown = 255;
 
@@ -18,7 +18,7 @@ struct OccupancyGrid2D {
   Eigen::Vector2d origin_m = Eigen::Vector2d::Zero();  ///< world, lower left corner of cell (0, 0)
   Image<std::uint8_t> cells;
 
-  /// The column of cells that an x coordinate is in, which may lie outside of the image; likewise rows.
+  /// Column index of the cell containing an x coordinate; may lie outside the image. Likewise for rows.
   [[nodiscard]] int column_of(double x_m) const {
     return static_cast<int>(std::floor((x_m - origin_m.x()) / resolution_m));
   }
@@ -28,7 +28,7 @@ struct OccupancyGrid2D {
   [[nodiscard]] Eigen::Vector2d center_of(int x, int y) const {
     return origin_m + resolution_m * Eigen::Vector2d(x + 0.5, y + 0.5);
   }
-  /// Occupied from `occupied_percent` up, free below; cells outside of the image are unknown.
+  /// State of a cell: occupied from `occupied_percent` up, free below; cells outside the image are unknown.
   [[nodiscard]] Occupancy state(int x, int y, int occupied_percent = 50) const {
     if (!cells.contains(x, y) || cells(x, y) == kUnknown) return Occupancy::kUnknown;
     return cells(x, y) >= occupied_percent ? Occupancy::kOccupied : Occupancy::kFree;

@@ -4,10 +4,10 @@
 
 namespace hm {
 
-/// What an edge of a pose graph comes from.
+/// Origin of a pose graph edge.
 enum class PoseEdgeKind : std::uint8_t {
   kOdometry,  ///< between consecutive poses
-  kLoop,      ///< a place seen again
+  kLoop,      ///< a loop closure
 };
 std::string_view to_string(PoseEdgeKind kind);
 

@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// A measured motion between two poses of a graph.
+/// Edge of a 2D pose graph: a measured relative pose of two nodes.
 struct PoseEdge2D {
   std::size_t from = 0, to = 0;  ///< indices of nodes
   SE2 T_from_to;                 ///< as measured
@@ -16,22 +16,22 @@ struct PoseEdge2D {
   PoseEdgeKind kind = PoseEdgeKind::kOdometry;
 };
 
-/// Poses of the plane and measured motions between them.
+/// 2D pose graph: node poses in the map frame and edges between them.
 struct PoseGraph2D {
   std::vector<SE2> T_map_node;
   std::vector<PoseEdge2D> edges;
 };
 
-/// (x, y, angle) of T_from_to^-1 * T_map_from^-1 * T_map_to: what g2o and Kuemmerle et al. (ICRA 2011)
-/// minimise.
+/// Error vector (x, y, angle) of T_from_to^-1 * T_map_from^-1 * T_map_to, as in g2o and Kuemmerle et al.
+/// (ICRA 2011); metres, radians.
 Vec3 pose_edge_error(const PoseEdge2D& edge, const SE2& T_map_from, const SE2& T_map_to);
-/// error^T information error.
+/// Squared Mahalanobis error of one edge, error^T information error.
 double pose_edge_chi2(const PoseEdge2D& edge, const PoseGraph2D& graph);
-/// The sum over all edges (g2o's chi2; no robust kernel).
+/// Sum of pose_edge_chi2 over all edges (g2o's chi2; no robust kernel).
 double pose_graph_chi2(const PoseGraph2D& graph);
 
-/// Covariance of (x, y, angle) of T_a_c = T_a_b * T_b_c from those of independent T_a_b and T_b_c, x and y of
-/// each along the axes of its left frame.
+/// Covariance of (x, y, angle) of T_a_c = T_a_b * T_b_c for independent T_a_b and T_b_c; each covariance is
+/// along the axes of the left frame of its transform (a, b; result a).
 Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
                         const Mat3& covariance_b_c);
 

@@ -3,7 +3,7 @@
 namespace hm {
 namespace {
 
-/// Derivative of the move of T * T_b_c by the move of T, for moves as in moved_by().
+/// Jacobian of the perturbation of T * T_b_c with respect to that of T, for perturbations as in moved_by().
 Mat6 carried_through(const SE3& T_b_c) {
   const Mat3 turn = T_b_c.rotation().transpose();
   Mat6 carry = Mat6::Zero();
@@ -41,7 +41,8 @@ Mat6 compose_covariance(const Mat6& covariance_a_b, const SE3& T_b_c, const Mat6
 }
 
 Mat6 inverse_covariance(const SE3& T_a_b, const Mat6& covariance_a_b) {
-  // (T M)^-1 = T^-1 (T M^-1 T^-1): the move of the inverse is minus the move, carried through T^-1.
+  // (T M)^-1 = T^-1 (T M^-1 T^-1): the perturbation of the inverse is the negative perturbation, carried
+  // through T^-1.
   const Mat6 carry = carried_through(T_a_b.inverse());
   return carry * covariance_a_b * carry.transpose();
 }

@@ -7,19 +7,19 @@ namespace hm {
 
 using Mat2 = Eigen::Matrix2d;
 
-/// An angle brought into (-pi, pi]. Radians; finite input only.
+/// Wraps an angle (radians, finite) to (-pi, pi].
 double wrap_angle(double angle_rad);
 
-/// A rigid motion in the plane: p_a = T_a_b * p_b. Metres and radians; the angle is kept in (-pi, pi].
+/// Rigid transform of the plane: p_a = T_a_b * p_b. Metres and radians; the angle is kept in (-pi, pi].
 class SE2 {
  public:
   SE2() = default;
   SE2(const Vec2& translation, double angle_rad);
   SE2(double x_m, double y_m, double angle_rad) : SE2(Vec2(x_m, y_m), angle_rad) {}
-  /// The exponential of a twist [x; y; angle].
+  /// Exponential of a twist [x; y; angle] (metres, radians).
   static SE2 exp(const Vec3& twist);
   [[nodiscard]] Vec3 log() const;
-  /// The planar part of a motion in space: x, y and yaw (of R = Rz(yaw) Ry(pitch) Rx(roll)).
+  /// Planar part of a 3D transform: x, y and yaw (of R = Rz(yaw) Ry(pitch) Rx(roll)).
   static SE2 from_se3(const SE3& motion);
 
   [[nodiscard]] const Vec2& translation() const { return translation_; }
@@ -28,11 +28,11 @@ class SE2 {
   [[nodiscard]] double angle() const { return angle_; }
   [[nodiscard]] double cosine() const { return cosine_; }
   [[nodiscard]] double sine() const { return sine_; }
-  /// (x, y, angle), the order of every planar covariance here.
+  /// (x, y, angle), the order used in all planar covariances.
   [[nodiscard]] Vec3 vector() const { return {translation_.x(), translation_.y(), angle_}; }
   [[nodiscard]] Mat2 rotation() const;
   [[nodiscard]] SE2 inverse() const;
-  /// The same motion in space, at height z_m and without tilt.
+  /// The same transform in 3D, at height z_m and without roll and pitch.
   [[nodiscard]] SE3 to_se3(double z_m = 0) const;
 
   SE2 operator*(const SE2& other) const;
@@ -48,7 +48,7 @@ class SE2 {
 
 /// Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll), radians; pitch in [-pi/2, pi/2].
 Vec3 roll_pitch_yaw(const Mat3& rotation);
-/// The rotation Rz(yaw) Ry(pitch) Rx(roll).
+/// Rotation Rz(yaw) Ry(pitch) Rx(roll).
 Mat3 rotation_from_roll_pitch_yaw(const Vec3& roll_pitch_yaw_rad);
 
 }  // namespace hm

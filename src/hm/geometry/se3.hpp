@@ -13,14 +13,14 @@ using Mat4 = Eigen::Matrix4d;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
-/// The cross-product matrix: skew(a) * b = a x b.
+/// Cross-product matrix: skew(a) * b = a x b.
 Mat3 skew(const Vec3& a);
 
-/// A rotation from its rotation vector (axis times angle, radians), and back (angle in [0, pi]).
+/// Rotation matrix of a rotation vector (axis times angle, radians), and the inverse (angle in [0, pi]).
 Mat3 so3_exp(const Vec3& rotation_vector);
 Vec3 so3_log(const Mat3& rotation);
 
-/// A rigid motion in 3D: p_a = T_a_b * p_b. Metres.
+/// Rigid transform in 3D: p_a = T_a_b * p_b. Metres.
 class SE3 {
  public:
   SE3() = default;
@@ -28,11 +28,11 @@ class SE3 {
   SE3(const Eigen::Quaterniond& q, const Vec3& translation)
       : rotation_(q.normalized().toRotationMatrix()), translation_(translation) {}
 
-  /// A 4x4 matrix as a rigid motion, made exactly orthonormal. An error when it is not finite, its last
-  /// row is not 0 0 0 1, or its rotation differs from orthonormal by more than `tolerance` (largest
-  /// element of R^T R - I) or mirrors.
+  /// Converts a 4x4 matrix, with the rotation made exactly orthonormal. Error when the matrix is not finite,
+  /// its last row is not 0 0 0 1, or its rotation is a reflection or differs from orthonormal by more than
+  /// `tolerance` (largest element of R^T R - I).
   static Result<SE3> from_matrix(const Mat4& matrix, double tolerance = 1e-2);
-  /// The exponential of a twist [translation part; rotation part] (Barfoot 2017, 7.1.3).
+  /// Exponential of a twist [translation part; rotation part], metres and radians (Barfoot 2017, 7.1.3).
   static SE3 exp(const Vec6& twist);
   [[nodiscard]] Vec6 log() const;
 
@@ -41,7 +41,7 @@ class SE3 {
   [[nodiscard]] Eigen::Quaterniond quaternion() const { return Eigen::Quaterniond(rotation_).normalized(); }
   [[nodiscard]] Mat4 matrix() const;
   [[nodiscard]] SE3 inverse() const;
-  /// The rotation angle in radians, 0 to pi.
+  /// Rotation angle in radians, 0 to pi.
   [[nodiscard]] double angle() const { return so3_log(rotation_).norm(); }
 
   SE3 operator*(const SE3& other) const {
@@ -54,10 +54,10 @@ class SE3 {
   Vec3 translation_ = Vec3::Zero();
 };
 
-/// The motion a fraction (0..1) of the way from a to b: slerp of rotation, line of translation.
+/// Transform at a fraction (0..1) between a and b: slerp of the rotations, linear in the translations.
 SE3 interpolate(const SE3& a, const SE3& b, double fraction);
 
-/// True when every number is finite and the rotation is orthonormal within 1e-6 and does not mirror.
+/// True when all numbers are finite and the rotation is proper and orthonormal within 1e-6.
 bool is_rigid(const SE3& motion);
 
 }  // namespace hm

@@ -23,12 +23,25 @@ std::optional<SE3> pose_at(const Trajectory& trajectory, Time stamp, Duration ma
                      static_cast<double>((stamp - before.stamp).ns) / static_cast<double>(gap.ns));
 }
 
+double path_length(std::span<const Vec3> positions_m) {
+  constexpr double kLeastStep_m = 0.02;
+  if (positions_m.empty()) return 0;
+  double length_m = 0;
+  Vec3 last_m = positions_m.front();
+  for (const Vec3& position_m : positions_m) {
+    const double step_m = (position_m - last_m).norm();
+    if (step_m < kLeastStep_m) continue;
+    length_m += step_m;
+    last_m = position_m;
+  }
+  return length_m + (positions_m.back() - last_m).norm();
+}
+
 double path_length(const Trajectory& trajectory) {
-  double length = 0;
-  for (std::size_t i = 1; i < trajectory.size(); ++i)
-    length +=
-        (trajectory[i].T_world_base.translation() - trajectory[i - 1].T_world_base.translation()).norm();
-  return length;
+  std::vector<Vec3> positions_m;
+  positions_m.reserve(trajectory.size());
+  for (const StampedPose& pose : trajectory) positions_m.push_back(pose.T_world_base.translation());
+  return path_length(positions_m);
 }
 
 }  // namespace hm

@@ -9,8 +9,8 @@
 
 namespace hm {
 
-/// An indexed triangle mesh in metres, counter-clockwise seen from outside. `normals` and `colors` are
-/// empty or as long as `vertices`.
+/// Indexed triangle mesh in metres; triangles are counter-clockwise seen from outside. `normals` and `colors`
+/// are empty or as long as `vertices`.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<Eigen::Vector3f> normals;
@@ -21,15 +21,15 @@ struct TriangleMesh {
   [[nodiscard]] bool has_colors() const { return !colors.empty() && colors.size() == vertices.size(); }
 };
 
-/// The box around all vertices.
+/// Bounding box of all vertices.
 Box3 bounds(const TriangleMesh& mesh);
-/// The sum of the triangles' areas, square metres.
+/// Sum of the triangle areas, square metres.
 double surface_area(const TriangleMesh& mesh);
-/// The signed volume enclosed by a closed mesh (positive when it is oriented outwards), cubic metres.
+/// Signed volume of a closed mesh in cubic metres (positive when oriented outwards).
 double enclosed_volume(const TriangleMesh& mesh);
 /// Edges that belong to one triangle only (holes and borders), each once, as vertex indices.
 std::vector<std::array<std::uint32_t, 2>> open_edges(const TriangleMesh& mesh);
-/// Area-weighted vertex normals, replacing those that are there.
+/// Computes area-weighted vertex normals, replacing existing ones.
 void compute_normals(TriangleMesh& mesh);
 
 }  // namespace hm

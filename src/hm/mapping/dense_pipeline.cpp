@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint8_t kAllLayers = 0x3f;
 
-/// Reason why a frame cannot be integrated whatever it shows, or nothing.
+/// Reason why a frame is unusable regardless of its depth, or empty.
 std::string unusable_because(const RgbdFrame& frame, const PinholeCamera& camera) {
   if (!frame.T_world_camera) return "no pose";
   if (!frame.T_world_camera->matrix().allFinite()) return "its pose is not finite";

@@ -17,23 +17,23 @@ class IncrementalMesher;
 class ParallelLoop;
 class VolumeGrid;
 
-/// Outcome of one frame.
+/// Result of processing one frame.
 struct FrameOutcome {
   bool integrated = false;
-  std::string skipped_because;               ///< in words, when it was not integrated
-  SE3 T_world_camera;                        ///< with which it was integrated
-  std::optional<AlignmentResult> alignment;  ///< nothing where poses are taken as given
+  std::string skipped_because;               ///< reason, if not integrated
+  SE3 T_world_camera;                        ///< pose used for integration
+  std::optional<AlignmentResult> alignment;  ///< set if the pose was aligned
   ScanStats scan;
   double mesh_ms = 0;
-  double pack_ms = 0;               ///< packing volumes that are out of sight
-  std::size_t volumes_waiting = 0;  ///< for meshing
+  double pack_ms = 0;               ///< for packing idle volumes
+  std::size_t volumes_waiting = 0;  ///< queued for meshing
 };
 
-/// The dense system in memory (dissertation ch. 4): frames with poses in, a volume grid and its mesh out.
-/// One thread calls it; it computes on `threads` threads, with the same bits for any number of them.
+/// Dense reconstruction in memory (dissertation ch. 4): integrates frames with poses into a volume grid and
+/// its mesh. Not thread safe; computes on `threads` threads, with bit-identical results for any number.
 ///
-/// Memory: 2 kB a volume of 8 x 8 x 8 voxels, 4 kB with colours, 1.7 kB out of sight, and the mesh of each
-/// (live_mesh); tsdf.max_map_mb caps the volumes. Query and save the grid with map_query.hpp.
+/// Memory per volume of 8 x 8 x 8 voxels: 2 kB, 4 kB with colours, 1.7 kB packed, plus its mesh (live_mesh);
+/// tsdf.max_map_mb limits the volumes. Query and save the grid with map_query.hpp.
 class DensePipeline {
  public:
   /// `camera`: of depth and colour, without lens distortion. The parameters must be within their ranges and
@@ -43,40 +43,39 @@ class DensePipeline {
   DensePipeline(const DensePipeline&) = delete;
   DensePipeline& operator=(const DensePipeline&) = delete;
 
-  /// Goes on with a grid that was loaded. Its voxel and unit sizes must be those of the parameters.
+  /// Continues with a loaded grid, whose voxel and unit sizes must be those of the parameters.
   void adopt(VolumeGrid grid);
 
-  /// Integrates a frame (4.3) and, with live_mesh, meshes what changed within the budget. Depth and colour
-  /// are of the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is
+  /// Integrates a frame (4.3) and, with live_mesh, meshes the changes within the budget. Depth and colour are
+  /// of the camera's size, p_world = T_world_camera * p_camera; with reconstruction.align the pose is
   /// corrected first (4.2.8; T_map_input()). A frame without a pose, with a pose that is not rigid or finite,
-  /// with images of the wrong size, or without a reading in range is skipped, with the reason. After an
-  /// outcome with scan.out_of_memory no more frames should be given: what the system has is used up.
+  /// with images of the wrong size, or without a reading in range is skipped, with the reason. After a result
+  /// with scan.out_of_memory set, process no more frames.
   FrameOutcome process(const RgbdFrame& frame);
-  /// Integrates a frame whose pose is in the map frame already: nothing is aligned. Skips frames as
-  /// process().
+  /// The same for a frame with its pose in the map frame, without alignment.
   FrameOutcome process_in_map(const RgbdFrame& frame);
 
-  // ---- a map that was made again beside this one (MapRebuild) ----
-  /// Puts these volumes of another grid in the place of the map's; those that it does not have are released.
+  // ---- exchange with a rebuilt map (MapRebuild) ----
+  /// Replaces these volumes by those of another grid; volumes that it does not have are released.
   void replace(std::span<const VolumeKey> keys, const VolumeGrid& from);
-  /// Exchanges the whole map. The mesh of the old one stays until the new one's is made, as after process().
+  /// Exchanges the whole grid. The old mesh is kept until the new one has been computed, as after process().
   void swap_grid(VolumeGrid& other);
 
-  /// Motion from the world of the given poses into the map, as alignment found it so far
+  /// Transform from the frame of the input poses to the map, as estimated by alignment so far
   /// (TrajectoryAligner::T_map_odom).
   [[nodiscard]] const SE3& T_map_input() const;
-  /// Sets it when a map is resumed, or after a loop was closed.
+  /// Sets this transform when a map is resumed, or after a loop closure.
   void set_T_map_input(const SE3& T_map_input);
 
-  /// The whole mesh, everything that changed meshed, small pieces removed and simplified as the parameters
-  /// say.
+  /// Meshes all pending changes and returns the whole mesh, with small pieces removed and simplified as set
+  /// in the parameters.
   TriangleMesh finished_mesh();
-  /// finished_mesh() for the end of a run: gives the map's memory back before the whole mesh is made, so that
-  /// a house needs no more memory at its end than while it was scanned. The grid is empty afterwards.
+  /// The same at the end of a run: releases the grid's memory before building the whole mesh, to limit the
+  /// peak memory. The grid is empty afterwards.
   TriangleMesh take_finished_mesh();
 
   [[nodiscard]] const VolumeGrid& grid() const;
-  /// Gives access for saving (MapSaver); only process() changes what is in it.
+  /// Grid for saving (MapSaver); do not change its contents.
   [[nodiscard]] VolumeGrid& grid();
   [[nodiscard]] const IncrementalMesher& mesher() const;
   [[nodiscard]] const ParallelLoop& loop() const;

@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kImagesKept = 8;  ///< of frames that wait; others are read again
+constexpr std::size_t kImagesKept = 8;  ///< of waiting frames; others are read again
 constexpr std::size_t kFollowedByTaker = 3;
 
 }  // namespace
@@ -41,7 +41,7 @@ struct LiveMapCorrection::Impl {
   std::unique_ptr<MapRebuild> complete;  ///< the worker waits while it is set and nothing is late
   bool busy = false;
   State state;
-  std::jthread worker;  // last: it stops before the rest goes
+  std::jthread worker;  // last: stops before the other members are destroyed
 
   void work(const std::stop_token& stop);
   std::unique_ptr<MapRebuild> rebuild(const Task& with, const std::stop_token& stop);
@@ -59,7 +59,7 @@ std::unique_ptr<MapRebuild> LiveMapCorrection::Impl::rebuild(const Task& with, c
   return result->replay(with.log, with.pose_now, run) ? std::move(result) : nullptr;
 }
 
-/// Takes in frames that came meanwhile until the rebuild is taken away.
+/// Adds frames that arrived in the meantime until the rebuild is taken.
 void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) {
   while (complete && !stop.stop_requested()) {
     if (late.empty()) {
@@ -68,7 +68,7 @@ void LiveMapCorrection::Impl::catch_up(std::unique_lock<std::mutex>& lock, const
     }
     Late next = std::move(late.front());
     late.pop_front();
-    auto mine = std::move(complete);  // not to be taken meanwhile
+    auto mine = std::move(complete);  // cannot be taken in the meantime
     lock.unlock();
     mine->follow(next.observation, next.changed, std::move(next.images));
     lock.lock();

@@ -5,33 +5,33 @@
 
 namespace hm {
 
-/// Rebuilds what loops have moved beside the map on a thread of its own while frames go on
-/// coming into the map. All functions are called from the map's thread; none of them waits for a rebuild, but
-/// the destructor, for one frame of it.
+/// Rebuilds the parts of a map moved by loop closures on a separate thread, while frames are still integrated
+/// into the map. All functions are called from the map's thread; none waits for a rebuild, except the
+/// destructor, for one frame of it.
 class LiveMapCorrection {
  public:
-  /// `frames` must outlive it.
+  /// `frames` must outlive this object.
   LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
                     const MapRebuildOptions& options);
-  /// Gives up what is under way.
+  /// Cancels a running rebuild.
   ~LiveMapCorrection();
   LiveMapCorrection(const LiveMapCorrection&) = delete;
   LiveMapCorrection& operator=(const LiveMapCorrection&) = delete;
 
   [[nodiscard]] bool busy() const;
-  /// Begins a rebuild; not while busy. `pose_now` is called on the other thread. The log is closed by it.
+  /// Starts a rebuild; must not be busy. `pose_now` is called on the other thread. Closes the log's current
+  /// group.
   void start(ObservationLog& log, PoseOfObservation pose_now);
-  /// Adds a frame that came into the map while busy; to be called for every one.
+  /// Adds a frame that was integrated into the map while busy; must be called for every one.
   void follow(const Observation& observation, std::span<const ChangedVolume> changed, RgbdFrame&& frame);
-  /// The rebuild when it is complete, ready to be put into the map; nothing before. The last frame or two
-  /// that it has not caught up with are followed here, so that it ends on a machine with other work too. It
-  /// is not busy afterwards.
+  /// Returns the rebuild when it is complete, ready to be put into the map, else nothing. The last one or two
+  /// frames are processed here, so that it also completes on a busy machine. Not busy afterwards.
   std::unique_ptr<MapRebuild> take();
-  /// Frees a rebuild, with the grid that it has taken out of the map, on the other thread.
+  /// Destroys a rebuild, with the old grid of the map, on the other thread.
   void discard(std::unique_ptr<MapRebuild> rebuild);
 
   struct State {
-    std::size_t frames_done = 0, frames_total = 0;  ///< of the rebuild under way
+    std::size_t frames_done = 0, frames_total = 0;  ///< of the running rebuild
   };
   [[nodiscard]] State state() const;
 

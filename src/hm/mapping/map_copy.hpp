@@ -5,19 +5,19 @@
 
 namespace hm {
 
-/// Writes all of a growing map, as it is at one moment, into a new file, on a thread of its own while the
-/// grid goes on changing. One thread calls it, the one that changes the grid; the grid must outlive it, and
-/// must not be exchanged for another one meanwhile.
+/// Writes a complete snapshot of a growing map to a new file, on a separate thread while the grid changes.
+/// Must be called from the thread that changes the grid; the grid must outlive it, and must not be exchanged
+/// meanwhile.
 class MapCopy {
  public:
-  /// Makes the file; an error when the place cannot be written.
+  /// Creates the file and starts the snapshot; error when it cannot be written.
   static Result<MapCopy> begin(VolumeGrid& grid, const std::filesystem::path& path, const MapHeader& header);
-  /// Gives up a copy that is not complete; its file is then a map without volumes.
+  /// Cancels an incomplete copy; its file is then a map without volumes.
   ~MapCopy();
   MapCopy(MapCopy&& other) noexcept;
   MapCopy& operator=(MapCopy&&) = delete;
 
-  /// Goes on for about a millisecond; to be called after every frame. True: the file is complete and closed.
+  /// Continues for about a millisecond; call after every frame. True: the file is complete and closed.
   Result<bool> go_on();
 
  private:
@@ -27,7 +27,7 @@ class MapCopy {
   std::optional<MapSaver> saver_;
 };
 
-/// Every volume of a grid, as if it had changed.
+/// All volumes of a grid, marked as changed.
 std::vector<ChangedVolume> all_volumes(const VolumeGrid& grid);
 
 }  // namespace hm

@@ -16,16 +16,16 @@ namespace hm {
 
 class VolumeGrid;
 
-/// A map to ask: distance, gradient, weight and colour at points of the world (dissertation 4.2). Of a grid
-/// that grows elsewhere (DensePipeline::grid()), or of a file.
+/// Queries of a map: distance, gradient, weight and colour at world points (dissertation 4.2), of a grid
+/// owned elsewhere (DensePipeline::grid()) or of a file.
 ///
-/// Any number of threads may query, while none changes the grid.
+/// Thread safe while no thread changes the grid.
 class MapQuery {
  public:
-  /// The grid must outlive it.
+  /// Queries an existing grid, which must outlive this object.
   explicit MapQuery(const VolumeGrid& grid);
-  /// Reads a map file (`.hmap`), or the volumes of it that touch a box (world, metres). `max_bytes` caps the
-  /// memory for voxels; 0: no cap. Errors: not there, not a map, damaged, kOutOfMemory.
+  /// Reads a map file (`.hmap`), or its volumes that intersect a box (world, metres). `max_bytes` limits the
+  /// memory for voxels; 0: no limit. Errors: not found, not a map, damaged, kOutOfMemory.
   static Result<MapQuery> open(const std::filesystem::path& path, const std::optional<Box3>& region = {},
                                std::size_t max_bytes = 0);
   ~MapQuery();
@@ -33,15 +33,15 @@ class MapQuery {
   MapQuery& operator=(MapQuery&&) noexcept;
 
   [[nodiscard]] GridSample at(const Vec3& p_world) const;
-  /// Queries many points, at the same places of `samples` (as long).
+  /// The same for many points; `samples` must have the same length.
   void at(std::span<const Vec3> p_world, std::span<GridSample> samples,
           const ParallelLoop& loop = ParallelLoop()) const;
 
   [[nodiscard]] double voxel_size_m() const;
-  /// The box around all volumes (8 x 8 x 8 voxels), world, metres; empty for an empty map.
+  /// Bounding box of all volumes (8 x 8 x 8 voxels), world, metres; empty for an empty map.
   [[nodiscard]] Box3 bounds() const;
   [[nodiscard]] std::size_t volume_count() const;
-  /// The surface, coloured, from scratch.
+  /// Computes the coloured mesh from scratch.
   [[nodiscard]] TriangleMesh mesh(const ParallelLoop& loop = ParallelLoop()) const;
 
  private:
@@ -50,9 +50,9 @@ class MapQuery {
   const VolumeGrid* grid_ = nullptr;
 };
 
-/// Writes a whole grid into a map file (`.hmap`, docs/file_formats.md). The file appears whole or not at all.
-/// `program`: named in it. Errors: no place to write. For a map that is saved again and again while it grows
-/// there is MapSaver (map_store.hpp), as `hm reconstruct` uses it.
+/// Writes a whole grid to a map file (`.hmap`, docs/file_formats.md), atomically. `program` is recorded in
+/// it. Errors: the file cannot be written. To save a growing map repeatedly, use MapSaver (map_store.hpp), as
+/// `hm reconstruct` does.
 Result<void> save_map(const std::filesystem::path& path, VolumeGrid& grid,
                       const std::string& program = "housemartin");
 

@@ -35,7 +35,8 @@ MapRebuild::MapRebuild(const DenseParams& parameters, const FrameSource& frames,
       whole_(options.extent == RebuildExtent::kWhole) {}
 MapRebuild::~MapRebuild() = default;
 
-/// A group moves as a whole when one of its frames does, as its volumes are known together only.
+/// Plans the rebuild. A group counts as moved when one of its frames has moved, since volumes are recorded
+/// per group.
 void MapRebuild::plan(Groups groups, const PoseOfObservation& pose_now) {
   std::size_t frames_moved = 0;
   for (std::size_t place = 0; place < groups.size(); ++place) {
@@ -63,12 +64,12 @@ void MapRebuild::plan(Groups groups, const PoseOfObservation& pose_now) {
     if (moved || whole_) rebuilt_[place] = std::move(now);
   }
   if (2 * frames_moved <= report_.frames) return;
-  whole_ = true;  // cheaper than finding out what can stay
+  whole_ = true;  // cheaper than finding the unaffected part
   for (std::size_t place = 0; place < groups.size(); ++place)
     if (!rebuilt_.contains(place)) rebuilt_[place].observations = groups[place]->observations;
 }
 
-/// Those that have to be integrated and are not yet: what is wanted grows while moved frames see new places.
+/// Groups that still have to be integrated; their number grows when moved frames observe new volumes.
 std::vector<std::size_t> MapRebuild::next_places(Groups groups) const {
   std::vector<std::size_t> places;
   for (std::size_t place = 0; place < groups.size(); ++place)
@@ -124,7 +125,7 @@ bool MapRebuild::replay(const ObservationLog& log, const PoseOfObservation& pose
   while (!is_empty()) {
     const std::vector<std::size_t> places = next_places(groups);
     if (places.empty()) break;
-    for (const std::size_t place : places)  // still ones keep what they have changed besides
+    for (const std::size_t place : places)  // unmoved ones keep their other changed volumes
       if (!rebuilt_.contains(place)) rebuilt_[place] = *groups[place];
     report_.interrupted = !integrate(places, run);
     if (report_.interrupted) break;

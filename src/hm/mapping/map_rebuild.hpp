@@ -12,62 +12,62 @@
 
 namespace hm {
 
-/// Present pose of an observation; nothing: it does not belong into the map.
+/// Function that returns the current pose of an observation; nothing: it is not part of the map.
 using PoseOfObservation = std::function<std::optional<SE3>(const Observation&)>;
 
-/// Part of a map that is made again.
+/// Part of a map to rebuild.
 enum class RebuildExtent {
-  kMoved,  ///< the volumes that frames which moved have changed, or change now; all if most frames moved
-  kWhole,  ///< all of it, even if nothing moved: the map of these poses to the bit, whatever was before
+  kMoved,  ///< volumes affected by moved frames, before or after; all if most frames moved
+  kWhole,  ///< the whole map, even if nothing moved; bit-identical to one built with these poses
 };
 
-/// Distance that a reading at this depth moves with its camera, at most about; 0 only for the same pose.
+/// Approximate upper bound of the displacement of a reading at this depth between two poses; 0 only for equal
+/// poses.
 double shift_m(const SE3& before, const SE3& after, double depth_m);
 
 struct MapRebuildOptions {
   RebuildExtent extent = RebuildExtent::kWhole;
-  double least_shift_m = 0.005;  ///< kMoved: frames that moved less, at `at_depth_m`, stay as they are
+  double least_shift_m = 0.005;  ///< kMoved: frames that moved less at `at_depth_m` are kept
   double at_depth_m = 3.0;
   std::size_t prefetch_frames = 4;
   int threads = 1;
 };
 
-/// Effect of a correction of a map.
+/// Statistics of a map correction.
 struct MapCorrection {
-  std::size_t frames = 0;           ///< in the map before, or to come into it
-  std::size_t frames_moved = 0;     ///< integrated again at another place, or for the first time
-  std::size_t frames_replayed = 0;  ///< integrated again at their place, as they had seen what was rebuilt
-  std::size_t frames_removed = 0;   ///< do not belong into the map (any more)
-  std::size_t frames_lost = 0;      ///< could not be read again
+  std::size_t frames = 0;           ///< in the map before, or to be integrated
+  std::size_t frames_moved = 0;     ///< integrated at a new pose, or for the first time
+  std::size_t frames_replayed = 0;  ///< integrated again at the same pose, since they observe rebuilt volumes
+  std::size_t frames_removed = 0;   ///< no longer part of the map
+  std::size_t frames_lost = 0;      ///< could not be read
   std::size_t volumes_before = 0, volumes_after = 0;
-  std::size_t volumes_rebuilt = 0;  ///< of those before
-  double largest_shift_m = 0;       ///< of a frame, measured at `at_depth_m`
+  std::size_t volumes_rebuilt = 0;  ///< of volumes_before
+  double largest_shift_m = 0;       ///< largest displacement of a frame at `at_depth_m`
   double seconds = 0;
-  bool interrupted = false;  ///< stopped: the map is as it was before
+  bool interrupted = false;  ///< stopped; the map is unchanged
 };
 
-/// Makes a map, or the part of it whose frames have moved, again from its frames beside the old one, which
-/// stays whole meanwhile; put_into() then exchanges them. May run on another thread than the map's; one
-/// thread at a time.
+/// Rebuilds a map, or the part whose frames have moved, from its frames, while the old map stays complete;
+/// put_into() then exchanges them. May run on another thread than the map's, one thread at a time.
 class MapRebuild {
  public:
-  /// `frames` must outlive it.
+  /// `frames` must outlive this object.
   MapRebuild(const DenseParams& parameters, const FrameSource& frames, const MapRebuildOptions& options);
   ~MapRebuild();
 
-  /// Reads the frames of a log (closed groups) again and integrates them where they are now. False: asked to
-  /// stop before the end.
+  /// Reads the frames of a log (closed groups) again and integrates them at their current poses. Returns
+  /// false if stopped early.
   bool replay(const ObservationLog& log, const PoseOfObservation& pose_now, const RunContext& run);
-  /// Nothing has moved far enough: there is nothing to put.
+  /// True when nothing has moved far enough, so that there is nothing to exchange.
   [[nodiscard]] bool is_empty() const { return !whole_ && rebuilt_.empty(); }
-  /// Takes in a frame that came into the map after replay() was given its log, with what it has changed
-  /// and its images; without them it is read again.
+  /// Adds a frame that was integrated into the map after replay() was given its log, with the changed volumes
+  /// and its images; without images the frame is read again.
   void follow(const Observation& observation, std::span<const VolumeKey> changed,
               std::optional<RgbdFrame> images);
-  /// Puts what was rebuilt in the place of the map's; the log follows. All frames that came after replay()'s
-  /// log must have been followed. What was there is freed with this object.
+  /// Exchanges the rebuilt part with the map's, and updates the log. follow() must have been called for all
+  /// frames after replay()'s log. The old part is freed with this object.
   void put_into(DensePipeline& map, ObservationLog& log);
-  /// The mesh of what was rebuilt, instead of putting it into a map.
+  /// Returns the mesh of the rebuilt part, instead of exchanging it.
   TriangleMesh take_mesh() { return aside_.take_finished_mesh(); }
   [[nodiscard]] const MapCorrection& report() const { return report_; }
 
@@ -83,13 +83,13 @@ class MapRebuild {
   DensePipeline aside_;
   MapCorrection report_;
   bool whole_ = false;
-  std::map<std::size_t, ObservationLog::Group> rebuilt_;  ///< by place, with the poses of now
+  std::map<std::size_t, ObservationLog::Group> rebuilt_;  ///< by index of the group, with current poses
   std::set<std::size_t> moved_, done_;                    ///< places
   std::set<VolumeKey> wanted_;                            ///< unless whole_
   std::size_t frames_done_ = 0, frames_total_ = 0;
 };
 
-/// Brings a map to the poses of now, on the calling thread. Told to stop, it leaves map and log as they are.
+/// Corrects a map to the current poses, on the calling thread. If stopped, map and log are unchanged.
 MapCorrection correct_map(DensePipeline& map, ObservationLog& log, MapRebuild& rebuild,
                           const PoseOfObservation& pose_now, const RunContext& run);
 

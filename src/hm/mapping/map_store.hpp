@@ -14,64 +14,62 @@
 
 namespace hm {
 
-/// The part of a map to load, and the memory it may take (0: no cap).
+/// Part of a map to load, and the memory limit (0: none).
 struct MapLoadOptions {
-  std::optional<Box3> region;  ///< world, metres; whole volumes that touch it are loaded
+  std::optional<Box3> region;  ///< world, metres; loads all volumes that intersect it
   std::size_t max_bytes = 0;
 };
 
-/// Reads the volumes of a map, or those of a region, into a new grid. Errors: as MapFile::for_each_block,
-/// sizes that are not positive, kOutOfMemory when the cap does not suffice.
+/// Reads the volumes of a map, or of a region, into a new grid. Errors: those of MapFile::for_each_block,
+/// sizes that are not positive, kOutOfMemory beyond the limit.
 Result<VolumeGrid> load_grid(const MapFile& map, const MapLoadOptions& options = {});
 
-/// The keys of the volumes that touch a box.
+/// Keys of the volumes that intersect a box (world, metres).
 MapKeyBox key_box(const Box3& region, double volume_size_m);
 
-/// Keeps a map file up to date with a growing grid: writes only what changed since the last save, while the
-/// grid goes on changing. A save costs one frame a few milliseconds (what is about to change is copied first)
-/// and those after it about one, and holds the copies of some thousand volumes at most.
+/// Keeps a map file up to date with a growing grid: writes only the changes since the last save, while the
+/// grid changes. A save delays one frame by a few milliseconds and the following ones by about one, and holds
+/// copies of at most some thousand volumes.
 ///
-/// One thread calls it, the one that changes the grid. Every save is one transaction: after a kill at any
-/// moment the file holds the last save that was finished.
+/// Must be called from the thread that changes the grid. Every save is one transaction: if the process is
+/// killed, the file holds the last finished save.
 class MapSaver {
  public:
-  /// Data saved with the volumes. `interior_marks`: the volumes whose interior mark
-  /// (VolumeGrid::may_hold_interior) is not what load_grid() would set from their voxels. The mark may err on
-  /// the safe side, and integration depends on it, so that a resumed run needs these: store them with the
-  /// state, and hand them to restore_marks(). Called on another thread.
+  /// Creates the header to be saved with the volumes; called on another thread. `interior_marks`: volumes
+  /// whose interior mark (VolumeGrid::may_hold_interior) differs from the one that load_grid() derives from
+  /// their voxels. The mark is conservative and affects integration, so a resumed run needs it: store them
+  /// with the state, and pass them to restore_marks().
   using MakeHeader = std::function<MapHeader(const std::set<VolumeKey>& interior_marks)>;
 
   explicit MapSaver(MapFile file);
-  /// Drops a save that is not finished.
+  /// Discards an unfinished save.
   ~MapSaver();
   MapSaver(MapSaver&&) noexcept;
   MapSaver& operator=(MapSaver&&) = delete;
 
-  /// Remembers what a scan changed.
+  /// Records the changes of a scan.
   void note(std::span<const ChangedVolume> changed);
-  /// Sets the marks of a grid that was just loaded.
+  /// Restores the marks of a grid that was just loaded.
   void restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored);
 
-  /// Begins to save the remembered volumes as they are now (and finishes an earlier save, if it is still
-  /// under way). An error is one of an earlier save, and is given by every later call: what was not written
-  /// then is missing, and the file stays at the last good save.
+  /// Starts saving the changed volumes in their current state (after finishing an earlier save). An error of
+  /// an earlier save is returned by every later call: the file stays at the last successful save.
   Result<void> begin_save(VolumeGrid& grid, MakeHeader make_header);
-  /// Hands some more volumes to the writing thread, about a millisecond's worth; to be called after every
-  /// scan.
+  /// Passes more volumes to the writing thread, for about a millisecond; call after every scan.
   Result<void> continue_save(VolumeGrid& grid);
-  /// Waits until the save is on disk, if one is under way.
+  /// Waits until a running save is on disk.
   Result<void> finish_save(VolumeGrid& grid);
-  /// All of it; the second form for who does not go on with the map later.
+  /// Saves and waits; the second form is for maps that are not continued later.
   Result<void> save(VolumeGrid& grid, MakeHeader make_header);
   Result<void> save(VolumeGrid& grid, const MapHeader& header);
   [[nodiscard]] bool saving() const;
 
-  /// Closes the file, has `move` move it to `path`, and goes on with it there. Not while a save is under way.
+  /// Closes the file, calls `move` to move it to `path`, and continues with it there. Not during a save.
   Result<void> move_file(const std::filesystem::path& path, const std::function<Result<void>()>& move);
 
-  /// Volumes that the next save is to write.
+  /// Number of volumes to be written by the next save.
   [[nodiscard]] std::size_t pending() const;
-  /// Not while a save is under way.
+  /// Map file. Not during a save.
   [[nodiscard]] const MapFile& file() const;
 
  private:

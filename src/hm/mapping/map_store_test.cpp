@@ -70,7 +70,7 @@ MapSaver::MakeHeader header_that_keeps(const VolumeGrid& grid, std::set<VolumeKe
   };
 }
 
-/// What a map holds, with its marks.
+/// Contents of a map, with its marks.
 VolumeGrid reopened(const std::filesystem::path& path, const std::set<VolumeKey>& stored) {
   auto file = MapFile::open(path, MapOpenMode::kRead);
   EXPECT_TRUE(file);

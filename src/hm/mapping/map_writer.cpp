@@ -57,10 +57,10 @@ bool MapWriter::is_done() const {
 
 Result<void> MapWriter::finish() { return outcome_.get(); }
 
-/// Takes the next page; false when there will be none.
+/// Takes the next page; false when there are no more.
 bool MapWriter::next(PageSnapshot& page) {
   std::unique_lock lock(mutex_);
-  waiting_ -= page.volumes.size();  // of the page before, which is written now
+  waiting_ -= page.volumes.size();  // of the previous page, which has been written
   page = {};
   changed_.notify_all();
   changed_.wait(lock, [&] { return !pages_.empty() || state_ != State::kOpen; });

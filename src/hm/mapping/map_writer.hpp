@@ -13,29 +13,29 @@
 
 namespace hm {
 
-/// Writes one snapshot of a grid into a map file, page by page, on a thread of its own, as one transaction.
+/// Writes one snapshot of a grid to a map file, page by page, on a separate thread, as one transaction.
 class MapWriter {
  public:
-  /// Makes the header when all pages are written, on the writing thread.
+  /// Creates the header after all pages are written, on the writing thread.
   using MakeHeader = std::function<MapHeader()>;
 
-  /// `marks` (see MapSaver) is kept up to date. Both must outlive this, and are the writer's until finish().
+  /// `marks` (see MapSaver) is updated. Both must outlive this object, and must not be used until finish().
   MapWriter(MapFile& file, std::set<VolumeKey>& marks, MakeHeader make_header);
-  /// Without finish(): drops what was not committed.
+  /// Without finish(), discards uncommitted changes.
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;
   MapWriter& operator=(const MapWriter&) = delete;
 
-  /// Volumes that wait to be written.
+  /// Number of volumes waiting to be written.
   [[nodiscard]] std::size_t waiting();
-  /// Waits until fewer than this many volumes wait, or writing failed.
+  /// Blocks until fewer than this many volumes wait, or writing failed.
   void wait_below(std::size_t volumes);
   void add(std::vector<PageSnapshot> pages);
-  /// No more pages come: the header is written and the transaction ends.
+  /// Ends the input: the header is written and the transaction committed.
   void close();
-  /// True when finish() would not have to wait.
+  /// True when finish() would not block.
   [[nodiscard]] bool is_done() const;
-  /// The outcome; waits for it. To be called once, after close().
+  /// Waits for the result. Call once, after close().
   Result<void> finish();
 
  private:

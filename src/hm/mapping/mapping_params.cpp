@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-/// The words of a list with commas between; an error names one that is not known.
+/// Splits a comma-separated list; the error names an unknown word.
 Result<std::vector<std::string>> words_of(const std::string& text, std::string_view parameter,
                                           std::span<const std::string_view> known) {
   std::vector<std::string> words;

@@ -11,14 +11,15 @@
 
 namespace hm {
 
-/// Settings of a run through the dense pipeline; the other sections decide what is computed.
+/// Settings of a run of the dense pipeline; the other sections determine the computation.
 struct ReconstructionParams {
   int begin_frame = 0;
   int frame_limit = 0;
   int frame_stride = 1;
-  /// Images decoded ahead.
+  /// Number of frames decoded ahead.
   int prefetch_frames = 4;
   bool align = false;
+  bool level = false;
   bool live_mesh = true;
   double mesh_budget_ms = 15.0;
   double save_interval_s = 20.0;
@@ -28,34 +29,38 @@ struct ReconstructionParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"begin_frame", {0, 1e9}, "first frame of the recording that is used", ParamLevel::kBasic},
+    v(ParamDoc{"begin_frame", {0, 1e9}, "first frame of the recording to use", ParamLevel::kBasic},
       self.begin_frame);
-    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most; 0 for all", ParamLevel::kBasic}, self.frame_limit);
+    v(ParamDoc{"frame_limit", {0, 1e9}, "maximum number of frames; 0: all", ParamLevel::kBasic},
+      self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame", ParamLevel::kBasic}, self.frame_stride);
     v(ParamDoc{"align",
                {},
                "correct each given pose by aligning its depth image to the map",
                ParamLevel::kBasic},
       self.align);
+    v(ParamDoc{"level",
+               {},
+               "rotate the given poses so that z is up, by gravity, else floor and walls",
+               ParamLevel::kBasic},
+      self.level);
     v(ParamDoc{"live_mesh",
                {},
-               "keep the mesh up to date while scanning; it is complete at the end in any case",
+               "update the mesh while scanning; it is complete at the end in any case",
                ParamLevel::kBasic},
       self.live_mesh);
     v(ParamDoc{"mesh_budget_ms",
                {0, 1e6},
-               "time for meshing after each frame; 0 for as long as it takes",
+               "time limit for meshing after each frame; 0: none",
                ParamLevel::kBasic},
       self.mesh_budget_ms);
-    v(
-        ParamDoc{
-            "save_interval_s", {0, 1e6}, "the map is saved this often while running; 0 for only at the end"},
-        self.save_interval_s);
-    v(ParamDoc{"save_interval_frames", {0, 1e9}, "and after every so many frames; 0 for not"},
+    v(ParamDoc{"save_interval_s", {0, 1e6}, "interval of saving the map during the run; 0: only at the end"},
+      self.save_interval_s);
+    v(ParamDoc{"save_interval_frames", {0, 1e9}, "interval of saving the map in frames; 0: none"},
       self.save_interval_frames);
     v(ParamDoc{"mesh_formats",
                {},
-               "mesh files to write: any of ply, glb, obj, with commas between",
+               "mesh files to write, separated by commas: ply, glb, obj",
                ParamLevel::kBasic},
       self.mesh_formats);
     v(ParamDoc{"pictures", {}, "draw figures of the result for the report", ParamLevel::kBasic},
@@ -63,9 +68,10 @@ struct ReconstructionParams {
   }
 };
 
-/// Settings of a run through the whole RGB-D system; the other sections decide what is computed.
+/// Settings of a run of the whole RGB-D system; the other sections determine the computation.
 struct SlamParams {
   bool start_at_pose = true;
+  bool level = true;
   int map_stride = 1;
   double rebuild_shift_voxel = 0.25;
   bool rebuild_online = true;
@@ -80,45 +86,52 @@ struct SlamParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(
-        ParamDoc{
-            "start_at_pose",
-            {},
-            "begin at the recording's pose of the first frame, where it has one; else level at the origin"},
-        self.start_at_pose);
+    v(ParamDoc{"start_at_pose",
+               {},
+               "start at the recording's pose of the first frame, if any; else level at the origin"},
+      self.start_at_pose);
+    v(ParamDoc{"level",
+               {},
+               "rotate the map so that z is up, unless its frame is given: by gravity, else floor and walls",
+               ParamLevel::kBasic},
+      self.level);
     v(ParamDoc{"map_stride",
                {1, 1000},
-               "every n-th frame with a pose goes into the dense map",
+               "integrate every n-th frame with a pose into the dense map",
                ParamLevel::kBasic},
       self.map_stride);
     v(ParamDoc{"rebuild_shift_voxel",
                {0, 100},
-               "what frames saw is rebuilt when loops move them by more than this, measured at 3 m"},
+               "the map is rebuilt where loops move frames by more than this, measured at 3 m; smaller "
+               "corrects more often"},
       self.rebuild_shift_voxel);
+    v(ParamDoc{"rebuild_online",
+               {},
+               "correct the map while tracking, on a separate thread; else only at the end",
+               ParamLevel::kBasic},
+      self.rebuild_online);
     v(
         ParamDoc{
-            "rebuild_online",
-            {},
-            "bring the map to corrected poses while tracking, on a thread of its own; else at the end only",
-            ParamLevel::kBasic},
-        self.rebuild_online);
-    v(ParamDoc{"align", {}, "correct odometry's poses by aligning depth images to what was seen just before"},
-      self.align);
-    v(
-        ParamDoc{
-            "align_memory_frames", {0, 1e6}, "what was seen so many frames ago is forgotten; 0: nothing is"},
-        self.align_memory_frames);
-    v(ParamDoc{"matrices", {}, "draw the matrices of place recognition"}, self.matrices);
+            "align", {}, "correct odometry's poses by aligning depth images to a map of the recent frames"},
+        self.align);
+    v(ParamDoc{"align_memory_frames",
+               {0, 1e6},
+               "length of that map in frames; older volumes are dropped; 0: never"},
+      self.align_memory_frames);
+    v(ParamDoc{"matrices", {}, "draw the matrices of place recognition for the report"}, self.matrices);
     v(ParamDoc{"maps",
                {},
-               "maps to write besides the mesh: any of points, octomap, mvog, with commas between",
+               "maps to write besides the mesh, separated by commas: points, octomap, mvog",
                ParamLevel::kBasic},
       self.maps);
-    v(ParamDoc{"map_depth_m", {0.1, 100}, "readings beyond do not go into these maps", ParamLevel::kBasic},
+    v(ParamDoc{"map_depth_m",
+               {0.1, 100},
+               "readings beyond this are not inserted into these maps",
+               ParamLevel::kBasic},
       self.map_depth_m);
     v(ParamDoc{"map_top_m",
                {-1000, 1000},
-               "these maps end at this height, to cut ceilings away; 0: they do not",
+               "upper end of these maps, to remove ceilings; 0: none",
                ParamLevel::kBasic},
       self.map_top_m);
     v(ParamDoc{"points_voxel_m",
@@ -131,7 +144,7 @@ struct SlamParams {
   }
 };
 
-/// Parameters by which frames with poses become a map and a mesh.
+/// Parameters of building a map and a mesh from frames with poses.
 struct DenseParams {
   TsdfParams tsdf;
   DepthNoise depth_noise;
@@ -140,14 +153,14 @@ struct DenseParams {
   ReconstructionParams reconstruction;
 };
 
-/// Parameters of a dense map whose poses change when loops are closed.
+/// The same for a map whose poses change by loop closures.
 struct MappingParams : DenseParams {
   SlamParams slam;
 };
 
-/// The formats named in ReconstructionParams::mesh_formats; an error names an unknown one.
+/// Parses ReconstructionParams::mesh_formats; the error names an unknown format.
 Result<std::vector<std::string>> mesh_formats(const ReconstructionParams& params);
-/// The maps named in SlamParams::maps; an error names an unknown one.
+/// Parses SlamParams::maps; the error names an unknown kind.
 Result<std::vector<std::string>> map_kinds(const SlamParams& params);
 
 }  // namespace hm

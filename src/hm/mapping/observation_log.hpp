@@ -11,35 +11,34 @@
 
 namespace hm {
 
-/// A frame for the map.
+/// Frame observed by the map.
 struct Observation {
   std::size_t frame_index = 0;
   Time stamp;
-  int submap = 0;  ///< of odometry
+  int submap = 0;  ///< submap of odometry
   SE3 T_odom_camera;
-  std::optional<SE3> T_map_camera;  ///< with which it is in the map; nothing: it is not in the map
+  std::optional<SE3> T_map_camera;  ///< pose used for integration; unset: not in the map
 };
 
-/// Record of the frames that have changed each volume of a map, so that both can follow when poses are
-/// corrected. Volumes are noted for groups of consecutive frames: some kilobytes a second. A copy shares the
-/// groups.
+/// Log of the frames that changed each volume of a map, for rebuilding it when poses are corrected. Volumes
+/// are recorded for groups of consecutive frames (some kilobytes per second). Copies share the groups.
 class ObservationLog {
  public:
   struct Group {
     std::vector<Observation> observations;
-    std::vector<VolumeKey> volumes;  ///< that they changed, sorted, each once
+    std::vector<VolumeKey> volumes;  ///< changed by them, sorted, unique
   };
 
-  /// Notes a frame and what its integration has changed; in order of time.
+  /// Records a frame and the volumes changed by its integration; in order of time.
   void note(const Observation& observation, std::span<const ChangedVolume> changed);
-  /// Ends the group that is growing.
+  /// Ends the current group.
   void close();
-  /// Those that have ended, in order of time. Their places stay when more follow.
+  /// Closed groups, in order of time. Their indices do not change.
   [[nodiscard]] std::span<const std::shared_ptr<const Group>> groups() const { return groups_; }
   void replace(std::size_t place, Group group);
-  /// Frames that are in the map.
+  /// Number of frames in the map.
   [[nodiscard]] std::size_t frames_mapped() const;
-  /// All observations, those of the growing group included.
+  /// All observations, including those of the current group.
   [[nodiscard]] std::vector<Observation> observations() const;
 
  private:
@@ -47,7 +46,7 @@ class ObservationLog {
   Group growing_;
 };
 
-/// Sorts keys and keeps each once.
+/// Sorts keys and removes duplicates.
 void sort_and_unite(std::vector<VolumeKey>& keys);
 
 }  // namespace hm

@@ -6,7 +6,7 @@
 
 #include "hm/tsdf/grid/volume.hpp"
 
-/// Internal to mesh/: the sample lattice of one volume as rows of bits.
+/// Internal to mesh/: sample lattice of one volume as rows of bits.
 ///
 /// The cubes of a volume have their corners on a lattice of 9 x 9 x 9 voxels: the volume's own 8^3 and one
 /// layer of the neighbours at +x, +y, +z. Row r = 9 z + y holds the lattice points with that y and z, bit x
@@ -19,13 +19,13 @@ inline constexpr int kRows = kSide * kSide;
 inline constexpr int kRowPoints = 16;  ///< lattice points are numbered row * 16 + x
 inline constexpr int kPoints = kRows * kRowPoints;
 inline constexpr int kMaxVertices = 3 * kVolumeSide * kRows;
-/// The next point along x, y, z.
+/// Step to the next point along x, y, z.
 inline constexpr int kPointStep[3] = {1, kRowPoints, kSide* kRowPoints};
 
 constexpr int row_of(int y, int z) { return z * kSide + y; }
 constexpr int point_of(int x, int y, int z) { return row_of(y, z) * kRowPoints + x; }
 
-/// A row of bits per (y, z), with room for rows before the first and after the last that are 0 where read.
+/// One row of bits per (y, z), with padding rows of zeros before the first and after the last.
 template <class Bits>
 struct Rows {
   static constexpr int kBefore = 16, kAfter = 16;
@@ -40,12 +40,13 @@ struct Rows {
 using PointRows = Rows<std::uint16_t>;
 using CubeRows = Rows<std::uint16_t>;  ///< bit x: the cube with this low corner is meshed
 
-/// Which lattice edges bear a vertex: by direction and by the row and x of the edge's low end.
+/// Lattice edges with a vertex: by direction and by the row and x of the edge's low end.
 struct EdgeRows {
   PointRows along[3];
 };
 
-/// The meshed cubes: all 8 corners observed, some inside and some outside. Returns whether there are any.
+/// Finds the meshed cubes: all 8 corners observed, some inside and some outside. Returns true if there are
+/// any.
 inline bool find_cubes(const PointRows& observed, const PointRows& inside, CubeRows& cubes) {
   std::uint16_t any = 0;
   for (int z = 0; z < kVolumeSide; ++z)
@@ -62,7 +63,8 @@ inline bool find_cubes(const PointRows& observed, const PointRows& inside, CubeR
   return any != 0;
 }
 
-/// The edges that are crossed and belong to a meshed cube. `cubes` is 0 where y or z is 8 and outside.
+/// Finds the edges that the surface crosses and that belong to a meshed cube. `cubes` is 0 where y or z is 8
+/// and outside.
 inline void find_edges(const CubeRows& cubes, const PointRows& inside, EdgeRows& edges) {
   for (int r = 0; r < kRows; ++r) {
     const unsigned s = inside[r];
@@ -74,20 +76,20 @@ inline void find_edges(const CubeRows& cubes, const PointRows& inside, EdgeRows&
   }
 }
 
-/// The case of the cube with low corner (x, row).
+/// Case of the cube with low corner (x, row).
 inline std::uint8_t cube_case(const PointRows& inside, int row, int x) {
   const auto pair = [&](int r) { return static_cast<unsigned>(inside[r] >> x) & 3u; };
   return static_cast<std::uint8_t>(pair(row) | pair(row + 1) << 2u | pair(row + 9) << 4u |
                                    pair(row + 10) << 6u);
 }
 
-/// Calls body(x) for every set bit from the lowest up.
+/// Calls body(x) for every set bit, lowest first.
 template <class Body>
 void for_each_bit(unsigned bits, Body&& body) {
   for (; bits != 0; bits &= bits - 1) body(std::countr_zero(bits));
 }
 
-/// Calls body(axis, row, x) for every vertex, in the order in which a volume keeps them.
+/// Calls body(axis, row, x) for every vertex, in the order of storage in a volume.
 template <class Body>
 void for_each_vertex(const EdgeRows& edges, Body&& body) {
   for (int row = 0; row < kRows; ++row)
@@ -95,7 +97,7 @@ void for_each_vertex(const EdgeRows& edges, Body&& body) {
       for_each_bit(edges.along[axis][row], [&](int x) { body(axis, row, x); });
 }
 
-/// What VolumeMesh keeps, unpacked: meshed cubes, signs at their corners, edges with vertices.
+/// Unpacked topology of a VolumeMesh: meshed cubes, signs at their corners, edges with vertices.
 struct Topology {
   CubeRows cubes;
   PointRows inside;
@@ -125,8 +127,8 @@ struct Topology {
   }
 };
 
-/// The cube table in terms of lattice points: where in an array with an entry per edge (direction * kPoints +
-/// low point) the corners of a cube's triangles are, relative to the cube's low point.
+/// Cube table in terms of lattice points: indices of the triangles' corners in an array with one entry per
+/// edge (direction * kPoints + low point), relative to the cube's low point.
 struct CornerTable {
   std::uint8_t triangle_count[256];
   std::uint16_t slots[256][16];

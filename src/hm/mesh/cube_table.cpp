@@ -12,7 +12,7 @@ namespace {
 
 using Loop = std::vector<int>;        // edges
 using Face = std::array<int, 4>;      // corners, counter-clockwise seen from outside the cube
-using Triangle = std::array<int, 3>;  // places in a loop
+using Triangle = std::array<int, 3>;  // indices in a loop
 
 int edge_between(int corner_a, int corner_b) {
   const int axis = (corner_a ^ corner_b) >> 1;  // 1, 2, 4 -> 0, 1, 2
@@ -40,8 +40,8 @@ unsigned faces_of(int edge) {
   return faces;
 }
 
-/// Step (1) for one face: walking around it, join each crossing into the inside to the one out of it that
-/// came before, so that all inside corners of the face stay together.
+/// Step (1) for one face: going around it, joins each crossing into the inside with the preceding one out of
+/// it, so that all inside corners of the face stay connected.
 void join_on_face(const Face& face, int cube_case, std::array<int, 12>& next) {
   const auto inside = [&](std::size_t place) { return (cube_case >> face[place % 4] & 1) != 0; };
   const auto edge_at = [&](std::size_t place) {
@@ -91,7 +91,7 @@ struct Cut {
   std::vector<Triangle> triangles;
 };
 
-/// Step (3): the cheapest cut of loop[first..last] into triangles, given that first-last is an edge.
+/// Step (3): cheapest triangulation of loop[first..last], given that first-last is an edge.
 std::optional<Cut> cut_polygon(const Loop& loop, int first, int last) {
   if (last - first < 2) return Cut{};
   const auto side_cost = [&](int i, int j) -> std::optional<int> {

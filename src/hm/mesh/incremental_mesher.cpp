@@ -12,12 +12,12 @@ namespace hm {
 namespace {
 
 /// Volumes per range of the parallel loop; volumes meshed before the old meshes are replaced and, with a
-/// budget, the clock is looked at.
+/// budget, the time is checked.
 constexpr std::size_t kGrain = 8, kBatch = 64, kBigBatch = 2048;
 constexpr std::uint8_t kAllLayers = 63;
 
-/// Which neighbours of a changed volume depend on it. The mesh of a volume reads voxels 0..8 on every axis
-/// for its cubes, and for normals -1 and 9 on one axis at a time.
+/// Neighbour of a changed volume that depends on it. The mesh of a volume reads voxels 0..8 on every axis for
+/// its cubes, and for normals -1 and 9 on one axis at a time.
 struct Neighbor {
   int d[3];
 };
@@ -31,8 +31,8 @@ constexpr auto kDependents = [] {
   return all;
 }();
 
-/// Whether the mesh of the neighbour at d may change when border layers of a volume did. `touched_sides`
-/// are those of the neighbour's present mesh.
+/// True if the mesh of the neighbour at d may change when border layers of a volume have changed.
+/// `touched_sides` are those of the neighbour's present mesh.
 bool depends(const Neighbor& neighbor, unsigned layers, unsigned touched_sides) {
   int outside = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -147,7 +147,7 @@ IncrementalMesher::IncrementalMesher(IncrementalMesher&&) noexcept = default;
 IncrementalMesher& IncrementalMesher::operator=(IncrementalMesher&&) noexcept = default;
 
 void IncrementalMesher::mark_changed(std::span<const ChangedVolume> changed) {
-  // All of them first: a neighbour may be known only since this scan.
+  // Registers all volumes first: a neighbour may be new in this scan.
   for (const ChangedVolume& volume : changed) impl_->enqueue(volume.key);
   for (const ChangedVolume& volume : changed) impl_->enqueue_dependents(volume);
 }

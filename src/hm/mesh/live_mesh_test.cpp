@@ -11,8 +11,8 @@
 namespace hm {
 namespace {
 
-/// What a camera at `origin` that looks along world +x sees of a wall at x = 2, a floor at z = -0.6, and a
-/// ball that wanders through the picture from frame to frame, is carved where it was, and leaves in the end.
+/// View of a camera at `origin` along world +x: a wall at x = 2, a floor at z = -0.6, and a ball that moves
+/// through the image from frame to frame, is carved at its old position, and leaves in the end.
 RgbdFrame render(const PinholeCamera& camera, const Vec3& origin, int frame) {
   Mat3 rotation;
   rotation << -Vec3::UnitY(), -Vec3::UnitZ(), Vec3::UnitX();  // right, down, forward

@@ -18,14 +18,15 @@ void look_up(const VolumeGrid& grid, VolumeKey key, int dx, int dy, int dz, Neig
   around.colors[place] = found ? found->colors : nullptr;
 }
 
-/// The volume itself and the seven that hold the far corners of its cubes.
+/// Looks up the volume itself and the seven with the far corners of its cubes.
 void look_up_far(const VolumeGrid& grid, const Volume& volume, Neighborhood& around) {
   around.voxels[Neighborhood::at(0, 0, 0)] = volume.voxels;
   around.colors[Neighborhood::at(0, 0, 0)] = volume.colors;
   for (int i = 1; i < 8; ++i) look_up(grid, volume.key, i & 1, i >> 1 & 1, i >> 2, around);
 }
 
-/// The twelve that only central differences reach: one step back on one axis, 0 or 1 ahead on the others.
+/// Looks up the twelve volumes needed only for central differences: one step back on one axis, 0 or 1 ahead
+/// on the others.
 void look_up_near(const VolumeGrid& grid, VolumeKey key, Neighborhood& around) {
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 4; ++i) {
@@ -51,7 +52,7 @@ void copy_colors(const ColorVoxel* from, int count, std::uint32_t* to) {
     std::fill_n(to, count, 0u);
 }
 
-/// The colours of all lattice points in rows that vertices may end in.
+/// Loads the colours of all lattice points in rows with ends of vertex edges.
 void load_colors(const Neighborhood& around, VolumeScratch& s) {
   for (int z = 0; z < cells::kSide; ++z)
     for (int y = 0; y < cells::kSide; ++y) {

@@ -88,8 +88,8 @@ void mesh_volumes(benchmark::State& state) {
 }
 BENCHMARK(mesh_volumes)->ArgName("surface")->Arg(1)->Arg(0)->Unit(benchmark::kMillisecond);
 
-/// What one camera frame changes: about 570 volumes next to each other, half of them with a surface. With
-/// `unpack`, also what a viewer does: the changed meshes as vertex and triangle arrays.
+/// Changes of one camera frame: about 570 adjacent volumes, half of them with a surface. With `unpack`, also
+/// unpacks the changed meshes to vertex and triangle arrays, as a viewer does.
 void frame_update(benchmark::State& state) {
   std::vector<ChangedVolume> changed;
   for (const ChangedVolume& volume : everything(room())) {

@@ -11,7 +11,7 @@
 #include "hm/mesh/volume_mesh.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 
-/// For tests only: grids filled from closed forms or noise, and a mesher that is slow and obvious.
+/// For tests only: grids filled from functions or noise, and a slow, simple reference mesher.
 namespace hm::testing {
 
 using Lattice = std::array<int, 3>;  ///< a voxel's world index
@@ -59,8 +59,8 @@ inline void fill(VolumeGrid& grid, int low, int high, const std::function<double
   });
 }
 
-/// Noise: distances of any size (small ones and the extremes more often), a share of them unknown, weights
-/// from 1 up; colours for a share of the voxels.
+/// Random voxels: distances of any size (small ones and the extremes more often), a share of them unknown,
+/// weights from 1 up; colours for a share of the voxels.
 struct Noise {
   int low = -9, high = 13;
   double unknown_ratio = 0.02;
@@ -86,7 +86,7 @@ struct ReferenceVertex {
 struct EdgeId {
   Lattice low{};
   int axis = 0;
-  /// The order in which volumes keep their vertices.
+  /// Order of vertices in a volume.
   bool operator<(const EdgeId& o) const {
     return std::array{low[2], low[1], axis, low[0]} < std::array{o.low[2], o.low[1], o.axis, o.low[0]};
   }

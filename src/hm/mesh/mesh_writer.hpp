@@ -7,32 +7,32 @@
 
 namespace hm {
 
-/// Internal to mesh/: the lattice edge of a vertex, as cells::for_each_vertex gives it.
+/// Internal to mesh/: lattice edge of a vertex, as passed by cells::for_each_vertex.
 struct VertexEdge {
   int axis = 0, row = 0, x = 0;
   [[nodiscard]] int point() const { return row * cells::kRowPoints + x; }
 };
 
-/// Internal to mesh/: unpacks volumes into arrays of a TriangleMesh that have their final size.
+/// Internal to mesh/: unpacks volumes into the arrays of a TriangleMesh, which must have their final size.
 class MeshWriter {
  public:
   MeshWriter(TriangleMesh& out, double voxel_size_m) : out_(out), voxel_size_m_(voxel_size_m) {}
 
   void begin(const VolumeMesh& mesh);
-  /// Says that the vertex on an edge has this index in the result (written here or by another volume).
+  /// Sets the index of the vertex on an edge in the result (written here or by another volume).
   void set_index(const VertexEdge& edge, std::uint32_t index) {
     slots_[edge.axis * cells::kPoints + edge.point()] = index;
   }
-  /// Writes the volume's vertex number `local` to place `index` of the result.
+  /// Writes the volume's vertex number `local` to index `index` of the result.
   void write_vertex(const VertexEdge& edge, std::size_t local, std::uint32_t index);
-  /// Writes all triangles from place `first` on; every vertex has its index by now.
+  /// Writes all triangles from index `first` on; the indices of all vertices must be set.
   void write_triangles(const cells::Topology& topology, std::size_t first);
 
  private:
   TriangleMesh& out_;
   double voxel_size_m_;
   const VolumeMesh* mesh_ = nullptr;
-  std::uint32_t slots_[3 * cells::kPoints];  // by edge direction and low point; only what is used is set
+  std::uint32_t slots_[3 * cells::kPoints];  // by edge direction and low point; unused entries are not set
 };
 
 }  // namespace hm

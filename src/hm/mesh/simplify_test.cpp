@@ -127,6 +127,85 @@ TEST(CleanMesh, DefaultsChangeNothing) {
   EXPECT_EQ(same.vertices, all.vertices);
 }
 
+/// Squares of 1 cm that share no vertices: all borders are open.
+TriangleMesh loose_squares(int side) {
+  TriangleMesh mesh;
+  for (int x = 0; x < side; ++x)
+    for (int y = 0; y < side; ++y) {
+      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+      for (const auto& [u, v] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
+        mesh.vertices.emplace_back(0.01F * static_cast<float>(x + u), 0.01F * static_cast<float>(y + v), 0.F);
+        mesh.colors.push_back({static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y), 7});
+      }
+      mesh.triangles.push_back({first, first + 1, first + 2});
+      mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+  return mesh;
+}
+
+TEST(SimplifyTo, ReachesTheNumberThoughBordersAreOpen) {
+  const TriangleMesh all = loose_squares(100);
+  EXPECT_EQ(simplify(all, {0.1, 0}).triangles.size(), all.triangles.size()) << "edges alone do not get there";
+  const TriangleMesh small = simplify_to(all, 2000);
+  EXPECT_LE(small.triangles.size(), 2000U);
+  EXPECT_GT(small.triangles.size(), 500U);
+  ASSERT_TRUE(small.has_colors());
+  EXPECT_NEAR(surface_area(small), 1.0, 0.1);
+  for (std::size_t i = 0; i < small.vertices.size(); ++i) {
+    EXPECT_EQ(small.colors[i].b, 7);
+    EXPECT_NEAR(small.colors[i].r, 100 * small.vertices[i].x(), 8);  // the colour of the place
+  }
+}
+
+TEST(SimplifyTo, KeepsTheShapeOfASphere) {
+  const TriangleMesh all = sphere_and_specks(), small = simplify_to(all, all.triangles.size() / 4);
+  EXPECT_LE(small.triangles.size(), all.triangles.size() / 4);
+  EXPECT_GT(small.triangles.size(), all.triangles.size() / 5);
+  EXPECT_NEAR(enclosed_volume(small), enclosed_volume(all), 2e-4);
+  EXPECT_EQ(simplify_to(all, all.triangles.size()).triangles, all.triangles);
+}
+
+TEST(SimplifyTo, LargeMeshesInPiecesKeepTheirSurface) {
+  // A wavy sheet of 440,000 triangles on shared vertices, coloured by place.
+  constexpr std::uint32_t kSide = 470;
+  TriangleMesh sheet;
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const float u = 0.01F * static_cast<float>(x), v = 0.01F * static_cast<float>(y);
+      sheet.vertices.emplace_back(u, v, 0.1F * std::sin(3 * u));
+      sheet.colors.push_back({static_cast<std::uint8_t>(x / 2), static_cast<std::uint8_t>(y / 2), 0});
+      if (x == 0 || y == 0) continue;
+      const std::uint32_t at = y * kSide + x;
+      sheet.triangles.push_back({at - kSide - 1, at - kSide, at});
+      sheet.triangles.push_back({at - kSide - 1, at, at - 1});
+    }
+  const TriangleMesh small = simplify_to(sheet, 20'000);
+  EXPECT_LE(small.triangles.size(), 20'000U);
+  EXPECT_GT(small.triangles.size(), 15'000U);
+  // Not worse than at once, which folds a few of the long triangles.
+  const TriangleMesh at_once = simplify(sheet, {20'000.0 / static_cast<double>(sheet.triangles.size()), 0});
+  EXPECT_LT(surface_area(small), 1.002 * surface_area(at_once));
+  EXPECT_GT(surface_area(small), 0.998 * surface_area(sheet));
+  // Pieces have been joined: only the rim of the sheet is open.
+  for (const auto& [a, b] : open_edges(small))
+    for (const std::uint32_t vertex : {a, b}) {
+      const auto& p = small.vertices[vertex];
+      const float rim = std::min(std::min(p.x(), 4.69F - p.x()), std::min(p.y(), 4.69F - p.y()));
+      EXPECT_LT(rim, 1e-4F);
+    }
+  for (std::size_t i = 0; i < small.vertices.size(); ++i)
+    EXPECT_NEAR(small.colors[i].r, small.vertices[i].x() * 100 / 2, 1);
+}
+
+TEST(ClusterVertices, LeavesOutWhatIsNotFinite) {
+  TriangleMesh mesh = loose_squares(2);
+  mesh.vertices[0].x() = std::nanf("");
+  const TriangleMesh joined = cluster_vertices(mesh, 0.001);  // no two corners of a square in a cell
+  EXPECT_EQ(joined.triangles.size(), mesh.triangles.size() - 2);
+  EXPECT_EQ(joined.vertices.size(), 8U);
+  EXPECT_TRUE(cluster_vertices(mesh, 1).triangles.empty());
+}
+
 TEST(CleanMesh, DoesBoth) {
   MeshParams params;
   params.min_piece_triangles = 1000;

@@ -8,8 +8,8 @@
 
 namespace hm {
 
-/// Internal to mesh/: numbers volumes by key; open addressing in one array. Keys are within +-2^20 volumes
-/// of the origin on each axis.
+/// Internal to mesh/: hash map from volume key to number; open addressing in one array. Keys must be within
+/// +-2^20 volumes of the origin on each axis.
 class VolumeIndex {
  public:
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -21,7 +21,7 @@ class VolumeIndex {
       if (slots_[i].key == key) return slots_[i].number;
     }
   }
-  /// The key's number; a new key gets `next`.
+  /// Number of a key; a new key is added with number `next`.
   std::uint32_t find_or_add(VolumeKey key, std::uint32_t next) {
     if (2 * (count_ + 1) > slots_.size()) grow();
     for (std::size_t i = place(key);; i = (i + 1) & (slots_.size() - 1)) {

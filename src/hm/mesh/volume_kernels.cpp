@@ -15,7 +15,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Scratch = VolumeScratch;
 using D16 = hn::CappedTag<std::int16_t, 16>;
 
-/// Eight voxels of a row: their distances, unknown where the weight is too small.
+/// Loads the distances of eight voxels of a row, unknown where the weight is too small.
 HWY_INLINE void LoadEight(const TsdfVoxel* from, std::int32_t min_weight, std::int16_t* to) {
   const hn::CappedTag<std::int32_t, 8> d;
   const hn::RebindToUnsigned<decltype(d)> du;
@@ -49,7 +49,8 @@ void LoadField(const Neighborhood& around, std::uint16_t min_weight, Scratch& s)
   const D16 d;
   for (int z = 0; z < cells::kSide; ++z)
     for (int y = 0; y < cells::kSide; ++y) LoadFieldRow(around, min_weight, y, z, s);
-  // In a second loop: a row is read wider than it was written, which stalls while the write is fresh.
+  // In a second loop: reading a row wider than it was written stalls while the write is recent (store
+  // forwarding).
   s.inside.clear();
   for (int z = 0; z < cells::kSide; ++z)
     for (int y = 0; y < cells::kSide; ++y) {
@@ -81,7 +82,7 @@ void LoadMargin(const Neighborhood& around, std::uint16_t min_weight, Scratch& s
     }
 }
 
-/// The difference over two voxels along one axis; twice the one-sided one where only one side is known.
+/// Difference over two voxels along one axis; twice the one-sided difference where only one side is known.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Difference(D d, const std::int16_t* center, int step, V f) {
   const auto unknown = hn::Set(d, Scratch::kUnknown);
@@ -126,7 +127,7 @@ struct Ends {
 
 HWY_INLINE VF Blend(VF a, VF b, VF t) { return hn::Add(a, hn::Mul(hn::Sub(b, a), t)); }
 
-/// The octahedral code of the direction (x, y, z); 0, which is +z, where there is none.
+/// Octahedral code of the direction (x, y, z); 0 (+z) for the zero vector.
 HWY_INLINE VI PackNormal(VF x, VF y, VF z) {
   const DF d;
   const auto zero = hn::Zero(d), full = hn::Set(d, 127.0F);
@@ -142,7 +143,7 @@ HWY_INLINE VI PackNormal(VF x, VF y, VF z) {
                 hn::ShiftLeft<8>(hn::And(hn::NearestInt(v_folded), byte)));
 }
 
-/// Colours (red lowest, weight highest) between two ends, t in 1/256; an end without weight does not count.
+/// Blends the colours (red lowest, weight highest) of two ends, t in 1/256; an end without weight is ignored.
 HWY_INLINE VU BlendColors(VU a, VU b, VU t) {
   const DU d;
   const auto none = hn::Zero(d), half = hn::Set(d, 0x800080);

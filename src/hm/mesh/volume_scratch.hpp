@@ -7,16 +7,16 @@
 
 namespace hm {
 
-/// Internal to mesh/: the voxels of a volume and its neighbours; arrays of unknown voxels where there is
-/// none, nullptr where there is no colour.
+/// Internal to mesh/: voxels of a volume and its neighbours; arrays of unknown voxels for missing ones,
+/// nullptr without colour.
 struct Neighborhood {
   const TsdfVoxel* voxels[27];
   const ColorVoxel* colors[27];
   static constexpr int at(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
 };
 
-/// Internal to mesh/: working memory for one volume; stays in the first-level cache. Nothing needs to be
-/// cleared between volumes.
+/// Internal to mesh/: working memory for one volume; fits into the L1 cache. Need not be cleared between
+/// volumes.
 struct alignas(64) VolumeScratch {
   // Distances of voxels -1..9 of every axis, unknown where not observed. A row holds x = -8..15.
   static constexpr std::int16_t kUnknown = -32768;
@@ -44,9 +44,9 @@ struct alignas(64) VolumeScratch {
   std::uint8_t cases[kVolumeVoxels];
 };
 
-/// The vectorised steps, by run-time dispatch. load_field: voxels 0..8 of every axis and (for x) beyond,
-/// and the bit rows `observed` and `inside`. load_margin: the layers -1 and 9. make_records: in rows next to
-/// cubes. finish_vertices: the results of `count` vertices from their ends.
+/// Vectorised steps with run-time dispatch. load_field loads voxels 0..8 of every axis and (for x) beyond,
+/// and the bit rows `observed` and `inside`; load_margin the layers -1 and 9; make_records computes records
+/// in rows next to cubes; finish_vertices the results of `count` vertices from their ends.
 void load_field(const Neighborhood& around, std::uint16_t min_weight, VolumeScratch& scratch);
 void load_margin(const Neighborhood& around, std::uint16_t min_weight, VolumeScratch& scratch);
 void make_records(VolumeScratch& scratch);

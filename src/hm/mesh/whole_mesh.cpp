@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kWholeMeshGrain = 32;  // volumes per range
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-/// A vertex on a far side (x, y or z = 8) of a volume: its edge, numbered in the order of vertices, and its
-/// place among the vertices that the volume owns.
+/// Vertex on a far side (x, y or z = 8) of a volume: its edge, numbered in the order of vertices, and its
+/// index among the vertices owned by the volume.
 struct BorderVertex {
   std::uint16_t edge = 0;
   std::uint16_t rank = 0;
@@ -26,9 +26,9 @@ std::uint16_t edge_number(int axis, int row, int x) {
   return static_cast<std::uint16_t>((row * 3 + axis) * cells::kSide + x);
 }
 
-/// Joins volumes. A vertex that several volumes have belongs to the first of them in ScanOrder. Its edge then
-/// lies on a far side of the owner, seen from any of the others, and the others come later. So it is enough
-/// to list each volume's far vertices, by edge, and to search the lists of earlier neighbours.
+/// Welds volumes. A vertex shared by several volumes is owned by the first of them in ScanOrder. Its edge
+/// lies on a far side of the owner towards any of the others, which come later. So it is sufficient to list
+/// each volume's far vertices, by edge, and to search the lists of earlier neighbours.
 class Welder {
  public:
   Welder(std::span<const VolumeMesh* const> volumes, double voxel_size_m, const ParallelLoop& loop)
@@ -48,7 +48,7 @@ class Welder {
     std::uint32_t first_border = 0;  ///< in the list of its range
     std::uint16_t border_count = 0, owned = 0;
   };
-  /// Where the volumes are that come before a volume and share an edge with it, by place_of(dx, dy, dz).
+  /// Indices of the earlier volumes that share an edge with a volume, by place_of(dx, dy, dz).
   class Earlier;
 
   template <class Body>
@@ -66,10 +66,10 @@ class Welder {
   void count_owned(std::size_t begin, std::size_t end);
   void place_parts(TriangleMesh& out);
   void write(std::size_t begin, std::size_t end, TriangleMesh& out);
-  /// The earlier volume that owns a vertex, and the vertex's place in that volume's list of far vertices.
-  /// (Not its rank: while ranks are counted, other threads write them.)
+  /// Earlier volume that owns a vertex, and the vertex's index in that volume's list of far vertices. (Not
+  /// its rank, which other threads write at this stage.)
   struct Owner {
-    std::size_t volume = kNone;  ///< kNone: no earlier volume has it
+    std::size_t volume = kNone;  ///< kNone: no earlier volume contains it
     std::size_t place = 0;
   };
   Owner find_owner(Earlier& earlier, const VertexEdge& edge);
@@ -90,7 +90,7 @@ class Welder::Earlier {
 
   explicit Earlier(std::span<const VolumeMesh* const> volumes) : volumes_(volumes) {}
 
-  /// Goes on to a volume; from call to call it must be a later one, so that the search is short.
+  /// Moves to a volume, which must be later than in the previous call, so that the search is short.
   void move_to(std::size_t i) {
     const VolumeKey key = volumes_[i]->key();
     for (std::size_t place = 0; place < kPlaces; ++place) {
@@ -105,8 +105,8 @@ class Welder::Earlier {
     next_ = {};
   }
   [[nodiscard]] std::size_t operator[](std::size_t place) const { return found_[place]; }
-  /// How far the neighbour's list has been searched. A volume's edges in order have numbers in the neighbour
-  /// that differ by a constant, so they are in order too.
+  /// Position in the neighbour's list up to which it has been searched. A volume's edge numbers differ from
+  /// the neighbour's by a constant, so both are sorted.
   std::size_t& next_in(std::size_t place) { return next_[place]; }
 
  private:
@@ -122,8 +122,8 @@ class Welder::Earlier {
   bool started_ = false;
 };
 
-/// Per row of edges, the bits that lie on a far side; per direction and row, those that an earlier volume
-/// may have too: on a near side, not leaving it.
+/// Bit masks per row of edges: edges on a far side; and, per direction, edges on a near side that an earlier
+/// volume may share.
 struct BorderBits {
   std::array<unsigned, cells::kRows> far{};
   std::array<std::array<unsigned, cells::kRows>, 3> near{};
@@ -185,8 +185,8 @@ Welder::Owner Welder::find_owner(Earlier& earlier, const VertexEdge& edge) {
   return {};
 }
 
-/// How many vertices each volume owns, and the ranks in the lists of far vertices. (A rank in the list of a
-/// volume that does not own the vertex is never asked for.)
+/// Counts the vertices owned by each volume, and the ranks in the lists of far vertices. (The rank is unused
+/// in a volume that does not own the vertex.)
 void Welder::count_owned(std::size_t begin, std::size_t end) {
   Earlier earlier(volumes_);
   for (std::size_t i = begin; i < end; ++i) {

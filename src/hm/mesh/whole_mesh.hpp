@@ -9,13 +9,13 @@
 
 namespace hm {
 
-/// One mesh out of the meshes of volumes, vertices on volume borders welded by their edge (exact, no
-/// tolerance). `volumes` is strictly ascending in ScanOrder, none of them empty. Colours are there if
-/// any volume has some. The same bits for any number of threads. Besides the result it takes a few bytes per
-/// border vertex and volume.
+/// Merges the meshes of volumes into one, welding vertices on volume borders by their edge (exact, no
+/// tolerance). `volumes` must be strictly ascending in ScanOrder and non-empty. The result has colours if any
+/// volume has. Bit-identical for any number of threads. Temporary memory: a few bytes per border vertex and
+/// volume.
 TriangleMesh weld(std::span<const VolumeMesh* const> volumes, double voxel_size_m, const ParallelLoop& loop);
 
-/// The mesh of a whole grid from scratch; equal to what an IncrementalMesher holds when nothing waits.
+/// Computes the mesh of a whole grid from scratch; equal to that of an IncrementalMesher with an empty queue.
 TriangleMesh extract_mesh(const VolumeGrid& grid, const MeshParams& params, const ParallelLoop& loop);
 
 }  // namespace hm

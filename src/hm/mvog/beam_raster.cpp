@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kNearColumn = 0.25;
 constexpr int kGlancing = 2;      ///< levels above and below the end
-constexpr double kLevelBeam = 2;  ///< a level beam climbs less than this, in levels
-/// Heights are whole numbers of 2^-44 levels; shares of a beam, which go to 4 here, of 2^-60.
+constexpr double kLevelBeam = 2;  ///< a level beam changes its height by less than this, in levels
+/// Heights are integers in units of 2^-44 levels; beam parameters, up to 4 here, in units of 2^-60.
 constexpr int kHeightBits = 44, kWordBits = kHeightBits + 6;
 constexpr double kHeightUnits = 17592186044416.0, kShareUnits = 1152921504606846976.0;
 constexpr std::int64_t kHalfLevel = std::int64_t{1} << (kHeightBits - 1);
@@ -23,13 +23,14 @@ int truncated_floor(double v) {
   return i - (v < i);
 }
 int level_of(std::int64_t z) { return static_cast<int>(z >> kHeightBits); }
-/// The first level whose middle is not below a height.
+/// First level whose centre is not below a height.
 int next_level(std::int64_t z) { return static_cast<int>((z + kHalfLevel) >> kHeightBits); }
 constexpr std::uint64_t bits_below(int level) {
   return level >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << level) - 1;
 }
 
-/// For every half level of a word: the levels with their middle below it, and the level that it is in.
+/// Masks for every half level of a word: the levels with their centre below it, and the level that contains
+/// it.
 struct HalfLevels {
   std::array<std::uint64_t, 128> below{}, in{};
   constexpr HalfLevels() {
@@ -55,7 +56,7 @@ void BeamRaster::begin(const CellPoint& origin, int bottom, bool count_glancing)
   origin_y_ = truncated_floor(origin.y());
 }
 
-/// Two levels of the column of an end, and of the columns that are near.
+/// Marks two levels in the column of an end, and in the columns nearby.
 void BeamRaster::mark_end(const CellPoint& end) {
   const int x = truncated_floor(end.x()), y = truncated_floor(end.y()),
             level = truncated_floor(end.z() + 0.5) - 1;
@@ -65,7 +66,7 @@ void BeamRaster::mark_end(const CellPoint& end) {
   const auto mark = [&](int number, std::uint64_t levels) {
     ScanLayer& layer = layers_.at(patch, number);
     layers_.word(layer, ScanLayer::place(x, y)).hit |= levels;
-    // Where there is no near column this marks the end's own, in which the hit counts.
+    // Without a near column this marks the end's own one, in which the hit takes precedence.
     const auto beside = [&](int near_x, int near_y) {
       const TileKey there = ScanLayers::patch_of(near_x, near_y);
       ScanLayer& near = there == patch ? layer : layers_.at(there, number);
@@ -91,19 +92,20 @@ void BeamRaster::add_no_return(const CellPoint& end) {
   walk(end - CellPoint(0, 0, bottom_), BeamEnd::kNothing);
 }
 
-/// A beam on its way over the columns. Walls are crossed at shares of the beam; of the next ones in x and y,
-/// the earlier one is where it leaves this column.
+/// State of traversing a beam over columns. Column borders are crossed at fractions of the beam; the earlier
+/// one of the next crossings in x and y is where it leaves the current column.
 struct BeamRaster::Walk {
   TileKey patch;
   unsigned place;          ///< there
   int step_x, step_y;      ///< of the place
-  int walls;               ///< left to cross
-  std::int64_t x_after_y;  ///< how much later it crosses the next wall in x than the one in y
-  std::int64_t per_x, per_y, z_x, z_y, dz_x, dz_y;  ///< from wall to wall; heights at the next walls
-  std::int64_t z;                                   ///< where it came into this column
-  int glancing_from = 0, glancing_count = 0;        ///< levels in which it misses nothing but by their middle
+  int walls;               ///< number of borders left to cross
+  std::int64_t x_after_y;  ///< next crossing in x minus next crossing in y
+  std::int64_t per_x, per_y, z_x, z_y, dz_x,
+      dz_y;                                   ///< increments between crossings; heights at the next crossings
+  std::int64_t z;                             ///< height at which it entered this column
+  int glancing_from = 0, glancing_count = 0;  ///< levels that it misses only by crossing their centre
 
-  /// One of the two directions: the share and height at the first wall, and from wall to wall.
+  /// One of the two directions: fraction and height at the first crossing, and increments between crossings.
   struct Axis {
     double from, to;
     int cell, walls;
@@ -112,7 +114,7 @@ struct BeamRaster::Walk {
                 std::int64_t& dz_per) {
     const double inverse = 1 / (a.to - a.from);
     first = a.walls > 0 ? (a.cell + (a.to > a.from) - a.from) * inverse : 2;
-    // With one wall only, the next one is beyond the end.
+    // With a single crossing, the next one is beyond the end.
     const bool more = a.walls > 1;
     const double share = std::abs(inverse);
     per = static_cast<std::int64_t>((more ? share : 2.0) * kShareUnits);
@@ -152,13 +154,13 @@ struct BeamRaster::Walk {
     place += static_cast<unsigned>(step_y);
     --walls;
   }
-  /// Into the next column.
+  /// Advances to the next column.
   void step() {
     z = z_out();
     x_after_y < 0 ? step_in_x() : step_in_y();
     settle();
   }
-  /// Into the next patch, if the last step left this one.
+  /// Switches to the next patch, if the last step left the current one.
   void settle() {
     if (place & kPatchSide) {
       place = (place - static_cast<unsigned>(step_x)) ^ (kPatchSide - 1u);
@@ -170,7 +172,7 @@ struct BeamRaster::Walk {
   }
 };
 
-/// The part of a beam in this column up to a height.
+/// Marks the part of a beam in this column up to a height.
 void BeamRaster::mark_column(const Walk& w, std::int64_t to_z) {
   const int first = next_level(std::min(w.z, to_z)), end = next_level(std::max(w.z, to_z));
   for (int number = first >> 6; number <= (end - 1) >> 6; ++number) {
@@ -179,12 +181,12 @@ void BeamRaster::mark_column(const Walk& w, std::int64_t to_z) {
   }
   if (first != end) return;
   const int level = level_of(to_z);
-  SaidWord& word = layers_.word(layers_.at(w.patch, level >> 6), w.place);
+  ObservationWord& word = layers_.word(layers_.at(w.patch, level >> 6), w.place);
   (w.glances(level) ? word.brush : word.miss) |= std::uint64_t{1} << (level & 63);
 }
 
-/// Walks as long as the beam stays in a layer, and `kNearEnd` or not within the levels where it may be
-/// glancing. This is where the time of a scan goes: a function of its own, so that everything stays in
+/// Traverses columns as long as the beam stays in a layer and, depending on `kNearEnd`, inside or outside the
+/// levels where it may be grazing. The hot loop of a scan: a separate function, so that all variables stay in
 /// registers.
 template <bool kRises, bool kNearEnd>
 [[gnu::noinline]] void BeamRaster::walk_in_layer(Walk& walk, ScanLayer& layer) {
@@ -201,14 +203,14 @@ template <bool kRises, bool kNearEnd>
   w.z_x -= base;
   w.z_y -= base;
   std::uint64_t below = kHalfLevels.below[HalfLevels::of(w.z - base)];
-  // The column up to this height; false when that is not for this function.
+  // Marks the column up to this height; false when another variant of this function must continue.
   const auto mark = [&](std::int64_t z) {
     if (static_cast<std::uint64_t>(z - low) >= height) return false;
     const std::size_t half = HalfLevels::of(z);
     const std::uint64_t crossed = below ^ kHalfLevels.below[half];
     below ^= crossed;
     const std::uint64_t leaves_in = kHalfLevels.in[half] & (static_cast<std::uint64_t>(crossed != 0) - 1);
-    SaidWord& word = layers_.word(layer, w.place);
+    ObservationWord& word = layers_.word(layer, w.place);
     word.miss |= kNearEnd ? crossed : crossed | leaves_in;
     if (kNearEnd) word.brush |= leaves_in;
     w.z = z;

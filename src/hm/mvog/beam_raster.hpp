@@ -6,21 +6,21 @@
 
 namespace hm::mvog {
 
-/// A point in map units: x and y in columns, z in levels.
+/// Point in map units: x and y in columns, z in levels.
 using CellPoint = Eigen::Vector3d;
 
-/// Turns the beams of one scan into what it says of each column (2.5.2, Fig. 2.16).
+/// Rasterises the beams of one scan into observations of each column (dissertation 2.5.2, Fig. 2.16).
 ///
-/// A beam misses the levels whose middle it crosses in a column, or the one that it leaves the column in
-/// where it crosses none. Within a cell of the height of its end, a beam that is not level may be glancing
-/// along the surface that it ends on, and such beams would erase floors: where it crosses no middle there, it
-/// only brushes the level, but in scans that are told to count it. A beam hits a stretch of two levels (one
-/// cell) around its end, and ends beside the columns that lie within a quarter of a cell. In the column of
-/// its end a beam flatter than 45 degrees misses nothing. The scan's strongest saying counts for each place.
+/// A beam misses the levels whose centre it crosses in a column, or, if it crosses none, the level in which
+/// it leaves the column. Within one cell of the height of its end, a beam that is not level may graze the
+/// surface it ends on, and would erase floors: if it crosses no centre there, it only brushes the level,
+/// except in scans with `count_glancing`. A beam hits two levels (one cell) around its end, and marks the
+/// columns within a quarter of a cell as beside its end. In the column of its end a beam flatter than 45
+/// degrees misses nothing. For each level the strongest observation of the scan counts.
 class BeamRaster {
  public:
-  /// Begins a scan. All that the one before said must have been taken.
-  /// Most of it should be at the level `bottom` or little above: then columns take few words.
+  /// Begins a scan. All observations of the previous one must have been taken. Levels are stored from
+  /// `bottom` up; columns take few words if most beams are little above it.
   void begin(const CellPoint& origin, int bottom, bool count_glancing);
   void add_return(const CellPoint& end);
   void add_no_return(const CellPoint& end);
@@ -38,7 +38,7 @@ class BeamRaster {
   void mark_end(const CellPoint& end);
 
   ScanLayers layers_;
-  int bottom_ = 0;  ///< heights are counted from this level
+  int bottom_ = 0;  ///< lowest level of the scan
   CellPoint origin_ = CellPoint::Zero();
   int origin_x_ = 0, origin_y_ = 0;
   bool count_glancing_ = true;

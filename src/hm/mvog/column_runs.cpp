@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kEnd = std::numeric_limits<int>::max();
 
-/// A bit wherever a plane begins or ends, but at its ends.
+/// Bits where a plane changes its value.
 std::uint64_t edges(std::uint64_t plane) { return plane ^ plane << 1; }
 
 }  // namespace
@@ -29,9 +29,10 @@ inline void ColumnUpdater::unpack(ColumnUnits old) {
   *to = {kEnd, kUnknownCode};
 }
 
-/// The old runs and what the scan says side by side, cut at the walls of either. Returns whether any place
-/// has changed. Without branches on what is where: they could not be foreseen.
-inline bool ColumnUpdater::overlay(std::span<const SaidWord> said, const CodeTables::Steps& steps) {
+/// Merges the old runs with the observations, split at the boundaries of either. Returns true if anything has
+/// changed. Avoids data-dependent branches, which would be unpredictable.
+inline bool ColumnUpdater::overlay(std::span<const ObservationWord> scan_words,
+                                   const CodeTables::Steps& steps) {
   const Run* next = old_.data() + 1;
   Run* to = runs_.data();
   RunCode last = kUnknownCode;
@@ -41,20 +42,20 @@ inline bool ColumnUpdater::overlay(std::span<const SaidWord> said, const CodeTab
     to += code != last;
     last = code;
   };
-  for (std::size_t i = 0; i < said.size(); ++i) {
-    const SaidWord& word = said[i];
+  for (std::size_t i = 0; i < scan_words.size(); ++i) {
+    const ObservationWord& word = scan_words[i];
     const int base = static_cast<int>(word.base);
     for (; next->start < base; ++next) put(next->start, next->code);
     std::uint64_t begins = 0;
     const Run* old = next - 1;
     for (; next->start < base + 64; ++next)
       begins |= std::uint64_t{1} << static_cast<unsigned>(next->start - base);
-    // The rank of what counts, in three planes.
+    // Rank of the strongest observation, in three bit planes.
     const std::uint64_t miss = word.miss & ~word.hit, beside = word.beside & ~(word.hit | miss);
     const std::uint64_t rank_4 = word.hit, rank_2 = miss | beside,
                         rank_1 = miss | (word.brush & ~(word.hit | beside));
     std::uint64_t walls = begins | edges(rank_4) | edges(rank_2) | edges(rank_1);
-    if (i > 0 && said[i - 1].base + 64 == word.base) walls |= 1u;
+    if (i > 0 && scan_words[i - 1].base + 64 == word.base) walls |= 1u;
     for (; walls != 0; walls &= walls - 1) {
       const int bit = std::countr_zero(walls);
       const auto in = [&](std::uint64_t plane) { return static_cast<unsigned>(plane >> bit) & 1u; };
@@ -63,8 +64,8 @@ inline bool ColumnUpdater::overlay(std::span<const SaidWord> said, const CodeTab
       changes |= code ^ old->code;
       put(base + bit, code);
     }
-    // Nothing is said from here on, but when the next word follows at once.
-    if (i + 1 == said.size() || said[i + 1].base != word.base + 64) {
+    // No observations from here on, unless the next word follows immediately.
+    if (i + 1 == scan_words.size() || scan_words[i + 1].base != word.base + 64) {
       if (next->start > base + 64) put(base + 64, old->code);
     }
   }
@@ -73,14 +74,14 @@ inline bool ColumnUpdater::overlay(std::span<const SaidWord> said, const CodeTab
   return changes != 0;
 }
 
-/// An unknown gap of one level between free places is free as far as beams of this density can tell.
+/// True for an unknown gap of one level between free levels.
 bool ColumnUpdater::is_sliver(std::size_t i) const {
   return runs_[i].code == kUnknownCode && runs_[i + 1].start - runs_[i].start == 1 &&
          tables_.state(runs_[i - 1].code) == Occupancy::kFree &&
          tables_.state(runs_[i + 1].code) == Occupancy::kFree;
 }
 
-/// Joins similar neighbours, slivers filled, and packs what comes out.
+/// Fills slivers, merges similar neighbours and packs the result.
 inline std::size_t ColumnUpdater::pack(std::uint16_t* out) const {
   const std::uint16_t* const first = out;
   Run last = runs_[0];
@@ -104,12 +105,12 @@ inline std::size_t ColumnUpdater::pack(std::uint16_t* out) const {
   return static_cast<std::size_t>(out - first);
 }
 
-std::size_t ColumnUpdater::update(ColumnUnits old, std::span<const SaidWord> said, bool same_view,
-                                  std::uint16_t* out) {
-  const std::size_t most = old.size() + 66 * said.size() + 4;
+std::size_t ColumnUpdater::update(ColumnUnits old, std::span<const ObservationWord> scan_words,
+                                  bool same_view, std::uint16_t* out) {
+  const std::size_t most = old.size() + 66 * scan_words.size() + 4;
   if (runs_.size() < most) runs_.resize(2 * most);
   unpack(old);
-  return overlay(said, tables_.steps(same_view)) ? pack(out) : 0;
+  return overlay(scan_words, tables_.steps(same_view)) ? pack(out) : 0;
 }
 
 }  // namespace hm::mvog

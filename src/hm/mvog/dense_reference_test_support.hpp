@@ -10,14 +10,14 @@
 
 namespace hm::test {
 
-/// A scan that owns its points.
+/// Scan that owns its points.
 struct OwnedScan {
   Eigen::Vector3d origin;
   std::vector<Eigen::Vector3f> returns, no_returns;
   [[nodiscard]] BeamScan view() const { return {origin, returns, no_returns}; }
 };
 
-/// Beams in all directions, some that saw nothing, some vertical, from somewhere around `centre`.
+/// Random beams in all directions, some without return, some vertical, from a random origin around `centre`.
 inline OwnedScan random_scan(Rng& rng, int beams, double reach_m, const Eigen::Vector3d& centre) {
   const auto around = [&](double r) {
     return Eigen::Vector3d(rng.uniform(-r, r), rng.uniform(-r, r), rng.uniform(-r, r) / 2);
@@ -33,7 +33,8 @@ inline OwnedScan random_scan(Rng& rng, int beams, double reach_m, const Eigen::V
   return scan;
 }
 
-/// The same map by brute force: every cell of half height on its own, beams by clipping against each column.
+/// Brute-force reference of the map: every half cell is stored separately, beams are clipped against each
+/// column.
 class DenseReference {
  public:
   using Key = std::array<int, 3>;
@@ -42,10 +43,10 @@ class DenseReference {
   void insert(const OwnedScan& scan) {
     const bool same_view = is_same_view(scan.origin);
     counts_glancing_ = ++scans_ % params_.glancing_period == 0;
-    said_.clear();
+    observations_.clear();
     for (const auto& p : scan.returns) add(scan.origin, p.cast<double>(), true);
     for (const auto& p : scan.no_returns) add(scan.origin, p.cast<double>(), false);
-    for (const auto& [key, rank] : said_) observe(cells_[key], rank, same_view);
+    for (const auto& [key, rank] : observations_) observe(cells_[key], rank, same_view);
     if (params_.fill_slivers) fill();
   }
   [[nodiscard]] const std::map<Key, Evidence>& cells() const { return cells_; }
@@ -75,7 +76,7 @@ class DenseReference {
     if (views_.size() > 4) views_.pop_back();
     return known;
   }
-  void say(const Key& key, int rank) { said_[key] = std::max(said_[key], rank); }
+  void record(const Key& key, int rank) { observations_[key] = std::max(observations_[key], rank); }
 
   void add(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, bool hit) {
     const Eigen::Vector3d scale = Eigen::Vector3d(1, 1, 2) / params_.resolution_m;
@@ -97,15 +98,15 @@ class DenseReference {
             hit && std::abs(d.z()) >= 2 && !counts_glancing_ && std::abs(cell(out) - cell(b.z())) <= 2;
         for (int k = cell(low); k <= cell(high); ++k) {
           if (crosses ? k + 0.5 < low || k + 0.5 >= high : k != cell(out)) continue;
-          say({x, y, k}, crosses || !glances ? kMissed : kBrushed);
+          record({x, y, k}, crosses || !glances ? kMissed : kBrushed);
         }
       }
     }
     if (!hit) return;
     for (const int k : {cell(b.z() + 0.5) - 1, cell(b.z() + 0.5)}) {
       for (const double dx : {-0.25, 0.0, 0.25})
-        for (const double dy : {-0.25, 0.0, 0.25}) say({cell(b.x() + dx), cell(b.y() + dy), k}, kBeside);
-      say({end_x, end_y, k}, kHit);
+        for (const double dy : {-0.25, 0.0, 0.25}) record({cell(b.x() + dx), cell(b.y() + dy), k}, kBeside);
+      record({end_x, end_y, k}, kHit);
     }
   }
   static void clip(double a, double d, int cell, double& t0, double& t1) {
@@ -149,13 +150,13 @@ class DenseReference {
 
   MvogParams params_;
   std::map<Key, Evidence> cells_;
-  std::map<Key, int> said_;
+  std::map<Key, int> observations_;
   std::vector<Eigen::Vector3d> views_;
   int scans_ = 0;
   bool counts_glancing_ = false;
 };
 
-/// Parameters under which a grid keeps every cell's counters exactly.
+/// Parameters for which a grid keeps every cell's counters exactly.
 inline MvogParams exact_params() {
   MvogParams params;
   params.merge_sigmas = 0;

@@ -46,7 +46,7 @@ void seal(std::vector<std::byte>& out, std::size_t begin) {
   append(out, &sum, 1);
 }
 
-/// Takes values from the front of bytes.
+/// Reads values from bytes, front to back.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -60,7 +60,7 @@ class Reader {
     at_ += count * sizeof(T);
     return true;
   }
-  /// Reads the checksum of what was read since `begin` and compares.
+  /// Reads the checksum of the bytes since `begin` and compares it.
   bool check_seal(std::size_t begin) {
     const std::uint64_t want = fnv1a(bytes_.subspan(begin, at_ - begin));
     std::uint64_t sum = 0;
@@ -89,7 +89,7 @@ bool is_column(ColumnUnits column) {
   return top <= kMaxLevel + 1;
 }
 
-/// True for a tile's block whose columns are all good.
+/// True for a tile's block with only valid columns.
 bool is_block(std::span<const std::uint16_t> block) {
   if (block.size() < kOffsets || block[0] != kOffsets || block[kTileColumns] != block.size()) return false;
   for (std::size_t place = 0; place < kTileColumns; ++place)
@@ -119,7 +119,7 @@ Result<Header> read_header(Reader& in) {
   return header;
 }
 
-/// Between the header and the parameters, whose members have the same names.
+/// Copies between the header and the parameters, whose members have the same names.
 template <class From, class To>
 void copy_params(const From& from, To& to) {
   to.resolution_m = from.resolution_m;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMaxSliceCells = 1 << 28;
 
-/// Calls visit(column x, column y, units) for every column that knows something, tile by tile in order.
+/// Calls visit(column x, column y, units) for every non-empty column, tile by tile in order.
 template <class Visit>
 void for_each_column(const TileStore& store, Visit&& visit) {
   for (const Tile* tile : store.sorted())
@@ -21,7 +21,7 @@ void for_each_column(const TileStore& store, Visit&& visit) {
     }
 }
 
-/// The columns and levels that are known.
+/// Range of known columns and levels.
 struct Extent {
   Eigen::Array3i min = Eigen::Array3i::Constant(std::numeric_limits<int>::max());
   Eigen::Array3i end = Eigen::Array3i::Constant(std::numeric_limits<int>::min());  ///< after the last

@@ -22,13 +22,13 @@ void for_each_run_within(ColumnUnits column, int low, int high, Visit&& visit) {
   if (level <= high) visit(level, high + 1, kUnknownCode);
 }
 
-/// A place that stops a ray.
+/// Point that stops a ray.
 struct Stop {
   int level = 0;
   Occupancy state = Occupancy::kFree;
 };
 
-/// What first stops a ray that passes a column from one level to another.
+/// First stop of a ray that traverses a column from one level to another.
 Stop first_stop(const CodeTables& tables, ColumnUnits column, int from, int to, UnknownSpace unknown) {
   Stop stop;
   for_each_run_within(column, std::min(from, to), std::max(from, to), [&](int low, int end, RunCode code) {
@@ -41,7 +41,7 @@ Stop first_stop(const CodeTables& tables, ColumnUnits column, int from, int to, 
   return stop;
 }
 
-/// The columns that a ray passes, with the shares of the ray where it comes in and leaves.
+/// Columns traversed by a ray, with the ray's fractions at entry and exit.
 class ColumnWalk {
  public:
   ColumnWalk(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
@@ -78,7 +78,7 @@ class ColumnWalk {
 
 int floor_int(double value) { return static_cast<int>(std::floor(value)); }
 
-/// The columns of a box, first and last, within what a map can hold.
+/// First and last columns of a box, within the map's index range.
 struct ColumnBox {
   int min_x, min_y, max_x, max_y;
   [[nodiscard]] bool holds(int x, int y) const {
@@ -86,7 +86,7 @@ struct ColumnBox {
   }
 };
 
-/// Visits the part of a tile that is in a box: visit(column). False as soon as visit gives false.
+/// Calls visit(column) for the part of a tile in a box. Returns false as soon as visit does.
 template <class Visit>
 bool visit_tile(TileKey key, const Tile* tile, const ColumnBox& box, Visit&& visit) {
   for (int place = 0; place < kTileColumns; ++place) {
@@ -139,7 +139,7 @@ Occupancy MultiVolumeGrid::in_box(const Box3& box_world) const {
   };
   const TileKey first = tile_of(box.min_x, box.min_y), last = tile_of(box.max_x, box.max_y);
   const double tiles = (1.0 + last.x - first.x) * (1.0 + last.y - first.y);
-  if (tiles > static_cast<double>(impl_->store.tiles().size())) {  // a tile that is not there is unknown
+  if (tiles > static_cast<double>(impl_->store.tiles().size())) {  // a missing tile is unknown
     unknown = true;
     for (const Tile& tile : impl_->store.tiles())
       if (!visit_tile(tile.key, &tile, box, visit)) return Occupancy::kOccupied;

@@ -34,7 +34,7 @@ const MvogParams& MultiVolumeGrid::params() const { return impl_->params; }
 std::uint64_t MultiVolumeGrid::revision() const { return impl_->revision; }
 std::size_t MultiVolumeGrid::bytes() const { return sizeof(*this) + sizeof(Impl) + impl_->store.bytes(); }
 
-/// True for a place that scans were taken from shortly before; it becomes (or stays) the latest.
+/// True if a recent scan was taken from this position, which becomes the latest.
 bool MultiVolumeGrid::Impl::note_view(const Eigen::Vector3d& p_world_origin) {
   const double near_m = params.same_view_distance_cell * params.resolution_m;
   std::size_t i = 0;
@@ -47,7 +47,7 @@ bool MultiVolumeGrid::Impl::note_view(const Eigen::Vector3d& p_world_origin) {
   return known;
 }
 
-/// The lowest level that a scan from a good origin reaches.
+/// Lowest level of a scan with a valid origin.
 int MultiVolumeGrid::Impl::lowest_level(const BeamScan& scan) const {
   double lowest_m = scan.p_world_origin.z();
   for (const auto& points : {scan.p_world_returns, scan.p_world_no_returns})
@@ -86,7 +86,7 @@ void MultiVolumeGrid::Impl::rasterise(const BeamScan& scan, BeamScanStats& stats
   }
 }
 
-/// Updates the columns that were seen, and makes the tile's block anew when any of them changed.
+/// Updates the observed columns, and rebuilds the tile's block if any has changed.
 void MultiVolumeGrid::Impl::update_tile(const ScanLayers::Patch& patch, std::size_t tile,
                                         BeamScanStats& stats) {
   std::uint64_t left = ScanLayers::columns_seen(patch, tile);
@@ -99,11 +99,11 @@ void MultiVolumeGrid::Impl::update_tile(const ScanLayers::Patch& patch, std::siz
   std::size_t end = 0;
   for (; left != 0; left &= left - 1) {
     const auto place = static_cast<unsigned>(std::countr_zero(left));
-    const auto said = raster.layers().take(patch, tile, place);
+    const auto scan_words = raster.layers().take(patch, tile, place);
     const ColumnUnits column = old ? old->column(place) : ColumnUnits{};
-    const std::size_t most = end + ColumnUpdater::max_units(column, said);
+    const std::size_t most = end + ColumnUpdater::max_units(column, scan_words);
     if (updated.size() < most) updated.resize(2 * most);
-    const std::size_t units = updater.update(column, said, stats.same_view, updated.data() + end);
+    const std::size_t units = updater.update(column, scan_words, stats.same_view, updated.data() + end);
     different |= static_cast<std::uint64_t>(units > 0) << place;
     updated_from[place] = end;
     updated_end[place] = end += units;
@@ -115,12 +115,12 @@ void MultiVolumeGrid::Impl::update_tile(const ScanLayers::Patch& patch, std::siz
     stats.columns_refused += columns;
 }
 
-/// A tile's block with the changed columns replaced. False when it would be too large.
+/// Builds a tile's block with the changed columns replaced. False when it would be too large.
 bool MultiVolumeGrid::Impl::make_block(const Tile* old, std::uint64_t different) {
   block.resize(kOffsets);
   std::size_t place = 0;
   while (place < kTileColumns) {
-    // Columns that stay, up to the next one that changed, are copied as one.
+    // Unchanged columns up to the next changed one are copied at once.
     const std::size_t next = std::min<std::size_t>(
         kTileColumns, place + static_cast<std::size_t>(std::countr_zero(different >> place)));
     if (old) {

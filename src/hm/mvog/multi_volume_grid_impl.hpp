@@ -12,8 +12,8 @@
 
 namespace hm {
 
-/// What a grid holds. In map units a column is [x, x + 1) by [y, y + 1), and a level [k, k + 1) is half as
-/// high.
+/// Implementation of MultiVolumeGrid. In map units a column is [x, x + 1) by [y, y + 1), and a level [k, k +
+/// 1) is half a cell high.
 struct MultiVolumeGrid::Impl {
   static constexpr double kMaxColumn = 1 << 28, kMaxBeamCells = 20000;
   static constexpr std::size_t kViews = 4;
@@ -25,12 +25,12 @@ struct MultiVolumeGrid::Impl {
   mvog::ColumnUpdater updater;
   mvog::TileStore store;
   std::uint64_t revision = 0, scans = 0;
-  /// Where the last scans were taken from, latest first: scans from there are of a pose counted before.
+  /// Origins of the last scans, latest first; scans from the same origin count as one view.
   std::array<Eigen::Vector3d, kViews> views;
   std::size_t view_count = 0;
 
-  mvog::BeamRaster raster;             ///< this and what follows is working memory of insert()
-  std::vector<std::uint16_t> updated;  ///< the columns of a tile that changed, one after the other
+  mvog::BeamRaster raster;             ///< this and the following: working memory of insert()
+  std::vector<std::uint16_t> updated;  ///< changed columns of a tile, concatenated
   std::array<std::size_t, mvog::kTileColumns> updated_from{}, updated_end{};
   bool changed = false;  ///< by this scan
   std::vector<std::uint16_t> block;
@@ -40,13 +40,13 @@ struct MultiVolumeGrid::Impl {
   [[nodiscard]] Eigen::Vector3d to_cells(const Eigen::Vector3d& p_world) const {
     return {p_world.x() * columns_per_m, p_world.y() * columns_per_m, p_world.z() * (2 * columns_per_m)};
   }
-  /// True for places that can be in the map.
+  /// True for points inside the index range.
   [[nodiscard]] static bool can_hold(const Eigen::Vector3d& p) {
     return std::abs(p.x()) < kMaxColumn && std::abs(p.y()) < kMaxColumn && p.z() > mvog::kMinLevel + 2 &&
            p.z() < mvog::kMaxLevel - 2;
   }
   [[nodiscard]] mvog::RunCode code_at(const Eigen::Vector3d& p_world) const;
-  /// What the cap leaves for the tiles.
+  /// Memory limit of the tiles.
   [[nodiscard]] std::size_t max_store_bytes() const {
     return params.max_map_mb > 0 ? static_cast<std::size_t>(params.max_map_mb) * 1000000 - sizeof(Impl) -
                                        sizeof(MultiVolumeGrid)

@@ -17,7 +17,7 @@ Eigen::Vector2i floor_cell(const Eigen::Vector3d& p) {
   return {static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y()))};
 }
 
-/// The density of the volume that holds a height; 0 where there is none.
+/// Density of the volume that contains a height; 0 without one.
 double density_at(std::span<const MvogVolume> list, double z) {
   const auto above =
       std::ranges::upper_bound(list, z, {}, [](const MvogVolume& v) { return double{v.bottom}; });

@@ -6,7 +6,7 @@
 
 namespace hm {
 
-/// Both lists swept together, from wall to wall of either.
+/// Sweeps both lists together, split at the boundaries of either.
 std::vector<MvogMap::Stretch> MvogMap::stretches(const Cell& cell) {
   std::vector<double> walls;
   for (const auto* list : {&cell.positive, &cell.negative}) {

@@ -15,8 +15,7 @@ Belief belief_of(RunCode code) {
   return {a / n, a * b / (n * n * (n + 1))};
 }
 
-/// One more observation, at most `limit` together: beyond it, what is seen takes the place of what it
-/// contradicts.
+/// Adds one observation, at most `limit` in total: beyond it, it replaces a contradicting one.
 RunCode observed(RunCode code, bool hit, int limit) {
   int hits = hits_of(code), misses = misses_of(code);
   int& own = hit ? hits : misses;
@@ -72,7 +71,7 @@ void CodeTables::make_similar(double sigmas) {
     for (int b = 0; b < 256; ++b) {
       const auto ca = static_cast<RunCode>(a), cb = static_cast<RunCode>(b);
       bool similar = a == b;
-      // Contradictions stay where they are: a mean would take back what a scan has just said of a place.
+      // Runs with both hits and misses are not merged: a mean would undo the latest observation.
       const bool agree = hits_of(ca) + hits_of(cb) == 0 || misses_of(ca) + misses_of(cb) == 0;
       if (a != b && a != 0 && b != 0 && is_counter(ca) && is_counter(cb) && agree) {
         const Belief p = belief_of(ca), q = belief_of(cb);
@@ -85,14 +84,15 @@ void CodeTables::make_similar(double sigmas) {
 
 RunCode CodeTables::merged(RunCode a, int length_a, RunCode b, int length_b) const {
   if (a == b) return a;
-  // They are similar: both without hits, or both without misses.
+  // Similar runs have either no hits or no misses.
   const bool hit = hits_of(a) + hits_of(b) > 0;
   const int length = length_a + length_b, x = hit ? hits_of(a) : misses_of(a),
             y = hit ? hits_of(b) : misses_of(b);
   const int mean = (2 * (x * length_a + y * length_b) + length) / (2 * length);
   const int hits = hit ? mean : 0, misses = hit ? 0 : mean;
   const RunCode code = make_code(hits, misses);
-  // Rounding may push the sum over the cap or the state over its threshold: the longer run speaks then.
+  // Rounding may push the sum over the cap or the state over its threshold: the longer run's code is used
+  // then.
   const bool good = hits + misses <= std::max(hits_of(a) + misses_of(a), hits_of(b) + misses_of(b)) &&
                     code != kUnknownCode && state_[code] == state_[a];
   return good ? code : length_a >= length_b ? a : b;

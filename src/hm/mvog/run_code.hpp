@@ -7,9 +7,8 @@
 
 namespace hm::mvog {
 
-/// What a run of a column knows, in a byte: hits in the high half, misses in the low half, together at most
-/// 15; nothing known is 0. Two values that no counters can have mark places that no beam crossed or ended in
-/// properly, only nearby.
+/// Evidence of a run in one byte: hits in the high half, misses in the low half, together at most 15; 0 is
+/// unknown. Two values that are no valid counters mark levels that beams only brushed or ended beside.
 using RunCode = std::uint8_t;
 inline constexpr int kMaxEvidence = 15;
 inline constexpr RunCode kUnknownCode = 0;
@@ -25,23 +24,23 @@ constexpr bool is_valid_code(RunCode code) {
   return is_counter(code) || code == kNearFreeCode || code == kNearOccupiedCode;
 }
 
-/// Everything that depends on codes and parameters only, as tables.
+/// Look-up tables of all functions of codes and parameters.
 class CodeTables {
  public:
   explicit CodeTables(const MvogParams& params);
 
   [[nodiscard]] Occupancy state(RunCode code) const { return state_[code]; }
-  /// The code after a scan, by what it says: 0 nothing, 1 brushed, 2 ended beside, 3 missed, 4 hit. The
-  /// highest wins among what its beams say.
+  /// New code by observation: 0 none, 1 brushed, 2 ended beside, 3 missed, 4 hit. The highest observation of
+  /// a scan counts.
   using Step = std::array<RunCode, 256>;
   using Steps = std::array<Step, 5>;
-  /// `same_view`: of a pose that has been counted before.
+  /// `same_view`: the scan is from the position of a recent scan.
   [[nodiscard]] const Steps& steps(bool same_view) const { return step_[same_view]; }
-  /// True when two codes have hits only or misses only, and their numbers do not differ significantly.
+  /// True when two codes both have only hits or only misses, and their counts do not differ significantly.
   [[nodiscard]] bool similar(RunCode a, RunCode b) const { return similar_[a][b >> 6] >> (b & 63) & 1u; }
-  /// The common code of two similar runs, weighted by their lengths.
+  /// Common code of two similar runs, weighted by their lengths.
   [[nodiscard]] RunCode merged(RunCode a, int length_a, RunCode b, int length_b) const;
-  /// hits / (hits + misses); 0 and 1 for places brushed or ended beside.
+  /// Probability hits / (hits + misses); 0 and 1 for levels brushed or ended beside.
   [[nodiscard]] static double probability(RunCode code);
 
  private:

@@ -15,7 +15,8 @@ void ScanLayers::begin(int bottom) {
 
 std::size_t ScanLayers::bytes() const {
   return index_.bytes() + patches_.capacity() * sizeof(Patch) + layers_.size() * sizeof(ScanLayer) +
-         layers_.capacity() * sizeof(void*) + (words_.capacity() + taken_.capacity()) * sizeof(SaidWord);
+         layers_.capacity() * sizeof(void*) +
+         (words_.capacity() + taken_.capacity()) * sizeof(ObservationWord);
 }
 
 ScanLayer* ScanLayers::find_or_add(TileKey patch, int number) {
@@ -49,10 +50,11 @@ std::uint64_t ScanLayers::columns_seen(const Patch& patch, std::size_t tile) {
   return seen;
 }
 
-std::span<const SaidWord> ScanLayers::take(const Patch& patch, std::size_t tile, unsigned place_in_tile) {
+std::span<const ObservationWord> ScanLayers::take(const Patch& patch, std::size_t tile,
+                                                  unsigned place_in_tile) {
   const unsigned place = ScanLayer::place(static_cast<int>((tile & 3u) * 8 + (place_in_tile & 7u)),
                                           static_cast<int>((tile >> 2) * 8 + (place_in_tile >> 3)));
-  const SaidWord* first = nullptr;
+  const ObservationWord* first = nullptr;
   std::size_t count = 0;
   for (ScanLayer* layer = patch.lowest; layer; layer = layer->above) {
     const std::uint32_t at = std::exchange(layer->word_at[place], 0u);

@@ -10,7 +10,7 @@ namespace {
 std::size_t steps_for(std::size_t units) { return (units + TilePool::kStepUnits - 1) / TilePool::kStepUnits; }
 }  // namespace
 
-/// The smallest class with a free block that is at most an eighth (or a step) too large; kClasses: none.
+/// Smallest class with a free block that is at most an eighth (or one step) too large; kClasses: none.
 std::size_t TilePool::class_to_use(std::size_t wanted) const {
   const std::size_t last = std::min(kClasses - 1, wanted + std::max<std::size_t>(1, wanted / 8));
   for (std::size_t c = wanted; c <= last; ++c)

@@ -7,8 +7,8 @@
 
 namespace hm::mvog {
 
-/// Memory for blocks of 16-bit units that grow and move, in steps of 64 bytes, carved from slabs of 16 KiB;
-/// larger blocks are slabs of their own. What is given back is used again for blocks of about its size.
+/// Memory pool for blocks of 16-bit units, in steps of 64 bytes, allocated from slabs of 16 KiB; larger
+/// blocks are separate slabs. Returned blocks are reused for blocks of about their size.
 class TilePool {
  public:
   static constexpr std::size_t kStepUnits = 32, kSlabUnits = 8192, kMaxPooledUnits = 2048;
@@ -17,12 +17,12 @@ class TilePool {
     std::uint16_t* units = nullptr;
     std::uint32_t capacity = 0;  ///< in units
   };
-  /// A block for at least `units` units. Its contents are undefined.
+  /// Returns a block for at least `units` units; its contents are undefined.
   Block take(std::size_t units);
   void give_back(Block block);
-  /// Bytes that take(units) would add to bytes(), as far as that can be told beforehand.
+  /// Estimate of the bytes that take(units) would add to bytes().
   [[nodiscard]] std::size_t cost(std::size_t units) const;
-  /// Everything that the pool has from the system, its own lists included.
+  /// Memory of the pool in bytes, including its own lists.
   [[nodiscard]] std::size_t bytes() const;
 
  private:
@@ -36,7 +36,7 @@ class TilePool {
   };
   std::vector<Slab> slabs_;             ///< shared ones
   std::vector<Slab> large_;             ///< one block each
-  std::size_t slab_used_ = kSlabUnits;  ///< of the last shared one
+  std::size_t slab_used_ = kSlabUnits;  ///< used units of the last shared slab
   std::size_t held_units_ = 0;
   /// Free blocks by capacity / kStepUnits; each begins with the address of the next.
   std::array<std::uint16_t*, kClasses> free_{};

@@ -55,7 +55,7 @@ bool TileStore::write(TileKey key, std::span<const std::uint16_t> units, std::ui
   std::uint32_t number = index_.find(key);
   const bool added = number == TileIndex::kNone;
   if (added || tiles_[number].block.capacity < units.size()) {
-    // More than asked for, so that a growing tile does not leave a trail of blocks too small for others.
+    // Allocates more than requested, so that a growing tile does not leave many blocks too small for reuse.
     const std::size_t wanted = units.size() + (added ? 0 : units.size() / 5);
     if (bytes() + pool_.cost(wanted) + (added ? cost_of_tile() : 0) > max_bytes) return false;
     const TilePool::Block block = pool_.take(wanted);

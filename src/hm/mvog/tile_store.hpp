@@ -9,20 +9,20 @@
 
 namespace hm::mvog {
 
-/// A tile is 8 x 8 columns: the unit that is hashed, stored in one block, and reported as changed.
+/// Side of a tile of 8 x 8 columns, the unit of hashing, storage (one block) and change reports.
 inline constexpr int kTileSide = 8, kTileColumns = kTileSide * kTileSide;
-/// A block begins with where each column starts and the last one ends.
+/// Number of offsets at the start of a block: the start of each column and the end of the last one.
 inline constexpr std::size_t kOffsets = kTileColumns + 1;
 
 struct TileKey {
   std::int32_t x = 0, y = 0;  ///< column / 8, rounded down
   bool operator==(const TileKey&) const = default;
 };
-/// The tile of a column, and its place there.
+/// Tile of a column, and its index in the tile.
 constexpr TileKey tile_of(int x, int y) { return {x >> 3, y >> 3}; }
 constexpr std::size_t place_in_tile(int x, int y) { return static_cast<std::size_t>((y & 7) * 8 + (x & 7)); }
 
-/// Finds numbers by tile key: open addressing, linear probing.
+/// Hash map from tile key to number: open addressing, linear probing.
 class TileIndex {
  public:
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -32,11 +32,11 @@ class TileIndex {
       if (slots_[slot].number == kNone || slots_[slot].key == key) return slots_[slot].number;
     }
   }
-  /// The number of a key; if it is new, `number`.
+  /// Number of a key; a new key is added with `number`.
   std::uint32_t find_or_add(TileKey key, std::uint32_t number);
-  /// Forgets everything; costs as much as it knew.
+  /// Removes all keys; the cost is proportional to their number.
   void clear();
-  /// Bytes that one more key would add.
+  /// Bytes that one more key would add to bytes().
   [[nodiscard]] std::size_t cost_of_one() const { return 4 * (count_ + 1) > 3 * slots_.size() ? bytes() : 0; }
   [[nodiscard]] std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
@@ -60,7 +60,8 @@ struct Tile {
   TileKey key;
   TilePool::Block block;       ///< kOffsets offsets (units from the block's start), then the columns
   std::uint64_t revision = 0;  ///< of the last change
-  std::uint32_t newer = TileIndex::kNone, older = TileIndex::kNone;  ///< in the order of their last changes
+  std::uint32_t newer = TileIndex::kNone,
+                older = TileIndex::kNone;  ///< neighbours in the order of last changes
 
   [[nodiscard]] ColumnUnits column(std::size_t place) const {
     return {block.units + block.units[place], block.units + block.units[place + 1]};
@@ -70,7 +71,7 @@ struct Tile {
   }
 };
 
-/// The tiles of a map, with the order in which they changed.
+/// Tiles of a map, linked in the order of their last changes.
 class TileStore {
  public:
   [[nodiscard]] const Tile* find(TileKey key) const {
@@ -81,14 +82,14 @@ class TileStore {
     const Tile* tile = find(tile_of(x, y));
     return tile ? tile->column(place_in_tile(x, y)) : ColumnUnits{};
   }
-  /// Replaces (or adds) a tile: `units` is the whole block. False when that needs more than `max_bytes`.
+  /// Replaces or adds a tile with the whole block `units`. Returns false if this needs more than `max_bytes`.
   bool write(TileKey key, std::span<const std::uint16_t> units, std::uint64_t revision,
              std::size_t max_bytes);
 
   [[nodiscard]] std::span<const Tile> tiles() const { return tiles_; }
-  /// All tiles by y, then x.
+  /// All tiles, sorted by y, then x.
   [[nodiscard]] std::vector<const Tile*> sorted() const;
-  /// The tile that changed last; from there Tile::older. nullptr: none.
+  /// Tile that changed last; continue with older(). nullptr: none.
   [[nodiscard]] const Tile* latest() const {
     return latest_ == TileIndex::kNone ? nullptr : &tiles_[latest_];
   }

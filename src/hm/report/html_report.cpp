@@ -5,44 +5,14 @@
 #include <string_view>
 
 #include "hm/core/check.hpp"
+#include "hm/report/page_resources.hpp"
 #include "hm/report/plot.hpp"
 
 namespace hm {
 namespace {
 
-constexpr std::string_view kCss =
-    ":root{color-scheme:light dark;--ink:#20252e;--soft:#5b6472;--page:#f5f6f8;--card:#fff;--edge:#dde1e7;"
-    "--good:#18855a;--doubtful:#b07400;--bad:#c2303c}"
-    "@media(prefers-color-scheme:dark){:root{--ink:#e3e7ee;--soft:#9aa4b2;--page:#14171c;--card:#1d2128;--"
-    "edge:#323843;"
-    "--good:#52c795;--doubtful:#e8b04a;--bad:#ff7b83}}"
-    "*{box-sizing:border-box}body{margin:0;background:var(--page);color:var(--ink);"
-    "font:16px/1.55 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif}"
-    "main{max-width:1120px;margin:0 auto;padding:1.2rem}"
-    "h1{font-size:1.7rem;line-height:1.2;margin:.4rem 0}h2{font-size:1.25rem;margin:2.2rem 0 .6rem}"
-    ".verdict{border-left:5px solid var(--soft);background:var(--card);border-radius:6px;padding:.8rem 1rem;"
-    "font-size:1.08rem;margin:.8rem 0 1.2rem}"
-    ".good{border-color:var(--good)}.doubtful{border-color:var(--doubtful)}.bad{border-color:var(--bad)}"
-    ".cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:.7rem;margin:0;padding:"
-    "0;"
-    "list-style:none}"
-    ".cards li{background:var(--card);border:1px solid var(--edge);border-radius:8px;padding:.7rem .9rem}"
-    ".name{color:var(--soft);font-size:.85rem}.value{font-size:1.6rem;font-weight:650;line-height:1.25}"
-    ".unit{font-size:.95rem;font-weight:400;color:var(--soft)}.note{color:var(--soft);font-size:.82rem}"
-    "figure{margin:1rem 0;background:var(--card);border:1px solid "
-    "var(--edge);border-radius:8px;padding:.6rem;"
-    "overflow-x:auto}"
-    "figure img,figure>svg{display:block;width:100%;height:auto;margin:0 auto;border-radius:4px}"
-    "figcaption{color:var(--soft);font-size:.9rem;padding:.45rem .2rem 0}"
-    ".scroll{overflow-x:auto}table{border-collapse:collapse;width:100%;background:var(--card);font-size:."
-    "93rem;"
-    "font-variant-numeric:tabular-nums}"
-    "th,td{text-align:left;padding:.4rem .6rem;border-bottom:1px solid "
-    "var(--edge)}th{color:var(--soft);font-weight:600}"
-    "details{background:var(--card);border:1px solid var(--edge);border-radius:8px;padding:.6rem "
-    ".9rem;margin:.8rem 0}"
-    "summary{cursor:pointer;font-weight:600}pre{overflow-x:auto;font-size:.83rem;line-height:1.4}"
-    "footer{color:var(--soft);font-size:.85rem;margin:2.5rem 0 1rem}";
+/// Pages with fewer sections need no table of contents.
+constexpr std::size_t kContentsFrom = 4;
 
 std::string_view media_type(std::span<const std::uint8_t> bytes) {
   return bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8 ? "image/jpeg" : "image/png";
@@ -57,10 +27,47 @@ std::string card_html(const HtmlReport::Card& card) {
   return html + "</li>\n";
 }
 
-std::string figure_html(const std::string& content, const std::string& caption) {
+std::string_view class_of(HtmlReport::Place place) {
+  return place == HtmlReport::Place::kHalf ? "half" : place == HtmlReport::Place::kStill ? "still" : "wide";
+}
+
+std::string figure_html(const std::string& content, std::string_view kind, const std::string& caption) {
   const std::string text =
       caption.empty() ? std::string() : "<figcaption>" + escape_markup(caption) + "</figcaption>";
-  return "<figure>" + content + text + "</figure>\n";
+  return fmt::format("<figure class=\"{}\">{}{}</figure>\n", kind, content, text);
+}
+
+/// A bar as wide as a share of the image above it.
+std::string scale_html(const HtmlReport::FigureText& text) {
+  if (!(text.scale_m > 0)) return {};
+  return fmt::format("<div class=\"scale\" style=\"width:{:.2f}%\"></div><div class=\"note\">{:g} m</div>",
+                     100 * text.scale_ratio, text.scale_m);
+}
+
+std::string legend_html(const HtmlReport::FigureText& text) {
+  if (text.legend.empty()) return {};
+  std::string html = "<div class=\"legend\">";
+  for (const HtmlReport::Swatch& swatch : text.legend)
+    html += fmt::format("<span class=\"swatch\" style=\"--swatch:{}\">{}</span>", escape_markup(swatch.color),
+                        escape_markup(swatch.name));
+  return html + "</div>";
+}
+
+std::string image_figure_html(std::span<const std::uint8_t> file_bytes, const HtmlReport::FigureText& text) {
+  HM_CHECK(!file_bytes.empty(), "{}", text.alt);
+  return figure_html(fmt::format("<div class=\"image\"><img src=\"data:{};base64,{}\" alt=\"{}\">{}</div>{}",
+                                 media_type(file_bytes), base64(file_bytes), escape_markup(text.alt),
+                                 scale_html(text), legend_html(text)),
+                     class_of(text.place), text.caption);
+}
+
+/// Links to the sections, which are numbered.
+std::string contents_html(const std::vector<std::string>& headings) {
+  if (headings.size() < kContentsFrom) return {};
+  std::string html = "<nav aria-label=\"contents\">\n";
+  for (std::size_t i = 0; i < headings.size(); ++i)
+    html += fmt::format("<a href=\"#s{}\">{}</a>\n", i + 1, escape_markup(headings[i]));
+  return html + "</nav>\n";
 }
 
 }  // namespace
@@ -91,18 +98,26 @@ void HtmlReport::set_verdict(Verdict verdict, std::string sentence) {
 void HtmlReport::begin_section(std::string heading, std::string introduction) {
   if (in_section_) body_ += "</section>\n";
   in_section_ = true;
-  body_ += fmt::format("<section>\n<h2>{}</h2>\n", escape_markup(heading));
+  headings_.push_back(heading);
+  body_ += fmt::format("<section id=\"s{}\">\n<h2>{}</h2>\n", headings_.size(), escape_markup(heading));
   if (!introduction.empty()) add_paragraph(std::move(introduction));
 }
 
-void HtmlReport::add_figure(std::span<const std::uint8_t> file_bytes, std::string alt, std::string caption) {
-  HM_CHECK(!file_bytes.empty(), "{}", alt);
-  body_ += figure_html(fmt::format("<img src=\"data:{};base64,{}\" alt=\"{}\">", media_type(file_bytes),
-                                   base64(file_bytes), escape_markup(alt)),
-                       caption);
+void HtmlReport::add_figure(std::span<const std::uint8_t> file_bytes, const FigureText& text) {
+  body_ += image_figure_html(file_bytes, text);
 }
 
-void HtmlReport::add_svg(std::string svg, std::string caption) { body_ += figure_html(svg, caption); }
+void HtmlReport::set_lead_figure(std::span<const std::uint8_t> file_bytes, const FigureText& text) {
+  model_html_ = image_figure_html(file_bytes, text);
+}
+
+void HtmlReport::add_collapsible_figure(std::string summary, std::span<const std::uint8_t> file_bytes,
+                                        const FigureText& text) {
+  body_ += fmt::format("<details><summary>{}</summary>{}</details>\n", escape_markup(summary),
+                       image_figure_html(file_bytes, text));
+}
+
+void HtmlReport::add_svg(std::string svg, std::string caption) { body_ += figure_html(svg, "plot", caption); }
 
 void HtmlReport::add_table(std::vector<std::string> header, std::vector<std::vector<std::string>> rows) {
   body_ += "<div class=\"scroll\"><table>\n<thead><tr>";
@@ -132,21 +147,26 @@ void HtmlReport::add_collapsible(std::string summary, std::string text) {
 }
 
 std::string HtmlReport::html() const {
+  const std::string kind = escape_markup(kind_), title = escape_markup(title_);
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
       "content=\"width=device-width, "
-      "initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n"
-      "<main>\n<h1>{0}</h1>\n{2}",
-      escape_markup(title_), kCss, verdict_html_);
+      "initial-scale=1\">\n<title>{}{}</title>\n<style>\n{}</style>\n</head>\n<body>\n"
+      "<main>\n{}<h1>{}</h1>\n{}{}",
+      title, kind.empty() ? "" : " - " + kind, report_css(),
+      kind.empty() ? "" : "<p class=\"kind\">" + kind + "</p>\n", title, verdict_html_, model_html_);
   if (!cards_.empty()) {
     html += "<ul class=\"cards\">\n";
     for (const Card& card : cards_) html += card_html(card);
     html += "</ul>\n";
   }
-  html += body_;
+  html += contents_html(headings_) + body_;
   if (in_section_) html += "</section>\n";
   if (!footer_.empty()) html += "<footer>" + escape_markup(footer_) + "</footer>\n";
-  return html + "</main>\n</body>\n</html>\n";
+  html += "</main>\n";
+  if (model_html_.find("class=\"model\"") != std::string::npos)
+    html += fmt::format("<script>\n{}</script>\n", model_view_js());
+  return html + "</body>\n</html>\n";
 }
 
 }  // namespace hm

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/report/render/canvas.hpp"
 #include "hm/report/render/color_map.hpp"
 
@@ -36,7 +37,7 @@ Cell cell_of(const OccupancyVoxel& voxel, double size_m) {
   return cell;
 }
 
-/// Heights as colours, robust against stray voxels.
+/// Maps heights to colours, robust against outlier voxels.
 struct HeightColors {
   double low = 0, high = 1;
   explicit HeightColors(std::span<const OccupancyVoxel> voxels) {
@@ -52,7 +53,7 @@ struct HeightColors {
   }
 };
 
-/// The corners of a unit cube's face towards +axis or -axis, counter-clockwise from outside, as bits xyz.
+/// Corners of a cube's face towards +axis or -axis, counter-clockwise from outside.
 std::array<Eigen::Vector3f, 4> face_corners(const Eigen::Vector3f& centre, int axis, float sign, float half) {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero(), u = normal, v = normal;
   normal[axis] = sign, u[(axis + 1) % 3] = 1, v[(axis + 2) % 3] = sign;
@@ -73,7 +74,7 @@ PlanFrame plan_frame(int columns, int rows) {
   return {std::min(scale >= 1 ? std::floor(scale) : scale, 12.0), columns, rows};
 }
 
-/// A bar of a round length in the lower left corner.
+/// Draws a scale bar of a round length in the lower left corner.
 void draw_scale_bar(Image<Rgb8>& image, double pixels_per_m) {
   double length_m = 1;
   for (const double next : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0})
@@ -98,17 +99,6 @@ void draw_path(Image<Rgb8>& image, const MapOverlay& overlay, const OccupancyGri
   }
 }
 
-void draw_path_names(Image<Rgb8>& image, std::span<const MapOverlay> paths) {
-  double y = kMargin_px + kTextSize_px;
-  for (const MapOverlay& overlay : paths) {
-    const double width = 40 + text_width_px(overlay.name, kTextSize_px);
-    fill_rectangle(image, {Vec2(kMargin_px - 6, y - 20), Vec2(kMargin_px + width, y + 8)}, {kPaper, 0.8});
-    draw_line(image, {kMargin_px, y - 6}, {kMargin_px + 26.0, y - 6}, 3, {overlay.color, 1});
-    draw_text(image, {kMargin_px + 34.0, y}, overlay.name, {kTextSize_px, {kInk, 1}, TextAlign::kLeft});
-    y += 26;
-  }
-}
-
 void draw_height_legend(Image<Rgb8>& image, const HeightColors& colors) {
   constexpr int kSteps = 120;
   const double left = kMargin_px, top = kMargin_px + 24.0;
@@ -123,7 +113,38 @@ void draw_height_legend(Image<Rgb8>& image, const HeightColors& colors) {
               {kTextSize_px, {kInk, 1}, TextAlign::kLeft});
 }
 
+/// The occupied voxels in a frame with z up, each as its eight eighths, so that no column stays empty.
+std::vector<OccupancyVoxel> levelled(std::span<const OccupancyVoxel> voxels, double size_m, const Vec3& up) {
+  const Eigen::Matrix3f R_level_map = rotation_to_z_up(up).cast<float>();
+  const auto quarter = static_cast<float>(0.25 * size_m);
+  std::vector<OccupancyVoxel> out;
+  for (const OccupancyVoxel& voxel : voxels)
+    for (int part = 0; part < 8 && voxel.state == Occupancy::kOccupied; ++part) {
+      const Eigen::Vector3f offset((part & 1) != 0 ? quarter : -quarter, (part & 2) != 0 ? quarter : -quarter,
+                                   (part & 4) != 0 ? quarter : -quarter);
+      out.push_back(voxel);
+      out.back().p_world_centre = R_level_map * (voxel.p_world_centre + offset);
+    }
+  return out;
+}
+
 }  // namespace
+
+std::vector<HtmlReport::Swatch> legend_of(std::span<const MapOverlay> paths) {
+  std::vector<HtmlReport::Swatch> legend;
+  for (const MapOverlay& path : paths)
+    legend.push_back(
+        {fmt::format("#{:02x}{:02x}{:02x}", path.color.r, path.color.g, path.color.b), path.name});
+  return legend;
+}
+
+void set_scale(Figure& figure, double metres) {
+  if (!(metres > 0)) return;
+  double length_m = 0.01;
+  for (const double next : {0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0})
+    if (next <= 0.33 * metres) length_m = next;
+  figure.scale_m = length_m, figure.scale_ratio = length_m / metres;
+}
 
 TriangleMesh occupied_faces(std::span<const OccupancyVoxel> voxels, double size_m) {
   std::unordered_set<Cell, CellHash> occupied;
@@ -177,12 +198,12 @@ std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
         }
     }
   for (const MapOverlay& overlay : paths) draw_path(image, overlay, grid, frame.scale);
-  draw_path_names(image, paths);
-  draw_scale_bar(image, frame.scale / grid.resolution_m);
   return image;
 }
 
-std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m) {
+std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m,
+                                        const Vec3& up) {
+  if (up != Vec3::UnitZ()) return draw_heights(levelled(voxels, size_m, up), size_m);
   std::map<std::pair<int, int>, float> highest;
   for (const OccupancyVoxel& voxel : voxels) {
     if (voxel.state != Occupancy::kOccupied) continue;

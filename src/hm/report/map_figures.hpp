@@ -10,23 +10,32 @@
 
 namespace hm {
 
-/// The faces between occupied voxels and what is not occupied, coloured by height (2nd to 98th percentile).
-/// Voxels of one size on one grid, as MultiVolumeGrid::voxels gives.
+/// Mesh of the faces between occupied and other voxels, coloured by height (2nd to 98th percentile). All
+/// voxels must have one size on one grid, as from MultiVolumeGrid::voxels.
 TriangleMesh occupied_faces(std::span<const OccupancyVoxel> voxels, double size_m);
 
-/// A path over a map seen from above.
+/// Path drawn over a map seen from above.
 struct MapOverlay {
   std::string name;
   const Trajectory* path = nullptr;
   Rgb8 color;
 };
 
-/// A horizontal occupancy grid from above (x to the right, y up): occupied dark, free light, unknown grey;
-/// paths over it, a legend and a scale bar. Nothing for an empty grid.
+/// Names and colours of the paths, for the legend below the figure.
+std::vector<HtmlReport::Swatch> legend_of(std::span<const MapOverlay> paths);
+/// Sets the scale bar below a figure of a map that is `metres` wide: a round length, at most a third of the
+/// width.
+void set_scale(Figure& figure, double metres);
+
+/// Draws a horizontal occupancy grid from above (x to the right, y up): occupied dark, free light, unknown
+/// grey; with paths. Legend and scale bar are outside of the image (legend_of, set_scale). Nothing for an
+/// empty grid.
 std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
                                                std::span<const MapOverlay> paths);
 
-/// The highest occupied voxel of each column from above, coloured by its height, with a legend.
-std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m);
+/// Draws the highest occupied voxel of each column from above, coloured by its height along `up` (unit), with
+/// a legend. Nothing without occupied voxels.
+std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, double size_m,
+                                        const Vec3& up = Vec3::UnitZ());
 
 }  // namespace hm

@@ -50,6 +50,30 @@ TEST(OccupancyFigure, APictureSmallerThanTheGridKeepsItsWalls) {
   EXPECT_GT((*figure)(650, 0).r, 240);
 }
 
+/// The same map in a frame with y down gives the same figure, but for the rows in between.
+TEST(HeightFigure, HeightsAreMeasuredAlongUp) {
+  std::vector<OccupancyVoxel> upright, y_down;
+  for (int x = 0; x < 12; ++x)
+    for (int y = 0; y < 8; ++y) {
+      const float z = static_cast<float>(x < 6 ? 0 : y % 3) + 0.05F;
+      const float u = 0.1F * static_cast<float>(x) + 0.05F, v = 0.1F * static_cast<float>(y) + 0.05F;
+      upright.push_back(voxel(u, v, z));
+      y_down.push_back(voxel(u, -z, v));
+    }
+  const auto a = draw_heights(upright, 0.1), b = draw_heights(y_down, 0.1, -Vec3::UnitY());
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->width(), b->width());
+  ASSERT_EQ(a->height(), b->height());
+  const auto wrong = draw_heights(y_down, 0.1);
+  EXPECT_NE(wrong->height(), a->height());
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < a->size(); ++i) {
+    const Rgb8 p = a->pixels()[i], q = b->pixels()[i];
+    same += std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b) < 60;
+  }
+  EXPECT_GT(same, a->size() * 9 / 10);
+}
+
 TEST(HeightFigure, NothingForAnEmptyMap) {
   EXPECT_FALSE(draw_heights({}, 0.1));
   const std::vector<OccupancyVoxel> two{voxel(0.05F, 0.05F, 0.05F), voxel(0.05F, 0.05F, 2.05F)};

@@ -2,6 +2,7 @@
 
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/image/image_file.hpp"
+#include "hm/report/floor_plan_svg.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/render/mesh_renderer.hpp"
 
@@ -18,15 +19,20 @@ RenderOptions render_options(const MeshFigureOptions& options, RenderStyle style
 
 }  // namespace
 
+SceneExtent extent_of(const TriangleMesh& mesh, const MeshFigureOptions& options) {
+  return options.up_is_known ? scene_extent_along(mesh, options.up) : scene_extent(mesh, options.up);
+}
+
 std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigureOptions& options,
                                       const ParallelLoop& loop) {
   std::vector<Figure> figures;
   if (mesh.triangles.empty()) return figures;
-  const SceneExtent extent = scene_extent(mesh, options.up);
+  const SceneExtent extent = extent_of(mesh, options);
   const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
     const RenderOptions render = render_options(options, style);
     figures.push_back({std::move(name), std::move(caption),
-                       render_mesh(mesh, dollhouse_view(extent, render), render, loop)});
+                       render_mesh(mesh, dollhouse_view(extent, render), render, loop),
+                       HtmlReport::Place::kStill});
   };
   draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
   if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
@@ -35,12 +41,14 @@ std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigure
     const RenderOptions render =
         render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);
     figures.push_back({"camera", "As the camera saw it in the middle of the recording.",
-                       render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop)});
+                       render_mesh(mesh, camera_view(*options.T_world_camera, render), render, loop),
+                       HtmlReport::Place::kStill});
   }
   RenderOptions plan = render_options(options, RenderStyle::kShaded);
   plan.trajectory = options.trajectory;
   figures.push_back({"plan", "Floor plan, cut 1.4 m over the floor, with the camera's path.",
-                     render_floor_plan(mesh, extent, plan, loop)});
+                     render_floor_plan(mesh, framed(extent, options.trajectory), plan, loop),
+                     HtmlReport::Place::kHalf});
   return figures;
 }
 
@@ -54,7 +62,8 @@ std::optional<Figure> make_error_figure(const TriangleMesh& mesh, const Triangle
   render.vertex_values = errors_m;
   render.value_label = "error (mm)";
   return Figure{"error", "Signed distance to the true surface: red in front of it, blue behind.",
-                render_mesh(mesh, dollhouse_view(scene_extent(mesh, options.up), render), render, loop)};
+                render_mesh(mesh, dollhouse_view(extent_of(mesh, options), render), render, loop),
+                HtmlReport::Place::kStill};
 }
 
 Result<void> write_figures(const std::filesystem::path& output, std::span<const Figure> figures,
@@ -70,7 +79,16 @@ Result<void> write_figures(const std::filesystem::path& output, std::span<const 
 }
 
 void add_figure(HtmlReport& report, const Figure& figure) {
-  report.add_figure(encode_jpeg(figure.image, 88), figure.caption, figure.caption);
+  report.add_figure(encode_jpeg(figure.image, 88), {figure.caption, figure.caption, figure.place,
+                                                    figure.legend, figure.scale_m, figure.scale_ratio});
+}
+
+void set_lead_figure(HtmlReport& report, std::span<const Figure> figures, std::string_view name) {
+  for (const Figure& figure : figures)
+    if (figure.name == name)
+      report.set_lead_figure(encode_jpeg(figure.image, 88),
+                             {figure.caption, figure.caption, HtmlReport::Place::kWide, figure.legend,
+                              figure.scale_m, figure.scale_ratio});
 }
 
 void add_error_histogram(HtmlReport& report, const MeshError& error) {

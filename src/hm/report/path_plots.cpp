@@ -10,13 +10,7 @@ namespace {
 
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
-/// The axes that lie to the right and upwards on the paper.
-struct PaperAxes {
-  int right = 0, up = 1;
-};
-
-/// Seen against the direction `up`, so that nothing is mirrored: right x up on the paper points to the
-/// viewer.
+/// View against the direction `up`, without mirroring: right x up in the plot points to the viewer.
 PaperAxes seen_from(const Vec3& up) {
   int axis = 2;
   up.cwiseAbs().maxCoeff(&axis);
@@ -31,7 +25,7 @@ int axis_upwards(const Vec3& up) {
   return axis;
 }
 
-/// What trajectory_svg() takes for x and y are the two axes of the paper.
+/// Transforms a path so that x and y for trajectory_svg() are the two plot axes.
 Trajectory on_paper(const Trajectory& path, const PaperAxes& paper) {
   Trajectory flat;
   for (const StampedPose& pose : path) {
@@ -49,6 +43,7 @@ void add_view(HtmlReport& report, std::span<const NamedTrajectory> paths, const 
   for (std::size_t i = 0; i < paths.size(); ++i) named.push_back({paths[i].name, &flat[i]});
   PlotOptions plot;
   plot.equal_aspect = true;
+  plot.height_px = 360;
   plot.x.label = std::string(kAxisNames[static_cast<std::size_t>(paper.right)]) + " (m)";
   plot.y.label = std::string(kAxisNames[static_cast<std::size_t>(paper.up)]) + " (m)";
   report.add_svg(trajectory_svg(named, plot), caption);
@@ -70,6 +65,8 @@ std::string span_name(const RelativeErrors& errors) {
 }
 
 }  // namespace
+
+PaperAxes paper_axes(const Trajectory& path) { return seen_from(up_of_cameras(path)); }
 
 void add_path_views(HtmlReport& report, std::span<const NamedTrajectory> paths, const std::string& caption) {
   if (paths.empty() || paths.front().trajectory->empty()) return;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
@@ -15,17 +16,21 @@ namespace {
 /// Colours that differ in lightness as well as hue; every plot carries its own style so that it stands alone.
 constexpr std::string_view kStyle =
     "<style>.hm-plot{font-family:system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;color:#2a2f3a;"
-    "--s0:#2563b0;--s1:#d9600f;--s2:#18855a;--s3:#a13670;--s4:#b58a00;--s5:#5b5fc7;--s6:#3c98ab;--s7:#777d88}"
-    ".hm-plot text{fill:currentColor;font-size:14px}.hm-plot .hm-title{font-size:16px;font-weight:600}"
+    "--s0:#2563b0;--s1:#d9600f;--s2:#18855a;--s3:#a13670;--s4:#b58a00;--s5:#5b5fc7;--s6:#3c98ab;--s7:#777d88;"
+    "--beyond:#c2303c}"
+    ".hm-plot text{fill:currentColor;font-size:15px}.hm-plot .hm-title{font-size:17px;font-weight:600}"
     ".hm-plot .hm-grid{stroke:currentColor;stroke-opacity:.13}.hm-plot "
     ".hm-frame{stroke:currentColor;stroke-opacity:.55;"
     "fill:none}.hm-plot .hm-mark{stroke:currentColor;stroke-opacity:.75;stroke-dasharray:5 4}"
     "@media(prefers-color-scheme:dark){.hm-plot{color:#dfe3ea;--s0:#6ea8f5;--s1:#ff9a52;--s2:#52c795;--s3:#"
     "e27db4;"
-    "--s4:#e0bd4a;--s5:#a3a6f5;--s6:#7fd0e0;--s7:#aab0bb}}</style>";
+    "--s4:#e0bd4a;--s5:#a3a6f5;--s6:#7fd0e0;--s7:#aab0bb;--beyond:#ff7b83}}</style>";
 constexpr int kColors = 8;
 
 std::string color(std::size_t series) { return fmt::format("var(--s{})", series % kColors); }
+std::string color(const PlotSeries& series, std::size_t index) {
+  return series.color.empty() ? color(index) : escape_markup(series.color);
+}
 
 /// The drawing area and its two axes.
 struct Frame {
@@ -39,7 +44,7 @@ std::string open_svg(const PlotOptions& options) {
   std::string svg = fmt::format(
       "<svg class=\"hm-plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" width=\"100%\" "
       "style=\"max-width:{}px;height:auto\" role=\"img\" aria-label=\"{}\">",
-      options.width_px, options.height_px, options.width_px, escape_markup(label));
+      options.width_px, options.height_px, options.width_px * 23 / 20, escape_markup(label));
   svg += kStyle;
   if (!options.title.empty())
     svg +=
@@ -53,11 +58,35 @@ std::string no_data(const PlotOptions& options) {
                      options.width_px / 2, options.height_px / 2);
 }
 
-/// Grid, ticks and labels.
+int ticks_over(double height_px) { return std::max(2, static_cast<int>(height_px / 46)); }
+
+/// Number of characters of the longest tick label of the y axis.
+std::size_t longest_tick(const PlotAxis& axis, const std::pair<double, double>& range, double height_px) {
+  std::size_t longest = 1;
+  for (const auto& [value, text] :
+       AxisMap(axis, range.first, range.second, height_px, 0).ticks(ticks_over(height_px)))
+    longest = std::max(longest, text.size());
+  return longest;
+}
+
+/// Label of the x axis, broken into lines that fit.
+std::vector<std::string> label_lines(const PlotOptions& options) {
+  const auto most = static_cast<std::size_t>(std::max(8, options.width_px / 8));
+  std::vector<std::string> lines(1);
+  std::istringstream words(options.x.label);
+  for (std::string word; words >> word;) {
+    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > most) lines.emplace_back();
+    if (!lines.back().empty()) lines.back() += ' ';
+    lines.back() += word;
+  }
+  return lines;
+}
+
+/// Draws grid, ticks and labels.
 std::string draw_axes(const Frame& frame, const PlotOptions& options) {
   std::string svg;
-  const int x_ticks = std::max(2, static_cast<int>((frame.right - frame.left) / 85));
-  const int y_ticks = std::max(2, static_cast<int>((frame.bottom - frame.top) / 46));
+  const int x_ticks = std::max(2, static_cast<int>((frame.right - frame.left) / 80));
+  const int y_ticks = ticks_over(frame.bottom - frame.top);
   for (const auto& [value, text] : frame.x.ticks(x_ticks)) {
     const double x = frame.x.at(value);
     svg += fmt::format(
@@ -74,8 +103,10 @@ std::string draw_axes(const Frame& frame, const PlotOptions& options) {
   }
   svg += fmt::format("<path class=\"hm-frame\" d=\"M{:.1f} {:.1f}V{:.1f}H{:.1f}\"/>", frame.left, frame.top,
                      frame.bottom, frame.right);
-  svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>",
-                     0.5 * (frame.left + frame.right), frame.bottom + 38, escape_markup(options.x.label));
+  double y = frame.bottom + 20;
+  for (const std::string& line : label_lines(options))
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>",
+                       0.5 * (frame.left + frame.right), y += 18, escape_markup(line));
   svg += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
                      0.5 * (frame.top + frame.bottom), escape_markup(options.y.label));
   return svg;
@@ -105,24 +136,43 @@ std::string draw_marks(const Frame& frame, const PlotOptions& options) {
   return svg;
 }
 
-/// Names under the title, in one or more rows; nothing for a single unnamed series.
+/// Draws the colour bar in a row of its own.
+std::string draw_color_bar(const PlotColorBar& bar, double y) {
+  std::string svg;
+  const double left = 20 + 8.2 * static_cast<double>(bar.low.size()),
+               step = 140.0 / static_cast<double>(bar.colors.size());
+  for (std::size_t i = 0; i < bar.colors.size(); ++i)
+    svg +=
+        fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"11\" fill=\"{}\"/>",
+                    left + static_cast<double>(i) * step, y - 10, step + 0.5, escape_markup(bar.colors[i]));
+  return svg +
+         fmt::format("<text x=\"12\" y=\"{0:.1f}\">{1}</text><text x=\"{2:.1f}\" y=\"{0:.1f}\">{3}</text>", y,
+                     escape_markup(bar.low), left + 148, escape_markup(bar.high));
+}
+
+/// Draws the colour bar and the names under the title, in one or more rows; nothing for a single unnamed
+/// series.
 std::string draw_legend(std::span<const PlotSeries> series, const PlotOptions& options, int& rows) {
   rows = 0;
   std::string svg;
-  if (series.size() == 1 && series[0].name.empty()) return svg;
+  const double first_y = options.title.empty() ? 4 : 28;
+  if (!options.color_bar.colors.empty()) svg += draw_color_bar(options.color_bar, first_y + 20.0 * ++rows);
+  if (std::all_of(series.begin(), series.end(), [](const PlotSeries& s) { return s.name.empty(); }))
+    return svg;
   double x = 12;
-  rows = 1;
+  ++rows;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const double width = 28 + 7.6 * static_cast<double>(series[i].name.size());
+    if (series[i].name.empty()) continue;
+    const double width = 28 + 8.2 * static_cast<double>(series[i].name.size());
     if (x + width > options.width_px && x > 12) {
       x = 12;
       ++rows;
     }
-    const double y = (options.title.empty() ? 4 : 28) + 20.0 * rows;
+    const double y = first_y + 20.0 * rows;
     svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" rx=\"2\" fill=\"{}\"/><text "
         "x=\"{:.1f}\" y=\"{:.1f}\">{}</text>",
-        x, y - 11, color(i), x + 17, y, escape_markup(series[i].name));
+        x, y - 11, color(series[i], i), x + 17, y, escape_markup(series[i].name));
     x += width + 10;
   }
   return svg;
@@ -156,21 +206,21 @@ std::string draw_series(const PlotSeries& series, std::size_t index, const Frame
     if (series.style == SeriesStyle::kScatter || piece.size() == 1) {
       for (const Vec2& p : piece)
         svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\" fill=\"{}\" fill-opacity=\".75\"/>",
-                           p.x(), p.y(), color(index));
+                           p.x(), p.y(), color(series, index));
       continue;
     }
     const std::string path = path_of(piece, series.style == SeriesStyle::kStep);
     if (series.style == SeriesStyle::kArea)
       svg += fmt::format("<path d=\"{}L{:.1f} {:.1f}H{:.1f}Z\" fill=\"{}\" fill-opacity=\".25\"/>", path,
-                         piece.back().x(), frame.bottom, piece.front().x(), color(index));
+                         piece.back().x(), frame.bottom, piece.front().x(), color(series, index));
     svg += fmt::format(
         "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>", path,
-        color(index));
+        color(series, index));
   }
   return svg;
 }
 
-/// Filled bands between running sums, at the first series' x.
+/// Draws filled bands between cumulative sums, at the first series' x.
 std::string draw_stack(std::span<const PlotSeries> series, const Frame& frame) {
   std::string svg;
   std::vector<double> below(series[0].x.size(), 0.0);
@@ -217,7 +267,7 @@ void equalise(std::pair<double, double>& x, std::pair<double, double>& y, double
   narrow = {middle - 0.5 * wanted, middle + 0.5 * wanted};
 }
 
-/// The means of the values in `steps` equal parts, so that a plot is never larger than it can show.
+/// Averages the values in `steps` equal parts, to limit the size of a plot.
 PlotSeries thinned(const PlotSeries& series, std::size_t steps) {
   if (series.x.size() <= steps) return series;
   PlotSeries out{series.name, {}, {}, series.style};
@@ -251,10 +301,12 @@ std::string plot_svg(std::span<const PlotSeries> series, const PlotOptions& opti
   if (!drawable) return no_data(options);
   int legend_rows = 0;
   const std::string legend = draw_legend(series, options, legend_rows);
-  const double left = 66, right = options.width_px - 16.0, bottom = options.height_px - 48.0;
+  const double right = options.width_px - 16.0,
+               bottom = options.height_px - 30.0 - 18.0 * static_cast<double>(label_lines(options).size());
   const double top = (options.title.empty() ? 12 : 34) + 20.0 * legend_rows;
   auto x_range = axis_range(options.x, all_values(series, true, options.stacked), false);
   auto y_range = axis_range(options.y, all_values(series, false, options.stacked), area);
+  const double left = 36 + 8.4 * static_cast<double>(longest_tick(options.y, y_range, bottom - top));
   if (options.equal_aspect) equalise(x_range, y_range, (right - left) / (bottom - top));
   const Frame frame{left,
                     right,
@@ -325,6 +377,26 @@ std::string stacked_series_svg(std::span<const PlotSeries> stages, const PlotOpt
     thin.push_back(thinned(stage, static_cast<std::size_t>(std::max(2, options.width_px / 3))));
   }
   return plot_svg(thin, drawn);
+}
+
+std::string set_aside_unphysical(std::vector<PlotSeries>& series, double limit, std::string_view unit) {
+  PlotSeries beyond{{}, {}, {}, SeriesStyle::kScatter, "var(--beyond)"};
+  double largest = 0;
+  for (PlotSeries& values : series)
+    for (std::size_t i = 0; i < values.y.size(); ++i) {
+      if (!(std::abs(values.y[i]) > limit)) continue;
+      largest = std::max(largest, std::abs(values.y[i]));
+      beyond.x.push_back(values.x[i]);
+      beyond.y.push_back(std::copysign(limit, values.y[i]));
+      values.y[i] = std::nan("");
+    }
+  if (beyond.x.empty()) return {};
+  const std::size_t count = beyond.x.size();
+  beyond.name = fmt::format("{} not physical", count);
+  series.push_back(std::move(beyond));
+  return fmt::format(
+      " {} {} beyond {:g} {}, up to {:.3g}: no vehicle and no hand moves so; look for wrong stamps there.",
+      count, count == 1 ? "value lies" : "values lie", limit, unit, largest);
 }
 
 std::string trajectory_svg(std::span<const NamedTrajectory> trajectories, const PlotOptions& options) {

@@ -6,12 +6,12 @@
 
 namespace hm {
 
-/// A stretch of pixels that shows a range of values; internal to this room.
+/// Map from axis values to pixels; internal to this room.
 class AxisMap {
  public:
-  /// `low_px` shows `min`. On a log scale min must be positive.
+  /// Maps [min, max] to [low_px, high_px]. On a log scale min must be positive.
   AxisMap(const PlotAxis& axis, double min, double max, double low_px, double high_px);
-  /// Pixels; NaN for a value that cannot be shown on this scale.
+  /// Pixel of a value; NaN if it cannot be shown on this scale.
   [[nodiscard]] double at(double value) const;
   [[nodiscard]] bool shows(double value) const { return value >= min_ && value <= max_; }
   /// Tick positions with their texts.
@@ -24,7 +24,7 @@ class AxisMap {
   double min_, max_, low_px_, high_px_;
 };
 
-/// The range that shows all values that the axis can show (or the axis' own); a usable one even for none.
+/// Range that includes all drawable values (or the axis' own range); valid even without values.
 std::pair<double, double> axis_range(const PlotAxis& axis, const std::vector<double>& values, bool from_zero);
 
 }  // namespace hm

@@ -8,6 +8,7 @@
 #include "hm/report/html_report.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/render/axis_ticks.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Empty when every tag is closed in order and every attribute is quoted; else what is wrong.
+/// Empty when every tag is closed in order and every attribute is quoted; else the first fault.
 std::string markup_fault(const std::string& text) {
   std::vector<std::string> open;
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
@@ -107,11 +108,11 @@ TEST(Plot, PointsLandWhereTheAxesSay) {
   options.x = {"x", AxisScale::kLinear, 0, 10};
   options.y = {"y", AxisScale::kLinear, 0, 100};
   const PlotSeries line{"", {0, 5, 10}, {0, 50, 100}};
-  // The drawing area is x 66..704, y 12..312.
-  EXPECT_EQ(curve(plot_svg(std::span(&line, 1), options)), "M66.0 312.0L385.0 162.0L704.0 12.0");
+  // The drawing area is x 61.2..444 (numbers of three letters stand at its left), y 12..252.
+  EXPECT_EQ(curve(plot_svg(std::span(&line, 1), options)), "M61.2 252.0L252.6 132.0L444.0 12.0");
   options.y = {"y", AxisScale::kLog, 1, 100};
   const PlotSeries decades{"", {0, 5, 10}, {1, 10, 100}};
-  EXPECT_EQ(curve(plot_svg(std::span(&decades, 1), options)), "M66.0 312.0L385.0 162.0L704.0 12.0");
+  EXPECT_EQ(curve(plot_svg(std::span(&decades, 1), options)), "M61.2 252.0L252.6 132.0L444.0 12.0");
 }
 
 TEST(Plot, GapsAndNothingToDraw) {
@@ -146,7 +147,7 @@ TEST(Plot, HistogramSharesAndOutliers) {
   options.y = {"", AxisScale::kLinear, 0, 100};
   const std::string svg = histogram_svg(values, 2, options);
   EXPECT_THAT(svg, HasSubstr("error (mm); 10 % outside"));
-  EXPECT_EQ(curve(svg), "M66.0 42.0L385.0 42.0L385.0 312.0L704.0 312.0");  // 90 % high, then nothing
+  EXPECT_EQ(curve(svg), "M61.2 36.0L252.6 36.0L252.6 252.0L444.0 252.0");  // 90 % high, then nothing
 }
 
 TEST(Plot, LongRunsAreThinned) {
@@ -156,6 +157,39 @@ TEST(Plot, LongRunsAreThinned) {
     run.y.push_back(1);
   }
   EXPECT_LT(stacked_series_svg(std::span(&run, 1), {}).size(), 20'000u);
+}
+
+/// The numbers of an attribute, in the order of the text.
+std::vector<double> attribute(const std::string& svg, const std::string& name) {
+  std::vector<double> values;
+  for (std::size_t at = svg.find(name + "=\""); at != std::string::npos; at = svg.find(name + "=\"", at + 1))
+    values.push_back(std::stod(svg.substr(at + name.size() + 2)));
+  return values;
+}
+
+TEST(Plot, LongLabelsAndLongNumbersStayInside) {
+  PlotOptions options;
+  options.x.label =
+      "signed error (mm), positive in front of the true surface; 1.3 % outside of what is drawn";
+  const PlotSeries line{"", {0, 1}, {1'000'000, 3'000'000}};
+  const std::string svg = plot_svg(std::span(&line, 1), options);
+  const std::size_t begin = svg.find(">signed error");
+  EXPECT_LT(svg.find('<', begin) - begin, 60u) << "the label is broken into lines";
+  EXPECT_THAT(svg, HasSubstr("drawn</text>"));
+  for (const double y : attribute(svg, " y")) EXPECT_LT(y, options.height_px);
+  EXPECT_GT(std::stod(curve(svg).substr(1)), 36 + 7 * 8);  // numbers of seven digits beside the axis
+}
+
+TEST(Plot, ColorBarStandsOverThePlotAndUnnamedSeriesHaveNoLegend) {
+  PlotOptions options;
+  options.color_bar = {{"#00ff00", "#ff0000"}, "0", "24 mm"};
+  const std::vector<PlotSeries> series{{"", {0, 1}, {0, 1}, SeriesStyle::kLine, "#00ff00"},
+                                       {"", {1, 2}, {1, 0}, SeriesStyle::kLine, "#ff0000"}};
+  const std::string svg = plot_svg(series, options);
+  EXPECT_EQ(markup_fault(svg), "");
+  EXPECT_THAT(svg, HasSubstr("24 mm"));
+  EXPECT_THAT(svg, HasSubstr("stroke=\"#ff0000\""));
+  EXPECT_EQ(svg.find("rx=\"2\""), std::string::npos);
 }
 
 TEST(Base64, KnownVectors) {  // RFC 4648, section 10
@@ -195,6 +229,40 @@ TEST(HtmlReport, ContainsWhatWasGivenEscapedAndNothingExternal) {
     EXPECT_THAT(html, HasSubstr(part));
   for (const char* external : {"<script", "<link", "src=\"http", "@import", "url("})
     EXPECT_THAT(html, Not(HasSubstr(external)));
+}
+
+TEST(HtmlReport, ModelComesBeforeTheNumbersAndLongPagesHaveContents) {
+  HtmlReport report("tum_fr1_xyz", "Reconstruction");
+  report.set_verdict(HtmlReport::Verdict::kGood, "4 m.");
+  report.add_card({"frames", "101", "", ""});
+  for (const char* heading : {"One", "Two", "Three"}) report.begin_section(heading);
+  EXPECT_THAT(report.html(), Not(HasSubstr("<nav")));
+  report.begin_section("Four & more");
+  report.set_model("<div class=\"model\"></div>");
+  const std::string html = report.html();
+  EXPECT_THAT(html, HasSubstr("<title>tum_fr1_xyz - Reconstruction</title>"));
+  EXPECT_THAT(html, HasSubstr("<a href=\"#s4\">Four &amp; more</a>"));
+  EXPECT_THAT(html, HasSubstr("<section id=\"s4\">"));
+  const std::size_t verdict = html.find("class=\"verdict"), model = html.find("class=\"model"),
+                    cards = html.find("class=\"cards"), contents = html.find("<nav"),
+                    script = html.find("<script");
+  EXPECT_LT(verdict, model);
+  EXPECT_LT(model, cards);
+  EXPECT_LT(cards, contents);
+  EXPECT_LT(contents, script);
+  const std::vector<std::uint8_t> png{0x89, 'P', 'N', 'G'};
+  report.set_lead_figure(png, {"map", "", HtmlReport::Place::kWide, {{"#d65420", "path <1>"}}, 5, 0.25});
+  EXPECT_THAT(report.html(), Not(HasSubstr("<script")));
+  for (const char* part : {"width:25.00%", "5 m", "--swatch:#d65420", "path &lt;1&gt;"})
+    EXPECT_THAT(report.html(), HasSubstr(part));
+}
+
+TEST(RunReport, FolderTitleSaysMoreThanRecording) {
+  EXPECT_EQ(folder_title("/data/rgbd/tum_fr1_xyz"), "tum_fr1_xyz");
+  EXPECT_EQ(folder_title("/data/rgbd/tum_fr1_xyz/"), "tum_fr1_xyz");
+  EXPECT_EQ(folder_title("/data/flat/recording"), "flat/recording");
+  EXPECT_EQ(folder_title("/data/flat/2024"), "flat/2024");
+  EXPECT_EQ(folder_title("."), folder_title(std::filesystem::current_path()));
 }
 
 }  // namespace

@@ -25,6 +25,17 @@ void add_list_table(HtmlReport& report, const SummaryTree& summary, std::string_
   if (!table.rows.empty()) report.add_table(table.header, table.rows);
 }
 
+std::string folder_title(const std::filesystem::path& path) {
+  std::error_code code;
+  std::filesystem::path whole = std::filesystem::weakly_canonical(path, code);
+  if (code) whole = path.lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();
+  const std::string name = whole.filename().string(), above = whole.parent_path().filename().string();
+  const bool vague = name == "recording" || name == "result" || name == "data" || name == "out" ||
+                     std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return vague && !above.empty() ? above + "/" + name : name;
+}
+
 std::string output_lines(std::span<const std::filesystem::path> outputs) {
   std::string text;
   for (const auto& path : outputs) text += "  " + path.string() + "\n";

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "hm/core/check.hpp"
+#include "hm/core/text/counted.hpp"
 
 namespace hm {
 namespace {
@@ -29,13 +30,6 @@ double quantity_of(const Summary& values, std::string_view name) {
   return 0;
 }
 
-std::string with_thousands(std::int64_t number) {
-  std::string text = std::to_string(number);
-  const std::size_t first = number < 0 ? 1 : 0;
-  for (std::size_t at = text.size(); at > first + 3;) text.insert(at -= 3, 1, ',');
-  return text;
-}
-
 }  // namespace
 
 void SummaryTree::add(const SummaryDoc& doc, JsonValue value, std::string text) {
@@ -52,9 +46,9 @@ void SummaryTree::add_number(const SummaryDoc& doc, double number, JsonValue val
 }
 
 void SummaryTree::operator()(const SummaryDoc& doc, std::int64_t value) {
-  if (doc.format == kThousands) return add(doc, value, with_thousands(value));
   if (doc.scale != 1) return add_number(doc, static_cast<double>(value), value);
-  add(doc, value, fmt::format(fmt::runtime(doc.format), value));
+  add(doc, value, doc.format == "{}" ? with_thousands(value) : fmt::format(fmt::runtime(doc.format), value));
+  entries_.back().count = value;
 }
 
 void SummaryTree::operator()(const SummaryDoc& doc, std::string_view value) {
@@ -74,11 +68,15 @@ void SummaryTree::shown(std::string_view key, std::string_view label, std::strin
   entries_.push_back({std::string(key), std::string(label), std::move(text)});
 }
 
+void SummaryTree::shown_count(std::string_view key, std::string_view label, std::int64_t count) {
+  entries_.push_back({std::string(key), std::string(label), with_thousands(count), count});
+}
+
 void SummaryTree::adopt(std::string_view key, SummaryTree below) {
   json_[key] = std::move(below.json_);
   const std::string prefix = std::string(key) + ".";
   for (Entry& entry : below.entries_)
-    entries_.push_back({prefix + entry.key, std::move(entry.label), std::move(entry.text)});
+    entries_.push_back({prefix + entry.key, std::move(entry.label), std::move(entry.text), entry.count});
   for (auto& [name, table] : below.tables_) tables_.emplace_back(prefix + name, std::move(table));
 }
 
@@ -99,10 +97,19 @@ void SummaryTree::adopt_list(std::string_view key, std::vector<SummaryTree> rows
   tables_.emplace_back(key, std::move(table));
 }
 
-const std::string* SummaryTree::find(std::string_view key) const {
-  for (const Entry& entry : entries_)
-    if (entry.key == key) return entry.text ? &*entry.text : nullptr;
-  return nullptr;
+/// Value of "key", or count with noun of "key|noun" or "key|noun|plural".
+std::optional<std::string> SummaryTree::value_of(std::string_view key_and_noun) const {
+  const std::size_t bar = std::min(key_and_noun.find('|'), key_and_noun.size());
+  const auto entry = std::ranges::find(entries_, key_and_noun.substr(0, bar), &Entry::key);
+  if (entry == entries_.end() || !entry->text) return std::nullopt;
+  if (bar == key_and_noun.size()) return entry->text;
+  HM_CHECK(entry->count, "{} is not a count", key_and_noun);
+  const std::string_view nouns = key_and_noun.substr(bar + 1);
+  const std::size_t second = nouns.find('|');
+  const std::string noun = second == std::string_view::npos
+                               ? noun_for(*entry->count, nouns)
+                               : noun_for(*entry->count, nouns.substr(0, second), nouns.substr(second + 1));
+  return *entry->text + " " + noun;
 }
 
 /// A text without brackets; nothing where a value is missing.
@@ -114,7 +121,7 @@ std::optional<std::string> SummaryTree::replaced(std::string_view text) const {
     if (open == text.size()) break;
     const std::size_t close = text.find('}', open);
     HM_CHECK(close != std::string_view::npos, "no }} in: {}", text);
-    const std::string* value = find(text.substr(open + 1, close - open - 1));
+    const auto value = value_of(text.substr(open + 1, close - open - 1));
     if (!value) return std::nullopt;
     result += *value;
     at = close + 1;

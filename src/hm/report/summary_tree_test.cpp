@@ -32,7 +32,7 @@ void visit(const Loop& loop, SummaryTree& v) {
 void visit(const Loops& loops, SummaryTree& v) {
   v({"candidates", "candidates"}, loops.candidates);
   v({"accepted", "accepted"}, loops.accepted);
-  v.shown("refused", "refused", std::to_string(loops.candidates - loops.accepted));
+  v.shown("refused", "refused", loops.candidates - loops.accepted);
   v.list("list", loops.list);
 }
 
@@ -86,10 +86,29 @@ TEST(SummaryTree, TablesShowWhatHasALabel) {
 
 TEST(SummaryTree, LargeNumbersAreGrouped) {
   SummaryTree tree;
-  tree({"a", "", kThousands}, 999);
-  tree({"b", "", kThousands}, 1000);
-  tree({"c", "", kThousands}, -1234567);
+  tree({"a", ""}, 999);
+  tree({"b", ""}, 1000);
+  tree({"c", ""}, -1234567);
   EXPECT_EQ(tree.sentence("{a} {b} {c}"), "999 1,000 -1,234,567");
+}
+
+TEST(SummaryTree, NamesAreNotGrouped) {
+  SummaryTree tree;
+  tree({"width_px", "", "{:d}"}, 1920);
+  EXPECT_EQ(tree.sentence("{width_px} px"), "1920 px");
+}
+
+TEST(SummaryTree, CountsAgreeWithTheirNouns) {
+  SummaryTree tree;
+  tree({"loops"}, 1);
+  tree({"frames"}, 2529);
+  tree({"vertices"}, 0);
+  tree.shown("threads", {}, std::size_t{1});
+  tree.object("map", [](SummaryTree& map) { map({"vertices"}, 1); });
+  EXPECT_EQ(tree.sentence("{loops|loop}, {frames|frame}, {vertices|vertex|vertices}, {threads|thread}"),
+            "1 loop, 2,529 frames, 0 vertices, 1 thread");
+  EXPECT_EQ(tree.sentence("{map.vertices|vertex|vertices}"), "1 vertex");
+  EXPECT_EQ(tree.sentence("{no_such|loop}"), std::nullopt);
 }
 
 TEST(SummaryTree, CardsAndTablesOfAReport) {

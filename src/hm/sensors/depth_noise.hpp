@@ -3,11 +3,11 @@
 
 namespace hm {
 
-/// Axial noise of a depth sensor: the standard deviation of a reading at distance z (metres),
-/// sigma(z) = quadratic z^2 + linear z + constant (dissertation 4.1.3).
+/// Axial noise of a depth sensor: standard deviation (metres) of a reading at depth z (metres), sigma(z) =
+/// quadratic z^2 + linear z + constant (dissertation 4.1.3).
 ///
-/// The default is Nguyen et al. 2012 for the Kinect, 0.0012 + 0.0019 (z - 0.4)^2, expanded. Its linear
-/// term is negative; earlier code had the sign wrong and with it bands up to 2.6 times too wide.
+/// The default is the Kinect model of Nguyen et al. 2012, 0.0012 + 0.0019 (z - 0.4)^2, expanded. Its linear
+/// term is negative; the wrong sign would give bands up to 2.6 times too wide.
 struct DepthNoise {
   double quadratic_per_m = 0.0019;
   double linear_ratio = -0.00152;

@@ -10,23 +10,23 @@ namespace hm {
 
 inline constexpr double kGravity_m_s2 = 9.80665;
 
-/// One reading of an inertial measurement unit, in the `imu` frame (x forward, y left, z up where the
-/// recording's rig says nothing else).
+/// One IMU measurement in the `imu` frame (x forward, y left, z up unless the recording's rig defines it
+/// otherwise).
 struct ImuSample {
   Time stamp;
   Vec3 angular_velocity_rad_s = Vec3::Zero();
-  Vec3 specific_force_m_s2 = Vec3::Zero();  ///< what accelerometers feel: (0, 0, +g) at rest and level
+  Vec3 specific_force_m_s2 = Vec3::Zero();  ///< as accelerometers measure: (0, 0, +g) at rest and level
   std::optional<Mat3> R_world_imu;          ///< orientation by the device's own filter, if it has one
 };
 
-/// What an inertial device felt that was carried with a camera.
+/// Measurements of an IMU rigidly mounted to a camera.
 struct CarriedImu {
   std::vector<ImuSample> samples;  ///< in the CAMERA's frame (x right, y down, z forward), in order of time
-  bool has_gyroscope = false;      ///< without one the angular velocities are zero and mean nothing
-  std::string source;              ///< the file they come from
+  bool has_gyroscope = false;      ///< if false, the angular velocities are zero and unused
+  std::string source;              ///< file name
 };
 
-/// One reading of a distance sensor that looks along the x axis of its frame (sonar, downward laser).
+/// One measurement of a range sensor that points along the x axis of its frame (sonar, downward laser).
 struct RangeReading {
   Time stamp;
   double range_m = 0;

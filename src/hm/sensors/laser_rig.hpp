@@ -14,12 +14,12 @@ struct BeamRange {
   [[nodiscard]] std::size_t size() const { return end - begin; }
 };
 
-/// How a laser sits on its vehicle, and which of its beams mirrors turn aside (dissertation 2.2, Fig. 2.1).
+/// Mounting of a laser on its vehicle, and the beams deflected by mirrors (dissertation 2.2, Fig. 2.1).
 ///
-/// A mirrored beam is as if it came from a virtual laser behind the mirror: its end point is
+/// A mirrored beam is equivalent to one from a virtual laser behind the mirror: its end point is
 /// T_base_mirror * (r cos(angle), r sin(angle), 0) with the beam's own angle.
 struct LaserRig {
-  /// A mirror: the beams that it turns, and the virtual laser's place.
+  /// Mirror: the beams that it deflects, and the pose of the virtual laser.
   struct Mirror {
     BeamRange beams;
     SE3 T_base_virtual_laser;
@@ -27,19 +27,19 @@ struct LaserRig {
 
   SE3 T_base_laser;
   SE3 T_base_imu;
-  std::optional<BeamRange> horizontal;  ///< beams that leave in the scan plane; none: all
+  std::optional<BeamRange> horizontal;  ///< beams in the scan plane; unset: all
   std::optional<Mirror> down, up;       ///< towards the floor, towards the ceiling
 
-  /// The beams of the scan plane of a scan with `size` beams.
+  /// Beams in the scan plane, for a scan with `size` beams.
   [[nodiscard]] BeamRange horizontal_beams(std::size_t size) const {
     return horizontal ? BeamRange{std::min(horizontal->begin, size), std::min(horizontal->end, size)}
                       : BeamRange{0, size};
   }
 };
 
-/// What a vehicle carries.
+/// Sensors of a vehicle.
 struct LaserPlatform {
-  std::vector<LaserRig> rigs;  ///< one for each laser; the first is the one that is matched
+  std::vector<LaserRig> rigs;  ///< one per laser; scan matching uses the first
   bool has_imu = false, has_odometry = false;
 };
 

@@ -1,5 +1,5 @@
-// Vectors of floats and integers, as many of each (Highway). Included once per instruction set, which is why
-// the guard toggles.
+// Highway vector types of floats and integers with equal lane counts. Included once per instruction set,
+// hence the toggling include guard.
 #if defined(HM_SENSORS_VECTORS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HM_SENSORS_VECTORS_INL
 #undef HM_SENSORS_VECTORS_INL
@@ -24,7 +24,7 @@ using VI = hn::Vec<DI>;
 using VU = hn::Vec<DU>;
 using MF = hn::Mask<DF>;
 
-/// Bit i for lane i.
+/// Bit mask with bit i set for lane i.
 HWY_INLINE std::uint32_t MaskBits(MF mask) {
   std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(DF(), mask, bytes);

@@ -3,8 +3,7 @@
 
 namespace hm {
 
-/// The textbook Kalman filter on dense matrices, slow and plain: what the filters of this room are compared
-/// with.
+/// Textbook Kalman filter on dense matrices, the reference for the filters of this room.
 struct DenseKalman {
   Eigen::VectorXd x;
   Eigen::MatrixXd p;
@@ -21,7 +20,7 @@ struct DenseKalman {
   }
 };
 
-/// exp(m) by its series, scaled and squared.
+/// Matrix exponential by its series with scaling and squaring.
 inline Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& m) {
   const Eigen::MatrixXd small = m / 1024;
   Eigen::MatrixXd term = Eigen::MatrixXd::Identity(m.rows(), m.cols()), sum = term;
@@ -37,7 +36,7 @@ struct DiscreteModel {
   Eigen::MatrixXd a, q;
 };
 
-/// x' = F x + noise of spectral density `density`, over dt: Van Loan 1978.
+/// Discretises x' = F x + noise of spectral density `density` over dt_s (Van Loan 1978).
 inline DiscreteModel van_loan(const Eigen::MatrixXd& f, const Eigen::MatrixXd& density, double dt_s) {
   const Eigen::Index n = f.rows();
   Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2 * n, 2 * n);

@@ -7,8 +7,8 @@
 
 namespace hm {
 
-/// A flight at constant speed along a winding path, with IMU, laser poses and heights as a vehicle would get
-/// them: noisy, biased, and the laser late. The truth is exact (the path is the integral of its speed).
+/// Simulated flight at constant speed along a winding path, with noisy and biased IMU, delayed laser poses
+/// and heights. The truth is exact (the path is the integral of the velocity).
 struct LaserFlightParams {
   double duration_s = 20, speed_m_s = 2;
   double imu_hz = 1000, laser_hz = 40;
@@ -29,7 +29,7 @@ struct FlightTruth {
 class LaserFlight {
  public:
   explicit LaserFlight(const LaserFlightParams& params);
-  /// One step of the IMU, and what arrives with it.
+  /// IMU sample and the measurements that arrive with it.
   struct Step {
     ImuSample imu;
     std::optional<PlanarPose> pose;
@@ -44,10 +44,10 @@ class LaserFlight {
   std::vector<Step> steps_;
 };
 
-/// Feeds one step: IMU first.
+/// Adds one step to the estimator, IMU first.
 void feed(StateEstimator& estimator, const LaserFlight::Step& step);
 
-/// Root mean square error of the velocity, from `from_s` on.
+/// Root mean square velocity error from `from_s` on.
 double velocity_rmse_m_s(const LaserFlight& flight, const StateEstimatorParams& params, double from_s = 3);
 
 }  // namespace hm

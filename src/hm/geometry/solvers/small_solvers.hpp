@@ -6,12 +6,12 @@
 
 namespace hm {
 
-// Eigen's solvers for the sizes of motions, compiled once: each takes a second or more in every unit that
-// asks for it. The results are Eigen's, bit by bit.
+// Eigen's solvers for small fixed sizes, compiled once, since each costs a second or more of compile time per
+// translation unit. Results are bit-identical to Eigen's.
 
 /// Solution x of A x = b for a symmetric, positive or negative semidefinite A (Eigen::LDLT).
 Vec6 solve_symmetric(const Mat6& A, const Vec6& b);
-/// Inverse (Eigen's for this size, by partial pivoting).
+/// Matrix inverse (Eigen: LU with partial pivoting).
 Mat6 inverse_of(const Mat6& A);
 
 /// Eigenvalues in increasing order, eigenvectors as columns (Eigen::SelfAdjointEigenSolver).
@@ -35,7 +35,7 @@ struct Svd3 {
 };
 Svd3 svd_of(const Mat3& A);
 
-/// The shortest turn that brings the direction `from` to `to` (Eigen::Quaterniond::FromTwoVectors).
+/// Shortest rotation that takes the direction `from` to `to` (Eigen::Quaterniond::FromTwoVectors).
 Eigen::Quaterniond turn_between(const Vec3& from, const Vec3& to);
 
 }  // namespace hm

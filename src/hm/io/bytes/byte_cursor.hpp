@@ -7,8 +7,8 @@
 
 namespace hm::detail {
 
-/// Reads little-endian values from bytes, front to back, never beyond their end: what is not there is zero or
-/// empty, and ok() is false from then on.
+/// Reads little-endian values from bytes, front to back, never beyond their end: a read past it returns zero
+/// or an empty value and makes ok() false for good.
 class ByteCursor {
  public:
   explicit ByteCursor(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -16,7 +16,7 @@ class ByteCursor {
   [[nodiscard]] bool ok() const { return ok_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size(); }
 
-  /// The next `count` bytes.
+  /// Returns the next `count` bytes and advances.
   std::span<const std::uint8_t> take(std::size_t count) {
     if (!ok_ || count > bytes_.size()) {
       ok_ = false;
@@ -34,7 +34,7 @@ class ByteCursor {
     if (ok_) std::memcpy(&result, bytes.data(), sizeof(T));
     return result;
   }
-  /// A 32-bit length and so many characters.
+  /// Reads a 32-bit length followed by that many characters.
   std::string text() {
     const auto bytes = take(value<std::uint32_t>());
     return {bytes.begin(), bytes.end()};

@@ -10,10 +10,10 @@
 
 namespace hm {
 
-/// All bytes of a file. Errors: not there, a folder, not readable, or larger than `max_bytes`.
+/// Reads a whole file. Errors: not found, a folder, unreadable, or larger than `max_bytes`.
 Result<std::vector<std::uint8_t>> read_file_bytes(const std::filesystem::path& path,
                                                   std::size_t max_bytes = std::size_t{1} << 30);
-/// Writes (replaces) a file, whole or not at all; an error when the system refuses any of it.
+/// Writes (replaces) a file atomically: completely or not at all. Errors of the file system are returned.
 Result<void> write_file_bytes(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
                               Durability durability = Durability::kBeforeRename);
 Result<void> write_file_text(const std::filesystem::path& path, std::string_view text);

@@ -13,38 +13,37 @@
 
 namespace hm {
 
-/// There is a regular file (or a link to one) that can be looked at.
+/// True when `path` is an accessible regular file or a link to one.
 inline bool is_file(const std::filesystem::path& path) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(path, ignored);
 }
 
-/// A regular file read in large chunks from front to back, with seeking; it knows where it is for error
-/// messages.
+/// Buffered reader of a regular file, with seeking; tracks line and byte offset for error messages.
 class InputFile {
  public:
   static Result<InputFile> open(const std::filesystem::path& path);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  /// The offset of the next byte.
+  /// Offset of the next byte.
   [[nodiscard]] std::uint64_t offset() const { return buffer_offset_ + next_; }
   [[nodiscard]] std::uint64_t remaining() const { return offset() < size_ ? size_ - offset() : 0; }
-  /// Lines read by read_line() so far.
+  /// Number of lines read by read_line() so far.
   [[nodiscard]] std::uint64_t line() const { return line_; }
 
-  /// Reads exactly `count` bytes; false (nothing sensible read) when there are fewer.
+  /// Reads exactly `count` bytes; false (contents of `bytes` undefined) when fewer remain.
   bool read(void* bytes, std::size_t count);
   template <class T>
   bool read_value(T& value) {
     return read(&value, sizeof value);
   }
-  /// The next line without its end (LF or CRLF), valid until the next call; false at the end of the file.
-  /// Lines beyond 1 MiB are cut into several.
+  /// Reads the next line without its end (LF or CRLF), valid until the next call; false at the end of the
+  /// file. Lines longer than 1 MiB are split.
   bool read_line(std::string_view& line);
   void seek(std::uint64_t offset);
 
-  /// "name:line" and "name, byte offset", for errors.
+  /// Position for error messages: "name:line" or "name, byte offset".
   [[nodiscard]] std::string at_line() const { return name_ + ":" + std::to_string(line_); }
   [[nodiscard]] std::string at_byte(std::uint64_t byte) const {
     return name_ + ", byte " + std::to_string(byte);
@@ -57,7 +56,7 @@ class InputFile {
   };
   InputFile() = default;
   bool refill();
-  /// read() of at least a buffer's worth, when the buffer is used up.
+  /// Reads at least one buffer's worth when the buffer is exhausted.
   bool read_past_buffer(char* out, std::size_t count);
 
   std::string name_;

@@ -70,7 +70,7 @@ class Builder final : public nlohmann::json_sax<Json> {
 
   [[nodiscard]] JsonValue& root() { return root_; }
   [[nodiscard]] std::size_t position() const { return position_; }
-  /// What is wrong, without the parser's own prefix.
+  /// Error message without the parser's own prefix.
   [[nodiscard]] std::string message() const {
     const std::size_t colon = message_.find(": ");
     return colon == std::string::npos ? message_ : message_.substr(colon + 2);

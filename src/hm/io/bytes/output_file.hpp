@@ -12,32 +12,31 @@
 
 namespace hm {
 
-/// Makes a folder, and those above it, where it is not there yet. An error (kUsage) names it and says why
-/// not.
+/// Creates a folder and its parents if missing. The error (kUsage) names the folder and the reason.
 Result<void> make_folder(const std::filesystem::path& folder);
 
-/// Makes the folder NAME in a folder of results. A link of that name is an error (kUsage): what it points to
-/// is not ours to write into.
+/// Creates the folder `name` inside a result folder. A symbolic link of that name is an error (kUsage), so
+/// that nothing is written outside the result folder.
 Result<void> make_folder_in(const std::filesystem::path& folder, std::string_view name);
 
-/// Creates an empty file for writing and returns its descriptor, or -1 with errno set. A regular file that an
-/// earlier run left there is removed; a link is not followed, it is an error (EEXIST), as is everything else.
+/// Creates an empty file for writing and returns its descriptor, or -1 with errno set. An existing regular
+/// file (left by an earlier run) is removed first; a link or anything else is an error (EEXIST), links are
+/// not followed.
 int create_exclusively(const std::filesystem::path& path);
 
-/// Makes a file's contents, or a folder's names, durable. Returns errno of a failure, or 0; 0 also where the
-/// file system does not offer it.
+/// Syncs a file's contents, or a folder's entries, to disk. Returns errno of a failure, or 0; 0 also where
+/// the file system does not support it.
 int sync_to_disk(const std::filesystem::path& path);
 
-/// When a finished file must lie on the disk.
+/// Time at which a finished file is synced to disk.
 enum class Durability {
-  kBeforeRename,  ///< before it gets its name: a power cut leaves the old file or the new one
-  kLater,         ///< one of very many: their owner calls sync_to_disk() before it vouches for them
+  kBeforeRename,  ///< before the rename: a power failure leaves the old file or the new one
+  kLater,         ///< for very many files: the caller runs sync_to_disk() before relying on them
 };
 
-/// A file that appears whole or not at all: bytes go in large chunks to `PATH.partial`, which finish()
-/// renames to PATH. Destroyed without finish(), it leaves nothing. After a failed write the rest is ignored,
-/// and finish() says what happened. Numbers are written as they lie in memory (little endian on every
-/// platform we support).
+/// Atomic file writer: bytes go in large chunks to `PATH.partial`, which finish() renames to PATH. Destroyed
+/// without finish(), it leaves nothing. After a failed write later ones are ignored, and finish() returns the
+/// error. Numbers are written in native byte order (little endian on every supported platform).
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path, Durability durability = Durability::kBeforeRename);
@@ -52,9 +51,9 @@ class OutputFile {
     static_assert(std::is_trivially_copyable_v<T>);
     write(&value, sizeof value);
   }
-  /// Overwrites bytes that were written before, at `offset` from the beginning; then goes on at the end.
+  /// Overwrites bytes already written, at `offset` from the beginning; later writes append again.
   void rewrite(std::uint64_t offset, std::string_view bytes);
-  /// Flushes and gives the file its name.
+  /// Flushes, syncs (kBeforeRename) and renames the file; returns the first error.
   Result<void> finish();
 
  private:

@@ -12,18 +12,18 @@
 
 namespace hm::detail {
 
-/// Counts lines that are left out, by reason.
+/// Counts skipped lines by reason.
 class SkipCounter {
  public:
   explicit SkipCounter(const std::filesystem::path& path) : file_(path.filename().string()) {}
-  /// Of a stream of messages instead of a file's lines.
+  /// Counter for the messages of a stream instead of the lines of a file.
   static SkipCounter of_messages(std::string stream) {
     SkipCounter counter;
     counter.file_ = std::move(stream);
     counter.unit_ = "message";
     return counter;
   }
-  /// Counts a line; once only, when several things in it are left out for one reason.
+  /// Counts a line, at most once per reason.
   void add(SkippedLines::Reason reason, std::size_t line) {
     if (!seen_.emplace(reason, line).second) return;
     for (SkippedLines& known : skipped_) {
@@ -44,10 +44,11 @@ class SkipCounter {
   std::set<std::pair<SkippedLines::Reason, std::size_t>> seen_;
 };
 
-/// Indices of a longest strictly increasing subsequence: what is left when as few stamps as possible go.
+/// Indices of a longest strictly increasing subsequence, i.e. of the stamps left after removing as few as
+/// possible.
 std::vector<std::size_t> longest_increasing(std::span<const Time> stamps);
 
-/// Keeps the items whose stamps increase; the others are counted at their line.
+/// Keeps the items with increasing stamps; the others are counted in `skips` with their line number.
 template <class Item, class StampOf>
 std::vector<Item> keep_increasing(std::vector<Item> items, const std::vector<std::size_t>& line_numbers,
                                   const StampOf& stamp_of, SkipCounter& skips) {

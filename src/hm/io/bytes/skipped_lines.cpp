@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm {
 
 std::string to_string(const SkippedLines& skipped) {
@@ -23,14 +25,12 @@ std::string to_string(const SkippedLines& skipped) {
     return "";
   }();
   if (!skipped.place.empty())
-    return fmt::format("{} {}{} of {} left out: {} ({}{})", skipped.count, skipped.unit,
-                       skipped.count == 1 ? "" : "s", skipped.file, reason,
-                       skipped.count == 1 ? "" : "first: ", skipped.place);
+    return fmt::format("{} of {} left out: {} ({}{})", counted(skipped.count, skipped.unit), skipped.file,
+                       reason, skipped.count == 1 ? "" : "first: ", skipped.place);
   if (skipped.first_line == 0)
-    return fmt::format("{} pose{} not usable: {} (first: {})", skipped.count,
-                       skipped.count == 1 ? " is" : "s are", reason, skipped.file);
-  return fmt::format("{} {}{} of {} left out: {} (first: {}:{})", skipped.count, skipped.unit,
-                     skipped.count == 1 ? "" : "s", skipped.file, reason, skipped.file, skipped.first_line);
+    return fmt::format("{} not usable: {} (first: {})", counted(skipped.count, "pose"), reason, skipped.file);
+  return fmt::format("{} of {} left out: {} (first: {}:{})", counted(skipped.count, skipped.unit),
+                     skipped.file, reason, skipped.file, skipped.first_line);
 }
 
 }  // namespace hm

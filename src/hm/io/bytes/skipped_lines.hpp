@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// Lines of a recording's text files, messages or parts of its bags, or single pictures that were left out.
+/// Skipped lines of a recording's text files, messages or parts of its bags, or images, counted by reason.
 struct SkippedLines {
   enum class Reason { kStampNotIncreasing, kNotFinite, kNotRigid, kMalformed, kCutOff, kDamaged };
   Reason reason = Reason::kStampNotIncreasing;
@@ -13,7 +13,7 @@ struct SkippedLines {
   std::size_t count = 0;
   std::size_t first_line = 0;      ///< counted from 1
   std::string_view unit = "line";  ///< what is counted: "line", "message", "part"
-  std::string place = {};          ///< of the first, in words, where it has no line
+  std::string place = {};          ///< description of the first, where it has no line number
 };
 std::string to_string(const SkippedLines& skipped);
 

@@ -13,20 +13,20 @@ struct sqlite3_stmt;
 
 namespace hm {
 
-/// A prepared SQL statement. Parameters and columns count from 0. Values stay valid until the next step() or
+/// Prepared SQL statement. Parameters and columns count from 0. Values stay valid until the next step() or
 /// reset().
 class SqliteStatement {
  public:
   SqliteStatement() = default;
 
   void bind(int parameter, std::int64_t value);
-  /// The text or bytes must live until the statement is reset.
+  /// Binds without copying: the text or bytes must outlive the statement's use, up to reset().
   void bind(int parameter, std::string_view text);
   void bind(int parameter, std::span<const std::byte> bytes);
 
-  /// True: a row is there; false: done (the statement is then reset).
+  /// Advances to the next row: true if there is one; false when done (the statement is then reset).
   Result<bool> step();
-  /// Runs a statement without rows to its end.
+  /// Runs a statement that returns no rows.
   Result<void> run();
   void reset();
 
@@ -45,7 +45,7 @@ class SqliteStatement {
 
 enum class SqliteAccess { kRead, kReadWrite, kCreate };
 
-/// One connection to an SQLite file, hardened against hostile contents. Errors carry the file's name.
+/// Connection to an SQLite file, hardened against malicious contents. Errors name the file.
 class SqliteDatabase {
  public:
   SqliteDatabase() = default;
@@ -53,7 +53,7 @@ class SqliteDatabase {
 
   Result<void> execute(const std::string& sql);
   Result<SqliteStatement> prepare(std::string_view sql);
-  /// The first column of the first row; an error when there is no row.
+  /// First column of the first row; error when there is no row.
   Result<std::int64_t> query_integer(std::string_view sql);
   Result<std::string> query_text(std::string_view sql);
   [[nodiscard]] bool in_transaction() const;

@@ -11,8 +11,8 @@
 namespace hm::detail {
 namespace {
 
-/// Splits each line of a list into words and hands it to `parse`, which says what is wrong with it, if
-/// anything is.
+/// Splits each line of a list into words and passes them to `parse`, which returns an error description, if
+/// any.
 Result<void> parse_lines(
     const TextFile& file, SkipCounter& skips,
     const std::function<std::string(const TextLine&, const std::vector<std::string_view>&)>& parse) {
@@ -47,7 +47,7 @@ PathKind kind_of_path(std::string_view path) {
   return PathKind::kUnknown;
 }
 
-/// Which of the two paths of a line is the depth picture: 0 or 1, or nothing when the names do not tell.
+/// Index (0 or 1) of the path of the depth image in a line, or nothing if the names are ambiguous.
 std::optional<std::size_t> depth_column(std::string_view first, std::string_view second) {
   const PathKind a = kind_of_path(first), b = kind_of_path(second);
   if (a == b) return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<std::size_t> depth_column(std::string_view first, std::string_view
   return 1;
 }
 
-/// A quaternion may be this far from unit length; text files round, but a row of zeros is no rotation.
+/// Tolerance of a quaternion's length: text files are rounded, but a row of zeros is not a rotation.
 constexpr double kQuaternionTolerance = 0.05;
 
 }  // namespace
@@ -148,7 +148,7 @@ Result<PoseList> read_pose_list(const std::filesystem::path& path, const StampRu
 }
 
 std::optional<SE3> pose_between(const PoseList& list, Time stamp, Duration max_gap) {
-  // A stamp outside of all poses takes the end within a hundredth of a second: clocks are read in two places.
+  // A stamp beyond all poses by at most 0.01 s takes the first or last pose.
   constexpr Duration kMaxExtrapolation{10'000'000};
   const auto after = std::ranges::lower_bound(list.poses, stamp, {}, &StampedPose::stamp);
   if (after != list.poses.end() && after != list.poses.begin() && after->stamp != stamp) {

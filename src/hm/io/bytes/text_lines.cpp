@@ -101,7 +101,8 @@ std::optional<Time> parse_stamp(std::string_view word) {
 std::string stamp_text(Time stamp) {
   constexpr std::uint64_t kSecond = 1'000'000'000;
   const auto bits = static_cast<std::uint64_t>(stamp.ns);
-  const std::uint64_t magnitude = stamp.ns < 0 ? 0 - bits : bits;  // the most negative has no positive twin
+  const std::uint64_t magnitude =
+      stamp.ns < 0 ? 0 - bits : bits;  // the most negative value has no positive counterpart
   return fmt::format("{}{}.{:09}", stamp.ns < 0 ? "-" : "", magnitude / kSecond, magnitude % kSecond);
 }
 

@@ -10,15 +10,15 @@
 
 namespace hm {
 
-/// A line that holds something: without its end, without blanks around it.
+/// Non-empty line, without line end and surrounding whitespace.
 struct TextLine {
   std::size_t number = 0;  ///< counted from 1
   std::string_view text;
-  bool ended = true;  ///< false for a last line without a line end: it may be cut off
+  bool ended = true;  ///< false for a last line without line end, which may be truncated
 };
 
-/// A text file with the lines that hold something: blank lines and lines that start with # are left out,
-/// CRLF and a byte order mark are understood.
+/// Text file as a list of non-empty lines: blank lines and # comments are skipped, CRLF and a byte order mark
+/// are accepted.
 class TextFile {
  public:
   static Result<TextFile> read(const std::filesystem::path& path);
@@ -27,7 +27,7 @@ class TextFile {
   [[nodiscard]] const std::string& where() const { return where_; }
   [[nodiscard]] std::string where(const TextLine& line) const;  ///< "file:line"
   [[nodiscard]] std::vector<TextLine> lines() const;
-  /// The comment lines, for the little that is hidden there.
+  /// Comment lines, for formats that store information there.
   [[nodiscard]] std::vector<std::string_view> comments() const;
 
  private:
@@ -36,17 +36,17 @@ class TextFile {
   std::string where_;
 };
 
-/// The words of a line, separated by blanks or tabs.
+/// Words of a line, separated by spaces or tabs.
 std::vector<std::string_view> words(std::string_view line);
-/// What stands between the separators of a line, without blanks around it.
+/// Fields of a line between separators, trimmed.
 std::vector<std::string_view> cells(std::string_view line, char separator);
-/// A whole word as a number, NaN and infinities too; nothing when it is none.
+/// Parses a whole word as a number, including NaN and infinities; nothing if it is not a number.
 std::optional<double> parse_number(std::string_view word);
-/// Decimal seconds as a time, exact to the nanosecond; nothing when it is none or beyond 290 years.
+/// Parses decimal seconds, exact to the nanosecond; nothing if it is not a number or beyond 290 years.
 std::optional<Time> parse_stamp(std::string_view word);
-/// A time as seconds with nine decimals, which parse_stamp() reads back exactly.
+/// Formats a time as seconds with nine decimals.
 std::string stamp_text(Time stamp);
-/// Whole nanoseconds as a time; nothing when it is none.
+/// Parses integer nanoseconds; nothing if it is not an integer.
 std::optional<Time> parse_stamp_ns(std::string_view word);
 
 }  // namespace hm

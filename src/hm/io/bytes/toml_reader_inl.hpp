@@ -1,5 +1,6 @@
 #pragma once
-// What readers of the project's own TOML files share. For .cpp files of this room only: it needs toml++.
+// Shared by the readers of the project's own TOML files. Include only in .cpp files of this room: needs
+// toml++.
 #include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
@@ -16,13 +17,12 @@
 
 namespace hm {
 
-/// Looks into the tables of one file; the first mistake is kept, with its line, and everything after it
-/// ignored.
+/// Base class of a reader of one TOML file; keeps the first mistake with its line and ignores later ones.
 class TomlReader {
  protected:
   explicit TomlReader(std::filesystem::path path) : path_(std::move(path)) {}
 
-  /// The table of this name, its keys checked; nullptr where there is none.
+  /// Table of this name, with its keys checked; nullptr if missing.
   const toml::table* table(const toml::table& parent, std::string_view key,
                            std::initializer_list<std::string_view> known) {
     const toml::node* node = parent.get(key);
@@ -53,7 +53,7 @@ class TomlReader {
   std::optional<Error> error_;
 };
 
-/// Parses a small file (check_toml_text()). Not TOML: an error naming the line.
+/// Parses a small TOML file (see check_toml_text()). Errors name file and line.
 inline Result<toml::table> parse_toml_file(const std::filesystem::path& path) {
   const auto bytes = read_file_bytes(path, kMaxTomlBytes);
   if (!bytes) return forward_error(bytes);

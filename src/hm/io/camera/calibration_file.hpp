@@ -7,10 +7,10 @@
 
 namespace hm {
 
-/// The name under which readers look for a calibration in a recording's folder.
+/// Name of the calibration file in a recording's folder.
 inline constexpr const char* kCalibrationFileName = "calibration.toml";
 
-/// Reads a calibration, a TOML file; every table is optional, but one of the cameras must be there:
+/// Reads a calibration (TOML). All tables are optional, but at least one camera is required:
 ///
 ///     poses_of = "color"           # whose poses recordings give: "color" (default) or "depth"
 ///     [depth_camera]               # infrared; pixels, plumb-bob distortion as in OpenCV and ROS
@@ -27,20 +27,20 @@ inline constexpr const char* kCalibrationFileName = "calibration.toml";
 ///     [depth_correction]
 ///     file = "depth_correction.hmdc"   # beside this file
 ///
-/// Errors name file and line: no TOML, an unknown key, a wrong type or number; a correction that is named but
-/// is not there, is damaged, or belongs to another image size.
+/// Errors name file and line: invalid TOML, an unknown key, a wrong type or number; a depth correction file
+/// that is missing, damaged, or for another image size.
 Result<RgbdCalibration> read_calibration(const std::filesystem::path& path);
 
-/// Writes the same, whole or not at all, and the correction (if any) beside it as NAME.hmdc after the file's
-/// name.
+/// Writes a calibration atomically, and its depth correction (if any) beside it as NAME.hmdc, where NAME is
+/// the file's stem.
 Result<void> write_calibration(const std::filesystem::path& path, const RgbdCalibration& calibration);
 
-/// A depth correction as bytes: `HMDEPTH1`, numbers (little endian), FNV-1a checksum. Reading bytes that are
-/// cut off, damaged or no model is an error.
+/// Reads or writes a binary depth correction (`.hmdc`): `HMDEPTH1`, numbers (little endian), FNV-1a checksum.
+/// Truncated, damaged or invalid contents are an error.
 Result<DepthCorrectionModel> read_depth_correction(const std::filesystem::path& path);
 Result<void> write_depth_correction(const std::filesystem::path& path, const DepthCorrectionModel& model);
 
-/// A camera as ROS writes it (camera_info YAML of camera_calibration: plumb_bob, R = I, P = [K | 0]).
+/// Camera as ROS camera_info YAML (as camera_calibration writes it: plumb_bob, R = I, P = [K | 0]).
 std::string camera_info_yaml(const PinholeCamera& camera, const std::string& name);
 
 }  // namespace hm

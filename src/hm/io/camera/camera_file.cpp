@@ -19,8 +19,8 @@ using Entries = std::map<std::string, Entry, std::less<>>;
 constexpr std::array<std::string_view, 13> kKnownKeys{
     "width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "depth_scale", "rate_hz"};
 
-/// The first words of the names of TUM's recordings with each of its cameras; parts and variants (`_part`,
-/// `_validation`, `_with_person`) follow. fr3 is already undistorted.
+/// First words of the names of TUM's recordings for each camera; parts and variants (`_part`, `_validation`,
+/// `_with_person`) follow. fr3 is already undistorted.
 constexpr std::array<std::string_view, 3> kTumSequences{
     "xyz rpy 360 floor desk desk2 room plant teddy",
     "xyz rpy 360_hemisphere 360_kidnap desk large_no_loop large_with_loop pioneer_360 pioneer_slam "
@@ -31,7 +31,7 @@ constexpr std::array<PinholeCamera, 3> kTumCameras{
     PinholeCamera{640, 480, 520.9, 521.0, 325.1, 249.7, {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}},
     PinholeCamera{640, 480, 535.4, 539.2, 320.1, 247.6, {}}};
 
-/// The words of `key value`, whatever stands between them, without a comment behind.
+/// Splits `key value` at any separator, without a trailing comment.
 std::vector<std::string> key_and_value(std::string_view line) {
   std::string plain(line.substr(0, line.find('#')));
   std::ranges::replace_if(
@@ -72,7 +72,7 @@ Result<void> check_needed(const Entries& entries, const std::string& where) {
   return {};
 }
 
-/// check_camera for a camera whose size is not known yet.
+/// Runs check_camera for a camera whose size is not yet known.
 Result<void> check_intrinsics(PinholeCamera camera, const std::string& where) {
   if (camera.width == 0 && camera.height == 0) camera.width = camera.height = 1;
   auto checked = check_camera(camera);

@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What a camera.txt says.
+/// Contents of a camera.txt.
 struct CameraFile {
   PinholeCamera camera;  ///< width and height are 0 when the file does not name them
   std::optional<double> depth_units_per_m;
@@ -18,19 +18,19 @@ struct CameraFile {
   std::vector<std::string> unknown_keys;
 };
 
-/// Reads lines `key value`: fx fy cx cy (needed), width height k1 k2 p1 p2 k3 depth_scale (units per metre)
-/// rate_hz. `=` or `:` may stand between; # starts a comment, also behind a value. Errors name file:line.
+/// Reads lines `key value`: fx fy cx cy (required), width height k1 k2 p1 p2 k3 depth_scale (units per metre)
+/// rate_hz. The separator may also be `=` or `:`; # starts a comment. Errors name file:line.
 Result<CameraFile> read_camera_file(const std::filesystem::path& path);
 
-/// Reads a 3x3 matrix, as text: the camera-intrinsics.txt of tsdf-fusion. Width and height are 0.
+/// Reads a 3x3 intrinsics matrix as text: the camera-intrinsics.txt of tsdf-fusion. Width and height are 0.
 Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path);
 
-/// The text of a camera.txt that read_camera_file() reads back exactly.
+/// Text of a camera.txt, read back exactly by read_camera_file().
 std::string camera_file_text(const PinholeCamera& camera, double depth_units_per_m);
 
-/// The published intrinsics of the camera of a recording of TUM RGB-D, when this is the name of one:
-/// `rgbd_dataset_freiburg2_xyz`, `tum_fr1_desk_part`, `fr3_long_office_household.bag`; not any name with
-/// "fr2" in it. (Sturm et al. 2012 and the data set's page.)
+/// Published intrinsics of a TUM RGB-D recording, recognised by its name: `rgbd_dataset_freiburg2_xyz`,
+/// `tum_fr1_desk_part`, `fr3_long_office_household.bag`, but not any name containing "fr2"; otherwise
+/// nothing. (Sturm et al. 2012 and the data set's page.)
 std::optional<PinholeCamera> known_tum_camera(std::string_view recording);
 
 }  // namespace hm

@@ -62,7 +62,7 @@ Result<DepthCorrectionModel> read_depth_correction(const std::filesystem::path& 
     *number = cursor.value<std::int32_t>();
   model.min_depth_m = cursor.value<double>();
   model.max_depth_m = cursor.value<double>();
-  // Sizes are believed only as far as there are bytes.
+  // Sizes are checked against the number of bytes.
   const auto plane = static_cast<std::uint64_t>(static_cast<std::uint32_t>(model.columns)) *
                      static_cast<std::uint32_t>(model.rows);
   const auto planes = static_cast<std::uint64_t>(static_cast<std::uint32_t>(model.terms)) +

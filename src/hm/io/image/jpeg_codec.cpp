@@ -21,7 +21,8 @@ tl::unexpected<Error> jpeg_error(tjhandle handle, std::size_t file_bytes, const 
   return fail(ErrorCode::kCorrupted, where, "not a valid JPEG: {} ({} bytes)", reason, file_bytes);
 }
 
-/// Bytes between two markers are common, and harmless; every other warning means wrong pixels.
+/// True for the common warning about extra bytes between two markers, which is harmless; every other warning
+/// means wrong pixels.
 bool is_harmless(tjhandle handle) {
   return tjGetErrorCode(handle) == TJERR_WARNING &&
          std::string_view(tjGetErrorStr2(handle)).find("extraneous bytes") != std::string_view::npos;

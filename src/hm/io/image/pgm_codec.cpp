@@ -7,11 +7,11 @@
 namespace hm {
 namespace {
 
-/// Reads the numbers of a header: white space and comments between them.
+/// Reads the numbers of a header, separated by white space and comments.
 class PgmHeader {
  public:
   explicit PgmHeader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  /// The next number; nothing where there is none, or none that fits.
+  /// Next number; nothing if there is none or it is too large.
   std::optional<int> number() {
     skip_space();
     const char* begin = reinterpret_cast<const char*>(bytes_.data()) + at_;

@@ -6,13 +6,13 @@
 
 #include "hm/io/image/image_file.hpp"
 
-/// What image_file.cpp is made of: libpng and turbojpeg behind plain functions.
+/// PNG and JPEG codecs of image_file.cpp: libpng and turbojpeg behind plain functions.
 namespace hm::detail {
 
-/// The largest number of pixels in a picture that is read.
+/// Largest number of pixels of an image that is read.
 inline constexpr std::int64_t kMaxPicturePixels = std::int64_t{1} << 26;
 
-/// An error when the size is not one of a picture that this program reads.
+/// Checks an image size against the limits of this program.
 Result<void> check_picture_size(std::int64_t width, std::int64_t height, const std::string& where);
 
 Result<PictureSize> png_size(std::span<const std::uint8_t> bytes, const std::string& where);

@@ -9,8 +9,8 @@
 namespace hm::detail {
 namespace {
 
-/// A libpng reader over bytes in memory. libpng reports errors by longjmp: every call into it happens in one
-/// of the members below that set the jump, and those own nothing that has a destructor.
+/// libpng reader over bytes in memory. libpng reports errors by longjmp: all calls are made in the members
+/// below that set the jump, which own no objects with destructors.
 class PngReader {
  public:
   explicit PngReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
@@ -22,7 +22,7 @@ class PngReader {
   PngReader& operator=(const PngReader&) = delete;
 
   bool read_header();
-  /// Asks for 8-bit RGB rows, or for 16-bit gray ones in the machine's byte order.
+  /// Requests 8-bit RGB rows, or 16-bit gray rows in the machine's byte order.
   bool expect_rgb8();
   bool expect_gray16();
   /// Decodes all rows and the rest of the file.
@@ -103,8 +103,8 @@ bool PngReader::read_rows(png_bytep* rows) {
   return true;
 }
 
-/// Deflate packs at most 1032 to 1: a short file that claims a huge picture is refused before the memory for
-/// it is asked for.
+/// Deflate compresses at most 1032 to 1: rejects a short file with a huge image size before allocating memory
+/// for it.
 Result<void> check_plausible(const PngReader& reader, std::size_t file_bytes, const std::string& where) {
   if (auto size = check_picture_size(reader.width, reader.height, where); !size) return size;
   if (reader.row_bytes / 16 * reader.height / 1032 > file_bytes)

@@ -12,14 +12,14 @@
 namespace hm {
 namespace {
 
-/// What is written: rows of `row_bytes` bytes.
+/// Image data to be written: rows of `row_bytes` bytes.
 struct PngSource {
   const std::uint8_t* pixels;
   std::size_t row_bytes;
   int width, height, bit_depth, color_type;
 };
 
-/// A libpng writer into memory; see PngReader for how errors travel.
+/// libpng writer into memory; see PngReader for error handling.
 class PngWriter {
  public:
   PngWriter() {

@@ -2,8 +2,8 @@
 
 namespace hm {
 
-/// The sRGB transfer curve (IEC 61966-2-1), both ways, 0 to 1: colours in pictures and meshes are sRGB, those
-/// in glTF vertices are linear.
+/// sRGB transfer function (IEC 61966-2-1) and its inverse, values 0 to 1. Colours in images and meshes are
+/// sRGB; glTF vertex colours are linear.
 double srgb_to_linear(double srgb);
 double linear_to_srgb(double linear);
 

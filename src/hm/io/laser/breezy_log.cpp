@@ -11,11 +11,11 @@ constexpr std::size_t kHeaderColumns = 25, kBeams = 682;
 constexpr double kMillimetre_m = 1e-3;
 constexpr double kBeamStep_rad = 2 * std::numbers::pi / 1024;
 constexpr double kRangeMin_m = 0.02, kRangeMax_m = 5.6;
-// The rover, as the example describes it.
+// Parameters of the rover from the example.
 constexpr double kWheelRadius_m = 0.077, kHalfAxle_m = 0.165, kLaserForward_m = 0.145;
 constexpr double kRadiansPerTick = 2 * std::numbers::pi / 2000;
 
-/// Wheel odometry: arcs between two counts of both wheels.
+/// Wheel odometry: integrates arcs between two counts of both wheels.
 class WheelOdometry {
  public:
   SE2 add(double left_ticks, double right_ticks) {

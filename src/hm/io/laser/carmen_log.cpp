@@ -4,13 +4,13 @@
 
 #include "hm/io/laser/laser_log.hpp"
 
-/// CARMEN's text logs, and pose graphs that carry CARMEN's scan lines.
+/// CARMEN's text logs, and pose graphs with CARMEN's scan lines.
 namespace hm::detail {
 namespace {
 
-constexpr double kSickRange_m = 80.0;  // where nothing else is said
+constexpr double kSickRange_m = 80.0;  // default
 
-/// A scan with the poses that its line holds.
+/// Scan with the poses in its line.
 struct PosedScan {
   LaserScan scan;
   SE2 laser_pose, robot_pose;  ///< in the frame of the odometry, or corrected
@@ -27,7 +27,7 @@ std::optional<PosedScan> parse_flaser(const std::vector<std::string_view>& colum
   posed.robot_pose = reader.pose();
   scan.stamp = reader.stamp();
   if (!reader.ok() || count < 2) return std::nullopt;
-  // 180 beams stand a degree apart, and so do 181: the last of an odd number is at +90 degrees.
+  // Both 180 and 181 beams are one degree apart: for an odd number the last one is at +90 degrees.
   const std::size_t steps = count % 2 == 0 ? count : count - 1;
   scan.angle_min_rad = -std::numbers::pi / 2;
   scan.angle_increment_rad = std::numbers::pi / static_cast<double>(steps);
@@ -74,7 +74,7 @@ std::optional<PosedScan> parse_robot_laser(const std::vector<std::string_view>& 
   return reader.ok() ? std::optional(posed) : std::nullopt;
 }
 
-/// What a laser's poses in all its lines say: where it sits, or, when it does not sit still, that its pose
+/// Mounting of a laser derived from its poses in all lines, or, if it is not constant, the fact that its pose
 /// was corrected afterwards.
 struct Mounting {
   std::optional<SE2> T_base_laser;

@@ -11,14 +11,14 @@
 namespace hm::detail {
 namespace {
 
-/// Items of a table with the lines they come from.
+/// Items of a table with their lines.
 template <class Item>
 struct Table {
   std::vector<Item> items;
   std::vector<std::size_t> lines;
 };
 
-/// A line `a,b,c,...`: its stamp in nanoseconds, and the numbers behind it.
+/// Line `a,b,c,...`: its stamp in nanoseconds, and the following numbers.
 struct CsvLine {
   Time stamp;
   std::vector<double> numbers;
@@ -46,7 +46,7 @@ std::optional<CsvLine> parse_csv(std::string_view text) {
   }
 }
 
-/// Reads a table; `make` turns a line into an item, or says why it cannot.
+/// Reads a table; `make` converts a line to an item, or returns the reason why it cannot.
 template <class Item, class Make>
 Result<std::vector<Item>> read_table(const std::filesystem::path& path, LaserRecording& recording,
                                      Make make) {
@@ -74,7 +74,7 @@ Result<std::vector<Item>> read_table(const std::filesystem::path& path, LaserRec
 
 using Wrong = std::optional<SkippedLines::Reason>;
 
-/// stamp, angular velocity, specific force
+/// Columns: stamp, angular velocity, specific force.
 Wrong make_imu(const CsvLine& line, ImuSample& sample) {
   const auto& v = line.numbers;
   if (v.size() != 6) return SkippedLines::Reason::kMalformed;
@@ -85,7 +85,7 @@ Wrong make_imu(const CsvLine& line, ImuSample& sample) {
   return finite ? Wrong{} : SkippedLines::Reason::kNotFinite;
 }
 
-/// stamp, position, quaternion with the real part first, and more that is not needed
+/// Columns: stamp, position, quaternion with the real part first; the rest is ignored.
 Wrong make_pose(const CsvLine& line, StampedPose& pose) {
   const auto& v = line.numbers;
   if (v.size() < 7) return SkippedLines::Reason::kMalformed;
@@ -103,7 +103,7 @@ std::filesystem::path first_existing(const std::vector<std::filesystem::path>& p
   return {};
 }
 
-/// The truth that belongs to an IMU file, in the layout of the data set or flat.
+/// Path of the truth of an IMU file, in the layout of the data set or flat.
 std::filesystem::path truth_file(const std::filesystem::path& imu_file) {
   const auto folder = imu_file.parent_path();
   if (imu_file.filename() == "data.csv")

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <set>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
 #include "hm/io/laser/laser_ranges.hpp"
 #include "hm/io/laser/laser_readers.hpp"
@@ -15,7 +16,7 @@
 namespace hm::detail {
 namespace {
 
-/// The messages of one topic, with their numbers in it (from 1) and times of arrival.
+/// Messages of one topic, with their numbers (from 1) and times of arrival.
 template <class Message>
 struct Topic {
   struct Arrived {
@@ -28,7 +29,7 @@ struct Topic {
   SkipCounter skips = SkipCounter::of_messages({});
 };
 
-/// Why a message is of no use, if it is.
+/// Reason for skipping a message, if any.
 using Verdict = std::optional<SkippedLines::Reason>;
 
 Verdict judge(const ScanMessage& message) {
@@ -84,13 +85,13 @@ class Topics {
       topic.skips.add(*verdict, topic.seen);
       return;
     }
-    // Drivers that do not stamp leave zero: then the time of arrival has to do.
+    // Drivers without stamps write zero: the time of arrival is used instead.
     if (message->header.stamp.ns == 0) message->header.stamp = bag_message.received;
     topic.arrived.push_back({std::move(*message), bag_message.received});
     topic.numbers.push_back(topic.seen);
   }
 
-  /// The topics with at least one message, the busiest first.
+  /// Topics with at least one message, most messages first.
   std::vector<std::pair<std::string, Topic<Message>>> by_size() {
     std::vector<std::pair<std::string, Topic<Message>>> sorted;
     for (auto& [name, topic] : topics_) sorted.emplace_back(name, std::move(topic));
@@ -99,13 +100,15 @@ class Topics {
     return sorted;
   }
 
-  /// An error when the user named a topic that is not there; a note about versions that cannot be read.
-  Result<void> check(LaserRecording& recording) const {
+  /// Error when the user's topic does not exist, with the topics of the bag (`topics`, in words); adds a note
+  /// about unreadable message versions.
+  Result<void> check(LaserRecording& recording, const std::string& topics) const {
     for (const std::string& topic : other_versions_)
       recording.notes.push_back(
-          fmt::format("{} holds another version of {}, which is not read", topic, type_.name));
+          fmt::format("{} has another version of {}, which cannot be read", topic, type_.name));
     if (wanted_.empty() || topics_.contains(wanted_)) return {};
-    return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}", wanted_, type_.name);
+    return fail(ErrorCode::kNotFound, recording.path, "no topic `{}` of type {}; {}", wanted_, type_.name,
+                topics);
   }
 
  private:
@@ -116,7 +119,7 @@ class Topics {
   std::set<std::string> other_versions_;
 };
 
-/// The messages of a topic in order of their stamps; what is left out is told.
+/// Messages of a topic sorted by stamp; skipped ones are counted.
 template <class Message>
 std::vector<typename Topic<Message>::Arrived> in_order(Topic<Message>& topic, LaserRecording& recording) {
   auto kept = keep_increasing(
@@ -126,15 +129,15 @@ std::vector<typename Topic<Message>::Arrived> in_order(Topic<Message>& topic, La
   return kept;
 }
 
-/// The busiest topic, in order; a note names the others.
+/// Topic with most messages, sorted by stamp; a note lists the others.
 template <class Message>
 std::vector<typename Topic<Message>::Arrived> busiest(Topics<Message>& topics, LaserRecording& recording,
                                                       std::string* name = nullptr) {
   auto sorted = topics.by_size();
   if (sorted.empty()) return {};
   for (std::size_t i = 1; i < sorted.size(); ++i)
-    recording.notes.push_back(fmt::format("{} ({} messages) is not used: {} has more", sorted[i].first,
-                                          sorted[i].second.seen, sorted[0].first));
+    recording.notes.push_back(fmt::format("{} ({}) is not used: {} has more", sorted[i].first,
+                                          counted(sorted[i].second.seen, "message"), sorted[0].first));
   if (name != nullptr) *name = sorted[0].first;
   return in_order(sorted[0].second, recording);
 }
@@ -159,7 +162,35 @@ LaserStream stream_of(const std::string& name, std::vector<typename Topic<ScanMe
   return stream;
 }
 
-/// Everything that a bag holds for us.
+/// All topics of a bag, read or not.
+class TopicCounts {
+ public:
+  void add(const BagMessage& message) {
+    Seen& seen = by_name_[message.connection.topic];
+    if (seen.messages++ == 0) seen.type = message.connection.type;
+  }
+  /// "topics of the bag: /scan (sensor_msgs/LaserScan, 20), ..."
+  [[nodiscard]] std::string words() const {
+    constexpr std::size_t kMost = 20;
+    std::vector<std::string> names;
+    for (const auto& [name, seen] : by_name_) {
+      if (names.size() == kMost) break;
+      names.push_back(fmt::format("{} ({}, {})", name, seen.type, seen.messages));
+    }
+    if (names.empty()) return "the bag holds no messages";
+    return fmt::format("topics of the bag (type, messages): {}{}", fmt::join(names, ", "),
+                       by_name_.size() > kMost ? fmt::format(" and {} more", by_name_.size() - kMost) : "");
+  }
+
+ private:
+  struct Seen {
+    std::string type;
+    std::size_t messages = 0;
+  };
+  std::map<std::string, Seen> by_name_;
+};
+
+/// Relevant contents of a bag.
 struct BagContents {
   explicit BagContents(const LaserRecordingOptions& options)
       : scans(kLaserScanType, parse_laser_scan, options.scan_topic),
@@ -212,12 +243,12 @@ void tell_damage(const BagSummary& summary, LaserRecording& recording) {
         fmt::format("and {} more damaged places", summary.problems.size() - kMostProblems));
   recording.notes.insert(recording.notes.end(), recording.damage.begin(), recording.damage.end());
   if (!summary.problems.empty() || !summary.indexed)
-    recording.notes.push_back(
-        fmt::format("{} messages in {} chunks could be read", summary.messages, summary.chunks));
+    recording.notes.push_back(fmt::format("{} in {} could be read", counted(summary.messages, "message"),
+                                          counted(summary.chunks, "chunk")));
   if (summary.lost_messages > 0)
-    recording.notes.push_back(fmt::format("{} messages belong to connections that the file does not describe",
-                                          summary.lost_messages));
-  // The notes have the places one by one; what was skipped is their number.
+    recording.notes.push_back(fmt::format("{} left out: the file does not describe their connections",
+                                          counted(summary.lost_messages, "message")));
+  // The notes list the places; `skipped` has their number.
   const std::string file = recording.path.filename().string();
   if (!summary.problems.empty())
     recording.skipped.push_back(
@@ -233,19 +264,24 @@ Result<LaserRecording> read_laser_bag(const std::filesystem::path& path,
                                       const LaserRecordingOptions& options) {
   LaserRecording recording{.kind = LaserRecordingKind::kRosBag, .path = path};
   BagContents contents(options);
-  const auto summary = read_bag(path, [&](const BagMessage& message) { contents.add(message); });
+  TopicCounts topics;
+  const auto summary = read_bag(path, [&](const BagMessage& message) {
+    topics.add(message);
+    contents.add(message);
+  });
   if (!summary) return forward_error(summary);
   tell_damage(*summary, recording);
   for (const auto& checked :
-       {contents.scans.check(recording), contents.imu.check(recording), contents.ranges.check(recording),
-        contents.odometry.check(recording), contents.poses.check(recording)})
+       {contents.scans.check(recording, topics.words()), contents.imu.check(recording, topics.words()),
+        contents.ranges.check(recording, topics.words()), contents.odometry.check(recording, topics.words()),
+        contents.poses.check(recording, topics.words())})
     if (!checked) return forward_error(checked);
   fill(contents, recording);
   if (recording.lasers.empty() && recording.imu.empty() && recording.odometry.empty() &&
       recording.ranges.empty())
-    return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}{}{}",
+    return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}; {}{}{}",
                 summary->messages, kLaserScanType.name, kImuType.name, kOdometryType.name, kRangeType.name,
-                recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));
+                topics.words(), recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));
   return recording;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "hm/io/bytes/foreign_format.hpp"
 #include "hm/io/bytes/input_file.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/laser/laser_readers.hpp"
@@ -38,7 +39,7 @@ bool is_carmen_word(std::string_view word) {
          word.starts_with("RAWLASER");
 }
 
-/// What a whole line tells, if anything.
+/// Recording kind recognised from a line, if any.
 std::optional<LaserRecordingKind> kind_of_line(std::string_view line) {
   constexpr std::size_t kWeanOdometryWords = 5, kWeanMinLaserWords = 9, kBreezyMinWords = 100;
   const auto columns = words(line);
@@ -76,11 +77,17 @@ std::optional<LaserRecordingKind> guess_kind(const std::filesystem::path& path) 
   return kind_of_text(std::move(bytes));
 }
 
-/// A folder of depth pictures may hold a bag too; it is read as pictures.
+/// True for a folder of depth images, which may also contain a bag; it is then read as images.
 bool has_pictures(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::exists(folder / "depth.txt", ignored) ||
          std::filesystem::exists(folder / "associations.txt", ignored);
+}
+
+std::string not_laser(const std::filesystem::path& path) {
+  const auto foreign = describe_foreign_format(path);
+  return foreign ? "not a laser recording: " + *foreign
+                 : fmt::format("not a laser recording; looked for {}", kLookedFor);
 }
 
 Result<FoundLaserFile> find_in_folder(const std::filesystem::path& folder) {
@@ -89,8 +96,7 @@ Result<FoundLaserFile> find_in_folder(const std::filesystem::path& folder) {
   if (has_pictures(folder))
     return fail(ErrorCode::kNotFound, folder, "this folder holds depth pictures, not a laser recording");
   const auto files = laser_files_in(folder);
-  if (files.empty())
-    return fail(ErrorCode::kNotFound, folder, "no laser recording in this folder; looked for {}", kLookedFor);
+  if (files.empty()) return fail(ErrorCode::kNotFound, folder, "{}", not_laser(folder));
   if (files.size() > 1)
     return fail(ErrorCode::kUsage, folder, "{} laser recordings in this folder ({}, {} ...): name one",
                 files.size(), files[0].path.filename().string(), files[1].path.filename().string());
@@ -124,7 +130,7 @@ Result<FoundLaserFile> find_laser_file(const std::filesystem::path& path,
     return found;
   }
   if (!kind) kind = guess_kind(path);
-  if (!kind) return fail(ErrorCode::kUnsupported, path, "not a laser recording; looked for {}", kLookedFor);
+  if (!kind) return fail(ErrorCode::kUnsupported, path, "{}", not_laser(path));
   return FoundLaserFile{path, *kind};
 }
 

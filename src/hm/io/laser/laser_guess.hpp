@@ -13,12 +13,12 @@ struct FoundLaserFile {
   LaserRecordingKind kind;
 };
 
-/// The recording that a path means: the file itself, or the only one in a folder; its kind from its first
-/// bytes unless given.
+/// Finds the recording at a path: the file itself, or the only one in a folder. Its kind is recognised from
+/// its first bytes unless given. Error when there is none or more than one.
 Result<FoundLaserFile> find_laser_file(const std::filesystem::path& path,
                                        std::optional<LaserRecordingKind> kind);
 
-/// The laser recordings right inside of a folder, by name.
+/// Laser recordings directly in a folder, sorted by name.
 std::vector<FoundLaserFile> laser_files_in(const std::filesystem::path& folder);
 
 }  // namespace hm::detail

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm::detail {
 
 std::string_view NumberReader::next() {
@@ -123,9 +125,8 @@ void LaserLog::mend_stamps() {
     for (StampedPose& pose : truth_.items) mend(pose.stamp);
     for (StampedPose& pose : odometry_.items) mend(pose.stamp);
     recording_.mended_stamps.insert(recording_.mended_stamps.end(), mended.begin(), mended.end());
-    note(fmt::format(
-        "{} stamps of {} ran backwards for want of zeros behind the decimal point, and were mended",
-        mended.size(), name));
+    note(fmt::format("{} of {} ran backwards because zeros after the decimal point were missing; corrected",
+                     counted(mended.size(), "stamp"), name));
   }
   std::ranges::sort(recording_.mended_stamps, {}, &MendedStamp::written);
 }

@@ -12,18 +12,18 @@
 
 namespace hm::detail {
 
-/// The numbers of a line, read from front to back: what is missing or no number makes ok() false.
+/// Reads the numbers of a line in order; a missing or invalid number makes ok() false.
 class NumberReader {
  public:
   NumberReader(const std::vector<std::string_view>& columns, std::size_t first)
       : columns_(columns), next_(first) {}
   [[nodiscard]] bool ok() const { return ok_; }
   [[nodiscard]] std::size_t remaining() const { return ok_ ? columns_.size() - next_ : 0; }
-  /// Any number, NaN too.
+  /// Any number, including NaN.
   double any();
   /// A finite number.
   double number();
-  /// A whole number, 0 to a million; anything else fails.
+  /// Integer from 0 to a million; anything else makes ok() false.
   std::size_t count();
   Time stamp();
   SE2 pose();
@@ -37,19 +37,19 @@ class NumberReader {
   bool ok_ = true;
 };
 
-/// True for angles that a range finder can have.
+/// True when the scan's angles are plausible for a range finder.
 bool is_plausible(const LaserScan& scan);
 
-/// Gathers what the lines of a text log hold, and makes a recording of it.
+/// Collects the contents of a text log line by line and builds a recording.
 class LaserLog {
  public:
   LaserLog(const std::filesystem::path& path, LaserRecordingKind kind, RangeSorter sorter = RangeSorter());
 
-  /// Leaves a line out.
+  /// Counts a line as skipped.
   void skip(SkippedLines::Reason reason, const TextLine& line);
-  /// Leaves out a line that cannot be understood: cut off, when it is the last one and has no end.
+  /// Counts an unreadable line as malformed, or as truncated if it is the last one and has no line end.
   void skip_malformed(const TextLine& line);
-  /// Adds a scan; one that no range finder can make is left out instead.
+  /// Adds a scan; an implausible one is skipped and counted.
   void add_scan(const std::string& stream, LaserScan scan, const TextLine& line);
   void add_odometry(StampedPose pose, const TextLine& line);
   void add_truth(StampedPose pose, const TextLine& line);
@@ -57,10 +57,11 @@ class LaserLog {
   void set_mounting(const std::string& stream, const SE3& T_base_laser) { mountings_[stream] = T_base_laser; }
   void set_truth_source(std::string source) { recording_.truth_source = std::move(source); }
 
-  /// Scan stamps whose microseconds lost their leading zeros get them back where that restores the order of
-  /// the file (CARMEN's loggers wrote them as `%d.%d`); truth and odometry with the same stamps follow.
+  /// Corrects scan stamps whose microseconds lack leading zeros (CARMEN's loggers wrote them as `%d.%d`)
+  /// where that restores the order of the file. Truth and odometry with the same stamps are corrected
+  /// likewise.
   void mend_stamps();
-  /// The streams with the most scans first. An error when there is neither scan nor odometry.
+  /// Returns the recording, streams with the most scans first. Error when there is neither scan nor odometry.
   Result<LaserRecording> finish();
 
  private:
@@ -79,8 +80,8 @@ class LaserLog {
   Numbered<StampedPose> odometry_, truth_;
 };
 
-/// Pairs of a stamp as written and as it must have been, so that `stamps` in the order of their file increase
-/// with as few changes as possible; empty when zeros that were left out do not explain their disorder.
+/// Pairs of a written and a corrected stamp such that `stamps`, in file order, increase with as few changes
+/// as possible; empty when missing zeros do not explain the disorder.
 std::vector<MendedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps);
 
 }  // namespace hm::detail

@@ -6,7 +6,7 @@
 namespace hm::detail {
 namespace {
 
-/// A stamp as written, and what it may have been with 1 to 5 zeros more behind the decimal point.
+/// Candidates for a stamp: as written, and with 1 to 5 additional zeros after the decimal point.
 struct Readings {
   static constexpr std::size_t kMost = 6;
   std::array<Time, kMost> times;
@@ -20,7 +20,7 @@ Readings readings_of(Time written) {
   if (written.ns < 0 || written.ns % kMicrosecond_ns != 0) return readings;
   std::int64_t micros = written.ns % kSecond_ns / kMicrosecond_ns;
   const std::int64_t whole_ns = written.ns - written.ns % kSecond_ns;
-  // A zero that was lost in front has appeared at the end.
+  // A missing leading zero shifts the digits, so a zero was appended at the end.
   while (micros != 0 && micros % 10 == 0 && readings.count < Readings::kMost) {
     micros /= 10;
     readings.times[readings.count++] = Time{whole_ns + micros * kMicrosecond_ns};
@@ -34,14 +34,14 @@ std::size_t count_backwards(const std::vector<Time>& stamps) {
   return count;
 }
 
-/// The cheapest way to a reading of one stamp: each step backwards costs much, each change a little.
+/// Lowest cost up to a candidate of one stamp: a step backwards is expensive, a change is cheap.
 struct Cost {
   std::size_t cost = 0;
-  std::size_t from = 0;  ///< the reading of the stamp before
+  std::size_t from = 0;  ///< candidate of the previous stamp
 };
 using Costs = std::array<Cost, Readings::kMost>;
 
-/// The readings, one a stamp, that cost least together (dynamic programming over the order of the file).
+/// Candidates, one per stamp, with the lowest total cost (dynamic programming in file order).
 std::vector<Time> cheapest(const std::vector<Readings>& readings) {
   const std::size_t backwards_cost = readings.size() + 1;
   std::vector<Costs> costs(readings.size());
@@ -66,7 +66,7 @@ std::vector<Time> cheapest(const std::vector<Readings>& readings) {
 }  // namespace
 
 std::vector<MendedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps) {
-  constexpr std::size_t kAtLeastExplained = 10;  // one of so many steps backwards may remain
+  constexpr std::size_t kAtLeastExplained = 10;  // at most one of this many steps backwards may remain
   const std::size_t backwards = count_backwards(stamps);
   if (backwards == 0) return {};
   std::vector<Readings> readings;

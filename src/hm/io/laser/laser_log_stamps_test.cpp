@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-/// What such a logger makes of a time.
+/// Output of such a logger for a time.
 Time printed(Time time) {
   const std::string micros = std::to_string(time.ns % kSecond_ns / 1000);
   std::string padded = micros + std::string(6 - micros.size(), '0');

@@ -149,7 +149,7 @@ TEST_F(LaserLogs, WeanHall) {
   EXPECT_THAT(recording.notes, ElementsAre("1 line of a.log left out: malformed (first: a.log:4)"));
 }
 
-/// The middle beam of the left laser looks left, its first beam down; and the vehicle drives where it looks.
+/// The middle beam of the left laser points left, its first beam down; the vehicle drives forwards.
 TEST_F(LaserLogs, MoosMountingsAndFrames) {
   const auto scan = [](const std::string& side) {
     return "61.850 LMS_LASER_2D_" + side +
@@ -273,7 +273,7 @@ TEST_F(LaserLogs, AFolderWithOneLogIsThatLog) {
   EXPECT_THAT(two.error().message, HasSubstr("name one"));
   const auto first = open_laser_recording(folder_ / "a.log");
   ASSERT_TRUE(first);
-  EXPECT_TRUE(first->truth.empty());  // whose truth it is cannot be told
+  EXPECT_TRUE(first->truth.empty());  // ambiguous which recording the truth belongs to
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace hm::detail {
 namespace {
 
-/// SICK scanners in centimetre mode answer 8183 to 8191 for "no echo", "dazzled" and their like.
+/// SICK scanners in centimetre mode report 8183 to 8191 for "no echo", "dazzled" and similar states.
 constexpr float kFirstSickCode_m = 81.825F, kLastSickCode_m = 81.915F;
 
 }  // namespace

@@ -6,16 +6,17 @@
 
 namespace hm::detail {
 
-/// Brings the raw ranges of one stream's scans into the form that LaserScan promises, and counts what they
-/// held besides returns.
+/// Converts the raw ranges of one stream's scans to the conventions of LaserScan, and counts the values that
+/// are not returns.
 class RangeSorter {
  public:
-  /// What negative numbers mean in a format.
+  /// Meaning of negative ranges in a format.
   enum class Negative { kInvalid, kNoReturn };
   explicit RangeSorter(Negative negative = Negative::kInvalid) : negative_(negative) {}
 
-  /// 0, infinity, the scan's limit and beyond, and the error codes of SICK scanners (81.83 to 81.91) become
-  /// LaserScan::kNoReturn; NaN, negative numbers and what is nearer than the near limit kInvalid.
+  /// Converts 0, infinity, values at or beyond the scan's limit, and the error codes of SICK scanners (81.83
+  /// to 81.91) to LaserScan::kNoReturn; NaN, negative numbers (see Negative) and values below the near limit
+  /// to kInvalid.
   void sort(LaserScan& scan);
   /// Writes the counts into the stream, the most frequent markers first (at most eight).
   void report(LaserStream& stream) const;

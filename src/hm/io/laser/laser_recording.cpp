@@ -33,7 +33,7 @@ Result<LaserRecording> read_kind(LaserRecordingKind kind, const std::filesystem:
   return fail(ErrorCode::kInternal, path, "no such kind of recording");
 }
 
-/// rig.toml beside the recording.
+/// Reads rig.toml beside the recording.
 Result<void> add_rig(LaserRecording& recording) {
   std::error_code ignored;
   const std::filesystem::path rig_path = recording.path.parent_path() / "rig.toml";
@@ -45,7 +45,7 @@ Result<void> add_rig(LaserRecording& recording) {
   return {};
 }
 
-/// groundtruth.txt beside the recording, when it is the only one there.
+/// Reads groundtruth.txt beside the recording, if it is the only recording there.
 Result<void> add_truth(LaserRecording& recording) {
   std::error_code ignored;
   const std::filesystem::path truth_path = recording.path.parent_path() / "groundtruth.txt";

@@ -17,10 +17,11 @@ namespace hm {
 enum class LaserRecordingKind { kRosBag, kCarmen, kG2oLaser, kWeanHall, kMoos, kBreezySlam, kEurocImu };
 std::string_view to_string(LaserRecordingKind kind);
 
-/// What the user may know better than the file.
+/// Options that override what the file says.
 struct LaserRecordingOptions {
-  std::optional<LaserRecordingKind> kind = {};  ///< instead of guessing
-  /// Bags: the topics to read; empty: guessed by message type, the busiest of each kind (of scans: all).
+  std::optional<LaserRecordingKind> kind = {};  ///< instead of detection
+  /// Topics to read from bags; empty: chosen by message type, the topic with most messages (for scans: all
+  /// topics).
   std::string scan_topic, imu_topic, odometry_topic, pose_topic, range_topic;
 };
 
@@ -28,48 +29,46 @@ struct LaserRecordingOptions {
 struct LaserStream {
   std::string name = {};  ///< topic, message name or "left", "right" ...
   std::vector<LaserScan> scans = {};
-  /// When each scan reached the recorder; empty where the recording does not say.
+  /// Time at which the recorder received each scan; empty if not recorded.
   std::vector<Time> received = {};
-  SE3 T_base_laser = {};       ///< as far as the format knows it
-  std::size_t no_returns = 0;  ///< beams that saw nothing (sentinel, beyond the limit, inf)
-  std::size_t invalid = 0;     ///< beams that cannot be readings (NaN, negative, below the near limit)
-  /// Ranges that stood for "no return", and how often they occurred: the most frequent first, at most eight.
+  SE3 T_base_laser = {};       ///< if the format provides it, else identity
+  std::size_t no_returns = 0;  ///< beams without return (sentinel, beyond the limit, inf)
+  std::size_t invalid = 0;     ///< invalid beams (NaN, negative, below the near limit)
+  /// Ranges used as "no return" markers and their counts: the most frequent first, at most eight.
   std::vector<std::pair<float, std::size_t>> sentinels_m = {};
 };
 
-/// A stamp that was written wrongly and could be mended: other files (relations) may hold it as written.
+/// A stamp that was written wrongly and has been corrected; other files (relations) may use the written one.
 struct MendedStamp {
   Time written, mended;
 };
 
-/// A laser recording, whole in memory: every stream in order of its own stamps.
+/// Laser recording, completely in memory; every stream is sorted by its own stamps.
 struct LaserRecording {
   LaserRecordingKind kind = LaserRecordingKind::kRosBag;
   std::filesystem::path path = {};
-  std::vector<LaserStream> lasers = {};  ///< the one to use for odometry first
+  std::vector<LaserStream> lasers = {};  ///< the first one is used for odometry
   std::vector<ImuSample> imu = {};
-  std::vector<RangeReading> ranges = {};   ///< downward distance sensor; infinity: nothing within reach
+  std::vector<RangeReading> ranges = {};   ///< downward range sensor; infinity: no return
   Trajectory odometry = {};                ///< T_odom_base as the vehicle reported it
   Trajectory truth = {};                   ///< T_world_base, exact or corrected afterwards; never an input
-  std::string truth_source = {};           ///< where it comes from, in words
-  std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if there is one
-  std::vector<SkippedLines> skipped = {};  ///< lines or messages that were left out
-  std::vector<MendedStamp> mended_stamps = {};
-  std::vector<std::string> damage = {};  ///< places of the file that could not be read, also told in notes
-  ///< of scans and truth, in order of `written`
-  std::vector<std::string> notes =
-      {};  ///< what a user should know ("bag has no index: read from its chunks")
+  std::string truth_source = {};           ///< origin, for the user
+  std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present
+  std::vector<SkippedLines> skipped = {};  ///< skipped lines or messages
+  std::vector<MendedStamp> mended_stamps = {};  ///< of scans and truth, sorted by `written`
+  std::vector<std::string> damage = {};         ///< unreadable parts of the file, also listed in notes
+  std::vector<std::string> notes = {};  ///< messages for the user ("bag has no index: read from its chunks")
 };
 
-/// Opens a laser recording, guessing its kind from its first bytes: rosbag v2.0 (also without index or cut
-/// off: as far as it goes), CARMEN log, g2o-like log with ROBOTLASER1 lines, Wean Hall log, MOOS .alog,
-/// BreezySLAM .dat, a EuRoC folder with imu0/data.csv (also below mav0, or as imu0.csv). A folder with one
-/// such file in it is that recording. rig.toml beside the file is its rig; groundtruth.txt (TUM) is its
-/// truth. Nothing that fits is an error saying what was looked for.
+/// Opens a laser recording; its kind is recognised from its first bytes: rosbag v2.0 (also without index or
+/// truncated: as far as readable), CARMEN log, g2o-like log with ROBOTLASER1 lines, Wean Hall log, MOOS
+/// .alog, BreezySLAM .dat, a EuRoC folder with imu0/data.csv (also below mav0, or as imu0.csv). A folder that
+/// contains exactly one such file is accepted. rig.toml beside the file provides the rig; groundtruth.txt
+/// (TUM) provides the truth. Errors name the file; if nothing fits, they list what was looked for.
 Result<LaserRecording> open_laser_recording(const std::filesystem::path& path,
                                             const LaserRecordingOptions& options = {});
 
-/// True when `path` looks like something that open_laser_recording reads (no more than a glance at it).
+/// True when `path` looks like a recording for open_laser_recording (a quick check of its first bytes).
 bool is_laser_recording(const std::filesystem::path& path);
 
 }  // namespace hm

@@ -5,8 +5,8 @@
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
-/// Every prefix and many random corruptions of a small file of each kind: an Error, or a recording that keeps
-/// its promises; never a crash (run under ASan and UBSan).
+/// Every prefix and many random corruptions of a small file of each kind: an Error, or a recording that
+/// satisfies its invariants; never a crash (run under ASan and UBSan).
 namespace hm {
 namespace {
 
@@ -155,7 +155,7 @@ TEST(LaserFuzz, Euroc) {
     if (::testing::Test::HasFatalFailure()) return;
     test::write_bytes(folder / "gt0.csv", damaged);
     const auto recording = open_laser_recording(folder / ".");
-    ASSERT_TRUE(recording);  // truth that cannot be read costs nothing else
+    ASSERT_TRUE(recording);  // unreadable truth affects nothing else
     expect_sound(*recording);
   });
 }

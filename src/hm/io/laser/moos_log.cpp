@@ -4,14 +4,14 @@
 #include "hm/core/angle.hpp"
 #include "hm/io/laser/laser_log.hpp"
 
-/// MOOS logs of the New College data set: two SICK scanners that look up and down on both sides of the
+/// MOOS logs of the New College data set: two SICK scanners that scan vertically on both sides of the
 /// vehicle.
 namespace hm::detail {
 namespace {
 
-constexpr double kRangeMin_m = 0.2, kRangeMax_m = 50.0;  // as the data set's published parsers have it
+constexpr double kRangeMin_m = 0.2, kRangeMax_m = 50.0;  // as in the data set's published parsers
 
-/// The value behind `name=` in `a=1,b=2,c=[2]{3,4}`; empty when it is not there.
+/// Value of `name=` in `a=1,b=2,c=[2]{3,4}`; empty if missing.
 std::string_view field(std::string_view text, std::string_view name) {
   for (std::size_t at = text.find(name); at != std::string_view::npos; at = text.find(name, at + 1)) {
     const std::size_t value = at + name.size();
@@ -26,7 +26,7 @@ std::optional<double> number_field(std::string_view text, std::string_view name)
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// The numbers of `name=[...]{1,2,3}`; empty when one of them is none, or the brace is not closed.
+/// Numbers of `name=[...]{1,2,3}`; empty if one is invalid, or the brace is not closed.
 std::vector<double> list_field(std::string_view text, std::string_view name) {
   const std::string_view value = field(text, name);
   if (value.empty()) return {};
@@ -88,9 +88,9 @@ void read_odometry(const MoosLine& message, const TextLine& line, LaserLog& log)
              pitch_rad = number_field(message.fields, "Pitch");
   if (!stamp || pose.size() != 3 || !roll_rad || !pitch_rad || !std::isfinite(pose[0] + pose[1] + pose[2]))
     return log.skip_malformed(line);
-  // `Pitch` is the lean about the axis ahead, and positive to the left: over the recording the floor beside
-  // the vehicle keeps its height within 9 mm so, 15 mm without it, and 33 mm with the sign of the published
-  // parser.
+  // `Pitch` is the rotation about the forward axis, positive to the left: with it the floor beside the
+  // vehicle is constant within 9 mm over the recording, without it within 15 mm, with the sign of the
+  // published parser within 33 mm.
   const SE3 T_odom_vehicle(rotation_from_roll_pitch_yaw({*roll_rad, -*pitch_rad, pose[2]}),
                            {pose[0], pose[1], 0});
   log.add_odometry({*stamp, T_odom_vehicle * T_vehicle_base()}, line);
@@ -102,7 +102,7 @@ Result<LaserRecording> read_moos_log(const std::filesystem::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
   LaserLog log(path, LaserRecordingKind::kMoos, RangeSorter(RangeSorter::Negative::kNoReturn));
-  // The poses that the laboratory of this dissertation published with its parser of the data set.
+  // Poses published by the laboratory of this dissertation with its parser of the data set.
   log.set_mounting("LMS_LASER_2D_LEFT", mounting({-0.270, -0.030, 0.495}, {180, 90, -90}));
   log.set_mounting("LMS_LASER_2D_RIGHT", mounting({0.270, -0.030, 0.495}, {90, -90, 180}));
   for (const TextLine& line : file->lines()) {

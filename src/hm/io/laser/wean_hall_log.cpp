@@ -66,7 +66,7 @@ class WeanHallReader {
   std::size_t beams_;
 };
 
-/// How many beams most scans have: a damaged line has another number of columns.
+/// Number of beams of most scans; damaged lines have another number of columns.
 std::size_t usual_beams(const std::vector<TextLine>& lines) {
   std::map<std::size_t, std::size_t> counts;
   for (const TextLine& line : lines)

@@ -24,7 +24,7 @@ using test::save;
 using test::views_of;
 using testing::HasSubstr;
 
-/// Opens a damaged map every way; what it gives must be an Error or blocks exactly as they were.
+/// Opens a damaged map in all modes; the result must be an Error or the original blocks.
 void expect_error_or_truth(const std::filesystem::path& path, const Blocks& truth, const std::string& state,
                            int& strict_successes) {
   for (const MapOpenMode mode : {MapOpenMode::kRead, MapOpenMode::kReadLenient}) {
@@ -140,7 +140,7 @@ TEST(MapDamage, AFullDiskKeepsTheLastSave) {
 
 // ---- killed while saving ----
 
-/// What every block holds after save number `generation`; odd generations lack the blocks with odd x.
+/// Contents of every block after save number `generation`; odd generations lack the blocks with odd x.
 Blocks blocks_of_generation(int generation) {
   Blocks blocks;
   for (std::int32_t x = 0; x < 6; ++x)
@@ -154,7 +154,7 @@ Blocks blocks_of_generation(int generation) {
   return blocks;
 }
 
-/// Saves generation after generation until it is killed; tells each that commit() called done.
+/// Saves generation after generation until it is killed; reports each committed one.
 [[noreturn]] void save_until_killed(const std::filesystem::path& path, int pipe_end) {
   auto map = MapFile::open(path, MapOpenMode::kReadWrite);
   if (!map) ::_exit(1);

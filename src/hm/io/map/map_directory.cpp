@@ -25,8 +25,8 @@ std::uint64_t digest_of(const MapPageKey& key, const MapPageEntry& entry) {
   return mix(hash + entry.colors);
 }
 
-/// Puts the row's page (columns z, y, x, blocks, colors, checksum, id) into the directory; false when the row
-/// makes no sense or its page is there already.
+/// Adds a row's page (columns z, y, x, blocks, colors, checksum, id) to the directory; false when the row is
+/// invalid or the page exists already.
 bool add_row(const SqliteStatement& row, MapDirectory& directory) {
   const std::int64_t z = row.integer(0), y = row.integer(1), x = row.integer(2);
   for (const std::int64_t value : {x, y, z})

@@ -83,7 +83,7 @@ Result<MapReadReport> MapFile::for_each_block(const std::optional<MapKeyBox>& bo
 
 namespace {
 
-/// The items' places, grouped by page; of items in one page the later come later.
+/// Indices of items grouped by page, in stable order.
 template <class Item, class KeyOf>
 std::vector<std::pair<MapPageKey, std::size_t>> by_page(std::span<const Item> items, KeyOf key_of) {
   std::vector<std::pair<MapPageKey, std::size_t>> order;

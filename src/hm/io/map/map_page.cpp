@@ -15,7 +15,7 @@ constexpr int kCompressionLevel = 1;
 constexpr std::size_t kChecksumBytes = 4;  ///< at the end of a zstd frame: low half of XXH64 of the contents
 constexpr std::size_t kMaxWords = 2 * kMapPageBlocks * kMapBlockVoxels;
 
-/// What a page starts with.
+/// Start of a page.
 struct Prefix {
   std::int32_t x, y, z, reserved;
   std::uint64_t blocks, colors;
@@ -30,7 +30,7 @@ std::uint8_t byte_of(std::uint32_t value, unsigned shift) {
   return static_cast<std::uint8_t>(value >> shift);
 }
 
-/// Differences of both 16-bit halves to the word before, as four planes of bytes (lowest first).
+/// Encodes the differences of both 16-bit halves to the previous word as four byte planes (lowest first).
 void split_planes(std::span<const std::uint32_t> words, std::uint8_t* planes) {
   const std::size_t n = words.size();
   std::uint32_t before = 0;
@@ -85,7 +85,7 @@ struct MapPageCodec::Impl {
   std::unique_ptr<ZSTD_CCtx, CompressorDeleter> compressor{ZSTD_createCCtx()};
   std::unique_ptr<ZSTD_DCtx, DecompressorDeleter> decompressor{ZSTD_createDCtx()};
   std::vector<std::uint32_t> words;    ///< of the page being encoded
-  std::vector<std::uint32_t> decoded;  ///< of the page that was decoded; decode() hands out pointers into it
+  std::vector<std::uint32_t> decoded;  ///< of the decoded page; decode() returns pointers into it
   std::vector<std::uint8_t> plain;
   std::vector<std::byte> packed;
 };

@@ -9,17 +9,17 @@
 
 namespace hm {
 
-/// The header as it is stored: what the user sees, and what the directory must add up to.
+/// Stored header: the public metadata, and the totals for checking the directory.
 struct MapRecord {
   MapHeader header;
   MapDirectorySummary summary;
 };
 
-/// The record as JSON text, and back. `where` names the file in errors.
+/// Converts the record to JSON text and back. `where` names the file in errors.
 std::string to_text(const MapRecord& record);
 Result<MapRecord> parse_record(std::string_view text, const std::string& where);
 
-/// FNV-1a, 64 bits: notices any damage to the record's text.
+/// FNV-1a hash (64 bits) of the record's text, to detect damage.
 std::int64_t record_checksum(std::string_view text);
 
 }  // namespace hm

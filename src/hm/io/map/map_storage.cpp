@@ -40,7 +40,7 @@ std::int64_t now_unix_ms() {
 
 fs::path with_suffix(fs::path path, const char* suffix) { return path += suffix; }
 
-/// Before SQLite sees the file: is it one of ours at all?
+/// Checks the file's signature before opening it with SQLite.
 Result<void> check_signature(const fs::path& path) {
   auto file = InputFile::open(path);
   if (!file) return forward_error(file);
@@ -62,7 +62,7 @@ Result<void> check_signature(const fs::path& path) {
 // ---- opening ----
 
 Result<void> MapStorage::connect() {
-  // Rolling back an interrupted save takes write access, even for a reader.
+  // Rolling back an interrupted save requires write access, even for a reader.
   const bool writable = ::access(path_.c_str(), W_OK) == 0;
   if (mode_ == MapOpenMode::kReadWrite && !writable)
     return fail(ErrorCode::kUnreadable, path_.string(), "no permission to write");
@@ -70,7 +70,7 @@ Result<void> MapStorage::connect() {
       SqliteDatabase::open(path_.string(), writable ? SqliteAccess::kReadWrite : SqliteAccess::kRead);
   if (!opened) return forward_error(opened);
   database_ = std::move(*opened);
-  // A lenient reader takes a file that is shorter than it says, which SQLite otherwise refuses outright.
+  // A lenient reader accepts a file shorter than its header says, which SQLite would reject.
   if (lenient())
     if (const auto set = database_.execute("PRAGMA writable_schema=ON"); !set) return set;
   return {};
@@ -149,8 +149,8 @@ Result<void> MapStorage::load() {
 }
 
 std::int64_t MapStorage::last_row_to_try() {
-  // A crafted header may say any number: not worth a look are rows beyond the last one of the file and, where
-  // that is damaged, beyond what its bytes can hold.
+  // A crafted header may contain any number: skips rows beyond the last one of the file and, where that is
+  // damaged, beyond the file's size.
   constexpr std::int64_t kLeastRowBytes = 64;
   std::error_code ignored;
   const auto by_size = static_cast<std::int64_t>(fs::file_size(path_, ignored)) / kLeastRowBytes;
@@ -227,7 +227,7 @@ Result<void> MapStorage::create(const fs::path& path, const MapHeader& header) {
     if (const auto made = storage.create_file(); !made)
       return fail(made.error().code, path.string(), "{}", made.error().message);
   }
-  // The old map goes before its journal, so that no moment pairs a map with another map's journal.
+  // The old map is removed before its journal, so that a map is never paired with another map's journal.
   fs::remove(path, code);
   fs::remove(with_suffix(path, "-journal"), code);
   fs::rename(fresh, path, code);
@@ -255,7 +255,7 @@ Result<MapPageBlocks> MapStorage::read_page(const MapPageKey& key, const MapPage
 
 Result<void> MapStorage::settle(Result<void> outcome) {
   if (outcome) return outcome;
-  // Memory follows the file again.
+  // Reload the in-memory state from the file.
   get_page_.reset();
   if (database_.in_transaction()) (void)database_.execute("ROLLBACK");
   if (const auto loaded = load(); !loaded) directory_.clear();

@@ -12,35 +12,35 @@
 
 namespace hm {
 
-/// An open map file: its tables, its directory in memory, and one page read or written at a time.
+/// Open map file: its tables, its directory in memory, and access to one page at a time.
 class MapStorage {
  public:
   /// Opens a file and checks it, see MapFile::open().
   static Result<MapStorage> open(const std::filesystem::path& path, MapOpenMode mode);
-  /// Makes a file without pages in the place of `path`, see MapFile::create().
+  /// Creates a file without pages at `path`, see MapFile::create().
   static Result<void> create(const std::filesystem::path& path, const MapHeader& header);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// As of the last commit.
+  /// Header as of the last commit.
   [[nodiscard]] const MapHeader& header() const { return record_.header; }
-  /// Including changes since the last commit.
+  /// Directory including changes since the last commit.
   [[nodiscard]] const MapDirectory& directory() const { return directory_; }
   [[nodiscard]] bool lenient() const { return mode_ == MapOpenMode::kReadLenient; }
-  /// Blocks found missing when opening leniently, and what else was wrong.
+  /// Number of blocks lost when opening leniently, and descriptions of the damage.
   [[nodiscard]] std::uint64_t lost_blocks() const { return lost_blocks_; }
   [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
 
-  /// The blocks of a page, valid until the next call. Errors name the page.
+  /// Reads the blocks of a page, valid until the next call. Errors name the page.
   Result<MapPageBlocks> read_page(const MapPageKey& key, const MapPageEntry& entry);
 
-  /// Starts a transaction unless one is under way.
+  /// Starts a transaction unless one is open.
   Result<void> begin();
   Result<void> write_page(const MapPageKey& key, const MapPageBlocks& blocks);
   Result<void> remove_page(const MapPageKey& key);
   Result<void> remove_all_pages();
   /// Writes the header and ends the transaction.
   Result<void> commit(const MapHeader& header);
-  /// Passes on the outcome of a change; after a failed one everything since the last commit is dropped.
+  /// Returns the outcome of a change; if it failed, first rolls back everything since the last commit.
   Result<void> settle(Result<void> outcome);
 
  private:

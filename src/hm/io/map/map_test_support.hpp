@@ -70,7 +70,7 @@ inline Result<Blocks> read_all(const MapFile& map, const std::optional<MapKeyBox
   return blocks;
 }
 
-/// Makes a map with these blocks and closes it.
+/// Creates a map with these blocks and closes it.
 inline void save(const std::filesystem::path& path, const Blocks& blocks, const std::string& state = "{}") {
   auto map = MapFile::create(path, example_header());
   ASSERT_TRUE(map) << to_string(map.error());

@@ -37,7 +37,7 @@ Result<void> write_pgm(const std::filesystem::path& path, const OccupancyGrid2D&
   return file.finish();
 }
 
-/// A picture as a PGM file has it: values from 0 to 1.
+/// Image of a PGM file: values from 0 to 1.
 struct Gray {
   int width = 0, height = 0, maximum = 255;
   std::vector<std::uint8_t> values;
@@ -82,7 +82,7 @@ class PgmReader {
     return fail(code, fmt::format("{}, byte {}", where_, at_), "{}", why);
   }
   static bool is_blank(std::uint8_t c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
-  /// The next whole number, blanks and comments before it skipped.
+  /// Next integer; skips white space and comments before it.
   bool number(int& value, int limit) {
     while (at_ < bytes_.size() && (is_blank(bytes_[at_]) || bytes_[at_] == '#')) {
       if (bytes_[at_] == '#')
@@ -104,7 +104,7 @@ class PgmReader {
   std::size_t at_ = 0;
 };
 
-/// What the YAML of a map says.
+/// Contents of a map's YAML file.
 struct MapDescription {
   std::string image, mode = "trinary";
   double resolution_m = 0, occupied_thresh = 0.65, free_thresh = 0.196;
@@ -117,7 +117,7 @@ struct Value {
   std::size_t line = 0;
 };
 
-/// The value of a key as written: quotes taken off, brackets and commas of lists as blanks.
+/// Value of a key without quotes, with brackets and commas of lists replaced by spaces.
 std::string plain(std::string_view text) {
   if (const auto comment = text.find(" #"); comment != std::string_view::npos) text = text.substr(0, comment);
   std::string result(text);

@@ -7,18 +7,18 @@
 namespace hm {
 
 enum class OccupancyGridMode {
-  kTrinary,  ///< 0 for occupied (50 % and more), 254 for free, 205 for unknown: what map_server writes
-  kRaw,      ///< percent as they are, 255 for unknown
+  kTrinary,  ///< 0: occupied (50 % and more), 254: free, 205: unknown, as map_server writes
+  kRaw,      ///< percent, 255: unknown
 };
 
 /// Writes a grid as map_server's pair of files: `path` (.yaml) and a binary PGM of the same name beside it,
-/// top row first. An error for another extension, an empty grid, or when the disk refuses.
+/// top row first. Error for another extension, an empty grid, or when a file cannot be written.
 Result<void> write_occupancy_grid(const std::filesystem::path& path, const OccupancyGrid2D& grid,
                                   OccupancyGridMode mode = OccupancyGridMode::kTrinary);
 
-/// Reads such a pair: PGM in binary or ASCII, modes `trinary`, `scale` and `raw`, `negate`, comments. The
-/// image is the one that the YAML names, relative to it. A map turned by a yaw is an error (kUnsupported);
-/// errors name file and line or byte offset.
+/// Reads map_server's pair of files: PGM in binary or ASCII, modes `trinary`, `scale` and `raw`, `negate`,
+/// comments. The image path in the YAML is relative to it. An origin with non-zero yaw is an error
+/// (kUnsupported); errors name file and line or byte offset.
 Result<OccupancyGrid2D> read_occupancy_grid(const std::filesystem::path& path);
 
 }  // namespace hm

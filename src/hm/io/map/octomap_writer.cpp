@@ -24,7 +24,7 @@ struct Cell {
   Rgb8 color{};
 };
 
-/// What is written, and how.
+/// Voxels to be written, and parameters.
 struct Content {
   std::span<const OccupancyVoxel> voxels;
   std::span<const Rgb8> colors;  ///< empty, or one of each voxel
@@ -38,7 +38,7 @@ float log_odds_of(const OccupancyVoxel& voxel) {
   return voxel.state == Occupancy::kOccupied ? std::max(value, 0.0F) : std::min(value, -1e-3F);
 }
 
-/// The first and last key whose centres a voxel holds along an axis; nothing beyond the octree.
+/// First and last key whose cell centres lie in a voxel along an axis; nothing beyond the octree.
 bool key_range(double centre, double size, std::int64_t& first, std::int64_t& last) {
   if (!std::isfinite(centre) || !(size > 0) || std::abs(centre) + size > 2.0 * kKeyOffset) return false;
   const double half = std::max(size, 1.0) / 2;
@@ -114,7 +114,7 @@ class Encoder {
     for (const auto& child : children) {
       if (child.empty()) continue;
       if (kind_ == Kind::kBinary && is_leaf(child, depth + 1))
-        ++nodes_;  // told by its parent
+        ++nodes_;  // counted with its parent
       else
         encode(child, depth + 1);
     }
@@ -126,7 +126,8 @@ class Encoder {
   void push(const Rgb8& color) {
     for (const std::uint8_t part : {color.r, color.g, color.b}) bytes_.push_back(static_cast<char>(part));
   }
-  /// Of the occupied cells where there are any: what a viewer shows of a node that it does not open.
+  /// Mean colour of the occupied cells, or of all if there are none; shown by viewers for nodes that are not
+  /// expanded.
   static Rgb8 mean_color(std::span<const Cell> cells) {
     const bool occupied = std::ranges::any_of(cells, [](const Cell& cell) { return cell.log_odds >= 0; });
     std::array<std::size_t, 3> sum{};
@@ -143,7 +144,7 @@ class Encoder {
     if (kind_ == Kind::kBinary) return (a.log_odds >= 0) == (b.log_odds >= 0);
     return a.log_odds == b.log_odds && a.color == b.color;
   }
-  /// A single cell, or a cube full of equal ones.
+  /// True for a single cell, or a cube full of equal ones.
   [[nodiscard]] bool is_leaf(std::span<const Cell> cells, int depth) const {
     if (depth == kDepth) return true;
     const int levels = 3 * (kDepth - depth);

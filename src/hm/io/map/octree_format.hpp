@@ -6,10 +6,10 @@
 
 #include "hm/core/result.hpp"
 
-/// OctoMap's file format: what its reader and writer share. A text header, then the nodes depth first;
-/// children in the order of their places: bit 0 of the place is the upper half in x, bit 1 in y, bit 2 in z.
+/// OctoMap's file format, shared by reader and writer: a text header, then the nodes depth first; children by
+/// index, where bit 0 selects the upper half in x, bit 1 in y, bit 2 in z.
 ///   .bt  a node is 16 bits, two for each child: nothing, free leaf, occupied leaf, node with children
-///   .ot  a node is its log-odds (float) and a byte with a bit for each child that is there
+///   .ot  a node is its log-odds (float) and a byte with one bit per existing child
 namespace hm::octree {
 
 enum class Kind { kBinary, kLogOdds };
@@ -18,11 +18,11 @@ inline constexpr std::int64_t kKeyOffset = 1 << (kDepth - 1);  ///< key of the c
 inline constexpr double kMinProbability = 0.1192, kMaxProbability = 0.971;
 inline constexpr unsigned kFreeLeaf = 1, kOccupiedLeaf = 2, kInner = 3;
 
-/// By the path's extension.
+/// Tree kind by the path's extension; error for any other.
 Result<Kind> kind_of(const std::filesystem::path& path);
 std::string_view first_line(Kind kind);
 
-/// A cell's key as one number, in the order of the nodes: its bits, highest first, are places of children.
+/// Morton code of a cell's key, in node order: its bits, highest first, are child indices.
 constexpr std::uint64_t code_of(const std::array<std::int64_t, 3>& key) {
   std::uint64_t code = 0;
   for (int bit = kDepth - 1; bit >= 0; --bit)

@@ -58,6 +58,7 @@ class GlbReader {
   Result<TriangleMesh> read() {
     if (const auto opened = read_chunks(); !opened) return forward_error(opened);
     if (const auto plain = check_features(); !plain) return forward_error(plain);
+    R_mesh_gltf_ = gltf_axes(document_).R_mesh_gltf.cast<float>();
     const JsonValue* meshes = document_.find("meshes");
     if (!meshes || !meshes->as_array()) return std::move(mesh_);
     for (const JsonValue& mesh : *meshes->as_array()) {
@@ -221,7 +222,7 @@ class GlbReader {
       Eigen::Vector3f v;
       std::memcpy(v.data(), element, 12);
       finite &= v.allFinite();
-      out.emplace_back(v.x(), -v.z(), v.y());
+      out.emplace_back(R_mesh_gltf_ * v);
     });
     if (done && !finite) return bad("a vertex is not finite");
     return done;
@@ -275,6 +276,7 @@ class GlbReader {
 
   InputFile& file_;
   JsonValue document_;
+  Eigen::Matrix3f R_mesh_gltf_;
   std::uint64_t binary_begin_ = 0, binary_bytes_ = 0;
   TriangleMesh mesh_;
 };

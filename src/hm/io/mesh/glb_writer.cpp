@@ -15,9 +15,6 @@ namespace {
 constexpr float kUnitTolerance = 1e-4f;
 constexpr std::size_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-/// From z up to y up: a quarter turn around x.
-Eigen::Vector3f y_up(const Eigen::Vector3f& v) { return {v.x(), v.z(), -v.y()}; }
-
 Eigen::Vector3f unit(const Eigen::Vector3f& v) {
   const float squared = v.squaredNorm();
   if (std::abs(squared - 1) <= kUnitTolerance) return v;
@@ -65,11 +62,12 @@ JsonValue accessor_of(std::int64_t component, const char* type, std::size_t coun
       {{"componentType", component}, {"count", static_cast<std::int64_t>(count)}, {"type", type}});
 }
 
-JsonValue position_accessor(const TriangleMesh& mesh) {
-  Eigen::Vector3f low = y_up(mesh.vertices.front()), high = low;
+JsonValue position_accessor(const TriangleMesh& mesh, const Eigen::Matrix3f& R_gltf_mesh) {
+  Eigen::Vector3f low = R_gltf_mesh * mesh.vertices.front(), high = low;
   for (const Eigen::Vector3f& vertex : mesh.vertices) {
-    low = low.cwiseMin(y_up(vertex));
-    high = high.cwiseMax(y_up(vertex));
+    const Eigen::Vector3f turned = R_gltf_mesh * vertex;
+    low = low.cwiseMin(turned);
+    high = high.cwiseMax(turned);
   }
   JsonValue accessor = accessor_of(glb::kFloat, "VEC3", mesh.vertices.size());
   accessor["min"] = corner(low);
@@ -81,8 +79,7 @@ JsonValue position_accessor(const TriangleMesh& mesh) {
 JsonValue describe(const TriangleMesh& mesh, const MeshWriteOptions& options, std::size_t& binary_bytes) {
   JsonValue document;
   document["asset"] = JsonValue::object({{"version", "2.0"}, {"generator", options.program}});
-  document["asset"]["extras"] =
-      JsonValue::object({{"frame", options.frame}, {"units", "metres"}, {"turned", "from z up to y up"}});
+  document["asset"]["extras"] = gltf_extras(options);
   document["scene"] = 0;
   binary_bytes = 0;
   if (mesh.vertices.empty()) {
@@ -94,7 +91,8 @@ JsonValue describe(const TriangleMesh& mesh, const MeshWriteOptions& options, st
   const std::size_t count = mesh.vertices.size();
   Accessors accessors;
   JsonValue attributes, primitive;
-  attributes["POSITION"] = accessors.add(position_accessor(mesh), count * 12, glb::kArrayBuffer);
+  attributes["POSITION"] = accessors.add(position_accessor(mesh, gltf_rotation(options.up).cast<float>()),
+                                         count * 12, glb::kArrayBuffer);
   if (mesh.has_normals())
     attributes["NORMAL"] =
         accessors.add(accessor_of(glb::kFloat, "VEC3", count), count * 12, glb::kArrayBuffer);
@@ -118,9 +116,10 @@ JsonValue describe(const TriangleMesh& mesh, const MeshWriteOptions& options, st
   return document;
 }
 
-void write_binary(OutputFile& file, const TriangleMesh& mesh) {
-  for (const Eigen::Vector3f& vertex : mesh.vertices) file.write(y_up(vertex).data(), 12);
-  for (const Eigen::Vector3f& normal : mesh.normals) file.write(unit(y_up(normal)).data(), 12);
+void write_binary(OutputFile& file, const TriangleMesh& mesh, const Eigen::Matrix3f& R_gltf_mesh) {
+  const auto write = [&](const Eigen::Vector3f& v) { file.write(v.data(), 12); };
+  for (const Eigen::Vector3f& vertex : mesh.vertices) write(R_gltf_mesh * vertex);
+  for (const Eigen::Vector3f& normal : mesh.normals) write(unit(R_gltf_mesh * normal));
   std::array<std::uint16_t, 256> linear{};
   for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = static_cast<std::uint16_t>(linear16(i));
   for (const Rgb8& color : mesh.colors)
@@ -150,7 +149,7 @@ Result<void> write_glb(OutputFile& file, const TriangleMesh& mesh, const MeshWri
   // Every accessor's size is a multiple of 4, so that the chunk needs no padding.
   write_word(binary_bytes);
   write_word(glb::kBinChunk);
-  write_binary(file, mesh);
+  write_binary(file, mesh, gltf_rotation(options.up).cast<float>());
   return {};
 }
 

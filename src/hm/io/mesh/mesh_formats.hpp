@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "hm/core/json_value.hpp"
 #include "hm/core/result.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/io/bytes/input_file.hpp"
@@ -23,5 +24,17 @@ Result<void> write_glb(OutputFile& file, const TriangleMesh& mesh, const MeshWri
 Result<TriangleMesh> read_ply(InputFile& file);
 Result<TriangleMesh> read_obj(InputFile& file);
 Result<TriangleMesh> read_glb(InputFile& file);
+
+/// Rotation from the mesh's frame into that of a GLB file: `up` to y; none where up is unknown.
+Mat3 gltf_rotation(const UpDirection& up);
+/// What a GLB says of it (asset.extras): the rotation back into the mesh's frame, and up there. Without a
+/// word that of z up.
+struct GltfAxes {
+  Mat3 R_mesh_gltf;
+  UpDirection up;
+};
+GltfAxes gltf_axes(const JsonValue& document);
+/// asset.extras of a file that is written.
+JsonValue gltf_extras(const MeshWriteOptions& options);
 
 }  // namespace hm

@@ -8,8 +8,8 @@
 
 namespace hm {
 void write_obj(OutputFile& file, const TriangleMesh& mesh, const MeshWriteOptions& options) {
-  file.write(fmt::format("# made by {}\n# frame {}, right-handed, z up\n# units metres\n",
-                         one_line(options.program), one_line(options.frame)));
+  file.write(fmt::format("# made by {}\n# frame {}, right-handed\n# up {}\n# units metres\n",
+                         one_line(options.program), one_line(options.frame), to_string(options.up)));
   fmt::memory_buffer line;
   const auto out = std::back_inserter(line);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {

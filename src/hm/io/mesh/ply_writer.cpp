@@ -11,7 +11,8 @@ namespace {
 std::string ply_header(const TriangleMesh& mesh, const MeshWriteOptions& options) {
   std::string header = "ply\nformat binary_little_endian 1.0\n";
   header += fmt::format("comment made by {}\n", one_line(options.program));
-  header += fmt::format("comment frame {}, right-handed, z up\n", one_line(options.frame));
+  header += fmt::format("comment frame {}, right-handed\n", one_line(options.frame));
+  header += fmt::format("comment up {}\n", to_string(options.up));
   header += "comment units metres\n";
   header += fmt::format("element vertex {}\n", mesh.vertices.size());
   for (const char* name : {"x", "y", "z"}) header += fmt::format("property float {}\n", name);

@@ -14,16 +14,16 @@
 
 namespace hm::detail {
 
-/// The lines of a g2o file, by the ids of the file. `Words` names the kind of graph: Pose, Edge, Graph (a
-/// G2oGraph), kVertex, kEdge, kDimensions and pose(NumberReader&), which gives nothing for numbers that are
-/// none.
+/// Collects the lines of a g2o file, by the ids of the file. The traits class `Words` defines the kind of
+/// graph: Pose, Edge, Graph (a G2oGraph), kVertex, kEdge, kDimensions and pose(NumberReader&), which returns
+/// nothing for invalid numbers.
 template <class Words>
 class G2oLines {
  public:
   using Pose = typename Words::Pose;
   using Edge = typename Words::Edge;
 
-  /// False when the line cannot be understood.
+  /// Adds a line; false when it is malformed.
   bool add(const TextLine& line) {
     const auto columns = words(line.text);
     NumberReader reader(columns, 1);
@@ -37,7 +37,8 @@ class G2oLines {
     return true;
   }
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
-  /// The graph with nodes numbered in order of id; the id of one that has no place, if there is one.
+  /// Builds the graph with nodes numbered in order of id. Returns the id of a node that has no pose, if there
+  /// is one.
   std::optional<std::int64_t> finish(typename Words::Graph& result);
 
  private:
@@ -73,7 +74,8 @@ class G2oLines {
   std::size_t other_lines_ = 0;
 };
 
-/// Places nodes along the edges, from those that have a place. The first node without one, if any is left.
+/// Initialises missing poses by composing edges, starting at nodes with a pose (breadth first). Returns the
+/// first node that is still without a pose, if any.
 template <class Pose, class Edge>
 std::optional<std::size_t> place_along_edges(const std::vector<Edge>& edges,
                                              std::vector<std::optional<Pose>>& places) {
@@ -124,7 +126,7 @@ std::optional<std::int64_t> G2oLines<Words>::finish(typename Words::Graph& resul
   return std::nullopt;
 }
 
-/// Reads a whole file of one kind of graph.
+/// Reads a g2o file of one kind of graph.
 template <class Words>
 Result<typename Words::Graph> read_g2o(const std::filesystem::path& path) {
   const auto file = TextFile::read(path);

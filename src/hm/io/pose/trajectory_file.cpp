@@ -27,7 +27,7 @@ std::optional<Time> parse_nanoseconds(std::string_view text) {
   return Time{ns};
 }
 
-/// Reads one file line by line; knows the format from a comment or its first line of data.
+/// Reads one file line by line; recognises the format from a comment or the first line of data.
 class TrajectoryReader {
  public:
   explicit TrajectoryReader(const TextFile& file) : file_(file) {}
@@ -115,7 +115,7 @@ class TrajectoryReader {
   Trajectory trajectory_;
 };
 
-/// A number with 9 decimals, zero without a sign.
+/// Appends a number with 9 decimals, zero without sign.
 void append_decimals(fmt::memory_buffer& out, double value) {
   fmt::format_to(std::back_inserter(out), "{:.9f}", std::abs(value) < 5e-10 ? 0.0 : value);
 }

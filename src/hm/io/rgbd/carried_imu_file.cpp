@@ -59,8 +59,8 @@ Result<CarriedImu> read_csv(const fs::path& path, const fs::path& mount) {
   return imu;
 }
 
-/// Seconds and three components. A last line without an end may be cut off; stamps that do not increase are
-/// left out.
+/// Reads seconds and three components. An unterminated last line may be truncated; lines whose stamps do not
+/// increase are skipped.
 Result<CarriedImu> read_accelerometer(const fs::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);

@@ -63,7 +63,8 @@ TEST(CarriedImuFile, NoneIsNoneAndNonsenseIsAnErrorWithItsLine) {
   EXPECT_NE(to_string(mount.error()).find("imu.toml:2"), std::string::npos) << to_string(mount.error());
 }
 
-/// How a Kinect's device is turned, by motion capture: what was felt points up, on average, up to its bias.
+/// Rotation of a Kinect's accelerometer, checked with motion capture: the mean specific force points up,
+/// except for its bias.
 TEST(CarriedImuFile, AKinectsReadingsPointUpInTheWorld) {
   const auto path = real_recording("tum_fr1_xyz");
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
@@ -80,7 +81,7 @@ TEST(CarriedImuFile, AKinectsReadingsPointUpInTheWorld) {
   EXPECT_GT(sum.normalized().z(), std::cos(0.1));
 }
 
-/// Nobody must have them: a recording opens without, and says so.
+/// IMU data is optional: a recording opens without it, with a note.
 TEST(CarriedImuFile, ARecordingHasThemOrSaysWhyNot) {
   const TemporaryFolder folder;
   write_small_tum(folder.path() / "r", 2);

@@ -14,7 +14,7 @@
 namespace hm {
 namespace {
 
-/// The fastest level: pictures are first turned into differences of neighbours, which is where the gain is.
+/// Fastest zstd level: most of the compression comes from encoding differences of neighbours.
 constexpr int kArchiveLevel = 1;
 
 using Bytes = std::vector<std::uint8_t>;
@@ -34,8 +34,7 @@ Bytes decompress(const Bytes& packed, std::size_t plain_size) {
   return plain;
 }
 
-/// Differences to the pixel on the left: first their low bytes, then their high ones, signs in the lowest
-/// bit.
+/// Packs differences to the left pixel: first all low bytes, then all high bytes, signs in the lowest bit.
 Bytes pack_depth(const Image<std::uint16_t>& depth) {
   Bytes plain(2 * depth.size());
   std::size_t at = 0;
@@ -69,7 +68,7 @@ Image<std::uint16_t> unpack_depth(const Bytes& packed, int width, int height) {
   return depth;
 }
 
-/// Differences to the pixel on the left, channel by channel; of red and blue, those that green does not have.
+/// Packs differences to the left pixel by channel; for red and blue relative to green's difference.
 Bytes pack_color(const Image<Rgb8>& color) {
   Bytes plain(3 * color.size());
   std::size_t at = 0;
@@ -105,7 +104,7 @@ Image<Rgb8> unpack_color(const Bytes& packed, int width, int height) {
   return color;
 }
 
-/// A frame without its pictures, and these packed.
+/// Frame without images, and its packed images.
 struct KeptFrame {
   RgbdFrame frame;
   int depth_width = 0, depth_height = 0, color_width = 0, color_height = 0;

@@ -13,7 +13,7 @@ struct FramePrefetcher::Impl {
   std::condition_variable_any changed;
   std::deque<Result<RgbdFrame>> ready;
   bool finished = false;
-  std::jthread reader;  // last: it stops before the rest goes
+  std::jthread reader;  // last: stops before the other members are destroyed
 
   void read_all(const std::stop_token& stop, const FrameSource& frames,
                 const std::vector<std::size_t>& indices, std::size_t ahead);
@@ -23,7 +23,7 @@ void FramePrefetcher::Impl::read_all(const std::stop_token& stop, const FrameSou
                                      const std::vector<std::size_t>& indices, std::size_t ahead) {
   for (const std::size_t index : indices) {
     {
-      // Room first, then decoding: so that never more than `ahead` frames are held.
+      // Waits for room before decoding, so that at most `ahead` frames are held.
       std::unique_lock lock(mutex);
       if (!changed.wait(lock, stop, [&] { return ready.size() < ahead; })) return;
     }

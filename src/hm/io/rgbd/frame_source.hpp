@@ -7,17 +7,16 @@
 
 namespace hm {
 
-/// RGB-D frames by number, for whatever needs a frame again after it has been processed: a map whose poses a
-/// loop has corrected is made from the frames once more. Recordings are one; a caller with its own store
-/// (a ring on disk, a camera's recorder) implements another; FrameArchive keeps frames in memory.
+/// Random access to RGB-D frames, for code that needs a frame again after it has been processed, e.g. to
+/// rebuild a map after a loop closure has corrected its poses. Implemented by recordings and by FrameArchive
+/// (in memory); callers with their own storage can implement it too.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
-  /// The camera of the frames as read() gives them: without lens distortion, of the pictures' size.
+  /// Camera of the frames returned by read(): without lens distortion, of the images' size.
   [[nodiscard]] virtual PinholeCamera camera() const = 0;
-  /// Reads the frame with this number, pictures decoded and free of lens distortion: the same bits every
-  /// time. Called from several threads at the same time. An Error names what could not be read; other frames
-  /// are not affected.
+  /// Reads the frame with this index, decoded and undistorted; bit-identical every time. Must be safe to call
+  /// from several threads at once. An error names what could not be read; other frames are not affected.
   [[nodiscard]] virtual Result<RgbdFrame> read(std::size_t index) const = 0;
 };
 

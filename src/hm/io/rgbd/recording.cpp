@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-/// Colour at another size than depth: the pixel that covers the middle of each depth pixel.
+/// Resamples colour to the size of depth: the pixel that covers the centre of each depth pixel.
 Image<Rgb8> resampled(const Image<Rgb8>& image, int width, int height) {
   if (image.width() == width && image.height() == height) return image;
   Image<Rgb8> result(width, height);
@@ -25,7 +25,7 @@ Image<Rgb8> resampled(const Image<Rgb8>& image, int width, int height) {
   return result;
 }
 
-/// A recording of one picture file per frame and stream.
+/// Recording with one image file per frame and stream.
 class PictureRecording final : public Recording {
  public:
   PictureRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
@@ -81,17 +81,22 @@ Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
   return frame;
 }
 
-/// What a path is that holds no depth pictures.
+/// Error for a path without depth images.
 tl::unexpected<Error> not_depth_pictures(const std::filesystem::path& path) {
   std::error_code ignored;
   if (is_laser_recording(path))
     return fail(ErrorCode::kUnsupported, path,
                 "this is a laser recording, not depth pictures: `hm laser` makes a map of it");
+  const std::string hint = detail::hint_of_place(path);
   if (!std::filesystem::is_directory(path, ignored))
-    return fail(ErrorCode::kUnsupported, path, "a recording is a folder; this is a file");
-  return fail(ErrorCode::kNotFound, path,
-              "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM) and for "
-              "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes)");
+    return fail(ErrorCode::kUnsupported, path, "{}",
+                hint.empty() ? "a recording is a folder; this is a file" : hint);
+  if (!hint.empty()) return fail(ErrorCode::kNotFound, path, "no recording in this folder; {}", hint);
+  return fail(
+      ErrorCode::kNotFound, path,
+      "no recording found; looked for depth.txt or associations.txt (TUM RGB-D, ICL-NUIM), for "
+      "frame-XXXXXX.depth.png, here or in seq-XX (7-Scenes), and for depth/ with images named by stamp "
+      "or number");
 }
 
 Result<detail::RecordingListing> list_recording(const std::filesystem::path& path,

@@ -19,65 +19,66 @@ namespace hm {
 enum class RecordingKind { kTumRgbd, kSevenScenes, kIclNuim };
 std::string_view to_string(RecordingKind kind);
 
-/// What the user may know better than the folder.
+/// Options that override what the folder says.
 struct RecordingOptions {
-  std::optional<RecordingKind> kind = {};        ///< instead of guessing
+  std::optional<RecordingKind> kind = {};        ///< instead of detection
   std::optional<PinholeCamera> camera = {};      ///< instead of the files' or the known camera
   std::optional<double> depth_units_per_m = {};  ///< instead of the format's own (1000, 5000)
-  double max_stamp_difference_s = 0.02;  ///< between a depth image and the colour image paired with it
-  double max_pose_gap_s = 0.15;          ///< between two poses that one in the middle is interpolated from
-  /// Calibration of both cameras (calibration_file.hpp); empty: calibration.toml of the folder, if there is
-  /// one.
+  double max_stamp_difference_s = 0.02;          ///< between paired depth and colour images
+  double max_pose_gap_s = 0.15;                  ///< largest gap between two poses for interpolation
+  /// Calibration of both cameras (calibration_file.hpp); empty: calibration.toml of the folder, if present.
   std::filesystem::path calibration = {};
 };
 
-/// What a recording says about itself, read without decoding a picture.
+/// Metadata of a recording, read without decoding images.
 struct RecordingInfo {
   RecordingKind kind = RecordingKind::kTumRgbd;
   std::filesystem::path path;
   PinholeCamera camera;  ///< of depth and colour, with the distortion of the files
-  /// What is applied to every picture (`camera` is then what comes out of it), in words; empty without a
-  /// calibration.
+  /// Description of the calibration applied to every image (`camera` is then the resulting one); empty
+  /// without a calibration.
   std::string calibration;
-  std::string camera_source;  ///< where the intrinsics come from, in words
+  std::string camera_source;  ///< origin of the intrinsics, for the user
   double depth_unit_m = 1e-3;
   std::size_t frame_count = 0;  ///< depth images, in order
   std::size_t color_count = 0;
-  std::vector<Time> stamps;  ///< of the depth images; by index and 30 Hz where there are none
+  std::vector<Time> stamps;                     ///< of the depth images; index / 30 Hz if not recorded
   std::vector<std::optional<SE3>> frame_poses;  ///< T_world_camera of each depth image, where known
   std::vector<Time> color_stamps;               ///< of the colour images, where they have their own
   bool has_own_stamps = true;
   Trajectory trajectory;          ///< poses as given (T_world_camera), possibly at another rate
-  std::string trajectory_source;  ///< the file or files they come from
+  std::string trajectory_source;  ///< file or files of the poses
   Trajectory truth;               ///< the exact trajectory, where it differs from the given one
   std::optional<std::filesystem::path> truth_mesh;  ///< PLY of the true surface, if there is one
   std::size_t paired_count = 0;                     ///< depth images with a colour image
   std::size_t posed_count = 0;                      ///< depth images with a pose
-  std::size_t missing_pictures = 0;                 ///< files that the lists name but that are not there
+  std::size_t missing_pictures = 0;                 ///< files that are listed but missing
   std::string first_missing_picture;
-  std::shared_ptr<const CarriedImu> imu;  ///< of the device that was carried along, if there was one
-  std::vector<SkippedLines> skipped;      ///< lines that were left out, also told in notes
-  std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one a line
+  std::shared_ptr<const CarriedImu> imu;  ///< of an IMU mounted to the camera, if any
+  std::vector<SkippedLines> skipped;      ///< skipped lines, also listed in notes
+  std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one per line
 };
 
-/// A recording on disk. Frames are read on request, in any order, from any thread.
+/// Recording on disk. Frames are read on request, in any order, from any thread.
 class Recording : public FrameSource {
  public:
   [[nodiscard]] virtual const RecordingInfo& info() const = 0;
-  /// The camera of the frames that read() gives: info().camera.without_distortion().
+  /// Camera of the frames returned by read(): info().camera.without_distortion().
   [[nodiscard]] PinholeCamera camera() const override { return info().camera.without_distortion(); }
 };
 
-/// Opens a recording folder, guessing its kind from what lies in it:
+/// Opens a recording folder; its kind is recognised from the files in it:
 /// - TUM RGB-D: depth.txt with rgb.txt, or associations.txt; groundtruth.txt. Poses are interpolated to the
-///   stamp of the depth image. Where poses.txt exists too it is what the device itself reports: it becomes
-///   `trajectory`, and groundtruth.txt `truth`. truth_mesh.ply is the true surface. Inertial readings beside
-///   it (carried_imu_file.hpp) become `imu`; those that cannot be read are told in the notes.
-/// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
-/// - ICL-NUIM: associations.txt with whole frame numbers instead of seconds.
-/// A calibration (given, or calibration.toml in the folder) is applied to every picture: rectified, depth
-/// corrected, depth registered to the colour camera. A given camera replaces the folder's calibration.
-/// Nothing that fits is an error saying what was looked for.
+///   stamp of the depth image. If poses.txt exists, it holds the poses reported by the device and becomes
+///   `trajectory`, and groundtruth.txt becomes `truth`. truth_mesh.ply is the true surface. IMU measurements
+///   beside it (carried_imu_file.hpp) become `imu`; unreadable ones are reported in the notes.
+/// - 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
+///   subfolder.
+/// - ICL-NUIM: associations.txt with integer frame numbers instead of seconds.
+///
+/// A calibration (given, or calibration.toml in the folder) is applied to every image: rectification, depth
+/// correction, registration of depth to the colour camera. A given camera replaces the folder's calibration.
+/// If nothing fits, the error lists what was looked for.
 Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& path,
                                                   const RecordingOptions& options = {});
 
@@ -87,12 +88,12 @@ class FramePrefetcher {
  public:
   FramePrefetcher(const Recording& recording, std::size_t begin, std::size_t end, std::size_t stride = 1,
                   std::size_t ahead = 4);
-  /// The frames with these indices.
+  /// Reads the frames with these indices, in this order.
   FramePrefetcher(const FrameSource& frames, std::vector<std::size_t> indices, std::size_t ahead = 4);
   ~FramePrefetcher();
   FramePrefetcher(const FramePrefetcher&) = delete;
   FramePrefetcher& operator=(const FramePrefetcher&) = delete;
-  /// The next frame, or the error that kept it from being read; nothing at the end.
+  /// Next frame, or the error of reading it; nothing at the end.
   std::optional<Result<RgbdFrame>> next();
 
  private:

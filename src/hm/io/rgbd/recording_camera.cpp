@@ -24,7 +24,7 @@ Result<void> checked_option(const PinholeCamera& camera) {
   return checked;
 }
 
-/// The camera of info: given, from a file, or known.
+/// Sets the camera of `info`: given, from a file, or known.
 Result<void> choose_intrinsics(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known,
                                const std::optional<CameraFile>& file) {
   if (options.camera) {
@@ -96,7 +96,7 @@ Result<void> fit_camera_to_pictures(RecordingListing& listing) {
     camera.height = size->height;
   }
   if (camera.width == size->width && camera.height == size->height) {
-    auto checked = check_camera(camera);  // the first time with its size, where the file did not name it
+    auto checked = check_camera(camera);  // first check with the size, if the file does not contain it
     if (!checked) checked.error().where = fmt::format("{} ({})", info.path.string(), info.camera_source);
     return checked;
   }

@@ -8,10 +8,10 @@
 #include "hm/depth_camera/rgbd_calibration.hpp"
 #include "hm/io/rgbd/recording.hpp"
 
-/// What lies in a recording folder, before any picture is decoded: one function per layout.
+/// Listing of a recording folder without decoding images: one function per layout.
 namespace hm::detail {
 
-/// One frame, as files. An empty path: the recording has none.
+/// Files, stamps and pose of one frame. An empty path: not in the recording.
 struct ListedFrame {
   std::filesystem::path depth;
   std::filesystem::path color;
@@ -34,33 +34,37 @@ Result<RecordingListing> list_icl_nuim(const std::filesystem::path& folder, cons
 Result<RecordingListing> list_seven_scenes(const std::filesystem::path& folder,
                                            const RecordingOptions& options);
 
-/// Intrinsics that go without saying for a layout.
+/// Default intrinsics of a layout.
 struct KnownCamera {
   std::optional<PinholeCamera> camera;
   std::string source;  ///< "the 7-Scenes camera"
   double depth_units_per_m = 1000;
-  std::string note = {};  ///< for the user where the camera is a guess
+  std::string note = {};  ///< warning for the user where the camera is assumed
 };
-/// Fills camera, camera_source and depth_unit_m of `info`: the options before camera.txt before
-/// camera-intrinsics.txt before the known camera. Returns the frame rate (from camera.txt, else 30 Hz).
+/// Fills camera, camera_source and depth_unit_m of `info` from the first available of: options, camera.txt,
+/// camera-intrinsics.txt, the known camera. Returns the frame rate (from camera.txt, else 30 Hz).
 Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known);
-/// Compares the camera's size with the first depth picture that can be read, and scales the camera where
-/// they differ by a common ratio.
+/// Compares the camera's size with the first readable depth image, and scales the camera if they differ by a
+/// common ratio; another difference is an error.
 Result<void> fit_camera_to_pictures(RecordingListing& listing);
 
-/// A file beside the recording's pictures; for a sequence of 7-Scenes also in the folder above.
+/// Path of a file in the recording's folder; for a 7-Scenes sequence also in the parent folder.
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name);
 
 struct FoundCalibration {
   std::filesystem::path path;
   RgbdCalibration calibration;
 };
-/// The calibration that is given or lies in the folder; its camera of the raw depth pictures becomes the
-/// given one.
+/// Reads the calibration from the options or the folder; its camera of the raw depth images replaces the
+/// camera in `options`.
 Result<std::optional<FoundCalibration>> find_calibration(const std::filesystem::path& folder,
                                                          RecordingOptions& options);
-/// Makes the listing that of calibrated frames: their camera, and the poses of that camera.
+/// Updates the listing to calibrated frames: their camera, and the poses of that camera.
 Result<FrameCalibration> apply_calibration(const FoundCalibration& found, RecordingListing& listing);
+
+/// Hint for a path without a recording: what it is instead, or where recordings are ("4 recordings inside:
+/// ..."); empty when unknown.
+std::string hint_of_place(const std::filesystem::path& path);
 
 void add_note(RecordingInfo& info, std::string_view note);
 void add_skipped(RecordingInfo& info, const std::vector<SkippedLines>& skipped);

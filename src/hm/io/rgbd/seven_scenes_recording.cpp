@@ -5,7 +5,8 @@
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
-/// 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in seq-XX below it.
+/// 7-Scenes: frame-XXXXXX.depth.png, .color.png or .jpg, .pose.txt, in the folder or in its seq-XX
+/// subfolders.
 namespace hm::detail {
 namespace {
 
@@ -16,7 +17,7 @@ struct FrameFiles {
 };
 using FramesByNumber = std::map<std::uint64_t, FrameFiles>;
 
-/// The number of frame-000123.SUFFIX and the suffix.
+/// Number and suffix of frame-000123.SUFFIX.
 std::optional<std::pair<std::uint64_t, std::string>> number_and_suffix(const std::string& name) {
   constexpr std::string_view kPrefix = "frame-";
   const std::size_t dot = name.find('.');
@@ -42,7 +43,7 @@ FramesByNumber frames_in(const fs::path& folder) {
   return frames;
 }
 
-/// The folder itself, or the seq-XX folders below it, in order.
+/// The folder itself, or its seq-XX subfolders, in order.
 std::vector<fs::path> sequences_of(const fs::path& folder) {
   std::vector<fs::path> sequences;
   std::error_code ignored;
@@ -56,7 +57,7 @@ std::vector<fs::path> sequences_of(const fs::path& folder) {
   return sequences;
 }
 
-/// A 4x4 camera-to-world matrix; the error's code tells why there is no pose.
+/// Reads a 4x4 camera-to-world matrix; the error code gives the reason for a missing pose.
 Result<SE3> read_pose_matrix(const fs::path& path) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
@@ -77,7 +78,7 @@ Result<SE3> read_pose_matrix(const fs::path& path) {
   return pose;
 }
 
-/// Reads the pose of a frame; a frame without a usable one is counted, and the first of each reason told.
+/// Reads the pose of a frame; missing and invalid ones are counted, and the first of each reason is reported.
 std::optional<SE3> pose_of(const FrameFiles& files, RecordingInfo& info) {
   if (files.pose.empty()) return std::nullopt;
   const auto pose = read_pose_matrix(files.pose);
@@ -96,13 +97,13 @@ std::optional<SE3> pose_of(const FrameFiles& files, RecordingInfo& info) {
   return std::nullopt;
 }
 
-/// Appends a sequence: frame numbers at the rate, counted on from `start`.
+/// Appends a sequence; frames are numbered from `start` and stamped at the frame rate.
 void append_sequence(RecordingListing& listing, const fs::path& folder, Time start, double rate_hz) {
   RecordingInfo& info = listing.info;
   for (auto& [number, files] : frames_in(folder)) {
     if (!files.color.empty()) ++info.color_count;
     if (files.depth.empty() && files.pose.empty()) continue;
-    // A pose without its depth picture is a hole: reading that frame names the missing file.
+    // A pose without a depth image is a gap: reading that frame reports the missing file.
     if (files.depth.empty()) files.depth = folder / fmt::format("frame-{:06}.depth.png", number);
     ListedFrame frame{files.depth, files.color, {}, {}, pose_of(files, info)};
     frame.stamp = frame.color_stamp = start + Duration::from_seconds(static_cast<double>(number) / rate_hz);

@@ -6,9 +6,10 @@
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/io/camera/camera_file.hpp"
 #include "hm/io/rgbd/carried_imu_file.hpp"
+#include "hm/io/rgbd/named_images.hpp"
 #include "hm/io/rgbd/recording_listing.hpp"
 
-/// TUM RGB-D and ICL-NUIM: pictures and poses listed in text files.
+/// TUM RGB-D and ICL-NUIM: images and poses listed in text files.
 namespace hm::detail {
 namespace {
 
@@ -20,7 +21,7 @@ fs::path associations_of(const fs::path& folder) {
   return {};
 }
 
-/// True when the first stamp of an association file is a whole number: frames are counted, not timed.
+/// True when the first stamp of an association file is an integer: a frame number, not a time.
 bool counts_frames(const fs::path& associations) {
   const auto file = TextFile::read(associations);
   if (!file) return false;
@@ -30,7 +31,7 @@ bool counts_frames(const fs::path& associations) {
   return stamp.size() <= 9 && stamp.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Where the poses of an ICL-NUIM folder are: groundtruth.txt, or as they are published, NAME.gt.freiburg.
+/// Pose file of an ICL-NUIM folder: groundtruth.txt, or as published, NAME.gt.freiburg.
 fs::path icl_poses(const fs::path& folder) {
   if (is_file(folder / "groundtruth.txt")) return folder / "groundtruth.txt";
   std::error_code ignored;
@@ -47,7 +48,7 @@ Result<PoseList> read_poses(const fs::path& path, const StampRule& rule, Recordi
   return list;
 }
 
-/// The device's own poses, the truth, or neither.
+/// Reads the device's own poses, the truth, or neither.
 Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, const StampRule& rule,
                               RecordingInfo& info) {
   PoseList given;
@@ -76,7 +77,7 @@ std::vector<Time> stamps_of(const PictureList& list) {
   return stamps;
 }
 
-/// Frames are the depth pictures; colour is paired by stamp, poses are interpolated to the depth's stamp.
+/// Builds one frame per depth image; colour is paired by stamp, poses are interpolated at the depth's stamp.
 void pair_up(RecordingListing& listing, const AssociationList& lists, const PoseList& poses,
              const RecordingOptions& options) {
   RecordingInfo& info = listing.info;
@@ -100,7 +101,14 @@ void pair_up(RecordingListing& listing, const AssociationList& lists, const Pose
   add_skipped(info, lists.color.skipped);
 }
 
-Result<AssociationList> read_tum_lists(const fs::path& folder, RecordingInfo& info) {
+Result<AssociationList> read_tum_lists(const fs::path& folder, double rate_hz, RecordingInfo& info) {
+  if (has_named_images(folder)) {
+    auto named = list_named_images(folder, rate_hz);
+    if (!named) return forward_error(named);
+    info.has_own_stamps = named->has_stamps;
+    add_note(info, named->note);
+    return std::move(named->lists);
+  }
   if (!is_file(folder / "depth.txt")) {
     const fs::path associations = associations_of(folder);
     if (associations.empty())
@@ -122,7 +130,7 @@ Result<AssociationList> read_tum_lists(const fs::path& folder, RecordingInfo& in
   return lists;
 }
 
-/// The camera by the folder's name, or by the name of the bag in the comments of its lists.
+/// Camera by the folder's name, or by the bag's name in the comments of its lists.
 KnownCamera tum_camera(const fs::path& folder) {
   std::vector<std::string> names{fs::weakly_canonical(folder).filename().string()};
   for (const char* list : {"depth.txt", "rgb.txt", "groundtruth.txt"})
@@ -136,10 +144,11 @@ KnownCamera tum_camera(const fs::path& folder) {
     if (const auto camera = known_tum_camera(name))
       return {camera, fmt::format("TUM's camera of `{}`", name), 5000.0,
               fmt::format("no camera.txt: the published intrinsics of TUM's recording `{}` are used", name)};
-  return {std::nullopt, {}, 5000.0};
+  // Other tools that name their images by stamps or numbers write millimetres.
+  return {std::nullopt, {}, has_named_images(folder) ? 1000.0 : 5000.0};
 }
 
-/// Nobody must have them: what cannot be read is told, not an error.
+/// Reads the optional IMU measurements; read errors are reported as notes.
 void add_imu(RecordingInfo& info) {
   auto imu = read_carried_imu(info.path);
   if (!imu)
@@ -153,7 +162,8 @@ void add_imu(RecordingInfo& info) {
 bool looks_like_tum(const fs::path& folder) {
   if (is_file(folder / "depth.txt")) return true;
   const fs::path associations = associations_of(folder);
-  return !associations.empty() && !counts_frames(associations);
+  if (associations.empty()) return has_named_images(folder);
+  return !counts_frames(associations);
 }
 
 bool looks_like_icl_nuim(const fs::path& folder) {
@@ -167,7 +177,7 @@ Result<RecordingListing> list_tum(const fs::path& folder, const RecordingOptions
   listing.info.path = folder;
   auto rate = choose_camera(listing.info, options, tum_camera(folder));
   if (!rate) return forward_error(rate);
-  const auto lists = read_tum_lists(folder, listing.info);
+  const auto lists = read_tum_lists(folder, *rate, listing.info);
   if (!lists) return forward_error(lists);
   const auto poses = choose_poses(folder / "poses.txt", folder / "groundtruth.txt", {}, listing.info);
   if (!poses) return forward_error(poses);

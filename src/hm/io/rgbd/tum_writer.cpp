@@ -28,7 +28,7 @@ std::string pose_lines(const Trajectory& poses) {
   return text;
 }
 
-/// The same depths in another unit; 0 where they do not fit.
+/// Converts depths to another unit; 0 where they do not fit.
 Image<std::uint16_t> in_units(const DepthImage& depth, double units_per_m) {
   const double factor = depth.unit_m * units_per_m;
   if (std::fabs(factor - 1.0) < 1e-9) return depth.units;
@@ -59,7 +59,8 @@ struct TumWriter::Impl {
   bool finished = false;
 
   Result<void> add_color(const RgbdFrame& frame, const std::string& depth_name);
-  /// Pictures are made durable together at the end: one by one, the disk would set the frame rate.
+  /// Writes an image. Images are synced to disk together at the end, since syncing each would limit the frame
+  /// rate.
   template <class Pixel>
   Result<void> write_picture(const std::string& name, const Image<Pixel>& image) {
     pictures.push_back(folder / name);

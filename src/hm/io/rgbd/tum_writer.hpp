@@ -13,29 +13,30 @@ namespace hm {
 
 /// Writes a recording in the layout of TUM RGB-D: rgb/ and depth/ PNG files, rgb.txt, depth.txt,
 /// associations.txt (colour first), groundtruth.txt, camera.txt, and poses.txt when the device's own poses
-/// differ from the truth. Stamps have 9 decimals, so that they are read back exactly; the pictures are named
-/// after them. Pictures go to disk as they come; the text files are written by finish().
+/// differ from the truth. Stamps have 9 decimals, so that they are read back exactly, and name the image
+/// files. Images are written immediately; the text files by finish().
 class TumWriter {
  public:
-  /// Makes the folder (and its parents). An error when it already holds a recording, or cannot be written.
-  /// `units_per_m` is the number in the depth files that stands for one metre (TUM: 5000); frames with
-  /// another unit are converted, depths that do not fit into 16 bits become 0.
+  /// Creates the folder (and its parents). Error when it already holds a recording, or cannot be written.
+  /// `units_per_m` is the depth value of one metre (TUM: 5000); frames with another unit are converted,
+  /// depths that do not fit into 16 bits become 0.
   static Result<TumWriter> create(const std::filesystem::path& folder, const PinholeCamera& camera,
                                   double units_per_m = 5000.0);
   TumWriter(TumWriter&&) noexcept;
   TumWriter& operator=(TumWriter&&) noexcept;
   ~TumWriter();
 
-  /// Writes the frame's pictures; its pose, if it has one, becomes a line of groundtruth.txt. Stamps of depth
-  /// must increase; a frame without colour has no line in rgb.txt.
+  /// Writes the frame's images; its pose, if any, becomes a line of groundtruth.txt. Depth stamps must
+  /// increase; a frame without colour has no line in rgb.txt.
   Result<void> add(const RgbdFrame& frame);
-  /// What the device itself reports (T_world_camera, with drift); becomes poses.txt.
+  /// Sets the poses reported by the device (T_world_camera, with drift), written as poses.txt.
   void set_device_poses(Trajectory poses);
-  /// The exact trajectory, e.g. at a higher rate, instead of the poses of the added frames.
+  /// Sets the exact trajectory, e.g. at a higher rate, to be written instead of the poses of the added
+  /// frames.
   void set_ground_truth(Trajectory poses);
-  /// What an inertial device felt, in its own frame; becomes imu.csv and imu.toml.
+  /// Sets the IMU samples, in the IMU frame, written as imu.csv and imu.toml.
   void set_imu(std::vector<ImuSample> samples, const Mat3& R_camera_imu);
-  /// Writes the text files. Nothing more may be added.
+  /// Writes the text files. Nothing may be added afterwards.
   Result<void> finish();
 
  private:

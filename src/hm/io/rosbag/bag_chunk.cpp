@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
 
-/// Calls `produce(room, count)` until it is done, giving it room for another megabyte each time, but for no
-/// more than `size` bytes together: a damaged size costs no memory.
+/// Calls `produce(room, count)` until it is done, with room for another megabyte each time, up to `size`
+/// bytes in total, so that a damaged size costs no memory.
 template <class Produce>
 void produce_all(std::vector<std::uint8_t>& bytes, std::size_t size, const Produce& produce) {
   bool more = true;

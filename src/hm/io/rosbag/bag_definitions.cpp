@@ -10,8 +10,7 @@
 namespace hm::detail {
 namespace {
 
-/// A type with its fields and the types that they are of. The digest of a definition is made of its fields
-/// only.
+/// Message type with its fields and their types. The digest of a definition depends on its fields only.
 struct Definition {
   std::string_view name;
   std::string_view fields;
@@ -63,7 +62,7 @@ const Definition& definition_of(std::string_view name) {
   return *found;
 }
 
-/// All types inside of a type, each once, before the types inside of them.
+/// Appends all nested types of a type, each once, before their own nested types.
 void add_parts(const Definition& definition, std::vector<std::string_view>& parts) {
   for (const std::string_view part : definition.parts) {
     if (std::ranges::find(parts, part) == parts.end()) parts.push_back(part);

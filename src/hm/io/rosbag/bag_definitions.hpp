@@ -4,7 +4,7 @@
 
 namespace hm::detail {
 
-/// The definition of a message type that a bag carries with each connection, with all types inside of it.
+/// Definition text of a message type, including all nested types, as stored with each connection of a bag.
 std::string bag_message_definition(std::string_view type);
 
 }  // namespace hm::detail

@@ -6,10 +6,10 @@
 namespace hm::detail {
 
 inline constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
-/// The bag header record takes this many bytes behind the magic, whatever it says.
+/// Size in bytes of the padded bag header record after the magic.
 inline constexpr std::uint32_t kBagHeaderRecordBytes = 4096;
 
-/// What a record is: its header's field `op`.
+/// Type of a record: the field `op` of its header.
 enum class BagOp : std::uint8_t {
   kMessage = 2,
   kBagHeader = 3,
@@ -19,7 +19,7 @@ enum class BagOp : std::uint8_t {
   kConnection = 7,
 };
 
-/// A message type as connections name it: the name, and the digest of its definition.
+/// Message type of a connection: its name and the MD5 sum of its definition.
 struct BagMessageType {
   std::string_view name;
   std::string_view md5sum;

@@ -24,7 +24,7 @@ Eigen::Vector4d read_quaternion(ByteCursor& cursor) {
   return {xyz.x(), xyz.y(), xyz.z(), cursor.value<double>()};
 }
 
-/// Skips a matrix of `count` doubles; its first one.
+/// Skips a matrix of `count` doubles and returns the first one.
 double read_covariance(ByteCursor& cursor, std::size_t count) {
   const auto first = cursor.value<double>();
   cursor.take((count - 1) * sizeof(double));
@@ -53,13 +53,14 @@ std::optional<ScanMessage> parse_laser_scan(MessageBytes bytes) {
   const double angle_max_rad = next();
   scan.angle_increment_rad = next();
   scan.time_increment_s = next();
-  next();  // scan_time: the stamps say it better
+  next();  // scan_time: the stamps are more accurate
   scan.range_min_m = next();
   scan.range_max_m = next();
   std::vector<float> intensities;
   if (!read_floats(cursor, scan.ranges_m) || !read_floats(cursor, intensities) || !at_end(cursor))
     return std::nullopt;
-  // The increment is rounded to a float; over a thousand beams the ends are better.
+  // The increment is rounded to float; over a thousand beams it is more accurate to derive it from the end
+  // angles.
   const double by_ends =
       (angle_max_rad - scan.angle_min_rad) / std::max(1.0, static_cast<double>(scan.size()) - 1);
   if (std::fabs(by_ends - scan.angle_increment_rad) < 1e-4 * std::fabs(scan.angle_increment_rad))

@@ -8,20 +8,20 @@
 #include "hm/sensors/imu.hpp"
 #include "hm/sensors/laser_scan.hpp"
 
-/// Messages as robots serialise them: little endian, fields in the order of their definition, strings and
-/// lists behind a 32-bit length. Every parser gives nothing when the bytes are too few or too many, or a
-/// length in them cannot be.
+/// ROS 1 message serialisation: little endian, fields in the order of their definition, strings and lists
+/// preceded by a 32-bit length. Every parser returns nothing when there are too few or too many bytes, or a
+/// length is impossible.
 namespace hm::detail {
 
 using MessageBytes = std::span<const std::uint8_t>;
 
-/// The header that all of these messages start with; the only place for the stamp here.
+/// Header at the start of all these messages; holds their stamp.
 struct MessageHeader {
   Time stamp;
   std::string frame_id;
 };
 
-/// A scan as the driver wrote it: the ranges may hold anything.
+/// Scan as written by the driver; its ranges are not yet validated.
 struct ScanMessage {
   MessageHeader header;
   LaserScan scan;
@@ -32,7 +32,8 @@ struct ImuMessage {
   MessageHeader header;
   ImuSample sample;
 };
-/// An orientation whose covariance starts with -1 is none, as the definition says.
+/// Parses sensor_msgs/Imu; the orientation is absent when its covariance starts with -1, as the definition
+/// says.
 std::optional<ImuMessage> parse_imu(MessageBytes bytes);
 
 struct RangeMessage {
@@ -41,7 +42,7 @@ struct RangeMessage {
 };
 std::optional<RangeMessage> parse_range(MessageBytes bytes);
 
-/// A pose as written: the quaternion (x, y, z, w) need not be one.
+/// Pose as written; the quaternion (x, y, z, w) is not yet validated.
 struct PoseMessage {
   MessageHeader header;
   std::string child_frame_id;  ///< of odometry
@@ -51,7 +52,7 @@ struct PoseMessage {
 std::optional<PoseMessage> parse_odometry(MessageBytes bytes);
 std::optional<PoseMessage> parse_pose(MessageBytes bytes);
 
-/// The rotation of a quaternion (x, y, z, w) of nearly unit length; nothing when it is none.
+/// Rotation matrix of a quaternion (x, y, z, w) of nearly unit length; nothing if it is not.
 std::optional<Mat3> rotation_of(const Eigen::Vector4d& quaternion);
 
 }  // namespace hm::detail

@@ -15,10 +15,10 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// The fields of a record's header.
+/// Fields of a record's header.
 class Fields {
  public:
-  /// Nothing when the header contradicts itself.
+  /// Parses a header; nothing when it is inconsistent.
   static std::optional<Fields> parse(Bytes header) {
     Fields fields;
     ByteCursor cursor(header);
@@ -54,15 +54,15 @@ std::optional<Time> time_of(const Fields& fields) {
               static_cast<std::int64_t>(*both >> 32U)};
 }
 
-/// A header may hold a path or a caller's name, never this much.
+/// Size limit of a header.
 constexpr std::uint32_t kMaxHeaderBytes = 1U << 20U;
 
-/// Compressed chunks may grow so much and no more, each and all together: a file of 600 bytes must not become
-/// a gigabyte. Recorders close a chunk near one megabyte; sensor data shrink to a tenth at best.
+/// Limits of decompression, for each chunk and in total: a file of 600 bytes must not expand to a gigabyte.
+/// Recorders close a chunk near one megabyte; sensor data compress to a tenth at best.
 constexpr std::uint64_t kMaxGrowth = 100, kMaxChunkBytes = std::uint64_t{256} << 20U;
 constexpr std::uint64_t kFreeChunkBytes = std::uint64_t{16} << 20U, kFreeBagBytes = std::uint64_t{64} << 20U;
 
-/// A record outside of the chunks.
+/// Record outside chunks.
 struct Record {
   std::uint64_t begin = 0;
   Fields fields = {};
@@ -70,8 +70,8 @@ struct Record {
   std::uint32_t size = 0;  ///< of the data
 };
 
-/// The size of a record that is skipped. Recorders of 2010 wrote a wrong one for the index behind each chunk;
-/// the number of its entries is right.
+/// Size of a skipped record. Recorders of 2010 wrote a wrong size for the index after each chunk; its number
+/// of entries is correct.
 std::uint32_t true_size(const Record& record) {
   constexpr std::uint32_t kEntryBytes = 12, kMostEntries = 0xffffffffU / kEntryBytes;
   if (record.op != static_cast<std::uint8_t>(BagOp::kIndex)) return record.size;
@@ -90,12 +90,12 @@ class BagReader {
  private:
   std::optional<Record> next_record();
   Result<void> read_record(const Record& record);
-  /// The index repeats the connections: then those of a damaged chunk are known all the same.
+  /// Reads the connections repeated in the index, so that those of a damaged chunk are known.
   void read_connections(std::uint64_t index_position);
   void read_chunk(const Record& record);
-  /// Decompresses a chunk within the limits; `size` is what it should give, nothing where that is unknown.
+  /// Decompresses a chunk within the limits; `size` is its expected size, or nothing if unknown.
   DecompressedChunk decompress(const std::string& compression, Bytes data, std::optional<std::uint32_t> size);
-  /// Reads the records of a chunk; where they stop making sense, if they do.
+  /// Reads the records of a chunk; returns the offset of the first invalid one, if any.
   std::optional<std::size_t> read_records(Bytes bytes);
   void read_inner(const Fields& fields, Bytes data);
   void add_connection(const Fields& fields, Bytes data);
@@ -165,7 +165,7 @@ Result<void> BagReader::read_record(const Record& record) {
       return {};
     case BagOp::kConnection:
     case BagOp::kMessage: {
-      // Outside of a chunk: the last one of a recorder that died, whose size was never written.
+      // Outside a chunk: the last chunk of a recorder that was killed, whose size was never written.
       const auto data = read_data(record.size);
       if (data.size() < record.size)
         problem(fmt::format("read up to byte {} of {}: the file is cut off", record.begin, file_.size()));
@@ -192,7 +192,7 @@ void BagReader::read_connections(std::uint64_t index_position) {
     if (!record || record->op != static_cast<std::uint8_t>(BagOp::kConnection)) break;
     add_connection(record->fields, read_data(record->size));
   }
-  summary_.problems.resize(problems);  // what is wrong there is told when we come there
+  summary_.problems.resize(problems);  // errors there are reported when they are reached
   file_.seek(back);
 }
 

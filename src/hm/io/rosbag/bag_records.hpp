@@ -11,32 +11,31 @@
 
 namespace hm::detail {
 
-/// Who sends what: a topic, its message type, and the digest of the type's definition.
+/// Connection of a bag: a topic, its message type, and the MD5 sum of the type's definition.
 struct BagConnection {
   std::uint32_t id = 0;
   std::string topic, type, md5sum;
 };
 
-/// A message as it lies in a bag; valid during the call that hands it over.
+/// Serialised message of a bag; valid only during the callback.
 struct BagMessage {
   const BagConnection& connection;
-  Time received;  ///< when the recorder got it
+  Time received;  ///< time at which the recorder received it
   std::span<const std::uint8_t> data;
 };
 
-/// How the reading of a bag went.
+/// Outcome of reading a bag.
 struct BagSummary {
   bool indexed = false;      ///< the recorder closed the file properly
   std::size_t messages = 0;  ///< of all topics
   std::size_t chunks = 0;
-  std::size_t lost_messages = 0;      ///< of a connection that the file does not describe
-  std::vector<std::string> problems;  ///< damage, in words, with its place
+  std::size_t lost_messages = 0;      ///< messages of an undescribed connection
+  std::vector<std::string> problems;  ///< damage with its location
 };
 
-/// Reads a bag (version 2.0) from front to back and hands over every message in the order of the file. The
-/// index at its end is not needed, so bags that were never closed or are cut off are read as far as they go:
-/// into the last chunk, to the last whole message. Errors: not there, not readable, not a bag, another
-/// version, encrypted.
+/// Reads a bag (version 2.0) sequentially and calls `use` with every message in file order. The index is not
+/// needed, so bags that were never closed or are truncated are read up to the last complete message. Errors:
+/// not found, unreadable, not a bag, another version, encrypted.
 Result<BagSummary> read_bag(const std::filesystem::path& path,
                             const std::function<void(const BagMessage&)>& use);
 

@@ -7,7 +7,7 @@
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
-/// What the reader makes of bags that other recorders, and accidents, leave behind.
+/// Reading of bags by other recorders, and of damaged or unfinished bags.
 namespace hm {
 namespace {
 
@@ -60,7 +60,7 @@ TEST(BagReader, ABagThatWasNeverClosed) {
     const LaserRecording recording = opened(folder / "b.bag");
     expect_small_bag(recording, 3000);
     EXPECT_THAT(recording.notes, Contains(HasSubstr("never closed"))) << how;
-    EXPECT_THAT(recording.notes, Contains(HasSubstr("15000 messages in"))) << how;
+    EXPECT_THAT(recording.notes, Contains(HasSubstr("15,000 messages in"))) << how;
   }
 }
 
@@ -227,7 +227,7 @@ TEST(BagReader, OtherVersionsAreNamed) {
   const LaserRecording recording = opened(folder / "b.bag");
   EXPECT_TRUE(recording.lasers.empty());
   EXPECT_THAT(recording.notes,
-              Contains("/scan holds another version of sensor_msgs/LaserScan, which is not read"));
+              Contains("/scan has another version of sensor_msgs/LaserScan, which cannot be read"));
 
   write_bytes(folder / "c.bag", "#ROSBAG V1.2\n...");
   const auto old = open_laser_recording(folder / "c.bag");

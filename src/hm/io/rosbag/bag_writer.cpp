@@ -18,7 +18,7 @@ namespace {
 using detail::BagMessageType;
 using detail::BagOp;
 
-/// RecordBytes that grow by little-endian values.
+/// Bytes of a record, appended as little-endian values.
 class RecordBytes {
  public:
   template <class T>
@@ -66,7 +66,7 @@ class RecordBytes {
   std::string text_;
 };
 
-/// A record: fields of its header, then data.
+/// Record: fields of its header, then data.
 class BagRecord {
  public:
   explicit BagRecord(BagOp op) { field("op", RecordBytes().value(static_cast<std::uint8_t>(op))); }
@@ -104,7 +104,7 @@ std::string connection_record(const Connection& connection) {
       .with(about.str());
 }
 
-/// Where a message lies in its chunk.
+/// Position of a message in its chunk.
 struct IndexEntry {
   Time received;
   std::uint32_t offset = 0;

@@ -10,26 +10,26 @@
 
 namespace hm {
 
-/// Where messages of a bag go, and whose coordinates they are in. A topic has one type of message.
+/// Topic and coordinate frames of messages in a bag. A topic has one message type.
 struct BagTopic {
   std::string name;                 ///< "/scan"
-  std::string frame_id;             ///< "laser", "imu", or of odometry "odom"
-  std::string child_frame_id = {};  ///< of odometry: "base"
+  std::string frame_id;             ///< "laser", "imu"; for odometry "odom"
+  std::string child_frame_id = {};  ///< for odometry: "base"
 };
 
-/// Odometry as vehicles report it.
+/// Odometry measurement of a vehicle.
 struct OdometryReading {
   StampedPose pose;  ///< T_odom_base
   Vec3 linear_velocity_base_m_s = Vec3::Zero();
   Vec3 angular_velocity_base_rad_s = Vec3::Zero();
 };
 
-/// Writes a ROS bag (rosbag v2.0): plain chunks with their index, the types of messages with their
-/// definitions, so that rosbag's own tools read it without further packages. Whole or not at all.
+/// Writes a ROS bag (rosbag v2.0) atomically: uncompressed chunks with index, and message types with
+/// definitions, so that the rosbag tools need no further packages.
 ///
-/// Every message has its own stamp and the time at which the recorder received it; both lie after 1970-01-01
-/// 00:00:00 and before 2106 (checked), for robots take time zero for "not set". Messages may come in any
-/// order. Numbers of scans and ranges are rounded to 32 bits.
+/// Every message has its own stamp and its receive time; both must lie after 1970-01-01 00:00:00 and before
+/// 2106 (checked), since ROS treats time zero as "not set". Messages may be written in any order. Scan and
+/// range values are stored as 32-bit floats.
 class BagWriter {
  public:
   explicit BagWriter(std::filesystem::path path);
@@ -37,18 +37,18 @@ class BagWriter {
   BagWriter(BagWriter&&) noexcept;
   BagWriter& operator=(BagWriter&&) noexcept;
 
-  /// sensor_msgs/LaserScan: no return is written as infinity, an invalid beam as NaN (REP 117).
+  /// Writes sensor_msgs/LaserScan: no return as infinity, an invalid beam as NaN (REP 117).
   void write_scan(const BagTopic& topic, Time received, const LaserScan& scan);
-  /// sensor_msgs/Imu: without orientation, its covariance says so.
+  /// Writes sensor_msgs/Imu; a missing orientation is marked by covariance -1.
   void write_imu(const BagTopic& topic, Time received, const ImuSample& sample);
-  /// sensor_msgs/Range
+  /// Writes sensor_msgs/Range.
   void write_range(const BagTopic& topic, Time received, const RangeReading& reading);
-  /// nav_msgs/Odometry
+  /// Writes nav_msgs/Odometry.
   void write_odometry(const BagTopic& topic, Time received, const OdometryReading& reading);
-  /// geometry_msgs/PoseStamped
+  /// Writes geometry_msgs/PoseStamped.
   void write_pose(const BagTopic& topic, Time received, const StampedPose& pose);
 
-  /// Writes the index and gives the file its name; says what went wrong, if anything did.
+  /// Writes the index and renames the file to its final name; returns the first error.
   Result<void> finish();
 
  private:

@@ -12,7 +12,7 @@
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 
-/// What the writer wrote, read back.
+/// Round trip of written bags.
 namespace hm {
 namespace {
 

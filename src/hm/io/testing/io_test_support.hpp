@@ -17,14 +17,14 @@ inline std::string read_bytes(const std::filesystem::path& path) {
 }
 
 inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
-  // A new file: some file systems wait for the disk when a file is truncated and written again.
+  // Create a new file: some file systems wait for the disk when a file is truncated and rewritten.
   std::error_code ignored;
   std::filesystem::remove(path, ignored);
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// Calls `use` with many damaged versions of `bytes`: a thousand prefixes at most, and random changes of one
-/// or a few bytes.
+/// Calls `use` with many damaged versions of `bytes`: about a thousand prefixes at most, and `changes` random
+/// changes of up to eight bytes.
 template <class Use>
 void for_each_damaged(const std::string& bytes, int changes, Use use) {
   const std::size_t step = bytes.size() / 1000 + 1;

@@ -4,7 +4,7 @@
 
 namespace hm {
 
-/// Where real recordings are, if anywhere: $HM_DATA, else ../shared/data beside the sources.
+/// Folder of real recordings, if available: $HM_DATA, else ../shared/data beside the sources.
 inline std::filesystem::path real_data_folder() {
   const char* given = std::getenv("HM_DATA");
   return given != nullptr ? std::filesystem::path(given)

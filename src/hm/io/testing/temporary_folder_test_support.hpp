@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// A new empty folder below the system's temporary folder, removed with all it holds at the end of its life.
+/// New empty folder in the system's temporary folder; the destructor removes it with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

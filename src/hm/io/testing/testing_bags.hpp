@@ -13,7 +13,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/rosbag/bag_writer.hpp"
 
-/// Small bags for the tests of their reader, and ways to change them record by record.
+/// Small bags for tests of the reader, and functions that modify them record by record.
 namespace hm::testing_bags {
 
 inline constexpr std::int64_t kStart_ns = 1'282'836'370'970'876'375;  // needs every nanosecond
@@ -50,7 +50,7 @@ inline StampedPose small_pose(std::size_t i) {
           SE3(rotation_from_roll_pitch_yaw({0.01 * t, 0.02, 0.1 * t}), Vec3(0.1 * t, -t, 0.5))};
 }
 
-/// One of everything, `count` times; messages arrive a millisecond after their stamp.
+/// Writes `count` messages of every type; each is received a millisecond after its stamp.
 inline void write_small_bag(const std::filesystem::path& path, std::size_t count, std::size_t beams = 12) {
   constexpr Duration kDelay{1'000'000};
   BagWriter writer(path);
@@ -118,7 +118,7 @@ inline void expect_small_bag(const LaserRecording& recording, std::size_t count,
   }
 }
 
-/// A record as it lies in a file.
+/// Raw record of a bag file.
 struct RawRecord {
   std::string header, data;
   [[nodiscard]] bool is(char op) const {
@@ -138,7 +138,7 @@ inline std::string as_bytes(std::uint32_t value) {
   return bytes;
 }
 
-/// The bag with each record outside of chunks replaced by what `change` makes of it.
+/// Returns the bag with each top-level record replaced by the result of `change`.
 inline std::string with_records(const std::string& bag, const std::function<std::string(RawRecord)>& change) {
   constexpr std::size_t kMagicBytes = 13;
   std::string result = bag.substr(0, kMagicBytes);
@@ -175,7 +175,7 @@ inline std::string compressed(const std::string& data, const std::string& how) {
   return out;
 }
 
-/// The bag with the position of its index put right.
+/// Returns the bag with its index position corrected.
 inline std::string with_index_position(const std::string& bag) {
   std::size_t position = 13, index_position = 0;
   with_records(bag, [&](const RawRecord& record) {
@@ -192,7 +192,7 @@ inline std::string with_index_position(const std::string& bag) {
   });
 }
 
-/// The same bag with its chunks compressed.
+/// Returns the bag with its chunks compressed.
 inline std::string with_compression(const std::string& bag, const std::string& how) {
   return with_index_position(with_records(bag, [&](RawRecord record) {
     if (!record.is('\5')) return record_bytes(record);

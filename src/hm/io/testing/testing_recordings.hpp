@@ -11,7 +11,7 @@
 #include "hm/io/testing/real_data_test_support.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 
-/// Small recordings for the tests of readers.
+/// Small recordings for tests of readers.
 namespace hm::testing_recordings {
 
 inline const PinholeCamera kSmallCamera{24, 16, 20.0, 21.0, 11.5, 7.5, {}};
@@ -64,7 +64,7 @@ inline std::string matrix_text(const Mat4& m) {
   return text;
 }
 
-/// frame-XXXXXX.{depth.png,color.png,pose.txt} with millimetres.
+/// Writes frame-XXXXXX.{depth.png,color.png,pose.txt}, depth in millimetres.
 inline void write_seven_scenes_frame(const std::filesystem::path& folder, std::size_t number,
                                      const std::string& pose_text) {
   std::filesystem::create_directories(folder);
@@ -74,7 +74,7 @@ inline void write_seven_scenes_frame(const std::filesystem::path& folder, std::s
   ASSERT_TRUE(write_file_text(folder / (stem + ".pose.txt"), pose_text));
 }
 
-/// associations.txt with frame numbers, depth first as published.
+/// Writes an ICL-NUIM folder: associations.txt with frame numbers, depth first as in the published data.
 inline void write_small_icl(const std::filesystem::path& folder, std::size_t frames) {
   std::filesystem::create_directories(folder / "depth");
   std::filesystem::create_directories(folder / "rgb");

@@ -8,45 +8,43 @@
 
 namespace hm {
 
-/// A horizontal surface that the vehicle has flown over.
+/// Horizontal surface below the vehicle's path (a floor level).
 struct FloorLevel {
-  int id = 0;          ///< 0 is the reference, the floor under the first reading
+  int id = 0;          ///< 0: the reference, i.e. the floor at the first reading
   double level_m = 0;  ///< above the reference
   double std_m = 0;
-  int sightings = 0;     ///< scans that saw it
-  int unseen_scans = 0;  ///< since then
+  int sightings = 0;     ///< number of scans that observed it
+  int unseen_scans = 0;  ///< scans since the last observation
   bool confirmed = false;
   Time first_seen, last_seen;
 };
 
-/// Height, climb rate and all floor levels as one Gaussian: the Kalman filter whose state is
-/// [height, climb, level 1, level 2 ...]. As every level keeps its correlation with the height, seeing a
-/// known floor again takes away the error that was gained since, and the reference floor anchors everything.
-/// Fixed capacity, no heap.
+/// Kalman filter of height, climb rate and all floor levels: state [height, climb, level 1, level 2 ...],
+/// metres, m/s. Since every level stays correlated with the height, observing a known floor again removes the
+/// drift accumulated since, and the reference floor anchors the estimate. Fixed capacity, no heap allocation.
 class FloorFilter {
  public:
   static constexpr int kMaxFloors = 32;
 
   explicit FloorFilter(const HeightParams& params) : params_(params) {}
 
-  /// Starts over the reference floor: height = distance. `variance_m2` is that of the distance.
+  /// Initialises above the reference floor: height = distance, with variance `variance_m2`.
   void start(Time time, double distance_m, double variance_m2);
   [[nodiscard]] bool started() const { return floors_ > 0; }
 
-  /// To the next scan: the climb rate goes on, changed by `acceleration_m_s2` (upwards, known) and by white
-  /// noise.
+  /// Predicts the next scan: constant climb rate plus the measured upward acceleration and white noise.
   void predict(double dt_s, double acceleration_m_s2);
 
-  /// How well a distance fits a floor.
+  /// Innovation of a distance measurement to a floor.
   struct Innovation {
     double residual_m = 0;   ///< measured minus predicted distance
-    double variance_m2 = 0;  ///< of it
+    double variance_m2 = 0;  ///< of the residual
   };
   [[nodiscard]] Innovation innovation(int floor, double distance_m, double variance_m2) const;
-  /// A scan saw `floor` at this distance.
+  /// Corrects with a measured distance to `floor`.
   void correct(int floor, Time time, double distance_m, double variance_m2);
-  /// A surface not seen before, at this distance; its index. When there is no room, the floor seen least
-  /// (never the reference, never `keep`) makes place.
+  /// Adds a new floor at this distance and returns its index. At capacity it replaces the floor with the
+  /// fewest observations (never the reference or `keep`).
   int add(Time time, double distance_m, double variance_m2, int keep);
   void remove(int floor);
 
@@ -56,7 +54,7 @@ class FloorFilter {
   [[nodiscard]] double climb_std_m_s() const;
   [[nodiscard]] int floors() const { return floors_; }
   [[nodiscard]] FloorLevel floor(int index) const;
-  /// The floor with this id, if it is still known.
+  /// Index of the floor with this id, if it still exists.
   [[nodiscard]] std::optional<int> index_of(int id) const;
 
  private:

@@ -7,13 +7,13 @@
 namespace hm {
 namespace {
 
-/// How much worse a fit to another floor looks than one to the floor that the vehicle is over, in units of
-/// chi2: changing floors is rare, coming upon one that is not yet sure of itself rarer.
+/// Penalties in units of chi2 for associating another floor than the current one, since changes are rare, and
+/// for an unconfirmed floor.
 constexpr double kOtherFloorChi2 = 6, kUnconfirmedFloorChi2 = 10;
-/// Over an edge, the vehicle stays on its floor until the other has this many times its readings.
+/// At an edge, the current floor is kept until the other one has this many times its readings.
 constexpr int kSwitchFactor = 2;
-/// What readings of an edge among those of a mode may add to its error: a share of the variance that they add
-/// to its readings, and a share of the half width for readings that belong to no surface at all.
+/// Additional error of a mode from readings at an edge: a share of the variance that they add, and a share of
+/// the half width for readings that belong to no surface.
 constexpr double kEdgePull = 0.25, kUnexplainedPull = 0.75;
 
 bool all_finite(const std::vector<double>& values) {
@@ -54,7 +54,7 @@ HeightEstimate HeightEstimator::update(const MirrorDistances& scan, double accel
   sorted_m_ = scan.distances_m;
   const HeightModes modes = find_height_modes(sorted_m_, params_);
   explained_ratio_ = modes.explained_ratio;
-  // Over an edge, what few readings agree on is often between the floors; better no answer for some scans.
+  // At an edge, modes with few readings are often between the floors; these scans give no result.
   const bool doubtful = modes.explained_ratio < params_.min_explained_ratio;
   const bool can_wait = filter_.started() && filter_.height_std_m() < params_.kDoubtfulHeightStd_m;
   if (modes.size == 0 || (doubtful && can_wait)) return finish(HeightStatus::kSpreadTooWide, {});
@@ -90,7 +90,7 @@ HeightEstimate HeightEstimator::finish(HeightStatus status, const HeightModes& m
 
 double HeightEstimator::variance_m2(const HeightMode& mode) const {
   const auto square = [](double value) { return value * value; };
-  // A single reading's spread says nothing.
+  // The spread of a single reading is undefined.
   const double least_m = mode.readings > 1 ? 0.5 * params_.reading_std_m : params_.reading_std_m;
   const double noise_m2 = square(std::max(mode.spread_m, least_m)) / mode.readings;
   const double excess_m2 = std::max(square(mode.spread_m) - square(params_.reading_std_m), 0.0);
@@ -117,8 +117,8 @@ int HeightEstimator::best_floor(const HeightMode& mode, const Sightings& taken) 
   return best;
 }
 
-/// Surfaces that fit a floor correct the height first, so that new floors start from the best height there
-/// is.
+/// Surfaces that match a floor correct the height first, so that new floors start from the best height
+/// estimate.
 HeightEstimator::Sightings HeightEstimator::associate(Time time, const HeightModes& modes) {
   Sightings seen{};
   for (const bool add_new : {false, true}) {

@@ -10,57 +10,57 @@ namespace hm {
 
 enum class HeightStatus {
   kOk,
-  kTooFewReadings,  ///< not even one surface's worth of beams came back
-  kSpreadTooWide,   ///< there were readings, but no surface in them
-  kTilted,          ///< the vehicle leans too far for its mirrors
-  kTimeBackwards,   ///< not later than the scan before; ignored
+  kTooFewReadings,  ///< fewer returns than needed for one surface
+  kSpreadTooWide,   ///< readings, but no surface in them
+  kTilted,          ///< the vehicle is tilted too far for its mirrors
+  kTimeBackwards,   ///< not later than the previous scan; ignored
   kInvalidInput,    ///< attitude, acceleration or a distance is not a number; ignored
 };
 
 enum class FloorEvent { kNone, kStepUp, kStepDown };
 
 /// Height after one scan. Unless the status is kOk, height and climb are predictions (kTimeBackwards and
-/// kInvalidInput: those of the scan before).
+/// kInvalidInput: those of the previous scan).
 ///
-/// For a ceiling everything is turned over: height is how far the base is below the reference ceiling, a
-/// level how far a surface hangs below it, and climbing is sinking.
+/// For a ceiling the vertical axis is inverted: height is the distance of the base below the reference
+/// ceiling, a level is the distance of a surface below it, and the climb rate is positive downwards.
 struct HeightEstimate {
   Time stamp;
   HeightStatus status = HeightStatus::kTooFewReadings;
-  double height_m = 0;  ///< base over the reference floor
+  double height_m = 0;  ///< base above the reference floor
   double height_std_m = 0;
   double climb_m_s = 0, climb_std_m_s = 0;
-  double clearance_m = 0;    ///< base over the surface that most beams see now; 0 without an answer
+  double clearance_m = 0;    ///< base above the surface with most beams now; 0 without a result
   double spread_m = 0;       ///< standard deviation of the readings of that surface
   int readings = 0;          ///< of that surface
-  double floor_level_m = 0;  ///< of the floor that the vehicle is over, above the reference
-  int floor_id = 0;          ///< which floor that is
+  double floor_level_m = 0;  ///< of the floor below the vehicle, above the reference
+  int floor_id = 0;          ///< id of that floor
   FloorEvent event = FloorEvent::kNone;
   double step_m = 0;  ///< with an event: new level minus old level
 };
 
 /// Robust height from mirrored beams (dissertation 2.2.3), tracking altitude and floor level together.
 ///
-/// Per scan: the surfaces that the readings agree on (height_modes.hpp); the height predicted with its climb
-/// rate; every surface that fits a known floor, within the noise of the prediction or `min_step_m`, corrects
-/// height and floor; a surface that fits none is a new floor, whose level is known as well as the height is
-/// at that moment (floor_filter.hpp), and which counts once it was seen `confirm_sightings` times. So the
-/// motion of a frame does not leak into the floor, and a floor flown over again is recognised.
+/// For each scan: finds the surfaces in the readings (height_modes.hpp); predicts the height with the climb
+/// rate; corrects height and floor with every surface that fits a known floor, within the noise of the
+/// prediction or `min_step_m`; adds a floor for a surface that fits none, at a level as uncertain as the
+/// height at that time (floor_filter.hpp), and confirms it after `confirm_sightings` observations. Hence the
+/// motion between scans does not leak into the floor level, and a floor is recognised when flown over again.
 ///
-/// A step below `min_step_m` is taken as climb; so is a ramp. Not thread safe; an update allocates nothing
-/// but the readings of the scan.
+/// Steps below `min_step_m` and ramps are taken as climb. Not thread safe; update() allocates only the
+/// readings of the scan.
 class HeightEstimator {
  public:
   explicit HeightEstimator(const HeightParams& params = {}, SurfaceSide side = SurfaceSide::kFloor);
 
-  /// One scan through the mirror. `acceleration_m_s2` is the mean upward acceleration since the scan before
-  /// (without gravity) where an IMU knows it, else 0.
+  /// Processes the mirrored beams of one scan. `acceleration_m_s2` is the mean upward acceleration since the
+  /// previous scan (without gravity) if measured by an IMU, else 0.
   HeightEstimate update(const LaserScan& scan, const LaserRig::Mirror& mirror, const SweepAttitude& attitude,
                         double acceleration_m_s2 = 0);
   /// One scan that is given as vertical distances already; `acceleration_m_s2` as above.
   HeightEstimate update(const MirrorDistances& scan, double acceleration_m_s2 = 0);
 
-  /// The floors found so far (confirmed), in the order of their levels.
+  /// Confirmed floors, sorted by level.
   [[nodiscard]] std::vector<FloorLevel> profile() const;
   [[nodiscard]] const HeightEstimate& last() const { return last_; }
   [[nodiscard]] SurfaceSide side() const { return side_; }

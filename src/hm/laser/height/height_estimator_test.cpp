@@ -53,8 +53,8 @@ TEST(HeightEstimator, FollowsAClimbAndAStepUnderneath) {
   EXPECT_EQ(estimator.profile().size(), 2u);
 }
 
-// The published method charges the motion of the frame at every edge to the floor; with a climb that is
-// always in the same direction, it drifts.
+// The published method attributes the motion between scans at every edge to the floor; with a climb always in
+// the same direction, it drifts.
 TEST(HeightEstimator, DoesNotDriftOverStepsWhereThePublishedMethodDoes) {
   HeightEstimator estimator;
   HistogramHeight histogram;
@@ -143,7 +143,7 @@ TEST(HeightEstimator, ACeilingIsAFloorTurnedOver) {
 }
 
 TEST(HeightEstimator, KnownAccelerationHelps) {
-  // A rebound of 40 m/s^2 for one scan looks like a step, unless the IMU says what it was.
+  // An acceleration of 40 m/s^2 for one scan looks like a step, unless it is measured by an IMU.
   for (const bool given : {false, true}) {
     HeightEstimator estimator;
     double height = 1.5, climb = 0;

@@ -8,7 +8,7 @@ namespace {
 
 using Distances = std::span<const double>;
 
-/// Where to start climbing: the mean of the fullest window of this width, the narrowest of equals.
+/// Start of the mode search: mean of the window of this width with most readings; ties go to the narrowest.
 double fullest_window(Distances sorted, double width_m) {
   std::size_t best_begin = 0, best_end = 0;
   for (std::size_t begin = 0, end = 0; begin < sorted.size(); ++begin) {
@@ -23,7 +23,7 @@ double fullest_window(Distances sorted, double width_m) {
   return sorted[best_begin] + sum / static_cast<double>(best_end - best_begin);
 }
 
-/// Mean shift with Tukey's biweight: readings far from the mode, as at an edge, count little or nothing.
+/// Mean shift with Tukey's biweight: readings far from the mode, as at an edge, have little or no weight.
 double climb_to_mode(Distances sorted, double start, double half_width_m) {
   double center = start;
   for (int round = 0; round < 20; ++round) {
@@ -49,8 +49,8 @@ HeightMode measure(Distances members, double center) {
   return {center, std::sqrt(squares / std::max(count - 1, 1.0)), static_cast<int>(members.size())};
 }
 
-/// Where modes were found or refused. Two surfaces so near to each other that they share readings cannot be
-/// told apart, the stronger stays; and what is left beside a smear is part of it.
+/// Intervals of found or rejected modes. Of two surfaces so close that they share readings only the stronger
+/// one is kept; readings next to a rejected cluster belong to it.
 class Occupied {
  public:
   explicit Occupied(double half_width_m) : half_width_m_(half_width_m) {}

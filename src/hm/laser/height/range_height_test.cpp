@@ -20,7 +20,7 @@ Mat3 leaning(double roll_rad, double pitch_rad) {
       .toRotationMatrix();
 }
 
-/// What the sensor reads over a level floor, by intersection.
+/// Exact reading of the sensor over a level floor, by intersection.
 double reading_m(double height_m, const Mat3& R_world_base) {
   const SE3 sensor = downward_sensor();
   const Vec3 from = R_world_base * sensor.translation(),

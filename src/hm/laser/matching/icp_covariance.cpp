@@ -5,12 +5,12 @@
 
 namespace hm {
 namespace {
-constexpr float kLeastAlong2 = 1e-4F;  // of a line, m2: shorter ones do not say where they turn
+constexpr float kLeastAlong2 = 1e-4F;  // of a line, m2: shorter ones do not determine their rotation
 }
 
-/// Inside, in units of the variance of a range. A sensed range moves its own error by the cosine of its
-/// incidence; a reference range moves the lines that it took part in, by its share and, where the pair lies
-/// off the middle of its line, by how it turns it.
+/// Computed in units of the range variance. A sensed range changes its own error by the cosine of its
+/// incidence; a reference range changes the lines fitted to it, by its share and, for pairs off the line's
+/// centroid, by the rotation of the line.
 Mat3 IcpCovariance::compute(const ReferenceLines& reference, const ScanPoints& sensed, const IcpPairs& pairs,
                             const At& at) {
   influence_.assign(reference.size() + 1, Influence::Zero());

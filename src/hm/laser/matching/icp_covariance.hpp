@@ -5,25 +5,24 @@
 
 namespace hm {
 
-/// Covariance of the motion that a match found (Censi, ICRA 2007): the noise of every range of both scans,
-/// carried through the minimum of the cost, cov = sigma^2 * sum over ranges of (H^-1 d2J/dxdr)(...)^T, in
-/// closed form. The curvature of the residuals is left out: it is of the second order in them. Instead, where
-/// a residual is larger than the noise that it should have, it counts as it is: surfaces that are not
-/// straight and wrong pairs move the minimum too.
+/// Covariance of a matched transform (Censi, ICRA 2007): the noise of every range of both scans, propagated
+/// through the minimum of the cost, cov = sigma^2 * sum over ranges of (H^-1 d2J/dxdr)(...)^T, in closed
+/// form. The second-order curvature of the residuals is neglected. Instead, a residual larger than its
+/// expected noise replaces it, since curved surfaces and wrong pairs also shift the minimum.
 class IcpCovariance {
  public:
-  /// Where the cost is at its minimum.
+  /// Linearisation at the minimum of the cost.
   struct At {
     Mat3 inverse = Mat3::Zero();  ///< inverse_information()
     double range_sigma_m = 0;
-    bool weigh = true;  ///< by incidence
+    bool weigh = true;  ///< weight by incidence angle
   };
-  /// Of (x, y, angle) of the motion about the sensed scan's origin.
+  /// Covariance of (x, y, angle) of the transform, about the sensed scan's origin.
   Mat3 compute(const ReferenceLines& reference, const ScanPoints& sensed, const IcpPairs& pairs,
                const At& at);
 
  private:
-  /// What the error of a range across its line does to (x, y, angle), for any place of the point along it.
+  /// Effect of a range error across its line on (x, y, angle), for any position of the point along the line.
   using Influence = Eigen::Array<float, 3, 3>;  // constant, by x, by y; a column each
   std::vector<Influence> influence_;            // differences along the reference's points
 };

@@ -21,7 +21,7 @@ std::uint32_t error_bin(float error) {
   return code < kSmallestError ? 0 : std::min(code - kSmallestError, kErrorBins - 1);
 }
 
-/// The upper end of a bin.
+/// Upper end of a bin.
 float error_of_bin(std::uint32_t bin) {
   return std::bit_cast<float>((bin + 1 + kSmallestError) << kErrorShift);
 }
@@ -31,9 +31,9 @@ struct Nearest {
   float distance2 = 0;
 };
 
-/// The reference point nearest to (x, y), closer than the distance that `nearest` comes with; none: the
-/// distance stays. Walks both ways from `start` in order of bearing, across the seam of a scan that goes all
-/// around, and stops where the next ray alone is further away than the best point so far.
+/// Finds the reference point nearest to (x, y), within the distance given in `nearest`; if none, the distance
+/// is unchanged. Searches in both directions from `start` by bearing, across the seam of a full-circle scan,
+/// and stops where the next ray is farther away than the best point so far.
 bool find_nearest(const ReferenceLines& reference, float x, float y, Nearest& nearest) {
   const ReferenceLines::Ray* rays = reference.rays.data();
   const std::uint32_t n = static_cast<std::uint32_t>(reference.size()), start = nearest.index;
@@ -63,7 +63,7 @@ bool find_nearest(const ReferenceLines& reference, float x, float y, Nearest& ne
   return found;
 }
 
-/// As published: the line goes through the nearest point and the nearer of its two neighbours.
+/// As published: the line through the nearest point and the nearer of its two neighbours.
 std::uint32_t published_line(const ReferenceLines& reference, std::uint32_t nearest, float x, float y) {
   const auto distance2 = [&](std::uint32_t j) {
     const float dx = reference.points.x[j] - x, dy = reference.points.y[j] - y;
@@ -101,7 +101,7 @@ std::size_t IcpPairs::find(const ReferenceLines& reference, const ScanPoints& se
       continue;
     }
     partner_[i] = static_cast<std::int32_t>(nearest.index);
-    // What ends a scan need not end the surface.
+    // The end of a scan need not be the end of the surface.
     if (!reference.closed && (nearest.index == 0 || nearest.index + 1 == n)) continue;
     const std::uint32_t line = published ? published_line(reference, nearest.index, x, y) : nearest.index;
     const float error = reference.d[line] - reference.nx[line] * x - reference.ny[line] * y;
@@ -114,7 +114,7 @@ std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m, doub
   if (params.remove_duplicates) {
     std::fill(nearest2_.begin(), nearest2_.end(), std::numeric_limits<float>::max());
     for (const Pair& pair : pairs_) nearest2_[pair.line] = std::min(nearest2_[pair.line], pair.distance2);
-    // Between noisy points "nearest" says little: a few standard deviations always pass.
+    // Distances of a few standard deviations always pass, since the nearest of noisy points is ambiguous.
     const bool published = !(params.line_half_length_m > 0);
     const float floor2 = published ? 0 : static_cast<float>(9 * range_sigma_m * range_sigma_m);
     std::erase_if(pairs_, [&](const Pair& pair) {
@@ -127,7 +127,8 @@ std::size_t IcpPairs::trim(const PlIcpParams& params, double range_sigma_m, doub
   return pairs_.size();
 }
 
-/// The smaller of the percentile and the adaptive limit, from a histogram with 32 bins an octave: to 2 %.
+/// Smaller of the percentile and the adaptive limit, from a histogram with 32 bins per octave (accurate to 2
+/// %).
 float IcpPairs::trimming_limit(const PlIcpParams& params) {
   histogram_.assign(kErrorBins, 0);
   for (const Pair& pair : pairs_) ++histogram_[error_bin(std::abs(pair.error))];

@@ -9,32 +9,31 @@
 
 namespace hm {
 
-/// Sensed points and the reference lines that they are paired with, for one iteration of PL-ICP. Keeps its
-/// memory from match to match.
+/// Correspondences between sensed points and reference lines for one iteration of PL-ICP. Reuses its memory
+/// from match to match.
 class IcpPairs {
  public:
   static constexpr std::int32_t kUnpaired = -1;
 
-  /// Forgets the pairs of the last match.
+  /// Clears the pairs of the last match.
   void begin(std::size_t sensed_points, std::size_t reference_points);
-  /// Pairs every stride-th point of `sensed`, moved by X, with the nearest point of the reference, beginning
-  /// where the point's last partner was. Returns the number of pairs.
+  /// Pairs every stride-th point of `sensed`, transformed by X, with the nearest reference point, starting
+  /// the search at its last partner. Returns the number of pairs.
   std::size_t find(const ReferenceLines& reference, const ScanPoints& sensed, const SE2& X,
                    std::size_t stride, const PlIcpParams& params);
-  /// Takes out duplicates and trims (Chetverikov 2005, adaptive as in Censi's implementation), but no pair
-  /// with an error below floor_m. Returns the number of pairs that stay.
+  /// Removes duplicates and trims (Chetverikov 2005, adaptive as in Censi's implementation), keeping all
+  /// pairs with an error below floor_m. Returns the number of remaining pairs.
   std::size_t trim(const PlIcpParams& params, double range_sigma_m, double floor_m);
   [[nodiscard]] PointToLineSums sums(const ReferenceLines& reference, const ScanPoints& sensed,
                                      bool weigh) const;
-  /// What noisy normals alone would add to the information, expected.
+  /// Expected information due to noise of the normals alone.
   [[nodiscard]] Mat3 noise_information(const ReferenceLines& reference, const ScanPoints& sensed,
                                        bool weigh) const;
-  /// A hash of the set of pairs: equal sets give equal numbers, which is how a cycle of iterations is
-  /// noticed.
+  /// Hash of the set of pairs, to detect repeated sets.
   [[nodiscard]] std::uint64_t fingerprint() const;
   [[nodiscard]] double mean_error_m() const;
 
-  /// Weight of a pair: the inverse of its error's variance in units of the range variance.
+  /// Weight of a pair: inverse variance of its error, in units of the range variance.
   [[nodiscard]] static float weight(const ReferenceLines& reference, std::uint32_t line,
                                     float incidence_cosine, bool weigh) {
     const float reliance = reference.smooth[line] ? 1.0F : kRoughWeight;
@@ -44,8 +43,8 @@ class IcpPairs {
   struct Pair {
     std::uint32_t point;
     std::uint32_t line;
-    float qx, qy;     ///< the point, turned
-    float error;      ///< offset of the line - normal * moved point
+    float qx, qy;     ///< the rotated point
+    float error;      ///< line offset - normal * transformed point
     float distance2;  ///< squared, between the points
   };
   [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }

@@ -5,22 +5,22 @@
 
 namespace hm {
 
-/// A line nx * x + ny * y = d through points, by total least squares.
+/// Line nx * x + ny * y = d fitted to points by total least squares, metres.
 struct FittedLine {
   double nx = 1, ny = 0, d = 0;
   double squares = 0;  ///< sum of squared distances of the points, m2
-  double count = 0;    ///< points
-  double along2 = 0;   ///< mean squared distance from their centre along the line, m2
-  double centre = 0;   ///< where that is along the line: ny * x - nx * y, m
-  /// Variance across the line, from the residuals.
+  double count = 0;    ///< number of points
+  double along2 = 0;   ///< variance of the points along the line, m2
+  double centre = 0;   ///< position of their centroid along the line: ny * x - nx * y, m
+  /// Variance across the line from the residuals, m2.
   [[nodiscard]] double variance() const { return count > 2 ? squares / (count - 2) : 0; }
 };
 
-/// Running sums over points, so that a line through any stretch of them takes constant time.
+/// Prefix sums over points: fits a line to any range of consecutive points in constant time.
 class LineMoments {
  public:
   void assign(const std::vector<float>& x, const std::vector<float>& y);
-  /// The line through points [first, last), which are at least one.
+  /// Line through points [first, last), at least one.
   [[nodiscard]] FittedLine line(std::uint32_t first, std::uint32_t last) const;
 
  private:

@@ -13,9 +13,9 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kMinCoarsePoints = 120;  // fewer are not worth an iteration of their own
+constexpr std::size_t kMinCoarsePoints = 120;  // no coarse iterations below this
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
-constexpr double kCertainInformation = 0.15;   // share of the pairs beyond which noise is out of the question
+constexpr double kCertainInformation = 0.15;   // share of the pairs that noise cannot reach
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
 
@@ -29,14 +29,14 @@ struct PlIcp::State {
   ReferenceLines reference, spare;
   Vec2 reference_origin_m = Vec2::Zero();
   double reference_sigma_m = 0.01;
-  std::vector<float> offset_sum, offset_count;  // what scans since the last fit saw beyond each line
+  std::vector<float> offset_sum, offset_count;  // offsets of later scans from each line since the last fit
   int pending_scans = 0, improved_scans = 0;
   // The last match.
   ScanPoints sensed;
   Vec2 sensed_origin_m = Vec2::Zero();
   IcpPairs pairs;
   IcpCovariance covariance;
-  SE2 X, X_guess;  // sensed points into reference points, both seen from their own origins
+  SE2 X, X_guess;  // sensed to reference points, each relative to its own origin
   FreeDirections free;
   PointToLineSums sums;
   bool matched = false;
@@ -63,10 +63,11 @@ void PlIcp::State::fit_reference() {
   pending_scans = 0;
 }
 
-/// Pairs, trims, solves. False when there are too few pairs or they fix nothing; the match says which.
+/// One iteration: pairs, trims, solves. False when there are too few pairs or no constrained direction; the
+/// match has the status.
 bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
   pairs.find(reference, sensed, X, stride, params);
-  // While the guess may be far off, the pairs that say so must not be trimmed for being few.
+  // While the guess may be far off, the few pairs with large errors must not be trimmed.
   const bool published = !(params.line_half_length_m > 0);
   const double floor_m =
       published ? 0 : params.kMaxCorrespondenceDistance_m * std::pow(kTrimShrink, match.iterations);
@@ -207,7 +208,7 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   return match;
 }
 
-/// Moves the reference's points to the mean of what was seen of them and fits the lines anew.
+/// Moves the reference's points to the mean of their observations and refits the lines.
 void PlIcp::State::apply_pending(int max_scans) {
   if (pending_scans == 0) return;
   for (std::size_t j = 0; j < reference.size(); ++j) {
@@ -231,12 +232,13 @@ void PlIcp::improve_reference(int max_scans) {
     s.offset_count[pair.line] += 1;
   }
   ++s.improved_scans;
-  // Fits get rarer as the mean settles.
+  // Refits become less frequent as the mean converges.
   if (++s.pending_scans > s.improved_scans / 4) s.apply_pending(max_scans);
-  s.matched = false;  // the pairs belong to lines that are no more
+  s.matched = false;  // the pairs refer to the old lines
 }
 
-/// Draws the points of the last scan towards the lines they were paired with, by what these lines know.
+/// Moves the points of the last scan towards their paired lines, weighted by the scans averaged in these
+/// lines.
 void PlIcp::State::carry_over(ReferenceLines& next, int max_scans) const {
   for (const IcpPairs::Pair& pair : pairs.pairs()) {
     if (!reference.smooth[pair.line]) continue;

@@ -6,7 +6,7 @@
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 
-// Scenes that do not fix the motion, and input that is none.
+// Scenes that do not constrain the motion, and invalid input.
 namespace hm {
 namespace {
 

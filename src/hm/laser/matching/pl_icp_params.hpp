@@ -3,40 +3,42 @@
 
 namespace hm {
 
-/// Parameters of the scan matcher. `PlIcpParams::dissertation()` gives the plain PL-ICP of 2.2.1.
+/// Parameters of the scan matcher. `PlIcpParams::dissertation()` is the original PL-ICP of 2.2.1.
 struct PlIcpParams {
   int max_iterations = 10;
-  /// An iteration that moves less than this and epsilon_angle_rad is the last.
+  /// Converged when an iteration moves less than this and epsilon_angle_rad.
   double epsilon_xy_m = 1e-4;
   /// See epsilon_xy_m.
   double epsilon_angle_rad = 2e-5;
-  /// Points further apart are never paired.
+  /// Maximum distance of paired points.
   static constexpr double kMaxCorrespondenceDistance_m = 0.3;
   double max_linear_correction_m = 0.5;
-  /// A result turned further from the guess is no answer.
+  /// A result rotated further from the guess is rejected.
   static constexpr double kMaxAngularCorrection_rad = 0.785;
   double keep_percentile_ratio = 0.95, adaptive_multiple = 2.5;
-  /// Quantile of the distances that the adaptive limit is taken from.
+  /// Quantile of the distances for the adaptive limit.
   static constexpr double kAdaptiveOrderRatio = 0.7;
   bool remove_duplicates = true;
   double min_pairs_ratio = 0.05;
-  /// Fewer pairs are no answer.
+  /// Minimum number of pairs.
   static constexpr int kMinPairs = 10;
-  /// Reach of the points that a reference line is fitted to; 0: through the two nearest points.
+  /// Half length of the neighbourhood that a reference line is fitted to; 0: line through the two nearest
+  /// points.
   double line_half_length_m = 0.3;
   double range_sigma_m = 0;
-  /// A grazing beam's range noise moves its point along the wall: weigh it more.
+  /// Weight pairs by incidence angle: the range noise of a grazing beam moves its point mostly along the
+  /// wall.
   bool weight_by_incidence = true;
-  /// First iterations use every n-th point; 1: all.
+  /// The first iterations use every n-th point; 1: all.
   int coarse_stride = 4;
-  /// A direction that less than this share of the pairs constrains is free.
+  /// A direction constrained by less than this share of the pairs is free.
   double min_information_ratio = 0.02;
-  /// A direction is free unless its information is this many times what noisy normals feign.
+  /// A direction is free unless its information is this many times that expected from noise of the normals.
   double information_over_noise = 5;
   bool compute_covariance = true;
 
   /// The matcher as published: lines through the two nearest points, every beam in every iteration, no
-  /// weights, the iterated program of Censi (ICRA 2008) with the defaults of the author's package.
+  /// weights, as in Censi (ICRA 2008) with the defaults of the author's package.
   static PlIcpParams dissertation() {
     PlIcpParams params;
     params.epsilon_xy_m = params.epsilon_angle_rad = 1e-6;
@@ -51,22 +53,26 @@ struct PlIcpParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_iterations", {1, 1000}, "iterations at most"}, self.max_iterations);
-    v(ParamDoc{"max_linear_correction_m", {1e-3, 100}, "a result further from the guess is no answer"},
+    v(ParamDoc{"max_iterations", {1, 1000}, "maximum number of iterations"}, self.max_iterations);
+    v(ParamDoc{"max_linear_correction_m", {1e-3, 100}, "a result further from the guess is rejected"},
       self.max_linear_correction_m);
-    v(ParamDoc{"keep_percentile_ratio", {0.1, 1}, "share of the pairs, by distance, that is kept at most"},
+    v(ParamDoc{"keep_percentile_ratio", {0.1, 1}, "largest share of the pairs that is kept, nearest first"},
       self.keep_percentile_ratio);
-    v(ParamDoc{"adaptive_multiple", {1, 100}, "pairs beyond this many times that quantile are left out"},
+    v(ParamDoc{"adaptive_multiple",
+               {1, 100},
+               "pairs beyond this multiple of the 0.7 quantile of the distances are rejected"},
       self.adaptive_multiple);
-    v(
-        ParamDoc{
-            "remove_duplicates", {}, "of the points paired with one reference point, only near ones count"},
-        self.remove_duplicates);
-    v(ParamDoc{"min_pairs_ratio", {0, 1}, "fewer pairs than this share of the smaller scan are no answer"},
+    v(ParamDoc{"remove_duplicates",
+               {},
+               "of several points paired with one reference point, keep only the nearest ones"},
+      self.remove_duplicates);
+    v(ParamDoc{"min_pairs_ratio",
+               {0, 1},
+               "a match with fewer pairs than this share of the smaller scan is rejected"},
       self.min_pairs_ratio);
     v(ParamDoc{"range_sigma_m", {0, 1}, "standard deviation of a range; 0: estimated from each scan"},
       self.range_sigma_m);
-    v(ParamDoc{"compute_covariance", {}, "covariance of every match"}, self.compute_covariance);
+    v(ParamDoc{"compute_covariance", {}, "compute the covariance of every match"}, self.compute_covariance);
   }
 };
 

@@ -50,8 +50,8 @@ TestLaser all_around() {
   return laser;
 }
 
-/// A laser that looks all around has no end: wherever its first beam points, every point finds its partner,
-/// by fitted lines and as published, and the motion is found.
+/// A full-circle scan has no seam: for any direction of its first beam, every point finds its partner, with
+/// fitted lines and as published, and the motion is correct.
 TEST(PlIcp, AFullCircleHasNoSeam) {
   const PlanarWorld room = box_world();
   for (const bool published : {false, true}) {

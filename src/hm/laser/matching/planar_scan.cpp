@@ -33,7 +33,7 @@ bool strictly_increasing_turn(const std::vector<double>& bearings) {
   return bearings.empty() || bearings.back() - bearings.front() < kTwoPi;
 }
 
-/// Sorts by bearing, beginning after the widest gap; of points with one bearing the nearest stays.
+/// Sorts by bearing, starting after the widest gap; of points with equal bearing the nearest is kept.
 void sort_points(PlanarScan& scan, std::vector<double>& bearings) {
   for (double& bearing : bearings) bearing = wrap_angle(bearing);
   std::vector<std::size_t> order(bearings.size());

@@ -7,13 +7,13 @@
 
 namespace hm {
 
-/// A scan as points of the horizontal plane, in the frame `ortho`: the vehicle's base with its height, roll
-/// and pitch taken away (dissertation 2.2.2). Points are in the order of their bearings seen from `origin`
-/// (strictly increasing after `sort_by_bearing`, which is what a laser delivers anyway); beams without a
-/// return are not in it. This is all that scan matching sees.
+/// Scan as points in the horizontal plane, in the frame `ortho`: the vehicle's base without height, roll and
+/// pitch (dissertation 2.2.2). Points are sorted by bearing as seen from `origin_m` (strictly increasing
+/// after `sort_by_bearing`; lasers deliver this order); beams without a return are dropped. The only input of
+/// scan matching.
 struct PlanarScan {
-  Time stamp;                       ///< the moment that the points are expressed at
-  Vec2 origin_m = Vec2::Zero();     ///< the laser in `ortho`
+  Time stamp;                       ///< reference time of the points
+  Vec2 origin_m = Vec2::Zero();     ///< position of the laser in `ortho`
   std::vector<Vec2> points_m;       ///< in `ortho`
   std::vector<float> bearings_rad;  ///< from `origin_m`, increasing; unwrapped, so it may pass pi
   std::vector<float> ranges_m;      ///< from `origin_m`
@@ -21,9 +21,9 @@ struct PlanarScan {
   [[nodiscard]] std::size_t size() const { return points_m.size(); }
 };
 
-/// Fills bearings and ranges from the points and the origin, and puts all three in order of bearing,
-/// beginning after the widest gap between two of them. Points that are not finite or lie on the origin are
-/// taken out. O(n) when the points are in order already.
+/// Computes bearings and ranges from the points and the origin and sorts all three by bearing, starting after
+/// the widest gap. Points that are not finite or coincide with the origin are removed. O(n) if already
+/// sorted.
 void sort_by_bearing(PlanarScan& scan);
 
 }  // namespace hm

@@ -26,7 +26,8 @@ Vec2 minimise_on_circle(const Mat2& s, const Vec2& h) {
   const Vec2 b = eigen.eigenvectors().transpose() * h;
   double lambda = std::max(std::abs(b.x()) - values.x(), std::abs(b.y()) - values.y());
   const double scale = std::max({std::abs(values.x()), std::abs(values.y()), b.norm(), 1e-300});
-  // No pull along the weakest direction: the circle is reached along it, either way (the "hard case").
+  // Zero gradient along the weakest direction: the solution lies along it, in either direction (the "hard
+  // case").
   if (lambda <= -values.x() + 1e-15 * scale) lambda = -values.x() + 1e-15 * scale;
   for (int i = 0; i < kMaxNewtonSteps; ++i) {
     const Vec2 v(b.x() / (values.x() + lambda), b.y() / (values.y() + lambda));
@@ -93,7 +94,7 @@ FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& noi
 Mat3 inverse_information(const FreeDirections& free, const Mat3& information) {
   const Vec3 scale(1, 1, 1 / free.arm_m);
   Mat3 scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  // What is free is given so much information that its inverse vanishes beside the rest, then taken out.
+  // Free directions get so much information that their inverse is negligible, and are then removed.
   Mat3 keep = Mat3::Identity();
   for (int k = 0; k < free.count; ++k) {
     const Vec3& direction = free.directions[static_cast<std::size_t>(k)];

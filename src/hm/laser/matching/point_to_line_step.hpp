@@ -4,16 +4,16 @@
 
 namespace hm {
 
-/// One sensed point and the reference line that it was paired with.
+/// A sensed point and the reference line it is paired with.
 struct PointLinePair {
   double nx = 0, ny = 0;  ///< unit normal of the line
-  double px = 0, py = 0;  ///< the point, turned by the present rotation, not shifted
-  double error = 0;       ///< signed distance still to go: offset of the line - normal * transformed point
+  double px = 0, py = 0;  ///< the point, rotated by the current estimate but not translated
+  double error = 0;       ///< signed residual: line offset - normal * transformed point
   double weight = 0;
 };
 
-/// The quadratic cost of one iteration in v = (dx, dy, cos, sin) of the motion still to be made:
-/// sum of weight * (n . (R p + dt) - n . p - error)^2, turned about the sensed scan's origin.
+/// Quadratic cost of one iteration in v = (dx, dy, cos, sin) of the remaining motion: sum of weight * (n . (R
+/// p + dt) - n . p - error)^2, rotating about the sensed scan's origin.
 struct PointToLineSums {
   Eigen::Matrix4d m = Eigen::Matrix4d::Zero();  ///< sum of weight * row * row^T (upper triangle)
   Eigen::Vector4d g = Eigen::Vector4d::Zero();  ///< sum of weight * row * error
@@ -31,36 +31,36 @@ struct PointToLineSums {
     weight += pair.weight;
     squared_range_m2 += pair.weight * (pair.px * pair.px + pair.py * pair.py);
   }
-  /// Information of (x, y, angle) about the present motion: J^T W J.
+  /// Information matrix of (x, y, angle) at the current estimate: J^T W J.
   [[nodiscard]] Mat3 information() const;
-  /// J^T W error.
+  /// Gradient J^T W error.
   [[nodiscard]] Vec3 gradient() const { return {g(0), g(1), g(3)}; }
-  /// Root mean square range of the points, at least 1 cm: the arm that turns angles into metres.
+  /// Root mean square range of the points, at least 1 cm; converts angles to metres.
   [[nodiscard]] double arm_m() const;
 };
 
-/// The motion (dx, dy, angle) with the smallest cost of all, exactly: the translation eliminated by a Schur
-/// complement, the rotation as the largest root of the secular equation of c^2 + s^2 = 1 (Censi, ICRA 2008,
-/// whose quartic has the same root). The translation block of `m` must be regular.
+/// Globally optimal step (dx, dy, angle) in closed form: the translation is eliminated by a Schur complement,
+/// the rotation is the largest root of the secular equation of c^2 + s^2 = 1 (Censi, ICRA 2008, whose quartic
+/// has the same root). The translation block of `m` must be invertible.
 Vec3 exact_step(const PointToLineSums& sums);
 
-/// When a direction counts as free.
+/// Thresholds of a free (unconstrained) direction.
 struct InformationLimits {
-  double min_ratio = 0;   ///< of the sum of weights
-  double over_noise = 0;  ///< times the information that noisy normals feign
+  double min_ratio = 0;   ///< relative to the sum of weights
+  double over_noise = 0;  ///< relative to the information expected from noise
 };
 
-/// Directions whose information is below the limits. `noise_information` is the expected information of noise
-/// alone, in the form of PointToLineSums::information().
+/// Finds directions whose information is below the limits. `noise_information` is the information expected
+/// from noise alone, in the form of PointToLineSums::information().
 FreeDirections find_free_directions(const PointToLineSums& sums, const Mat3& noise_information,
                                     const InformationLimits& limits);
 
-/// The Gauss-Newton step that leaves the free directions alone, and takes back what `moved`, the motion made
-/// so far (dx, dy, angle), has gone along them.
+/// Gauss-Newton step without the free directions, which also reverts the component of `moved`, the motion so
+/// far (dx, dy, angle), along them.
 Vec3 step_without(const FreeDirections& free, const PointToLineSums& sums, const Vec3& moved);
 
-/// Inverse of the information on what is not free, zero along what is: the pseudo-inverse that the covariance
-/// is made with.
+/// Pseudo-inverse of the information for the covariance: inverse on the constrained subspace, zero along free
+/// directions.
 Mat3 inverse_information(const FreeDirections& free, const Mat3& information);
 
 }  // namespace hm

@@ -13,16 +13,16 @@ constexpr std::size_t kIndexBins = 2048;
 constexpr std::uint32_t kUnset = 0xffffffffU;
 constexpr std::uint32_t kMaxReach = 60;   // points on one side of a line
 constexpr std::uint32_t kMinReach = 4;    // points on one side that a line has where points are sparse
-constexpr float kSparseReach = 3;         // half lengths that these are away at most
-constexpr double kMaxAngleSigma2 = 0.25;  // beyond it a normal is a guess
+constexpr float kSparseReach = 3;         // maximum distance of these, in half lengths
+constexpr double kMaxAngleSigma2 = 0.25;  // beyond this a normal is unreliable
 constexpr double kMinIncidenceCosine2 = 0.05;
-constexpr double kMaxExcess = 2.5;       // standard deviations that a straight piece may have
-constexpr double kSuspiciousExcess = 2;  // standard deviations: worth asking whether there is a corner
+constexpr double kMaxExcess = 2.5;       // largest excess of a straight segment, standard deviations
+constexpr double kSuspiciousExcess = 2;  // standard deviations: test for a corner
 constexpr double kCornerEvidence = 25;   // chi-square with two degrees of freedom
 constexpr std::uint32_t kMinSide = 4;    // points that a line on one side needs
 constexpr double kMaxSeamSteps = 3, kMaxSeam_rad = 0.2;  // between the ends of a scan that goes all around
 
-/// A measure of direction that grows with the angle, in [0, 4), without trigonometry.
+/// Monotonic function of the angle in [0, 4), without trigonometry.
 float diamond_angle(float x, float y) {
   const float t = y / (std::abs(x) + std::abs(y) + 1e-30F);
   if (x < 0) return 2.0F - t;
@@ -101,7 +101,7 @@ void ReferenceLines::find_directions() {
   }
 }
 
-/// The gap between the last point and the first one is about as wide as those between other neighbours.
+/// True when the gap between the last and the first point is about as wide as those between other neighbours.
 bool ReferenceLines::goes_all_around() const {
   if (size() < 3) return false;
   const double sine = ux.back() * uy.front() - uy.back() * ux.front();
@@ -112,7 +112,7 @@ bool ReferenceLines::goes_all_around() const {
   return seam_rad < std::min(kMaxSeam_rad, kMaxSeamSteps * step_rad);
 }
 
-/// Points around each point on the same piece of surface, at most half_length_m away.
+/// Finds the neighbours of each point on the same surface, at most half_length_m away.
 void ReferenceLines::find_windows(const LineFitParams& params) {
   const auto n = static_cast<std::uint32_t>(size());
   windows_.resize(n);
@@ -126,7 +126,7 @@ void ReferenceLines::find_windows(const LineFitParams& params) {
   for (std::uint32_t piece = 0; piece < n;) {
     std::uint32_t last = piece + 1;
     for (; last < n; ++last) {
-      // A grazing wall's points are far apart; a jump of the range is further than either.
+      // Points on a grazing wall are far apart; a range step is larger than either gap.
       const float turn = std::abs(ux[last - 1] * uy[last] - uy[last - 1] * ux[last]);
       const float limit = 0.1F + noise_m + 10 * points.range[last - 1] * std::min(turn, 0.02F);
       if (squared_distance(last, last - 1) > limit * limit) break;
@@ -136,7 +136,7 @@ void ReferenceLines::find_windows(const LineFitParams& params) {
       while (low < i && (squared_distance(low, i) > reach2 || i - low > kMaxReach)) ++low;
       high = std::max(high, i + 1);
       while (high < last && squared_distance(high, i) <= reach2 && high - i < kMaxReach) ++high;
-      // Where points are sparse a few more, but not from anywhere.
+      // If points are sparse, includes a few more within a limit.
       std::uint32_t first = low, end_of_window = high;
       while (first > piece && i - first < kMinReach && squared_distance(first - 1, i) <= far2) --first;
       while (end_of_window < last && end_of_window - i <= kMinReach &&
@@ -155,13 +155,13 @@ double ReferenceLines::variance_across(const FittedLine& line, std::size_t i,
   return range_variance_m2 * std::max(cosine * cosine, kMinIncidenceCosine2);
 }
 
-/// Residuals beyond what noise alone leaves, in standard deviations of that.
+/// Residuals in excess of the expected noise, in standard deviations.
 double ReferenceLines::excess(const FittedLine& line, std::size_t i, double range_variance_m2) const {
   return (line.variance() / variance_across(line, i, range_variance_m2) - 1) * std::sqrt(0.5 * line.count);
 }
 
-/// Corners and steps: where a line on each side leaves much less than one line across; of neighbours that say
-/// so, the strongest.
+/// Finds corners and steps: points where two lines, one on each side, fit much better than a single line; of
+/// neighbouring candidates the strongest.
 void ReferenceLines::find_corners(double range_variance_m2) {
   corner_evidence_.assign(size(), 0);
   corners_.clear();
@@ -187,7 +187,7 @@ void ReferenceLines::find_corners(double range_variance_m2) {
   }
 }
 
-/// A point's window ends at the corners beside it; a corner itself keeps the side with more points.
+/// Ends each window at the adjacent corners; a corner itself keeps the side with more points.
 void ReferenceLines::cut_windows_at_corners() {
   for (const std::uint32_t corner : corners_) {
     const auto [first, last] = windows_[corner];
@@ -196,14 +196,15 @@ void ReferenceLines::cut_windows_at_corners() {
       if (left) windows_[i].last = std::min(windows_[i].last, std::max(corner, i + 1));
       if (!left) windows_[i].first = std::max(windows_[i].first, std::min(corner + 1, i));
     }
-    // Windows reach further than the corner's own where points get denser towards it.
+    // Windows can extend beyond the corner's own, where points become denser towards it.
     for (std::uint32_t i = first; i-- > 0 && windows_[i].last > corner;) windows_[i].last = corner;
     for (std::uint32_t i = last; i < size() && windows_[i].first <= corner; ++i)
       windows_[i].first = corner + 1;
   }
 }
 
-/// The longest stretch around the point that is straight within the noise; where there is none, the shortest.
+/// Fits the longest segment around the point that is straight within the noise; if there is none, the
+/// shortest.
 void ReferenceLines::fit_point(std::uint32_t i, double range_variance_m2) {
   std::uint32_t before = i - windows_[i].first, after = windows_[i].last - i - 1;
   while (true) {
@@ -277,7 +278,7 @@ void ReferenceLines::fill_index() {
     if (index_[b] == kUnset) index_[b] = current;
     current = index_[b];
   }
-  // Behind the sensor: the first half of the unseen sector belongs to the last point, the rest to the first.
+  // Unobserved sector: its first half belongs to the last point, the rest to the first.
   const std::size_t unseen = (first_bin + kIndexBins - last_bin - 1) % kIndexBins;
   if (last_bin == first_bin) return;
   for (std::size_t k = 0; k < unseen; ++k)

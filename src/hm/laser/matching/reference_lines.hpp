@@ -7,54 +7,54 @@
 
 namespace hm {
 
-/// Points of a scan in single precision, seen from its origin, in order of bearing.
+/// Points of a scan in single precision, relative to its origin, sorted by bearing.
 struct ScanPoints {
   std::vector<float> x, y, range;
   [[nodiscard]] std::size_t size() const { return x.size(); }
-  /// Takes the finite points over; sorts if the scan is not in order of bearing.
+  /// Copies the finite points; sorts them by bearing if necessary.
   void assign(const PlanarScan& scan);
   void clear();
 };
 
-/// The standard deviation of a range, from the second differences of neighbouring ranges (median absolute
-/// deviation): walls are nearly straight over three beams, noise is not. Metres; at least 0.5 mm.
+/// Estimates the standard deviation of a range in metres from second differences of neighbouring ranges
+/// (median absolute deviation), since walls are nearly straight over three beams. At least 0.5 mm.
 double estimate_range_sigma(const ScanPoints& points, std::vector<float>& scratch);
 
 struct LineFitParams {
-  double half_length_m = 0.3;  ///< 0: the line through a point and its next neighbour
+  double half_length_m = 0.3;  ///< 0: line through a point and its next neighbour
   double range_sigma_m = 0.01;
 };
 
-/// The reference of a match: a line of the surface at each of its points, and an index from bearing to point.
+/// Reference of a match: a surface line at each point, and an index from bearing to point.
 ///
 /// With a half length, each line is fitted to the points within it on both sides, but not across corners and
-/// steps, which are found where two lines explain the points much better than one (Chow's test), and shorter
-/// where nothing longer is straight.
+/// steps, which are detected where two lines fit the points much better than one (Chow's test); it is
+/// shortened where the surface is curved.
 class ReferenceLines {
  public:
-  /// A point and its unit direction, side by side for the search.
+  /// Point and its unit direction, interleaved for the search.
   struct Ray {
     float x, y, ux, uy;
   };
-  // One entry per point, all seen from the scan's origin.
+  // One entry per point, all relative to the scan's origin.
   ScanPoints points;
   std::vector<float> ux, uy;              ///< unit direction towards the point
-  std::vector<Ray> rays;                  ///< points and directions once more
+  std::vector<Ray> rays;                  ///< copy of points and directions
   std::vector<float> nx, ny, d;           ///< line: nx * x + ny * y = d
   std::vector<float> angle_sigma2;        ///< variance of the normal's angle, rad2
-  std::vector<float> centre, along2;      ///< of the points that it was fitted to: see FittedLine
-  std::vector<float> scans;               ///< how many scans were averaged here
-  std::vector<std::uint32_t> begin, end;  ///< points that the line was fitted to
-  std::vector<std::uint8_t> smooth;       ///< the fit is as good as the noise allows
-  /// The scan goes all around: its first point is the neighbour of its last one.
+  std::vector<float> centre, along2;      ///< of the fitted points: see FittedLine
+  std::vector<float> scans;               ///< number of averaged scans
+  std::vector<std::uint32_t> begin, end;  ///< range of fitted points
+  std::vector<std::uint8_t> smooth;       ///< residuals agree with the noise
+  /// True for a full-circle scan, whose first and last points are neighbours.
   bool closed = false;
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
-  /// Lines for `points` and `scans`, which the caller has filled.
+  /// Fits lines to `points` and `scans`, filled by the caller.
   void fit(const LineFitParams& params);
-  /// The point to begin a search at for something seen in direction (x, y).
+  /// Start point of a search in direction (x, y).
   [[nodiscard]] std::uint32_t start_index(float x, float y) const;
-  /// Moves a point along its own ray until it is `offset_m` beyond where it was, measured along its normal.
+  /// Moves a point along its own ray by `offset_m` measured along its normal.
   void shift_point(std::size_t index, float offset_m);
 
  private:

@@ -7,7 +7,7 @@ namespace hm {
 bool AttitudeHistory::add(Time stamp, const Mat3& R_world_base) {
   if (!R_world_base.allFinite() || (!entries_.empty() && stamp <= entries_.back().stamp)) return false;
   entries_.push_back({stamp, Eigen::Quaterniond(R_world_base).normalized()});
-  // Forgotten in blocks, so that a reading costs constant time on average.
+  // Dropped in blocks, for constant amortised time.
   const auto is_kept = [&](const Entry& entry) { return stamp - entry.stamp <= keep_; };
   const auto first = std::find_if(entries_.begin(), entries_.end(), is_kept);
   if (first - entries_.begin() > static_cast<std::ptrdiff_t>(entries_.size() / 2))

@@ -3,16 +3,16 @@
 
 namespace hm {
 
-/// Velocity in the plane from poses: an alpha-beta filter (dissertation eqs 2.4-2.8) on rigid motions, with
-/// the velocity in the body frame, so that a vehicle on a circle is predicted to stay on it.
+/// Planar velocity from poses: an alpha-beta filter (dissertation eqs 2.4-2.8) on rigid transforms with the
+/// velocity in the body frame, so that motion on a circle is predicted exactly.
 class BodyVelocity {
  public:
   BodyVelocity(double alpha, double beta) : alpha_(alpha), beta_(beta) {}
-  /// Forgets everything: at rest at this pose.
+  /// Resets to rest at this pose.
   void reset(const SE2& T_odom_base);
-  /// A pose measured dt_s (> 0) after the last one.
+  /// Updates with a pose measured dt_s (> 0) after the last one.
   void update(const SE2& T_odom_base, double dt_s);
-  /// vx, vy (m/s), yaw rate (rad/s), in the body frame.
+  /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the body frame.
   [[nodiscard]] const Vec3& velocity() const { return velocity_; }
 
  private:

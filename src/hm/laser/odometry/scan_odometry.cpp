@@ -26,7 +26,7 @@ std::string_view to_string(OdometryStatus status) {
 
 namespace {
 
-/// Covariance of (x, y, angle) of T_a_b * T_b_c from those of both, each along its left frame's axes.
+/// Covariance of (x, y, angle) of T_a_b * T_b_c for independent factors, each along its left frame's axes.
 Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, const Mat3& covariance_b_c) {
   Mat3 first = Mat3::Identity(), second = Mat3::Identity();
   const Vec2 lever = T_a_b.rotation() * T_b_c.translation();
@@ -36,7 +36,7 @@ Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, con
   return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
 }
 
-/// Turns covariances of (x, y, angle) into the axes of another frame.
+/// Rotation of covariances of (x, y, angle) into the axes of another frame.
 Mat3 in_axes_of(const SE2& T_a_b) {
   Mat3 turn = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = T_a_b.rotation();
@@ -107,8 +107,8 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   return step;
 }
 
-/// From the prediction, or from where the scan is found; where the reference shows too little of the scan,
-/// what was found counts.
+/// Matches from the prediction, or from the found pose; if the reference overlaps too little with the scan,
+/// the found pose is used.
 void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step) {
   const auto match_from = [&](const SE2& T_odom_base) {
     step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * T_odom_base);
@@ -133,7 +133,7 @@ bool ScanOdometry::is_well_paired(const ScanMatch& match) const {
                            params_.kFindMinPairsRatio * static_cast<double>(match.sensed_points);
 }
 
-/// The pose of this scan is known: the velocity follows, failures are forgotten.
+/// Sets the pose of this scan: updates the velocity and resets the failure count.
 void ScanOdometry::conclude(const SE2& T_odom_base) {
   T_odom_base_ = T_odom_base;
   T_base_predicted_ = {};
@@ -189,8 +189,8 @@ bool ScanOdometry::wants_keyframe(const ScanMatch& match) const {
              params_.keyframe_min_pairs_ratio * static_cast<double>(match.sensed_points);
 }
 
-/// No match: the reference stays until too many scans have failed; then the trajectory goes on from where the
-/// prediction says the vehicle is.
+/// Handles a failed match: the reference is kept until too many scans have failed; then the trajectory
+/// continues from the predicted pose.
 void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   step.status = OdometryStatus::kMatchFailed;
   if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs))

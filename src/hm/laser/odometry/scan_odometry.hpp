@@ -13,7 +13,7 @@ struct ScanOdometryParams {
   PlIcpParams matcher;
   bool use_keyframes = true;
   double keyframe_distance_m = 2.0, keyframe_angle_rad = 1.0;
-  /// A new keyframe when a smaller share of the points is paired.
+  /// A smaller share of paired points triggers a new keyframe.
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
   /// Gain of the pose in the velocity filter.
@@ -23,7 +23,7 @@ struct ScanOdometryParams {
   int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
-  /// A match that pairs a smaller share of the points is no better than a search.
+  /// A match with a smaller share of paired points triggers MotionPrediction::find.
   static constexpr double kFindMinPairsRatio = 0.3;
 
   /// The odometry of 2.2.1 with the dissertation's example thresholds (0.2 m, 20 degrees).
@@ -40,41 +40,51 @@ struct ScanOdometryParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     PlIcpParams::visit(self.matcher, v);
-    v(ParamDoc{"use_keyframes", {}, "match against the last keyframe instead of the last scan"},
-      self.use_keyframes);
-    v(ParamDoc{"keyframe_distance_m", {0, 100}, "a new keyframe when the last one is further away"},
-      self.keyframe_distance_m);
-    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "a new keyframe when turned further from the last one"},
-      self.keyframe_angle_rad);
     v(
         ParamDoc{
-            "use_velocity", {}, "predict with the velocity of the last scans where nothing better is given"},
-        self.use_velocity);
-    v(ParamDoc{"reference_scans", {1, 1000}, "scans averaged in the reference; 1: the keyframe's scan alone"},
+            "use_keyframes", {}, "match against the last keyframe instead of the last scan, to reduce drift"},
+        self.use_keyframes);
+    v(
+        ParamDoc{
+            "keyframe_distance_m",
+            {0, 100},
+            "distance from the last keyframe that triggers a new one; larger drifts less but overlaps less"},
+        self.keyframe_distance_m);
+    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "rotation from the last keyframe that triggers a new one"},
+      self.keyframe_angle_rad);
+    v(ParamDoc{"use_velocity",
+               {},
+               "predict with the velocity of the last scans if no better prediction is given"},
+      self.use_velocity);
+    v(ParamDoc{"reference_scans",
+               {1, 1000},
+               "number of scans averaged in the reference; 1: the keyframe's scan only"},
       self.reference_scans);
-    v(ParamDoc{"max_gap_s", {1e-3, 1e6}, "after a longer gap the velocity counts as unknown"},
+    v(ParamDoc{"max_gap_s", {1e-3, 1e6}, "the velocity is reset after a longer gap between scans"},
       self.max_gap_s);
-    v(ParamDoc{"max_failures", {1, 1000}, "after so many scans without a match a new reference is begun"},
+    v(ParamDoc{"max_failures",
+               {1, 1000},
+               "number of consecutive failed scans after which a new reference is started"},
       self.max_failures);
   }
 };
 
-/// Where a scan was found by other means than matching from a prediction.
+/// Pose of a scan found by other means than matching from a prediction.
 struct FoundPose {
   SE2 T_odom_base;
   Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle), x and y along the axes of `odom`
 };
-/// Finds a scan in what was seen before, given where it is thought to be; nothing when it does not.
+/// Searches for a scan in earlier data, given its predicted pose; returns nothing if not found.
 using PoseFinder =
     std::function<std::optional<FoundPose>(const PlanarScan& scan, const SE2& T_odom_base_predicted)>;
 
-/// What is known of the motion since the last scan that was processed, from elsewhere. Precedence, part by
-/// part: yaw_change_rad over odometry over velocity over the odometry's own velocity over nothing.
+/// Prediction of the motion since the last processed scan, from other sources. Precedence for each component:
+/// yaw_change_rad, odometry, velocity, the estimator's own velocity, none.
 struct MotionPrediction {
-  std::optional<SE2> T_last_now;         ///< from wheel odometry: base now in the base at the last scan
+  std::optional<SE2> T_last_now;  ///< from wheel odometry: current base in the base frame of the last scan
   std::optional<Vec3> velocity_base;     ///< vx, vy (m/s), yaw rate (rad/s) in the base frame
-  std::optional<double> yaw_change_rad;  ///< from an inertial unit
-  /// Asked where matching from the prediction fails or pairs too little; with `find_first` before matching.
+  std::optional<double> yaw_change_rad;  ///< from an IMU
+  /// Called when matching from the prediction fails or has too few pairs; with `find_first`, before matching.
   PoseFinder find = {};
   bool find_first = false;
 };
@@ -82,45 +92,45 @@ struct MotionPrediction {
 enum class OdometryStatus {
   kFirstScan,  ///< the frame `odom` begins here
   kTracking,
-  kFound,          ///< not matched, but found by MotionPrediction::find: a new reference is begun there
+  kFound,          ///< found by MotionPrediction::find instead of matching; the scan becomes the reference
   kMatchFailed,    ///< see match.status; the reference is kept
-  kRestarted,      ///< lost for max_failures scans: the scan became the reference, at the predicted pose
-  kTimeBackwards,  ///< the stamp is not later than the last one: the scan was ignored
-  kTooFewPoints,   ///< a first scan that cannot be a reference: ignored
+  kRestarted,      ///< after max_failures failures: the scan becomes the reference, at the predicted pose
+  kTimeBackwards,  ///< the stamp is not later than the last one; ignored
+  kTooFewPoints,   ///< first scan unusable as a reference; ignored
 };
 std::string_view to_string(OdometryStatus status);
 
-/// What one scan gave.
+/// Result of processing one scan.
 struct OdometryStep {
   Time stamp;
   OdometryStatus status = OdometryStatus::kTooFewPoints;
-  std::optional<SE2> T_odom_base;      ///< nothing unless kFirstScan, kTracking, kFound or kRestarted
+  std::optional<SE2> T_odom_base;      ///< set for kFirstScan, kTracking, kFound, kRestarted
   SE2 T_odom_base_predicted;           ///< before matching
-  std::optional<SE2> T_keyframe_base;  ///< in the reference that it was matched against
-  /// Of (x, y, angle) of T_odom_base, x and y along the axes of `odom`: keyframes' errors added up. Grows
-  /// without bound, as odometry does.
+  std::optional<SE2> T_keyframe_base;  ///< in the frame of its reference
+  /// Covariance of (x, y, angle) of T_odom_base, x and y along the axes of `odom`, accumulated over
+  /// keyframes; grows without bound.
   Mat3 covariance = Mat3::Zero();
   bool new_keyframe = false;  ///< this scan is the reference of the next ones
-  bool after_gap = false;     ///< more than max_gap_s since the last scan: no velocity was assumed
-  std::size_t keyframe = 0;   ///< number of the reference that it was matched against
+  bool after_gap = false;     ///< more than max_gap_s since the last scan; the velocity was reset
+  std::size_t keyframe = 0;   ///< index of its reference
   bool searched = false;      ///< MotionPrediction::find was called
-  ScanMatch match;            ///< kFound: its covariance is that of the finder
+  ScanMatch match;            ///< kFound: with the covariance of the FoundPose
 };
 
 /// Pose of the vehicle's base in the plane from scans alone (dissertation 2.2.1): PL-ICP against keyframes
-/// with a prediction of the motion. `odom` is the base at the first scan (or where start() put it); it never
-/// jumps but by kRestarted, and is never corrected.
+/// with a prediction of the motion. `odom` is the base frame at the first scan (or as given to start()); the
+/// pose is continuous except for kRestarted, and never corrected.
 ///
-/// Not thread safe; deterministic; no heap in process() once it has seen scans of the size.
+/// Not thread safe; deterministic; no heap allocation in process() after the first scans of a size.
 class ScanOdometry {
  public:
   explicit ScanOdometry(const ScanOdometryParams& params = {});
 
-  /// Begins anew: the next scan is the first, at this pose.
+  /// Restarts: the next scan is the first one, at this pose.
   void start(const SE2& T_odom_base = {});
   OdometryStep process(const PlanarScan& scan, const MotionPrediction& prediction = {});
 
-  /// vx, vy (m/s) and yaw rate (rad/s) in the base frame, as estimated from the last scans.
+  /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the base frame, estimated from the last scans.
   [[nodiscard]] const Vec3& velocity_base() const { return velocity_.velocity(); }
   [[nodiscard]] const ScanOdometryParams& params() const { return params_; }
 

@@ -52,8 +52,7 @@ TEST(ScanOdometryFinder, WhereNoMatchIsFoundTheFinderIsAsked) {
   EXPECT_GT(steps[2].covariance(0, 0), 0.9e-4);
   EXPECT_EQ(steps[3].status, OdometryStatus::kTracking);
   EXPECT_LT((steps[3].T_odom_base->translation() - Vec2(0.1, 0)).norm(), 0.02);
-  // Without a finder the poorly paired match is all there is: it is taken, and says of itself that it is
-  // poor.
+  // Without a finder the poorly paired match is used, with a correspondingly low pair ratio.
   ScanOdometry alone(params);
   for (std::size_t i = 0; i < 2; ++i) alone.process(scans[i]);
   const OdometryStep poor = alone.process(scans[2]);

@@ -15,11 +15,11 @@ struct ScanProjector::BeamMotion {
 
 namespace {
 
-constexpr std::size_t kKnotBeams = 16;  // beams between two attitudes; straight lines in between
+constexpr std::size_t kKnotBeams = 16;  // beams between two interpolated attitudes; linear in between
 
 }  // namespace
 
-/// Motion of the laser over one sweep, relative to `ortho` at the scan's moment.
+/// Motion of the laser over one sweep, relative to `ortho` at the scan's reference time.
 class ScanProjector::SweepInterpolation {
  public:
   SweepInterpolation(const LaserScan& scan, const LaserRig& rig, const SweepMotion& motion, Time moment)
@@ -28,7 +28,7 @@ class ScanProjector::SweepInterpolation {
     known_ = R_world_base.has_value();
     if (known_) yaw_at_moment_rad_ = roll_pitch_yaw(*R_world_base).z();
   }
-  /// False when the attitude at the scan's moment is not known.
+  /// False when the attitude at the scan's reference time is unknown.
   [[nodiscard]] bool known() const { return known_; }
   [[nodiscard]] std::optional<BeamMotion> at(Time stamp) const {
     const std::optional<Mat3> R_world_base = attitude_at(stamp);
@@ -99,7 +99,7 @@ bool is_usable(const LaserScan& scan, std::size_t beam, ProjectionCounts& counts
   return false;
 }
 
-/// Counts an end point on the floor or the ceiling; false for one.
+/// Returns false for an end point on the floor or the ceiling, and counts it.
 bool is_wall(double height_above_base_m, const SweepMotion& motion, double margin_m,
              ProjectionCounts& counts) {
   if (motion.height_above_floor_m && height_above_base_m < margin_m - *motion.height_above_floor_m) {
@@ -181,7 +181,7 @@ ProjectedScan ScanProjector::project(const LaserScan& scan, const SweepMotion& m
   return result;
 }
 
-/// Eqs 2.1 to 2.3 for one end point in the laser's frame.
+/// Projects one end point from the laser frame (eqs 2.1 to 2.3).
 void ScanProjector::project_beam(const Vec2& end_laser_m, const BeamMotion& beam, const SweepMotion& motion,
                                  ProjectedScan& result) const {
   if (beam.tilt_rad > params_.max_tilt_rad) {
@@ -202,7 +202,8 @@ void ScanProjector::project_beam(const Vec2& end_laser_m, const BeamMotion& beam
 void ScanProjector::conclude(std::size_t beams, ProjectedScan& result) {
   const std::size_t found = result.scan.size();
   sort_by_bearing(result.scan);
-  result.counts.thinned += found - result.scan.size();  // one bearing, several points: the nearest stays
+  result.counts.thinned +=
+      found - result.scan.size();  // of points with equal bearing only the nearest is kept
   result.status = ProjectionStatus::kOk;
   if (2 * result.counts.without_attitude > beams)
     result.status = ProjectionStatus::kNoAttitude;

@@ -15,28 +15,31 @@ namespace hm {
 struct ScanProjectionParams {
   double max_tilt_rad = 0.35;
   double surface_margin_m = 0.15;
-  /// Moment of the planar scan within its sweep: 0 first beam, 1 last.
+  /// Reference time within the sweep: 0 first beam, 1 last.
   static constexpr double kReferenceMomentRatio = 0.5;
   int every_nth_beam = 1;
   double min_spacing_m = 0;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_tilt_rad", {0, 1.5}, "a beam measured while the vehicle tilted more is left out"},
+    v(ParamDoc{"max_tilt_rad", {0, 1.5}, "beams measured while the vehicle is tilted more are dropped"},
       self.max_tilt_rad);
-    v(ParamDoc{"surface_margin_m", {0, 5}, "end points within this of the floor or the ceiling are left out"},
+    v(ParamDoc{"surface_margin_m",
+               {0, 5},
+               "end points closer than this to the floor or the ceiling are dropped"},
       self.surface_margin_m);
-    v(ParamDoc{"every_nth_beam", {1, 1000}, "1 takes every beam, 5 every fifth"}, self.every_nth_beam);
-    v(ParamDoc{"min_spacing_m", {0, 10}, "a point closer than this to the last one kept is left out"},
+    v(ParamDoc{"every_nth_beam", {1, 1000}, "use every n-th beam; 1: all"}, self.every_nth_beam);
+    v(ParamDoc{"min_spacing_m", {0, 10}, "points closer than this to the last kept one are dropped; 0: none"},
       self.min_spacing_m);
   }
 };
 
-/// What is known of the vehicle while it swept a scan; every part may be missing.
+/// Motion of the vehicle during a sweep; every part may be missing.
 struct SweepMotion {
   const AttitudeHistory* attitude =
-      nullptr;  ///< R_world_base; null: level, and no yaw motion but the velocity's
-  /// Velocity in `ortho` at the scan's moment: x, y (m/s) and yaw rate (rad/s; used only without attitude).
+      nullptr;  ///< R_world_base; null: level, with yaw rate from velocity_ortho
+  /// Velocity in `ortho` at the scan's reference time: x, y (m/s) and yaw rate (rad/s; used only without
+  /// attitude).
   std::optional<Vec3> velocity_ortho;
   std::optional<double> height_above_floor_m;       ///< of the base
   std::optional<double> clearance_below_ceiling_m;  ///< of the base
@@ -44,18 +47,18 @@ struct SweepMotion {
 
 enum class ProjectionStatus {
   kOk,
-  kNoAttitude,    ///< there is a history of attitudes, but it does not reach the scan
-  kTiltTooLarge,  ///< most of the sweep was measured beyond max_tilt_rad
-  kNoPoints,      ///< every beam was left out; the counts say why
+  kNoAttitude,    ///< the attitude history does not cover the scan
+  kTiltTooLarge,  ///< tilted beyond max_tilt_rad for most of the sweep
+  kNoPoints,      ///< all beams were dropped; see the counts
 };
 std::string_view to_string(ProjectionStatus status);
 
-/// What became of the beams: `points` plus all counts is the number of beams of the scan.
+/// Numbers of dropped beams by reason; with the kept points they add up to the beams of the scan.
 struct ProjectionCounts {
-  std::size_t mirrored = 0;      ///< not in the rig's horizontal range
-  std::size_t thinned = 0;       ///< by every_nth_beam and min_spacing_m
+  std::size_t mirrored = 0;      ///< outside the rig's horizontal range
+  std::size_t thinned = 0;       ///< dropped by every_nth_beam and min_spacing_m
   std::size_t invalid = 0;       ///< NaN
-  std::size_t out_of_range = 0;  ///< at or below range_min, at or beyond range_max, nothing seen
+  std::size_t out_of_range = 0;  ///< at or below range_min, at or beyond range_max, no return
   std::size_t tilted = 0, floor = 0, ceiling = 0;
   std::size_t without_attitude = 0;
 };
@@ -64,19 +67,20 @@ struct ProjectedScan {
   ProjectionStatus status = ProjectionStatus::kNoPoints;
   PlanarScan scan;  ///< empty unless the status is kOk
   ProjectionCounts counts;
-  double tilt_rad = 0;  ///< at the scan's moment
+  double tilt_rad = 0;  ///< at the scan's reference time
 };
 
-/// Brings scans into the frame `ortho`: the vehicle's base (not the laser, whose lever arm moves with the
-/// tilt) without its height, roll and pitch, at one moment of the sweep (dissertation 2.2.2, eqs 2.1-2.3).
-/// Every beam is turned by the attitude at its own time, and shifted by the motion since the scan's moment.
+/// Projects scans into the frame `ortho`: the vehicle's base (not the laser, whose lever arm moves with the
+/// tilt) without height, roll and pitch, at one time of the sweep (dissertation 2.2.2, eqs 2.1-2.3). Every
+/// beam is rotated by the attitude at its own time, and shifted by the motion since the scan's reference
+/// time.
 ///
-/// Not thread safe (keeps the beams' sines and cosines). Bearings and ranges of the result are seen from the
-/// laser's place in `ortho` at the scan's moment.
+/// Not thread safe (caches the beams' sines and cosines). Bearings and ranges of the result are relative to
+/// the laser's position in `ortho` at the scan's reference time.
 class ScanProjector {
  public:
   explicit ScanProjector(const LaserRig& rig, const ScanProjectionParams& params = {});
-  /// Projects one scan. Any scan is allowed; what could not be used is counted, never an error.
+  /// Projects one scan. Unusable beams are counted; they are not an error.
   ProjectedScan project(const LaserScan& scan, const SweepMotion& motion = {});
 
  private:

@@ -17,36 +17,36 @@ struct Circle {
   double radius_m;
 };
 
-/// A world of walls and round pillars, whose ranges are known in closed form.
+/// Planar world of walls and round pillars with exact ranges.
 struct PlanarWorld {
   std::vector<Segment> segments;
   std::vector<Circle> circles;
 
-  /// Walls along a closed polygon.
+  /// Adds walls along a closed polygon.
   void add_polygon(std::span<const Vec2> corners);
   void add_box(const Vec2& low, const Vec2& high);
   /// Distance from `origin` along the unit `direction` to the first surface; infinite when there is none.
   [[nodiscard]] double range(const Vec2& origin, const Vec2& direction) const;
 };
 
-/// A range finder that sees all of its beams at one moment.
+/// Range finder that measures all beams at the same time.
 struct TestLaser {
   std::size_t beams = 1081;
   double field_of_view_rad = 4.71238898038469;  // 270 degrees
   double range_max_m = 30, range_sigma_m = 0;
 };
 
-/// A scan of the world from T_world_laser, ranges with normal noise.
+/// Simulates a scan from T_world_laser, with Gaussian range noise.
 LaserScan scan_world(const PlanarWorld& world, const SE2& T_world_laser, const TestLaser& laser, Rng& rng);
-/// The same as points in the frame of the laser.
+/// The same as points in the laser frame.
 PlanarScan planar_scan_of_world(const PlanarWorld& world, const SE2& T_world_laser, const TestLaser& laser,
                                 Rng& rng);
 
 /// One floor of an office, 16 m x 12 m: a corridor around a core, doors, niches, pillars; the loop of
 /// `office_loop` runs through the corridor.
 PlanarWorld office_world();
-/// A pose on a closed, rounded loop of 41.7 m through the corridor of `office_world`, `distance_m` after its
-/// beginning, facing forward.
+/// Pose on a closed, rounded loop of 41.7 m through the corridor of `office_world`, `distance_m` after its
+/// start, facing forward.
 SE2 office_loop(double distance_m);
 inline constexpr double kOfficeLoop_m = 41.7;
 /// A room of 8 m x 6 m with a niche and a pillar.

@@ -49,6 +49,7 @@ KeyframePointParams point_params(const KeyframeMapParams& wanted, int stride_px)
   params.max_depth_m = wanted.slam.map_depth_m;
   params.max_sigma_m = wanted.max_depth_sigma_m;
   params.top_m = wanted.slam.map_top_m;
+  params.up = wanted.up;
   params.noise = wanted.depth_noise;
   return params;
 }
@@ -79,7 +80,7 @@ ColoredPoints keyframe_points(const RgbdFrame& frame, const PinholeCamera& camer
       const auto certain = mixture_depth(frame.depth, x, y, params.noise);
       if (!certain || certain->variance_m2 > params.max_sigma_m * params.max_sigma_m) continue;
       const Vec3 p = T * camera.unproject(Vec2(x, y), depth);
-      if (params.top_m != 0 && p.z() > params.top_m) continue;
+      if (params.top_m != 0 && p.dot(params.up) > params.top_m) continue;
       points.p_map.push_back(p.cast<float>());
       points.colors.push_back(colored ? frame.color(x, y) : kGrey);
     }

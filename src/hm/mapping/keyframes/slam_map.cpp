@@ -19,8 +19,8 @@ MapRebuildOptions rebuild_options(const MappingParams& parameters) {
   return options;
 }
 
-/// Pose of a frame after loop closure; nothing in a map that nothing connects with the first. A submap that
-/// loops have not received yet stays as it is.
+/// Pose of a frame after loop closure; nothing in a submap that is not connected with the first one. A submap
+/// not yet in the loop closures keeps its pose.
 std::optional<SE3> place(const CorrectedKeyframes& corrected, const Observation& observation) {
   const auto& keyframes = corrected.keyframes();
   if (keyframes.empty()) return observation.T_odom_camera;
@@ -39,7 +39,7 @@ struct SlamMap::Impl {
         run(its_run),
         options(rebuild_options(all)),
         dense(all, its_frames.camera(), its_run.threads) {
-    run.stop = {};  // a run that is stopped ends with a right map of the frames so far
+    run.stop = {};  // a stopped run ends with a correct map of the frames so far
   }
 
   MappingParams parameters;
@@ -48,14 +48,16 @@ struct SlamMap::Impl {
   MapRebuildOptions options;
   DensePipeline dense;
   ObservationLog log;
-  std::unique_ptr<LiveMapCorrection> live;  ///< made by the first loop
+  std::unique_ptr<LiveMapCorrection> live;  ///< created by the first loop
   LiveRgbdLoopCloser::Snapshot now;         ///< poses after loop closure
-  std::size_t solutions_begun = 0;          ///< that are in the map, or in the rebuild under way
+  std::size_t solutions_begun = 0;          ///< solutions applied to the map or to the running rebuild
   LiveCorrection under_way;
+  SE3 T_turned_map;  ///< about the origin
   std::vector<LiveCorrection> corrections;
 
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
   void begin(const RgbdFrame& frame);
+  [[nodiscard]] Observation turned(Observation observation) const;
   [[nodiscard]] PoseOfObservation final_poses(const CorrectedKeyframes& keyframes) const;
   [[nodiscard]] MapRebuild whole_rebuild() const;
 };
@@ -67,6 +69,7 @@ SlamMap::~SlamMap() = default;
 DensePipeline& SlamMap::dense() { return impl_->dense; }
 const DensePipeline& SlamMap::dense() const { return impl_->dense; }
 std::size_t SlamMap::frames_mapped() const { return impl_->log.frames_mapped(); }
+std::vector<Observation> SlamMap::observations() const { return impl_->log.observations(); }
 const std::vector<LiveCorrection>& SlamMap::corrections() const { return impl_->corrections; }
 
 std::string SlamMap::progress() const {
@@ -134,16 +137,29 @@ void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
 }
 
-/// One decision for all frames, so that it does not depend on what was in the map at which moment.
+void SlamMap::set_turn(const Mat3& R_turned_map) { impl_->T_turned_map = {R_turned_map, Vec3::Zero()}; }
+
+Observation SlamMap::Impl::turned(Observation observation) const {
+  if (T_turned_map.rotation().isIdentity(0)) return observation;
+  observation.T_odom_camera = T_turned_map * observation.T_odom_camera;
+  if (observation.T_map_camera) observation.T_map_camera = T_turned_map * *observation.T_map_camera;
+  return observation;
+}
+
+/// Final poses by one decision for all frames, so that it does not depend on the state of the map.
 PoseOfObservation SlamMap::Impl::final_poses(const CorrectedKeyframes& keyframes) const {
   double largest_m = 0;
-  for (const Observation& observation : log.observations())
+  for (const Observation& raw : log.observations()) {
+    const Observation observation = turned(raw);
     if (const auto pose = place(keyframes, observation))
       largest_m = std::max(largest_m, shift_m(observation.T_odom_camera, *pose, options.at_depth_m));
+  }
   if (largest_m > options.least_shift_m)
-    return [&keyframes](const Observation& o) { return place(keyframes, o); };
-  return [&keyframes](const Observation& o) {
-    return place(keyframes, o) ? std::optional(o.T_odom_camera) : std::nullopt;
+    return [this, &keyframes](const Observation& o) { return place(keyframes, turned(o)); };
+  return [this, &keyframes](const Observation& o) -> std::optional<SE3> {
+    const Observation observation = turned(o);
+    if (!place(keyframes, observation)) return std::nullopt;
+    return observation.T_odom_camera;
   };
 }
 
@@ -174,10 +190,11 @@ MapCorrection SlamMap::correct(const CorrectedKeyframes& keyframes) {
 
 TriangleMesh SlamMap::mesh_of_odometry() {
   Impl& impl = *impl_;
-  const auto odometry = [](const Observation& o) {
-    return o.submap == 0 ? std::optional(o.T_odom_camera) : std::nullopt;
+  const auto odometry = [&impl](const Observation& o) {
+    return o.submap == 0 ? std::optional(impl.turned(o).T_odom_camera) : std::nullopt;
   };
-  if (impl.now.solutions == 0) return impl.dense.finished_mesh();
+  if (impl.now.solutions == 0 && impl.T_turned_map.rotation().isIdentity(0))
+    return impl.dense.finished_mesh();
   MapRebuild rebuild = impl.whole_rebuild();
   impl.log.close();
   RunContext run = impl.run;

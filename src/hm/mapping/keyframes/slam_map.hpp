@@ -10,43 +10,49 @@
 
 namespace hm {
 
-/// A correction of the map while frames were coming in.
+/// Record of a map correction during tracking.
 struct LiveCorrection {
-  std::size_t frame_index = 0;  ///< before which the map was exchanged
-  Time begun, stamp;            ///< of the frames where it began and ended
+  std::size_t frame_index = 0;  ///< frame before which the map was exchanged
+  Time begun, stamp;            ///< stamps of the frames at its start and end
   MapCorrection map;
-  double stall_ms = 0;  ///< for which tracking had to wait: beginning it and exchanging
+  double stall_ms = 0;  ///< delay of tracking by starting and exchanging
 };
 
-/// The pose of a frame that has just been tracked, by the loops that are closed now; nothing when no loop
-/// connects its submap with the first.
+/// Pose in the map of a frame that has just been tracked, using the current loop closures; nothing when no
+/// loop connects its submap with the first one.
 std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked);
 
-/// The dense map of a SLAM run: frames come in where loops put them now; what they have moved is rebuilt
-/// beside the map on a thread of its own, then exchanged, so that the map is whole at any moment. When that
-/// happens depends on the machine's speed; after correct() the map is that of the final poses, to the bit.
+/// Dense map of a SLAM run. Frames are integrated at their current loop-corrected poses; parts moved by loop
+/// closures are rebuilt on a separate thread and then exchanged, so that the map is complete at any time. The
+/// time of the exchange depends on the machine's speed; after correct() the map is bit-identical to one built
+/// with the final poses.
 class SlamMap {
  public:
-  /// `frames` gives every frame of add() again by its index, and must outlive the map.
+  /// `frames` must provide every frame passed to add() by its index, and must outlive the map.
   SlamMap(const MappingParams& parameters, const FrameSource& frames, const RunContext& run);
   ~SlamMap();
 
-  /// To be called before every frame with the poses after loop closure (slam.rebuild_online).
+  /// Applies the current loop-corrected poses; call before every frame (slam.rebuild_online).
   void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
-  /// Brings a frame with a pose into the map; one of a later submap when a loop has connected it. Its
-  /// images may be taken away.
+  /// Integrates a frame with a pose; one of a later submap only after a loop has connected it. May move the
+  /// frame's images out.
   void add(RgbdFrame& frame, const TrackedFrame& tracked);
-  /// Brings the map to its final poses: those of odometry if loops have moved nothing by more than
-  /// slam.rebuild_shift_voxel. It is made again unless it is already there. Gives up what follow() has begun.
+  /// Rotates the map about its origin at the next correct(), whose keyframes must be in the rotated frame.
+  void set_turn(const Mat3& R_turned_map);
+  /// Brings the map to the final poses: those of odometry if loops have moved nothing by more than
+  /// slam.rebuild_shift_voxel. Rebuilds the map unless it is already correct. Cancels a rebuild started by
+  /// follow().
   MapCorrection correct(const CorrectedKeyframes& keyframes);
-  /// The mesh that odometry's poses give, to compare with.
+  /// Mesh of the uncorrected odometry poses, for comparison.
   TriangleMesh mesh_of_odometry();
 
   [[nodiscard]] DensePipeline& dense();
   [[nodiscard]] const DensePipeline& dense() const;
   [[nodiscard]] std::size_t frames_mapped() const;
+  /// Frames given to add(); the frame source can read each of them again.
+  [[nodiscard]] std::vector<Observation> observations() const;
   [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
-  /// Describes its size and the progress of a rebuild, for a progress line.
+  /// Size and rebuild progress as text, for a progress line.
   [[nodiscard]] std::string progress() const;
 
  private:

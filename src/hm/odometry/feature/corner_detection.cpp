@@ -29,7 +29,7 @@ cv::Mat matrix_over(const Image<std::uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
 }
 
-/// The candidates of every cell of one image.
+/// Corner candidates of every cell of one image.
 class CellGrid {
  public:
   CellGrid(const cv::Mat& gray, int cell_px)
@@ -44,7 +44,7 @@ class CellGrid {
   [[nodiscard]] std::size_t size() const { return cells_.size(); }
   std::vector<Candidate>& operator[](std::size_t i) { return cells_[i]; }
 
-  /// FAST over the image, then with a lower threshold over cells that have less than `least`.
+  /// Runs FAST on the image, then with a lower threshold on cells with fewer than `least` corners.
   void find(std::size_t least) {
     detect(inner_, kFastThreshold);
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -81,7 +81,7 @@ class CellGrid {
   std::vector<cv::KeyPoint> keypoints_;
 };
 
-/// The second moments of the gradients g around a pixel, and the sum of g g^T d over its offsets d.
+/// Second moments of the gradients g around a pixel, and the sum of g g^T d over its offsets d.
 struct GradientMoments {
   double xx = 0, xy = 0, yy = 0;
   Vec2 crossing = Vec2::Zero();
@@ -91,7 +91,8 @@ struct GradientMoments {
     constexpr double kPixels = (2 * kScoreRadius_px + 1) * (2 * kScoreRadius_px + 1);
     return (0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy)) / kPixels;
   }
-  /// From the pixel to where the lines along all edges of the window meet best; nothing without two edges.
+  /// Offset from the pixel to the least-squares intersection of the window's edges; nothing without two edge
+  /// directions.
   [[nodiscard]] std::optional<Vec2> shift() const {
     const double determinant = xx * yy - xy * xy;
     if (determinant <= 1e-3 * xx * yy) return std::nullopt;
@@ -117,8 +118,8 @@ GradientMoments gradient_moments(const Image<std::uint8_t>& gray, int x, int y) 
   return {static_cast<double>(xx), static_cast<double>(xy), static_cast<double>(yy), Vec2(bx, by)};
 }
 
-/// The corner near a pixel (FAST answers beside it, on its darker or brighter side), or the pixel itself
-/// where the steps lead nowhere.
+/// Refined corner near a pixel (FAST responds beside it, on its darker or brighter side), or the pixel itself
+/// if the steps do not converge.
 Vec2 refined(const Image<std::uint8_t>& gray, int x, int y) {
   const Vec2 start(x, y);
   for (int step = 0; step < kMaxRefinements; ++step) {
@@ -148,13 +149,13 @@ void rank(const Image<std::uint8_t>& gray, std::size_t scored, std::vector<Candi
   });
 }
 
-/// Where no further corner may be: within the least distance of those that were taken.
+/// Mask of pixels within the minimum distance of selected corners.
 class Occupied {
  public:
   Occupied(int width, int height, double distance_px)
       : mask_(width, height, 0), radius_px_(static_cast<int>(std::ceil(distance_px)) - 1) {}
 
-  /// True, and the surroundings are taken from now on, if the place is free.
+  /// Selects a pixel if it is free, and marks its neighbourhood; returns true if selected.
   bool take(int x, int y) {
     if (radius_px_ < 0) return true;
     if (mask_(x, y) != 0) return false;
@@ -219,7 +220,7 @@ std::vector<Corner> shi_tomasi_corners(const Image<std::uint8_t>& gray, const Im
     const int y = static_cast<int>(point.y);
     const int margin = kCornerBorder_px;
     if (x < margin || y < margin || x >= gray.width() - margin || y >= gray.height() - margin) {
-      continue;  // its descriptor would reach over the border
+      continue;  // its descriptor would extend over the border
     }
     const auto score = static_cast<float>(gradient_moments(gray, x, y).score());
     corners.push_back({params.subpixel ? refined(gray, x, y) : Vec2(x, y), score});

@@ -13,7 +13,7 @@ struct Reading {
   double depth_m = 0, weight = 0;
 };
 
-/// The valid readings of the window around a pixel; count in `size`.
+/// Valid readings of the window around a pixel; their number is `size`.
 struct Window {
   std::array<Reading, 9> readings;
   std::size_t size = 0;
@@ -36,9 +36,9 @@ Window valid_window(const DepthImage& depth, int x, int y, const MixtureWeights&
   return window;
 }
 
-/// Of the readings of a window: their mean, the mean of their sensor's variances, their variance around the
-/// mean, and the sum of the squares of their shares of the weight (of independent readings with the same
-/// noise, 1 minus that is the part of it that is expected as scatter).
+/// Moments of the readings of a window: mean, mean sensor variance, variance about the mean, and sum of
+/// squared normalised weights (for independent readings with equal noise, 1 minus this is the expected share
+/// of scatter).
 struct Moments {
   double mean_m = 0, noise_m2 = 0, scatter_m2 = 0, squared_shares = 0;
 };

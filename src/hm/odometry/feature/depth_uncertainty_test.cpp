@@ -115,7 +115,7 @@ TEST(CorrectedMixture, AtAnEdgeItIsThePublishedOne) {
   EXPECT_FALSE(corrected_mixture_depth(depth_of(3, 3, 0), 1, 1, kPublishedNoise));
 }
 
-/// Points seen by a camera whose pixel and depth are disturbed, against the covariance said of them.
+/// Points with random pixel and depth errors agree with their predicted covariance.
 TEST(FeatureCovariance, AgreesWithSampledPoints) {
   for (const double fy : {525.0, -480.0}) {
     const PinholeCamera camera{640, 480, 525, fy, 319.5, 239.5, {}};

@@ -23,7 +23,7 @@ cv::Mat view_of(const Image<std::uint8_t>& image) {
   return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t*>(image.data())};
 }
 
-/// The half width of the orientation's disc in each of its rows, from the middle on.
+/// Half width of the orientation disc in each of its rows, from the centre on.
 std::array<int, kOrientationRadius_px + 1> disc_rows() {
   std::array<int, kOrientationRadius_px + 1> rows{};
   for (int v = 0; v <= kOrientationRadius_px; ++v) {
@@ -33,7 +33,7 @@ std::array<int, kOrientationRadius_px + 1> disc_rows() {
   return rows;
 }
 
-/// The direction from a patch's middle to its centroid of brightness (Rosin 1999, as ORB uses it).
+/// Direction from a patch's centre to its intensity centroid (Rosin 1999, as in ORB).
 float patch_angle_rad(const Image<std::uint8_t>& gray, const Vec2& pixel) {
   static const auto kRows = disc_rows();
   const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), kOrientationRadius_px,
@@ -56,7 +56,7 @@ float patch_angle_rad(const Image<std::uint8_t>& gray, const Vec2& pixel) {
 }
 
 int level_share(int total, int level, int levels) {
-  // Shares fall with the side of the level, as ORB's do.
+  // Shares decrease with the size of the level, as in ORB.
   double sum = 0;
   for (int i = 0; i < levels; ++i) sum += std::pow(kLevelScale, -i);
   return static_cast<int>(std::lround(total * std::pow(kLevelScale, -level) / sum));
@@ -154,7 +154,8 @@ struct FeatureDetector::Impl {
 
   void add(const Corner& corner, const Image<std::uint8_t>& image, int level, FeatureSet& features) const {
     Feature feature;
-    // Pixel centres are at whole coordinates: both images' outer edges coincide, not their first pixels.
+    // Pixel centres are at integer coordinates: the outer edges of both images coincide, not their first
+    // pixels.
     const double scale = std::pow(kLevelScale, level);
     feature.pixel = (corner.pixel.array() + 0.5) * scale - 0.5;
     feature.response = corner.score;
@@ -207,7 +208,7 @@ FeatureDetector::FeatureDetector(const FeatureParams& params, const PinholeCamer
                                  const DepthGate& gate)
     : impl_(std::make_unique<Impl>()) {
   HM_CHECK(camera.distortion.is_zero(), "features are placed by a camera without lens distortion");
-  // OpenCV would use all cores behind the caller's back, for the whole process; odometry has one thread.
+  // Otherwise OpenCV would use all cores, for the whole process; odometry is single-threaded.
   static const bool kOneThread = (cv::setNumThreads(1), true);
   (void)kOneThread;
   impl_->params = params;

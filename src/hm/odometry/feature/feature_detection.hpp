@@ -8,35 +8,35 @@
 
 namespace hm {
 
-/// Brightness, 8 bits (ITU-R BT.601 weights).
+/// Converts to 8-bit brightness (ITU-R BT.601 weights).
 Image<std::uint8_t> to_gray(const Image<Rgb8>& color);
 
-/// The variance of the image's Laplacian (4-neighbours, every second row): low for blur, darkness and blank
-/// walls. 0 for an image without an inner pixel.
+/// Variance of the image's Laplacian (4-neighbours, every second row): low for blur, darkness and blank
+/// walls. 0 for an image without inner pixels.
 double sharpness(const Image<std::uint8_t>& gray);
 
-/// The share of pixels with a reading (every second row), 0 to 1; 0 for an empty image.
+/// Share of pixels with a reading (every second row), 0 to 1; 0 for an empty image.
 double depth_coverage(const DepthImage& depth);
 
-/// What a depth must satisfy to be used for a feature.
+/// Limits on a depth to be used for a feature.
 struct DepthGate {
   double max_depth_m = 5.5;
   double max_sigma_m = 0.05;
 };
 
-/// Finds corners, describes them and places them in space (dissertation 3.2.1). Keeps its buffers from frame
-/// to frame; the result depends on the arguments alone and on nothing that came before. One thread calls it.
+/// Detects corners and computes their descriptors, 3D positions and covariances (dissertation 3.2.1). Reuses
+/// its buffers from frame to frame; results do not depend on earlier frames. Not thread safe.
 class FeatureDetector {
  public:
-  /// The camera must be free of lens distortion.
+  /// The camera must have no lens distortion.
   FeatureDetector(const FeatureParams& params, const PinholeCamera& camera, const DepthGate& gate);
   ~FeatureDetector();
   FeatureDetector(FeatureDetector&&) noexcept;
   FeatureDetector& operator=(FeatureDetector&&) noexcept;
 
-  /// The features of a frame, strongest cells first, each with descriptor and orientation; `has_depth` marks
-  /// those that have a place. `depth` may be empty or must be of the image's size. Fewer than asked for,
-  /// or none, where the image has no corners. Images of less than 64 pixels in a direction have none.
+  /// Detects the features of a frame, strongest of each cell first, with descriptor and orientation;
+  /// `has_depth` marks those with a 3D position. `depth` must be empty or have the image's size. May return
+  /// fewer than max_features, or none; none for images smaller than 64 pixels in a direction.
   [[nodiscard]] FeatureSet detect(const Image<std::uint8_t>& gray, const DepthImage& depth);
 
  private:
@@ -44,7 +44,8 @@ class FeatureDetector {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Fills the place and covariance of a feature from the depth around its pixel, if it passes the gate.
+/// Computes the 3D position and covariance of a feature from the depth around its pixel, if it passes the
+/// gate.
 void place_in_space(Feature& feature, const DepthImage& depth, const PinholeCamera& camera,
                     const FeatureParams& params, const DepthGate& gate);
 

@@ -7,7 +7,8 @@
 
 namespace hm {
 
-/// A grey image and its halvings (means of 2x2 pixels). Level 0 is the image itself.
+/// Image pyramid of a grey image, each level half the size (means of 2x2 pixels). Level 0 is the image
+/// itself.
 class ImagePyramid {
  public:
   ImagePyramid() = default;
@@ -23,7 +24,8 @@ class ImagePyramid {
   std::vector<Image<std::uint8_t>> levels_;
 };
 
-/// Where a pixel of level 0 lies in a level: the centre of the first pixel of level l is at (2^l - 1) / 2.
+/// Converts a pixel of level 0 to a level and back; the centre of the first pixel of level l is at (2^l - 1)
+/// / 2.
 inline Vec2 pixel_in_level(const Vec2& pixel, int level) {
   const double scale = 1.0 / (1 << level);
   return (pixel + Vec2::Constant(0.5)) * scale - Vec2::Constant(0.5);

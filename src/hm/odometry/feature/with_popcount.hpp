@@ -1,8 +1,8 @@
 #pragma once
 
-/// Before a function: it is also compiled with the processor's bit count, which every x86-64 has since 2008
-/// but compilers do not assume, and the right one is chosen when the program starts. Sanitizers instrument
-/// the function that chooses, which runs before they are ready: with them there is one version only.
+/// Function attribute that also compiles a version with the popcnt instruction (available on x86-64 since
+/// 2008, but not assumed by compilers) and selects one at program start. Disabled with sanitizers, since the
+/// selecting function runs before they are initialised.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define HM_WITH_POPCOUNT __attribute__((target_clones("default", "popcnt")))

@@ -7,8 +7,8 @@
 
 namespace hm {
 
-/// Why a frame cannot be used (no colour, another size than the camera's, not after the last frame), in
-/// words; empty when it can.
+/// Reason why a frame cannot be used (no colour, size different from the camera's, not later than the last
+/// frame); empty when it can.
 std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
                            const std::optional<Time>& last_stamp);
 

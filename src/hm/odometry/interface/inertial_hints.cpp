@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kMaxGap_s = 0.1;  // between readings, and to both ends
 
-/// The readings from the last one before `begin` to the first one after `end`.
+/// Samples from the last one before `begin` to the first one after `end`.
 std::span<const ImuSample> readings_over(const std::vector<ImuSample>& samples, Time begin, Time end) {
   const auto before = [](const ImuSample& sample, Time stamp) { return sample.stamp < stamp; };
   auto first = std::lower_bound(samples.begin(), samples.end(), begin, before);
@@ -27,7 +27,7 @@ bool spans(std::span<const ImuSample> readings, Time begin, Time end) {
          }) == readings.end();
 }
 
-/// Sums over the time: each reading holds from half way to the one before to half way to the next.
+/// Integrals over time: each sample is valid from halfway to the previous one to halfway to the next.
 struct Sums {
   Mat3 R_begin_end = Mat3::Identity();
   Vec3 force = Vec3::Zero();

@@ -7,13 +7,13 @@
 
 namespace hm {
 
-/// Turns the readings of an inertial device into what is known of the motion from frame to frame.
+/// Converts IMU measurements to motion hints from frame to frame.
 class InertialHints {
  public:
-  /// Null or kOff: there is nothing to tell.
+  /// With a null `imu` or kOff, next() returns empty hints.
   InertialHints(std::shared_ptr<const CarriedImu> imu, ImuUse use) : imu_(std::move(imu)), use_(use) {}
-  /// Of the time since the last call's stamp (at the first call nothing): the rotation by the gyroscope, and
-  /// the mean of the accelerometer. Nothing where the readings do not span the time or leave a gap in it.
+  /// Returns the gyroscope's rotation and the mean specific force since the previous call (empty at the first
+  /// one, and when the measurements do not cover the interval without gaps).
   MotionHint next(Time stamp);
 
  private:

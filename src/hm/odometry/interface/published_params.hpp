@@ -7,13 +7,13 @@
 
 namespace hm {
 
-/// What the published pipeline may take for known of a motion, in an `odom` whose z axis points up.
+/// Motion constraint of the published pipeline; the z axis of `odom` must point up.
 enum class MotionConstraint { kNone, kRollPitch, kRollPitchHeight };
 inline constexpr std::array<std::string_view, 3> kMotionConstraintNames{"none", "roll_pitch",
                                                                         "roll_pitch_height"};
 
-/// The detector of the published pipeline: 400 good features where there is depth, upright ORB descriptors,
-/// and Khoshelham's noise of the Kinect.
+/// Feature parameters of the published pipeline: 400 good features with depth, upright ORB descriptors, and
+/// Khoshelham's Kinect noise model.
 inline FeatureParams published_features() {
   FeatureParams features;
   features.detector = CornerDetector::kShiTomasi;
@@ -27,33 +27,33 @@ inline FeatureParams published_features() {
   return features;
 }
 
-/// Iterative closest point of a frame's features against the model, as published (Besl and McKay 1992;
-/// dissertation 3.2). The limits of the published code were commented as "1 mm, 1 degree" and were a tenth.
+/// ICP of a frame's features against the model, as published (Besl and McKay 1992; dissertation 3.2). The
+/// convergence limits are those of the published code, a tenth of the "1 mm, 1 degree" in its comments.
 struct ModelIcpParams {
-  /// ICP: steps at most.
+  /// ICP: maximum number of iterations.
   static constexpr int kMaxIcpIterations = 10;
-  /// ICP: farther model points are not paired.
+  /// ICP: maximum distance of paired points.
   static constexpr double kMaxPairDistance_m = 0.15;
-  /// ICP: fewer pairs are a failure.
+  /// ICP: minimum number of pairs.
   static constexpr int kMinPairs = 15;
-  /// ICP: ends when a step moves less than this, metres, and turns less than kConverged_rad.
+  /// ICP: converged when a step's translation and rotation are below these limits.
   static constexpr double kConverged_m = 1e-4;
-  /// ICP: ends when a step turns less than this, radians, and moves less than kConverged_m.
+  /// See kConverged_m.
   static constexpr double kConverged_rad = 1.7e-3;
 };
 
 struct PointModelParams {
   int max_model_points = 3000;
-  /// Model points tried for each new one.
+  /// Number of nearest model points considered for association.
   static constexpr int kAssociationNeighbours = 4;
-  /// Mahalanobis distance up to which a point is seen again.
+  /// Largest Mahalanobis distance of an associated point.
   static constexpr double kAssociationGateRatio = 10;
-  /// A model point never gets more certain than this.
+  /// Lower limit of the standard deviation of a model point.
   static constexpr double kLeastSigma_m = 0.002;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_model_points", {10, 1e6}, "the model's size; then the oldest points make room"},
+    v(ParamDoc{"max_model_points", {10, 1e6}, "maximum number of model points; the oldest are replaced"},
       self.max_model_points);
   }
 };
@@ -61,8 +61,8 @@ struct PointModelParams {
 /// Parameters of the dissertation's pipeline with the values of the published code; section
 /// `odometry_published`.
 struct PublishedParams {
-  FeatureParams features = published_features();  ///< as published: no parameters of their own
-  /// Descriptors: best to second best distance.
+  FeatureParams features = published_features();  ///< fixed, as published
+  /// Descriptor matching: ratio of best to second best distance.
   static constexpr double kMaxMatchRatio = 0.8;
   RansacParams ransac;
   ModelIcpParams icp;
@@ -78,15 +78,19 @@ struct PublishedParams {
   static void visit(Self& self, Visitor&& v) {
     RansacParams::visit(self.ransac, v);
     PointModelParams::visit(self.model, v);
-    v(ParamDoc{"constraint", {}, "motion that is taken for impossible; odom's z axis must point up"},
-      self.constraint, kMotionConstraintNames);
-    v(ParamDoc{"max_lost_frames", {1, 1e6}, "lost for longer: a new submap begins"}, self.max_lost_frames);
-    v(ParamDoc{"max_keyframes", {1, 10000}, "keyframes kept to be found again at; the oldest go first"},
+    v(ParamDoc{"constraint", {}, "excluded motion; odom's z axis must point up"}, self.constraint,
+      kMotionConstraintNames);
+    v(ParamDoc{"max_lost_frames", {1, 1e6}, "number of lost frames after which a new submap starts"},
+      self.max_lost_frames);
+    v(ParamDoc{"max_keyframes",
+               {1, 10000},
+               "maximum number of keyframes for relocalisation; the oldest are dropped"},
       self.max_keyframes);
-    v(ParamDoc{"keyframe_distance_m", {0, 100}, "a keyframe after this much motion"},
+    v(ParamDoc{"keyframe_distance_m", {0, 100}, "translation that triggers a new keyframe"},
       self.keyframe_distance_m);
-    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "or after this much turning"}, self.keyframe_angle_rad);
-    v(ParamDoc{"seed", {0, 2147483647}, "of RANSAC's samples"}, self.seed);
+    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "rotation that triggers a new keyframe"},
+      self.keyframe_angle_rad);
+    v(ParamDoc{"seed", {0, 2147483647}, "seed of RANSAC's random samples"}, self.seed);
   }
 };
 

@@ -12,7 +12,7 @@ constexpr int kBordered = kSide + 2;
 constexpr float kMiddle = 0.5f * (kSide - 1);
 constexpr int kPatchIterations = 10;
 constexpr float kConverged_px = 0.02f;
-constexpr double kMinNoise = 2.0;     // grey levels: rounding, and what the model does not know
+constexpr double kMinNoise = 2.0;     // grey levels: rounding and model errors
 constexpr double kMinSigma_px = 0.1;  // of a match, however strong its gradients are
 
 using Patch = std::array<float, kSide * kSide>;
@@ -100,7 +100,7 @@ bool make_template(const Image<std::uint8_t>& image, const Vec2& centre, const M
   return true;
 }
 
-/// Reads the patch around a pixel; false when it is not inside.
+/// Reads the patch around a pixel; false when it is not inside the image.
 bool sample_patch(const Image<std::uint8_t>& image, const Eigen::Vector2f& centre, Patch& out) {
   const float u = centre.x() - kMiddle, v = centre.y() - kMiddle;
   if (!(u >= 0 && v >= 0 && u + kSide < static_cast<float>(image.width() - 1) &&

@@ -11,16 +11,16 @@ using PhotometricVec6 = Eigen::Matrix<float, 6, 1>;
 using Vec7 = Eigen::Matrix<double, 7, 1>;
 using Mat7 = Eigen::Matrix<double, 7, 7>;
 constexpr int kGridLevel = 2;      // where a pixel is a cell of the depth grid
-constexpr int kMinWidth_px = 120;  // of the finest level used: what is smaller has lost its pattern
+constexpr int kMinWidth_px = 120;  // of the finest level used; smaller images have lost their texture
 constexpr float kMinGradient = 4.0f;
 constexpr int kCoarseIterations = 8;
 constexpr double kMinOverlapRatio = 0.25;
 constexpr double kTurnStep_px = 3, kMaxTurn_rad = 0.2;  // of the search for turns, finest level
 constexpr double kMinSearchOverlapRatio = 0.4;
 constexpr std::size_t kTurnsKept = 6;
-constexpr double kClearlyBetter = 0.85;  // than what the guesses led to
+constexpr double kClearlyBetter = 0.85;  // relative to the result from the guesses
 
-/// The depth of a pixel of a level: of the middle cell under it, or the first of those around that has one.
+/// Depth of a pixel of a level: of the central cell under it, or the first neighbouring cell with a depth.
 float depth_of(const Image<float>& cells, int x, int y, int shift) {
   if (shift <= 0) return cells.contains(x >> -shift, y >> -shift) ? cells(x >> -shift, y >> -shift) : 0;
   const int side = 1 << shift;
@@ -66,7 +66,7 @@ PhotometricReference::Level make_level(const Image<std::uint8_t>& image, const D
   return out;
 }
 
-/// Differences of brightness at a motion; NaN where the pixel is not seen.
+/// Intensity differences for a motion; NaN where the pixel is not visible.
 struct Differences {
   std::vector<float> values;
   double mean_abs = 255, overlap_ratio = 0;
@@ -104,7 +104,7 @@ Differences differences_at(const PhotometricReference::Level& level, const Image
   return out;
 }
 
-/// The step of the reference's points (and of the brightness) that takes the differences away.
+/// Step of the reference's points (and of the brightness) that minimises the differences.
 std::optional<Vec6> solve_step(const PhotometricReference::Level& level, const Differences& differences) {
   Mat7 normal = Mat7::Zero();
   Vec7 rhs = Vec7::Zero();
@@ -149,7 +149,7 @@ SE3 align_level(const PhotometricReference::Level& level, const Image<std::uint8
     const auto step = iteration < kCoarseIterations ? solve_step(level, differences) : std::nullopt;
     if (!step) break;
     T_ref_cur = SE3::exp(*step) * T_ref_cur;
-    // A tenth of a pixel of the level, seen from afar.
+    // A tenth of a pixel of the level, for distant points.
     if (step->tail<3>().norm() * level.camera.fx < 0.1 && step->head<3>().norm() * level.camera.fx < 0.1) {
       best = T_ref_cur;
       break;
@@ -193,8 +193,7 @@ PhotometricResult align_photometrically(const PhotometricReference& reference, c
   HM_CHECK(!guesses_T_ref_cur.empty(), "no guess");
   PhotometricResult result{guesses_T_ref_cur.front()};
   if (reference.levels().empty()) return result;
-  // A coarse level may mislead where the pattern is fine: every level begins with the best of all that is
-  // known.
+  // A coarse level may be wrong for fine texture: every level starts from the best of all results so far.
   std::vector<SE3> starts = guesses_T_ref_cur;
   for (const auto& level : reference.levels()) {
     const auto& image = current.level(level.level);

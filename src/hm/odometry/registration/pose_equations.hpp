@@ -3,13 +3,13 @@
 
 namespace hm {
 
-/// The normal equations of a pose, of a perturbation in the camera's own frame: T <- T exp(step), step =
+/// Normal equations of a pose for a perturbation in the camera's own frame: T <- T exp(step), where step =
 /// [translation; rotation] minimises step^T information step / 2 + gradient^T step.
 struct PoseEquations {
   Mat6 information = Mat6::Zero();
   Vec6 gradient = Vec6::Zero();
   double cost = 0;  ///< sum of the robust costs
-  int terms = 0;    ///< residuals that were not gated out
+  int terms = 0;    ///< number of residuals within the gate
 
   PoseEquations& operator+=(const PoseEquations& other) {
     information += other.information;
@@ -20,7 +20,7 @@ struct PoseEquations {
   }
 };
 
-/// Moves a perturbation from the right of a motion to its left: T exp(x) = exp(adjoint(T) x) T.
+/// Adjoint of a transform, which converts a right perturbation to a left one: T exp(x) = exp(adjoint(T) x) T.
 inline Mat6 adjoint(const SE3& T) {
   Mat6 out = Mat6::Zero();
   out.topLeftCorner<3, 3>() = T.rotation();

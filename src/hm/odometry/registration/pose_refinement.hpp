@@ -8,18 +8,18 @@
 
 namespace hm {
 
-/// A landmark found in the frame whose pose is wanted.
+/// Observation of a landmark in the frame to be registered.
 struct PointObservation {
   Vec3 p_odom = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< of p_odom, m^2
   Vec2 pixel = Vec2::Zero();
   Mat2 pixel_covariance = Mat2::Identity();
-  double depth_m = 0;  ///< read at the pixel; 0 for none
+  double depth_m = 0;  ///< reading at the pixel; 0: none
   double depth_variance_m2 = 0;
 };
 
-/// The residual of an observation, its information (sensor and landmark together) and its derivative by the
-/// perturbation of the pose: pixel x, y and depth (without depth its row is zero).
+/// Residual of an observation (pixel x, y and depth; without depth its row is zero), its information (of
+/// sensor and landmark) and its derivative with respect to the pose perturbation.
 struct PointResidual {
   Vec3 value = Vec3::Zero();
   Mat3 information = Mat3::Zero();
@@ -28,28 +28,27 @@ struct PointResidual {
   double squared_mahalanobis = 0;
 };
 
-/// Nothing when the point is not in front of the camera.
+/// Computes the residual; nothing when the point is not in front of the camera.
 std::optional<PointResidual> point_residual(const PointObservation& observation, const SE3& T_odom_camera,
                                             const PinholeCamera& camera);
 
-/// The robust weight of a squared Mahalanobis distance and its cost: Cauchy, scale `kRobustSigmas`.
+/// Cauchy weight and cost of a squared Mahalanobis distance, scale `kRobustSigmas`.
 inline constexpr double kRobustSigmas = 2.5;
 double robust_weight(double squared_mahalanobis);
 double robust_cost(double squared_mahalanobis);
 
-/// Residuals beyond count as outliers: chi^2 of 3 degrees of freedom at 99.9 %.
+/// Outlier threshold: chi^2 with 3 degrees of freedom at 99.9 %.
 inline constexpr double kOutlierSquaredMahalanobis = 16.27;
 
-/// The normal equations of the camera's pose from the observations (perturbation in the camera's frame), with
-/// all their covariances times `variance_scale`.
+/// Normal equations of the camera's pose from the observations (perturbation in the camera's frame), with all
+/// covariances scaled by `variance_scale`.
 PoseEquations point_equations(std::span<const PointObservation> observations, const SE3& T_odom_camera,
                               const PinholeCamera& camera, double variance_scale = 1);
 
-/// The square of a residual against the median of what its covariance lets expect.
+/// Squared residual relative to the expected median for its covariance.
 double variance_ratio(const PointResidual& residual, const PointObservation& observation);
 
-/// How much larger than their covariances say the squares of the residuals are, from their median; below 1
-/// when smaller. 1 without observations.
+/// Ratio of the squared residuals to their covariances, estimated from the median; 1 without observations.
 double residual_variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
                                const PinholeCamera& camera);
 

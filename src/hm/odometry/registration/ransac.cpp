@@ -42,7 +42,8 @@ Sample draw(std::span<const PointPair> pairs, Rng& rng) {
   return {pairs[i], pairs[j], pairs[k]};
 }
 
-/// A triangle that determines a motion, and as large in both frames: most bad samples end here.
+/// True for a triangle that determines a motion and has equal side lengths in both frames; rejects most bad
+/// samples.
 bool is_plausible(const Sample& sample, double max_distance_m) {
   for (std::size_t i = 0; i < 3; ++i) {
     const PointPair& from = sample[i];
@@ -55,7 +56,7 @@ bool is_plausible(const Sample& sample, double max_distance_m) {
   return u.cross(v).squaredNorm() > kLeastSineSquared * u.squaredNorm() * v.squaredNorm();
 }
 
-/// Samples needed so that one without outliers was among them with the wanted confidence.
+/// Number of samples needed to include one without outliers with the given confidence.
 double needed_samples(std::size_t inliers, std::size_t pairs, double confidence) {
   const double good = std::pow(static_cast<double>(inliers) / static_cast<double>(pairs), 3);
   if (good >= 1) return 0;
@@ -76,8 +77,8 @@ std::optional<SE3> fit(std::span<const PointPair> inliers, const SE3& start, Inl
   return refined ? std::optional<SE3>(refined->T_a_b) : std::nullopt;
 }
 
-/// Fits the motion to its inliers and finds those again, as long as that does not lose any. The first fit may
-/// lose a few: a motion from three points is worse than one from all.
+/// Refits the motion to its inliers and updates them, as long as none are lost. The first fit may lose a few,
+/// since it starts from three points only.
 void refit(std::span<const PointPair> pairs, const RansacParams& params, RansacMotion& motion) {
   for (int i = 0; i < kMaxRefits; ++i) {
     const auto fitted = fit(selected(pairs, motion.inliers), motion.T_a_b, params.inlier_test);

@@ -11,16 +11,17 @@ namespace hm {
 
 struct RansacMotion {
   bool found = false;
-  std::string reason;  ///< in words, with numbers, when nothing was found
+  std::string reason;  ///< explanation when nothing was found
   SE3 T_a_b;
-  std::vector<int> inliers;        ///< indices of the pairs that agree with T_a_b, ascending, each once
+  std::vector<int> inliers;        ///< indices of the pairs consistent with T_a_b, ascending
   Mat6 covariance = Mat6::Zero();  ///< of T_a_b (see RefinedMotion); zero if pairs have none
   int iterations = 0;
 };
 
-/// The motion that most pairs agree with (Fischler and Bolles 1981): samples of three different pairs,
-/// adaptive stop, refitted to its inliers until they stay (in closed form, or for `kMahalanobis` by
-/// covariances). Finds its way through 60 % outliers. `rng` alone decides what is drawn; it is advanced.
+/// Estimates the transform with most inlier pairs by RANSAC (Fischler and Bolles 1981): samples of three
+/// distinct pairs, adaptive termination, refitted to its inliers until they are stable (in closed form, or
+/// for `kMahalanobis` with covariances). Handles 60 % outliers. Samples depend only on `rng`, which is
+/// advanced.
 RansacMotion ransac_registration(std::span<const PointPair> pairs, const RansacParams& params, Rng& rng);
 
 }  // namespace hm

@@ -9,7 +9,7 @@ namespace {
 
 Time at(double s) { return Time::from_seconds(s); }
 
-/// How long it takes until every one of the places was compared.
+/// Time until all places have been compared.
 double search_time_s(double period_s, std::size_t places) {
   LostState state;
   std::set<std::size_t> compared;

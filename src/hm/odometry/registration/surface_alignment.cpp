@@ -9,7 +9,7 @@ namespace {
 using Vec6f = Eigen::Matrix<float, 6, 1>;
 constexpr float kCauchySigmas = 2.0f;
 
-/// A camera's numbers in single precision.
+/// Camera parameters in single precision.
 struct PinholeF {
   float fx, fy, cx, cy;
   explicit PinholeF(const PinholeCamera& camera)
@@ -19,7 +19,7 @@ struct PinholeF {
         cy(static_cast<float>(camera.cy)) {}
 };
 
-/// The upper triangle of the information and the gradient, summed in single precision row by row.
+/// Upper triangle of the information and the gradient, summed in single precision row by row.
 struct RowSums {
   std::array<float, 21> information{};
   std::array<float, 6> gradient{};
@@ -40,7 +40,7 @@ struct RowSums {
   }
 };
 
-/// Compares readings with elements at a motion and sums what they say, row by row.
+/// Compares readings with surface elements for a motion and sums the normal equations row by row.
 class Comparison {
  public:
   Comparison(const SE3& T_ref_cur, const SurfaceMatching& matching)
@@ -102,7 +102,7 @@ Eigen::Vector3f unproject(const PinholeF& camera, int x, int y, float z) {
           (static_cast<float>(y) - camera.cy) / camera.fy * z, z};
 }
 
-/// The element of the reference that a reading falls on; null when it falls on none.
+/// Reference element at a reading's projection; null if there is none.
 const SurfaceElement* element_at(const SurfaceGrid& reference, const PinholeF& camera,
                                  const Eigen::Vector3f& p_ref) {
   if (p_ref.z() < 0.05f) return nullptr;

@@ -6,22 +6,22 @@
 
 namespace hm {
 
-/// How readings of depth are compared with a surface seen before.
+/// Parameters for comparing depth readings with a reference surface.
 struct SurfaceMatching {
   DepthNoise noise;
   int stride = 2;              ///< every n-th cell in both directions
-  double gate_sigmas = 4;      ///< residuals beyond do not count
-  double extra_gate_m = 0.03;  ///< added to the gate, for a pose that is not yet good
+  double gate_sigmas = 4;      ///< residuals beyond are ignored
+  double extra_gate_m = 0.03;  ///< added to the gate, for an inaccurate initial pose
 };
 
-/// The normal equations of the camera's pose (perturbation in the current camera's frame) from the distances
-/// of its readings to the planes of the reference surface (Chen and Medioni 1992, projective association),
-/// each weighted by its variance, robust (Cauchy).
+/// Normal equations of the camera's pose (perturbation in the current camera's frame) from the point-to-plane
+/// distances of its readings to the reference surface (Chen and Medioni 1992, projective association),
+/// weighted by their variances, robust (Cauchy).
 PoseEquations surface_equations(const SurfaceGrid& reference, const DepthGrid& current, const SE3& T_ref_cur,
                                 const SurfaceMatching& matching);
 
-/// The normal equations of single elements, every one looked up among the current readings (the stride does
-/// not count): for a few elements that need not lie on a grid.
+/// The same for a few reference elements that need not lie on a grid: each is looked up in the current
+/// readings (the stride is ignored).
 PoseEquations surface_equations(std::span<const SurfaceElement> reference, const DepthGrid& current,
                                 const SE3& T_ref_cur, const SurfaceMatching& matching);
 

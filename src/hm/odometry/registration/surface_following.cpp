@@ -9,13 +9,14 @@
 namespace hm {
 namespace {
 
-constexpr std::array kGates_m{0.3, 0.15, 0.06, 0.02};  // of the association, besides what noise explains
+constexpr std::array kGates_m{0.3, 0.15, 0.06, 0.02};  // of the association, in addition to the noise
 constexpr int kIterationsPerGate = 5;
-constexpr double kReadingWeight = 0.05;                        // readings of one surface are not independent
-constexpr double kGuessSigma_m = 0.1, kGuessSigma_rad = 0.05;  // holds what the surfaces leave free
-constexpr double kFollowingConverged = 1e-4, kMaxStep = 0.5;   // m and rad
-constexpr double kHeldSigma = 0.03;                            // m and rad
-constexpr double kMinFittingRatio = 0.3;                       // of the elements
+constexpr double kReadingWeight = 0.05;  // readings of one surface are correlated
+constexpr double kGuessSigma_m = 0.1,
+                 kGuessSigma_rad = 0.05;  // prior for directions that the surfaces leave free
+constexpr double kFollowingConverged = 1e-4, kMaxStep = 0.5;  // m and rad
+constexpr double kHeldSigma = 0.03;                           // m and rad
+constexpr double kMinFittingRatio = 0.3;                      // of the elements
 
 Mat6 guess_information() {
   Vec6 sigmas;

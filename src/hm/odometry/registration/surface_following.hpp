@@ -5,15 +5,15 @@
 
 namespace hm {
 
-/// A motion that two depth pictures lead to.
+/// Motion estimated between two depth images.
 struct SurfaceMotion {
   SE3 T_ref_cur;
-  bool held = false;  ///< in all directions: the surfaces alone decide
+  bool held = false;  ///< the surfaces constrain all directions
 };
 
-/// The motion between two depth pictures by their surfaces alone (point to plane with gates that narrow): for
-/// pictures whose patterns repeat, or that have none. Where the surfaces do not hold the camera (a plane, a
-/// corridor) the guess stays. Nothing when too little of the surface is found again.
+/// Estimates the motion between two depth images from their surfaces only (point-to-plane ICP with narrowing
+/// gates), for images with repeating or no texture. Unconstrained directions (a plane, a corridor) keep the
+/// guess. Nothing when too little of the surface is found.
 std::optional<SurfaceMotion> follow_surface(std::span<const SurfaceElement> reference,
                                             const DepthGrid& current, const SE3& T_ref_cur_guess,
                                             const DepthNoise& noise);

@@ -11,7 +11,7 @@ constexpr int kHalfWindow = 2;
 constexpr int kMinReadings = 12;
 constexpr float kSameSurfaceSigmas = 6.0f;
 
-/// The mean of those of four readings that lie around the first valid one.
+/// Mean of those of four readings that are close to the first valid one.
 float mean_of_agreeing(const std::array<std::uint16_t, 4>& readings, float unit_m, const DepthNoise& noise) {
   float first = 0;
   for (const std::uint16_t reading : readings) {
@@ -28,11 +28,11 @@ float mean_of_agreeing(const std::array<std::uint16_t, 4>& readings, float unit_
     sum += z;
     count += 1;
   }
-  // A single reading among three that disagree or are missing is an edge's.
+  // A single reading whose neighbours differ or are missing lies at an edge.
   return count >= 2 ? sum / count : 0;
 }
 
-/// Sums of the least-squares fit of w = a u + b v + c over a window, u and v from its middle.
+/// Sums of the least-squares fit of w = a u + b v + c over a window, u and v relative to its centre.
 struct PlaneSums {
   float n = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0, w = 0, uw = 0, vw = 0, ww = 0;
   void add(float du, float dv, float value) {
@@ -48,7 +48,7 @@ PlaneSums window_sums(const Image<float>& depth, int x, int y, float gate_m) {
   for (int dy = -kHalfWindow; dy <= kHalfWindow; ++dy)
     for (int dx = -kHalfWindow; dx <= kHalfWindow; ++dx) {
       const float z = depth(x + dx, y + dy);
-      // The plane may be steep: what is further from the middle may differ more.
+      // The plane may be steep: the tolerance grows with the distance from the centre.
       const float reach = gate_m * static_cast<float>(1 + std::max(std::abs(dx), std::abs(dy)));
       if (z > 0 && std::abs(z - z0) < reach)
         sums.add(static_cast<float>(dx), static_cast<float>(dy), 1 / z - 1 / z0);

@@ -7,8 +7,8 @@
 
 namespace hm {
 
-/// A depth image at a quarter of its resolution: each cell of 4x4 pixels has the mean of the readings in its
-/// middle that agree with each other, in metres; 0 for none.
+/// Depth image at a quarter of its resolution: each cell of 4x4 pixels holds the mean of the consistent
+/// readings in its centre, in metres; 0 for none.
 struct DepthGrid {
   static constexpr int kCell_px = 4;
   PinholeCamera camera;  ///< of the grid: pixels are cells
@@ -17,23 +17,23 @@ struct DepthGrid {
 DepthGrid make_depth_grid(const DepthImage& depth, const PinholeCamera& camera, const DepthNoise& noise,
                           double max_depth_m);
 
-/// A cell of a surface: the point on its ray and the unit normal towards the camera, camera frame.
-/// `sigma_m` (along the normal) is 0 where there is no surface.
+/// Surface element: point on the cell's ray and unit normal towards the camera, camera frame. `sigma_m`
+/// (along the normal) is 0 where there is no surface.
 struct SurfaceElement {
   Eigen::Vector3f point = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
   float sigma_m = 0;
 };
 
-/// The surface that a depth grid shows, as planes: in each window of 5x5 cells 1/z is linear in the pixel
-/// where the surface is a plane, which is fitted to the readings that belong together.
+/// Surface of a depth grid as local planes, fitted to the consistent readings in each window of 5x5 cells; on
+/// a plane, 1/z is linear in the pixel coordinates.
 struct SurfaceGrid {
   PinholeCamera camera;
   Image<SurfaceElement> elements;
   [[nodiscard]] std::size_t memory_bytes() const { return elements.size() * sizeof(SurfaceElement); }
 };
 SurfaceGrid make_surface_grid(const DepthGrid& grid, const DepthNoise& noise);
-/// The elements of every `stride`-th cell in both directions, those with a surface alone.
+/// Surface elements of every `stride`-th cell in both directions, only where there is a surface.
 std::vector<SurfaceElement> sample_surface(const DepthGrid& grid, const DepthNoise& noise, int stride);
 
 }  // namespace hm

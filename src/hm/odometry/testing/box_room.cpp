@@ -17,7 +17,7 @@ struct Hit {
   int axis = 0;                                               ///< of the wall's normal
 };
 
-/// Where a ray from inside leaves a box around the origin.
+/// Exit of a ray from inside a box around the origin.
 Hit leave_box(const Vec3& origin, const Vec3& ray, const Vec3& half) {
   Hit hit;
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,7 +28,7 @@ Hit leave_box(const Vec3& origin, const Vec3& ray, const Vec3& half) {
   return hit;
 }
 
-/// Where a ray from outside enters a box, if it does.
+/// Entry of a ray from outside into a box, if any.
 Hit enter_box(const Vec3& origin, const Vec3& ray, const Vec3& half) {
   Hit in{0, 0};
   double out = std::numeric_limits<double>::infinity();

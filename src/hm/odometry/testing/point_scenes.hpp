@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// Translation up to `reach_m` an axis, rotation vector up to `angle_rad` an axis.
+/// Random transform with a translation of up to `reach_m` per axis and a rotation of up to about `angle_rad`.
 inline SE3 random_motion(Rng& rng, double reach_m, double angle_rad) {
   const auto any = [&rng](double limit) {
     const double x = rng.uniform(-limit, limit), y = rng.uniform(-limit, limit);
@@ -22,7 +22,7 @@ inline Vec3 point_in_view(Rng& rng) {
   return {x, y, rng.uniform(0.8, 4.5)};
 }
 
-/// Pairs that a motion explains exactly.
+/// Pairs without noise for a given transform.
 inline std::vector<PointPair> exact_pairs(const SE3& T_a_b, int count, Rng& rng) {
   std::vector<PointPair> pairs;
   for (int i = 0; i < count; ++i) {
@@ -32,7 +32,7 @@ inline std::vector<PointPair> exact_pairs(const SE3& T_a_b, int count, Rng& rng)
   return pairs;
 }
 
-/// The covariance of a point as a Kinect sees it: 0.001425 z^2 along the view, a pixel of 1/525 across.
+/// Covariance of a point measured by a Kinect: 0.001425 z^2 along the ray, a pixel of 1/525 across.
 inline Mat3 kinect_covariance(const Vec3& p) {
   const double sigma = 0.001425 * p.z() * p.z();
   const Vec3 ray = p / p.z();
@@ -42,14 +42,14 @@ inline Mat3 kinect_covariance(const Vec3& p) {
   return covariance;
 }
 
-/// A draw from a normal distribution.
+/// Draws from a normal distribution.
 inline Vec3 draw(const Vec3& mean, const Mat3& covariance, Rng& rng) {
   const Mat3 root = covariance.llt().matrixL();
   const double x = rng.normal(), y = rng.normal();
   return mean + root * Vec3(x, y, rng.normal());
 }
 
-/// Pairs whose points are seen with the Kinect's noise, and say so.
+/// Pairs with the Kinect's noise and matching covariances.
 inline std::vector<PointPair> noisy_pairs(const SE3& T_a_b, int count, Rng& rng) {
   std::vector<PointPair> pairs;
   for (int i = 0; i < count; ++i) {
@@ -62,7 +62,7 @@ inline std::vector<PointPair> noisy_pairs(const SE3& T_a_b, int count, Rng& rng)
   return pairs;
 }
 
-/// Pairs that have nothing to do with each other.
+/// Unrelated pairs.
 inline std::vector<PointPair> outlier_pairs(int count, Rng& rng) {
   std::vector<PointPair> pairs;
   for (int i = 0; i < count; ++i) {

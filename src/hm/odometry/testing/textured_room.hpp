@@ -9,8 +9,8 @@
 
 namespace hm {
 
-/// A box-shaped room seen from inside, walls with a random pattern that is a function of the place alone:
-/// depth and colour in closed form for any pose.
+/// Box-shaped room seen from inside, with a random texture that is a function of position: exact depth and
+/// colour for any pose.
 struct TexturedRoom {
   Vec3 half_size_m{2.0, 1.4, 1.8};
   std::uint32_t seed = 1;
@@ -53,7 +53,7 @@ struct RoomNoise {
   DepthNoise model;
 };
 
-/// The frame that a camera in the room sees. `rng` may be null without noise.
+/// Renders the frame of a camera in the room. `rng` may be null without noise.
 inline RgbdFrame render_room(const TexturedRoom& room, const PinholeCamera& camera, const SE3& T_world_camera,
                              Time stamp, const RoomNoise& noise = {}, Rng* rng = nullptr) {
   RgbdFrame frame;
@@ -82,7 +82,7 @@ inline RgbdFrame render_room(const TexturedRoom& room, const PinholeCamera& came
   return frame;
 }
 
-/// A smooth path around the middle of the room: sways by a few decimetres and looks about.
+/// Pose on a smooth path around the room's centre, with translations of a few decimetres and rotations.
 inline SE3 path_pose(double t_s) {
   const Vec3 p(0.35 * std::sin(0.9 * t_s), 0.2 * std::sin(1.3 * t_s), 0.3 * (std::cos(0.7 * t_s) - 1));
   return {so3_exp(Vec3(0.15 * std::sin(1.1 * t_s), 0.5 * std::sin(0.6 * t_s), 0.08 * std::sin(0.8 * t_s))),

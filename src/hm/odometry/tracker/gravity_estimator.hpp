@@ -6,36 +6,35 @@
 
 namespace hm {
 
-/// Gravity as a landmark at infinity: its direction in odom, learned from what accelerometers feel along the
-/// tracked path, together with their bias in the camera's frame.
+/// Estimates gravity in the odom frame from accelerometer measurements along the tracked path, together with
+/// the accelerometer's bias in the camera frame. Gravity then acts as a landmark at infinity.
 ///
-/// Over the last 1.5 s the mean of what was felt, turned into odom, is gravity plus the mean acceleration,
-/// and that is the change of the velocity of the path, which is known: so a camera that is swung or walked
-/// with does not mislead. What is left, y = g + M b with the mean rotation M, is linear in gravity g and bias
-/// b: a Kalman filter of six numbers, fed once per stretch of time. A stretch that does not fit what is known
-/// by the chi-squared test (a blow, a fall, a device that is turned otherwise than it is said to be), or
-/// whose norm is not that of gravity, is rejected.
+/// The mean specific force over the last 1.5 s, rotated into odom, is gravity plus the mean acceleration,
+/// which is known from the change of the path's velocity; so the camera's motion does not bias the estimate.
+/// The remainder y = g + M b, with the mean rotation M, is linear in gravity g and bias b: a Kalman filter
+/// with six states, updated once per interval. An interval is rejected when it fails the chi-squared test
+/// (impact, fall, wrong mounting rotation) or its norm is not that of gravity.
 class GravityEstimator {
  public:
-  /// A frame with a pose, and what was felt since the frame before. Stamps increase.
+  /// Adds a frame with a pose and the mean specific force since the previous frame. Stamps must increase.
   void add(Time stamp, const SE3& T_odom_camera, const Vec3& force_camera_m_s2);
-  /// The next frame's path does not follow on the last one's (lost, found again elsewhere).
+  /// Ends the current path, when the next frame does not continue it (lost, relocalised).
   void interrupt() { path_.clear(); }
-  /// Nothing that was learned is worth anything (a new submap).
+  /// Resets the estimate (new submap).
   void reset();
 
   enum class Verdict { kTooEarly, kRejected, kUsed };
   struct Answer {
     Verdict verdict = Verdict::kTooEarly;
-    UpPrior up;  ///< kUsed: without a deviation of its own, but that of what does not fit in `sigma_rad`
+    UpPrior up;  ///< set for kUsed; `sigma_rad` is that of the inconsistency only
   };
-  /// What a frame at about this pose says about up.
+  /// Up direction measured by a frame near this pose.
   [[nodiscard]] Answer observe(Time stamp, const SE3& T_odom_camera_guess,
                                const Vec3& force_camera_m_s2) const;
 
   [[nodiscard]] Vec3 gravity_odom_m_s2() const {
     return state_.head<3>();
-  }  ///< points up; zero: not known yet
+  }  ///< points up; zero: not yet known
   [[nodiscard]] Vec3 bias_camera_m_s2() const { return state_.tail<3>(); }
 
  private:
@@ -44,7 +43,7 @@ class GravityEstimator {
     SE3 T_odom_camera;
     Vec3 force_camera = Vec3::Zero();  ///< of the interval that ends here
   };
-  /// Mean of gravity and turned bias over the path, the mean rotation.
+  /// Interval of the path: mean of gravity and rotated bias, and mean rotation.
   struct Stretch {
     Vec3 mean = Vec3::Zero();
     Mat3 rotation = Mat3::Identity();

@@ -12,7 +12,7 @@ namespace {
 constexpr double kFrame_s = 1.0 / 30;
 const Vec3 kUpOdom = Vec3(0.2, -0.1, 1).normalized();  // odom need not be level
 
-/// A camera that is swung to and fro by up to 4 m/s^2 while it turns: in closed form.
+/// Camera that oscillates with up to 4 m/s^2 while rotating, in closed form.
 struct Swing {
   double amplitude_m = 0.4, rate_rad_s = 3.2;
   Vec3 bias = Vec3(0.1, -0.15, 0.05);
@@ -20,7 +20,7 @@ struct Swing {
     return {so3_exp(Vec3(0.3 * std::sin(0.7 * t), 0.5 * t, 0.2)),
             Vec3(amplitude_m * std::sin(rate_rad_s * t), 0.1 * t, 0)};
   }
-  /// The mean of what is felt from t - kFrame_s to t.
+  /// Mean specific force from t - kFrame_s to t.
   [[nodiscard]] Vec3 force(double t) const {
     Vec3 sum = Vec3::Zero();
     constexpr int kSteps = 20;
@@ -51,7 +51,7 @@ TEST(GravityEstimator, LearnsUpAndBiasWhileTheCameraIsSwung) {
   EXPECT_LT(angle(estimator.gravity_odom_m_s2(), kUpOdom), 0.01);
   EXPECT_LT((estimator.bias_camera_m_s2() - swing.bias).norm(), 0.1);
   EXPECT_NEAR(estimator.gravity_odom_m_s2().norm(), kGravity_m_s2, 0.06);
-  // What is felt at a moment is another matter.
+  // The instantaneous specific force differs.
   double worst = 0;
   for (double t = 0; t < 5; t += 0.1)
     worst = std::max(worst, angle(swing.pose(t).rotation() * swing.force(t), kUpOdom));

@@ -9,7 +9,7 @@ namespace {
 constexpr int kCell_px = 32;  // candidates are spread over cells of this size
 constexpr double kBorder_px = 10;
 constexpr double kMaxScaleChange = 2.0;
-constexpr double kMinViewCosine = 0.6;  // between the direction of the first view and this one
+constexpr double kMinViewCosine = 0.6;  // between the viewing directions of the anchor and of this view
 constexpr std::size_t kSurfacesKept = 8;
 constexpr int kTrialLooks = 12;
 constexpr double kMinFoundRatio = 0.25;
@@ -72,7 +72,7 @@ std::vector<Candidate> LocalMap::candidates(const SE3& T_odom_camera, const Pinh
     if (first.dot(now) < kMinViewCosine * first_m * now_m) continue;
     seen.push_back({i, pixel, p});
   }
-  // Best proven first, in every cell; then the cells in turn.
+  // Most reliable first in every cell; then the cells in turn.
   std::sort(seen.begin(), seen.end(), [&](const Candidate& a, const Candidate& b) {
     const MapLandmark &la = landmarks_[a.landmark], &lb = landmarks_[b.landmark];
     const double ra = found_ratio(la) * std::min(la.sightings, 5),

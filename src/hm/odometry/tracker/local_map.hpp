@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// A landmark seen in a keyframe.
+/// Observation of a landmark in a keyframe.
 struct Sighting {
   std::size_t landmark = 0;
   Vec2 pixel = Vec2::Zero();
@@ -20,9 +20,9 @@ struct Sighting {
   double depth_variance_m2 = 0;
 };
 
-/// A point of the persistent model, with the keyframe in which it looks as it is looked for.
+/// Point of the persistent model, with the keyframe that provides its patch (anchor).
 struct MapLandmark {
-  std::uint64_t identity = 0;  ///< counts up from 1, given by the map
+  std::uint64_t identity = 0;  ///< assigned by the map, increasing from 1
   Vec3 p_odom = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2, odom
   Vec3 normal_odom = Vec3::Zero();
@@ -33,8 +33,8 @@ struct MapLandmark {
   bool alive = false;
 };
 
-/// How a keyframe's surface constrains another's pose: the cost, as a quadratic function of the motion
-/// delta in T_ref_key = linearised_at exp(delta), is delta^T information delta / 2 + gradient^T delta.
+/// Constraint of a keyframe's pose by another keyframe's surface: for T_ref_key = linearised_at exp(delta)
+/// the cost is delta^T information delta / 2 + gradient^T delta.
 struct SurfaceFactor {
   std::size_t reference = 0;  ///< identity of the keyframe whose surface it is
   SE3 linearised_at;
@@ -43,24 +43,24 @@ struct SurfaceFactor {
 };
 
 struct MapKeyframe {
-  std::size_t identity = 0;  ///< counts up
+  std::size_t identity = 0;  ///< increasing
   SE3 T_odom_camera;
   Mat6 covariance = Mat6::Zero();  ///< left perturbation in odom, as in TrackedFrame
   ImagePyramid pyramid;
-  SurfaceGrid surface;  ///< emptied when the keyframe leaves the recent ones
+  SurfaceGrid surface;  ///< cleared when the keyframe is no longer recent
   std::vector<Sighting> sightings;
   std::vector<SurfaceFactor> factors;
   std::shared_ptr<const Keyframe> record;
 };
 
-/// A landmark that may be visible, and where.
+/// Landmark that may be visible, and its predicted position.
 struct Candidate {
   std::size_t landmark = 0;
   Vec2 pixel = Vec2::Zero();
   Vec3 p_camera = Vec3::Zero();
 };
 
-/// The persistent model: landmarks and the keyframes that saw them, both bounded in number.
+/// Persistent model of the tracker: landmarks and the keyframes that observed them, both bounded in number.
 class LocalMap {
  public:
   LocalMap(std::size_t max_landmarks, std::size_t max_keyframes);
@@ -73,21 +73,22 @@ class LocalMap {
   [[nodiscard]] const MapLandmark& landmark(std::size_t index) const { return landmarks_[index]; }
   std::deque<MapKeyframe>& keyframes() { return keyframes_; }
   [[nodiscard]] const std::deque<MapKeyframe>& keyframes() const { return keyframes_; }
-  /// The keyframe with an identity; null when it was forgotten.
+  /// Keyframe with this identity; null when it was removed.
   [[nodiscard]] const MapKeyframe* find(std::size_t identity) const;
   MapKeyframe* find(std::size_t identity);
 
-  /// The landmarks that a camera may see: in the picture, from a side and a distance like those from which
-  /// they were seen first; at most `limit`, spread over the picture, best proven first.
+  /// Landmarks that a camera may observe: inside the image, at a viewing angle and distance similar to the
+  /// anchor's; at most `limit`, spread over the image, most reliable first.
   [[nodiscard]] std::vector<Candidate> candidates(const SE3& T_odom_camera, const PinholeCamera& camera,
                                                   std::size_t limit) const;
 
-  /// Takes over a keyframe (its identity is given here) and counts its sightings. Forgets the oldest one
-  /// first when there are too many.
+  /// Adds a keyframe (assigns its identity) and counts its sightings. Removes the oldest keyframe first at
+  /// capacity.
   MapKeyframe& add_keyframe(MapKeyframe keyframe);
-  /// A new landmark; nothing when the model is full (the oldest are forgotten with their keyframes).
+  /// Adds a landmark and returns its index; nothing when the model is full (landmarks are removed with their
+  /// keyframes).
   std::optional<std::size_t> add_landmark(const MapLandmark& landmark);
-  /// Forgets landmarks that are looked for and not found, or that one keyframe alone ever saw.
+  /// Removes landmarks that are repeatedly not found, or were observed in a single keyframe only.
   void forget_unproven();
   void clear();
 

@@ -10,12 +10,13 @@ namespace {
 
 constexpr int kStride = 2;              // every other cell of the depth grid is enough
 constexpr double kWideGate_m = 0.01;    // of the first association
-constexpr double kReadingWeight = 0.3;  // readings of one surface are not independent
+constexpr double kReadingWeight = 0.3;  // readings of one surface are correlated
 constexpr double kMotionSigma_m = 0.0005, kMotionSigma_rad = 0.002;  // of surfaces' motion besides noise
 constexpr double kLeastTremble_m = 0.0002, kLeastTremble_rad = 0.0001;
-constexpr double kPriorSigma = 0.01;  // m and rad: where surfaces say nothing, the model's motion stands
+constexpr double kPriorSigma =
+    0.01;  // m and rad: keeps the model's motion in directions the surfaces leave free
 constexpr double kMemory_frames = 20, kFirstFrames = 5;
-constexpr double kMinShareSeen = 0.2;  // of a degree of freedom: less says nothing about trembling
+constexpr double kMinShareSeen = 0.2;  // of a degree of freedom; with less, the jitter is not estimated
 constexpr double kMaxStep = 0.2;       // m and rad: more is a failure
 
 Mat6 diagonal(double translation, double rotation) {
@@ -26,12 +27,12 @@ Mat6 diagonal(double translation, double rotation) {
 
 }  // namespace
 
-/// The motion that the surfaces see, with the normal equations around it and what is left of the model's.
+/// Motion estimated from the surfaces, with its normal equations and its difference from the model's motion.
 struct MotionFilter::SurfaceMotion {
   SE3 T_last_camera;
   PoseEquations equations;
   Vec6 disagreement = Vec6::Zero();  ///< with the model's motion
-  Mat6 share_seen = Mat6::Zero();    ///< of a motion, by the surfaces
+  Mat6 share_seen = Mat6::Zero();    ///< share of a motion constrained by the surfaces
 };
 
 MotionFilter::SurfaceMotion MotionFilter::surface_motion(const DepthGrid& grid,
@@ -61,7 +62,8 @@ void MotionFilter::note_disagreement(const Vec6& disagreement, const Mat6& share
   blend(rotation_rad2_, disagreement.tail<3>().squaredNorm(), share_seen.bottomRightCorner<3, 3>().trace());
 }
 
-/// Two poses tremble in a motion: each has half of the variance that the surfaces' own errors leave.
+/// A motion contains the jitter of two poses: each has half of the variance remaining after the surfaces' own
+/// errors.
 Mat6 MotionFilter::model_information() const {
   const auto variance = [](double squares, double sigma, double least) {
     return std::max(least * least, 0.5 * (squares - sigma * sigma));

@@ -5,25 +5,26 @@
 
 namespace hm {
 
-/// Poses that follow the model's in the long run and the depth camera's surfaces from one frame to the next.
+/// Smooths poses: follows the model's poses in the long run and the motion of the depth surfaces from frame
+/// to frame.
 ///
-/// The model's poses come from the colour picture, which is not of the same moment as the depth picture
-/// (rolling shutter, free-running cameras) and rarely registered to it exactly: they tremble by millimetres.
-/// The motion between the surfaces of two depth pictures does not, but its small errors add up. A Kalman
-/// filter of the pose: predicted by the surfaces' motion, corrected by the model's pose. How much the model's
-/// poses tremble is measured: by how far their motion is from the surfaces' (innovation-based adaptation,
-/// Mehra 1972). Where they agree, as with synchronous global shutters, the poses stay the model's.
+/// The model's poses come from the colour image, which is not synchronous with the depth image (rolling
+/// shutter, free-running cameras) and not exactly registered to it: they jitter by millimetres. The motion
+/// between two depth surfaces does not jitter, but its small errors accumulate. This Kalman filter of the
+/// pose is predicted by the surfaces' motion and corrected by the model's pose. The jitter is estimated from
+/// the difference between both motions (innovation-based adaptation, Mehra 1972). If they agree, as with
+/// synchronous global shutters, the output equals the model's poses.
 class MotionFilter {
  public:
   explicit MotionFilter(const DepthNoise& noise) : noise_(noise) {}
 
-  /// The pose of a frame, from the model's pose of it.
+  /// Returns the filtered pose of a frame, given its pose in the model.
   SE3 update(const DepthGrid& grid, const SE3& T_odom_camera);
-  /// The model has moved that frame's pose: the next motion is compared from there.
+  /// Sets the last frame's pose after the model has changed it.
   void model_moved(const SE3& T_odom_camera) { T_odom_model_ = T_odom_camera; }
-  /// Begins anew with a frame at a pose.
+  /// Restarts with a frame at a pose.
   void restart(const DepthGrid& grid, const SE3& T_odom_camera);
-  /// Of the last pose against the model's (left perturbation in odom): what the trembling leaves.
+  /// Covariance of the last output pose relative to the model's (left perturbation in odom).
   [[nodiscard]] Mat6 covariance_in_odom() const;
   [[nodiscard]] std::size_t memory_bytes() const { return surface_.capacity() * sizeof(SurfaceElement); }
 
@@ -35,11 +36,11 @@ class MotionFilter {
 
   DepthNoise noise_;
   std::vector<SurfaceElement> surface_;            ///< of the last frame
-  SE3 T_odom_last_;                                ///< of the last frame, as given out
-  SE3 T_odom_model_;                               ///< of the last frame, the model's
+  SE3 T_odom_last_;                                ///< of the last frame, output
+  SE3 T_odom_model_;                               ///< of the last frame, in the model
   Mat6 covariance_ = Mat6::Zero();                 ///< of T_odom_last_, perturbation in the camera's frame
-  double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of the disagreement, an axis
-  double frames_ = 0;                              ///< behind them, at most the memory
+  double translation_m2_ = 0, rotation_rad2_ = 0;  ///< mean square of the difference per axis
+  double frames_ = 0;                              ///< effective number of frames in these means
 };
 
 }  // namespace hm

@@ -118,7 +118,7 @@ TEST(MotionFilter, WithoutDepthGivesTheModelsPoses) {
   }
 }
 
-/// A wall seen from the front says nothing of motion along it.
+/// A wall seen frontally does not constrain motion along it.
 TEST(MotionFilter, AWallTakesNothingFromTheModelAlongIt) {
   TexturedRoom wall;
   wall.half_size_m = Vec3(20, 20, 1.5);

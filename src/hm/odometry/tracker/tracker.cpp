@@ -21,9 +21,9 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr int kMinStartFeatures = 30;
-constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have turned far
+constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have rotated far
 
-// A few landmarks are enough where the surfaces, which hold the camera by themselves, say the same.
+// Few landmarks are sufficient if the surfaces constrain the camera by themselves and agree.
 constexpr int kMinWithSurface = 6;
 constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
 
@@ -86,7 +86,8 @@ class Tracker final : public VisualOdometry {
   }
 
  private:
-  /// The model's frame is that of the first camera, wherever that is in odom: no result then depends on odom.
+  /// Transforms a result to odom. The model's frame is that of the first camera, so that results do not
+  /// depend on odom.
   void move_to_odom(TrackedFrame& out) const {
     out.T_odom_camera = T_odom_start_ * *out.T_odom_camera;
     const Mat6 to_odom = adjoint(T_odom_start_);
@@ -105,7 +106,7 @@ class Tracker final : public VisualOdometry {
     return view;
   }
 
-  /// Begins the model with this frame, if there is enough in it; otherwise it is lost.
+  /// Starts the model with this frame, if it has enough features; otherwise it is lost.
   void begin_submap(const TrackerFrame& view, FeatureSet features, TrackedFrame& out) {
     const auto with_depth =
         std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
@@ -156,7 +157,7 @@ class Tracker final : public VisualOdometry {
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
-  /// The picture misled: where the surfaces of the two depth pictures take the camera the landmarks may be.
+  /// Repeats the attempt from the motion of the depth surfaces, when the photometric prediction was wrong.
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
     const std::vector<SE3> guesses{motion_by_velocity(view), T_odom_last_.inverse() * T_predicted};
     for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
@@ -227,7 +228,7 @@ class Tracker final : public VisualOdometry {
     best_inliers_ = 0;
   }
 
-  /// Looks for the place among the keyframes; after some time begins anew.
+  /// Tries to relocalise against the keyframes; after some time starts a new submap.
   void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
     FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
     int matches = 0;
@@ -273,8 +274,8 @@ class Tracker final : public VisualOdometry {
   PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
   TrackerInertia inertia_;
-  SE3 T_odom_start_;  ///< brings poses out; those below are in the first camera's frame
-  SE3 T_odom_last_;   ///< the model's
+  SE3 T_odom_start_;  ///< transforms output poses; those below are in the first camera's frame
+  SE3 T_odom_last_;   ///< pose in the model
   Mat6 covariance_last_ = Mat6::Zero();
   ConstantVelocity velocity_;
   std::optional<Time> last_stamp_;

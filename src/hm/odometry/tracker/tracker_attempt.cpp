@@ -8,9 +8,10 @@
 namespace hm {
 namespace {
 
-constexpr double kMinInlierRatio = 0.2, kFewInliersRatio = 0.3;  // of the matches: fewer agree by chance
-constexpr double kFewFoundRatio = 0.3;                           // of the landmarks looked for
-constexpr int kMinForSecondLook = 6;                             // fewer do not say where the camera is
+constexpr double kMinInlierRatio = 0.2,
+                 kFewInliersRatio = 0.3;  // of the matches; fewer may be consistent by chance
+constexpr double kFewFoundRatio = 0.3;    // of the landmarks looked for
+constexpr int kMinForSecondLook = 6;      // fewer do not determine the pose
 constexpr double kWideShift_px = 16;
 
 Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
@@ -57,7 +58,7 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
     if (again.registration.inliers > attempt.registration.inliers) attempt = std::move(again);
   }
   if (attempt.registration.inliers < kFewInliersRatio * static_cast<double>(attempt.matches.size())) {
-    // Blur, or a camera that is not what it is said to be: better a coarse pose than none.
+    // With blur or a wrong camera calibration, a coarse pose is better than none.
     RegistrationParams tolerant = params.registration;
     tolerant.adapt_variance = true;
     attempt.registration = register_frame(map, frame, attempt.matches, T_odom_guess, camera, tolerant);

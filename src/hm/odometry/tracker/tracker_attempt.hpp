@@ -8,35 +8,35 @@
 
 namespace hm {
 
-/// Search for landmarks, and the conditions that an accepted pose fulfils.
+/// Parameters of the search for landmarks, and conditions for accepting a pose.
 struct AttemptParams {
   MatchingParams matching;
   RegistrationParams registration;
   int min_inliers = 15;
-  double max_sigma_m = 0.05;  ///< of the position, in its least certain direction
-  /// These parameters with a wider search, for a guess that may be many pixels off.
+  double max_sigma_m = 0.05;  ///< standard deviation of the position in its least certain direction
+  /// Parameters for a guess that may be wrong by many pixels.
   [[nodiscard]] AttemptParams widened() const;
 };
 
-/// A frame registered to the model, and why it is not accepted (empty: it is).
+/// Registration of a frame to the model, and the reason if it is not accepted (else empty).
 struct Attempt {
   Registration registration;
   std::vector<LandmarkMatch> matches;
-  std::vector<std::size_t> looked_for;  ///< landmarks, by index
+  std::vector<std::size_t> looked_for;  ///< indices of the landmarks searched for
   std::string refusal;
 };
 
-/// Looks for the model's landmarks around where the guess puts them and registers the frame. When few are
-/// found the guess may have been off (bars in front of a floor, a quick turn): they are looked for once more,
-/// from where the first ones put the camera. The model is only read.
+/// Searches for the model's landmarks around their predicted positions and registers the frame. When few are
+/// found, since the guess was wrong (repeating structures, fast rotation), the search is repeated from the
+/// registered pose. The model is not changed.
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
 
-/// Numbers of an attempt.
+/// Copies the statistics of an attempt to `numbers`.
 void note(const Attempt& attempt, TrackingNumbers& numbers);
 
-/// The covariance of the pose (left perturbation in odom): that of the registration, and that of the
-/// keyframes in which its landmarks were first seen.
+/// Covariance of the pose (left perturbation in odom): that of the registration plus that of the keyframes
+/// that first observed its landmarks.
 Mat6 covariance_of(const LocalMap& map, const Attempt& attempt);
 
 }  // namespace hm

@@ -43,7 +43,7 @@ struct OneStep {
   }
 };
 
-/// A guess that is off by nine pixels leads most patches astray; those that were found know better.
+/// With a guess wrong by nine pixels most patches are not found; the found ones determine a better pose.
 TEST(TrackerAttempt, LooksAgainFromWhereTheFirstOnesPutTheCamera) {
   const OneStep step;
   const Attempt good = attempt_pose(step.map, step.view, step.T_second, step.camera, step.params);
@@ -63,7 +63,7 @@ TEST(TrackerAttempt, LooksAgainFromWhereTheFirstOnesPutTheCamera) {
   }
 }
 
-/// A model of another room: refused with numbers, whatever the first look found.
+/// A model of another room: rejected with numbers, for any result of the first search.
 TEST(TrackerAttempt, RefusesWithNumbers) {
   OneStep step;
   TexturedRoom other;

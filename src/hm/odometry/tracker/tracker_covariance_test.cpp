@@ -11,7 +11,7 @@
 namespace hm {
 namespace {
 
-/// Over many worlds and noises the errors must be as large as the covariances say: the mean of the squared
+/// Over many worlds and noises the errors must agree with the covariances: the mean of the squared
 /// Mahalanobis distance is 6 for six degrees of freedom.
 TEST(TrackerCovariance, IsHonestOverSeeds) {
   double sum = 0, worst = 0;
@@ -44,9 +44,8 @@ TEST(TrackerCovariance, IsHonestOverSeeds) {
   EXPECT_LT(worst, 60);
 }
 
-/// Stated covariances agree with actual errors of the motion between keyframes and of observed landmarks:
-/// observed again by another keyframe at its true pose, a landmark lies where both observations put it,
-/// within the covariances of both.
+/// The same for the motion between keyframes and for their landmark observations: the positions of a landmark
+/// observed from two keyframes at their true poses agree within both covariances.
 TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   double motions = 0, sights = 0;
   int motion_count = 0, sight_count = 0, far_off = 0;

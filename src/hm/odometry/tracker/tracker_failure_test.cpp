@@ -34,7 +34,7 @@ RgbdFrame failing_frame(Failure failure, int index) {
   return frame;
 }
 
-/// What a tracker says after failing frames in the middle of a walk.
+/// Tracker results after failing frames in the middle of a walk.
 std::vector<TrackedFrame> track_past(Failure failure) {
   const auto odometry = make_tracker({}, room_camera(), path_pose(0));
   TrackedFrame last;
@@ -56,8 +56,8 @@ std::vector<TrackedFrame> track_past(Failure failure) {
   return after;
 }
 
-/// A failed registration leaves the model unchanged: whatever the frames showed that could not be registered,
-/// afterwards every pose and covariance is the same to the last bit.
+/// A failed registration leaves the model unchanged: for any kind of frames that could not be registered, all
+/// later poses and covariances are bit-identical.
 TEST(Tracker, FailedFramesLeaveNoTrace) {
   const std::vector<TrackedFrame> expected = track_past(Failure::kDark);
   for (std::size_t i = 0; i < expected.size(); ++i) {

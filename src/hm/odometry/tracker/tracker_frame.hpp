@@ -8,14 +8,14 @@
 
 namespace hm {
 
-/// The direction away from gravity, as the model has it and as the frame's accelerometer has it.
+/// Up direction (opposite to gravity) in the model and as measured in the frame; unit vectors.
 struct UpPrior {
   Vec3 up_odom = Vec3::UnitZ();
   Vec3 up_camera = Vec3::UnitZ();
   double sigma_rad = 0.02;
 };
 
-/// A frame as the tracker uses it.
+/// Preprocessed frame of the tracker.
 struct TrackerFrame {
   const RgbdFrame* frame = nullptr;
   ImagePyramid pyramid;
@@ -23,7 +23,7 @@ struct TrackerFrame {
   std::optional<UpPrior> up;
 };
 
-/// A landmark found in a frame.
+/// Match of a landmark in a frame.
 struct LandmarkMatch {
   std::size_t landmark = 0;
   PointObservation observation;

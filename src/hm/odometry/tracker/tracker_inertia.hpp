@@ -6,24 +6,25 @@
 
 namespace hm {
 
-/// What the tracker makes of hints about the motion: the turn since the last frame with a pose, and up.
+/// Evaluates motion hints for the tracker: the rotation since the last frame with a pose, and the up
+/// direction.
 class TrackerInertia {
  public:
   explicit TrackerInertia(double gravity_sigma_rad) : gravity_sigma_rad_(gravity_sigma_rad) {}
 
-  /// A frame has come, whatever will become of it.
+  /// Starts a frame, before it is tracked.
   void begin_frame(const MotionHint& hint);
-  /// The turn of the camera since the last frame with a pose; unknown as soon as a part of it is.
+  /// Rotation of the camera since the last frame with a pose; unset if any part of it is unknown.
   [[nodiscard]] const std::optional<Mat3>& R_posed_current() const { return R_posed_current_; }
-  /// What gravity says about a frame that is likely to be at this pose, into `frame.up`.
+  /// Sets `frame.up` from gravity, for a frame predicted at this pose.
   GravityUse weigh(const SE3& T_odom_camera_guess, const MotionHint& hint, TrackerFrame& frame) const;
-  /// What became of the frame, and its pose if it has one.
+  /// Ends a frame with its status and, if tracked, its pose.
   void end_frame(Time stamp, const MotionHint& hint, TrackingStatus status, const SE3& T_odom_camera);
 
  private:
   double gravity_sigma_rad_;
   std::optional<Mat3> R_posed_current_;
-  std::optional<Vec3> up_odom_;  ///< by hints that say up themselves
+  std::optional<Vec3> up_odom_;  ///< from hints with an up direction
   GravityEstimator gravity_;
 };
 

@@ -12,7 +12,7 @@ namespace {
 constexpr double kFrame_s = 1.0 / 30;
 constexpr int kFrames = 75;
 
-/// What an accelerometer feels on the path through the room, whose y axis points down.
+/// Specific force on the path through the room, whose y axis points down.
 Vec3 force_at(double t) {
   constexpr double h = 0.01;
   const Vec3 a =
@@ -71,7 +71,7 @@ TEST(TrackerInertia, GravityIsUsedOnceItIsKnown) {
   EXPECT_LT(walked.worst_rad, 0.002);
 }
 
-/// Turned by a quarter, at rest in a turning camera, shaken without end: the path is as good as without.
+/// Wrong mounting, constant readings or permanent vibration: the path is as accurate as without IMU.
 TEST(TrackerInertia, WrongReadingsDoNoHarm) {
   Rng rng(3);
   const Walked sideways = walk([](double t) { return felt(so3_exp(Vec3(0, 0, 1.57)) * force_at(t)); });
@@ -95,7 +95,7 @@ TEST(TrackerInertia, AWrongGyroscopeDoesNoHarm) {
   EXPECT_LT(walked.worst_m, 0.003);
 }
 
-/// The turns of frames without a pose are not forgotten, unless one of them is not known.
+/// Rotations of frames without a pose are accumulated, unless one of them is unknown.
 TEST(TrackerInertia, TurnsAddUpUntilThereIsAPose) {
   TrackerInertia inertia(0.02);
   MotionHint turn;

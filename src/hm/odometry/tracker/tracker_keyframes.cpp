@@ -10,10 +10,11 @@
 namespace hm {
 namespace {
 
-constexpr double kAnchorSigma_px = 0.15;  // a landmark is where its own patch is
-constexpr double kFreeDistance_px = 14;   // between landmarks of a picture of 640 x 480
-constexpr double kLastingShare = 0.35;    // of the sensor's deviation stays however often it is read
-constexpr double kMinFusionSigmas = 3;    // readings further off are another surface's
+constexpr double kAnchorSigma_px = 0.15;  // of a landmark in its own patch
+constexpr double kFreeDistance_px = 14;   // between landmarks, for an image of 640 x 480
+constexpr double kLastingShare =
+    0.35;  // share of the sensor's standard deviation that averaging does not reduce
+constexpr double kMinFusionSigmas = 3;  // readings beyond belong to another surface
 
 std::vector<const Feature*> choose_new(const FeatureSet& features, const std::vector<Sighting>& sightings,
                                        double distance_px, std::size_t target) {
@@ -57,7 +58,7 @@ void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, 
   keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
 }
 
-/// Observations of the landmarks of a keyframe, as refined by now.
+/// Observations of the landmarks of a keyframe with the refined depths so far.
 std::vector<LandmarkObservation> observations_of(const LocalMap& map, const MapKeyframe& keyframe) {
   std::vector<LandmarkObservation> observations;
   for (const Sighting& s : keyframe.sightings)

@@ -6,7 +6,7 @@
 
 namespace hm {
 
-/// What a keyframe is made of.
+/// Parts of a new keyframe.
 struct KeyframeParts {
   const TrackerFrame* frame = nullptr;
   FeatureSet features;
@@ -17,18 +17,18 @@ struct KeyframeParts {
   int submap = 0;
 };
 
-/// Adds the frame to the model as a keyframe: what was found there is sighted again, and features with depth
-/// that lie apart from them become landmarks, up to `target_landmarks`. Returns the keyframe's record.
+/// Adds the frame to the model as a keyframe: inlier matches become sightings, and features with depth apart
+/// from them become new landmarks, up to `target_landmarks`. Returns the keyframe's record.
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
                                           const RegistrationParams& params, std::size_t target_landmarks);
 
-/// Readings of a frame that is no keyframe, fused into what the newest keyframe knows of the depth of the
-/// landmarks they share (inverse variances; the deviation does not sink below a share of a single reading's,
-/// because errors of a depth camera last).
+/// Fuses depth readings of a non-keyframe into the depths of the newest keyframe's sightings of the same
+/// landmarks (weighted by inverse variance; the standard deviation is limited from below by a share of a
+/// single reading's, since depth errors are correlated over time).
 void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera,
                  const PinholeCamera& camera, const DepthNoise& noise);
 
-/// The median depth of the features that have one; nothing without any.
+/// Median depth of the features with depth; nothing if there are none.
 std::optional<double> median_depth_m(const FeatureSet& features);
 
 }  // namespace hm

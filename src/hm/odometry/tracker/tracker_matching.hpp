@@ -8,20 +8,20 @@ namespace hm {
 
 struct MatchingParams {
   PatchSearch search;
-  double pixel_sigma_px = 0.5;  ///< added to that of every match: what patches do not know of themselves
+  double pixel_sigma_px = 0.5;  ///< added to every match: error not modelled by patch alignment
   DepthNoise noise;
   double max_depth_m = 5.5, max_depth_sigma_m = 0.05;
   std::size_t limit = 220;
 };
 
-/// Looks for the landmarks of the model that the predicted pose shows, by aligning the patch of each around
-/// its predicted pixel, and counts in the model what was looked for.
+/// Searches for the landmarks visible at the predicted pose, by aligning the patch of each around its
+/// predicted pixel. `looked_for` receives the indices of all landmarks searched for.
 std::vector<LandmarkMatch> match_landmarks(const LocalMap& map, const TrackerFrame& frame,
                                            const SE3& T_odom_camera, const PinholeCamera& camera,
                                            const MatchingParams& params,
                                            std::vector<std::size_t>& looked_for);
 
-/// How many of the matches have a depth reading.
+/// Number of matches with a depth reading.
 int count_with_depth(const std::vector<LandmarkMatch>& matches);
 
 }  // namespace hm

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kCoarsePixels = 2000;
 constexpr double kSurfaceElements = 1200;  // at most, of those compared
-constexpr double kClearlyBetter = 0.85;    // difference of brightness than what the picture's patterns led to
+constexpr double kClearlyBetter = 0.85;    // intensity difference relative to the photometric result
 constexpr double kMaxExtrapolation_s = 0.5;
 
 int surface_stride(const DepthGrid& grid) {

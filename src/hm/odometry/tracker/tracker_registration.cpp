@@ -12,10 +12,11 @@ namespace {
 constexpr double kConverged = 2e-5;     // metres and radians
 constexpr int kWideGateIterations = 2;  // of the surface's association
 constexpr double kWideGate_m = 0.03;
-constexpr double kMaxVarianceScale = 16;      // worse than that is no noise but a wrong pose
+constexpr double kMaxVarianceScale = 16;      // beyond this the pose is wrong
 constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
-constexpr double kSharedErrors = 2.5;         // landmarks of one frame err together: honest over seeds
-constexpr double kDamping = 1e-3;             // keeps the solver regular where nothing is seen
+constexpr double kSharedErrors =
+    2.5;                           // errors of landmarks in one frame are correlated; calibrated over seeds
+constexpr double kDamping = 1e-3;  // keeps the system regular in unobserved directions
 
 PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
                                const RegistrationParams& params, double extra_gate_m) {

@@ -8,39 +8,40 @@
 namespace hm {
 
 struct RegistrationParams {
-  double surface_weight_ratio = 0.05;  ///< readings of one surface are not independent
-  bool adapt_variance = false;         ///< take the matches for as uncertain as their residuals are (median)
+  double surface_weight_ratio = 0.05;  ///< below 1, since readings of one surface are correlated
+  bool adapt_variance = false;         ///< scale the matches' variances to their residuals (median)
   int max_iterations = 10;
   DepthNoise noise;
 };
 
 struct Registration {
   SE3 T_odom_camera;
-  Mat6 information = Mat6::Zero();  ///< of a perturbation in the camera's frame
+  Mat6 information = Mat6::Zero();  ///< for a perturbation in the camera's frame
   int inliers = 0;
-  double variance_scale = 1;  ///< squared residuals of the matches against what was expected (median)
+  double variance_scale = 1;  ///< ratio of squared residuals to their expectation (median)
 };
 
-/// The pose that agrees best with the landmarks found and with the surface of the newest keyframe:
-/// Gauss-Newton, information-weighted and robust. Marks the inliers among the matches.
+/// Estimates the pose from the matched landmarks and the surface of the newest keyframe: Gauss-Newton,
+/// information-weighted and robust. Marks the inliers among the matches.
 Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
                             std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera_guess,
                             const PinholeCamera& camera, const RegistrationParams& params);
 
-/// The standard deviation of the position in its least certain direction, if all residuals were as expected.
+/// Standard deviation of the position in its least certain direction, without scaling by the residuals.
 double position_sigma_m(const Registration& registration);
 
-/// The covariance of the pose against the model, by a move in the camera's frame: the inverse of the
-/// information, scaled by how large the residuals are.
+/// Covariance of the pose relative to the model, for a perturbation in the camera's frame: the inverse
+/// information, scaled by the residuals.
 Mat6 covariance_in_camera(const Registration& registration);
 
-/// The covariance of the pose against the model, by a move in odom (left perturbation, as in TrackedFrame).
+/// The same for a left perturbation in odom, as in TrackedFrame.
 Mat6 covariance_in_odom(const Registration& registration);
 
-/// The normal equations of a pose from the direction away from gravity: of roll and pitch, nothing else.
+/// Normal equations of a pose from the up direction, which constrains roll and pitch only.
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera);
 
-/// A factor between the surface of a keyframe and the readings of another frame at its present pose.
+/// Creates a factor between a keyframe's surface and another frame's depth readings, linearised at its
+/// current pose.
 SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
                              const RegistrationParams& params);
 

@@ -246,7 +246,7 @@ TEST(Tracker, TheModelIsBounded) {
   EXPECT_LT(most, 4'000'000u);
 }
 
-/// Wherever odom is said to be, near or hundreds of metres off, and however it is turned.
+/// Results are independent of the pose of odom, near or hundreds of metres away, with any rotation.
 TEST(Tracker, TheResultDoesNotDependOnWhereOdomIs) {
   Rng rng(8);
   std::vector<RgbdFrame> frames;

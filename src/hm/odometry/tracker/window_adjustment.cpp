@@ -111,8 +111,8 @@ class Window {
     return {positions_[point], Mat3::Zero(), s.pixel, s.pixel_covariance, s.depth_m, s.depth_variance_m2};
   }
 
-  /// How much smaller the squares of the residuals are than the sightings say (median): what is an outlier
-  /// is measured by what the others do.
+  /// Ratio of the squared residuals to the sightings' covariances (median), for scaling the outlier
+  /// threshold.
   [[nodiscard]] double residual_variance_scale() const {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < points_.size(); ++i)
@@ -124,7 +124,7 @@ class Window {
     return ratios.empty() ? 1 : middle_value(std::span(ratios));
   }
 
-  /// The normal equations at the present poses and points; returns the cost.
+  /// Computes the normal equations at the current poses and points; returns the cost.
   double linearise() {
     const auto n = static_cast<Eigen::Index>(6 * pose_count_);
     H_ = MatX::Zero(n, n);

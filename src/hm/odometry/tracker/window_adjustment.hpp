@@ -5,9 +5,9 @@
 namespace hm {
 
 struct WindowAdjustmentParams {
-  std::size_t keyframes = 7;  ///< newest ones, whose poses move
+  std::size_t keyframes = 7;  ///< number of newest keyframes whose poses are adjusted
   int iterations = 4;
-  double surface_weight_ratio = 1;  ///< of the factors between surfaces
+  double surface_weight_ratio = 1;  ///< weight of the surface factors
 };
 
 struct WindowAdjustmentResult {
@@ -15,10 +15,10 @@ struct WindowAdjustmentResult {
   int accepted_steps = 0;
 };
 
-/// Moves the newest keyframes and the landmarks they saw so that sightings (pixel and depth) and surfaces
-/// agree best: Levenberg-Marquardt with the landmarks eliminated (Schur complement; Triggs et al. 2000),
-/// robust (Cauchy). Older keyframes that saw the same landmarks stay where they are; without any, the oldest
-/// of the window does. Landmarks get the covariance that the sightings give them.
+/// Bundle adjustment of the newest keyframes and their landmarks over sightings (pixel and depth) and surface
+/// factors: Levenberg-Marquardt with the landmarks eliminated (Schur complement; Triggs et al. 2000), robust
+/// (Cauchy). Older keyframes that observe the same landmarks are fixed; if there are none, the oldest of the
+/// window is. Updates the landmarks' covariances.
 WindowAdjustmentResult adjust_window(LocalMap& map, const PinholeCamera& camera,
                                      const WindowAdjustmentParams& params);
 

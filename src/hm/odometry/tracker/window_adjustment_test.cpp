@@ -131,8 +131,9 @@ TEST(WindowAdjustment, OutliersDoNotPull) {
   EXPECT_LT(worst_pose_error_m(map, world), 0.006);
 }
 
-/// Sightings five times better than they promise, some of them slipped by what they do promise, another way
-/// in every other keyframe: the other sightings show which.
+/// Sightings five times more accurate than their covariances, some of them displaced by their standard
+/// deviation, in opposite directions in every other keyframe: they are detected as outliers relative to the
+/// others.
 TEST(WindowAdjustment, OutliersAreMeasuredByWhatTheOthersDo) {
   double sum_m = 0;
   for (std::uint64_t seed = 6; seed < 10; ++seed) {
@@ -148,7 +149,7 @@ TEST(WindowAdjustment, OutliersAreMeasuredByWhatTheOthersDo) {
   EXPECT_LT(sum_m / 4, 0.0005);
 }
 
-/// A factor alone must draw the pose to where it was linearised, less its gradient.
+/// A single factor must move the pose to its linearisation point minus its gradient step.
 TEST(WindowAdjustment, SurfaceFactorsHoldTheirMotion) {
   Rng rng(5);
   LocalMap map(100, 100);

@@ -8,6 +8,7 @@
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/depth_pose_set.hpp"
 
@@ -214,20 +215,19 @@ Result<void> Run::refine() {
 void Run::warn() {
   auto& warnings = summary_.warnings;
   if (!summary_.left_out.empty())
-    warnings.push_back(fmt::format("{} of {} poses left out: {}", summary_.left_out.size(), summary_.poses,
-                                   fmt::join(summary_.left_out, "; ")));
+    warnings.push_back(fmt::format("{} of {} left out: {}", summary_.left_out.size(),
+                                   counted(summary_.poses, "pose"), fmt::join(summary_.left_out, "; ")));
   if (train_.size() < 15)
-    warnings.push_back(fmt::format("only {} poses to train on: take 40, at all distances, all over the image",
-                                   train_.size()));
+    warnings.push_back(fmt::format("only {} to train on: take 40, at all distances, all over the image",
+                                   counted(train_.size(), "pose")));
   if (summary_.fit.fitted_pixel_ratio < 0.9)
     warnings.push_back(
         fmt::format("the boards covered {:.0f} % of the depth image: elsewhere the correction is a guess "
                     "from its neighbours",
                     100 * summary_.fit.fitted_pixel_ratio));
   if (summary_.off_plane > 0)
-    warnings.push_back(
-        fmt::format("{} readings are farther than {} m from the board's plane, and were not used",
-                    summary_.off_plane, options_.fit.gate_m));
+    warnings.push_back(fmt::format("{} farther than {} m from the plane of the board, not used",
+                                   counted(summary_.off_plane, "reading"), options_.fit.gate_m));
   if (summary_.raw && std::abs(summary_.raw->published_ratio - 1) > 0.05)
     warnings.push_back(fmt::format(
         "depth is {:.2f} times that of the published constants: is a square of the board "

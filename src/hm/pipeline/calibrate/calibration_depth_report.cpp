@@ -202,7 +202,7 @@ void visit(const DepthCalibrationSummary& summary, SummaryTree& v) {
 std::string to_text(const DepthCalibrationSummary& summary) {
   const SummaryTree tree = describe(summary);
   std::string text = tree.lines(
-      {"{poses.train} poses to train on, {poses.test} to test, {poses.left_out} left out",
+      {"{poses.train|pose} to train on, {poses.test} to test, {poses.left_out} left out",
        "correction: {model.mode}, trained from {model.min_depth_m} to {model.max_depth_m}, at most "
        "{model.largest_m}",
        "raw disparity d: depth = 1 / ({raw_disparity.offset_per_m} {raw_disparity.slope_per_m} d), "
@@ -231,14 +231,14 @@ std::string to_html(const DepthCalibrationSummary& summary) {
   const bool good = summary.warnings.empty() && test.after_rms_m < test.before_rms_m;
   report.set_verdict(
       good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
-      *tree.sentence("On poses that the fit did not see, the error of depth goes from {before_rms_m} to "
+      *tree.sentence("On poses that were not used for the fit, the depth error goes from {before_rms_m} to "
                      "{after_rms_m}."));
   add_cards(report, tree,
             {{"before", "{before_rms_m}", "RMS, test poses"},
              {"after", "{after_rms_m}", "RMS, test poses"},
-             {"trained up to", "{model.max_depth_m}", "from {model.min_depth_m} m; {poses.train} poses"}});
+             {"trained up to", "{model.max_depth_m}", "from {model.min_depth_m} m; {poses.train|pose}"}});
   if (!summary.warnings.empty()) {
-    report.begin_section("What to mend");
+    report.begin_section("Warnings");
     report.add_list(summary.warnings);
   }
   if (summary.raw) add_raw(report, *summary.raw);

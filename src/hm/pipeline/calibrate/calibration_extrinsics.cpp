@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hm/core/angle.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/calibration_figures.hpp"
 #include "hm/report/run_report.hpp"
@@ -99,7 +100,8 @@ void add_warnings(ExtrinsicsSummary& summary, std::size_t pairs) {
   append(warnings_of(summary.depth_found));
   append(warnings_of(summary.color_found));
   if (summary.without_partner > 0)
-    warnings.push_back(fmt::format("{} images have no partner of the same name", summary.without_partner));
+    warnings.push_back(
+        fmt::format("{} without a partner of the same name", counted(summary.without_partner, "image")));
   append(summary.fit.warnings);
   for (std::size_t i = 0; i < pairs; ++i)
     if (summary.fit.pairs[i].is_outlier)
@@ -193,7 +195,7 @@ void visit(const ExtrinsicsSummary& summary, SummaryTree& v) {
 
 std::string to_text(const ExtrinsicsSummary& summary) {
   const SummaryTree tree = describe(summary);
-  return fmt::format("{} pairs, reprojection error ", summary.fit.pairs.size()) +
+  return counted(summary.fit.pairs.size(), "pair") + ", reprojection error " +
          tree.lines({"{rms_px}", "T_color_depth: {xyz}, {T_color_depth.angle_rad} +- {angle_sigma}"}) +
          output_lines(summary.outputs);
 }

@@ -39,7 +39,7 @@ void add_corner_figures(HtmlReport& report, const CameraFit& fit) {
   }
   PlotOptions plot;
   plot.x.label = "error to the right (px)", plot.y.label = "error down (px)";
-  plot.equal_aspect = true, plot.width_px = 480, plot.height_px = 420;
+  plot.equal_aspect = true, plot.height_px = 420;
   report.add_svg(plot_svg({&scatter, 1}, plot), "The same errors around zero.");
   report.begin_section("Coverage",
                        "Where the boards were. Lens distortion is only known where there are corners.");
@@ -54,7 +54,7 @@ std::string html_of(const IntrinsicsSummary& summary) {
                                 kCalibratedCameraNames[static_cast<std::size_t>(summary.camera)]));
   const bool good = fit.warnings.empty();
   report.set_verdict(good ? HtmlReport::Verdict::kGood : HtmlReport::Verdict::kDoubtful,
-                     good ? *tree.sentence("A good set: {used} images, {rms_px} of error.")
+                     good ? *tree.sentence("A good set: {used|image}, {rms_px} of error.")
                           : fmt::format("A poor set: {}.", fit.warnings.front()));
   add_cards(report, tree,
             {{"reprojection error", "{rms_px}", "root mean square over all corners"},
@@ -116,7 +116,7 @@ void visit(const IntrinsicsSummary& summary, SummaryTree& v) {
   v({"rms_px", {}, "{:.3f} px"}, fit.rms_px);
   v({"covered_ratio", {}, "{:.0f} %", 100}, fit.covered_ratio);
   v({"left_out"}, outliers(fit));
-  v.shown("used", {}, std::to_string(fit.views.size() - outliers(fit)));
+  v.shown("used", {}, fit.views.size() - outliers(fit));
   v.list_of("images", fit.views.size(), [&](std::size_t i, SummaryTree& row) {
     const ViewFit& view = fit.views[i];
     row({"name", "image"}, summary.found.names[i]);
@@ -129,7 +129,7 @@ void visit(const IntrinsicsSummary& summary, SummaryTree& v) {
 
 std::string to_text(const IntrinsicsSummary& summary) {
   return describe(summary).lines(
-             {"{used} of {found.pictures} images used, reprojection error {rms_px}, {covered_ratio} of the "
+             {"{used} of {found.pictures|image} used, reprojection error {rms_px}, {covered_ratio} of the "
               "image "
               "covered",
               "focal lengths   {camera.fx_px} +- {deviation.fx}, {camera.fy_px} +- {deviation.fy}",

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hm/core/params.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/pipeline/calibrate/depth_pose_set.hpp"
@@ -131,8 +132,9 @@ std::string html_of(const NoiseCalibrationSummary& summary) {
 
 void warn(NoiseCalibrationSummary& summary) {
   if (summary.unreadable > 0)
-    summary.warnings.push_back(
-        fmt::format("{} images or poses left out ({})", summary.unreadable, summary.first_unreadable));
+    summary.warnings.push_back(fmt::format("{} left out ({})",
+                                           counted(summary.unreadable, "image or pose", "images or poses"),
+                                           summary.first_unreadable));
   const double range = summary.samples.back().depth_m / summary.samples.front().depth_m;
   if (range < 1.5)
     summary.warnings.push_back(
@@ -158,7 +160,8 @@ Result<NoiseCalibrationSummary> calibrate_noise(const NoiseCalibrationOptions& o
     fit.error().where = options.input;
     if (summary.unreadable > 0)
       fit.error().message +=
-          fmt::format("; {} images or poses left out ({})", summary.unreadable, summary.first_unreadable);
+          fmt::format("; {} left out ({})", counted(summary.unreadable, "image or pose", "images or poses"),
+                      summary.first_unreadable);
     const bool single = std::ranges::all_of(poses, [](const auto& pose) { return pose.depth.size() < 2; });
     if (options.source == NoiseSource::kStatic && !poses.empty() && single)
       fit.error().message +=
@@ -197,9 +200,9 @@ void visit(const NoiseCalibrationSummary& summary, SummaryTree& v) {
 }
 
 std::string to_text(const NoiseCalibrationSummary& summary) {
-  return fmt::format("{} depth images; deviations at {} depths from {:.2f} to {:.2f} m\n", summary.images,
-                     summary.samples.size(), summary.samples.front().depth_m,
-                     summary.samples.back().depth_m) +
+  return fmt::format("{}; standard deviations at {} from {:.2f} to {:.2f} m\n",
+                     counted(summary.images, "depth image"), counted(summary.samples.size(), "depth"),
+                     summary.samples.front().depth_m, summary.samples.back().depth_m) +
          describe(summary).lines(
              {"sigma(z) = {depth_noise.quadratic_per_m} z^2 + {depth_noise.linear_ratio} z + "
               "{depth_noise.constant_m} (m), fits to {rms_relative}"}) +

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 
 #include "hm/calibration/camera_fit.hpp"
 #include "hm/core/parallel.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -58,6 +61,59 @@ void sort_in(FoundBoards& found, const std::string& name, Looked looked) {
   found.views.push_back(std::move(looked.detection.view));
 }
 
+/// The checkerboard of a common size that most of some images show; nothing when none of them shows one.
+/// Larger boards first: a part of one may look like a smaller one.
+std::optional<BoardParams> guess_board(const std::vector<fs::path>& images, const BoardParams& wanted,
+                                       const RunContext& run) {
+  constexpr std::array<std::array<int, 2>, 14> kCommonCorners{{{13, 9},
+                                                               {12, 9},
+                                                               {11, 8},
+                                                               {10, 7},
+                                                               {9, 7},
+                                                               {9, 6},
+                                                               {8, 6},
+                                                               {8, 5},
+                                                               {7, 7},
+                                                               {7, 6},
+                                                               {7, 5},
+                                                               {6, 5},
+                                                               {6, 4},
+                                                               {5, 4}}};
+  constexpr std::size_t kImages = 4;
+  const ParallelLoop loop(run.threads);
+  std::optional<BoardParams> best;
+  std::size_t most = 0;
+  for (const auto& [x, y] : kCommonCorners) {
+    if (run.stop.stop_requested()) break;
+    BoardParams board = wanted;
+    board.kind = BoardKind::kCheckerboard, board.corners_x = x, board.corners_y = y;
+    std::array<bool, kImages> found{};
+    loop.for_ranges(std::min(kImages, images.size()), 1, [&](std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i)
+        found[i] =
+            look(images[i * images.size() / std::min(kImages, images.size())], board).detection.search ==
+            BoardSearch::kFound;
+    });
+    const auto count = static_cast<std::size_t>(std::ranges::count(found, true));
+    if (count > most) most = count, best = board;
+  }
+  return best;
+}
+
+Error no_board(const std::vector<fs::path>& images, const BoardParams& board, const FoundBoards& found,
+               const RunContext& run) {
+  std::string message = fmt::format(
+      "no {} of {} x {} inner corners in {} images ({} unreadable); corners are counted between squares",
+      kBoardKindNames[static_cast<std::size_t>(board.kind)], board.corners_x, board.corners_y, found.images,
+      found.unreadable.size());
+  if (found.unreadable.size() < found.images)
+    if (const auto guess = guess_board(images, board, run))
+      message +=
+          fmt::format("; a checkerboard of {0} x {1} is there: try --board checkerboard --corners {0}x{1}",
+                      guess->corners_x, guess->corners_y);
+  return {ErrorCode::kInvalidValue, message, images.empty() ? "" : images.front().parent_path().string()};
+}
+
 }  // namespace
 
 Result<std::vector<fs::path>> list_images(const fs::path& folder) {
@@ -91,12 +147,7 @@ Result<FoundBoards> find_boards(const std::vector<fs::path>& images, const Board
       run.progress({"looking for boards", begin + looked.size(), images.size(),
                     fmt::format("{} found", found.views.size())});
   }
-  if (found.views.empty())
-    return fail(
-        ErrorCode::kInvalidValue, images.empty() ? "" : images.front().parent_path().string(),
-        "no {} of {} x {} inner corners in {} images ({} unreadable); corners are counted between squares",
-        kBoardKindNames[static_cast<std::size_t>(board.kind)], board.corners_x, board.corners_y, found.images,
-        found.unreadable.size());
+  if (found.views.empty()) return tl::make_unexpected(no_board(images, board, found, run));
   return found;
 }
 
@@ -160,11 +211,11 @@ void visit(const FoundBoards& found, SummaryTree& v) {
 std::vector<std::string> warnings_of(const FoundBoards& found) {
   std::vector<std::string> warnings;
   if (!found.unreadable.empty())
-    warnings.push_back(fmt::format("{} of {} images left out: {}", found.unreadable.size(), found.images,
-                                   fmt::join(found.unreadable, "; ")));
+    warnings.push_back(fmt::format("{} of {} left out: {}", found.unreadable.size(),
+                                   counted(found.images, "image"), fmt::join(found.unreadable, "; ")));
   if (!found.without_board.empty())
-    warnings.push_back(fmt::format("no board found in {} of {} images: {}", found.without_board.size(),
-                                   found.images, fmt::join(found.without_board, ", ")));
+    warnings.push_back(fmt::format("no board found in {} of {}: {}", found.without_board.size(),
+                                   counted(found.images, "image"), fmt::join(found.without_board, ", ")));
   return warnings;
 }
 

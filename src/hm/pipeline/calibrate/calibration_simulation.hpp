@@ -51,7 +51,7 @@ struct CalibrationSimulationParams {
     v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "xtion: axial noise of depth, factor of z^2"},
       self.noise_quadratic_per_m);
     v(ParamDoc{"gray_sigma", {0, 50}, "noise of images, grey levels"}, self.gray_sigma);
-    v(ParamDoc{"seed", {0, 2147483647}, "of the random numbers"}, self.seed);
+    v(ParamDoc{"seed", {0, 2147483647}, "seed of the random numbers"}, self.seed);
   }
 };
 

@@ -1,6 +1,7 @@
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/pipeline/common/scene_model.hpp"
 #include "hm/report/html_report.hpp"
 #include "hm/report/mesh_figures.hpp"
 #include "hm/report/run_report.hpp"
@@ -31,6 +32,13 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path) {
     for (const auto& point : points->vertices) truth.visible_points.push_back(point.cast<double>());
   }
   return truth;
+}
+
+void turn(MeshTruth& truth, const Mat3& R_turned_truth) {
+  const Eigen::Matrix3f R = R_turned_truth.cast<float>();
+  for (Eigen::Vector3f& vertex : truth.mesh.vertices) vertex = (R * vertex).eval();
+  for (Eigen::Vector3f& normal : truth.mesh.normals) normal = (R * normal).eval();
+  for (Vec3& point : truth.visible_points) point = (R_turned_truth * point).eval();
 }
 
 void add_surface_error(SummaryTree& v, std::string_view key, const MeshAccuracy& accuracy,
@@ -71,6 +79,8 @@ std::string mesh_report_html(const TriangleMesh& mesh, const MeshTruth& truth, c
   report.set_verdict(HtmlReport::Verdict::kNone,
                      *tree.sentence("The surface is {accuracy_mm.mean} from the truth on average; "
                                     "{completeness_ratio} of the truth is there."));
+  const SceneModel scene = make_scene_model(mesh, {}, &truth.mesh, loop);
+  report.set_model(scene.model_html);
   add_cards(report, tree,
             {{"surface error", "{accuracy_mm.mean}", "mean; 95 % under {accuracy_mm.p95}"},
              {"bias", "{accuracy_mm.bias}", "positive: in front"},

@@ -20,6 +20,9 @@ struct MeshTruth {
 /// as `hm simulate` writes.
 Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path);
 
+/// Turns all of it, as into the frame of poses that were levelled.
+void turn(MeshTruth& truth, const Mat3& R_turned_truth);
+
 /// True when the folder of a recording holds a true mesh.
 bool has_mesh_truth(const std::filesystem::path& folder);
 

@@ -14,6 +14,7 @@ Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
   if (!formats) return forward_error(formats);
   MeshWriteOptions write;
   write.program = "housemartin " + files.program_version;
+  write.up = files.up;
   for (const std::string& format : *formats) {
     const auto path = files.folder / ("mesh." + format);
     if (const auto written = write_mesh(path, mesh, write); !written) return written;
@@ -22,15 +23,17 @@ Result<void> write_mesh_files(const TriangleMesh& mesh, const MeshFiles& files,
   return {};
 }
 
-MeshFigureOptions figure_options(const PinholeCamera& camera, const Trajectory& trajectory) {
+MeshFigureOptions figure_options(const PinholeCamera& camera, const Trajectory& trajectory,
+                                 const UpDirection& up) {
   MeshFigureOptions draw;
   draw.trajectory = &trajectory;
-  draw.up = up_of_cameras(trajectory);
+  draw.up_is_known = up.known();
+  draw.up = up.known() ? up.up : up_of_cameras(trajectory);
   if (trajectory.empty()) return draw;
   draw.T_world_camera = trajectory[trajectory.size() / 2].T_world_base;
   if (camera.fy < 0) {
     // The figure is turned over: the camera's y axis points up (ICL-NUIM).
-    draw.up = -draw.up;
+    if (!up.known()) draw.up = -draw.up;
     draw.T_world_camera = *draw.T_world_camera * SE3(so3_exp(Vec3(0, 0, std::numbers::pi)), Vec3::Zero());
   }
   return draw;

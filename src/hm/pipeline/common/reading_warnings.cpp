@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "hm/core/text/counted.hpp"
+
 namespace hm {
 namespace {
 
@@ -29,9 +31,8 @@ std::vector<std::string> reading_warnings(const RecordingInfo& info) {
   Warnings warnings;
   warnings.add(info.skipped);
   if (info.missing_pictures > 0)
-    warnings.add(fmt::format("{} picture{} that the recording names {} not there (first: {})",
-                             info.missing_pictures, info.missing_pictures == 1 ? "" : "s",
-                             info.missing_pictures == 1 ? "is" : "are", info.first_missing_picture));
+    warnings.add(fmt::format("{} missing (first: {})", counted(info.missing_pictures, "image"),
+                             info.first_missing_picture));
   return warnings.take();
 }
 
@@ -40,8 +41,6 @@ std::vector<std::string> reading_warnings(const LaserRecording& recording) {
   warnings.add(recording.skipped);
   for (const std::string& damage : recording.damage) warnings.add(damage);
   for (const std::string& note : recording.notes) warnings.add(note);
-  if (!recording.mended_stamps.empty())
-    warnings.add(fmt::format("{} stamps ran backwards and were mended", recording.mended_stamps.size()));
   return warnings.take();
 }
 

@@ -1,6 +1,7 @@
 #include "hm/pipeline/compare/conversion.hpp"
 
 #include "hm/core/parallel.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
@@ -17,14 +18,16 @@
 namespace hm {
 namespace {
 
-Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh) {
+Result<ConversionSummary> write_cleaned(const ConversionOptions& options, TriangleMesh mesh,
+                                        const UpDirection& up) {
   mesh = clean_mesh(std::move(mesh), options.mesh);
   MeshWriteOptions write;
   write.program = "housemartin " + options.run.program_version;
+  write.up = up;
   if (const auto written = as_run_failure(write_mesh(options.to, mesh, write)); !written)
     return forward_error(written);
   return ConversionSummary{
-      fmt::format("{} vertices, {} triangles", mesh.vertices.size(), mesh.triangles.size()),
+      counted(mesh.vertices.size(), "vertex", "vertices") + ", " + counted(mesh.triangles.size(), "triangle"),
       mesh.triangles.size(), 0};
 }
 
@@ -34,7 +37,7 @@ Result<ConversionSummary> convert_map(const ConversionOptions& options) {
   const auto grid = load_grid(*map);
   if (!grid) return forward_error(grid);
   const ParallelLoop loop(options.run.threads);
-  return write_cleaned(options, extract_mesh(*grid, options.mesh, loop));
+  return write_cleaned(options, extract_mesh(*grid, options.mesh, loop), up_of_map(map->header()));
 }
 
 /// The centres of the occupied cells.
@@ -68,20 +71,21 @@ Result<ConversionSummary> convert_occupancy(const ConversionOptions& options) {
   if (extension != ".ply") {
     const auto written = as_run_failure(write_octomap(options.to, voxels, map->params().resolution_m));
     if (!written) return forward_error(written);
-    return ConversionSummary{fmt::format("{} known cells", voxels.size()), voxels.size(), 0};
+    return ConversionSummary{counted(voxels.size(), "known cell"), voxels.size(), 0};
   }
   const TriangleMesh points = occupied_points(voxels);
   MeshWriteOptions write;
   write.program = "housemartin " + options.run.program_version;
   if (const auto written = as_run_failure(write_mesh(options.to, points, write)); !written)
     return forward_error(written);
-  return ConversionSummary{fmt::format("{} points", points.vertices.size()), points.vertices.size(), 0};
+  return ConversionSummary{counted(points.vertices.size(), "point"), points.vertices.size(), 0};
 }
 
 Result<ConversionSummary> convert_mesh(const ConversionOptions& options) {
   auto mesh = read_mesh(options.from);
   if (!mesh) return forward_error(mesh);
-  return write_cleaned(options, std::move(*mesh));
+  const auto up = read_mesh_up(options.from);
+  return write_cleaned(options, std::move(*mesh), up && *up ? **up : UpDirection());
 }
 
 Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {
@@ -91,7 +95,7 @@ Result<ConversionSummary> convert_trajectory(const ConversionOptions& options) {
       as_run_failure(lower_extension(options.to) == ".kitti" ? write_kitti_trajectory(options.to, *trajectory)
                                                              : write_tum_trajectory(options.to, *trajectory));
   if (!written) return forward_error(written);
-  return ConversionSummary{fmt::format("{} poses", trajectory->size()), trajectory->size(), 0};
+  return ConversionSummary{counted(trajectory->size(), "pose"), trajectory->size(), 0};
 }
 
 Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
@@ -115,8 +119,10 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
   if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
   summary.warnings = reading_warnings(info);
   if (summary.skipped > 0)
-    summary.warnings.push_back(fmt::format("{} frames could not be read and were left out", summary.skipped));
-  summary.text = fmt::format("{} frames, {} could not be read", summary.items, summary.skipped);
+    summary.warnings.push_back(
+        fmt::format("{} left out: they could not be read", counted(summary.skipped, "frame")));
+  summary.text = fmt::format("{}, {} could not be read", counted(summary.items, "frame"),
+                             with_thousands(summary.skipped));
   return summary;
 }
 
@@ -146,6 +152,9 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
       break;
     case PathKind::kLaserRecording:
       return refuse("a laser recording", "maps and a trajectory, with `hm laser`");
+    case PathKind::kResult:
+      return fail(ErrorCode::kUsage, options.from.string(),
+                  "a folder of results: name the file of it to convert (map.hmap, mesh.ply, trajectory.tum)");
     case PathKind::kPoseGraph:
       return refuse("a pose graph", "nothing else: solvers read .g2o");
   }
@@ -170,6 +179,7 @@ Result<ConversionSummary> convert(const ConversionOptions& options) {
     case PathKind::kRecording:
       return convert_recording(options);
     case PathKind::kLaserRecording:
+    case PathKind::kResult:
     case PathKind::kPoseGraph:
       break;  // refused above
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
@@ -52,9 +53,10 @@ Result<void> draw_room(const DemoOptions& options, const fs::path& picture) {
   fs::create_directories(picture.parent_path(), code);
   if (const auto written = write_png(picture, color->image); !written) return as_run_failure(written);
   if (options.run.log)
-    options.run.log(LogLevel::kInfo,
-                    fmt::format("first picture after {:.1f} s, a room of {} frames: {}; now the house",
-                                watch.seconds(), simulation.frame_count(), picture.string()));
+    options.run.log(
+        LogLevel::kInfo,
+        fmt::format("first image after {:.1f} s, a room scanned in {}: {}; now the house", watch.seconds(),
+                    counted(simulation.frame_count(), "frame"), picture.string()));
   return {};
 }
 

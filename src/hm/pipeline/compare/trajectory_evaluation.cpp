@@ -11,6 +11,7 @@
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
+#include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
@@ -36,7 +37,7 @@ void add_relative(SummaryTree& v, const std::string& name, const RelativeErrors&
   if (errors.spans.empty()) return;
   v({name + "_m", {}, "{:.4f} m"}, errors.translation_m.rmse);
   v({name + "_rad", {}, "{:.3f} deg", kDegreesPerRadian}, errors.rotation_rad.rmse);
-  v.shown(name + "_spans", {}, std::to_string(errors.spans.size()));
+  v.shown(name + "_spans", {}, errors.spans.size());
 }
 
 }  // namespace
@@ -74,16 +75,16 @@ void visit(const TrajectoryError& error, SummaryTree& v) {
 std::string to_text(const TrajectoryError& error) {
   const SummaryTree tree = describe(error);
   std::string text = tree.lines(
-      {"{pairs} pairs of poses, true path {truth_path_m}",
+      {"{pairs|pair of poses|pairs of poses}, true path {truth_path_m}",
        "absolute error (ATE)    rmse {ate_rmse_m}, median {ate_median_m}, max {ate_max_m}",
        "orientation             rmse {rotation_rmse_rad}, max {rotation_max_rad}", "relative error (RPE)",
-       "  over a frame            rmse {rpe_frame_m} and {rpe_frame_rad} ({rpe_frame_spans} spans)",
-       "  over a second           rmse {rpe_second_m} and {rpe_second_rad} ({rpe_second_spans} spans)",
-       "  over a metre            rmse {rpe_metre_m} and {rpe_metre_rad} ({rpe_metre_spans} spans)"});
+       "  over a frame            rmse {rpe_frame_m} and {rpe_frame_rad} ({rpe_frame_spans|span})",
+       "  over a second           rmse {rpe_second_m} and {rpe_second_rad} ({rpe_second_spans|span})",
+       "  over a metre            rmse {rpe_metre_m} and {rpe_metre_rad} ({rpe_metre_spans|span})"});
   if (error.relative.delta != 1 && !error.relative.spans.empty())
     text +=
         tree.lines({fmt::format("  over {:<18} rmse {{rpe_translation_rmse_m}} and {{rpe_rotation_rmse_rad}} "
-                                "({{relative_pairs}} spans)",
+                                "({{relative_pairs|span}})",
                                 fmt::format("{:g} {}", error.relative.delta,
                                             kRpeUnitNames[static_cast<std::size_t>(error.relative.unit)]))});
   if (error.alignment.scale != 1.0) text += tree.lines({"scale of the fit        {alignment_scale_ratio}"});
@@ -97,7 +98,7 @@ std::string trajectory_report_html(const TrajectoryError& error, const std::stri
   HtmlReport report(title);
   report.set_verdict(
       HtmlReport::Verdict::kNone,
-      *tree.sentence("The path of {truth_path_m} is off by {ate_rmse_m} (rmse of {pairs} positions)."));
+      *tree.sentence("The path of {truth_path_m} is off by {ate_rmse_m} (rmse of {pairs|position})."));
   add_cards(report, tree,
             {{"ATE", "{ate_rmse_m}", "rmse after alignment"},
              {"RPE", "{rpe_second_m}", "rmse, a second"},
@@ -106,10 +107,16 @@ std::string trajectory_report_html(const TrajectoryError& error, const std::stri
   report.begin_section("Path");
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};
   add_path_views(report, paths, "The estimate is fitted to the truth.");
+  report.begin_section("Error");
+  add_error_statistics(report, error);
+  add_error_path(report, error);
+  add_position_histogram(report, error);
   report.begin_section("Relative errors", "Of the motion over spans of one length, not divided by it.");
   add_relative_table(report, error);
   report.begin_section("Over time");
   add_error_plots(report, error);
+  report.begin_section("Pose over time", "The estimate is fitted to the truth.");
+  add_pose_components(report, error);
   return report.html();
 }
 

@@ -87,7 +87,7 @@ void add_alignment_section(HtmlReport& report, const ReconstructionSummary& summ
   report.begin_section(
       "Alignment",
       *describe(alignment).sentence(
-          "{accepted} depth images were aligned to the map, {not_accepted} were not; {align_ms.median} each "
+          "{accepted|depth image} aligned to the map, {not_accepted} not; {align_ms.median} each "
           "(median).[ The trajectory is off by {ate_aligned_m} (rmse), as given by {ate_given_m}.]"));
   std::vector<NamedTrajectory> paths{{"as given", &alignment.given}, {"aligned", &summary.trajectory}};
   if (!summary.recording.truth.empty()) paths.push_back({"truth", &summary.recording.truth});

@@ -39,7 +39,8 @@ std::vector<std::string> map_parameters(const DenseParams& parameters) {
   std::vector<std::string> lines;
   for (const ParamRef& param : list.all()) {
     const bool of_map = param.name.starts_with("tsdf.") || param.name.starts_with("depth_noise.") ||
-                        param.name.starts_with("alignment.") || param.name == "reconstruction.align";
+                        param.name.starts_with("alignment.") || param.name == "reconstruction.align" ||
+                        param.name == "reconstruction.level";
     if (of_map && std::find(kFreeOfMap.begin(), kFreeOfMap.end(), param.name) == kFreeOfMap.end())
       lines.push_back(fmt::format("{} = {}", param.name, value_text(param)));
   }

@@ -21,7 +21,7 @@ ParamList list_reconstruction(DenseParams& parameters);
 /// These, mesh_error and trajectory_error.
 ParamList list_dense(DenseParameters& parameters);
 /// Those that a map was made with and cannot change later: tsdf (but for the memory cap and the kernel),
-/// depth_noise, whether poses are aligned, and how. As "name = value" lines.
+/// depth_noise, whether poses are levelled or aligned, and how. As "name = value" lines.
 std::vector<std::string> map_parameters(const DenseParams& parameters);
 
 /// What contradicts, all of it in one error; ranges are checked by ParamList::check().

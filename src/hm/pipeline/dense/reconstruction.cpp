@@ -6,13 +6,16 @@
 #include "hm/core/check.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/run_records.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
@@ -32,14 +35,23 @@ class Run {
         range_(frame_range(options.parameters.reconstruction, recording_->info().frame_count)),
         pipeline_(options.parameters, recording_->info().camera.without_distortion(), options.run.threads) {}
 
+  void add_warnings(std::vector<std::string> warnings) { summary_.warnings = std::move(warnings); }
   Result<void> open_map();
+  /// Whether the run that is continued was complete, with no frame left in the range of this one.
+  [[nodiscard]] bool already_complete() const {
+    return folder_.resumed() && folder_.resumed()->state == RunState::kComplete &&
+           state_.next_frame >= range_.end;
+  }
   Result<void> integrate_all();
   Result<ReconstructionSummary> finish();
 
  private:
   [[nodiscard]] MapHeader header() const;
+  void level_poses();
   Result<void> continue_map(const std::filesystem::path& path);
   [[nodiscard]] std::optional<SE3> given_pose(Time stamp) const;
+  /// A frame's pose, given and levelled.
+  void place(RgbdFrame& frame) const;
   [[nodiscard]] GivenPoses given_poses() const { return {poses_, max_pose_gap()}; }
   [[nodiscard]] Duration max_pose_gap() const {
     return Duration::from_seconds(options_.recording_options.max_pose_gap_s);
@@ -51,6 +63,7 @@ class Run {
   Result<void> save_some();
   Result<void> begin_save();
   Result<void> publish_first_save();
+  Result<void> note_up_in_map();
   [[nodiscard]] bool save_is_due() const;
   void note(const FrameRecord& record);
   void show_progress(const FrameRecord& last) const;
@@ -89,13 +102,37 @@ Result<void> Run::open_map() {
   if (folder_.resumed() && std::filesystem::exists(path, code)) return continue_map(path);
   if (options_.existing == ExistingResult::kResume && options_.run.log)
     options_.run.log(LogLevel::kInfo,
-                     fmt::format("{} is not there yet: starting from the first frame", path.string()));
+                     fmt::format("{} does not exist yet: starting at the first frame", path.string()));
+  if (options_.parameters.reconstruction.level) level_poses();
   MapHeader first = header();
   first.state_json = state_to_json(state_);
   auto file = as_run_failure(MapFile::create(folder_.staging() / "map.hmap", first));
   if (!file) return forward_error(file);
   saver_.emplace(std::move(*file));
   return {};
+}
+
+/// Finds up from depth images all over the recording, coarsely, before anything is integrated.
+void Run::level_poses() {
+  constexpr std::size_t kMostFrames = 80;
+  const std::size_t every = range_.stride * std::max<std::size_t>(1, range_.count() / kMostFrames);
+  const UpClues clues{recording_->info().camera.without_distortion(), recording_->info().imu};
+  std::vector<SurfacePatch> patches;
+  Trajectory path;
+  FramePrefetcher frames(*recording_, range_.begin, range_.end, every, 4);
+  while (auto frame = frames.next()) {
+    if (options_.run.stop.stop_requested()) return;
+    if (options_.run.progress) options_.run.progress({"finding up", path.size(), range_.end / every, {}});
+    if (!*frame) continue;
+    place(**frame);
+    const auto& pose = (*frame)->T_world_camera;
+    if (!pose || !is_rigid(*pose)) continue;
+    path.push_back({(*frame)->stamp, *pose});
+    for (const SurfacePatch& patch : patches_of({**frame, *pose}, clues.camera)) patches.push_back(patch);
+  }
+  const Trajectory& whole = poses_.empty() ? recording_->info().trajectory : poses_;
+  const UpDirection up = find_up(patches, clues.imu && whole.size() > path.size() ? whole : path, clues);
+  if (up.known()) state_.T_level_given = {rotation_to_z_up(snapped_to_axis(up.up)), Vec3::Zero()};
 }
 
 Result<void> Run::continue_map(const std::filesystem::path& path) {
@@ -120,12 +157,18 @@ Result<void> Run::continue_map(const std::filesystem::path& path) {
   summary_.resumed = true;
   summary_.resumed_at_frame = state_.next_frame;
   if (options_.run.log)
-    options_.run.log(LogLevel::kInfo, fmt::format("going on at frame {} with {} volumes", state_.next_frame,
-                                                  pipeline_.grid().volume_count()));
+    options_.run.log(LogLevel::kInfo, fmt::format("continuing at frame {} with {}", state_.next_frame,
+                                                  counted(pipeline_.grid().volume_count(), "block")));
   return {};
 }
 
 std::optional<SE3> Run::given_pose(Time stamp) const { return pose_at(poses_, stamp, max_pose_gap()); }
+
+void Run::place(RgbdFrame& frame) const {
+  if (!poses_.empty()) frame.T_world_camera = given_pose(frame.stamp);
+  if (frame.T_world_camera && !state_.T_level_given.rotation().isIdentity(0))
+    frame.T_world_camera = state_.T_level_given * *frame.T_world_camera;
+}
 
 /// An error when the map was begun with other poses than those given now.
 Result<void> Run::check_poses(const std::filesystem::path& map) const {
@@ -133,7 +176,10 @@ Result<void> Run::check_poses(const std::filesystem::path& map) const {
   const StampedPose& last = state_.trajectory.back();
   const std::optional<SE3> now = given_pose(last.stamp);
   constexpr double kSame = 1e-6;  // metres, radians: text has 9 decimals
-  if (now && ((state_.T_map_input * *now).inverse() * last.T_world_base).log().norm() < kSame) return {};
+  if (now &&
+      ((state_.T_map_input * (state_.T_level_given * *now)).inverse() * last.T_world_base).log().norm() <
+          kSame)
+    return {};
   return fail(ErrorCode::kUsage, map.string(), "this map was begun with other poses than those of {}",
               options_.poses.string());
 }
@@ -146,7 +192,7 @@ Result<void> Run::integrate_all() {
     const Stopwatch wait;
     auto frame = prefetcher.next();
     if (!frame) return {};
-    if (*frame && !poses_.empty()) (*frame)->T_world_camera = given_pose((*frame)->stamp);
+    if (*frame) place(**frame);
     FrameRecord record;
     record.wait_ms = wait.milliseconds();
     if (const auto taken = take(state_.next_frame, *frame, record); !taken) return taken;
@@ -215,9 +261,10 @@ void Run::warn_of_memory_cap(const ScanStats& scan, std::size_t index) {
   if (scan.volumes_refused > 0 && state_.volumes_refused == 0 && options_.run.log)
     options_.run.log(
         LogLevel::kWarning,
-        fmt::format("the map's memory cap of {} MB is reached at frame {}: what is there is kept and "
-                    "refined, nothing new is added",
-                    options_.parameters.tsdf.max_map_mb, index));
+        fmt::format(
+            "the map's memory cap of {} MB is reached at frame {}: existing blocks are still updated, no "
+            "new ones are added",
+            options_.parameters.tsdf.max_map_mb, index));
   state_.volumes_refused += scan.volumes_refused;
 }
 
@@ -272,8 +319,20 @@ void Run::show_progress(const FrameRecord& last) const {
                                ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
                                : 0;
   options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
-                         fmt::format("{} volumes, map {} MB, process {} MB", last.volumes,
+                         fmt::format("{}, map {} MB, process {} MB", counted(last.volumes, "block"),
                                      last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
+}
+
+/// The mesh has told where up is, when the map was complete already.
+Result<void> Run::note_up_in_map() {
+  auto map = MapFile::open(folder_.path() / "map.hmap", MapOpenMode::kReadWrite);
+  if (!map) return forward_error(map);
+  MapHeader with_up = map->header();
+  auto state = state_from_json(with_up.state_json, folder_.path().string());
+  if (!state) return forward_error(state);
+  state->up = summary_.up;
+  with_up.state_json = state_to_json(*state);
+  return as_run_failure(map->commit(with_up));
 }
 
 Result<ReconstructionSummary> Run::finish() {
@@ -281,8 +340,8 @@ Result<ReconstructionSummary> Run::finish() {
     return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
   if (state_.frames_integrated == 0)
     return fail(ErrorCode::kInvalidValue, options_.recording.string(),
-                "not one of {} frames could be integrated ({}); `hm info` may show why", range_.count(),
-                commonest_reason(state_.skipped));
+                "not one of {} could be integrated ({}); `hm info` may show why",
+                counted(range_.count(), "frame"), commonest_reason(state_.skipped));
   auto saved = begin_save();
   if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
   if (!saved) return forward_error(saved);
@@ -295,6 +354,8 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.frames_integrated = state_.frames_integrated;
   summary_.skipped = state_.skipped;
   summary_.trajectory = state_.trajectory;
+  summary_.T_level_given = state_.T_level_given;
+  summary_.levelled = options_.parameters.reconstruction.level;
   summary_.frames_this_run = records_.count();
   summary_.records = records_.take();
   summary_.integrate_ms = scan_ms_.summary();
@@ -303,6 +364,8 @@ Result<ReconstructionSummary> Run::finish() {
     summary_.frames_per_s = static_cast<double>(summary_.frames_this_run) / summary_.run_s;
   if (options_.parameters.reconstruction.align) {
     summary_.alignment = summarise_alignment(state_, given_poses(), recording_->info(), options_.parameters);
+    for (StampedPose& pose : summary_.alignment->given)
+      pose.T_world_base = state_.T_level_given * pose.T_world_base;
     summary_.alignment->ms = align_ms_.summary();
     summary_.alignment->not_accepted_by_status = std::move(not_accepted_by_status_);
   }
@@ -316,6 +379,7 @@ Result<ReconstructionSummary> Run::finish() {
   summary_.volumes_refused = state_.volumes_refused;
   const auto written = write_results(pipeline_, options_, folder_.staging(), summary_);
   if (!written) return forward_error(written);
+  if (const auto noted = note_up_in_map(); !noted) return forward_error(noted);
   const auto published =
       folder_.publish(summary_.outputs, summary_.interrupted ? RunState::kStopped : RunState::kComplete);
   if (!published) return forward_error(published);
@@ -340,8 +404,17 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     return fail(ErrorCode::kInvalidValue, options.recording.string(),
                 "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
   }
+  auto warnings = check_before_run(**recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
+                                                 options.recording_options.max_pose_gap_s, options.force});
+  if (!warnings) return forward_error(warnings);
   Run run(options, *folder, std::move(*recording), std::move(poses));
+  run.add_warnings(std::move(*warnings));
   if (const auto opened = run.open_map(); !opened) return forward_error(opened);
+  if (run.already_complete()) {
+    ReconstructionSummary complete;
+    complete.already_complete = true;
+    return complete;
+  }
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();
 }

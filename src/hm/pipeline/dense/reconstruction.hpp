@@ -8,6 +8,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
@@ -23,6 +24,7 @@ struct ReconstructionOptions {
   std::filesystem::path poses;   ///< a trajectory to use instead of the recording's own poses; empty: none
   std::filesystem::path output;  ///< a folder, made if needed
   ExistingResult existing = ExistingResult::kRefuse;  ///< kResume goes on with output/map.hmap
+  bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   DenseParameters parameters;
   RunContext run;  ///< stopped early, it finishes with what there is
 };
@@ -63,6 +65,8 @@ struct ReconstructionSummary {
   int threads = 1;
   bool interrupted = false;
   bool resumed = false;
+  bool already_complete =
+      false;  ///< a resumed run had nothing left to do; the result is as it was, nothing else is set
   std::size_t resumed_at_frame = 0;
 
   std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
@@ -76,7 +80,10 @@ struct ReconstructionSummary {
   std::size_t volumes = 0, map_bytes = 0, map_file_bytes = 0, volumes_refused = 0;
   std::size_t vertices = 0, triangles = 0;
   Box3 bounds_m;
-  Trajectory trajectory;                      ///< T_world_camera of the integrated frames
+  Trajectory trajectory;  ///< T_world_camera of the integrated frames
+  UpDirection up;         ///< in the world of these poses
+  bool levelled = false;  ///< reconstruction.level: the given poses were turned by this
+  SE3 T_level_given;
   std::optional<AlignmentSummary> alignment;  ///< with reconstruction.align
   std::optional<MeshError> error;             ///< for a recording with a true mesh
   std::vector<std::string> warnings;
@@ -89,9 +96,12 @@ struct ReconstructionSummary {
 /// stopped and then resumed gives the same bits as one that was not. A result that is replaced stays whole
 /// until the first save.
 ///
-/// Errors: recording, poses or output folder unusable (see ResultFolder), no poses at all, parameters that
-/// contradict, a map that does not fit the parameters, the poses or the recording, nothing integrated at all.
-/// A frame that cannot be used is none: it is named in `skipped`.
+/// Errors: recording, poses or output folder unusable (see ResultFolder, check_before_run), no poses at all,
+/// parameters that contradict, a map that does not fit the parameters, the poses or the recording, nothing
+/// integrated at all. A frame that cannot be used is none: it is named in `skipped`.
+///
+/// The map is in the frame of the poses, and `up` is the up direction in it; with reconstruction.level the
+/// poses are rotated to z up before integration, by a first pass over a part of the depth images.
 Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options);
 
 /// The parameters that a map was made with, to go on with it as it began.

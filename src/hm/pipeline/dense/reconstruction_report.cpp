@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hm/core/process_memory.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
@@ -17,7 +18,7 @@ struct Stage {
 };
 constexpr std::array<Stage, 8> kStages{{{"wait_ms", "waiting for images", &FrameRecord::wait_ms},
                                         {"align_ms", "aligning", &FrameRecord::align_ms},
-                                        {"allocate_ms", "allocating volumes", &FrameRecord::allocate_ms},
+                                        {"allocate_ms", "allocating blocks", &FrameRecord::allocate_ms},
                                         {"integrate_ms", "integrating", &FrameRecord::integrate_ms},
                                         {"carve_ms", "carving", &FrameRecord::carve_ms},
                                         {"mesh_ms", "meshing", &FrameRecord::mesh_ms},
@@ -39,19 +40,31 @@ std::vector<double> megabytes_of(const ReconstructionSummary& summary, std::size
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
-            {{"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
-             {"integration", "{integrate_ms.median}", "per frame, median; 99 % under {integrate_ms.p99}"},
-             {"mesh", "{triangles} triangles", "{vertices} vertices"},
-             {"map", "{map_bytes}", "{volumes} volumes, {map_file_bytes} on disk"},
-             {"surface error", "{surface_error_mm.mean}",
+            {{"surface error", "{surface_error_mm.mean}",
               "mean; 95 % under {surface_error_mm.p95}, bias {surface_error_mm.bias}"},
-             {"completeness", "{completeness_ratio}", "of what could be seen"}});
+             {"completeness", "{completeness_ratio}", "of what could be seen"},
+             {"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
+             {"path", "{path_length_m}", "of the camera"},
+             {"voxels", "{voxel_size_m}", "edge length"},
+             {"mesh", "{triangles|triangle}", "{vertices|vertex|vertices}"}});
+}
+
+/// What it is and how good it is.
+std::string verdict_of(const SummaryTree& summary, const std::optional<SceneSize>& size) {
+  const std::string what = size ? to_text(*size) + ". " : std::string();
+  if (const auto measured = summary.sentence("{surface_error_mm.mean} from the true surface on average, "
+                                             "{completeness_ratio} of what could be seen is there."))
+    return what + *measured;
+  return what + *summary.sentence(
+                    "{frames.integrated} of {frames.total|frame} became a surface at voxels of "
+                    "{voxel_size_m}; there is no truth to compare it with.");
 }
 
 void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) {
-  report.begin_section("Time", fmt::format("{} frames in {:.1f} s: {:.1f} frames per second, on {} {}.",
-                                           summary.frames_this_run, summary.run_s, summary.frames_per_s,
-                                           summary.threads, summary.threads == 1 ? "thread" : "threads"));
+  if (summary.frames_this_run == 0) return;  // resumed when all frames were in the map
+  report.begin_section("Time", fmt::format("{} in {:.1f} s: {:.1f} frames per second, on {}.",
+                                           counted(summary.frames_this_run, "frame"), summary.run_s,
+                                           summary.frames_per_s, counted(summary.threads, "thread")));
   std::vector<double> frames;
   for (const FrameRecord& record : summary.records) frames.push_back(static_cast<double>(record.index));
   std::vector<PlotSeries> stages;
@@ -69,8 +82,12 @@ void add_time_section(HtmlReport& report, const ReconstructionSummary& summary) 
 }
 
 void add_memory_section(HtmlReport& report, const ReconstructionSummary& summary) {
-  report.begin_section("Memory", fmt::format("At most {:.0f} MB for the whole process.",
-                                             static_cast<double>(peak_resident_bytes()) * 1e-6));
+  report.begin_section(
+      "Memory",
+      fmt::format(
+          "At most {:.0f} MB for the whole process; the map takes {:.1f} MB ({} volumes), {:.1f} MB on disk.",
+          static_cast<double>(peak_resident_bytes()) * 1e-6, static_cast<double>(summary.map_bytes) * 1e-6,
+          summary.volumes, static_cast<double>(summary.map_file_bytes) * 1e-6));
   const auto time_s = values_of(summary, &FrameRecord::time_s);
   const std::array<PlotSeries, 3> series{
       {{"process", time_s, megabytes_of(summary, &FrameRecord::resident_bytes), SeriesStyle::kLine},
@@ -89,7 +106,7 @@ void add_recording_section(HtmlReport& report, const ReconstructionSummary& summ
       {"what", "value"},
       {{"folder", info.path.string()},
        {"kind", std::string(to_string(info.kind))},
-       {"depth images", std::to_string(info.frame_count)},
+       {"depth images", with_thousands(info.frame_count)},
        {"camera", fmt::format("{} x {}, f {:.1f} {:.1f}, c {:.1f} {:.1f} ({})", camera.width, camera.height,
                               camera.fx, camera.fy, camera.cx, camera.cy, info.camera_source)},
        {"depth unit", fmt::format("{:g} mm", info.depth_unit_m * 1e3)},
@@ -108,7 +125,7 @@ void add_skipped(HtmlReport& report, const ReconstructionSummary& summary) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& [reason, count] : reasons) {
     if (rows.size() == 12) break;
-    rows.push_back({reason, std::to_string(count)});
+    rows.push_back({reason, with_thousands(count)});
   }
   report.add_table({"reason", "frames"}, rows);
   report.add_collapsible(fmt::format("all {} of them", summary.skipped.size()), all);
@@ -119,18 +136,17 @@ void add_skipped(HtmlReport& report, const ReconstructionSummary& summary) {
 std::string report_html(const ReconstructionSummary& summary, const ReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("Reconstruction of " + summary.recording.path.filename().string());
+  HtmlReport report(folder_title(summary.recording.path), "Reconstruction");
   const bool empty = summary.triangles == 0;
-  report.set_verdict(
-      empty                      ? Verdict::kBad
-      : summary.warnings.empty() ? Verdict::kGood
-                                 : Verdict::kDoubtful,
-      empty ? "No surface was found."
-            : *tree.sentence("{frames.integrated} frames became a mesh of {triangles} triangles at "
-                             "{voxel_size_m}, {frames_per_s}."));
+  report.set_verdict(empty                      ? Verdict::kBad
+                     : summary.warnings.empty() ? Verdict::kGood
+                                                : Verdict::kDoubtful,
+                     empty ? "No surface was found." : verdict_of(tree, material.scene.size));
+  report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   if (!material.figures.empty()) report.begin_section("Figures");
+  add_floor_plan(report, material.scene);
   for (const Figure& figure : material.figures) add_figure(report, figure);
   if (summary.error) add_error_histogram(report, *summary.error);
   add_alignment_section(report, summary);

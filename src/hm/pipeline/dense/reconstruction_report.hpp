@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/scene_model.hpp"
 #include "hm/pipeline/dense/reconstruction.hpp"
 #include "hm/report/mesh_figures.hpp"
 
@@ -15,6 +16,7 @@ struct ReportMaterial {
   std::string parameters_toml;
   std::vector<Figure> figures;
   std::optional<MeshTruth> truth;
+  SceneModel scene;
 };
 
 /// The self-contained page of a run: figures, error, time of each stage, memory, what was skipped and why.

@@ -93,6 +93,8 @@ std::string state_to_json(const ReconstructionState& state) {
                                          {"frames_aligned", state.frames_aligned},
                                          {"frames_not_aligned", state.frames_not_aligned},
                                          {"T_map_given", pose_to_json({{}, state.T_map_input})},
+                                         {"T_level_given", pose_to_json({{}, state.T_level_given})},
+                                         {"up", to_string(state.up)},
                                          {"skipped", std::move(skipped)},
                                          {"trajectory", std::move(trajectory)},
                                          {"interior_marks", std::move(marks)}}),
@@ -122,15 +124,18 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
   state.volumes_refused = count_of(*json, "volumes_refused");
   state.frames_aligned = count_of(*json, "frames_aligned");
   state.frames_not_aligned = count_of(*json, "frames_not_aligned");
-  if (const JsonValue* motion = json->find("T_map_given")) {
-    StampedPose pose;
-    if (!pose_from_json(*motion, pose))
-      return fail(ErrorCode::kCorrupted, where, "T_map_given of its state is damaged");
-    state.T_map_input = pose.T_world_base;
-  }
+  for (const auto& [key, motion] :
+       {std::pair{"T_map_given", &state.T_map_input}, std::pair{"T_level_given", &state.T_level_given}})
+    if (const JsonValue* stored = json->find(key)) {
+      StampedPose pose;
+      if (!pose_from_json(*stored, pose))
+        return fail(ErrorCode::kCorrupted, where, "{} of its state is damaged", key);
+      *motion = pose.T_world_base;
+    }
   if (const JsonValue* skipped = json->find("skipped"); skipped && skipped->as_array())
     for (const JsonValue& frame : *skipped->as_array())
       state.skipped.push_back({count_of(frame, "index"), text_of(frame, "reason")});
+  state.up = parse_up(text_of(*json, "up")).value_or(UpDirection());
   state.interior_marks = keys_from_json(json->find("interior_marks"));
   if (const JsonValue* poses = json->find("trajectory"); poses && poses->as_array())
     for (const JsonValue& pose : *poses->as_array())

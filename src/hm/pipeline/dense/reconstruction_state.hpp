@@ -15,7 +15,9 @@ struct ReconstructionState {
   std::size_t next_frame = 0;
   std::size_t frames_read = 0, frames_integrated = 0, volumes_refused = 0;
   std::size_t frames_aligned = 0, frames_not_aligned = 0;
-  SE3 T_map_input;  ///< see DensePipeline
+  SE3 T_map_input;    ///< see DensePipeline; of poses that are levelled already
+  SE3 T_level_given;  ///< by which the given poses are turned (reconstruction.level)
+  UpDirection up;     ///< in the map; found when a run has ended
   std::vector<SkippedFrame> skipped;
   Trajectory trajectory;                  ///< of the integrated frames, as they were integrated
   std::vector<VolumeKey> interior_marks;  ///< see MapSaver::MakeHeader

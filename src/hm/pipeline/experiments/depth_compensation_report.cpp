@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/render/mesh_renderer.hpp"
@@ -72,7 +73,7 @@ std::string sentence(const DepthCompensationSummary& summary) {
       "{without.surface_error_mm.mean}; {with.completeness_ratio} of the true surface is there, without "
       "{without.completeness_ratio}.");
   return compared ? *compared
-                  : *tree.sentence("{with.frames} frames, mapped without and with depth compensation.");
+                  : *tree.sentence("{with.frames|frame}, mapped without and with depth compensation.");
 }
 
 void add_agreement(SummaryTree& v, const char* key, const std::string& map,
@@ -92,7 +93,7 @@ void add_agreement(SummaryTree& v, const char* key, const std::string& map,
 
 void visit(const CompensationSide& side, SummaryTree& v) {
   v({"frames", "frames"}, side.reconstruction.frames_integrated);
-  v({"volumes", "volumes"}, side.reconstruction.volumes);
+  v({"volumes", "blocks of voxels"}, side.reconstruction.volumes);
   v({"triangles", "triangles"}, side.reconstruction.triangles);
   v({"keyframes", "keyframes"}, side.keyframes);
   v({"points", "point map: points"}, side.points);
@@ -149,10 +150,11 @@ std::string depth_compensation_html(const DepthCompensationSummary& summary,
   report.set_verdict(HtmlReport::Verdict::kNone, sentence(summary));
   add_warnings_section(report, summary.warnings);
   report.begin_section(
-      "Both maps", fmt::format("The same {} frames with the same poses, read twice: without and with the "
-                               "calibration's depth correction. Point map and occupancy map are made of {} "
-                               "keyframes.",
-                               summary.with.reconstruction.frames_integrated, summary.with.keyframes));
+      "Both maps",
+      fmt::format("The same {} with the same poses, mapped twice: without and with the depth correction of "
+                  "the calibration. Point map and occupancy map are made from {}.",
+                  counted(summary.with.reconstruction.frames_integrated, "frame"),
+                  counted(summary.with.keyframes, "keyframe")));
   report.add_table({"", "without", "with"}, rows_of(summary));
   for (const Figure& figure : figures) add_figure(report, figure);
   const auto &without = summary.without.reconstruction.error, &with = summary.with.reconstruction.error;

@@ -5,6 +5,7 @@
 
 #include "hm/calibration/depth_average.hpp"
 #include "hm/core/statistics.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/odometry/feature/feature_detection.hpp"
 #include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/sim/sensor/renderer.hpp"
@@ -246,11 +247,12 @@ Result<UncertaintyResult> record_uncertainty(const std::filesystem::path& path, 
     if (is_single(done, count, params)) view.singles.push_back(std::move(**frame));
   }
   if (view.readings.images() < kLeastFrames || view.singles.empty())
-    return fail(ErrorCode::kInvalidValue, path, "{} frames can be read; deviations need at least {}",
-                view.readings.images(), kLeastFrames);
+    return fail(ErrorCode::kInvalidValue, path, "{} can be read; standard deviations need at least {}",
+                counted(view.readings.images(), "frame"), kLeastFrames);
   result.warnings = reading_warnings((*recording)->info());
   if (result.unreadable > 0)
-    result.warnings.push_back(fmt::format("{} frames cannot be read", result.unreadable));
+    result.warnings.push_back(
+        fmt::format("{} left out: they cannot be read", counted(result.unreadable, "frame")));
   view.depth_m = mean_depth_m(view.readings);
   Comparison(features, 0, result).add(view);
   warn_of_motion(features, result);

@@ -1,3 +1,4 @@
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
@@ -170,8 +171,8 @@ JsonValue to_json(const UncertaintyResult& result) {
 
 std::string to_text(const UncertaintyResult& result) {
   std::string text =
-      fmt::format("{}: {} frames of {} views; predicted minus actual deviation, RMS in mm\n{:<20}",
-                  result.scene, result.frames, result.views, "");
+      fmt::format("{}: {} of {}; predicted minus actual standard deviation, RMS in mm\n{:<20}", result.scene,
+                  counted(result.frames, "frame"), counted(result.views, "view"), "");
   for (std::size_t set = 0; set < kPixelSetCount; ++set)
     if (result.models[0].error_m[set].count > 0) text += fmt::format("{:>13}", kSetWords[set]);
   text += '\n';

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "hm/io/bytes/file_name.hpp"
+#include "hm/io/bytes/foreign_format.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/g2o_file.hpp"
@@ -40,8 +42,9 @@ PoseGraphReport report_of(const G2oGraph<Graph>& file, int dimensions) {
   report.dimensions = dimensions;
   report.nodes = nodes.size();
   report.other_lines = file.other_lines;
-  for (std::size_t i = 1; i < nodes.size(); ++i)
-    report.path_length_m += (nodes[i].translation() - nodes[i - 1].translation()).norm();
+  std::vector<Vec3> positions_m(nodes.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < nodes.size(); ++i) positions_m[i].head(dimensions) = nodes[i].translation();
+  report.path_length_m = path_length(positions_m);
   for (const auto& edge : file.graph.edges) {
     const bool is_loop = edge.kind == PoseEdgeKind::kLoop;
     ++(is_loop ? report.loop_edges : report.odometry_edges);
@@ -66,6 +69,7 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code))
     return fail(ErrorCode::kNotFound, path.string(), "there is no such file or folder");
+  if (std::filesystem::exists(path / "run.json", code)) return PathKind::kResult;
   if (std::filesystem::is_directory(path, code))
     return is_laser_recording(path) ? PathKind::kLaserRecording : PathKind::kRecording;
   const std::string extension = lower_extension(path);
@@ -76,11 +80,19 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   if (is_laser_recording(path)) return PathKind::kLaserRecording;
   if (extension == ".tum" || extension == ".txt" || extension == ".kitti" || extension == ".csv")
     return PathKind::kTrajectory;
+  if (const auto foreign = describe_foreign_format(path))
+    return fail(ErrorCode::kUnsupported, path.string(), "{}", *foreign);
   return fail(
       ErrorCode::kUnsupported, path.string(),
       "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap .mvog), a mesh "
       "({}), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)",
       kMeshNames);
+}
+
+UpDirection up_of_map(const MapHeader& header) {
+  const auto state = parse_json(header.state_json.empty() ? "{}" : header.state_json, "state");
+  const JsonValue* text = state ? state->find("up") : nullptr;
+  return text && text->as_string() ? parse_up(*text->as_string()).value_or(UpDirection()) : UpDirection();
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {
@@ -95,6 +107,7 @@ Result<MapReport> inspect_map(const std::filesystem::path& path) {
   });
   if (!read) return forward_error(read);
   report.volumes_damaged = read->blocks_skipped;
+  report.up = up_of_map(report.header);
   report.problems = map->problems();
   report.problems.insert(report.problems.end(), read->problems.begin(), read->problems.end());
   if (const auto state = state_from_json(report.header.state_json, path.string())) {
@@ -108,16 +121,17 @@ void visit(const MapReport& report, SummaryTree& v) {
   v({"format_version"}, report.header.format_version);
   v({"program_version"}, report.header.program_version);
   v({"voxel_size_m", {}, "{:g} mm", 1e3}, report.header.voxel_size_m);
-  v({"sdf_unit_m", {}, "{:.2f} um", 1e6}, report.header.sdf_unit_m);
+  v({"sdf_unit_m", {}, "{:.2g} mm", 1e3}, report.header.sdf_unit_m);
   v({"volumes"}, report.volumes);
   v({"volumes_with_color"}, report.volumes_with_color);
   v({"volumes_damaged"}, report.volumes_damaged);
   v({"voxels_known"}, report.voxels_known);
   v({"voxels_inside"}, report.voxels_inside);
   add_box(v, "bounds_m", report.bounds_m);
+  v({"up"}, to_string(report.up));
   v({"file_bytes", {}, "{:.1f} MB", 1e-6}, report.file_bytes);
   v({"frames_integrated"}, report.frames_integrated);
-  v({"next_frame"}, report.next_frame);
+  v({"next_frame", {}, "{:d}"}, report.next_frame);
   v.json("problems", JsonValue::array_of(report.problems));
   v({"parameters_toml"}, report.header.parameters_toml);
 }
@@ -125,20 +139,23 @@ void visit(const MapReport& report, SummaryTree& v) {
 std::string to_text(const MapReport& report) {
   return describe(report).lines(
              {"map, format {format_version} (saved by housemartin {program_version})",
-              "voxels       {voxel_size_m}, distances in {sdf_unit_m}; {volumes} volumes of 8^3, "
-              "{volumes_with_color} with colour",
-              "known        {voxels_known} voxels, {voxels_inside} of them on or behind a surface",
-              "size         [{bounds_m}, ]{file_bytes} on disk",
-              "made from    {frames_integrated} frames; --resume would go on at frame {next_frame}"}) +
+              "voxels       {voxel_size_m}, in {volumes|block} of 8 x 8 x 8, {volumes_with_color} of them "
+              "with colour",
+              "precision    distances to the surface are stored in steps of {sdf_unit_m}",
+              "known        {voxels_known|voxel}, {voxels_inside} of them on or behind a surface",
+              "size         [{bounds_m}, ]{file_bytes} on disk", "up           {up}",
+              "made from    {frames_integrated|frame}; --resume would continue at frame {next_frame}"}) +
          problem_lines(report.problems);
 }
 
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path) {
   const auto mesh = read_mesh(path);
   if (!mesh) return forward_error(mesh);
+  const auto up = read_mesh_up(path);
   return MeshReport{mesh->vertices.size(),  mesh->triangles.size(), open_edges(*mesh).size(),
                     mesh->has_normals(),    mesh->has_colors(),     surface_area(*mesh),
-                    enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path)};
+                    enclosed_volume(*mesh), bounds(*mesh),          file_size_of(path),
+                    up ? *up : std::nullopt};
 }
 
 void visit(const MeshReport& report, SummaryTree& v) {
@@ -151,14 +168,15 @@ void visit(const MeshReport& report, SummaryTree& v) {
   v({"enclosed_volume_m3"}, report.enclosed_volume_m3);
   add_box(v, "bounds_m", report.bounds_m);
   v({"file_bytes"}, report.file_bytes);
+  v({"up"}, report.up ? to_string(*report.up) : std::string("the file does not say"));
   v.shown("normals", {}, report.has_normals ? "with" : "without");
   v.shown("colors", {}, report.has_colors ? "with" : "without");
 }
 
 std::string to_text(const MeshReport& report) {
   return describe(report).lines(
-      {"mesh of {vertices} vertices and {triangles} triangles, {normals} normals, {colors} colours",
-       "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}"});
+      {"mesh of {vertices|vertex|vertices} and {triangles|triangle}, {normals} normals, {colors} colours",
+       "size         [{bounds_m}, ]{area_m2} of surface", "open edges   {open_edges}", "up           {up}"});
 }
 
 Result<PoseGraphReport> inspect_pose_graph(const std::filesystem::path& path) {
@@ -178,7 +196,7 @@ void visit(const PoseGraphReport& report, SummaryTree& v) {
   v({"odometry_edges"}, report.odometry_edges);
   v({"loop_edges"}, report.loop_edges);
   v({"other_lines"}, report.other_lines);
-  if (report.other_lines > 0) v.shown("left_out", {}, std::to_string(report.other_lines));
+  if (report.other_lines > 0) v.shown("left_out", {}, report.other_lines);
   v({"path_length_m", {}, "{:.2f} m"}, report.path_length_m);
   v({"chi2", {}, "{:.4g}"}, report.chi2);
   v({"largest_loop_chi2", {}, "{:.4g}"}, report.largest_loop_chi2);
@@ -186,11 +204,11 @@ void visit(const PoseGraphReport& report, SummaryTree& v) {
 }
 
 std::string to_text(const PoseGraphReport& report) {
-  return describe(report).lines({"pose graph in {space} of {nodes} nodes, {path_length_m} from node to node",
-                                 "edges        {odometry_edges} of odometry, {loop_edges} loops[; {left_out} "
-                                 "lines of other kinds not "
-                                 "read]",
-                                 "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
+  return describe(report).lines(
+             {"pose graph in {space} of {nodes|node}, {path_length_m} from node to node",
+              "edges        {odometry_edges} of odometry, {loop_edges|loop}[; {left_out|line} "
+              "of other kinds not read]",
+              "chi2         {chi2}; largest of a loop {largest_loop_chi2}"}) +
          problem_lines(report.problems);
 }
 

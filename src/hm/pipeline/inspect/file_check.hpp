@@ -6,13 +6,23 @@
 
 #include "hm/core/result.hpp"
 #include "hm/geometry/box.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/io/map/map_file.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {
 
 /// Kind of a path, from the file system, its extension and, of laser recordings, its first bytes.
-enum class PathKind { kRecording, kLaserRecording, kMap, kOccupancy, kMesh, kTrajectory, kPoseGraph };
+enum class PathKind {
+  kRecording,
+  kLaserRecording,
+  kResult,
+  kMap,
+  kOccupancy,
+  kMesh,
+  kTrajectory,
+  kPoseGraph
+};
 /// An error when there is no such file or folder, or of no kind that this program reads.
 Result<PathKind> kind_of(const std::filesystem::path& path);
 
@@ -23,6 +33,7 @@ struct MapReport {
   std::uint64_t voxels_known = 0, voxels_inside = 0;
   std::uint64_t file_bytes = 0;
   Box3 bounds_m;
+  UpDirection up;                                     ///< as the run that made it has found it
   std::size_t next_frame = 0, frames_integrated = 0;  ///< of the run that made it, when it is recorded
   std::vector<std::string> problems;
 };
@@ -39,7 +50,10 @@ struct MeshReport {
   double enclosed_volume_m3 = 0;  ///< meaningful only where there are no open edges
   Box3 bounds_m;
   std::uint64_t file_bytes = 0;
+  std::optional<UpDirection> up;  ///< as the file says it; nothing: it does not
 };
+/// Up in the frame of a map, as the run that made it has found it; unknown where it says nothing.
+UpDirection up_of_map(const MapHeader& header);
 /// Reads all of a mesh (kMeshNames).
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 void visit(const MeshReport& report, SummaryTree& v);

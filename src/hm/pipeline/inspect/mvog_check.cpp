@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/geometry/se3.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mvog_file.hpp"
@@ -35,9 +36,10 @@ std::string to_text(const MvogReport& report) {
       "columns      {} known, {:.1f} m2\n"
       "volumes      {} occupied, {} free\n"
       "size         {:.2f} x {:.2f} x {:.2f} m, {:.2f} MB in memory, {:.2f} MB on disk\n",
-      report.resolution_m, report.size.columns, report.size.area_m2, report.size.volumes_positive,
-      report.size.volumes_negative, size.x(), size.y(), size.z(),
-      static_cast<double>(report.size.bytes) * 1e-6, static_cast<double>(report.file_bytes) * 1e-6);
+      report.resolution_m, with_thousands(report.size.columns), report.size.area_m2,
+      with_thousands(report.size.volumes_positive), with_thousands(report.size.volumes_negative), size.x(),
+      size.y(), size.z(), static_cast<double>(report.size.bytes) * 1e-6,
+      static_cast<double>(report.file_bytes) * 1e-6);
 }
 
 }  // namespace hm

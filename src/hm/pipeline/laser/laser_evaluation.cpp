@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/pose/relations_file.hpp"
 
 namespace hm {
@@ -25,8 +26,10 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
     return;
   }
   if (errors->unmatched > 0)
-    summary.warnings.push_back(fmt::format("{} of {} relations speak of moments without a pose",
-                                           errors->unmatched, relations.size()));
+    summary.warnings.push_back(
+        fmt::format("{} of {} {} no pose at {} times", with_thousands(errors->unmatched),
+                    counted(relations.size(), "relation"), errors->unmatched == 1 ? "has" : "have",
+                    errors->unmatched == 1 ? "its" : "their"));
   summary.relation_error = std::move(*errors);
   if (!summary.map_frame.corrected) return;
   auto odom = evaluate_relations(summary.trajectory_odom, relations, summary.parameters.relation_error);

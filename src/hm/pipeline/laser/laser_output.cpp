@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/map/occupancy_grid_file.hpp"
@@ -30,26 +31,29 @@ void add_warnings(LaserSummary& summary) {
   if (summary.scans_failed > 0) {
     const auto most = std::max_element(summary.failure_reasons.begin(), summary.failure_reasons.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-    summary.warnings.push_back(fmt::format("{} of {} scans have no pose; most often ({}): {}",
-                                           summary.scans_failed, summary.scans_read, most->second,
-                                           most->first));
+    summary.warnings.push_back(fmt::format(
+        "{} of {} without a pose; the most frequent reason ({}): {}", with_thousands(summary.scans_failed),
+        counted(summary.scans_read, "scan"), counted(most->second, "time"), most->first));
   }
   if (summary.restarts > 0)
-    summary.warnings.push_back(fmt::format(
-        "scan matching was lost {} times and began anew{}", summary.restarts,
-        summary.map_frame.corrected ? ": where no loop or map closes the break, path and map stay broken"
-                                    : ": the path and the map are broken there"));
+    summary.warnings.push_back(
+        fmt::format("scan matching was lost and restarted {}{}", counted(summary.restarts, "time"),
+                    summary.map_frame.corrected
+                        ? ": path and map are broken there unless a closed loop or the saved map joins them"
+                        : ": path and map are broken there"));
   if (const auto& place = summary.map_frame.localisation; place && !place->is_sure())
     summary.warnings.push_back(fmt::format(
-        "the place in the map is doubtful: {} of {} scans were located, lost {} times, median score {:.2f} "
-        "(sure: from {:g})",
-        place->located, place->sought, place->lost, place->score.median, LocalisationSummary::kSureScore));
+        "the place in the map is doubtful: {} of {} located, lost {}, median score {:.2f} (reliable: {:g} or "
+        "more)",
+        with_thousands(place->located), counted(place->sought, "scan"), counted(place->lost, "time"),
+        place->score.median, LocalisationSummary::kSureScore));
   if (summary.scans_dropped > 0)
-    summary.warnings.push_back(fmt::format("{} of {} scans came too fast and were dropped",
-                                           summary.scans_dropped, summary.scans_total));
+    summary.warnings.push_back(fmt::format("{} of {} dropped: they came faster than they could be processed",
+                                           with_thousands(summary.scans_dropped),
+                                           counted(summary.scans_total, "scan")));
   if (summary.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} scans", summary.scans_read, summary.scans_total));
+    summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(summary.scans_read),
+                                           counted(summary.scans_total, "scan")));
 }
 
 /// Written, and named in the summary.
@@ -130,16 +134,24 @@ std::vector<Figure> draw_figures(const MapDrawing& map, const LaserSummary& summ
                                          "occupied dark, free light, unknown grey.",
                                          summary.parameters.laser.run.slice_bottom_m,
                                          summary.parameters.laser.run.slice_top_m),
-                       std::move(*plan)});
+                       std::move(*plan), HtmlReport::Place::kWide, legend_of(paths)});
+  if (!figures.empty()) set_scale(figures.back(), map.slice.cells.width() * map.slice.resolution_m);
   if (map.slice_odom) {
     const std::vector<MapOverlay> path{{"odometry", &summary.trajectory_odom, kEstimateColor}};
-    if (auto before = draw_occupancy_grid(*map.slice_odom, path))
-      figures.push_back({"plan_odom", "For comparison: the same before it was corrected, in the frame odom.",
-                         std::move(*before)});
+    if (auto before = draw_occupancy_grid(*map.slice_odom, path)) {
+      figures.insert(figures.begin(), {"plan_odom", "Before: the map of odometry's own poses.",
+                                       std::move(*before), HtmlReport::Place::kHalf, legend_of(path)});
+      set_scale(figures.front(), map.slice_odom->cells.width() * map.slice_odom->resolution_m);
+      if (figures.size() > 1) {
+        figures.back().place = HtmlReport::Place::kHalf;
+        figures.back().caption = "After the correction: " + figures.back().caption;
+      }
+    }
   }
   if (summary.planar || map.faces.triangles.empty()) return figures;
   if (auto above = draw_heights(map.voxels, size_m))
-    figures.push_back({"above", "The highest that is occupied, from above, by height.", std::move(*above)});
+    figures.push_back(
+        {"above", "The highest occupied cells from above, coloured by height.", std::move(*above)});
   RenderOptions render;
   render.width = 1400, render.height = 900;
   render.style = RenderStyle::kHeight;

@@ -8,8 +8,9 @@
 
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/pose/relations_file.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
@@ -46,16 +47,17 @@ struct LaserChoiceInput {
 std::string prediction_text(const LaserRecording& recording, const LaserParameters& params) {
   const LaserRunParams& run = params.run;
   if (recording.odometry.empty() || !run.use_odometry)
-    return run.search_motion
-               ? "no odometry: predicted with the velocity of the last scans; scans far apart in time, or "
-                 "not matched, are sought among the last keyframes"
-               : "no odometry: predicted with the velocity of the last scans";
-  if (!run.degraded_odometry) return "predicted with the recording's odometry";
+    return run.search_motion ? "no odometry: motion is predicted from the velocity of the last scans; after "
+                               "a gap, or a failed "
+                               "match, the last keyframes are searched"
+                             : "no odometry: motion is predicted from the velocity of the last scans";
+  if (!run.degraded_odometry) return "motion is predicted from the recording's odometry";
   const WheelNoiseParams& noise = params.wheel_noise;
   return fmt::format(
-      "predicted with a stand-in for wheel odometry: the recording's true poses ({}), their motion from one "
-      "to the "
-      "next with noise of {:g} % along and {:g} % across it, {:g} % of a turn, {:g} rad/m of heading, "
+      "motion is predicted from simulated wheel odometry: the true poses of the recording ({}), with noise "
+      "added to "
+      "the motion between them: noise of {:g} % along and {:g} % across it, {:g} % of a turn, {:g} rad/m of "
+      "heading, "
       "systematic "
       "errors of {:g} % and {:g} rad/m (seed {})",
       recording.truth_source, 100 * noise.along_ratio, 100 * noise.across_ratio, 100 * noise.angle_ratio,
@@ -65,9 +67,10 @@ std::string prediction_text(const LaserRecording& recording, const LaserParamete
 std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions& options) {
   switch (pipeline.map_frame().source()) {
     case MapFrameSource::kLoops:
-      return "drift corrected by places seen again; odom itself stays as it is";
+      return "drift is corrected by closing loops: results are in the frame map; the frame odom stays "
+             "continuous";
     case MapFrameSource::kSavedMap:
-      return "located in the map " + options.saved_map.string();
+      return "localised in the saved map " + options.saved_map.string() + ": results are in its frame";
     case MapFrameSource::kOdometry:
       break;
   }
@@ -77,16 +80,16 @@ std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions&
 void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& choices) {
   const LaserRecording& recording = input.recording;
   const LaserParameters& params = input.options.parameters.laser;
-  choices.push_back(fmt::format("poses by scan matching of {}", recording.lasers.front().name));
+  choices.push_back(fmt::format("poses from scan matching of {}", recording.lasers.front().name));
   if (!scans_horizontally(laser_platform(recording).rigs.front()))
-    choices.emplace_back("its scan plane is not horizontal: poses in the plane may be wrong");
+    choices.emplace_back("its scan plane is not horizontal: poses may be wrong");
   if (recording.lasers.size() > 1)
-    choices.push_back(fmt::format("{} more lasers are not used", recording.lasers.size() - 1));
+    choices.push_back(fmt::format("{} not used", counted(recording.lasers.size() - 1, "more laser")));
   choices.emplace_back(!recording.imu.empty() && params.run.use_imu
-                           ? "attitude, yaw between scans and fusion from the IMU"
-                           : "no IMU: the vehicle is taken as level");
+                           ? "IMU used for attitude, yaw between scans and fusion"
+                           : "no IMU: the vehicle is assumed to be level");
   choices.push_back(prediction_text(recording, params));
-  if (!recording.rig || !recording.rig->down) choices.emplace_back("no mirror: the height stays as it is");
+  if (!recording.rig || !recording.rig->down) choices.emplace_back("no mirror: the height is not measured");
   choices.push_back(map_frame_text(input.pipeline, input.options));
 }
 
@@ -97,7 +100,7 @@ std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
   if (input.pipeline.matches_scans())
     describe_matching(input, choices);
   else
-    choices.push_back(fmt::format("poses from the recording's odometry{}",
+    choices.push_back(fmt::format("poses from odometry of the recording{}",
                                   scans_horizontally(laser_platform(recording).rigs.front())
                                       ? ""
                                       : ", as no laser scans horizontally: the scans only build the map"));
@@ -261,7 +264,7 @@ void Run::describe() {
   summary_.truth = recording_.truth;
   summary_.truth_source = recording_.truth_source;
   summary_.choices = laser_choices({recording_, options_, pipeline_});
-  summary_.warnings = reading_warnings(recording_);
+  summary_.warnings = laser_warnings(recording_);
 }
 
 Error Run::nothing_posed() const {
@@ -271,7 +274,7 @@ Error Run::nothing_posed() const {
   for (const auto& [reason, scans] : summary_.failure_reasons)
     if (scans > count) count = scans, most = fmt::format("{} x {}", scans, reason);
   return {ErrorCode::kInvalidValue,
-          fmt::format("not one of {} scans got a pose ({})", events_.scan_count(), most),
+          fmt::format("not one of {} got a pose ({})", counted(events_.scan_count(), "scan"), most),
           options_.recording.string()};
 }
 

@@ -21,7 +21,7 @@ void add_before_and_after(HtmlReport& report, const LaserSummary& laser, const S
     const auto before = describe(*odom).rows(), after = summary.rows("mvog");
     for (std::size_t i = 0; i < before.size(); ++i) rows.push_back({before[i][0], before[i][1], after[i][1]});
   }
-  if (!rows.empty()) report.add_table({"", "in odom", "in map"}, rows);
+  if (!rows.empty()) report.add_table({"", "before correction (odom)", "after correction (map)"}, rows);
 }
 
 void add_scores(HtmlReport& report, const LaserSummary& summary) {
@@ -48,9 +48,10 @@ void add_history(HtmlReport& report, const LaserSummary& summary) {
       series[i].y.push_back(change.T_map_odom.vector()(static_cast<Eigen::Index>(i)));
     }
   PlotOptions plot;
-  plot.x.label = "time (s)", plot.y.label = "odom in map";
+  plot.x.label = "time (s)", plot.y.label = "T_map_odom";
   report.add_svg(plot_svg(series, plot),
-                 "Where the frame odom lay in map, as it was known then. It may jump; odom itself does not.");
+                 "The correction T_map_odom over time: the pose of the frame odom in the frame map, as it "
+                 "was known then.");
 }
 
 using Getter = std::optional<double> (*)(const LaserScanRecord&);
@@ -118,15 +119,15 @@ PlotOptions over_time(std::string label) {
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
-            {{"scans", "{scans.posed}", "of {scans.total} have a pose"},
-             {"path", "{path_length_m}", "in {recording_s}"},
-             {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"},
-             {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
-             {"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
+            {{"position error", "{ate_rmse_m}", "RMSE after fitting to the truth"},
              {"height error", "{height_rmse_m}", "RMSE"},
-             {"located", "{localisation.located}", "of {localisation.sought} scans in the saved map"},
-             {"loops", "{loops.closed}", "closed, of {loops.candidates} candidates"},
-             {"relations", "{relation_error_m.mean}", "mean error of {relations.used} relative poses"}});
+             {"scans", "{scans.posed}", "of {scans.total} have a pose"},
+             {"path", "{path_length_m}", "in {recording_s}[; true path {truth_path}]"},
+             {"located", "{localisation.located}", "of {localisation.sought|scan} in the saved map"},
+             {"loops", "{loops.closed}", "closed, of {loops.candidates|candidate}"},
+             {"relations", "{relation_error_m.mean}", "mean error of {relations.used|relative pose}"},
+             {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},
+             {"matching", "{match_ms.median}", "a scan, median; 99 % under {match_ms.p99}"}});
 }
 
 void add_path_section(HtmlReport& report, const LaserSummary& summary) {
@@ -134,7 +135,7 @@ void add_path_section(HtmlReport& report, const LaserSummary& summary) {
   PlotOptions plot;
   plot.x.label = "x (m)", plot.y.label = "y (m)";
   plot.equal_aspect = true;
-  plot.height_px = 520;
+  plot.height_px = 360;
   if (!summary.error) {
     const std::array<NamedTrajectory, 1> paths{{{"estimate", &summary.trajectory}}};
     report.add_svg(trajectory_svg(paths, plot), "The path from above.");
@@ -166,6 +167,12 @@ void add_map_frame_section(HtmlReport& report, const LaserSummary& laser, const 
                         "the map was rebuilt in {:.1f} s.",
                         map.max_shift_m, map.rebuild_s)
           : std::string("No loop was closed: path and map are those of odometry."));
+  report.add_paragraph(
+      "Poses are given in two frames. odom is the frame of scan matching: it is continuous, and it drifts. "
+      "map is "
+      "the corrected frame: closed loops, or the saved map, correct it, so it does not drift, but a pose in "
+      "it "
+      "can jump. T_map_odom transforms from odom to map.");
   add_before_and_after(report, laser, summary);
   add_summary_table(report, summary, map.localisation ? "localisation" : "loops");
   if (map.localisation) add_scores(report, laser);
@@ -186,8 +193,9 @@ void add_height_section(HtmlReport& report, const LaserSummary& summary) {
     }
     series.push_back(std::move(truth));
   }
-  report.begin_section("Height", "Of the vehicle over the floor under its first reading.");
-  report.add_svg(plot_svg(series, over_time("height (m)")), "Height, and the level of the floor below.");
+  report.begin_section("Height", "Height of the vehicle above the floor where it started.");
+  report.add_svg(plot_svg(series, over_time("height (m)")),
+                 "Height, and the level of the floor below the vehicle.");
   add_list_table(report, describe(summary), "floors");
 }
 
@@ -199,9 +207,11 @@ void add_motion_section(HtmlReport& report, const LaserSummary& summary) {
   for (auto& fused : {series_of(summary, "forward, fused", fused_velocity_of<0>),
                       series_of(summary, "to the left, fused", fused_velocity_of<1>)})
     if (!fused.x.empty()) speeds.push_back(fused);
-  report.add_svg(plot_svg(speeds, over_time("velocity (m/s)")), "Velocity from scan matching.");
-  const PlotSeries turning = series_of(summary, "yaw rate", velocity_of<2>);
-  report.add_svg(plot_svg({&turning, 1}, over_time("yaw rate (rad/s)")), "How fast the vehicle turns.");
+  const std::string beyond = set_aside_unphysical(speeds, kMaxSpeed_m_s, "m/s");
+  report.add_svg(plot_svg(speeds, over_time("velocity (m/s)")), "Velocity from scan matching." + beyond);
+  std::vector<PlotSeries> turning{series_of(summary, "yaw rate", velocity_of<2>)};
+  const std::string too_fast = set_aside_unphysical(turning, kMaxTurnRate_rad_s, "rad/s");
+  report.add_svg(plot_svg(turning, over_time("yaw rate (rad/s)")), "How fast the vehicle turns." + too_fast);
 }
 
 void add_cost_section(HtmlReport& report, const LaserSummary& summary) {
@@ -230,14 +240,18 @@ void add_failures(HtmlReport& report, const SummaryTree& summary) {
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("Laser run of " + summary.recording.filename().string());
-  report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     *tree.sentence("{scans.posed} of {scans.total} scans have a pose; the map covers "
-                                    "{mvog.area_m2}."));
+  HtmlReport report(folder_title(summary.recording), "Laser");
+  report.set_verdict(
+      summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+      *tree.sentence("{scans.posed} of {scans.total|scan} have a pose over {path_length_m}; the map covers "
+                     "{mvog.area_m2}[; the path is off by {ate_rmse_m} (rmse)]."));
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
-  if (!material.figures.empty()) report.begin_section("Map");
-  for (const Figure& figure : material.figures) add_figure(report, figure);
+  set_lead_figure(report, material.figures, "plan");
+  const bool more = material.figures.size() > 1;  // than the one that leads
+  if (more) report.begin_section("Map");
+  for (const Figure& figure : material.figures)
+    if (more) add_figure(report, figure);
   add_path_section(report, summary);
   add_map_frame_section(report, summary, tree);
   add_height_section(report, summary);

@@ -1,5 +1,7 @@
 #include "hm/pipeline/laser/laser_summary.hpp"
 
+#include <algorithm>
+
 #include "hm/core/angle.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/pipeline/common/box_json.hpp"
@@ -75,7 +77,8 @@ void add_errors(const LaserSummary& summary, SummaryTree& v) {
     v({"ate_rotation_rmse_rad", "rotation error, RMSE", "{:.3f} deg", kDegreesPerRadian},
       summary.error->rotation_rad.rmse);
     v({"truth", "truth"}, summary.truth_source);
-    v.shown("pairs", "poses compared", std::to_string(summary.error->pairs));
+    v.shown("pairs", "poses compared", summary.error->pairs);
+    v.shown("truth_path", "true path", fmt::format("{:.2f} m", summary.error->truth_path_m));
   }
   if (summary.height_error) {
     v({"height_rmse_m", "height error, RMSE", "{:.4f} m"}, summary.height_error->rmse_m);
@@ -90,7 +93,7 @@ void add_errors(const LaserSummary& summary, SummaryTree& v) {
                 errors.rotation_std_rad);
   v.object("relations", [&](SummaryTree& relations) {
     relations({"used", "relations used"}, errors.errors.size());
-    relations({"unmatched", "relations without poses"}, errors.unmatched);
+    relations({"unmatched", "relations without a pose"}, errors.unmatched);
   });
 }
 
@@ -143,13 +146,13 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"solutions", "times solved"}, map.solutions);
   v({"candidates", "candidates"}, loops.candidates);
   v({"accepted", "accepted"}, loops.accepted);
-  v.shown("closed", "closed", std::to_string(loops.accepted - loops.taken_out));
+  v.shown("closed", "closed", loops.accepted - loops.taken_out);
   v({"rejected", "rejected"}, loops.rejected());
   v({"no_match", "the scan fits nowhere"}, loops.no_match);
   v({"ambiguous", "it fits several places"}, loops.ambiguous);
   v({"gave_up", "search given up"}, loops.gave_up);
   v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
-  v({"taken_out", "taken out again: the others contradict"}, loops.taken_out);
+  v({"taken_out", "removed again: contradicted by others"}, loops.taken_out);
 }
 
 void add_place(const MapFrameSummary& map, const LocalisationSummary& place, SummaryTree& v) {
@@ -246,7 +249,7 @@ void visit(const MvogSize& size, SummaryTree& v) {
 void visit(const FloorLevel& floor, SummaryTree& v) {
   v({"level_m", "floor", "{:.3f} m"}, floor.level_m);
   v({"std_m", "standard deviation", "{:.3f} m"}, floor.std_m);
-  v.shown("sightings", "scans", std::to_string(floor.sightings));
+  v.shown("sightings", "scans", floor.sightings);
 }
 
 void visit(const LaserSummary& summary, SummaryTree& v) {
@@ -297,30 +300,30 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
 std::string to_text(const LaserSummary& summary) {
   const SummaryTree tree = describe(summary);
   std::string text;
-  for (const std::string& choice : summary.choices) text += "  " + choice + "\n";
+  for (const std::string& choice : summary.choices)
+    if (std::ranges::find(summary.warnings, choice) == summary.warnings.end()) text += "  " + choice + "\n";
   text +=
-      tree.lines({"{scans.posed} of {scans.total} scans have a pose, {scans.failed} have none; "
-                  "{scans.keyframes} keyframes, "
-                  "path {path_length_m}",
+      tree.lines({"{scans.posed} of {scans.total|scan} have a pose, {scans.failed} without; "
+                  "{scans.keyframes|keyframe}, path {path_length_m}[ (true path {truth_path})]",
                   "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
   if (summary.scans_searched > 0)
     text +=
-        tree.lines({"search    {scans.searched} scans sought among the last keyframes, {scans.found} placed "
-                    "by it alone"});
+        tree.lines({"search    {scans.searched|scan} searched for among the last keyframes, "
+                    "{scans.found} located only by this"});
   text += tree.lines(
-      {"loops     {loops.closed} of {loops.candidates} candidates closed; {loops.nodes} nodes, solved "
-       "{loops.solutions} times",
-       "place     in {localisation.map}: {localisation.located} of {localisation.sought} scans[, first after "
+      {"loops     {loops.closed} of {loops.candidates|candidate} closed; {loops.nodes|node}, solved "
+       "{loops.solutions|time}",
+       "place     in {localisation.map}: {localisation.located} of {localisation.sought|scan} located[, "
+       "first after "
        "{localisation.first_fix_s}], score {localisation.score.median} (median), against odometry "
        "{localisation.correction_m.median} (median) {localisation.correction_m.p99} (99 %)",
-       "          {localisation.searches} searches of the whole map ({localisation.found} found, "
-       "{localisation.ambiguous} ambiguous, {localisation.not_found} nowhere, {localisation.gave_up} given "
-       "up), "
-       "lost {localisation.lost} times"});
+       "          {localisation.searches|search|searches} of the whole map ({localisation.found} found, "
+       "{localisation.ambiguous} ambiguous, {localisation.not_found} not found, {localisation.gave_up} given "
+       "up), lost {localisation.lost|time}"});
   const char* source = summary.map_frame.localisation ? "localisation" : "loops";
   if (summary.map_frame.corrected)
     text +=
-        tree.lines({fmt::format("          odom to map at the end ({{{0}.T_map_odom.x_m}}, "
+        tree.lines({fmt::format("          correction at the end (T_map_odom): ({{{0}.T_map_odom.x_m}}, "
                                 "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
                                 "{{{0}.rebuild_s}}",
                                 source)});
@@ -334,9 +337,9 @@ std::string to_text(const LaserSummary& summary) {
   }
   text += tree.lines(
       {"time      {run_s} for a recording of {recording_s}",
-       "against the truth: position RMSE {ate_rmse_m}, rotation RMSE {ate_rotation_rmse_rad} ({pairs} poses)",
+       "against the truth: position RMSE {ate_rmse_m}, rotation RMSE {ate_rotation_rmse_rad} ({pairs|pose})",
        "                   height RMSE {height_rmse_m}, at most {height_max_m}",
-       "against {relations.used} relations: {relation_error_m.mean} +- {relation_error_m.std}, "
+       "against {relations.used|relation}: {relation_error_m.mean} +- {relation_error_m.std}, "
        "{relation_error_rad.mean}",
        "before correction: position RMSE {ate_rmse_odom_m}",
        "before correction: relations {relation_error_odom_m.mean}, {relation_error_odom_rad.mean}"});

@@ -5,6 +5,7 @@
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
+#include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
@@ -119,8 +120,13 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"odometry", &estimate}}};
   add_path_views(report, paths, "Odometry is fitted to the recording's own poses.");
   report.begin_section("Error", "Against the recording's own poses, which tracking does not see.");
-  add_relative_table(report, *summary.error);
+  add_error_statistics(report, *summary.error);
+  add_error_path(report, *summary.error);
+  add_position_histogram(report, *summary.error);
   add_error_plots(report, *summary.error);
+  add_relative_table(report, *summary.error);
+  report.begin_section("Pose over time", "Odometry is fitted to the recording's own poses.");
+  add_pose_components(report, *summary.error);
 }
 
 }  // namespace
@@ -128,8 +134,8 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
 void add_tracking_cards(HtmlReport& report, const SummaryTree& summary) {
   add_cards(report, summary,
             {{"frames", "{frames.tracked}", "of {frames.total} have a pose; {frames.lost} lost"},
-             {"tracking", "{track_ms.mean}", "a frame, mean; 99 % under {track_ms.p99}"},
-             {"path", "{path_length_m}", "{keyframes} keyframes"}});
+             {"path", "{path_length_m}", "{keyframes|keyframe}"},
+             {"tracking", "{track_ms.mean}", "a frame, mean; 99 % under {track_ms.p99}"}});
 }
 
 void add_error_cards(HtmlReport& report, const SummaryTree& summary) {
@@ -187,14 +193,15 @@ JsonValue tracking_series_json(const VisualTrack& track) {
 std::string odometry_report_html(const OdometrySummary& summary, const OdometryReportMaterial& material) {
   using Verdict = HtmlReport::Verdict;
   const VisualTrack& track = summary.track;
-  HtmlReport report("Odometry of " + summary.recording.path.filename().string());
+  HtmlReport report(folder_title(summary.recording.path), "Odometry");
   const SummaryTree tree = describe(summary);
   report.set_verdict(
       track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
       *tree.sentence(
-          "{frames.tracked} of {frames.total} frames have a pose, over a path of {path_length_m}."));
-  add_tracking_cards(report, tree);
+          "{frames.tracked} of {frames.total|frame} have a pose, over a path of {path_length_m}[; it is "
+          "off by {ate_rmse_m} (rmse against the recording's own poses)]."));
   add_error_cards(report, tree);
+  add_tracking_cards(report, tree);
   add_warnings_section(report, summary.warnings);
   add_path_section(report, summary);
   add_tracking_sections(report, track, tree);

@@ -1,11 +1,12 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 #include "hm/report/run_report.hpp"
 
@@ -16,8 +17,8 @@ void show_progress(const RunContext& run, const VisualTrack& track) {
   if (!run.progress) return;
   const double last_ms = track.frames.empty() ? 0 : track.frames.back().numbers.total_ms;
   run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
-                fmt::format("{} keyframes, {} points, {:.1f} ms, {} lost", track.keyframes.size(),
-                            track.model_points, last_ms, track.frames_lost)});
+                fmt::format("{}, {}, {:.1f} ms, {} lost", counted(track.keyframes.size(), "keyframe"),
+                            counted(track.model_points, "point"), last_ms, track.frames_lost)});
 }
 
 /// Tracks the frames one by one; true when it was stopped before the end.
@@ -69,6 +70,8 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  if (!warnings) return forward_error(warnings);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
@@ -83,13 +86,15 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (summary.track.trajectory.empty()) {
     if (summary.interrupted)
       return fail(ErrorCode::kCancelled, {}, "stopped before the first frame had a pose");
-    return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}", why_no_pose(summary.track));
+    return fail(ErrorCode::kInvalidValue, options.recording.string(), "{}",
+                why_no_pose(summary.track, *warnings));
   }
-  summary.warnings = reading_warnings(info);
+  summary.warnings = std::move(*warnings);
   for (std::string& warning : warnings_of(summary.track)) summary.warnings.push_back(std::move(warning));
   if (summary.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} frames", summary.track.frames_read, summary.track.frames_total));
+    summary.warnings.push_back(fmt::format("stopped after {} of {}",
+                                           with_thousands(summary.track.frames_read),
+                                           counted(summary.track.frames_total, "frame")));
   summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
                                      summary.warnings);
   const auto written = as_run_failure(write_odometry_results(options, folder->staging(), summary));

@@ -16,6 +16,7 @@ struct OdometryRunOptions {
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed
   ExistingResult existing = ExistingResult::kRefuse;
+  bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   RgbdParameters parameters;
   RunContext run;  ///< stopped early, it finishes with what there is
 };

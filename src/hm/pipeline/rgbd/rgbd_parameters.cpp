@@ -38,7 +38,8 @@ ParamList list_slam(RgbdParameters& parameters) {
 }
 
 KeyframeMapParams keyframe_map_params(const RgbdParameters& parameters) {
-  return {parameters.slam, parameters.mvog, parameters.depth_noise, parameters.odometry.max_depth_sigma_m};
+  return {parameters.slam, parameters.mvog, parameters.depth_noise, parameters.odometry.max_depth_sigma_m,
+          Vec3::UnitZ()};
 }
 
 Result<void> check_parameters(const RgbdParameters& parameters) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/map/octomap_file.hpp"
@@ -44,12 +45,17 @@ class Output {
     result_ = write(options_.output / name);
     if (result_) summary_.outputs.push_back(options_.output / name);
   }
+  /// Heights are measured along this: z while up is unknown.
+  [[nodiscard]] Vec3 height_axis() const {
+    return summary_.state.up.known() ? summary_.state.up.up : Vec3::UnitZ();
+  }
   void write_trajectories();
   void write_map_file();
   void write_keyframe_maps();
   void write_occupancy(const KeyframeMaps& maps);
   void compare_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
   void draw_matrices();
+  void draw_accepted_loops();
   void draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh);
   void write_report();
 
@@ -77,6 +83,7 @@ void Output::write_map_file() {
   file("map.hmap", [&](const auto& path) -> Result<void> {
     SlamSaveState state = initial_save_state(summary_.recording, options_.run.program_version);
     state.next_frame = summary_.state.frames_done;
+    state.up = summary_.state.up;
     const MapHeader header = slam_map_header(options_.parameters, pipeline_.dense().grid(), state);
     auto map = MapFile::create(path, header);
     if (!map) return forward_error(map);
@@ -96,7 +103,7 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
                                                 summary_.warnings);
   if (!written) result_ = forward_error(written);
   if (written && *written) summary_.outputs.push_back(path);
-  if (auto figure = draw_heights(voxels, resolution_m))
+  if (auto figure = draw_heights(voxels, resolution_m, height_axis()))
     material_.maps.push_back({"occupancy",
                               "The highest occupied cell of the occupancy map, from above, by height.",
                               std::move(*figure)});
@@ -105,11 +112,12 @@ void Output::write_occupancy(const KeyframeMaps& maps) {
 void Output::write_keyframe_maps() {
   RunContext finishing = options_.run;  // the maps of a run that was stopped early are whole nevertheless
   finishing.stop = {};
-  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes,
-                                               keyframe_map_params(options_.parameters), finishing);
+  KeyframeMapParams wanted = keyframe_map_params(options_.parameters);
+  wanted.up = height_axis();
+  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes, wanted, finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
-        fmt::format("{} keyframes could not be read again for the maps", maps.unreadable));
+        fmt::format("{} could not be read again for the maps", counted(maps.unreadable, "keyframe")));
   if (maps.keyframes == 0) {
     if (maps.points || maps.occupancy || maps.volumes)
       summary_.warnings.emplace_back("no maps of keyframes: not one keyframe could be read for them");
@@ -117,6 +125,7 @@ void Output::write_keyframe_maps() {
   }
   MeshWriteOptions write;
   write.frame = "map", write.program = "housemartin " + options_.run.program_version;
+  write.up = summary_.state.up;
   if (maps.points)
     file("points.ply", [&](const auto& path) { return write_mesh(path, maps.points->points(), write); });
   if (maps.occupancy) write_occupancy(maps);
@@ -160,8 +169,8 @@ void Output::draw_matrices() {
   if (!options_.parameters.slam.matrices || !options_.parameters.loops.enabled || keyframes.size() < 2)
     return;
   if (keyframes.size() > kMost) {
-    summary_.warnings.push_back(fmt::format("no matrices of place recognition: {} keyframes are more than {}",
-                                            keyframes.size(), kMost));
+    summary_.warnings.push_back(fmt::format("no matrices of place recognition: {} are more than {}",
+                                            counted(keyframes.size(), "keyframe"), with_thousands(kMost)));
     return;
   }
   say("drawing matrices");
@@ -171,26 +180,50 @@ void Output::draw_matrices() {
   PlacePictures figures = draw_places(matrices, pixels);
   material_.matrices = {
       {"match_matrix", "Votes of each keyframe's features (row) for other keyframes (column).",
-       std::move(figures.match)},
-      {"candidate_matrix", "Pairs that were compared.", std::move(figures.candidate)},
-      {"correspondence_matrix", "Features on which compared pairs agree.", std::move(figures.correspondence)},
-      {"association_matrix", "Pairs that show the same place.", std::move(figures.association)}};
+       std::move(figures.match), HtmlReport::Place::kHalf},
+      {"candidate_matrix", "Pairs that were compared.", std::move(figures.candidate),
+       HtmlReport::Place::kHalf},
+      {"correspondence_matrix", "Features on which compared pairs agree.", std::move(figures.correspondence),
+       HtmlReport::Place::kHalf},
+      {"association_matrix", "Pairs that show the same place.", std::move(figures.association),
+       HtmlReport::Place::kHalf}};
+}
+
+void Output::draw_accepted_loops() {
+  if (!options_.parameters.reconstruction.pictures) return;
+  say("drawing loops");
+  material_.loops = draw_loops(recording_, summary_.state.graph, summary_.state.track.keyframes,
+                               options_.parameters.loops.verifier);
 }
 
 void Output::draw_meshes(const TriangleMesh& before, const TriangleMesh& mesh) {
   if (!options_.parameters.reconstruction.pictures) return;
   say("drawing figures");
-  const MeshFigureOptions draw = figure_options(summary_.recording.camera, summary_.state.corrected);
+  const MeshFigureOptions draw =
+      figure_options(summary_.recording.camera, summary_.state.corrected, summary_.state.up);
   material_.figures = make_mesh_figures(mesh, draw, pipeline_.dense().loop());
+  material_.scene = make_scene_model(mesh, draw, nullptr, pipeline_.dense().loop());
+  if (result_) result_ = write_floor_plan(material_.scene, options_.output, summary_.outputs);
   if (before.triangles.empty()) return;
   const MeshFigureOptions draw_before =
-      figure_options(summary_.recording.camera, summary_.state.track.trajectory);
+      figure_options(summary_.recording.camera, summary_.state.track.trajectory, summary_.state.up);
+  std::vector<Figure> pairs;  // before and after stand side by side
   for (Figure& figure : make_mesh_figures(before, draw_before, pipeline_.dense().loop())) {
     if (figure.name != "plan" && figure.name != "color") continue;
+    const auto after = std::find_if(material_.figures.begin(), material_.figures.end(),
+                                    [&](const Figure& other) { return other.name == figure.name; });
     figure.name = "before_" + figure.name;
     figure.caption = "Before loops were closed: " + figure.caption;
-    material_.figures.push_back(std::move(figure));
+    figure.place = HtmlReport::Place::kHalf;
+    pairs.push_back(std::move(figure));
+    if (after == material_.figures.end()) continue;
+    after->caption = "After: " + after->caption;
+    after->place = HtmlReport::Place::kHalf;
+    pairs.push_back(std::move(*after));
+    material_.figures.erase(after);
   }
+  material_.figures.insert(material_.figures.begin(), std::make_move_iterator(pairs.begin()),
+                           std::make_move_iterator(pairs.end()));
 }
 
 void Output::write_report() {
@@ -225,10 +258,11 @@ Result<void> Output::write(const TriangleMesh& before) {
   if (mesh.triangles.empty())
     summary_.warnings.emplace_back("the mesh is empty: no surface was seen clearly enough");
   if (result_)
-    result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version},
+    result_ = write_mesh_files(mesh, {options_.output, options_.run.program_version, summary_.state.up},
                                options_.parameters.reconstruction, summary_.outputs);
   compare_meshes(before, mesh);
   draw_matrices();
+  draw_accepted_loops();
   draw_meshes(before, mesh);
   write_report();
   return result_;

@@ -1,15 +1,19 @@
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/rgbd/frame_archive.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
@@ -18,18 +22,33 @@
 namespace hm {
 namespace {
 
-/// Pose of the first frame.
-SE3 first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
+/// Pose of the first frame, where the recording gives it.
+std::optional<SE3> first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
   if (at_pose && first_frame < info.stamps.size())
     for (const StampedPose& pose : true_trajectory(info))
       if (pose.stamp >= info.stamps[first_frame]) return pose.T_world_base;
-  return level_camera();
+  return std::nullopt;
 }
 
-VisualTracking::Start start_of(const Recording& recording, const RgbdParameters& parameters,
-                               const FrameRange& range) {
-  const RecordingInfo& info = recording.info();
-  return {range.count(), first_camera(info, range.begin, parameters.slam.start_at_pose), info.imu};
+VisualTracking::Start start_of(const Recording& recording, const FrameRange& range,
+                               const std::optional<SE3>& T_map_first_camera) {
+  return {range.count(), T_map_first_camera.value_or(level_camera()), recording.info().imu};
+}
+
+Trajectory turned(const Trajectory& path, const SE3& T_turned_map) {
+  Trajectory out;
+  for (const StampedPose& pose : path) out.push_back({pose.stamp, T_turned_map * pose.T_world_base});
+  return out;
+}
+
+std::shared_ptr<const CorrectedKeyframes> turned(const CorrectedKeyframes& keyframes,
+                                                 const SE3& T_turned_map) {
+  std::vector<CorrectedKeyframe> out = keyframes.keyframes();
+  for (CorrectedKeyframe& keyframe : out) {
+    keyframe.T_odom_camera = T_turned_map * keyframe.T_odom_camera;
+    keyframe.T_map_camera = T_turned_map * keyframe.T_map_camera;
+  }
+  return std::make_shared<const CorrectedKeyframes>(std::move(out));
 }
 
 }  // namespace
@@ -42,7 +61,9 @@ struct SlamPipeline::Impl {
         camera(frames.camera()),
         tracking(all.odometry, camera, start),
         closer(camera, all.loops),
-        map(all, frames, its_run) {
+        map(all, frames, its_run),
+        source(frames),
+        clues{camera, nullptr} {
     if (all.slam.align) alignment.emplace(all, camera);
   }
 
@@ -55,6 +76,9 @@ struct SlamPipeline::Impl {
   void keep(const RgbdFrame& frame);
   [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
+  void begin_level(const RgbdFrame& first);
+  [[nodiscard]] std::vector<SurfacePatch> seen_patches() const;
+  void turn(const Mat3& R_turned_map);
   void conclude_tracking();
   void place_trajectory();
 
@@ -67,6 +91,9 @@ struct SlamPipeline::Impl {
   VisualTracking tracking;
   LiveRgbdLoopCloser closer;
   SlamMap map;
+  const FrameSource& source;
+  UpClues clues;
+  bool chooses_frame = false;  ///< nothing gives the map's frame: it is to be level
   std::optional<SlamAlignment> alignment;
   Trajectory aligned;  ///< instead of the tracking's, with alignment; and its keyframes
   std::vector<std::shared_ptr<const Keyframe>> aligned_keyframes;
@@ -79,7 +106,10 @@ struct SlamPipeline::Impl {
 SlamPipeline::SlamPipeline(const Recording& recording, const RgbdParameters& parameters,
                            const RunContext& run) {
   const FrameRange range = frame_range(parameters.reconstruction, recording.info().frame_count);
-  impl_ = std::make_unique<Impl>(recording, start_of(recording, parameters, range), parameters, run);
+  const auto first = first_camera(recording.info(), range.begin, parameters.slam.start_at_pose);
+  impl_ = std::make_unique<Impl>(recording, start_of(recording, range, first), parameters, run);
+  impl_->clues.imu = recording.info().imu;
+  impl_->chooses_frame = parameters.slam.level && !first;
   impl_->recording = &recording;
   impl_->range = range;
 }
@@ -99,6 +129,7 @@ Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vec
   const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera())};
   auto impl = std::make_unique<Impl>(frames, start, parameters, run);
   impl->archive = std::move(archive);
+  impl->chooses_frame = parameters.slam.level && !input.T_map_first_camera;
   return SlamPipeline(std::move(impl));
 }
 
@@ -108,6 +139,13 @@ DensePipeline& SlamPipeline::dense() { return impl_->map.dense(); }
 TriangleMesh SlamPipeline::mesh() { return impl_->map.dense().finished_mesh(); }
 const Trajectory& SlamPipeline::trajectory() const {
   return impl_->finished ? impl_->state.corrected : impl_->tracking.track().trajectory;
+}
+
+/// Until a frame has a pose, each may be the first.
+void SlamPipeline::Impl::begin_level(const RgbdFrame& first) {
+  const bool right_size = first.depth.width() == camera.width && first.depth.height() == camera.height;
+  if (chooses_frame && tracking.track().frames_tracked == 0 && right_size)
+    tracking.set_first_camera(level_start(first, clues));
 }
 
 /// From here on odometry is what alignment made of it.
@@ -137,6 +175,7 @@ void SlamPipeline::Impl::keep(const RgbdFrame& frame) {
 SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame,
                                                    double wait_ms) {
   const Stopwatch watch;
+  if (frame) begin_level(*frame);
   Taken taken{tracking.take(index, frame, wait_ms), {}};
   TrackedFrame& tracked = taken.tracked;
   if (frame) align(*frame, tracked);
@@ -173,6 +212,7 @@ void SlamPipeline::finish() {
   impl_->conclude_tracking();
   impl_->state.frames_total = impl_->frames_added;
   close_loops();
+  level();
   impl_->state.track.frames_total = impl_->frames_added;
   correct_dense_map();
 }
@@ -196,8 +236,8 @@ void SlamPipeline::Impl::show_progress() const {
   const VisualTrack& track = tracking.track();
   const auto loops = closer.snapshot();
   run.progress({"tracking", track.frames_read + track.unused.size(), track.frames_total,
-                fmt::format("{} keyframes, {} loops, {} lost, {}", track.keyframes.size(),
-                            loops.statistics.accepted, track.frames_lost, map.progress())});
+                fmt::format("{}, {}, {} lost, {}", counted(track.keyframes.size(), "keyframe"),
+                            counted(loops.statistics.accepted, "loop"), track.frames_lost, map.progress())});
 }
 
 Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
@@ -277,6 +317,62 @@ void SlamPipeline::close_loops() {
   impl.state.close_seconds = watch.seconds();
 }
 
+/// What frames all over the path saw, at their final poses: the map itself is not there yet, and how far it
+/// has come depends on the pace of its threads.
+std::vector<SurfacePatch> SlamPipeline::Impl::seen_patches() const {
+  constexpr std::size_t kMostFrames = 120;
+  std::vector<Observation> observations = map.observations();
+  std::erase_if(observations, [&](const Observation& o) { return state.keyframes->map_at(o.stamp) != 0; });
+  observations = thinned(std::move(observations), kMostFrames);
+  std::vector<std::size_t> indices;
+  for (const Observation& observation : observations) indices.push_back(observation.frame_index);
+  FramePrefetcher frames(source, std::move(indices));
+  std::vector<SurfacePatch> patches;
+  for (const Observation& observation : observations) {
+    const auto frame = frames.next();
+    if (!frame || !*frame) continue;
+    const auto placed = state.keyframes->T_map_camera(observation.stamp, observation.T_odom_camera);
+    for (const SurfacePatch& patch :
+         patches_of({**frame, placed.value_or(observation.T_odom_camera)}, clues.camera))
+      patches.push_back(patch);
+  }
+  return patches;
+}
+
+void SlamPipeline::Impl::turn(const Mat3& R_turned_map) {
+  const SE3 T_turned_map(R_turned_map, Vec3::Zero());
+  state.track.trajectory = turned(state.track.trajectory, T_turned_map);
+  state.corrected = turned(state.corrected, T_turned_map);
+  state.keyframes = turned(*state.keyframes, T_turned_map);
+  for (SE3& T_map_node : state.graph.T_map_node) T_map_node = T_turned_map * T_map_node;
+  map.set_turn(R_turned_map);
+}
+
+void SlamPipeline::level() {
+  constexpr double kLeast_rad = 0.2 * kRadiansPerDegree;  // less is not worth making the map again
+  Impl& impl = *impl_;
+  if (impl.state.corrected.empty()) return;
+  if (impl.run.progress) impl.run.progress({"finding up", 0, 0, {}});
+  UpDirection up = find_up(impl.seen_patches(), impl.state.corrected, impl.clues);
+  impl.state.levelled = impl.chooses_frame && up.known();
+  if (impl.state.levelled) {
+    // The first camera keeps its heading.
+    const Mat3 R_map_camera = impl.state.corrected.front().T_world_base.rotation();
+    const Mat3 R_turned_map =
+        level_pose(R_map_camera.transpose() * up.up).rotation() * R_map_camera.transpose();
+    const double tilt = std::acos(std::clamp(up.up.z(), -1.0, 1.0));
+    if (tilt > kLeast_rad) {
+      impl.turn(R_turned_map);
+      impl.state.levelled_rad = tilt;
+    }
+    up.up = Vec3::UnitZ();
+  } else if (up.known()) {
+    up.up = snapped_to_axis(up.up);
+  }
+  impl.state.up = up;
+}
+
+UpDirection SlamPipeline::up() const { return impl_->state.up; }
 TriangleMesh SlamPipeline::mesh_of_odometry() { return impl_->map.mesh_of_odometry(); }
 
 void SlamPipeline::correct_dense_map() {

@@ -8,6 +8,7 @@
 #include "hm/core/result.hpp"
 #include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
@@ -24,7 +25,9 @@ struct SlamState;
 /// What SLAM frame by frame begins with.
 struct SlamInput {
   PinholeCamera camera;  ///< of depth and colour, without lens distortion
-  /// The first frame's pose in `map`; none: level at the origin, looking along x, z up.
+  /// The first frame's pose in `map`, whose frame is kept; none: at the origin, looking along x as seen from
+  /// above. z is then up as far as floor and walls tell (slam.level), roughly so from the first frame on and
+  /// after finish() as the whole map has it; SlamPipeline::up() says how it was found.
   std::optional<SE3> T_map_first_camera = {};
   /// Gives the n-th frame of add() again as frame n (from 0), to rebuild what a loop has moved; must outlive
   /// the pipeline. Null: the pipeline keeps the frames of the map itself (FrameArchive).
@@ -94,6 +97,8 @@ class SlamPipeline {
   /// maps that nothing connects to the first are left out.
   [[nodiscard]] const Trajectory& trajectory() const;
   [[nodiscard]] SlamCounts counts() const;
+  /// Up in the map; unknown before finish().
+  [[nodiscard]] UpDirection up() const;
   /// The mesh of the map as it is now.
   TriangleMesh mesh();
   /// The map as it is now, to save and to query (map_query.hpp).
@@ -109,6 +114,9 @@ class SlamPipeline {
   [[nodiscard]] Trajectory trajectory_now() const;
   /// Waits for the loop closer, solves a last time, adjusts.
   void close_loops();
+  /// Finds up in the map; where nothing gives the map's frame (slam.level), all poses are turned so that it
+  /// is z, and correct_dense_map() makes the map of them. After close_loops().
+  void level();
   /// The mesh of odometry's poses, to compare with; before correct_dense_map().
   TriangleMesh mesh_of_odometry();
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not

@@ -3,11 +3,13 @@
 #include <array>
 #include <map>
 
+#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 #include "hm/pipeline/rgbd/slam_alignment.hpp"
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 #include "hm/report/run_report.hpp"
+#include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
@@ -38,14 +40,14 @@ PlotSeries series_of(const SlamAlignmentSummary& summary, const char* name,
 }
 
 void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
-  add_tracking_cards(report, summary);
-  add_cards(report, summary,
-            {{"loops", "{loops.accepted}",
-              "of {loops.candidates} candidates; largest correction "
-              "{largest_correction_m}"}});
   add_error_cards(report, summary);
   add_cards(report, summary,
             {{"surface error", "{mesh_error.accuracy_mm.mean}", "mean distance from the true surface"}});
+  add_cards(report, summary,
+            {{"loops", "{loops.accepted}",
+              "of {loops.candidates|candidate}; largest correction "
+              "{largest_correction_m}"}});
+  add_tracking_cards(report, summary);
 }
 
 void add_path(HtmlReport& report, const SlamSummary& summary) {
@@ -67,29 +69,53 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
                      fmt::format("{:.4f}", summary.odometry_error->position_m.max)},
                     {"corrected", fmt::format("{:.4f}", summary.error->position_m.rmse),
                      fmt::format("{:.4f}", summary.error->position_m.max)}});
-  add_relative_table(report, *summary.error);
+  add_error_statistics(report, *summary.error);
+  add_error_path(report, *summary.error);
+  add_position_histogram(report, *summary.error);
   add_error_plots(report, *summary.error);
+  add_relative_table(report, *summary.error);
+  report.begin_section("Pose over time", "Each is fitted to the recording's own poses.");
+  add_pose_components(report, *summary.error);
 }
 
 void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportMaterial& material) {
   report.begin_section("Loops", "Places that were seen again, on a thread of its own.");
   add_summary_table(report, summary, "loops");
   if (const auto adjustment = summary.sentence(
-          "Bundle adjustment of {bundle_adjustment.landmarks} landmarks: {bundle_adjustment.error_before_px} "
-          "before, {bundle_adjustment.error_after_px} after. Features were matched "
-          "{bundle_adjustment.loop_links} times where loops closed, {bundle_adjustment.visit_links} times "
-          "between other visits of a place."))
+          "Bundle adjustment of {bundle_adjustment.landmarks|landmark}: reprojection error "
+          "{bundle_adjustment.error_before_px} before, {bundle_adjustment.error_after_px} after. It used "
+          "{bundle_adjustment.loop_links|feature match|feature matches} from closed loops and "
+          "{bundle_adjustment.visit_links} between other visits of a place."))
     report.add_paragraph(*adjustment);
+  add_loop_figures(report, material.loops);
+}
+
+/// The matrices of place recognition, for those who look into loops.
+void add_matrices(HtmlReport& report, const SlamReportMaterial& material) {
+  if (material.matrices.empty()) return;
+  report.begin_section("Matrices of place recognition");
   for (const Figure& figure : material.matrices) add_figure(report, figure);
+}
+
+/// What it is and how good it is.
+std::string verdict_of(const SlamSummary& summary, const SummaryTree& tree,
+                       const std::optional<SceneSize>& size) {
+  const SlamPipeline::State& state = summary.state;
+  const std::string what = size ? to_text(*size) + ". " : std::string();
+  const std::string error =
+      tree.sentence("; the path is off by {ate_rmse_m} (rmse against the recording's own poses)")
+          .value_or("");
+  return what + fmt::format("{} of {} are in the map, over a path of {:.1f} m; {} closed{}.",
+                            with_thousands(state.corrected.size()), counted(state.frames_total, "frame"),
+                            path_length(state.corrected), counted(state.loops.accepted, "loop"), error);
 }
 
 /// Adds when the map was corrected while tracking, how much of it, how far, how long.
 void add_live_corrections(HtmlReport& report, const SlamPipeline::State& state, const SummaryTree& summary) {
   if (state.live_corrections.empty()) return;
-  report.add_paragraph(
-      *summary.sentence("While tracking went on, what loops had moved was rebuilt beside the map "
-                        "{corrections} times and then put "
-                        "in its place; tracking waited {longest_stall_ms} at most for one of them."));
+  report.add_paragraph(*summary.sentence(
+      "During tracking, the parts of the map that closed loops had moved were rebuilt in a copy, which then "
+      "replaced the map, {corrections|time}; tracking waited for this {longest_stall_ms} at most."));
   add_list_table(report, summary, "live_corrections");
 }
 
@@ -98,10 +124,11 @@ void add_map(HtmlReport& report, const SlamSummary& slam, const SummaryTree& sum
   report.begin_section(
       "Map",
       *summary.sentence(
-          "At the end, {map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes were "
-          "rebuilt from the recording in {map_correction.seconds}: {map_correction.frames_moved} frames "
-          "had moved (by up to {map_correction.largest_shift_m} at a depth of 3 m), "
-          "{map_correction.frames_replayed} others had seen the same."));
+          "At the end, {map_correction.volumes_rebuilt} of {map_correction.volumes_before|block} of voxels "
+          "were "
+          "rebuilt from the recording in {map_correction.seconds}: the poses of "
+          "{map_correction.frames_moved|frame} had moved (by up to {map_correction.largest_shift_m} at a "
+          "depth of 3 m), and {map_correction.frames_replayed} others had seen the same blocks."));
   add_live_corrections(report, slam.state, summary);
   SummaryTree::Rows meshes;
   for (const auto& [name, key] : {std::pair{"with odometry's poses", "odometry_mesh_error"},
@@ -110,6 +137,7 @@ void add_map(HtmlReport& report, const SlamSummary& slam, const SummaryTree& sum
       meshes.push_back({name, *mean, *summary.sentence(fmt::format("{{{}.completeness_ratio}}", key))});
   if (!meshes.empty()) report.add_table({"mesh", "mean distance from the true surface", "complete"}, meshes);
   for (const Figure& figure : material.figures) add_figure(report, figure);
+  add_floor_plan(report, material.scene);
   if (!material.maps.empty()) report.begin_section("Maps of keyframes");
   for (const Figure& figure : material.maps) add_figure(report, figure);
 }
@@ -131,13 +159,13 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
   report.begin_section(
       "Dense alignment",
       *describe(summary).sentence(
-          "{accepted} depth images were aligned to what was seen just before them, {not_accepted} were not; "
+          "{accepted|depth image} aligned to what was seen just before, {not_accepted} not; "
           "alignment moved their cameras by {moved_m.median} (median; {moved_m.max} at most), in {mean_ms} a "
           "frame (99 % under {p99_ms}). Odometry, above and below, is odometry after alignment."));
   if (summary.frames.empty()) return;
-  std::vector<std::vector<std::string>> rows{{"aligned", std::to_string(summary.accepted), ""}};
+  std::vector<std::vector<std::string>> rows{{"aligned", with_thousands(summary.accepted), ""}};
   for (const auto& [status, frames] : refused(summary))
-    rows.push_back({std::string(to_string(status)), std::to_string(frames), summary.first_reason.at(status)});
+    rows.push_back({std::string(to_string(status)), with_thousands(frames), summary.first_reason.at(status)});
   report.add_table({"outcome", "frames", "the first, why"}, rows);
   const std::array<PlotSeries, 2> distances{series_of(summary, "before", &SlamAlignedFrame::rms_before_m),
                                             series_of(summary, "after", &SlamAlignedFrame::rms_after_m)};
@@ -153,12 +181,10 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   using Verdict = HtmlReport::Verdict;
   const SlamPipeline::State& state = summary.state;
   const SummaryTree tree = describe(summary);
-  HtmlReport report("SLAM of " + summary.recording.path.filename().string());
-  report.set_verdict(
-      summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-      fmt::format("{} of {} frames are in the map, over a path of {:.1f} m; {} loops were closed.",
-                  state.corrected.size(), state.frames_total, path_length(state.corrected),
-                  state.loops.accepted));
+  HtmlReport report(folder_title(summary.recording.path), "SLAM");
+  report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
+                     verdict_of(summary, tree, material.scene.size));
+  report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   add_map(report, summary, tree, material);
@@ -166,6 +192,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
   add_loops(report, tree, material);
   add_tracking_sections(report, state.track, tree);
+  add_matrices(report, material);
   add_rgbd_recording_section(report, summary.recording);
   return page_with_parameters(report, material.parameters_toml, material.program_version);
 }

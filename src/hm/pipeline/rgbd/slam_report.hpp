@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/scene_model.hpp"
+#include "hm/pipeline/rgbd/loop_figures.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
 #include "hm/report/mesh_figures.hpp"
 
@@ -16,6 +18,8 @@ struct SlamReportMaterial {
   std::vector<Figure> figures;   ///< of the mesh, before and after
   std::vector<Figure> matrices;  ///< of place recognition (dissertation Fig. 3.11)
   std::vector<Figure> maps;      ///< of the maps made of keyframes
+  SceneModel scene;
+  std::vector<LoopFigure> loops;  ///< some of the accepted ones
 };
 
 /// The self-contained page of a run: path before and after (dissertation Fig. 3.12), loops, map before and

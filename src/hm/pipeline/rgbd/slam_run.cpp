@@ -3,8 +3,9 @@
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/counted.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/pipeline/common/reading_warnings.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
@@ -12,9 +13,10 @@
 namespace hm {
 namespace {
 
-Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state) {
+Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state,
+                      const std::vector<std::string>& warnings) {
   if (state.interrupted) return {ErrorCode::kCancelled, "stopped before the first frame had a pose", {}};
-  return {ErrorCode::kInvalidValue, why_no_pose(state.track), options.recording.string()};
+  return {ErrorCode::kInvalidValue, why_no_pose(state.track, warnings), options.recording.string()};
 }
 
 void compare_trajectories(SlamSummary& summary) {
@@ -27,31 +29,36 @@ void compare_trajectories(SlamSummary& summary) {
 
 void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   const SlamPipeline::State& state = summary.state;
-  for (std::string& warning : reading_warnings(summary.recording))
-    summary.warnings.push_back(std::move(warning));
   for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
   if (state.frames_disconnected > 0)
     summary.warnings.push_back(
-        fmt::format("{} frames are not in the map: no loop connects where they were taken with its beginning",
-                    state.frames_disconnected));
+        fmt::format("{} not in the map: no closed loop connects that part of the trajectory with its start",
+                    counted(state.frames_disconnected, "frame")));
   if (state.correction.frames_lost > 0)
-    summary.warnings.push_back(fmt::format("{} frames could not be read again when the map was rebuilt",
-                                           state.correction.frames_lost));
+    summary.warnings.push_back(fmt::format("{} could not be read again when the map was rebuilt",
+                                           counted(state.correction.frames_lost, "frame")));
   if (!state.alignment.failure.empty())
     summary.warnings.push_back(fmt::format("bundle adjustment failed ({}): poses are those of the pose graph",
                                            state.alignment.failure));
   if (state.alignment.observations_behind > 0)
-    summary.warnings.push_back(fmt::format(
-        "bundle adjustment left out {} observations of landmarks behind their camera, {} were used",
-        state.alignment.observations_behind, state.alignment.observations));
+    summary.warnings.push_back(
+        fmt::format("bundle adjustment left out {} of landmarks behind the camera and used {}",
+                    counted(state.alignment.observations_behind, "observation"),
+                    with_thousands(state.alignment.observations)));
   if (state.alignment.interrupted)
     summary.warnings.emplace_back(
         "bundle adjustment was stopped: poses are less accurate than they could be");
   if (state.track.frames_read < state.frames_total && state.interrupted)
-    summary.warnings.push_back(
-        fmt::format("stopped after {} of {} frames", state.track.frames_read, state.frames_total));
+    summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
+                                           counted(state.frames_total, "frame")));
+  if (!state.up.known())
+    summary.warnings.emplace_back(
+        "up is unknown: there is no accelerometer, and floor and walls do not determine it; the map's z axis "
+        "is "
+        "the upward direction of the first image");
   if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
-    summary.warnings.emplace_back("no place was seen twice: the trajectory is that of odometry");
+    summary.warnings.emplace_back(
+        "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
 }
 
 Result<void> track_and_save(SlamPipeline& pipeline, ResultFolder& folder, const RecordingInfo& info,
@@ -83,18 +90,22 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
+  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
   SlamPipeline pipeline(**recording, options.parameters, options.run);
   if (const auto tracked = track_and_save(pipeline, *folder, (*recording)->info(), options); !tracked)
     return forward_error(tracked);
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
-    return tl::make_unexpected(nothing_tracked(options, pipeline.state()));
+    return tl::make_unexpected(nothing_tracked(options, pipeline.state(), *warnings));
+  pipeline.level();
   TriangleMesh before;
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   pipeline.correct_dense_map();
   SlamSummary summary;
+  summary.warnings = std::move(*warnings);
   summary.recording = (*recording)->info();
   summary.parameters = options.parameters;
   summary.state = std::move(pipeline.state());

@@ -21,6 +21,7 @@ struct SlamRunOptions {
   /// kResume: an interrupted run is repeated from its first frame; what it has saved stays until this one is
   /// further.
   ExistingResult existing = ExistingResult::kRefuse;
+  bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };

@@ -21,14 +21,15 @@ MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& gr
   header.program_version = state.program_version;
   header.state_json = to_json_text(JsonValue::object({{"slam_frames", state.next_frame},
                                                       {"first_stamp_ns", state.first_stamp.ns},
-                                                      {"recording_frames", state.recording_frames}}),
+                                                      {"recording_frames", state.recording_frames},
+                                                      {"up", to_string(state.up)}}),
                                    JsonStyle::kCompact);
   header.parameters_toml = list_reconstruction(of_map).to_toml();
   return header;
 }
 
 SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version) {
-  return {program_version, info.stamps.empty() ? Time{} : info.stamps.front(), info.frame_count, 0};
+  return {program_version, info.stamps.empty() ? Time{} : info.stamps.front(), info.frame_count, 0, {}};
 }
 
 Result<std::size_t> frames_of_saved_slam(const std::filesystem::path& map, const SlamSaveState& state) {

@@ -18,6 +18,7 @@ struct SlamSaveState {
   Time first_stamp;  ///< of the recording, and its number of frames: to recognise it
   std::size_t recording_frames = 0;
   std::size_t next_frame = 0;  ///< the first one that is not in the map
+  UpDirection up = {};         ///< in the map; known at the end only
 };
 
 /// The header of a file with the map of a SLAM run.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/level/up_direction.hpp"
 #include "hm/geometry/pose_graph_3d.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/mapping/keyframes/slam_map.hpp"
@@ -19,6 +20,9 @@ struct SlamState {
   std::optional<SlamAlignmentSummary> dense_alignment;  ///< with slam.align
   Trajectory corrected;  ///< T_map_camera of the same frames; those of unconnected maps are left out
   std::shared_ptr<const CorrectedKeyframes> keyframes;
+  UpDirection up;           ///< in the map; z where it was levelled
+  bool levelled = false;    ///< the map's frame was chosen by `up` (slam.level); else it was given
+  double levelled_rad = 0;  ///< by which the finished map was turned, beyond how it began
   RgbdLoopStatistics loops;
   RgbdAlignmentReport alignment;
   PoseGraph3D graph;

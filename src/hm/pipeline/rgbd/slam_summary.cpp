@@ -1,7 +1,9 @@
 #include <algorithm>
 
+#include "hm/core/angle.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_run.hpp"
 #include "hm/report/run_report.hpp"
@@ -16,7 +18,7 @@ void visit(const RgbdLoopStatistics& loops, SummaryTree& v) {
   v({"ambiguous", "ambiguous"}, loops.ambiguous);
   v({"unconfirmed", "not confirmed by another"}, loops.unconfirmed);
   v({"taken_out", "taken out again"}, loops.taken_out);
-  v.shown("submaps", "submaps", std::to_string(loops.submaps));
+  v.shown("submaps", "submaps", loops.submaps);
   v({"maps", "maps after connecting"}, loops.maps);
   v({"solutions", "times solved"}, loops.solutions);
 }
@@ -45,7 +47,7 @@ void visit(const MapCorrection& correction, SummaryTree& v) {
   v({"frames_moved", "frames moved"}, correction.frames_moved);
   v({"frames_replayed", "others replayed"}, correction.frames_replayed);
   v({"frames_removed", "removed"}, correction.frames_removed);
-  v({"volumes_before", "volumes before"}, correction.volumes_before);
+  v({"volumes_before", "blocks before"}, correction.volumes_before);
   v({"volumes_rebuilt", "rebuilt"}, correction.volumes_rebuilt);
   v({"volumes_after", "after"}, correction.volumes_after);
   v({"largest_shift_m", "largest shift at 3 m", "{:.3f} m"}, correction.largest_shift_m);
@@ -54,7 +56,7 @@ void visit(const MapCorrection& correction, SummaryTree& v) {
 
 void visit(const LiveCorrection& live, SummaryTree& v) {
   visit(live.map, v);
-  v({"frame", "in place at frame"}, live.frame_index);
+  v({"frame", "in place at frame", "{:d}"}, live.frame_index);
   v({"after_s", "after (of the recording)", "{:.1f} s"}, (live.stamp - live.begun).seconds());
   v({"stall_ms", "tracking waited", "{:.1f} ms"}, live.stall_ms);
 }
@@ -70,22 +72,27 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
     v.object("odometry", [&](SummaryTree& odometry) { visit_error(*summary.odometry_error, odometry); });
   v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
   v.group("alignment", state.dense_alignment);
+  v.object("up", [&](SummaryTree& up) {
+    visit(state.up, up);
+    up({"levelled"}, state.levelled);
+    up({"levelled_deg"}, state.levelled_rad * kDegreesPerRadian);
+    up.shown("text", {}, to_string(state.up));
+  });
   v({"frames_mapped", "frames mapped"}, state.frames_mapped);
   v({"frames_disconnected", "frames in unconnected maps"}, state.frames_disconnected);
   v.group("map_correction", state.correction);
   v.list("live_corrections", state.live_corrections);
-  if (!state.live_corrections.empty())
-    v.shown("corrections", {}, std::to_string(state.live_corrections.size()));
+  if (!state.live_corrections.empty()) v.shown("corrections", {}, state.live_corrections.size());
   double longest_stall_ms = 0;
   for (const LiveCorrection& live : state.live_corrections)
     longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
   v({"longest_stall_ms", "longest wait for a correction", "{:.1f} ms"}, longest_stall_ms);
   v.spread({"frame_ms", "a frame", "{:.1f} ms"}, state.frame_ms, {"median", "mean", "p99", "max"});
-  v({"volumes", "volumes", kThousands}, summary.volumes);
+  v({"volumes", "blocks"}, summary.volumes);
   v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
   v.object("mesh", [&](SummaryTree& mesh) {
-    mesh({"vertices", "vertices", kThousands}, summary.vertices);
-    mesh({"triangles", "triangles", kThousands}, summary.triangles);
+    mesh({"vertices", "vertices"}, summary.vertices);
+    mesh({"triangles", "triangles"}, summary.triangles);
   });
   add_box(v, "bounds_m", summary.bounds_m);
   const MeshErrorParams& near = summary.parameters.mesh_error;
@@ -100,25 +107,26 @@ std::string to_text(const SlamSummary& summary) {
   const SummaryTree tree = describe(summary);
   return tracking_lines(tree) +
          tree.lines(
-             {"loops     {loops.accepted} of {loops.candidates} candidates accepted, largest correction "
+             {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
               "{largest_correction_m}",
-              "alignment {alignment.accepted} frames aligned, {alignment.not_accepted} not; "
+              "alignment {alignment.accepted|frame} aligned, {alignment.not_accepted} not; "
               "{alignment.mean_ms} a "
               "frame, 99 % under {alignment.p99_ms}",
-              "bundle    {bundle_adjustment.landmarks} landmarks, {bundle_adjustment.loop_links} matches of "
-              "loops, "
-              "{bundle_adjustment.visit_links} of other visits; {bundle_adjustment.error_before_px} before, "
-              "{bundle_adjustment.error_after_px} after",
+              "bundle    {bundle_adjustment.landmarks|landmark}, "
+              "{bundle_adjustment.loop_links|match|matches} from "
+              "loops, {bundle_adjustment.visit_links} from other visits; reprojection error "
+              "{bundle_adjustment.error_before_px} before, {bundle_adjustment.error_after_px} after",
               "odometry  ATE {odometry.ate_rmse_m}[, RPE {odometry.rpe_frame_m} a frame][, "
               "{odometry.rpe_second_m} and {odometry.rpe_second_rad} a second]",
               "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} "
               "a "
               "second]",
-              "map       {frames_mapped} frames, {volumes} volumes, {mesh.triangles} triangles; "
-              "{map_correction.volumes_rebuilt} of {map_correction.volumes_before} volumes rebuilt in "
+              "map       {frames_mapped|frame}, {volumes|block}, {mesh.triangles|triangle}; "
+              "{map_correction.volumes_rebuilt} of {map_correction.volumes_before|block} rebuilt in "
               "{map_correction.seconds}",
-              "          corrected {corrections} times while tracking, which waited {longest_stall_ms} at "
+              "          corrected {corrections|time} during tracking, which waited {longest_stall_ms} at "
               "most",
+              "up        {up.text}",
               "surface error before loops were closed {odometry_mesh_error.accuracy_mm.mean}",
               "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} "
               "complete"}) +

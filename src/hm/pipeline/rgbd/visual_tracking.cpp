@@ -1,9 +1,14 @@
 #include "hm/pipeline/rgbd/visual_tracking.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
+
 #include "hm/core/angle.hpp"
+#include "hm/core/check.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/odometry/make_odometry.hpp"
 
 namespace hm {
@@ -15,11 +20,18 @@ bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_
 
 VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
                                const Start& start)
-    : odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
+    : parameters_(parameters),
+      camera_(camera),
+      odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
       hints_(start.imu, parameters.use_imu) {
   if (start.imu && parameters.use_imu != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
     track_.imu_source = start.imu->source;
   track_.frames_total = start.frames_total;
+}
+
+void VisualTracking::set_first_camera(const SE3& T_odom_first_camera) {
+  HM_CHECK(track_.frames_tracked == 0, "{} frames have a pose", track_.frames_tracked);
+  odometry_ = make_visual_odometry(parameters_, camera_, T_odom_first_camera);
 }
 
 TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms) {
@@ -103,21 +115,22 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
 std::vector<std::string> warnings_of(const VisualTrack& track) {
   std::vector<std::string> warnings;
   if (!track.unused.empty())
-    warnings.push_back(fmt::format("{} of {} frames could not be used; the first is {}: {}",
-                                   track.unused.size(), track.frames_total, track.unused.front().index,
-                                   track.unused.front().reason));
+    warnings.push_back(fmt::format("{} of {} could not be used; the first is frame {}: {}",
+                                   with_thousands(track.unused.size()), counted(track.frames_total, "frame"),
+                                   track.unused.front().index, track.unused.front().reason));
   if (track.frames_lost > 0)
-    warnings.push_back(fmt::format(
-        "{} of {} frames have no pose; tracking was lost {} times, first at frame {}: {}", track.frames_lost,
-        track.frames_read, track.lost.size(), track.lost.front().first_frame, track.lost.front().reason));
+    warnings.push_back(fmt::format("{} of {} have no pose; tracking was lost {}, first at frame {}: {}",
+                                   with_thousands(track.frames_lost), counted(track.frames_read, "frame"),
+                                   counted(track.lost.size(), "time"), track.lost.front().first_frame,
+                                   track.lost.front().reason));
   if (track.submaps > 1)
-    warnings.push_back(fmt::format(
-        "the trajectory is in {} pieces that do not know of each other: what is between them was not tracked",
-        track.submaps));
+    warnings.push_back(
+        fmt::format("the trajectory has {} disconnected pieces: the motion between them could not be tracked",
+                    track.submaps));
   return warnings;
 }
 
-std::string why_no_pose(const VisualTrack& track) {
+std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> reasons;
   for (const UnusedFrame& frame : track.unused) ++reasons[frame.reason];
   for (const LostStretch& stretch : track.lost) reasons[stretch.reason] += stretch.frames;
@@ -125,19 +138,20 @@ std::string why_no_pose(const VisualTrack& track) {
   std::size_t count = 0;
   for (const auto& [reason, frames] : reasons)
     if (frames > count) count = frames, most = fmt::format("{} x {}", frames, reason);
-  return fmt::format("not one of {} frames got a pose ({}); `hm info` may show why", track.frames_total,
-                     most);
+  return fmt::format(
+      "not one of {} got a pose ({}); {}", counted(track.frames_total, "frame"), most,
+      warnings.empty() ? "`hm info` may show why" : fmt::format("{}", fmt::join(warnings, "; ")));
 }
 
 void visit(const UnusedFrame& frame, SummaryTree& v) {
-  v({"index", "frame"}, frame.index);
+  v({"index", "frame", "{:d}"}, frame.index);
   v({"reason", "reason"}, frame.reason);
 }
 
 void visit(const LostStretch& stretch, SummaryTree& v) {
-  v({"first_frame", "first frame"}, stretch.first_frame);
-  v({"last_frame", "last frame"}, stretch.last_frame);
-  v.shown("frames", "frames", std::to_string(stretch.frames));
+  v({"first_frame", "first frame", "{:d}"}, stretch.first_frame);
+  v({"last_frame", "last frame", "{:d}"}, stretch.last_frame);
+  v.shown("frames", "frames", stretch.frames);
   v({"duration_s", "time", "{:.2f} s"}, stretch.duration_s);
   v({"reason", "reason"}, stretch.reason);
 }
@@ -160,10 +174,9 @@ void visit(const VisualTrack& track, SummaryTree& v) {
   if (!track.imu_source.empty())
     v.object("imu", [&](SummaryTree& imu) {
       imu({"source", "readings"}, track.imu_source);
-      imu({"turns_given", "frames whose turn a gyroscope predicted"}, track.turns_given);
-      imu({"gravity_used", "frames whose roll and pitch gravity helped to hold"}, track.gravity_used);
-      imu({"gravity_rejected", "frames whose readings did not fit and were not used"},
-          track.gravity_rejected);
+      imu({"turns_given", "frames whose rotation was predicted by the gyroscope"}, track.turns_given);
+      imu({"gravity_used", "frames whose roll and pitch were constrained by gravity"}, track.gravity_used);
+      imu({"gravity_rejected", "frames whose gravity readings were rejected"}, track.gravity_rejected);
     });
   v.list("lost_stretches", track.lost);
 }
@@ -184,13 +197,13 @@ void visit_error(const TrajectoryError& error, SummaryTree& v) {
 
 std::string tracking_lines(const SummaryTree& summary) {
   return summary.lines(
-      {"{frames.tracked} of {frames.total} frames have a pose, {frames.lost} were lost, {frames.unused} "
-       "could not "
-       "be used",
-       "path      {path_length_m}, {keyframes} keyframes, {model_points} points in the model",
-       "inertial  {imu.source}: {imu.turns_given} turns by gyroscope, gravity used in {imu.gravity_used} "
-       "frames, "
-       "rejected in {imu.gravity_rejected}",
+      {"{frames.tracked} of {frames.total|frame} have a pose, {frames.lost} lost, {frames.unused} could not "
+       "be "
+       "used",
+       "path      {path_length_m}[ (true path {truth_path_m})], {keyframes|keyframe}, "
+       "{model_points|point} in the model",
+       "inertial  {imu.source}: gyroscope used in {imu.turns_given|frame}, gravity in {imu.gravity_used}, "
+       "gravity rejected in {imu.gravity_rejected}",
        "tracking  median {track_ms.median}, mean {track_ms.mean}, 99 % under {track_ms.p99} a frame"});
 }
 

@@ -65,6 +65,8 @@ class VisualTracking {
   };
   /// The camera must be free of lens distortion.
   VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera, const Start& start);
+  /// Begins at this pose instead; before a frame has one.
+  void set_first_camera(const SE3& T_odom_first_camera);
   /// Tracks a frame, or notes why it could not be read.
   TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
   [[nodiscard]] const VisualTrack& track() const { return track_; }
@@ -74,6 +76,8 @@ class VisualTracking {
  private:
   void note_lost(const RgbdFrame& frame, const TrackedFrame& tracked);
 
+  OdometryParams parameters_;
+  PinholeCamera camera_;
   std::unique_ptr<VisualOdometry> odometry_;
   InertialHints hints_;
   VisualTrack track_;
@@ -93,7 +97,7 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
 /// Warnings about frames that are unused or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
 /// Explains in words that there is no pose at all.
-std::string why_no_pose(const VisualTrack& track);
+std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings = {});
 /// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
 /// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
 void visit(const VisualTrack& track, SummaryTree& v);

@@ -39,7 +39,7 @@ void fill_by_coverage(Image<Rgb8>& image, const Eigen::AlignedBox2d& box, const 
     }
 }
 
-/// Draws a polyline so that its joints are not blended twice: coverage is the largest of its pieces'.
+/// Draws a polyline without blending its joints twice: the coverage is the maximum over its segments.
 void draw_polyline(Image<Rgb8>& image, std::span<const Vec2> points, double width_px, const Ink& ink) {
   Eigen::AlignedBox2d box;
   for (const Vec2& p : points) box.extend(p);

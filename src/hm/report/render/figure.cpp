@@ -17,13 +17,13 @@ class Painter {
           const SurfaceFigure& figure)
       : mesh_(mesh), view_(view), options_(options), figure_(figure) {}
 
-  /// Colour (components 0..1) of a sample in a place where this share of the surrounding light arrives.
+  /// Colour (components 0..1) of a sample with this ambient light.
   [[nodiscard]] Vec3 paint(int x, int y, double ambient) const {
     const SurfaceSample sample = surface_sample(mesh_, figure_.buffer, figure_.projection, Vec2(x, y));
     const Vec3 viewer = figure_.projection.towards_viewer(sample.p_world);
     double light = brightness(sample, viewer, view_.up) * (0.35 + 0.65 * ambient);
     if (sample.seen_from_behind) light *= 0.6;
-    // Colours that carry meaning are lit only a little.
+    // Colours that encode values are shaded only slightly.
     if (options_.style != RenderStyle::kShaded) light = 0.5 + 0.56 * light;
     return albedo(sample) * light;
   }
@@ -69,7 +69,8 @@ class Painter {
   const SurfaceFigure& figure_;
 };
 
-/// The ends of the colour map: percentiles of the heights in the image, or +- the values' 95th percentile.
+/// Chooses the ends of the colour map: percentiles of the heights in the image, or +- the values' 95th
+/// percentile.
 void choose_range(const RenderView& view, const RenderOptions& options, SurfaceFigure& figure) {
   std::vector<double> values;
   if (options.style == RenderStyle::kScalar) {
@@ -131,7 +132,7 @@ std::vector<Vec2> screen_path(const SurfaceFigure& figure, const Trajectory& tra
   return path;
 }
 
-/// A number with as many digits as the distance between ticks needs.
+/// Formats a number with the digits needed for the distance between ticks.
 std::string tick_text(double value, double step) {
   const int digits = step >= 1 ? 0 : step >= 0.1 ? 1 : step >= 0.01 ? 2 : 3;
   if (std::abs(value) < 1e-9) value = 0;

@@ -4,7 +4,7 @@
 
 namespace hm {
 
-/// A surface drawn without labels, and what is needed to draw on top of it; internal to this room.
+/// Surface drawn without labels, with the data for drawing on top of it; internal to this room.
 struct SurfaceFigure {
   Image<Rgb8> image;
   VisibilityBuffer buffer;  ///< two samples along each side of a pixel
@@ -14,15 +14,15 @@ struct SurfaceFigure {
 SurfaceFigure draw_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
                            const ParallelLoop& loop, Image<Rgb8> background);
 
-/// The path of the camera; parts hidden by the surface are faint.
+/// Draws the camera's path; parts hidden by the surface are faint.
 void draw_trajectory(SurfaceFigure& figure, const RenderView& view, const Trajectory& trajectory);
-/// The colour map with its numbers, for the styles that have one.
+/// Draws the colour map with its values, for styles that have one.
 void draw_legend(SurfaceFigure& figure, const RenderOptions& options);
-/// A panel that makes labels readable on any image.
+/// Draws a panel that makes labels readable on any image.
 void draw_panel(Image<Rgb8>& image, const Eigen::AlignedBox2d& box);
 
 inline constexpr Rgb8 kInkColor{45, 50, 60};
-/// Size of letters that suits an image.
+/// Text size suitable for an image size.
 inline double text_size_px(int width, int height) {
   return std::max(7.0, 0.011 * (width + height) / 2 * 1.0);
 }

@@ -34,8 +34,8 @@ std::vector<std::pair<Vec2, Vec2>> cut_lines(const TriangleMesh& mesh, const Ren
 
 using Mask = Image<std::uint8_t>;
 
-/// Calls visit(first, end, bounded) for the runs of pixels between walls along each row or column; visit
-/// gets a function that turns a position into a pixel.
+/// Calls visit(first, end, bounded) for the runs of pixels between walls along each row or column; visit also
+/// gets a function that converts a position to a pixel.
 template <class Visit>
 void for_runs_between_walls(const Mask& walls, bool along_rows, Visit&& visit) {
   const int lines = along_rows ? walls.height() : walls.width();
@@ -52,7 +52,7 @@ void for_runs_between_walls(const Mask& walls, bool along_rows, Visit&& visit) {
   }
 }
 
-/// Adds the insides of walls: unseen runs, at most `longest` pixels, between two cut surfaces.
+/// Fills the interior of walls: empty runs of at most `longest` pixels between two cut surfaces.
 void fill_unseen(Mask& walls, const VisibilityBuffer& buffer, int longest) {
   const Mask before = walls;
   for (const bool along_rows : {true, false})
@@ -64,7 +64,7 @@ void fill_unseen(Mask& walls, const VisibilityBuffer& buffer, int longest) {
     });
 }
 
-/// Adds the insides of cut solids: runs in which mostly back faces are seen, along the row and the column.
+/// Fills the interior of cut solids: runs with mostly visible back faces, along the row and the column.
 void fill_solids(Mask& walls, const Mask& seen_from_behind) {
   constexpr double kShare = 0.12;  // the bottom of a cupboard may fight with the floor that it stands on
   Mask votes(walls.width(), walls.height(), 0);
@@ -102,7 +102,7 @@ Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, cons
   return lines;
 }
 
-/// Metres as faint lines on a light page.
+/// Light background with a faint grid of metres.
 Image<Rgb8> page_with_grid(const RenderOptions& options, const RenderView& view, const SceneExtent& extent) {
   Image<Rgb8> page(options.width, options.height, {250, 250, 248});
   const ViewProjection projection(view, options.width, options.height, 1);

@@ -125,6 +125,12 @@ TEST(SceneExtent, FindsFloorCeilingAndWallsInATurnedWorld) {
   EXPECT_GT(extent.points.size(), 15'000u);
 }
 
+TEST(SceneExtent, AKnownUpIsNotRefined) {
+  const Vec3 up = so3_exp(Vec3(0.15, 0.1, 0)) * Vec3::UnitZ();
+  EXPECT_EQ(scene_extent_along(two_rooms(), up).up, up);
+  EXPECT_GT(scene_extent(two_rooms(), up).up.z(), 0.99999);
+}
+
 TEST(SceneExtent, UpOfCameras) {
   Mat3 upright;
   upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z forward is y of the world, y down

@@ -7,10 +7,10 @@ namespace hm {
 namespace {
 
 constexpr int kBandRows = 32;  // samples
-/// Triangles that are projected and sorted into bands at a time: a house has millions.
+/// Number of triangles that are projected and sorted into bands at a time.
 constexpr std::size_t kTrianglesAtOnce = 125'000;
 
-/// A vertex on its way to the screen. `side` is kInside when it may be used as it is.
+/// Position of a projected vertex relative to the clipping planes; kInside: not clipped.
 enum class VertexSide : std::uint8_t { kInside, kBehindNear, kAboveCut, kBroken };
 struct ScreenVertex {
   float x = 0, y = 0, nearness = 0;
@@ -30,8 +30,8 @@ struct TriangleRange {
   std::size_t begin = 0, end = 0;
 };
 
-/// The vertices from the lowest to the highest that these triangles use. (A reconstructed mesh is ordered by
-/// place, so that they are not many more than those used.)
+/// Projects the range of vertices used by these triangles. (A reconstructed mesh is spatially ordered, so
+/// that the range contains few unused ones.)
 ScreenVertices project_vertices(const TriangleMesh& mesh, const TriangleRange& range, const RenderView& view,
                                 const ViewProjection& projection, const ParallelLoop& loop) {
   std::size_t low = mesh.vertices.size(), high = 0;
@@ -46,7 +46,7 @@ ScreenVertices project_vertices(const TriangleMesh& mesh, const TriangleRange& r
   loop.for_ranges(out.size(), 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 p = mesh.vertices[low + i].cast<double>();
-      if (!(p.cwiseAbs().maxCoeff() < 1e9)) continue;  // not finite, or absurd
+      if (!(p.cwiseAbs().maxCoeff() < 1e9)) continue;  // not finite, or implausible
       const Vec3 p_camera = projection.to_camera(p);
       if (view.cut_height_m && view.up.dot(p) > *view.cut_height_m) {
         out[i].side = VertexSide::kAboveCut;
@@ -62,7 +62,7 @@ ScreenVertices project_vertices(const TriangleMesh& mesh, const TriangleRange& r
   return screen;
 }
 
-/// The part of a convex polygon where distance(p) >= 0.
+/// Clips a convex polygon to distance(p) >= 0.
 template <class Distance>
 std::vector<Vec3> clip(const std::vector<Vec3>& polygon, Distance&& distance) {
   std::vector<Vec3> out;
@@ -132,7 +132,7 @@ class Band {
 
 enum class Fate : std::uint8_t { kDropped, kWhole, kClipped };
 
-/// A part of an image being drawn: what every band needs to know.
+/// Data shared by all bands of an image.
 struct Scene {
   const TriangleMesh& mesh;
   const RenderView& view;

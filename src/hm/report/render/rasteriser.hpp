@@ -10,14 +10,14 @@ namespace hm {
 
 inline constexpr std::uint32_t kNoTriangle = 0xffffffffU;
 
-/// A view as the maps between world, camera and the samples of an image.
+/// Projection of a view: maps between world, camera and the samples of an image.
 class ViewProjection {
  public:
-  /// `samples_per_px` samples along each side of a pixel; width and height count pixels.
+  /// `samples_per_px`: samples along each side of a pixel; width and height in pixels.
   ViewProjection(const RenderView& view, int width, int height, int samples_per_px);
 
   [[nodiscard]] Vec3 to_camera(const Vec3& p_world) const { return T_camera_world_ * p_world; }
-  /// Sample coordinates (whole at sample centres) of a camera point in front of the near plane, and its
+  /// Projects a camera point in front of the near plane to sample coordinates (integer at sample centres) and
   /// nearness, which is linear over the image: 1/z, or -z for an orthographic view.
   [[nodiscard]] Vec3 project(const Vec3& p_camera) const {
     if (orthographic_)
@@ -26,12 +26,12 @@ class ViewProjection {
     return {scale_ * p_camera.x() * inverse + centre_.x(), scale_ * p_camera.y() * inverse + centre_.y(),
             inverse};
   }
-  /// The world point of a sample at this nearness.
+  /// World point of a sample at this nearness.
   [[nodiscard]] Vec3 unproject(double x, double y, double nearness) const;
   /// Unit vector from a world point towards the viewer.
   [[nodiscard]] Vec3 towards_viewer(const Vec3& p_world) const;
   [[nodiscard]] double near_m() const { return near_m_; }
-  /// Samples that a metre covers at this nearness.
+  /// Number of samples per metre at this nearness.
   [[nodiscard]] double samples_per_m(double nearness) const {
     return orthographic_ ? scale_ : scale_ * nearness;
   }
@@ -43,19 +43,19 @@ class ViewProjection {
   Vec2 centre_;
 };
 
-/// The visible surface at each sample of an image.
+/// Visible surface at each sample of an image.
 struct VisibilityBuffer {
-  Image<float> nearness;          ///< see ViewProjection::project; lowest float where nothing is seen
-  Image<std::uint32_t> triangle;  ///< kNoTriangle where nothing is seen
+  Image<float> nearness;          ///< see ViewProjection::project; lowest float without a surface
+  Image<std::uint32_t> triangle;  ///< kNoTriangle without a surface
   [[nodiscard]] bool hit(int x, int y) const { return triangle(x, y) != kNoTriangle; }
 };
 
-/// Finds the nearest triangle of each sample with a depth buffer, band by band; among equally near ones
-/// the lowest index wins. Cuts at the near plane and at the view's cut height.
+/// Finds the nearest triangle of each sample with a depth buffer, in bands of rows; ties go to the lowest
+/// index. Clips at the near plane and at the view's cut height.
 VisibilityBuffer rasterise(const TriangleMesh& mesh, const RenderView& view, const ViewProjection& projection,
                            const RenderOptions& size_in_samples, const ParallelLoop& loop);
 
-/// Coordinates of p in a triangle (barycentric, clamped to it; thirds for a triangle without area).
+/// Barycentric coordinates of p in a triangle, clamped to it; thirds for a triangle without area.
 Vec3 barycentric(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace hm

@@ -14,7 +14,7 @@ struct Facet {
   double area = 0;
 };
 
-/// At most about 200,000 facets, evenly picked.
+/// Selects at most about 200,000 facets, evenly.
 std::vector<Facet> some_facets(const TriangleMesh& mesh) {
   std::vector<Facet> facets;
   const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / 200'000);
@@ -30,7 +30,7 @@ std::vector<Facet> some_facets(const TriangleMesh& mesh) {
   return facets;
 }
 
-/// Turns up towards the mean of the surfaces that already face it roughly.
+/// Refines the up direction towards the mean normal of the surfaces that roughly face it.
 Vec3 refine_up(const std::vector<Facet>& facets, Vec3 up) {
   for (const double within_deg : {25.0, 12.0, 6.0}) {
     Vec3 sum = Vec3::Zero();
@@ -44,8 +44,8 @@ Vec3 refine_up(const std::vector<Facet>& facets, Vec3 up) {
   return up;
 }
 
-/// The angle about up, within a quarter turn, along which most walls run: the area-weighted mean of four
-/// times the angle of their normals.
+/// Axes along most walls: the angle about up, modulo 90 degrees, from the area-weighted mean of four times
+/// the angle of their normals.
 Mat3 wall_axes(const std::vector<Facet>& facets, const Vec3& up) {
   const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 east = (helper - helper.dot(up) * up).normalized(), north = up.cross(east);
@@ -75,7 +75,7 @@ std::vector<double> level_areas(const std::vector<Facet>& facets, const Vec3& di
     if (f.normal.dot(direction) > 0.8 && bin >= 0 && bin < static_cast<double>(areas.size()))
       areas[static_cast<std::size_t>(bin)] += f.area;
   }
-  std::vector<double> smooth(areas.size());  // a level may straddle two steps
+  std::vector<double> smooth(areas.size());  // a level may lie between two bins
   for (std::size_t i = 0; i < areas.size(); ++i)
     smooth[i] = areas[i] + (i > 0 ? areas[i - 1] : 0) + (i + 1 < areas.size() ? areas[i + 1] : 0);
   return smooth;
@@ -135,8 +135,8 @@ Mat3 camera_axes(const Vec3& forward, const Vec3& up) {
   return axes;
 }
 
-/// The nearest place for a camera from which all points lie within the slopes given: for each image
-/// direction the two lines that bound the points meet there.
+/// Nearest camera position from which all points lie within the given slopes: the intersection of the two
+/// bounding lines in each image direction.
 Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& slopes) {
   Vec3 place(0, 0, std::numeric_limits<double>::infinity());
   for (int k = 0; k < 2; ++k) {
@@ -155,21 +155,9 @@ Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& s
 /// Pixels kept free at the sides of an image.
 constexpr double kMarginRatio = 0.04;
 
-}  // namespace
-
-Vec3 up_of_cameras(const Trajectory& trajectory) {
-  Vec3 sum = Vec3::Zero();
-  for (const StampedPose& pose : trajectory) sum -= pose.T_world_base.rotation().col(1);
-  return sum.norm() > 1e-3 * static_cast<double>(trajectory.size()) && sum.allFinite() && !trajectory.empty()
-             ? Vec3(sum.normalized())
-             : Vec3::UnitZ();
-}
-
-SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
+SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<Facet>& facets, const Vec3& up) {
   SceneExtent extent;
-  const std::vector<Facet> facets = some_facets(mesh);
-  const bool usable_hint = up_hint.allFinite() && up_hint.norm() > 1e-9;
-  extent.up = refine_up(facets, usable_hint ? Vec3(up_hint.normalized()) : Vec3::UnitZ());
+  extent.up = up;
   const std::vector<Vec3> samples = sample_surface(mesh, 20'000, 1);
   Mat3 axes = wall_axes(facets, extent.up);
   if (samples.empty()) {
@@ -189,6 +177,27 @@ SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
     if (extent.box.contains(axes.transpose() * p)) extent.points.push_back(p);
   find_floor_and_ceiling(facets, extent);
   return extent;
+}
+
+}  // namespace
+
+Vec3 up_of_cameras(const Trajectory& trajectory) {
+  Vec3 sum = Vec3::Zero();
+  for (const StampedPose& pose : trajectory) sum -= pose.T_world_base.rotation().col(1);
+  return sum.norm() > 1e-3 * static_cast<double>(trajectory.size()) && sum.allFinite() && !trajectory.empty()
+             ? Vec3(sum.normalized())
+             : Vec3::UnitZ();
+}
+
+SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
+  const std::vector<Facet> facets = some_facets(mesh);
+  const bool usable_hint = up_hint.allFinite() && up_hint.norm() > 1e-9;
+  return extent_along(mesh, facets,
+                      refine_up(facets, usable_hint ? Vec3(up_hint.normalized()) : Vec3::UnitZ()));
+}
+
+SceneExtent scene_extent_along(const TriangleMesh& mesh, const Vec3& up) {
+  return extent_along(mesh, some_facets(mesh), up);
 }
 
 RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options) {

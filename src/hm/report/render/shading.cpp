@@ -29,8 +29,8 @@ double free_share(const Vec3& p, const Vec3& normal, const Vec3& other) {
   return 1 - 1.6 * cosine * fade;
 }
 
-/// Below 1 where the surface breaks off: there the second difference of nearness, which is 0 across any
-/// plane, is large on the nearer side. Lets a table's edge stand out from a floor of the same brightness.
+/// Outline factor, below 1 at depth discontinuities: the second difference of nearness, 0 on any plane, is
+/// large on the nearer side. Separates surfaces of equal brightness.
 float outline(const VisibilityBuffer& buffer, int x, int y) {
   const int sx = 2 * x, sy = 2 * y;
   const float here = buffer.nearness(sx, sy);
@@ -44,12 +44,12 @@ float outline(const VisibilityBuffer& buffer, int x, int y) {
   return 1 - 0.38F * std::clamp((strongest - 0.004F) / 0.008F, 0.F, 1.F);
 }
 
-/// A pixel of the image; it is made of 2 x 2 samples of the buffer.
+/// Pixel of the image, with 2 x 2 samples of the buffer.
 struct Pixel {
   int x = 0, y = 0;
 };
 
-/// Share of the sky that is not hidden by what is near this pixel, 0 to 1.
+/// Share of the hemisphere not occluded near this pixel, 0 to 1.
 double open_share(const TriangleMesh& mesh, const VisibilityBuffer& buffer, const ViewProjection& projection,
                   const Pixel& pixel) {
   const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * pixel.x, 2 * pixel.y));
@@ -70,8 +70,7 @@ double open_share(const TriangleMesh& mesh, const VisibilityBuffer& buffer, cons
   return std::max(0.0, light / kTaps);
 }
 
-/// The mean over the 4 x 4 tile around a pixel, of what lies about as near: it removes the pattern of the
-/// taps.
+/// Mean over the 4 x 4 tile around a pixel, of samples at similar depth; removes the pattern of the taps.
 float tile_mean(const Image<float>& raw, const VisibilityBuffer& buffer, const Pixel& pixel) {
   const float here = buffer.nearness(2 * pixel.x, 2 * pixel.y);
   const float tolerance = 0.02F * std::abs(here);

@@ -3,7 +3,7 @@
 
 namespace hm {
 
-/// The surface at one sample.
+/// Surface at one sample.
 struct SurfaceSample {
   Vec3 p_world, normal;  ///< unit normal on the viewer's side
   Vec3 weights;          ///< barycentric
@@ -13,8 +13,8 @@ struct SurfaceSample {
 SurfaceSample surface_sample(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                              const ViewProjection& projection, const Vec2& sample);
 
-/// Share of the hemisphere over each pixel's surface that is free of other surfaces in the image (1: all),
-/// from the depth buffer: crevices and the feet of furniture come out darker.
+/// Ambient occlusion from the depth buffer: share of the hemisphere over each pixel's surface that is free of
+/// other surfaces in the image (1: all).
 Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buffer,
                            const ViewProjection& projection, const ParallelLoop& loop);
 

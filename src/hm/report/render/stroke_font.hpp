@@ -9,12 +9,12 @@ inline constexpr double kGlyphHeight =
     6;  ///< units from the base line (y = 6) to the top of a capital (y = 0)
 inline constexpr double kGlyphGap = 1.7;  ///< units between neighbouring characters
 
-/// The strokes of a character in glyph units (x right, y down), and the step to the next one.
+/// Strokes of a character in glyph units (x right, y down), and the advance to the next one.
 struct StrokeGlyph {
   std::vector<std::vector<Vec2>> strokes;
   double advance = 0;
 };
-/// Printable ASCII; anything else is an empty box.
+/// Glyph of a printable ASCII character; anything else is an empty box.
 StrokeGlyph stroke_glyph(char character);
 
 }  // namespace hm

@@ -34,7 +34,7 @@ VecJet normalized(const VecJet& a) {
   return {a.v * r.v, a.d * r.v + a.v * r.d, a.dd * r.v + 2 * a.d * r.d + a.v * r.dd};
 }
 
-/// The axes of the vehicle that pushes with `thrust` and heads along a yaw angle.
+/// Axes of the vehicle for a thrust direction and a yaw angle.
 struct Axes {
   VecJet x, y, z;
 };
@@ -49,8 +49,8 @@ Axes axes_of(const VecJet& thrust, const Jet& yaw) {
   return axes;
 }
 
-/// The weights of the `degree` + 1 control points that act between two knots, `u` of the way (0..1)
-/// (Cox-de Boor on uniform knots).
+/// Weights of the `degree` + 1 control points between two knots, at the parameter `u` in 0..1 (Cox-de Boor on
+/// uniform knots).
 std::array<double, kDegree + 1> weights(int degree, double u) {
   std::array<double, kDegree + 1> w{1};
   for (int j = 1; j <= degree; ++j) {
@@ -65,7 +65,7 @@ std::array<double, kDegree + 1> weights(int degree, double u) {
   return w;
 }
 
-/// The heading of the first leg that goes anywhere: the vehicle starts with it.
+/// Heading of the first leg with horizontal motion, used at the start.
 double first_heading(const std::vector<FlightPoint>& way) {
   for (std::size_t i = 0; i + 1 < way.size(); ++i) {
     const Vec3 step = way[i + 1].position - way[i].position;
@@ -74,11 +74,11 @@ double first_heading(const std::vector<FlightPoint>& way) {
   return 0;
 }
 
-/// The time between two control points: corners are rounded over about 0.7 of it (standard deviation), which
-/// is no longer a way at higher speed.
+/// Time between two control points: corners are rounded over about 0.7 of it (standard deviation),
+/// independent of the path length at higher speed.
 double knot_s(const FlightParams& params) { return 0.5 * std::min(1.0, 1.0 / params.speed_m_s); }
 
-/// The places on the way at every control point, and whether the vehicle is under way there.
+/// Positions on the path at every control point, and whether the vehicle is standing there.
 struct Samples {
   std::vector<Vec3> positions;
   std::vector<double> headings;  ///< of the leg, unwrapped
@@ -117,7 +117,7 @@ Samples sampled(const std::vector<FlightPoint>& way, const FlightParams& params)
   return samples;
 }
 
-/// The moving average over +-half values, the ends repeated.
+/// Moving average over +-half values, with repeated ends.
 std::vector<double> averaged(const std::vector<double>& in, int half) {
   std::vector<double> out;
   const auto last = static_cast<int>(in.size()) - 1;
@@ -145,7 +145,7 @@ Flight::Flight(const std::vector<FlightPoint>& way_points, const FlightParams& p
     control << samples.positions[i] + (samples.standing[i] ? 0 : params.sway_m) * sway, yaws[i];
     controls_.push_back(control);
   }
-  // The same place five times more makes the spline start and end there, at rest.
+  // Repeating the position five times makes the spline start and end there, at rest.
   controls_.insert(controls_.begin(), kDegree, controls_.front());
   controls_.insert(controls_.end(), kDegree, controls_.back());
 }

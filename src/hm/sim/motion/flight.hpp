@@ -8,38 +8,38 @@
 
 namespace hm {
 
-/// The base of a quadrotor that stands on the ground is this high above it (dissertation 2.2: the City
-/// Flyer's base_link over its footprint).
+/// Height of a landed quadrotor's base above the ground (dissertation 2.2: the City Flyer's base_link over
+/// its footprint).
 inline constexpr double kBaseOverGround_m = 0.195;
 
-/// Where a flight goes: a place of the base, and how long the vehicle hovers (or stands) there.
+/// Way point of a flight: position of the base (world), and time of hovering (or standing) there.
 struct FlightPoint {
   Vec3 position = Vec3::Zero();
   double hover_s = 0;
 };
 
-/// How a quadrotor is flown.
+/// Parameters of a quadrotor's flight.
 struct FlightParams {
   double speed_m_s = 1.0;
-  /// Limit of the vertical speed.
+  /// Maximum vertical speed.
   double climb_m_s = 0.5;
-  /// Yaw rate of a turn by 180 degrees.
+  /// Mean yaw rate of a rotation by 180 degrees.
   double yaw_rate_rad_s = 0.9;
-  double sway_m = 0.02;  ///< standard deviation of the wandering around the way
+  double sway_m = 0.02;  ///< standard deviation of the deviation from the path
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"speed_m_s",
                {0.1, 2},
-               "speed of the flight; corners keep their radius above 1 m/s",
+               "speed of the flight; above 1 m/s the radius of corners is constant",
                ParamLevel::kBasic},
       self.speed_m_s);
-    v(ParamDoc{"sway_m", {0, 0.1}, "the vehicle wanders around its way by this standard deviation"},
+    v(ParamDoc{"sway_m", {0, 0.1}, "standard deviation of the vehicle's deviation from its path"},
       self.sway_m);
   }
 };
 
-/// The motion of a vehicle at a moment. Velocities and accelerations of the base's origin in the world frame,
+/// Motion of a vehicle at one time. Velocities and accelerations of the base's origin in the world frame,
 /// angular ones in the base frame.
 struct FlightState {
   SE3 T_world_base;
@@ -49,37 +49,37 @@ struct FlightState {
   Vec3 angular_acceleration_base_rad_s2 = Vec3::Zero();
 };
 
-/// A quadrotor's flight along way points: four times continuously differentiable, from rest to rest, heading
-/// where it goes. Position and yaw are uniform quintic B-splines over time; the vehicle tilts so that its
-/// thrust gives the acceleration (Mellinger and Kumar 2011, eqs 6-8), which makes it level at rest. All
-/// derivatives are analytic. Immutable: may be used from several threads.
+/// Flight of a quadrotor along way points: four times continuously differentiable, from rest to rest, heading
+/// along the path. Position and yaw are uniform quintic B-splines over time; the attitude follows from the
+/// thrust direction (Mellinger and Kumar 2011, eqs 6-8), level at rest. All derivatives are analytic.
+/// Immutable, hence thread safe.
 class Flight {
  public:
-  /// Way points in order (at least two). The seed decides the sway; the vehicle does not sway while it waits
-  /// at the first and the last point, where it stands.
+  /// `way_points`: at least two. The seed determines the sway; there is none while the vehicle stands at the
+  /// first and the last point.
   Flight(const std::vector<FlightPoint>& way_points, const FlightParams& params, std::uint64_t seed);
 
   [[nodiscard]] double duration_s() const;
   [[nodiscard]] double length_m() const;
-  /// Times outside are clamped.
+  /// Pose at a time; times outside the flight are clamped.
   [[nodiscard]] SE3 T_world_base(double time_s) const;
   [[nodiscard]] FlightState state(double time_s) const;
 
  private:
   using Control = Eigen::Vector4d;  ///< x, y, z, yaw
-  /// The spline and its first four derivatives.
+  /// Spline and its first four derivatives.
   [[nodiscard]] std::array<Control, 5> derivatives(double time_s) const;
 
   double knot_s_ = 0;
   std::vector<Control> controls_;
 };
 
-/// From the hallway through all rooms but the study's far end, over tables, beds, a platform and a railing,
-/// and back.
+/// Flight from the hallway through all rooms except the study's far end, over tables, beds, a platform and a
+/// railing, and back.
 Flight house_flight(const FlightParams& params, std::uint64_t seed);
-/// Twice around the room, over its chest, ramp and ball.
+/// Flight twice around the room, over its chest, ramp and ball.
 Flight room_flight(const FlightParams& params, std::uint64_t seed);
-/// To the end of the corridor and back, with changes of height.
+/// Flight to the end of the corridor and back, with changes of height.
 Flight corridor_flight(const FlightParams& params, std::uint64_t seed);
 
 }  // namespace hm

@@ -163,7 +163,7 @@ TEST(Flight, SwayIsSeededAndCanBeOff) {
   EXPECT_TRUE(differs);
 }
 
-/// Dead reckoning: second-order integration of what an exact IMU feels, `arm` away from the base.
+/// Dead reckoning: second-order integration of an ideal IMU at a lever arm from the base.
 double drift_m(const Flight& flight, const SE3& T_base_imu, double rate_hz) {
   const double step = 1 / rate_hz;
   const FlightState start = flight.state(0);

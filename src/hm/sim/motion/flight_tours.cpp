@@ -1,4 +1,4 @@
-// Where the flights go.
+// Paths of the flights.
 #include "hm/sim/motion/flight.hpp"
 #include "hm/sim/world/house_plan.hpp"
 
@@ -14,9 +14,9 @@ class Way {
   /// Starts on the ground.
   explicit Way(const Vec2& at) : points_{{{at.x(), at.y(), kBaseOverGround_m}, kStand_s}} {}
 
-  /// Straight up or down.
+  /// Flies vertically.
   Way& climb(double height_m) { return go(here().x(), here().y(), height_m); }
-  /// To a place at the height of the last one.
+  /// Flies to a position at the current height.
   Way& go(double x, double y) { return go(x, y, here().z()); }
   Way& go(double x, double y, double height_m) {
     points_.push_back({{x, y, height_m}, 0});
@@ -26,7 +26,7 @@ class Way {
     points_.back().hover_s += kHover_s;
     return *this;
   }
-  /// From the middle of the hallway through the door of a room, and back.
+  /// Flies from the middle of the hallway through the door of a room.
   Way& enter(std::size_t room) { return pass_door(room, true); }
   Way& leave(std::size_t room) { return pass_door(room, false); }
   std::vector<FlightPoint> land() {
@@ -49,7 +49,7 @@ class Way {
 
 enum Room : std::size_t { kLiving, kDining, kKitchen, kStudy, kBedroom, kBath, kKids, kGuest, kWorkshop };
 
-/// Living room, dining room and kitchen: in by the first door, out by the last.
+/// Flies through living room, dining room and kitchen: in by the first door, out by the last.
 void fly_south(Way& way) {
   way.enter(kLiving)
       .go(6.4, 4.9)

@@ -1,6 +1,6 @@
-// The stops of the walk through the house: short ways that see nearly all of each room, found by a stochastic
-// search over places, angles and their order and completed by hand. Who moves furniture or stops learns from
-// walk_coverage_test.cpp what is no longer seen.
+// Stops of the walk through the house: short paths that observe nearly all of each room, found by a
+// stochastic search over positions, angles and their order, and completed by hand. After moving furniture or
+// stops, walk_coverage_test.cpp shows what is no longer observed.
 #include "hm/sim/motion/house_tours.hpp"
 
 #include "hm/core/check.hpp"

@@ -1,4 +1,4 @@
-// Where the walks go: the ways through the house, the room and the corridor.
+// Paths of the walks through the house, the room and the corridor.
 #include <cmath>
 #include <numbers>
 
@@ -10,10 +10,10 @@ namespace hm {
 namespace {
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
-constexpr double kAhead_rad = -0.2;  ///< pitch of who looks where he goes
+constexpr double kAhead_rad = -0.2;  ///< pitch while walking forwards
 constexpr double kSwing_m = 4.2;     ///< walked while the pitch goes down and up once
 
-/// Collects way points; yaw is unwrapped so that every turn is the short way round.
+/// Collects way points; yaw is unwrapped so that every rotation takes the shorter direction.
 class Tour {
  public:
   explicit Tour(const WalkPoint& start) : points_{start} {}
@@ -22,13 +22,13 @@ class Tour {
     const double height = 1.5 + 0.08 * std::sin(0.9 * static_cast<double>(points_.size()));
     points_.push_back({{to.x(), to.y(), height}, unwrapped(yaw_rad), pitch_rad});
   }
-  /// Walks to a point looking where it goes.
+  /// Walks to a point, looking ahead.
   void walk_to(const Vec2& to, double pitch_rad) {
     const double yaw = heading(here(), to);
     go(here(), yaw, pitch_rad);
     go(to, yaw, pitch_rad);
   }
-  /// A full turn on the spot.
+  /// Rotates by 360 degrees on the spot.
   void spin(double pitch_rad) {
     WalkPoint p = points_.back();
     p.pitch_rad = pitch_rad;
@@ -37,7 +37,7 @@ class Tour {
     points_.push_back(p);
   }
   enum class Look { kOutward, kInward };
-  /// Once around a closed loop, looking away from its middle or across it while pitch swings between two
+  /// Walks once around a closed loop, looking outwards or across it while the pitch oscillates between two
   /// angles.
   void around(const std::vector<Vec2>& loop, Look look, const Vec2& pitch_range_rad) {
     Vec2 middle = Vec2::Zero();
@@ -68,7 +68,7 @@ class Tour {
   std::vector<WalkPoint> points_;
 };
 
-/// From the hallway around a room and back to the hallway.
+/// Walks from the hallway around a room and back to the hallway.
 void visit_room(Tour& tour, std::size_t index) {
   const RoomPlan& room = house_rooms()[index];
   const Vec2 in_hall(room.door_x, kHallCenter_y);

@@ -16,7 +16,7 @@ WalkPoint blend(const WalkPoint& a, const WalkPoint& b, double t) {
           a.pitch_rad + t * (b.pitch_rad - a.pitch_rad)};
 }
 
-/// The way at constant speed from point to point, sampled every kStep_s.
+/// Samples the path at constant speed from point to point, every kStep_s.
 std::vector<WalkPoint> sampled(const std::vector<WalkPoint>& way, const Walk::Limits& limits) {
   std::vector<WalkPoint> samples;
   double begin_s = 0;
@@ -34,8 +34,8 @@ std::vector<WalkPoint> sampled(const std::vector<WalkPoint>& way, const Walk::Li
   return samples;
 }
 
-/// The moving average over +-half samples, the ends repeated. An average neither leaves the convex hull
-/// of the way nor exceeds its speeds.
+/// Moving average over +-half samples, with repeated ends. It neither leaves the convex hull of the path nor
+/// exceeds its speeds.
 std::vector<WalkPoint> averaged(const std::vector<WalkPoint>& in, int half) {
   const auto count = static_cast<int>(in.size());
   const auto at = [&](int i) -> const WalkPoint& {

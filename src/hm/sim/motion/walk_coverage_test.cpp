@@ -1,4 +1,4 @@
-// What the walk through the house sees of all that a person in its rooms could see.
+// Share of the visible surface in the house's rooms that the walk observes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ std::vector<RoomPlan> all_rooms() {
   return rooms;
 }
 
-/// The places of a 0.4 m grid where a person can get to from the door, keeping clear of everything.
+/// Points of a 0.4 m grid that a person can reach from the door without touching anything.
 std::vector<Vec2> reachable_in(const RoomPlan& room, const Renderer& renderer) {
   const auto is_clear = [&](const Vec2& p) {
     return std::ranges::all_of(std::array{0.5, 1.0, 1.5}, [&](double z) {
@@ -90,7 +90,7 @@ std::vector<Vec2> reachable_in(const RoomPlan& room, const Renderer& renderer) {
   return places;
 }
 
-/// Where the eyes of a person could be who walks about in a room.
+/// Possible eye positions of a person walking in a room.
 std::vector<Vec3> eyes_in(const RoomPlan& room, const Renderer& renderer) {
   std::vector<Vec3> eyes;
   for (const Vec2& place : reachable_in(room, renderer))
@@ -120,7 +120,7 @@ struct Viewer {
   }
 };
 
-/// The samples that somebody in this room, or passing its walls' inner faces, could see.
+/// Samples visible from this room.
 std::vector<Sample> seeable_in(const RoomPlan& room, const std::vector<Sample>& samples,
                                const Viewer& viewer) {
   const std::vector<Vec3> eyes = eyes_in(room, viewer.renderer);

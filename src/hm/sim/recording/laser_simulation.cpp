@@ -48,7 +48,7 @@ struct LaserSimulation::Impl {
 
   [[nodiscard]] FlightState state_at(Time time) const { return flight.state(time.seconds() - kStart_s); }
 
-  /// The stamps of a stream with this rate: the last one is not before the last beam.
+  /// Stamps of a stream with this rate; the last one is not before the last beam.
   [[nodiscard]] std::vector<Time> stamps(double rate_hz) const {
     std::vector<Time> stamps;
     const auto steps = static_cast<std::size_t>(std::ceil(duration_s * rate_hz - 1e-9));
@@ -57,7 +57,7 @@ struct LaserSimulation::Impl {
     return stamps;
   }
 
-  /// When something arrives that was complete at `measured`.
+  /// Time of arrival of a measurement completed at `measured`.
   [[nodiscard]] Time arrival(Time measured, double latency_s, Rng& rng) const {
     const double jitter_s = params.kLatencyJitter_s * rng.uniform();
     return params.latency ? measured + Duration::from_seconds(latency_s + jitter_s) : measured;

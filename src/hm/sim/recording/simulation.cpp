@@ -21,7 +21,7 @@ Walk make_walk(WorldKind world) {
   return corridor_walk();
 }
 
-/// An Ornstein-Uhlenbeck process over path length: an error that keeps its direction for some metres.
+/// Ornstein-Uhlenbeck process over path length: an error correlated over some metres.
 class SmoothError {
  public:
   explicit SmoothError(double sigma) : sigma_(sigma) {}
@@ -37,8 +37,8 @@ class SmoothError {
   double value_ = 0;
 };
 
-/// The poses that a visual-inertial odometry would report: every step is turned by the yaw error gained
-/// so far and lengthened or shortened; roll and pitch are seen from gravity and stay right.
+/// Simulates the poses of a visual-inertial odometry: every step is rotated by the accumulated yaw error and
+/// scaled; roll and pitch are observable from gravity and stay exact.
 std::vector<SE3> drifted(const std::vector<SE3>& truth, const SimulationParams& params) {
   Rng rng(static_cast<std::uint64_t>(params.seed), 0x6472696674);
   SmoothError yaw_rate(params.drift_yaw_rad_m);
@@ -80,7 +80,7 @@ struct Simulation::Impl {
     reported = p.pose_drift ? drifted(truth, p) : truth;
   }
 
-  /// The true pose this long after the first frame.
+  /// True pose at a time after the first frame.
   [[nodiscard]] SE3 pose_at(double elapsed_s) const {
     return walk.T_world_camera(elapsed_s / params.duration_scale_ratio);
   }

@@ -14,52 +14,56 @@
 
 namespace hm {
 
-/// Everything that decides what a simulation looks like; the same values give the same bytes.
+/// Parameters of a simulated RGB-D recording; the same values give the same bytes.
 struct SimulationParams {
   WorldKind world = WorldKind::kHouse;
   SensorPreset sensor = SensorPreset::kTangoTablet;
   int seed = 1;
   int frame_limit = 0;                ///< 0: the whole walk
   int frame_stride = 1;               ///< keep every n-th frame of the sensor
-  double duration_scale_ratio = 1.0;  ///< below 1: the same walk, faster
+  double duration_scale_ratio = 1.0;  ///< below 1: the same walk, but faster
   SensorEffects effects;
   bool rolling_shutter = false;  ///< rows of the colour image are exposed one after another
   double readout_s = 0.02;       ///< from the first row to the last; the middle row is exposed at the stamp
-  bool pose_drift = false;       ///< poses as a visual-inertial odometry would report them
+  bool pose_drift = false;       ///< report poses with the drift of a visual-inertial odometry
   double drift_ratio = 0.005;    ///< standard deviation of the velocity error, as a share of the speed
   double drift_yaw_rad_m = 0.0005;  ///< standard deviation of the yaw error gained per metre
-  bool imu = true;                  ///< an inertial device is carried along
+  bool imu = true;                  ///< simulate an IMU mounted to the camera
   ImuSensorParams imu_sensor;
-  double truth_spacing_m = 0.04;  ///< of the samples of the visible truth
-  double truth_far_m = 0;         ///< they were seen from nearer than this (0: the sensor's range)
+  double truth_spacing_m = 0.04;  ///< spacing of the samples of the visible truth
+  double truth_far_m = 0;         ///< maximum depth at which they are visible (0: the sensor's range)
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"world", {}, "what is walked through", ParamLevel::kBasic}, self.world, kWorldKindNames);
-    v(ParamDoc{"sensor", {}, "what it is seen with", ParamLevel::kBasic}, self.sensor, kSensorPresetNames);
-    v(ParamDoc{"seed", {0, 2147483647}, "of all random numbers", ParamLevel::kBasic}, self.seed);
-    v(ParamDoc{"frame_limit", {0, 1e9}, "frames at most (0: the whole walk)", ParamLevel::kBasic},
+    v(ParamDoc{"world", {}, "world of the walk", ParamLevel::kBasic}, self.world, kWorldKindNames);
+    v(ParamDoc{"sensor", {}, "simulated depth camera", ParamLevel::kBasic}, self.sensor, kSensorPresetNames);
+    v(ParamDoc{"seed", {0, 2147483647}, "seed of all random numbers", ParamLevel::kBasic}, self.seed);
+    v(ParamDoc{"frame_limit", {0, 1e9}, "maximum number of frames; 0: the whole walk", ParamLevel::kBasic},
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);
-    v(ParamDoc{"duration_scale_ratio", {0.01, 100}, "length of the walk in time"}, self.duration_scale_ratio);
+    v(ParamDoc{"duration_scale_ratio", {0.01, 100}, "factor on the duration of the walk; below 1: faster"},
+      self.duration_scale_ratio);
     SensorEffects::visit(self.effects, v);
-    v(ParamDoc{"rolling_shutter", {}, "colour rows are exposed one after another"}, self.rolling_shutter);
+    v(ParamDoc{"rolling_shutter", {}, "rows of the colour image are exposed one after another"},
+      self.rolling_shutter);
     v(ParamDoc{"readout_s", {0, 0.2}, "time from the first colour row to the last"}, self.readout_s);
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},
       self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);
     v(ParamDoc{"drift_yaw_rad_m", {0, 1}, "yaw error gained per metre"}, self.drift_yaw_rad_m);
-    v(ParamDoc{"imu", {}, "an inertial device is carried along (imu.csv)", ParamLevel::kBasic}, self.imu);
+    v(ParamDoc{"imu", {}, "simulate an IMU mounted to the camera (imu.csv)", ParamLevel::kBasic}, self.imu);
     ImuSensorParams::visit(self.imu_sensor, v);
     v(ParamDoc{"truth_spacing_m", {0.002, 1}, "spacing of the samples of the visible truth"},
       self.truth_spacing_m);
-    v(ParamDoc{"truth_far_m", {0, 200}, "depth up to which they count as seen; 0 for the sensor's range"},
+    v(ParamDoc{"truth_far_m",
+               {0, 200},
+               "maximum depth at which these samples count as visible; 0: the sensor's range"},
       self.truth_far_m);
   }
 };
 
-/// A sensor carried through a generated world. Frames may be asked for in any order and from several
-/// threads; a frame depends on the parameters and its index only.
+/// Simulates a depth camera carried through a generated world. Frames may be requested in any order and from
+/// several threads; a frame depends only on the parameters and its index.
 class Simulation {
  public:
   explicit Simulation(const SimulationParams& params);
@@ -68,21 +72,21 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   [[nodiscard]] std::size_t frame_count() const;
-  /// The frame with the pose that the device reports (the true one unless pose_drift is on). The loop
-  /// shares out the image rows.
+  /// Renders a frame with the reported pose (the true one unless pose_drift is on), in parallel over image
+  /// rows.
   [[nodiscard]] RgbdFrame frame(std::size_t index, const ParallelLoop& loop = ParallelLoop()) const;
   [[nodiscard]] Time stamp(std::size_t index) const;
   [[nodiscard]] SE3 true_pose(std::size_t index) const;
   [[nodiscard]] SE3 reported_pose(std::size_t index) const;
-  /// What the inertial device feels from the first frame to the last (carried_imu.hpp); empty: there is none.
+  /// IMU samples from the first frame to the last (carried_imu.hpp); empty without IMU.
   [[nodiscard]] std::vector<ImuSample> imu() const;
-  /// The camera of depth and colour; no distortion.
+  /// Camera of depth and colour, without distortion.
   [[nodiscard]] const PinholeCamera& camera() const;
   [[nodiscard]] const SensorModel& sensor() const;
   [[nodiscard]] const World& world() const;
   [[nodiscard]] const SimulationParams& params() const;
-  /// The part of the true surface that the frames (all, or 2000 evenly chosen ones) can see within the
-  /// sensor's range and within params().truth_far_m.
+  /// Part of the true surface visible in the frames (all, or 2000 evenly chosen ones) within the sensor's
+  /// range and params().truth_far_m.
   [[nodiscard]] SurfacePoints visible_truth(const ParallelLoop& loop) const;
 
  private:

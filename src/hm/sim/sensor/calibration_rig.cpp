@@ -14,7 +14,7 @@ std::array<Vec3, 4> corners_of(const FlatPicture& picture) {
   return {Vec3(0, 0, 0), Vec3(w, 0, 0), Vec3(w, h, 0), Vec3(0, h, 0)};
 }
 
-/// The plane of a picture as a map from rays (x, y, 1) to places on it: a homography.
+/// Homography from rays (x, y, 1) to positions on the plane of a picture.
 struct PlaneMap {
   Mat3 picture_from_ray;
   explicit PlaneMap(const SE3& T_camera_picture) {
@@ -23,14 +23,14 @@ struct PlaneMap {
         T_camera_picture.translation();
     picture_from_ray = ray_from_picture.inverse();
   }
-  /// Metres on the picture, and 1/z; the place is behind the camera when that is not positive.
+  /// Position on the picture in metres, and 1/z, which is not positive behind the camera.
   [[nodiscard]] Vec3 at(const Vec2& ray) const {
     const Vec3 p = picture_from_ray * Vec3(ray.x(), ray.y(), 1);
     return {p.x() / p.z(), p.y() / p.z(), p.z()};
   }
 };
 
-/// A background that changes slowly: nothing that looks like a corner.
+/// Smooth background without corners.
 double background(int x, int y) { return 95 + 35 * std::sin(x * 0.011) * std::cos(y * 0.008 + 0.5); }
 
 std::uint8_t to_gray(double value) { return static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0)); }
@@ -115,14 +115,15 @@ Image<Rgb8> FlatRenderer::render(const FlatPicture& picture, const SE3& T_camera
         double sum = 0;
         for (int j = 0; j < kSubPixels; ++j)
           for (int i = 0; i < kSubPixels; ++i) {
-            // No two rays in one column or row: an upright edge moves the sum in steps of a sixteenth.
+            // No two rays share a column or row, so that a vertical edge changes the sum in steps of a
+            // sixteenth.
             const double a = (i + (j + 0.5) / kSubPixels) / kSubPixels;
             const double b = (j + (i + 0.5) / kSubPixels) / kSubPixels;
             const Vec3 place = plane.at(first + a * right + b * down);
             const double px = place.x() * scale, py = place.y() * scale;
             const bool on = place.z() > 0 && px >= 0 && py >= 0 && px < picture.gray.width() &&
                             py < picture.gray.height();
-            // Paper under a lamp: black is not 0, white not 255.
+            // Printed paper: black is not 0, white not 255.
             sum += on ? 30 + 0.75 * picture.gray(static_cast<int>(px), static_cast<int>(py)) : gray;
           }
         gray = sum / (kSubPixels * kSubPixels);

@@ -22,7 +22,7 @@ TEST(FlatRenderer, AnEdgeIsWhereItBelongs) {
   const Image<Rgb8> seen = renderer.render(picture, T, 0, rng);
   for (double y_m = 0.05; y_m < 0.26; y_m += 0.02) {
     const Vec2 edge = rig.color_camera.project(T * Vec3(0.2, y_m, 0));
-    // The grey level of a row, from black to white, tells the edge to a fraction of a pixel.
+    // The grey levels of a row, from black to white, determine the edge to a fraction of a pixel.
     const int row = static_cast<int>(std::lround(edge.y())), from = static_cast<int>(edge.x()) - 8;
     double white = 0;
     for (int x = from; x < from + 16; ++x) white += (seen(x, row).g - 30) / (0.75 * 255);

@@ -15,7 +15,7 @@ FlightState motion_at(const CarriedPose& pose, double elapsed_s) {
       (after.translation() - 2 * p + before.translation()) / (kHalfStep_s * kHalfStep_s);
   state.angular_velocity_base_rad_s =
       so3_log(before.rotation().transpose() * after.rotation()) / (2 * kHalfStep_s);
-  return state;  // the device sits at the origin: angular accelerations are not felt
+  return state;  // the device is at the origin: angular accelerations have no effect
 }
 
 }  // namespace

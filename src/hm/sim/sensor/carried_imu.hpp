@@ -6,15 +6,15 @@
 
 namespace hm {
 
-/// How a camera is carried: its pose this long after the beginning (smooth; may be asked for a little before
-/// and after).
+/// Camera pose at a time after the start; must be smooth, and defined slightly before the start and after the
+/// end.
 using CarriedPose = std::function<SE3(double elapsed_s)>;
 
-/// How the inertial device of a tablet is turned in its camera's frame: x right, y up, z towards the person.
+/// Rotation of a tablet's IMU in its camera frame: x right, y up, z towards the user.
 Mat3 R_camera_tablet_imu();
 
-/// What an inertial device at the camera's place feels, in its own frame, from `begin` for `duration_s`:
-/// velocities and accelerations by central differences of the poses, then noise and biases by the seed.
+/// Simulates the samples of an IMU at the camera's position, in the IMU frame, from `begin` for `duration_s`:
+/// rates and accelerations by central differences of the poses, plus seeded noise and biases.
 std::vector<ImuSample> carried_imu(const CarriedPose& pose, Time begin, double duration_s,
                                    const ImuSensorParams& params, const ImuSensorEffects& effects,
                                    std::uint64_t seed);

@@ -17,7 +17,7 @@ std::vector<ImuSample> exact(double duration_s) {
   return carried_imu(swung, Time{}, duration_s, {}, {false, false, false}, 1);
 }
 
-/// Turning rates add up to the rotation, forces are gravity and the acceleration in closed form.
+/// Angular rates integrate to the rotation; specific forces equal gravity plus the exact acceleration.
 TEST(CarriedImu, FeelsTheMotionOfItsPath) {
   const Mat3 R_camera_imu = R_camera_tablet_imu();
   const auto samples = exact(3);

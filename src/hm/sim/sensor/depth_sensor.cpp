@@ -8,8 +8,8 @@
 namespace hm {
 namespace {
 
-/// Standard normal numbers from 32 random bits: the quantile function, linear between 4096 nodes and
-/// scaled to unit variance. Symmetric, so exactly unbiased; about ten times faster than Box-Muller.
+/// Standard normal numbers from 32 random bits by the quantile function, linear between 4096 nodes and scaled
+/// to unit variance. Symmetric, so exactly unbiased; about ten times faster than Box-Muller.
 class NormalTable {
  public:
   NormalTable() {
@@ -30,7 +30,7 @@ class NormalTable {
     const double fraction = (static_cast<double>(bits & 0xfffffu) + 0.5) / 1048576.0;
     return nodes_[cell] + fraction * (nodes_[cell + 1] - nodes_[cell]);
   }
-  /// The deviate of 16 random bits, at the middle of those that begin with them.
+  /// Normal deviate of 16 random bits, at the centre of the 32-bit values that start with them.
   double from_half(std::uint32_t bits16) const { return (*this)((bits16 << 16u) | 0x8000u); }
 
  private:
@@ -66,10 +66,10 @@ struct Pixel {
   int x = 0, y = 0;
 };
 
-/// The nearest whole number, for |value| < 1e9; rounding by truncation is inline, std::round is a call.
+/// Nearest integer for |value| < 1e9; rounding by truncation is inlined, unlike std::round.
 int rounded(double value) { return static_cast<int>(value + (value < 0 ? -0.5 : 0.5)); }
 
-/// Where a pixel's reading comes from: itself, or across a depth edge a pixel a random shift away.
+/// Source of a pixel's reading: the pixel itself, or at a depth edge a pixel at a random offset.
 Pixel lateral_source(const NormalTable& normal, double sigma_px, const Image<float>& depth_m, Pixel at,
                      std::uint32_t bits) {
   const int dx = rounded(sigma_px * normal.from_half(bits >> 16u));
@@ -127,14 +127,14 @@ DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, 
   const bool biased = effects.depth_bias && sensor.bias_at_3m_m > 0;
   for (int y = 0; y < depth.height(); ++y) {
     for (int x = 0; x < depth.width(); ++x) {
-      // Every pixel takes its two numbers, so that one switch does not change another effect's noise.
+      // Every pixel draws two numbers, so that enabling one effect does not change the noise of another.
       const std::uint32_t lateral_bits = rng.next_u32(), axial_bits = rng.next_u32();
       Pixel from{x, y};
       if (effects.lateral_noise)
         from = lateral_source(normal, sensor.lateral_sigma_px, view.depth_m, from, lateral_bits);
       const double truth = static_cast<double>(view.depth_m(from.x, from.y));
       const double cosine = static_cast<double>(view.cos_incidence(from.x, from.y));
-      // The range is judged by the true depth: judged by the reading it would bias what is left.
+      // Range limits apply to the true depth: applied to the reading they would bias the rest.
       if (truth < sensor.min_depth_m || truth > sensor.max_depth_m || cosine < least_cosine) continue;
       if (effects.material_dropout && view.returns[view.part(from.x, from.y)] == Reflectance::kNoReturn)
         continue;

@@ -12,59 +12,57 @@ namespace hm {
 enum class SensorPreset { kTangoTablet, kTangoPhone, kKinect };
 inline constexpr std::string_view kSensorPresetNames[] = {"tango_tablet", "tango_phone", "kinect"};
 
-/// What a depth camera is like: optics, rate and the size of its errors. Whether an error happens at all
-/// is said by SensorEffects.
+/// Model of a depth camera: optics, rate and magnitude of its errors, which are enabled by SensorEffects.
 struct SensorModel {
   PinholeCamera camera;  ///< without distortion
   double rate_hz = 30;
   double min_depth_m = 0.4, max_depth_m = 5.0;
   DepthNoise noise;             ///< axial, on surfaces seen up to 60 degrees from their normal
-  double lateral_sigma_px = 0;  ///< where an edge is seen
-  double disparity_step_m = 0;  ///< 1/z is rounded to multiples of 1/disparity_step_m (0: not at all)
+  double lateral_sigma_px = 0;  ///< at depth edges
+  double disparity_step_m = 0;  ///< 1/z is rounded to multiples of 1/disparity_step_m (0: no rounding)
   double bias_at_3m_m = 0;      ///< largest per-pixel bias at 3 m (quadratic in z)
 };
 SensorModel sensor_model(SensorPreset preset);
 
-/// Which errors a simulated sensor makes, and how large those are that are no property of the device.
+/// Enabled errors of a simulated sensor, and parameters that do not depend on the device.
 struct SensorEffects {
   bool axial_noise = true;
   bool lateral_noise = true;
   bool quantisation = true;
-  bool depth_bias = true;        ///< only the phone has one
-  bool grazing_dropout = true;   ///< no reading where a surface is seen at a grazing angle
+  bool depth_bias = true;        ///< tango_phone only
+  bool grazing_dropout = true;   ///< no reading at grazing angles
   bool material_dropout = true;  ///< no reading from glass and black surfaces
   /// Factor on the axial noise.
   static constexpr double kNoiseScaleRatio = 1.0;
   double grazing_limit_rad = 1.36;  ///< 78 degrees from the surface normal
 
-  /// A perfect sensor: readings limited by range and rounding to `kSimulatedDepthUnit_m` only.
+  /// Ideal sensor: readings limited only by range and rounding to `kSimulatedDepthUnit_m`.
   static SensorEffects none();
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"axial_noise", {}, "noise along the ray"}, self.axial_noise);
     v(ParamDoc{"lateral_noise", {}, "readings at edges come from a neighbouring pixel"}, self.lateral_noise);
-    v(ParamDoc{"quantisation", {}, "disparity is rounded as in the device"}, self.quantisation);
+    v(ParamDoc{"quantisation", {}, "disparity is quantised as in the device"}, self.quantisation);
     v(ParamDoc{"depth_bias", {}, "per-pixel quadratic depth bias (tango_phone)"}, self.depth_bias);
     v(ParamDoc{"grazing_dropout", {}, "no reading at grazing angles"}, self.grazing_dropout);
     v(ParamDoc{"material_dropout", {}, "no reading from glass and black surfaces"}, self.material_dropout);
-    v(ParamDoc{"grazing_limit_rad", {0.5, 1.5707}, "angle from the normal beyond which nothing returns"},
+    v(ParamDoc{"grazing_limit_rad", {0.5, 1.5707}, "angle from the normal beyond which there is no reading"},
       self.grazing_limit_rad);
   }
 };
 
-/// A unit of simulated depth images: that of the TUM format.
+/// Unit of simulated depth images, as in the TUM format.
 inline constexpr double kSimulatedDepthUnit_m = 1.0 / 5000.0;
 
-/// Reads an ideal view as the sensor would. The mean of many readings is the true depth, but for the bias
-/// and for rounding.
-/// Axial: Nguyen et al. 2012, sigma(z) plus 1e-4/sqrt(z) theta^2/(pi/2-theta)^2 beyond 60 degrees.
-/// Lateral: at a depth edge the reading is that of a pixel a normally distributed shift away.
+/// Simulates a sensor's depth image of an ideal view. Readings are unbiased except for the bias model and
+/// rounding. Axial: Nguyen et al. 2012, sigma(z) plus 1e-4/sqrt(z) theta^2/(pi/2-theta)^2 beyond 60 degrees.
+/// Lateral: at a depth edge the reading is taken from a pixel at a normally distributed offset.
 DepthImage sense_depth(const SensorModel& sensor, const SensorEffects& effects, const RenderedView& view,
                        Rng& rng);
 
-/// The bias of a pixel at this true depth, metres: (a z^2 + b z) with a and b smooth over the image
-/// (dissertation 4.1.3); its largest magnitude in the image at 3 m is sensor.bias_at_3m_m.
+/// Bias of a pixel at this true depth, metres: (a z^2 + b z) with a and b smooth over the image (dissertation
+/// 4.1.3); its largest magnitude in the image at 3 m is sensor.bias_at_3m_m.
 double depth_bias_m(const SensorModel& sensor, int x, int y, double depth_m);
 
 }  // namespace hm

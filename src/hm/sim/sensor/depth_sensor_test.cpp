@@ -25,7 +25,7 @@ struct Statistics {
   std::size_t count = 0;
 };
 
-/// Of the valid readings of several images.
+/// Statistics of the valid readings of several images.
 Statistics readings(const SensorModel& sensor, const SensorEffects& effects, const RenderedView& view) {
   double sum = 0, squares = 0;
   std::size_t count = 0;

@@ -8,38 +8,38 @@
 
 namespace hm {
 
-/// An inertial measurement unit of the size that small helicopters carry: white noise, biases that wander,
-/// and an orientation by its own filter.
+/// Parameters of a small IMU as carried by quadrotors: white noise, random-walk biases, and an orientation
+/// from its own filter.
 struct ImuSensorParams {
   double imu_rate_hz = 200;
-  /// White noise of the gyros, (rad/s)/sqrt(Hz).
+  /// White noise of the gyroscopes, (rad/s)/sqrt(Hz).
   static constexpr double kGyroDensity_rad_s_sqrt_hz = 2e-4;
-  double gyro_bias_rad_s = 0.002;  ///< standard deviation at the start
-  /// How fast it wanders, (rad/s^2)/sqrt(Hz).
+  double gyro_bias_rad_s = 0.002;  ///< standard deviation of the gyroscopes' bias at the start
+  /// Random walk of this bias, (rad/s^2)/sqrt(Hz).
   static constexpr double kGyroBiasWalk_rad_s2_sqrt_hz = 2e-5;
-  /// White noise of accelerometers, (m/s^2)/sqrt(Hz).
+  /// White noise of the accelerometers, (m/s^2)/sqrt(Hz).
   static constexpr double kAccelDensity_m_s2_sqrt_hz = 2e-3;
-  /// Standard deviation of their bias at the start.
+  /// Standard deviation of the accelerometers' bias at the start.
   static constexpr double kAccelBias_m_s2 = 0.05;
-  /// How fast it wanders, (m/s^3)/sqrt(Hz).
+  /// Random walk of this bias, (m/s^3)/sqrt(Hz).
   static constexpr double kAccelBiasWalk_m_s3_sqrt_hz = 1e-3;
-  bool imu_orientation = true;  ///< the device reports one
-  /// Error of its roll and pitch, changing over 10 s.
+  bool imu_orientation = true;  ///< the device reports its orientation
+  /// Error of its roll and pitch, correlated over 10 s.
   static constexpr double kTiltSigma_rad = 0.005;
   /// Standard deviation of its constant yaw drift.
   static constexpr double kYawDrift_rad_s = 0.001;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"imu_rate_hz", {20, 1000}, "samples a second"}, self.imu_rate_hz);
-    v(ParamDoc{"gyro_bias_rad_s", {0, 1}, "standard deviation of their bias at the start"},
+    v(ParamDoc{"imu_rate_hz", {20, 1000}, "samples per second"}, self.imu_rate_hz);
+    v(ParamDoc{"gyro_bias_rad_s", {0, 1}, "standard deviation of the gyroscopes' bias at the start"},
       self.gyro_bias_rad_s);
-    v(ParamDoc{"imu_orientation", {}, "the device reports an orientation by its own filter"},
+    v(ParamDoc{"imu_orientation", {}, "the device reports an orientation from its own filter"},
       self.imu_orientation);
   }
 };
 
-/// Which errors the inertial measurement unit makes.
+/// Enabled errors of the IMU.
 struct ImuSensorEffects {
   bool imu_noise = true;
   bool imu_bias = true;
@@ -47,19 +47,17 @@ struct ImuSensorEffects {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"imu_noise", {}, "white noise of gyros and accelerometers"}, self.imu_noise);
-    v(ParamDoc{"imu_bias", {}, "biases of gyros and accelerometers"}, self.imu_bias);
-    v(ParamDoc{"orientation_error", {}, "errors of the orientation that the device reports"},
-      self.orientation_error);
+    v(ParamDoc{"imu_noise", {}, "white noise of gyroscopes and accelerometers"}, self.imu_noise);
+    v(ParamDoc{"imu_bias", {}, "biases of gyroscopes and accelerometers"}, self.imu_bias);
+    v(ParamDoc{"orientation_error", {}, "errors of the reported orientation"}, self.orientation_error);
   }
 };
 
-/// What an exact device would feel: `T_base_imu` says where it sits.
+/// Measurements of an ideal IMU mounted at `T_base_imu`.
 ImuSample exact_imu(const FlightState& state, const SE3& T_base_imu);
 
-/// Adds the errors of a device to the samples of an exact one, which are `1 / imu_rate_hz` apart. The noise
-/// of a sample is that of its density over the sampling interval; the same numbers are drawn whatever is
-/// switched on.
+/// Adds errors to the samples of an ideal IMU, which are `1 / imu_rate_hz` apart. The noise of a sample is
+/// the density over the sampling interval; the random numbers drawn do not depend on the enabled errors.
 class ImuErrors {
  public:
   ImuErrors(const ImuSensorParams& params, const ImuSensorEffects& effects, std::uint64_t seed);

@@ -22,7 +22,7 @@ SE3 mirror(const Vec3& xyz_m, const Vec3& rpy_deg) {
   return {rotation, xyz_m};
 }
 
-/// How far a hit is beyond the plane of another one.
+/// Distance of a hit beyond the plane of another one.
 double beyond(const Ray& ray, const RayHit& hit, const Ray& reference_ray, const RayHit& reference) {
   const Vec3 on_plane = reference_ray.origin_world + reference.range_m * reference_ray.direction_world;
   const double along = reference.normal_world.dot(ray.direction_world);
@@ -30,8 +30,8 @@ double beyond(const Ray& ray, const RayHit& hit, const Ray& reference_ray, const
   return hit.range_m - reference.normal_world.dot(on_plane - ray.origin_world) / along;
 }
 
-/// What a beam reads whose rays return from different surfaces: the mean when the echoes melt into one, else
-/// the stronger one of two, the nearer one of equals.
+/// Range of a beam whose rays return from different surfaces: the mean if the echoes merge, else the stronger
+/// echo; ties go to the nearer.
 double mixed_m(std::vector<double>& ranges_m, double mixing_distance_m) {
   const auto mean = [](auto begin, auto end) {
     double sum = 0;
@@ -83,7 +83,7 @@ const SE3* LaserSensor::mount_of(std::size_t beam) const {
                                                                                      : nullptr;
 }
 
-/// Casts rays, through glass if need be. What gives nothing to the laser is no hit.
+/// Casts rays, through transparent surfaces. Non-reflecting surfaces are no hit.
 std::vector<RayHit> LaserSensor::cast(const std::vector<Ray>& rays) const {
   std::vector<RayHit> hits(rays.size());
   renderer_.cast(rays, hits);
@@ -100,7 +100,7 @@ std::vector<RayHit> LaserSensor::cast(const std::vector<Ray>& rays) const {
   return hits;
 }
 
-/// The range without noise that a beam reads, its middle ray first; infinity: none.
+/// Noise-free range of a beam from its rays, central ray first; infinity: none.
 double LaserSensor::reading_m(std::span<const Ray> rays, std::span<const RayHit> hits) const {
   if (hits.size() == 1) return hits[0].range_m;
   std::vector<double> ranges_m;
@@ -122,8 +122,7 @@ double LaserSensor::reading_m(std::span<const Ray> rays, std::span<const RayHit>
   return sum_m / static_cast<double>(ranges_m.size());
 }
 
-/// The rays of all beams that are not hidden, their middle rays first. The ring's rays lie where they halve
-/// the beam's area.
+/// Rays of all visible beams, central rays first. The ring's radius divides the beam's area in half.
 std::vector<Ray> LaserSensor::rays_of(const LaserScan& scan, const PoseAfter& T_world_base) const {
   const std::size_t each = rays_per_beam();
   std::vector<Ray> rays;
@@ -145,7 +144,7 @@ std::vector<Ray> LaserSensor::rays_of(const LaserScan& scan, const PoseAfter& T_
   return rays;
 }
 
-/// What the device says of a range, given standard normal noise.
+/// Measured value of a range, given standard normal noise.
 float LaserSensor::sensed_m(double range_m, double noise) const {
   const LaserSensorParams& p = setup_.params;
   if (setup_.effects.range_noise)

@@ -8,7 +8,7 @@
 
 namespace hm::test {
 
-/// Without any error.
+/// Parameters without any errors.
 inline LaserSimulationParams perfect(WorldKind world) {
   LaserSimulationParams params;
   params.world = world;
@@ -16,7 +16,7 @@ inline LaserSimulationParams perfect(WorldKind world) {
   return params;
 }
 
-/// The ray of a beam in the world.
+/// Ray of a beam in the world.
 inline Ray beam_ray(const LaserSimulation& simulation, const LaserScan& scan, std::size_t beam) {
   const LaserRig& rig = simulation.rig();
   const SE3* mount = &rig.T_base_laser;
@@ -27,7 +27,7 @@ inline Ray beam_ray(const LaserSimulation& simulation, const LaserScan& scan, st
   return {pose.translation(), pose.rotation() * Vec3(std::cos(angle), std::sin(angle), 0), 0};
 }
 
-/// The distance inside of an axis-aligned box to its wall.
+/// Distance to the wall from inside an axis-aligned box.
 inline double box_range(const Ray& ray, const Vec3& low, const Vec3& high) {
   double nearest = 1e9;
   for (int i = 0; i < 3; ++i) {
@@ -38,7 +38,7 @@ inline double box_range(const Ray& ray, const Vec3& low, const Vec3& high) {
   return nearest;
 }
 
-/// The distance to the room's analytic solids, by sphere tracing; nothing for a ray that slides along one.
+/// Distance to the room's analytic solids, by sphere tracing; nothing for a ray tangential to one.
 inline std::optional<double> traced_range(const Ray& ray) {
   double along = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -49,7 +49,7 @@ inline std::optional<double> traced_range(const Ray& ray) {
   return {};
 }
 
-/// The spheres are tessellated.
+/// True for points on a sphere, which is tessellated in the mesh.
 inline bool is_on_sphere(const Vec3& p) {
   return std::ranges::any_of(room_primitives(), [&](const RoomPrimitive& primitive) {
     return primitive.shape == RoomShape::kSphere && primitive_sdf(primitive, p) < 0.02;

@@ -12,8 +12,8 @@ namespace {
 constexpr int kTile = 4;  ///< a packet is a square of 4 x 4 pixels
 constexpr int kPacket = kTile * kTile;
 
-/// The light that falls on a surface: from above and, fixed in the world, from three sides. No shadows, so
-/// that it depends on the surface only.
+/// Illumination of a surface: from above and from three sides, fixed in the world. Without shadows, so that
+/// it depends on the normal only.
 float light(const Eigen::Vector3f& n) {
   const float a = std::max(0.0f, 0.45f * n.x() + 0.35f * n.y() + 0.82f * n.z());
   const float b = std::max(0.0f, -0.6f * n.x() + 0.75f * n.y() + 0.28f * n.z());
@@ -26,7 +26,7 @@ std::uint8_t to_byte(float value) {
   return static_cast<std::uint8_t>(std::clamp(value * 255.0f + 0.5f, 0.0f, 255.0f));
 }
 
-/// Where normal.dot(p) = offset.
+/// Plane normal.dot(p) = offset.
 struct Plane {
   Vec3 normal;
   double offset;
@@ -104,7 +104,7 @@ struct Renderer::Impl {
     return mesh.vertices[mesh.triangles[triangle][k]].cast<double>();
   }
 
-  /// The colour of a point on a triangle, for every viewer the same.
+  /// Colour of a point on a triangle, independent of the view.
   [[nodiscard]] Rgb8 shade(std::uint32_t triangle, const Vec3& p) const {
     const Eigen::Vector3f n = planes[triangle].normal.cast<float>();
     const Material& material = world->parts[part_of[triangle]].material;
@@ -116,7 +116,7 @@ struct Renderer::Impl {
 
 namespace {
 
-/// The rays of up to 16 pixels or beams; lanes that are not valid are off.
+/// Packet of rays of up to 16 pixels or beams; invalid lanes are disabled.
 struct Packet {
   alignas(64) int valid[kPacket] = {};
   RTCRayHit16 hits;
@@ -140,7 +140,7 @@ struct Packet {
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, scene, &context, &hits);
   }
-  /// Along the ray to the plane of the triangle that it hit, in lengths of its direction.
+  /// Distance along the ray to the plane of the hit triangle, in lengths of its direction.
   [[nodiscard]] double distance(std::size_t lane, const Plane& plane) const {
     const double along = plane.normal.dot(direction[lane]);
     return std::abs(along) > 1e-9 ? (plane.offset - plane.normal.dot(origin[lane])) / along

@@ -11,25 +11,25 @@
 
 namespace hm {
 
-/// What an ideal camera sees, pixel by pixel. A pixel that sees nothing has depth 0 and part kNoPart.
+/// Images of an ideal camera. A pixel without a surface has depth 0 and part kNoPart.
 struct RenderedView {
   static constexpr std::uint16_t kNoPart = 0xffff;
   Image<float> depth_m;              ///< along the optical axis
-  Image<float> cos_incidence;        ///< between the ray and the surface normal, 0 grazing .. 1 facing
+  Image<float> cos_incidence;        ///< cosine between ray and surface normal, 0 grazing .. 1 frontal
   Image<std::uint16_t> part;         ///< index into World::parts
   Image<Eigen::Vector3f> normal;     ///< of the surface, world frame
-  Image<Rgb8> color;                 ///< diffuse, the same from every side
-  std::vector<Reflectance> returns;  ///< what each part gives back to a depth sensor
+  Image<Rgb8> color;                 ///< diffuse, independent of the view
+  std::vector<Reflectance> returns;  ///< reflectance of each part
 };
 
-/// A ray: where it starts, the unit vector along it, and from where on hits count.
+/// Ray with origin, unit direction, and minimum distance of hits.
 struct Ray {
   Vec3 origin_world = Vec3::Zero();
   Vec3 direction_world = Vec3::UnitX();
   double near_m = 0;
 };
 
-/// The first surface on a ray; range infinity: none.
+/// First surface on a ray; range infinity: none.
 struct RayHit {
   double range_m = std::numeric_limits<double>::infinity();
   Vec3 normal_world = Vec3::Zero();
@@ -37,9 +37,8 @@ struct RayHit {
   [[nodiscard]] bool is_hit() const { return part != RenderedView::kNoPart; }
 };
 
-/// Casts rays into a world (Embree). Immutable after construction: all members may be called from
-/// several threads. The hit triangle comes from Embree, the depth from that triangle's plane in double
-/// precision.
+/// Casts rays into a world (Embree). Immutable after construction, hence thread safe. The hit triangle comes
+/// from Embree, the depth from that triangle's plane in double precision.
 class Renderer {
  public:
   /// Keeps a reference: the world must outlive the renderer.
@@ -48,7 +47,7 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Renders an undistorted view; image rows are shared out over the loop.
+  /// Renders an undistorted view, in parallel over image rows.
   [[nodiscard]] RenderedView render(const PinholeCamera& camera, const SE3& T_world_camera,
                                     const ParallelLoop& loop) const;
   /// Colour only, with a pose for every image row (rolling exposure).
@@ -56,12 +55,12 @@ class Renderer {
                                                  std::span<const SE3> T_world_camera,
                                                  const ParallelLoop& loop) const;
 
-  /// The first hit of every ray (one hit a ray). Fastest when neighbouring rays are alike.
+  /// Casts rays and returns the first hit of each. Fastest if neighbouring rays are similar.
   void cast(std::span<const Ray> rays, std::span<RayHit> hits) const;
 
-  /// True when nothing lies on the segment between two points, but for `margin_m` at its ends.
+  /// True when the segment between two points is free, except within `margin_m` of its ends.
   [[nodiscard]] bool is_free(const Vec3& a_world, const Vec3& b_world, double margin_m) const;
-  /// The distance from a point to the nearest surface, or `limit_m` when there is none closer.
+  /// Distance from a point to the nearest surface, at most `limit_m`.
   [[nodiscard]] double clearance_m(const Vec3& p_world, double limit_m) const;
 
  private:

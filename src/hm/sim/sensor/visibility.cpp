@@ -13,10 +13,10 @@ namespace {
 constexpr double kCell_m = 0.1;
 constexpr std::size_t kCamerasPerCell = 16;
 constexpr std::size_t kSamplesPerChunk = 16384;
-constexpr double kMargin_m = 0.002;  ///< less than anything stands off from what is behind it
+constexpr double kMargin_m = 0.002;  ///< smaller than the gap between any surfaces
 
-/// The 10 cm cell of a point, as one number; 21 bits a coordinate. The grid is shifted by odd amounts:
-/// floors and walls tend to lie at round coordinates, and would lie on the border between two cells.
+/// Key of a point's 10 cm cell, 21 bits per coordinate. The grid is shifted, since floors and walls tend to
+/// lie at round coordinates, i.e. on cell borders.
 std::uint64_t cell_of(const Vec3& p_world) {
   const Vec3 p = p_world + Vec3(0.0371, 0.0293, 0.0417);
   std::uint64_t key = 0;
@@ -25,7 +25,7 @@ std::uint64_t cell_of(const Vec3& p_world) {
   return key;
 }
 
-/// For every cell, some of the cameras that see something in it.
+/// Some of the cameras that observe each cell.
 class CellCameras {
  public:
   CellCameras(const Renderer& renderer, std::span<const SE3> poses, const VisibilityParams& params,
@@ -63,7 +63,7 @@ class CellCameras {
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     return cells;
   }
-  /// Keeps cameras spread evenly over the walk.
+  /// Thins the cameras evenly over the walk.
   static void thin(std::vector<std::uint32_t>& cameras) {
     const std::size_t count = cameras.size();
     if (count <= kCamerasPerCell) return;
@@ -74,7 +74,7 @@ class CellCameras {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cameras_;
 };
 
-/// The surface that returns, laid out one triangle after another by area.
+/// Cumulative areas of the reflecting triangles.
 struct AreaLine {
   TriangleMesh mesh;
   std::vector<double> end_m2;  ///< where each triangle ends
@@ -97,7 +97,7 @@ struct AreaLine {
     return (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0));
   }
   [[nodiscard]] double area_m2() const { return end_m2.empty() ? 0 : end_m2.back(); }
-  /// A point of a triangle, uniform by area.
+  /// Samples a point of a triangle, uniform by area.
   [[nodiscard]] Vec3 sample(std::size_t t, Rng& rng) const {
     const double root = std::sqrt(rng.uniform()), v = rng.uniform();
     return (1 - root) * corner(t, 0) + root * (1 - v) * corner(t, 1) + root * v * corner(t, 2);

@@ -9,13 +9,13 @@
 
 namespace hm {
 
-/// Points on surfaces, world frame, with the surfaces' unit normals.
+/// Points on surfaces with unit normals, world frame.
 struct SurfacePoints {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals;
 };
 
-/// When a surface counts as seen.
+/// Conditions for a visible surface.
 struct VisibilityParams {
   PinholeCamera camera;
   double min_depth_m = 0.4, max_depth_m = 4.0;
@@ -24,9 +24,9 @@ struct VisibilityParams {
   std::uint64_t seed = 1;
 };
 
-/// Samples of the world's surface, uniform by area, that at least one camera sees: inside of its image,
-/// within range, not grazing, not hidden, of a material that returns. Conservative: each sample is
-/// tested exactly, but only against up to 16 cameras that are known to see its 10 cm surroundings.
+/// Samples the world's surface uniformly by area and returns the points visible in at least one camera:
+/// inside its image, within range, not grazing, not occluded, of a reflecting material. Conservative: each
+/// sample is tested exactly, but only against up to 16 cameras known to observe its 10 cm neighbourhood.
 SurfacePoints visible_surface_points(const World& world, std::span<const SE3> T_world_cameras,
                                      const VisibilityParams& params, const ParallelLoop& loop);
 

@@ -15,7 +15,7 @@ Rgb8 varied(Rgb8 color, Rng& rng) {
   return {channel(color.r), channel(color.g), channel(color.b)};
 }
 
-/// The materials up to kFirstRoomWall, in the order of Stuff.
+/// Materials up to kFirstRoomWall, in the order of HouseMaterial.
 std::vector<Material> common_materials() {
   using P = Pattern;
   constexpr auto kNone = Reflectance::kNoReturn;
@@ -96,7 +96,8 @@ Material floor_material(const RoomPlan& room) {
 
 HouseBuilder::HouseBuilder(std::uint64_t seed) : world_{"house", {}}, rng_(seed, 0x686f757365) {
   const std::vector<Material> common = common_materials();
-  HM_CHECK(common.size() == static_cast<std::size_t>(Stuff::kFirstRoomWall), "{} materials", common.size());
+  HM_CHECK(common.size() == static_cast<std::size_t>(HouseMaterial::kFirstRoomWall), "{} materials",
+           common.size());
   for (const Material& material : common) world_.parts.push_back({material, {}});
   const std::vector<RoomPlan>& rooms = house_rooms();
   HM_CHECK(rooms.size() == kHouseRooms, "{} rooms", rooms.size());
@@ -108,35 +109,35 @@ HouseBuilder::HouseBuilder(std::uint64_t seed) : world_{"house", {}}, rng_(seed,
   }
 }
 
-Stuff HouseBuilder::room_wall(std::size_t room) {
-  return static_cast<Stuff>(static_cast<std::size_t>(Stuff::kFirstRoomWall) + room);
+HouseMaterial HouseBuilder::room_wall(std::size_t room) {
+  return static_cast<HouseMaterial>(static_cast<std::size_t>(HouseMaterial::kFirstRoomWall) + room);
 }
-Stuff HouseBuilder::room_floor(std::size_t room) { return room_wall(room + kHouseRooms); }
+HouseMaterial HouseBuilder::room_floor(std::size_t room) { return room_wall(room + kHouseRooms); }
 
 Vec3 Place::world(const Vec3& local) const {
   const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
   return at + Vec3(c * local.x() - s * local.y(), s * local.x() + c * local.y(), local.z());
 }
 
-void Place::box(Stuff stuff, const Vec3& low, const Vec3& high) const {
-  append_turned_box(builder->mesh(stuff), world(0.5 * (low + high)), 0.5 * (high - low), yaw_rad);
+void Place::box(HouseMaterial material, const Vec3& low, const Vec3& high) const {
+  append_turned_box(builder->mesh(material), world(0.5 * (low + high)), 0.5 * (high - low), yaw_rad);
 }
 
-void Place::rod(Stuff stuff, const Vec3& a, const Vec3& b, double radius_m) const {
-  append_rod(builder->mesh(stuff), {world(a), world(b), radius_m, radius_m, 10});
+void Place::rod(HouseMaterial material, const Vec3& a, const Vec3& b, double radius_m) const {
+  append_rod(builder->mesh(material), {world(a), world(b), radius_m, radius_m, 10});
 }
 
-void Place::cone(Stuff stuff, const Rod& local) const {
+void Place::cone(HouseMaterial material, const Rod& local) const {
   Rod rod = local;
   rod.a = world(local.a), rod.b = world(local.b);
-  append_rod(builder->mesh(stuff), rod);
+  append_rod(builder->mesh(material), rod);
 }
 
-void Place::ellipsoid(Stuff stuff, const Vec3& center, const Vec3& radii) const {
+void Place::ellipsoid(HouseMaterial material, const Vec3& center, const Vec3& radii) const {
   // A quarter turn swaps the radii; furniture stands at right angles where it has uneven ones.
   const double c = std::abs(std::cos(yaw_rad)), s = std::abs(std::sin(yaw_rad));
   const Vec3 turned(c * radii.x() + s * radii.y(), s * radii.x() + c * radii.y(), radii.z());
-  append_ellipsoid(builder->mesh(stuff), world(center), turned, 10);
+  append_ellipsoid(builder->mesh(material), world(center), turned, 10);
 }
 
 World make_house(std::uint64_t seed) {

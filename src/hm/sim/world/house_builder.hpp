@@ -9,9 +9,9 @@
 
 namespace hm {
 
-/// The materials of the house, in the order of its parts; the wallpapers of the rooms follow (kFirstRoomWall
+/// Materials of the house, in the order of its parts; followed by the wallpapers of the rooms (kFirstRoomWall
 /// + room), then the floors of the rooms.
-enum class Stuff : std::size_t {
+enum class HouseMaterial : std::size_t {
   kCeiling,
   kOutside,
   kTrim,
@@ -59,14 +59,14 @@ enum class Stuff : std::size_t {
 };
 inline constexpr std::size_t kHouseRooms = 9;
 
-/// The world of the house while it grows.
+/// Builder of the house's world.
 class HouseBuilder {
  public:
   explicit HouseBuilder(std::uint64_t seed);
 
-  TriangleMesh& mesh(Stuff stuff) { return world_.parts[static_cast<std::size_t>(stuff)].mesh; }
-  [[nodiscard]] static Stuff room_wall(std::size_t room);
-  [[nodiscard]] static Stuff room_floor(std::size_t room);
+  TriangleMesh& mesh(HouseMaterial material) { return world_.parts[static_cast<std::size_t>(material)].mesh; }
+  [[nodiscard]] static HouseMaterial room_wall(std::size_t room);
+  [[nodiscard]] static HouseMaterial room_floor(std::size_t room);
   Rng& rng() { return rng_; }
   [[nodiscard]] World take() { return std::move(world_); }
 
@@ -75,23 +75,23 @@ class HouseBuilder {
   Rng rng_;
 };
 
-/// A piece of furniture's own frame: y from its back to its front, z up; the origin `at` is on the floor,
-/// in the middle of its back (what stands free has it in its middle).
+/// Frame of a piece of furniture: y from its back to its front, z up; the origin `at` is on the floor, at the
+/// centre of its back (free-standing furniture: at its centre).
 struct Place {
   HouseBuilder* builder = nullptr;
   Vec3 at = Vec3::Zero();
   double yaw_rad = 0;
 
   [[nodiscard]] Vec3 world(const Vec3& local) const;
-  void box(Stuff stuff, const Vec3& low, const Vec3& high) const;
-  void rod(Stuff stuff, const Vec3& a, const Vec3& b, double radius_m) const;
-  void cone(Stuff stuff, const Rod& local) const;
-  void ellipsoid(Stuff stuff, const Vec3& center, const Vec3& radii) const;
+  void box(HouseMaterial material, const Vec3& low, const Vec3& high) const;
+  void rod(HouseMaterial material, const Vec3& a, const Vec3& b, double radius_m) const;
+  void cone(HouseMaterial material, const Rod& local) const;
+  void ellipsoid(HouseMaterial material, const Vec3& center, const Vec3& radii) const;
 };
 
-/// Floors, ceilings, walls with their openings, doors, windows and skirting.
+/// Builds floors, ceilings, walls with their openings, doors, windows and skirting.
 void build_shell(HouseBuilder& builder);
-/// Everything that stands, hangs or grows in the rooms.
+/// Adds all furniture and objects to the rooms.
 void furnish(HouseBuilder& builder);
 
 }  // namespace hm

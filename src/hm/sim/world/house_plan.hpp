@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// A room of the house: its inner rectangle and the centre of its door to the hallway.
+/// Room of the house: its inner rectangle and the centre of its door to the hallway, metres.
 struct RoomPlan {
   std::string name;
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
@@ -22,10 +22,10 @@ inline constexpr double kHalfWall_m = 0.06;   ///< each room builds its half of 
 inline constexpr double kOuterWall_m = 0.14;  ///< behind the half wall of the outer rooms
 inline constexpr double kDoorWidth_m = 1.0, kDoorHeight_m = 2.1;
 
-/// The nine rooms: four in the south from west to east, five in the north.
+/// The nine rooms: four in the south from west to east, then five in the north.
 const std::vector<RoomPlan>& house_rooms();
-/// What is cut out of the walls: the doors to the hallway (one a room, in the order of house_rooms()),
-/// arches between rooms, the front door, windows.
+/// Openings in the walls: doors to the hallway (one per room, in the order of house_rooms()), arches between
+/// rooms, the front door, windows.
 std::vector<Box3> house_doors();
 std::vector<Box3> house_arches();
 Box3 front_door();

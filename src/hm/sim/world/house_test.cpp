@@ -56,7 +56,7 @@ TEST(House, NobodySeesOutOfIt) {
       const RenderedView view = renderer.render(wide, SE3(turn, place), ParallelLoop());
       for (std::size_t i = 0; i < view.depth_m.size(); ++i) {
         ASSERT_GT(view.depth_m.pixels()[i], 0.1f);
-        // What is seen faces the viewer: nobody stands inside of a solid. A ray through the very edge along
+        // Visible surfaces face the viewer: no view point is inside a solid. A ray through the edge along
         // which two solids touch may hit the hidden side.
         const int x = static_cast<int>(i % 200), y = static_cast<int>(i / 200);
         const Vec3 ray = turn * wide.unproject({x, y}, 1.0);

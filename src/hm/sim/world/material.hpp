@@ -7,13 +7,13 @@
 
 namespace hm {
 
-/// What a depth sensor gets back from a surface.
+/// Response of a surface to a depth sensor.
 enum class Reflectance : std::uint8_t {
   kNormal,    ///< a reading
   kNoReturn,  ///< none: glass, mirrors, black lacquer
 };
 
-/// The pattern of a surface: a function of the position in the world only, so that every view sees the same.
+/// Texture of a surface, a function of the world position only, so that it is consistent over views.
 enum class Pattern : std::uint8_t {
   kPlain,
   kPlanks,
@@ -28,7 +28,7 @@ enum class Pattern : std::uint8_t {
   kSky,
 };
 
-/// How a surface looks and answers. `scale_m` is the size of the pattern's repeating piece.
+/// Appearance and reflectance of a surface. `scale_m` is the period of the pattern.
 struct Material {
   std::string name;
   Pattern pattern = Pattern::kPlain;
@@ -36,10 +36,10 @@ struct Material {
   Rgb8 accent{120, 120, 120};
   float scale_m = 0.3f;
   Reflectance reflectance = Reflectance::kNormal;
-  bool clear = false;  ///< a laser's pulse goes through: what lies behind answers
+  bool clear = false;  ///< transparent to a laser
 };
 
-/// The diffuse colour (0..1 a channel) of a material at a point of a surface with this unit normal.
+/// Diffuse colour (0..1 per channel) of a material at a surface point with this unit normal.
 Eigen::Vector3f albedo(const Material& material, const Eigen::Vector3f& p_world,
                        const Eigen::Vector3f& normal);
 

@@ -9,8 +9,8 @@ namespace hm {
 enum class RoomShape { kShell, kBox, kSphere, kWedge };
 std::string_view to_string(RoomShape shape);
 
-/// One analytic solid of the room. Shell: the free space is the box `center` +- `half_m`, its walls are
-/// `kRoomWall_m` thick around it. Box: turned by `yaw_rad` about z. Sphere: radius half_m.x(). Wedge: a
+/// Analytic solid of the room. Shell: the free space is the box `center` +- `half_m`, its walls are
+/// `kRoomWall_m` thick around it. Box: rotated by `yaw_rad` about z. Sphere: radius half_m.x(). Wedge: a
 /// right triangle in x and z (right angle at -x, -z; slope falls towards +x), extruded along y.
 struct RoomPrimitive {
   std::string name;
@@ -22,16 +22,15 @@ struct RoomPrimitive {
 
 inline constexpr double kRoomWall_m = 0.15;
 
-/// The solids of make_room(), the shell first.
+/// Solids of make_room(), the shell first.
 const std::vector<RoomPrimitive>& room_primitives();
 
-/// Signed distance to one solid, metres, positive outside of the solid (exact on either side, but
-/// beyond the outer edges within a shell's wall).
+/// Signed distance to one solid, metres, positive outside the solid (exact, except beyond the outer edges
+/// within a shell's wall).
 double primitive_sdf(const RoomPrimitive& primitive, const Vec3& p_world);
 
-/// Signed distance to the surface of make_room(), metres: positive in free space, negative inside of
-/// solids. The union by minimum: exact in free space, a lower bound of the depth inside of solids that
-/// touch one another.
+/// Signed distance to the surface of make_room(), metres: positive in free space, negative inside solids.
+/// Union by minimum: exact in free space, a lower bound of the depth inside touching solids.
 double room_sdf(const Vec3& p_world);
 
 }  // namespace hm

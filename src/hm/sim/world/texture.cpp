@@ -40,7 +40,7 @@ Color to_color(Rgb8 c) {
   return Color(static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)) / 255.0f;
 }
 
-/// What a pattern needs to know of the material and the point.
+/// Material and surface point for evaluating a pattern.
 struct Spot {
   float u = 0, v = 0;  ///< metres in the plane of the surface; v is up on walls
   float scale = 1;

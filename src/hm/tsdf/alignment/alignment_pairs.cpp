@@ -7,10 +7,10 @@
 namespace hm {
 namespace {
 
-/// Neighbours are this many places apart in the list, so that they share none of the eight voxels.
+/// Index distance of neighbours in the list, so that they share none of the eight voxels.
 constexpr std::size_t kLag = 2;
 
-/// A reading's Jacobian and weight; weight 0 where it does not agree with the map.
+/// Jacobian and weight of a reading; weight 0 for outliers.
 struct Reading {
   Vec6 jacobian = Vec6::Zero();
   double weight = 0;

@@ -3,26 +3,26 @@
 
 namespace hm {
 
-/// How a depth image is aligned to the distance field (dissertation 4.2.8).
+/// Parameters of aligning a depth image to the distance field (dissertation 4.2.8).
 struct AlignmentParams {
-  /// Pixels between readings in the first round.
+  /// Pixel stride of the readings in the first round.
   static constexpr int kCoarsestStride_px = 8;
-  /// Pixels between readings in the last round; halved in between.
+  /// Pixel stride of the readings in the last round; halved from round to round.
   static constexpr int kFinestStride_px = 4;
-  /// A reading is the mean of those up to so many pixels away.
+  /// Readings are averaged over neighbours up to this many pixels away.
   static constexpr int kSmoothing_px = 2;
-  /// Readings nearer to each other than this count as one observation.
+  /// Readings closer to each other than this count as one observation.
   static constexpr int kIndependent_px = 8;
   int max_iterations = 10;
-  /// Readings farther than this from the surface do not count.
+  /// Width of the robust function, in standard deviations of the distance from the surface.
   static constexpr double kRobustSigmasRatio = 1.5;
-  /// Readings nearer than this agree with the map.
+  /// Readings closer to the surface than this are inliers.
   static constexpr double kInlierSigmasRatio = 2.5;
   /// Standard deviation of the map's surface.
   static constexpr double kMapSigma_voxel = 0.2;
   double search_voxel = 8.0;
   double systematic_per_m = 0.005;
-  /// Share of the readings that must see a direction for the pose to move in it.
+  /// Minimum share of the readings that must constrain a direction for the pose to change in it.
   static constexpr double kMinObservabilityRatio = 0.002;
   double min_inlier_ratio = 0.6;
   double min_overlap_ratio = 0.25;
@@ -35,33 +35,45 @@ struct AlignmentParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_iterations", {1, 100}, "iterations of a round"}, self.max_iterations);
-    v(ParamDoc{"search_voxel", {0, 64}, "how far along a ray the surface is sought when the pose is bad"},
+    v(ParamDoc{"max_iterations", {1, 100}, "maximum number of iterations per round"}, self.max_iterations);
+    v(ParamDoc{"search_voxel",
+               {0, 64},
+               "distance along a ray over which the surface is searched for when the prior pose is "
+               "inaccurate; 0: no search"},
       self.search_voxel);
     v(ParamDoc{"systematic_per_m",
                {0, 1},
-               "error that all readings of a depth share, at 1 m, in metres; grows with its square"},
+               "error common to all readings at a depth of 1 m; grows with the square of the depth"},
       self.systematic_per_m);
-    v(ParamDoc{"min_inlier_ratio", {0, 1}, "of the readings on the map, as many must agree with it"},
+    v(ParamDoc{"min_inlier_ratio",
+               {0, 1},
+               "minimum share of inliers among the readings on the map; smaller accepts worse alignments"},
       self.min_inlier_ratio);
-    v(ParamDoc{"min_overlap_ratio", {0, 1}, "of the readings, as many must lie on the map"},
+    v(ParamDoc{"min_overlap_ratio", {0, 1}, "minimum share of the readings that lie on the map"},
       self.min_overlap_ratio);
-    v(ParamDoc{"max_translation_m", {0, 10}, "a larger correction of the position is not believed"},
+    v(ParamDoc{"max_translation_m", {0, 10}, "larger corrections of the position are rejected"},
       self.max_translation_m);
-    v(ParamDoc{"max_rotation_rad", {0, 3}, "a larger correction of the orientation is not believed"},
+    v(ParamDoc{"max_rotation_rad", {0, 3}, "larger corrections of the orientation are rejected"},
       self.max_rotation_rad);
     v(ParamDoc{"prior_shift_sigma_m",
                {1e-6, 10},
-               "a given pose's error of position since the last frame, as standard deviation an axis"},
+               "position error of given poses from frame to frame, standard deviation per axis; larger "
+               "follows the map more"},
       self.prior_shift_sigma_m);
-    v(ParamDoc{"prior_turn_sigma_rad", {1e-6, 3}, "and its error of orientation"}, self.prior_turn_sigma_rad);
+    v(ParamDoc{"prior_turn_sigma_rad",
+               {1e-6, 3},
+               "orientation error of given poses from frame to frame, standard deviation per axis; larger "
+               "follows the map more"},
+      self.prior_turn_sigma_rad);
     v(ParamDoc{"odometry_sigmas_ratio",
                {0, 100},
-               "uncertainty of odometry's poses, times what odometry gives; 0 ignores odometry"},
+               "factor on the standard deviations given by odometry; larger follows the map more; 0 ignores "
+               "odometry"},
       self.odometry_sigmas_ratio);
     v(ParamDoc{"shared_sigma_voxel",
                {0, 10},
-               "error that all readings of a scan share with the map, as standard deviation of a shift"},
+               "error common to all readings of a scan and the map, standard deviation of a shift; larger "
+               "corrects less"},
       self.shared_sigma_voxel);
   }
 };

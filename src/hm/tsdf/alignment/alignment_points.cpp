@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-/// True where a surface is seen that goes on in all four directions.
+/// True where a surface continues in all four directions.
 bool is_inner(const EdgeRule& rule, const DepthImage& depth, int x, int y) {
   const int here = depth.units(x, y), threshold = rule.threshold(static_cast<std::uint16_t>(here));
   const auto goes_on = [&](int nx, int ny) {
@@ -19,9 +19,8 @@ bool is_inner(const EdgeRule& rule, const DepthImage& depth, int x, int y) {
   return goes_on(x - 1, y) && goes_on(x + 1, y) && goes_on(x, y - 1) && goes_on(x, y + 1);
 }
 
-/// The depth at a pixel, metres, as mean of the inverse depths around it: those of a plane are linear in the
-/// picture, and so is the disparity in which such sensors round. Pixels count in pairs opposite to each
-/// other.
+/// Smoothed depth at a pixel, metres, as mean of the inverse depths around it, which are linear in the image
+/// for a plane, like the quantised disparity of such sensors. Pixels are used in opposite pairs.
 double smooth_depth_m(const EdgeRule& rule, const DepthImage& depth, int x, int y, int radius_px) {
   const std::uint16_t* const centre = depth.units.row(y).data() + x;
   const int here = *centre, threshold = rule.threshold(*centre);
@@ -50,7 +49,7 @@ void clear(AlignmentPoints& points) {
   points.round_end.clear();
 }
 
-/// Room for whole blocks, nothing known of the map yet.
+/// Pads the arrays to whole blocks and resets the cached map data.
 void fill_up(AlignmentPoints& points) {
   const std::size_t padded = round_up(points.size(), kAlignmentLanes);
   for (auto* list : {&points.x_m, &points.y_m, &points.z_m, &points.variance_m2, &points.share})

@@ -12,17 +12,17 @@
 
 namespace hm {
 
-/// Arrays for vector code are filled up with zeros to whole blocks of this many.
+/// Arrays for vector code are zero-padded to multiples of this.
 inline constexpr std::size_t kAlignmentLanes = 16;
 
-/// The readings of a depth image that alignment uses, coarse grid first: those of a stride are the first
-/// `round_end` of all. Beside them what the map says around each, kept from one iteration to the next while
-/// the reading stays within the same eight voxels.
+/// Readings of a depth image used for alignment, coarsest grid first: the readings of a round are the first
+/// `round_end[round]`. Also caches the map's distances around each reading while it stays within the same
+/// eight voxels.
 struct AlignmentPoints {
   std::vector<float> x_m, y_m, z_m;  ///< camera frame
   std::vector<float> variance_m2;    ///< of the reading's distance from the map's surface
-  std::vector<float> share;          ///< how much of a reading counts, as it errs with its neighbours
-  std::vector<float> inverse_width;  ///< 1/m; where the robust function ends, for the round under way
+  std::vector<float> share;  ///< weight of a reading that accounts for correlation with its neighbours
+  std::vector<float> inverse_width;  ///< 1/m; inverse width of the robust function in the current round
   std::vector<std::size_t> round_end;
 
   std::vector<std::int32_t> cell_x, cell_y, cell_z;  ///< lowest of the eight voxels, kNoCell at first
@@ -32,13 +32,13 @@ struct AlignmentPoints {
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
 
-/// Chooses readings of depth images.
+/// Selects readings of depth images.
 class AlignmentSampler {
  public:
   AlignmentSampler(const AlignmentParams& params, const TsdfParams& tsdf, const DepthNoise& noise,
                    const PinholeCamera& camera);
-  /// `points` keeps its memory from image to image. Readings out of range, at depth edges, at grazing angles
-  /// and beside pixels without a reading are left out.
+  /// Selects the readings of an image; reuses the memory of `points`. Skips readings out of range, at depth
+  /// edges, at grazing angles and next to pixels without a reading.
   void choose(const DepthImage& depth, AlignmentPoints& points) const;
 
  private:

@@ -11,15 +11,16 @@
 namespace hm {
 namespace {
 
-/// Besides the noise, poses are this uncertain in the first round: the robust function then ends where the
+/// Pose uncertainty in the first round, in addition to the noise: the robust function then ends where the
 /// distance is saturated.
 constexpr double kFirstRoundSigma_voxel = 0.6, kFirstRoundSigmas = 2.5;
-/// With fewer readings than this near a surface, surfaces are sought along the rays.
+/// With a smaller share of readings near a surface, surfaces are searched for along the rays.
 constexpr double kSearchBelow_ratio = 0.75, kFullyOnMap_ratio = 0.95;
-/// How far along a free axis the map is compared with itself, and how far that may tilt the axis (radians).
+/// Distance along a free axis over which the map is compared with itself, and limits of tilting the axis
+/// (radians).
 constexpr double kStraightenReach_m = 0.5, kMostTilt = 0.1, kLeastTilt = 2e-5;
 constexpr int kStraightenPasses = 8;
-/// A step this small ends a round: metres, and radians times the readings' typical distance.
+/// Convergence limit of a round: metres, and radians times the readings' typical distance.
 constexpr double kSmallestStep_m = 5e-5;
 
 }  // namespace
@@ -36,8 +37,7 @@ void AlignmentRun::place_centre() {
   const Vec3 centroid = sum / weights;
   centre_.p_world = prior_.T_world_camera * centroid;
   centre_.arm_m = std::max(std::sqrt(std::max(square_m2 / weights - centroid.squaredNorm(), 0.0)), 1e-2);
-  // Where nobody knows anything of a direction, the camera's own position and orientation stay: a metre, a
-  // radian.
+  // Weak prior for directions without information: a metre, a radian.
   AlignmentParams weak;
   weak.prior_shift_sigma_m = weak.prior_turn_sigma_rad = 1;
   const Mat6 at_origin = prior_.information + prior_of_given_pose(weak, prior_.T_world_camera).information;
@@ -196,7 +196,7 @@ void AlignmentRun::run(AlignmentResult& result) {
     const AlignmentTerms from_start = terms_at(*prior_.T_world_start, first);
     if (from_start.cost < wide.cost) pose = *prior_.T_world_start, wide = from_start;
   }
-  // Also where a part of the picture is out of reach and with it, it seems, a direction.
+  // Also if part of the image is out of reach, which may make a direction unobservable.
   const double on_map_ratio = wide.on_map / static_cast<double>(first);
   const bool part_is_off = on_map_ratio < kFullyOnMap_ratio && seen_at(pose).unobservable > 0;
   if ((on_map_ratio < kSearchBelow_ratio || part_is_off) && params_.search_voxel > 0) {
@@ -226,7 +226,7 @@ Information AlignmentRun::with_prior(const Information& geometry, const Observab
   return information;
 }
 
-Mat6 AlignmentRun::share_believed(const Mat6& geometry) const {
+Mat6 AlignmentRun::information_share(const Mat6& geometry) const {
   const double sigma_m = params_.shared_sigma_voxel * grid_.voxel_size_m();
   if (sigma_m <= 0) return Mat6::Identity();
   Vec6 precision = Vec6::Constant(1.0 / (sigma_m * sigma_m));
@@ -240,7 +240,7 @@ SE3 AlignmentRun::weighed(const Refined& refined, std::size_t round) const {
   if (params_.shared_sigma_voxel <= 0) return pose;
   const double scale = information_scale(round);
   const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
-  const Mat6 share = share_believed(geometry);
+  const Mat6 share = information_share(geometry);
   const Vec6 of_scan = (geometry + prior_information_) * centre_.between(prior_.T_world_camera, pose);
   const Vec6 step = (share * geometry + prior_information_).ldlt().solve(share * of_scan);
   return seen.held(centre_.moved(prior_.T_world_camera, step), prior_.T_world_camera);
@@ -257,7 +257,8 @@ void AlignmentRun::describe(std::size_t round, AlignmentResult& result) {
   result.readings = points_.round_end[round];
   const double scale = information_scale(round);
   const Mat6 geometry = observable_part({scale * terms.H}, seen, centre_.arm_m).H;
-  result.covariance = covariance_at_origin(share_believed(geometry) * geometry + prior_information_, centre_);
+  result.covariance =
+      covariance_at_origin(information_share(geometry) * geometry + prior_information_, centre_);
 }
 
 void AlignmentRun::judge(AlignmentResult& result) const {

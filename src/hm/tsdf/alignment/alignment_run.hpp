@@ -7,7 +7,7 @@
 
 namespace hm {
 
-/// One call of align(): the scan, the map, and how far it is.
+/// State of one call of align().
 class AlignmentRun {
  public:
   AlignmentRun(const AlignmentParams& params, const TsdfParams& tsdf, const VolumeGrid& grid,
@@ -20,37 +20,37 @@ class AlignmentRun {
 
  private:
   void place_centre();
-  /// Sets where the robust function ends: so many standard deviations, which are larger than the noise asks
-  /// for by `extra_sigma_m` (as root of the sum of squares).
+  /// Sets the width of the robust function: `sigmas` standard deviations of the noise and `extra_sigma_m`
+  /// combined (root of the sum of squares).
   void set_widths(double sigmas, double extra_sigma_m);
   [[nodiscard]] AlignmentTerms terms_at(const SE3& pose, std::size_t count);
   [[nodiscard]] AlignmentFit fit_of(const AlignmentTerms& terms, std::size_t count) const;
   [[nodiscard]] Observability seen_at(const SE3& pose);
   [[nodiscard]] Observability observability_of(const AlignmentTerms& terms) const;
-  /// What geometry and prior know together, `from_prior` away from the prior.
+  /// Information of geometry and prior together, at `from_prior` from the prior.
   [[nodiscard]] Information with_prior(const Information& geometry, const Observability& seen,
                                        const Vec6& from_prior) const;
-  /// Information of one sum of weights: readings near to each other count as one.
+  /// Factor from a sum of weights to information: readings close to each other count as one.
   [[nodiscard]] double information_scale(std::size_t round) const;
   [[nodiscard]] double objective(const AlignmentTerms& terms, const SE3& pose, double scale) const;
-  /// Seeks surfaces along the rays when the prior is too far off for gradients.
+  /// Searches for surfaces along the rays when the prior is too far off for gradients.
   [[nodiscard]] SE3 search_from(const SE3& start, int& iterations);
-  /// Where a round ended, with its sums there and what it held to be seen.
+  /// Result of a round: pose, sums and observability there.
   struct Refined {
     SE3 pose;
     AlignmentTerms terms;
     Observability seen;
   };
   [[nodiscard]] Refined refine(SE3 pose, std::size_t round, int& iterations);
-  /// Straightens the free shifts: a corridor's map is the same half a metre on, which tells the axis better
-  /// than its normals do.
+  /// Refines the directions of the free shifts: the map of a corridor is the same half a metre further on,
+  /// which determines its axis better than the normals do.
   void straighten(const SE3& pose, Observability& seen);
-  /// By how much an axis is to be tilted, within the projection `across`, for that.
+  /// Correction of such an axis, within the projection `across`.
   [[nodiscard]] Vec3 tilt_of(const Vec3& axis, const Mat3& across, const SE3& pose);
-  /// What is left of geometry's information (about the centre), as a factor before it, after the error that
-  /// all readings share: (H^-1 + S)^-1 = S^-1 (H + S^-1)^-1 H.
-  [[nodiscard]] Mat6 share_believed(const Mat6& geometry) const;
-  /// Between the prior and what scan and prior came to without that error: where they meet with it.
+  /// Factor that reduces the geometry's information (about the centre) by the error S common to all readings:
+  /// (H^-1 + S)^-1 = S^-1 (H + S^-1)^-1 H.
+  [[nodiscard]] Mat6 information_share(const Mat6& geometry) const;
+  /// Pose between the prior and the refined pose that accounts for the common error.
   [[nodiscard]] SE3 weighed(const Refined& refined, std::size_t round) const;
   void judge(AlignmentResult& result) const;
   void describe(std::size_t round, AlignmentResult& result);

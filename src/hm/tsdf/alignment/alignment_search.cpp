@@ -7,14 +7,14 @@
 namespace hm {
 namespace {
 
-/// A piece of the map's surface.
+/// Local plane of the map's surface.
 struct Plane {
   Vec3 p_world;
   Vec3 normal;
   double distance_m;  ///< of p_world
 };
 
-/// The surface at a place, if there is one that is seen along `ray`.
+/// Surface at a point, if there is one that faces `ray`.
 std::optional<Plane> surface_at(const Vec3& p_world, const Vec3& ray, double near_surface_m,
                                 VoxelLookup& lookup) {
   const auto sample = lookup.sample(p_world);
@@ -24,7 +24,7 @@ std::optional<Plane> surface_at(const Vec3& p_world, const Vec3& ray, double nea
   return Plane{p_world, sample->gradient / slope, sample->distance_m / slope};
 }
 
-/// The surface on the ray that is nearest to the reading.
+/// Surface on the ray nearest to the reading.
 std::optional<Plane> find_surface(const SurfaceSearch& search, const Vec3& p_world, const Vec3& ray,
                                   VoxelLookup& lookup) {
   if (auto plane = surface_at(p_world, ray, search.near_surface_m, lookup)) return plane;

@@ -40,7 +40,7 @@ Observability observability(const Mat6& H, double weight, double arm_m, double m
   const Mat6 scaled = scale.asDiagonal() * H * scale.asDiagonal() / weight;
   const Eigen3 shifts = symmetric_eigen(Mat3(scaled.topLeftCorner<3, 3>()));
   seen.free_shifts = static_cast<int>((shifts.values.array() < min_share).count());
-  // The free shifts are known; what couples them with the rest is noise. Of the rest, the eigenvectors.
+  // The free shifts are known; their coupling with the rest is noise. Computes the eigenvectors of the rest.
   Mat6 basis = Mat6::Identity();
   basis.topLeftCorner<3, 3>() = shifts.vectors;
   Mat6 rest = basis.transpose() * scaled * basis;

@@ -1,5 +1,5 @@
 // Distances, gradients and normal equations of dense alignment, with vectors (Highway): compiled once per
-// instruction set. Sums go to 16 places whatever the width of a vector, so that all sets give the same bits.
+// instruction set. There are 16 partial sums for any vector width, so that all sets give the same bits.
 #include "hm/tsdf/alignment/alignment_terms.hpp"
 
 #include <algorithm>
@@ -38,8 +38,8 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Places the readings [begin, begin + count) and notes which came to other voxels. `count` is a multiple of
-/// kAlignmentLanes.
+/// Transforms the readings [begin, begin + count) and records those that moved to other voxels. `count` is a
+/// multiple of kAlignmentLanes.
 void PlaceReadings(const AlignmentView& view, std::size_t begin, std::size_t count, AlignmentPoints& points,
                    AlignmentBlock& block) {
   const DF d;
@@ -119,7 +119,7 @@ HWY_INLINE SurfaceLanes Surface(const AlignmentView& view, const AlignmentPoints
           hn::And(hn::And(known, near), hn::And(steep, seen_from_outside))};
 }
 
-/// Adds a vector of readings, of which the lanes `counted` count, to the sums.
+/// Adds a vector of readings to the sums, masked by `counted`.
 HWY_INLINE void AddReadings(const AlignmentBlock& block, std::size_t i, const SurfaceLanes& at,
                             VF inverse_width, VF share, MF counted, float* sums) {
   const DF d;
@@ -167,7 +167,7 @@ void SumReadings(const AlignmentView& view, std::size_t begin, std::size_t end, 
   for (std::size_t i = 0; begin + i < end; i += lanes) {
     const MF counted = hn::FirstN(d, std::min(lanes, end - begin - i));
     const SurfaceLanes at = Surface(view, points, block, begin, i);
-    // The place of a lane's sum depends on the reading, not on the width of the vector.
+    // The partial sum of a lane depends on the reading, not on the vector width.
     float* const sums = &block.sums[0][i % kAlignmentLanes];
     AddReadings(block, i, at, hn::LoadU(d, points.inverse_width.data() + begin + i),
                 hn::LoadU(d, points.share.data() + begin + i), counted, sums);
@@ -185,7 +185,7 @@ HWY_EXPORT(SumReadings);
 
 namespace {
 
-/// The sums of a block, in double precision from here on.
+/// Adds the sums of a block in double precision.
 void add_block(const AlignmentBlock& block, std::array<double, kAlignmentSums>& total) {
   for (std::size_t i = 0; i < kAlignmentSums; ++i)
     for (const float part : block.sums[i]) total[i] += static_cast<double>(part);

@@ -89,7 +89,8 @@ TEST(AlignmentTerms, AgreeWithAPlainLoop) {
   EXPECT_GT(compared, 20000u);
 }
 
-/// A wall seen obliquely, in a map, and what is chosen of a picture of it: the field is as smooth as it gets.
+/// Map of a wall seen obliquely, and the readings selected from a depth image of it: a very smooth distance
+/// field.
 struct ObliqueWall {
   IntegrationBench bench{{}};
   AlignmentPoints points;

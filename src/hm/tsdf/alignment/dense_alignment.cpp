@@ -13,9 +13,9 @@
 namespace hm {
 namespace {
 
-/// Readings needed for an answer.
+/// Minimum number of readings for an alignment.
 constexpr std::size_t kFewestReadings = 100;
-/// Poses farther out than this (metres) are taken for garbage.
+/// Poses farther out than this (metres) are invalid.
 constexpr double kFarthestPose_m = 1e5;
 }  // namespace
 
@@ -50,7 +50,7 @@ struct DenseAligner::Impl {
 
 namespace {
 
-/// Why a scan cannot be aligned whatever the map holds, or nothing.
+/// Reason why a scan cannot be aligned regardless of the map, or empty.
 std::string unusable_because(const DepthImage& depth, const PinholeCamera& camera,
                              const AlignmentPrior& prior) {
   if (!is_rigid(prior.T_world_camera)) return "the prior pose is not a finite rigid motion";

@@ -14,14 +14,14 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Walls, floor and two balls: every direction is seen.
+/// Walls, floor and two balls: every direction is observable.
 const AnalyticScene kCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
                             {{Vec3(1.5, -0.3, 0.1), 0.3}}};
 /// Four walls along x, without an end within range.
 const AnalyticScene kCorridor{
     {{Vec3(0, 1, 0), -0.9}, {Vec3(0, -1, 0), -0.8}, {Vec3(0, 0, 1), -0.9}, {Vec3(0, 0, -1), -1.0}}, {}};
 
-/// A map of a scene seen from a few places, and somebody to align to it.
+/// Map of a scene integrated from a few poses, and an aligner.
 struct Alignment : IntegrationBench {
   explicit Alignment(const AnalyticScene& its_scene, const AlignmentParams& alignment = {})
       : IntegrationBench({}), scene(its_scene), aligner(alignment, params, {}, kCamera) {
@@ -98,7 +98,7 @@ TEST(DenseAligner, ACorridorLeavesItsAxisAtThePrior) {
   EXPECT_NEAR(found.T_world_camera.translation().x(), prior.translation().x(), 1e-5);
   EXPECT_LT((found.T_world_camera.translation() - truth.translation()).tail<2>().norm(), 1e-3);
   EXPECT_LT((truth.inverse() * found.T_world_camera).angle(), 0.03 * kDegree);
-  // What is not seen is uncertain, what is seen is not.
+  // Unobservable directions have a large variance, observable ones do not.
   EXPECT_GT(found.covariance(0, 0), 100 * found.covariance(1, 1));
 }
 

@@ -8,10 +8,10 @@
 namespace hm {
 namespace {
 
-/// Nobody is surer of a pose than this: an axis, metres and radians.
+/// Lower limit of a pose's standard deviation per axis, metres and radians.
 constexpr double kLeastSigma = 0.0005;
 
-/// What two independent beliefs about a pose know together, to first order; the search begins at the first.
+/// Fuses two independent pose priors to first order; the search starts at the first.
 AlignmentPrior together(const AlignmentPrior& a, const AlignmentPrior& b) {
   const TurningCentre centre{b.T_world_camera.translation(), 1};
   const Mat6 to_origin = centre.to_origin();
@@ -27,15 +27,15 @@ TrajectoryAligner::TrajectoryAligner(const AlignmentParams& params, const TsdfPa
                                      const DepthNoise& noise, const PinholeCamera& camera)
     : params_(params), aligner_(params, tsdf, noise, camera) {}
 
-AlignmentPrior TrajectoryAligner::witness(const SE3& T_odom_camera, const Mat6& covariance) const {
-  // About the camera, where position and orientation are told apart; axes of the map.
+AlignmentPrior TrajectoryAligner::odometry_prior(const SE3& T_odom_camera, const Mat6& covariance) const {
+  // Perturbation about the camera, where position and orientation are decoupled; axes of the map.
   const Mat6 to_camera = TurningCentre{T_odom_camera.translation(), 1}.to_origin().inverse();
   Mat6 turned = Mat6::Zero();
-  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = T_map_believed_.rotation();
+  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = T_map_odometry_.rotation();
   const Mat6 jacobian = params_.odometry_sigmas_ratio * turned * to_camera;
   Mat6 about_camera = jacobian * covariance * jacobian.transpose();
   about_camera.diagonal().array() += kLeastSigma * kLeastSigma;
-  const SE3 T_map_camera = T_map_believed_ * T_odom_camera;
+  const SE3 T_map_camera = T_map_odometry_ * T_odom_camera;
   const Mat6 from_origin = TurningCentre{T_map_camera.translation(), 1}.to_origin().inverse();
   return {T_map_camera, from_origin.transpose() * about_camera.inverse() * from_origin, {}};
 }
@@ -44,7 +44,7 @@ AlignmentPrior TrajectoryAligner::prior_of(const SE3& T_odom_camera, const Mat6&
   const AlignmentPrior moved = prior_of_given_pose(params_, T_map_odom_ * T_odom_camera);
   const bool is_known = covariance.allFinite() && !covariance.isZero(0);
   if (!is_known || params_.odometry_sigmas_ratio <= 0) return moved;
-  return together(moved, witness(T_odom_camera, covariance));
+  return together(moved, odometry_prior(T_odom_camera, covariance));
 }
 
 AlignmentResult TrajectoryAligner::align(const VolumeGrid& map, const DepthImage& depth,

@@ -12,7 +12,7 @@
 namespace hm {
 namespace {
 
-/// Walls, floor and two balls: every direction is seen.
+/// Walls, floor and two balls: every direction is observable.
 const AnalyticScene kCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
                             {{Vec3(1.5, -0.3, 0.1), 0.3}}};
 constexpr int kFrames = 40;
@@ -28,7 +28,7 @@ Mat6 covariance_at(const Vec3& camera, double sigma_m, double sigma_rad) {
   return to_origin * variances.asDiagonal() * to_origin.transpose();
 }
 
-/// A walk whose depth pictures are too far by `scale`, with odometry that goes off by `drift_m` a frame.
+/// Walk with depth images too large by `scale`, and odometry that drifts by `drift_m` per frame.
 struct Walk {
   double scale = 1, drift_m = 0, stated_m_per_frame = 0;
   bool states_covariance = true;
@@ -65,7 +65,7 @@ TEST(TrajectoryAligner, APriorBetterThanTheMapIsNotSpoilt) {
 }
 
 TEST(TrajectoryAligner, APriorWorseThanTheMapIsMended) {
-  // 3.8 cm off in the end, half of which odometry says. The map goes along, by less than a third.
+  // 3.8 cm error at the end, half of it within odometry's covariance. The map follows by less than a third.
   const double told = Walk{1, 1e-3, 5e-4, true}.error_m();
   EXPECT_LT(told, 0.0125);
   const double alone = Walk{1, 1e-3, 5e-4, false}.error_m();
@@ -75,7 +75,7 @@ TEST(TrajectoryAligner, APriorWorseThanTheMapIsMended) {
 TEST(TrajectoryAligner, WhatOdometrySaysHoldsWhereverItsOriginIs) {
   IntegrationBench near_bench({}), far_bench({});
   const SE3 T_far_near(so3_exp(Vec3(0, 0, 0)), Vec3(40, -30, 10));
-  // An empty map: the pose goes to where both witnesses meet, whatever the frame.
+  // An empty map: the pose is the fusion of both priors, for any frame.
   TrajectoryAligner near_aligner({}, near_bench.params, {}, kCamera),
       far_aligner({}, far_bench.params, {}, kCamera);
   const SE3 T_map_odom(so3_exp(Vec3(0, 0, 1.2)), Vec3(5, 6, 7));
@@ -94,7 +94,7 @@ TEST(TrajectoryAligner, WhatOdometrySaysHoldsWhereverItsOriginIs) {
 }
 
 TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
-  // A correction that no picture supports any more goes back to what odometry says, with a sharp covariance.
+  // A correction that no depth image supports any more returns to odometry's pose, with a small covariance.
   IntegrationBench map({}), nothing({});
   for (int i = 0; i < 6; ++i) map.add(kCorner, truth_at(i));
   TrajectoryAligner aligner({}, map.params, {}, kCamera);
@@ -104,7 +104,7 @@ TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
     aligner.align(map.grid, kCorner.render(kCamera, truth_at(i)).depth, odom,
                   covariance_at(odom.translation(), 0.01, 0.005));
   }
-  EXPECT_LT((aligner.T_map_odom() * wrong).translation().norm(), 0.004);  // it was mended
+  EXPECT_LT((aligner.T_map_odom() * wrong).translation().norm(), 0.004);  // it was corrected
   for (int i = 6; i < 12; ++i) {
     const SE3 odom = wrong * truth_at(i);
     const auto found = aligner.align(nothing.grid, kCorner.render(kCamera, truth_at(i)).depth, odom,
@@ -114,7 +114,8 @@ TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
   EXPECT_LT(aligner.T_map_odom().translation().norm(), 1e-3);
 }
 
-/// Poses err as the prior says, scans all together as shared_sigma_voxel says: the answer errs as it says.
+/// With pose errors according to the prior and common scan errors according to shared_sigma_voxel, the
+/// result's errors agree with its covariance.
 TEST(DenseAligner, StatesAnHonestCovariance) {
   IntegrationBench bench({});
   for (int i = 0; i < 6; ++i) bench.add(kCorner, truth_at(5 * i));

@@ -13,14 +13,14 @@ BlockPool::~BlockPool() {
 }
 
 void BlockPool::add_slab() {
-  // Room first, so that no slab is lost; grown by doubling.
+  // Reserves first, so that no slab is leaked; grows by doubling.
   if (slabs_.size() == slabs_.capacity()) slabs_.reserve(2 * slabs_.size() + 16);
   const std::size_t blocks = free_.size() + kSlabBytes / kBlockBytes;
   if (blocks > free_.capacity()) free_.reserve(std::max(blocks, 2 * free_.capacity()));
   void* slab = mmap(nullptr, kSlabBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (slab == MAP_FAILED) throw std::bad_alloc();
   slabs_.push_back(slab);
-  // Pushed in reverse, so that blocks are handed out by rising address.
+  // Pushed in reverse, so that blocks are taken by increasing address.
   for (std::size_t offset = kSlabBytes; offset > 0; offset -= kBlockBytes)
     free_.push_back(static_cast<std::byte*>(slab) + (offset - kBlockBytes));
 }

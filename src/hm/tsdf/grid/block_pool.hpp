@@ -5,9 +5,8 @@
 
 namespace hm {
 
-/// Fixed-size blocks of memory in large slabs, each block aligned to 64 bytes and all zero when handed
-/// out. A slab is never given back to the system before the pool ends; a block given back is used again
-/// first.
+/// Pool of fixed-size memory blocks in large slabs; blocks are aligned to 64 bytes and zeroed when taken.
+/// Slabs are freed only with the pool; returned blocks are reused first.
 class BlockPool {
  public:
   static constexpr std::size_t kBlockBytes = 2048;  ///< one plane of a volume: 512 voxels of 4 bytes
@@ -18,9 +17,9 @@ class BlockPool {
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
 
-  /// A zeroed block. Throws std::bad_alloc when the system has no memory left.
+  /// Returns a zeroed block. Throws std::bad_alloc when the system is out of memory.
   void* take();
-  /// Takes a block back. `dirty` says that it is not all zero.
+  /// Returns a block to the pool; `dirty` if it may contain non-zero bytes.
   void give_back(void* block, bool dirty);
 
   [[nodiscard]] std::size_t blocks_in_use() const { return in_use_; }

@@ -12,17 +12,17 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kPointsPerRange = 1024;
-/// Voxel indices beyond are outside of every map.
+/// Voxel indices beyond this are outside every map.
 constexpr double kFarthestVoxel = 1e9;
 
-/// The eight voxels around a point, x fastest, then y, then z.
+/// Eight voxels around a point, x fastest, then y, then z.
 struct Corners {
   std::array<double, 8> distances_m{};
   std::array<double, 8> weights{};
   std::array<ColorVoxel, 8> colors{};
 };
 
-/// Looks voxels up, remembering the eight volumes that meet at a corner.
+/// Looks up voxels, with a cache of the eight volumes around a corner.
 class CornerReader {
  public:
   explicit CornerReader(const VolumeGrid& grid) : grid_(grid) {}
@@ -73,7 +73,7 @@ double weight_at(const std::array<double, 8>& weights, const Vec3& fraction) {
   return sum;
 }
 
-/// The mean of the colours that there are, by their nearness.
+/// Weighted mean of the available colours, with trilinear weights.
 std::optional<Rgb8> color_at(const std::array<ColorVoxel, 8>& colors, const Vec3& fraction) {
   Vec3 sum = Vec3::Zero();
   double shares = 0;

@@ -7,22 +7,22 @@
 
 namespace hm {
 
-/// The voxels of a volume without those that are zero: lossless, in a house about 2/5 of the memory. For
-/// volumes that nothing looks at, and for snapshots.
+/// Losslessly compressed voxels of a volume, without the zero ones: about 2/5 of the memory for a house. Used
+/// for idle volumes and snapshots.
 class PackedVolume {
  public:
   PackedVolume() = default;
-  /// `colors` may be nullptr: no colour plane. Both arrays hold kVolumeVoxels entries.
+  /// Packs voxels; `colors` may be nullptr for no colour plane. Both arrays hold kVolumeVoxels entries.
   static PackedVolume pack(const TsdfVoxel* voxels, const ColorVoxel* colors);
   [[nodiscard]] PackedVolume copy() const;
 
   [[nodiscard]] bool empty() const { return !words_; }
   [[nodiscard]] bool has_colors() const;
-  /// Writes all voxels, and all colours if it has a colour plane (else `colors` is not touched).
+  /// Writes all voxels, and all colours if there is a colour plane (else `colors` is unchanged).
   void unpack(TsdfVoxel* voxels, ColorVoxel* colors) const;
   /// True when a known voxel lies on or behind a surface (distance <= 0).
   [[nodiscard]] bool holds_interior() const;
-  /// Memory of the contents.
+  /// Memory of the contents in bytes.
   [[nodiscard]] std::size_t bytes() const;
 
  private:

@@ -64,7 +64,8 @@ void PageTable::remove(VolumeKey page_key) {
   if (!slots_[hole].page) return;
   slots_[hole] = Slot{};
   --count_;
-  // Close the gap, so that no probe sequence is cut: move back every later entry that may stand here.
+  // Closes the gap, so that no probe sequence is interrupted: moves back every later entry that may be stored
+  // here.
   for (std::size_t i = (hole + 1) & mask; slots_[i].page; i = (i + 1) & mask) {
     const std::size_t home = mix(slots_[i].packed_key) & mask;
     if (((i - home) & mask) < ((i - hole) & mask)) continue;

@@ -9,22 +9,22 @@
 
 namespace hm {
 
-/// A page is 4 x 4 x 4 volumes: the unit that is hashed (see volume_snapshot.hpp for keys and places).
+/// Side of a page of 4 x 4 x 4 volumes, the unit of hashing (see volume_snapshot.hpp for keys and places).
 inline constexpr int kPageSide = 4;
 inline constexpr int kPageVolumes = kPageSide * kPageSide * kPageSide;
 
-/// The volumes of one page: bit i of `occupied` tells whether volumes[i] exists; bit i of `interior`
-/// whether it may hold voxels on or behind a surface; bit i of `awaited` whether a snapshot still wants it. A
-/// volume that exists and has no voxels is in `packed`.
+/// The volumes of one page. Bit i of `occupied`: volumes[i] exists; of `interior`: it may hold voxels on or
+/// behind a surface; of `awaited`: the current snapshot still needs it. A volume that exists but has no
+/// voxels is in `packed`.
 struct Page {
   VolumeKey key;  ///< page coordinates: volume key / 4, rounded down
   std::uint64_t occupied = 0;
   std::uint64_t interior = 0;
   std::uint64_t awaited = 0;
-  std::uint32_t snapshot_place = 0;  ///< of this page among those of the snapshot
-  std::uint32_t last_used = 0;       ///< by VolumeGrid::pack_idle()'s count of calls
+  std::uint32_t snapshot_place = 0;  ///< index of this page in the snapshot
+  std::uint32_t last_used = 0;       ///< in calls of VolumeGrid::pack_idle()
   std::array<Volume, kPageVolumes> volumes;
-  std::unique_ptr<std::array<PackedVolume, kPageVolumes>> packed;  ///< nullptr while none ever was
+  std::unique_ptr<std::array<PackedVolume, kPageVolumes>> packed;  ///< nullptr until a volume is packed
 };
 
 /// Hash map from page key to page: open addressing with linear probing over 64-bit packed keys
@@ -37,7 +37,7 @@ class PageTable {
   void remove(VolumeKey page_key);
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] std::size_t bytes() const;
-  /// The table's slots, for looking at a few pages at a time; nullptr where there is none.
+  /// The table's slots, for visiting a few pages at a time; nullptr if empty.
   [[nodiscard]] std::size_t slot_count() const { return slots_.size(); }
   [[nodiscard]] Page* page_in_slot(std::size_t slot) const { return slots_[slot].page.get(); }
   /// All pages, in no particular order.

@@ -6,19 +6,19 @@
 
 namespace hm {
 
-/// A volume is a cube of 8 x 8 x 8 voxels, x fastest, then y, then z (dissertation 4.2.5, 4.2.7).
+/// Side of a volume, a cube of 8 x 8 x 8 voxels, x fastest, then y, then z (dissertation 4.2.5, 4.2.7).
 inline constexpr int kVolumeSide = 8;
 inline constexpr int kVolumeVoxels = kVolumeSide * kVolumeSide * kVolumeSide;
 
-/// Which volume: its voxels have the world indices 8 * key + (0..7) on each axis.
+/// Key of a volume: its voxels have the world indices 8 * key + (0..7) on each axis.
 struct VolumeKey {
   std::int32_t x = 0, y = 0, z = 0;
   auto operator<=>(const VolumeKey&) const = default;
 };
 
-/// A voxel's distance and weight in 32 bits: low half the signed distance to the surface in units of
-/// sdf_unit_m (positive outside, i.e. in front), high half the accumulated weight in 1/256 of an
-/// observation at the narrowest truncation. Weight 0: unknown (the distance is then 0 too).
+/// Distance and weight of a voxel in 32 bits: low half the signed distance to the surface in units of
+/// sdf_unit_m (positive outside, i.e. in front), high half the accumulated weight in 1/256 of an observation
+/// at the narrowest truncation. Weight 0: unknown (the distance is then 0 too).
 struct TsdfVoxel {
   std::uint32_t bits = 0;
 
@@ -32,7 +32,7 @@ struct TsdfVoxel {
 };
 inline constexpr int kWeightOne = 256;
 
-/// A voxel's colour in 32 bits: red in the lowest byte, green, blue, then the colour's own weight in
+/// Colour of a voxel in 32 bits: red in the lowest byte, green, blue, then the colour's own weight in
 /// observations (0: no colour).
 struct ColorVoxel {
   std::uint32_t bits = 0;
@@ -47,18 +47,19 @@ struct ColorVoxel {
   bool operator==(const ColorVoxel&) const = default;
 };
 
-/// The voxels of one volume in memory. Both arrays hold kVolumeVoxels entries at 64-byte alignment and
-/// belong to the VolumeGrid's pools.
+/// Voxels of one volume in memory. Both arrays hold kVolumeVoxels entries at 64-byte alignment and belong to
+/// the VolumeGrid's pools.
 struct Volume {
   VolumeKey key;
   TsdfVoxel* voxels = nullptr;
   ColorVoxel* colors = nullptr;  ///< nullptr while no voxel near the surface has a colour
 };
 
-/// The place of a voxel inside its volume.
+/// Index of a voxel in its volume.
 constexpr int voxel_offset(int x, int y, int z) { return (z * kVolumeSide + y) * kVolumeSide + x; }
 
-/// The outermost layers that a voxel belongs to: bit 0..5 = low x, high x, low y, high y, low z, high z.
+/// Outermost layers of the volume that a voxel belongs to: bit 0..5 = low x, high x, low y, high y, low z,
+/// high z.
 constexpr std::uint8_t border_layers_of(int x, int y, int z) {
   const auto layers = [](int at, int bit) {
     return at == 0 ? 1 << bit : at == kVolumeSide - 1 ? 2 << bit : 0;

@@ -8,18 +8,18 @@
 
 namespace hm {
 
-/// Internal to tsdf/: what a VolumeGrid holds.
+/// Implementation of VolumeGrid; internal to tsdf/.
 struct VolumeGrid::Impl {
   PageTable pages;
   BlockPool pool;
   std::size_t volume_count = 0;
   std::size_t max_bytes = 0;
 
-  // Packed volumes. Readers on several threads may unpack: one at a time.
+  // Packed volumes. Several reader threads may unpack; the mutex serialises them.
   std::mutex unpacking;
-  std::size_t packed_bytes = 0;   ///< contents, and the pages' arrays for them
-  std::size_t packed_planes = 0;  ///< blocks that they would take
-  std::size_t next_slot = 0;      ///< where pack_idle() goes on
+  std::size_t packed_bytes = 0;   ///< contents, and the arrays of the pages for them
+  std::size_t packed_planes = 0;  ///< number of blocks if unpacked
+  std::size_t next_slot = 0;      ///< where pack_idle() continues
   std::uint32_t pack_calls = 0;
 
   std::vector<PageSnapshot> snapshot;
@@ -32,14 +32,14 @@ struct VolumeGrid::Impl {
     return max_bytes == 0 || unpacked_bytes() + BlockPool::kBlockBytes + bytes_besides <= max_bytes;
   }
 
-  /// The volume, unpacked if need be; any number of threads.
+  /// Finds the volume and unpacks it if necessary; thread safe.
   Volume* find(VolumeKey key, Page*& page);
   void unpack(Page& page, unsigned place);
-  /// Gives the voxels back and keeps them packed.
+  /// Packs the volume and releases its voxels.
   void pack(Page& page, unsigned place);
   void drop_packed(Page& page, unsigned place);
   void remove_page(Page& page);
-  /// Puts a volume that is about to change into the snapshot, if it is still wanted there.
+  /// Adds a volume that is about to change to the snapshot, if it is still needed there.
   void keep_for_snapshot(Page& page, unsigned place) {
     if (page.awaited >> place & 1u) add_to_snapshot(page, place);
   }

@@ -11,7 +11,7 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kPackedArrayBytes = sizeof(std::array<PackedVolume, kPageVolumes>);
-/// pack_idle() looks at this share of the table, and packs about as many volumes at most.
+/// pack_idle() visits 1/kSweepCalls of the table per call, and packs at most about kVolumesPerCall volumes.
 constexpr std::size_t kSweepCalls = 32, kVolumesPerCall = 400;
 
 template <class Body>

@@ -8,8 +8,9 @@
 
 namespace hm {
 
-/// A set of volumes, by pages of 4 x 4 x 4: the page's key (volume key / 4, rounded down), and bit
-/// ((z & 3) * 4 + (y & 3)) * 4 + (x & 3) for each volume. Sorted by z, y, x.
+/// Order of page keys: by z, y, x. A set of volumes (VolumesByPage) maps the key of a page of 4 x 4 x 4
+/// volumes (volume key / 4, rounded down) to a mask with bit ((z & 3) * 4 + (y & 3)) * 4 + (x & 3) for each
+/// volume.
 struct PageOrder {
   bool operator()(VolumeKey a, VolumeKey b) const {
     return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
@@ -26,15 +27,14 @@ constexpr VolumeKey key_at(VolumeKey page, int place) {
   return {4 * page.x + (place & 3), 4 * page.y + (place >> 2 & 3), 4 * page.z + (place >> 4)};
 }
 
-/// A volume as it was when a snapshot began.
+/// Volume at the time when a snapshot started.
 struct VolumeSnapshot {
   VolumeKey key;
   bool may_hold_interior = false;
   PackedVolume contents;
 };
 
-/// The volumes of a snapshot that lie in one page. Those of `wanted` that are not among `volumes` were not in
-/// the grid.
+/// Volumes of a snapshot in one page. Volumes of `wanted` missing in `volumes` did not exist in the grid.
 struct PageSnapshot {
   VolumeKey page;
   std::uint64_t wanted = 0;

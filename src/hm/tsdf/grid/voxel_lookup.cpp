@@ -7,7 +7,7 @@
 namespace hm {
 namespace {
 
-/// Volumes remembered on each axis.
+/// Number of cached volumes on each axis.
 constexpr std::int32_t kRemembered = 16;
 
 std::int16_t known_distance(TsdfVoxel voxel) { return voxel.weight() == 0 ? kUnknownDistance : voxel.sdf(); }

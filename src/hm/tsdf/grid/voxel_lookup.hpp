@@ -7,14 +7,15 @@
 
 namespace hm {
 
-/// Stands for the distance of an unknown voxel.
+/// Value for the distance of an unknown voxel.
 inline constexpr std::int16_t kUnknownDistance = INT16_MIN;
 
-/// Quick look-ups of a grid that nobody changes meanwhile: volumes seen lately are remembered by their place.
+/// Fast look-ups in a grid with a cache of recently used volumes. The grid must not change during its
+/// lifetime.
 class VoxelLookup {
  public:
   explicit VoxelLookup(const VolumeGrid& grid);
-  /// Distances of the 2 x 2 x 2 voxels from (x, y, z) on, x fastest; kUnknownDistance for unknown
+  /// Distances (sdf units) of the 2 x 2 x 2 voxels from (x, y, z) on, x fastest; kUnknownDistance for unknown
   /// ones.
   void corners(std::int32_t x, std::int32_t y, std::int32_t z, std::int16_t distances[8]);
   /// As VolumeGrid::sample().

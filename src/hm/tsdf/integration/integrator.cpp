@@ -9,10 +9,10 @@
 namespace hm {
 namespace {
 
-/// Poses farther out than this (metres) are taken for garbage.
+/// Poses farther out than this (metres) are invalid.
 constexpr double kFarthestPose_m = 1e5;
 
-/// Why a frame cannot be integrated at all, or nothing.
+/// Reason why a frame cannot be integrated at all, or empty.
 std::string refusal(const PosedFrame& posed, const PinholeCamera& camera) {
   const RgbdFrame& frame = posed.frame;
   if (frame.depth.width() != camera.width || frame.depth.height() != camera.height)
@@ -28,7 +28,7 @@ std::string refusal(const PosedFrame& posed, const PinholeCamera& camera) {
   return {};
 }
 
-/// Why a scan changed nothing, in words with numbers.
+/// Explanation why a scan changed nothing.
 std::string explanation(const ScanStats& stats, const TsdfParams& params) {
   if (stats.pixels_seen == 0) return "the scan is empty";
   if (stats.pixels_in_range == 0)
@@ -43,7 +43,7 @@ std::string explanation(const ScanStats& stats, const TsdfParams& params) {
   return fmt::format("{} readings in range touched no voxel", stats.pixels_in_range);
 }
 
-/// What to say when the system has no memory left.
+/// Message when the system is out of memory.
 std::string out_of_memory(const VolumeGrid& grid, double wanted_bytes, const TsdfParams& params) {
   const std::string asked = wanted_bytes > 0
                                 ? fmt::format("a scan asks for up to {:.0f} MB beside", 1e-6 * wanted_bytes)

@@ -10,16 +10,16 @@
 
 namespace hm {
 
-/// Points seen from one place, for sensors without an organised depth image. `colors` is empty or as
-/// long as `p_world_points`. Points that are not finite are counted and skipped.
+/// Point cloud measured from one position, for sensors without an organised depth image. `colors` is empty or
+/// as long as `p_world_points`. Points that are not finite are counted and skipped.
 struct PointScan {
   Vec3 p_world_origin = Vec3::Zero();
   std::span<const Eigen::Vector3f> p_world_points;
   std::span<const Rgb8> colors;
 };
 
-/// Writes scans into a volume grid (dissertation 4.3). One integrator serves one grid at a time; the
-/// result depends on the scans and their order only, never on the number of threads.
+/// Writes scans into a volume grid (dissertation 4.3). Use one integrator per grid at a time. The result
+/// depends only on the scans and their order, not on the number of threads.
 class Integrator {
  public:
   /// `camera` must have no lens distortion (readers remove it). The loop must outlive the integrator.
@@ -28,13 +28,13 @@ class Integrator {
   ~Integrator();
   Integrator(Integrator&&) noexcept;
 
-  /// A grid with the voxel size, unit and memory cap of these parameters.
+  /// Creates a grid with the voxel size, unit and memory limit of these parameters.
   static VolumeGrid make_grid(const TsdfParams& params);
 
-  /// Integrates a depth image with its pose by the method of the parameters. A frame without a pose or
-  /// with a pose that is not rigid changes nothing; the statistics say why.
+  /// Integrates a depth image with its pose by the method of the parameters. A frame without a rigid pose
+  /// changes nothing; the statistics give the reason.
   ScanStats integrate(VolumeGrid& grid, const RgbdFrame& frame);
-  /// Integrates a depth image with another pose than the frame's own.
+  /// The same with a pose that replaces the frame's own.
   ScanStats integrate(VolumeGrid& grid, const PosedFrame& posed);
   /// Integrates points by voxel traversal.
   ScanStats integrate(VolumeGrid& grid, const PointScan& scan);

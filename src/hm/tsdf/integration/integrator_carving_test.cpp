@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-/// How many voxels within `reach` of a point lie on or behind a surface.
+/// Number of voxels within `reach` of a point that lie on or behind a surface.
 std::size_t solid_voxels(const VolumeGrid& grid, const Vec3& centre, double reach_m) {
   std::size_t count = 0;
   for (const VolumeKey key :
@@ -24,7 +24,7 @@ std::size_t solid_voxels(const VolumeGrid& grid, const Vec3& centre, double reac
   return count;
 }
 
-/// Mixed pixels widen the ball by a rim that hangs in the air; rays that pass there later outvote it.
+/// Mixed pixels widen the ball by a spurious rim; later rays that pass there remove it.
 TEST(Integrator, FringesAtDepthEdgesVanish) {
   const auto beside_the_ball = [](const VolumeGrid& grid) {
     const Vec3 ball(1.2, 0, 0);

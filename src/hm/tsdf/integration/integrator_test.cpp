@@ -26,8 +26,8 @@ TEST(Integrator, APlaneSeenStraightOnHasItsExactDistance) {
       const TsdfVoxel voxel = bench.grid.find(key)->voxels[i];
       if (voxel.weight() == 0) continue;
       const double x = (8 * key.x + (i & 7) + 0.5) * 0.02;
-      // Observed down to the end of the truncation band, as far in front of it as the volumes reach that hold
-      // voxels of the band; told up to two voxels.
+      // Updated up to the end of the truncation band, and in front of it within the volumes that hold voxels
+      // of the band; distances are clamped to two voxels.
       const double tau = bench.params.truncation_m({}, 2.0);
       EXPECT_NEAR(voxel.sdf() * bench.grid.sdf_unit_m(), std::clamp(2.0 - x, -0.04, 0.04), 1e-4);
       EXPECT_LE(x - 2.0, tau + 1e-4);

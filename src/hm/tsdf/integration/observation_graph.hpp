@@ -8,8 +8,8 @@
 
 namespace hm {
 
-/// One observation as a ray: unit direction from the scan's origin, distance of the endpoint, truncation
-/// there, weight in 1/kWeightOne. Metres.
+/// Observation as a ray: unit direction from the scan's origin, distance of the endpoint, truncation there,
+/// weight in 1/kWeightOne. Metres.
 struct ObservedRay {
   Vec3 direction = Vec3::UnitZ();
   double length_m = 0;
@@ -17,10 +17,10 @@ struct ObservedRay {
   float weight = 0;
 };
 
-/// The bipartite graph of dissertation 4.3.3 (Fig. 4.13): volumes on one side, observations on the other,
-/// an edge where a ray's band crosses a volume, or where a carving ray crosses one that may hold something
-/// to carve. Each volume's observations are in order, so that it can be worked on by any one thread
-/// without a lock and always gives the same bits.
+/// Bipartite graph of volumes and observations (dissertation 4.3.3, Fig. 4.13), with an edge where a ray's
+/// band crosses a volume, or where a carving ray crosses one that may hold something to carve. Each volume's
+/// observations are in order, so that any one thread can process it without a lock and with bit-identical
+/// results.
 class ObservationGraph {
  public:
   struct Span {
@@ -30,7 +30,7 @@ class ObservationGraph {
   void build(const VolumeGrid& grid, std::span<const ObservedRay> rays, const Span& span,
              const ParallelLoop& loop);
 
-  /// Sorted by z, y, x.
+  /// Volumes, sorted by z, y, x.
   [[nodiscard]] const std::vector<VolumeKey>& volumes() const { return volumes_; }
   /// True when a ray's band, not only a carving ray, crosses the volume.
   [[nodiscard]] bool is_hit(std::size_t volume) const { return hit_[volume] != 0; }

@@ -7,16 +7,15 @@
 
 namespace hm {
 
-/// A ray in units of the cells that it walks through: p(t) = origin + t * direction.
+/// Ray in units of cells: p(t) = origin + t * direction.
 struct CellRay {
   Vec3 origin;
   Vec3 direction;
 };
 
-/// Visits the cells (unit cubes with whole-number corners) that a ray passes between t_begin and t_end, in
-/// order (Amanatides & Woo 1987): visit(Eigen::Vector3i cell, double t_exit). Each axis's crossings are
-/// computed from the cell index, not summed up, so that a walk started anywhere on the ray finds the same
-/// cells.
+/// Visits the cells (unit cubes with integer corners) that a ray crosses between t_begin and t_end, in order
+/// (Amanatides & Woo 1987): visit(Eigen::Vector3i cell, double t_exit). Crossings are computed from the cell
+/// index, not accumulated, so that a traversal started anywhere on the ray finds the same cells.
 template <class Visitor>
 void walk_cells(const CellRay& ray, double t_begin, double t_end, Visitor&& visit) {
   if (!(t_begin < t_end)) return;
@@ -42,7 +41,7 @@ void walk_cells(const CellRay& ray, double t_begin, double t_end, Visitor&& visi
   }
 }
 
-/// The part of [t_begin, t_end] that a ray spends in the box [low, high]; empty when t_begin >= t_end.
+/// Clips [t_begin, t_end] to the part of a ray inside the box [low, high]; empty when t_begin >= t_end.
 inline void clip_to_box(const CellRay& ray, const Vec3& low, const Vec3& high, double& t_begin,
                         double& t_end) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -93,7 +93,7 @@ void TraversalIntegrator::allocate(VolumeGrid& grid, ScanStats& stats) {
   }
 }
 
-/// Walks one volume's rays, in order, through its voxels.
+/// Traverses one volume's rays, in order, through its voxels.
 void TraversalIntegrator::replay(const VolumeGrid& grid, std::size_t index) {
   ScannedVolume& item = items_[index];
   if (!item.volume) return;

@@ -13,15 +13,15 @@ namespace hm {
 
 struct PointScan;
 
-/// Scan integration by voxel traversal (dissertation 4.3.1): every voxel on a ray takes
-/// u = |x - o| - (its centre's distance along the ray). Threads share the work through the bipartite graph
-/// of volumes and observations (4.3.3).
+/// Scan integration by voxel traversal (dissertation 4.3.1): every voxel on a ray is updated with u, the
+/// length |x - o| of the ray minus the distance of the voxel's centre along it. Threads share the work
+/// through the bipartite graph of volumes and observations (4.3.3).
 class TraversalIntegrator {
  public:
   TraversalIntegrator(const TsdfParams& params, const DepthNoise& noise);
 
   void integrate(VolumeGrid& grid, const PointScan& scan, const ParallelLoop& loop, ScanStats& stats);
-  /// Every valid pixel as a point.
+  /// Integrates every valid pixel as a point.
   void integrate(VolumeGrid& grid, const PosedFrame& posed, const PinholeCamera& camera,
                  const ParallelLoop& loop, ScanStats& stats);
 

@@ -8,8 +8,8 @@
 namespace hm {
 namespace {
 
-/// Sets bits that other threads may be setting too; most of the time they are set already. The order of
-/// threads leaves no trace.
+/// Sets bits that other threads may set too; usually they are already set. The result does not depend on the
+/// order of threads.
 void set_bits(std::uint64_t& word, std::uint64_t bits) {
   const std::atomic_ref<std::uint64_t> shared(word);
   if ((shared.load(std::memory_order_relaxed) & bits) != bits)
@@ -53,7 +53,7 @@ void CandidateFinder::place_rays(const PreparedDepth& depth, const PinholeCamera
     ray << (R_world_camera_per_m.col(axis) * per_px).cast<float>().array(), 0.0f;
     return ray;
   };
-  // Pixel cells reach half a pixel beyond centres, which is where rounding to pixels cuts.
+  // Pixel cells extend half a pixel beyond centres, the boundary of rounding to pixels.
   columns_.clear();
   for (int x = 0; x <= depth.tiles_x; ++x)
     columns_.push_back(share(0, (std::min(x * kTileSide, camera.width) - 0.5 - camera.cx) / camera.fx));
@@ -65,7 +65,7 @@ void CandidateFinder::place_rays(const PreparedDepth& depth, const PinholeCamera
   }
 }
 
-/// Lays the bitmap over the box of the part of the frustum that has readings.
+/// Places the bitmap over the bounding box of the part of the frustum with readings.
 bool CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   const float near_m = *std::min_element(depth.tile_min_m.begin(), depth.tile_min_m.end()) - widest_m;
   const float far_m = *std::max_element(depth.tile_max_m.begin(), depth.tile_max_m.end()) + widest_m;
@@ -93,7 +93,7 @@ bool CandidateFinder::place_bitmap(const PreparedDepth& depth, float widest_m) {
   return true;
 }
 
-/// Two by two tiles at once where they are small and level against a volume, else one by one.
+/// Marks two by two tiles at once if they are small and flat relative to a volume, else one by one.
 void CandidateFinder::mark_quad(const PreparedDepth& depth, int tile_x, int tile_y) {
   const int width = std::min(2, depth.tiles_x - tile_x), height = std::min(2, depth.tiles_y - tile_y);
   float low = PreparedDepth::kFarM, high = 0;
@@ -153,7 +153,7 @@ void CandidateFinder::mark_gapped_tile(const PreparedDepth& depth, int tile_x, i
 }
 
 void CandidateFinder::mark_segment(const Tiles& tiles, Segment segment) {
-  // A reading's band reaches as far as the widest truncation among the segment's readings.
+  // The band uses the widest truncation among the segment's readings.
   const float tau = std::max(truncation_.at(segment.near_m), truncation_.at(segment.far_m));
   const float near_m = std::max(segment.near_m - tau, 0.0f), far_m = segment.far_m + tau;
   const Eigen::Array4f* upper = rays_.data() + tiles.y * corners_x_ + tiles.x;
@@ -161,7 +161,7 @@ void CandidateFinder::mark_segment(const Tiles& tiles, Segment segment) {
   const int right = tiles.width;
   const Eigen::Array4f ray_low = upper[0].min(upper[right]).min(lower[0].min(lower[right]));
   const Eigen::Array4f ray_high = upper[0].max(upper[right]).max(lower[0].max(lower[right]));
-  // Short pieces keep the boxes around slanted rays tight.
+  // Short segments keep the boxes around oblique rays tight.
   const int pieces = 1 + static_cast<int>((far_m - near_m) / (0.8f * volume_size_m_));
   const float step = (far_m - near_m) / static_cast<float>(pieces);
   for (int piece = 0; piece < pieces; ++piece) {

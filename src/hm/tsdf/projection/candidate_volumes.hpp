@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// What the volumes near the surface are found from.
+/// Input for finding the volumes near the surface.
 struct BandQuery {
   const PreparedDepth& depth;
   const PinholeCamera& camera;
@@ -17,19 +17,19 @@ struct BandQuery {
   TruncationModel truncation;
 };
 
-/// Finds the volumes that the truncation bands of a depth image pass through: from the depth, never from
-/// the frustum (4.2.7; the replacement of create-then-delete). Per tile of pixels, the piece of its
-/// pyramid between (nearest reading - truncation) and (farthest + truncation) is boxed; tiles across a
-/// depth edge are cut at the gaps between their readings.
+/// Finds the volumes intersected by the truncation bands of a depth image, from the depth instead of the
+/// whole frustum (4.2.7). For each tile of pixels it takes the bounding box of its pyramid between (nearest
+/// reading - truncation) and (farthest + truncation); tiles across a depth edge are split at the gaps between
+/// their readings.
 class CandidateFinder {
  public:
-  /// `keys` becomes every volume that may hold a voxel of the hit region, sorted by z, y, x: each voxel
-  /// within the truncation of its own pixel's reading lies in one of them. False, and no keys, when the box
-  /// around the readings needs a bitmap of more than kMostBitmapBytes.
+  /// Sets `keys` to all volumes that may hold a voxel of the hit region, i.e. within the truncation of its
+  /// own pixel's reading, sorted by z, y, x. Returns false and no keys when the readings' bounding box needs
+  /// a bitmap of more than kMostBitmapBytes.
   [[nodiscard]] bool find(const BandQuery& query, const ParallelLoop& loop, std::vector<VolumeKey>& keys);
-  /// True for the volumes that find() found last.
+  /// True for the volumes of the last find().
   [[nodiscard]] bool found(VolumeKey key) const;
-  /// The box around the readings of the last find().
+  /// Number of volumes in the bounding box of the last find(), and the size of its bitmap.
   [[nodiscard]] double volumes_spanned() const { return volumes_spanned_; }
   [[nodiscard]] double bitmap_bytes() const { return bitmap_bytes_; }
   static constexpr double kMostBitmapBytes = 1024.0 * 1024 * 1024;
@@ -43,7 +43,7 @@ class CandidateFinder {
   void mark_quad(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_tile(const PreparedDepth& depth, int tile_x, int tile_y);
   void mark_gapped_tile(const PreparedDepth& depth, int tile_x, int tile_y);
-  /// A block of tiles: first tile, tiles on a side.
+  /// Block of tiles: first tile and numbers of tiles.
   struct Tiles {
     int x, y, width, height;
   };

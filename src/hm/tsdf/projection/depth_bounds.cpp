@@ -23,7 +23,7 @@ HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
 
-/// Windows: each half of a word takes the smaller one.
+/// Combines windows: minimum of each half of a word.
 HWY_INLINE VU MinOfHalves(VU a, VU b) {
   const DU du;
   const VU low = hn::Set(du, 0xffffu);
@@ -36,7 +36,7 @@ struct Boxes {
   VF x, y, z;  ///< centres
 };
 
-/// Where boxes fall along one axis of the picture.
+/// Projections of boxes along one axis of the image.
 struct Spans {
   MF visible;
   VI first, count;  ///< tiles
@@ -120,8 +120,8 @@ HWY_INLINE Verdicts Judge(const DepthBounds& bounds, const Boxes& boxes, const E
   const VF near_m = hn::ConvertTo(d, hn::BitCast(di, hn::And(band, hn::Set(du, 0xffffu))));
   const VF far_m = hn::Sub(hn::Set(d, 65535.0f), hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<16>(band))));
   const VF last = hn::Mul(farthest, scale);
-  const VF first = hn::Min(hn::Mul(nearest, scale), hn::Set(d, 65535.0f));  // where the open has no end
-  // Too near or too large to tell: anything that may be in sight.
+  const VF first = hn::Min(hn::Mul(nearest, scale), hn::Set(d, 65535.0f));  // open bands have no end
+  // Too near or too large: everything that may be visible.
   const MF too_near = hn::Lt(nearest, limit);
   const MF unknown = hn::Or(too_near, pairs.too_large);
   const MF in_sight = hn::And(hn::Gt(farthest, hn::Zero(d)), hn::Or(too_near, hn::And(x.visible, y.visible)));
@@ -145,7 +145,7 @@ PartMasks PartsOf(const DepthBounds& bounds, const Eigen::Vector3f& origin) {
   return masks;
 }
 
-/// Which of 32 volumes with these centres show anything.
+/// Bit mask of the volumes, of 32 with these centres, that have visible parts.
 std::uint32_t SeenVolumes(const DepthBounds& bounds, const Centres& centres) {
   const DF d;
   std::uint32_t seen = 0;
@@ -158,7 +158,7 @@ std::uint32_t SeenVolumes(const DepthBounds& bounds, const Centres& centres) {
   return seen;
 }
 
-/// Out of windows at `from`, those that reach `step` entries further, cut off at the last entry.
+/// Computes from windows at `from` those that extend `step` entries further, clipped at the last entry.
 void Widen(const std::uint32_t* from, std::size_t step, std::size_t count, std::uint32_t* to) {
   const DU du;
   std::size_t i = 0;
@@ -182,7 +182,7 @@ HWY_EXPORT(Widen);
 
 namespace {
 
-/// Truncation bands of the tiles themselves; all ones where nothing is seen.
+/// Truncation bands of the tiles themselves; all ones without readings.
 void fill_bands(const PreparedDepth& depth, const ProjectionScan& scan, float units_per_m,
                 std::uint32_t* bands) {
   const std::size_t tiles = depth.tile_min_m.size();

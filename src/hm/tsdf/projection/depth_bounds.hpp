@@ -8,24 +8,23 @@
 
 namespace hm {
 
-/// Bounds on what a depth image shows where parts of a volume fall on it, so that they can be passed over
-/// without looking at a pixel; always on the safe side.
+/// Conservative depth bounds of a depth image where parts of a volume are projected, so that parts can be
+/// skipped without reading pixels.
 ///
-/// A part is a group of 16 voxels that are stored together (8 along x, 2 along y): 32 of them in a volume.
-/// The box around a part's voxel centres falls into a rectangle of the picture, and the rectangle's tiles
-/// show truncation bands [near, far]. The extremes over any rectangle of tiles come from two windows beside
-/// each other, widths being powers of two and heights from kHeights, all of which are set up beforehand
-/// (after the sparse table of range minima).
+/// A part is a group of 16 voxels that are stored together (8 along x, 2 along y), 32 per volume. The box
+/// around a part's voxel centres projects into a rectangle of the image, whose tiles have truncation bands
+/// [near, far]. The extremes over any rectangle of tiles come from two adjacent windows, with widths that are
+/// powers of two and heights from kHeights, all precomputed (like a sparse table of range minima).
 class DepthBounds {
  public:
-  /// Refers to nothing of its arguments afterwards.
+  /// Precomputes the bounds; keeps no references to the arguments.
   void build(const PreparedDepth& depth, const ProjectionScan& scan, const PinholeCamera& camera,
              const ParallelLoop& loop);
 
-  /// The parts of the volume that may hold voxels of the hit region, and those that may lie in front of what
-  /// is seen, where rays carve.
+  /// Parts of the volume that may hold voxels of the hit region, and parts that may lie in front of it, where
+  /// rays carve.
   [[nodiscard]] PartMasks parts_of(VolumeKey key) const;
-  /// Drops volumes of which parts_of() would find nothing, looking at whole volumes: much faster, keeps more.
+  /// Removes volumes without any parts, testing whole volumes: much faster than parts_of(), but keeps more.
   void drop_unseen(std::vector<VolumeKey>& keys) const;
 
   // For the vector code:
@@ -40,7 +39,7 @@ class DepthBounds {
   /// Centres of the parts relative to the volume's first voxel: pixels from the principal point times metres,
   /// the same, metres.
   alignas(64) std::array<std::array<float, 32>, 3> part_centre{};
-  Eigen::Vector3f part_extent = Eigen::Vector3f::Zero();  ///< half of a part's size, likewise
+  Eigen::Vector3f part_extent = Eigen::Vector3f::Zero();  ///< half of a part's size, in the same form
   Eigen::Vector3f volume_centre = Eigen::Vector3f::Zero(), volume_extent = Eigen::Vector3f::Zero();
   Eigen::Vector2f principal_px = Eigen::Vector2f::Zero();
   Eigen::Vector2f size_px = Eigen::Vector2f::Zero();

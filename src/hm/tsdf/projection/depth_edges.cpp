@@ -14,8 +14,8 @@ namespace hm {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Handles the inner columns in whole vectors, the last one overlapping; returns the first column not
-/// handled.
+/// Processes the inner columns in whole vectors, the last one overlapping; returns the first unprocessed
+/// column.
 std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std::uint16_t* units,
                                 std::uint16_t* edge) {
 #if HWY_TARGET == HWY_SCALAR
@@ -34,7 +34,8 @@ std::size_t SortOutInnerColumns(const EdgeRule& rule, const DepthRows& rows, std
     const V z = hn::LoadU(d, rows.row + x);
     const V threshold = hn::SaturatedAdd(
         hn::SaturatedAdd(hn::MulHigh(hn::MulHigh(z, z), quadratic), hn::MulHigh(z, linear)), constant);
-    // What a neighbour is nearer or farther beyond the threshold; zero when it is not, or holds no reading.
+    // Amount by which a neighbour is nearer or farther than the threshold; zero if it is not, or has no
+    // reading.
     const auto nearer = [&](V n) HWY_ATTR {
       const V excess = hn::SaturatedSub(hn::SaturatedSub(z, n), threshold);
       return hn::IfThenZeroElse(hn::Eq(n, zero), excess);

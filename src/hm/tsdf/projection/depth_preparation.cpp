@@ -1,4 +1,4 @@
-// Depth units to metres and tile extremes, with vectors (Highway): one pass over the picture.
+// Depth units to metres and tile extremes, with vectors (Highway), in one pass over the image.
 #include "hm/tsdf/projection/depth_preparation.hpp"
 
 #include <algorithm>
@@ -14,13 +14,13 @@
 #ifndef HM_TSDF_DEPTH_ROW
 #define HM_TSDF_DEPTH_ROW
 namespace hm {
-/// Range limits in the units of the picture, and the size of a unit.
+/// Range limits in the units of the image, and the size of a unit.
 struct DepthLimits {
   std::uint16_t near_units = 1;  ///< nearest accepted, at least 1
   std::uint16_t far_units = 0;   ///< farthest accepted
   float unit_m = 0;
 };
-/// One picture row: columns' extremes are kept over the rows of a tile.
+/// One image row; extremes of columns are accumulated over the rows of a tile.
 struct DepthRow {
   const std::uint16_t* units = nullptr;
   const std::uint16_t* edge = nullptr;  ///< 0xffff or 0
@@ -112,7 +112,7 @@ bool sees_far(const Image<float>& depth_m, int tile_x, int tile_y) {
   return false;
 }
 
-/// Removes readings at edges that are so far that their weight is rounded to 0.
+/// Removes readings at edges whose weight is rounded to 0 because of their distance.
 void drop_weightless(const RawDepth& raw, const DepthLimits& limits, const std::vector<std::uint16_t>& edge,
                      std::vector<std::uint16_t>& units) {
   if (observation_weight(raw.edge_weight_numerator, raw.truncation.max_m) > 0) return;
@@ -124,7 +124,7 @@ void drop_weightless(const RawDepth& raw, const DepthLimits& limits, const std::
   }
 }
 
-/// The rows of one row of tiles.
+/// Prepares the rows of one row of tiles.
 DepthCounts prepare_tile_row(const RawDepth& raw, const DepthLimits& limits, int tile_y,
                              PreparedDepth& prepared) {
   const DepthImage& depth = raw.depth;

@@ -6,14 +6,14 @@
 
 namespace hm {
 
-/// A depth image, and how to read it.
+/// Depth image and parameters of its preparation.
 struct RawDepth {
   const DepthImage& depth;
   double near_m = 0, far_m = 0;  ///< readings between them are in range
   EdgeRule edges;
-  TruncationModel truncation;          ///< with it, how much a reading at an edge weighs
+  TruncationModel truncation;          ///< for the weight of readings at edges
   float edge_weight_numerator = 0;     ///< see ProjectionScan
-  const Image<Rgb8>* color = nullptr;  ///< called into the cache meanwhile: projection will look all over it
+  const Image<Rgb8>* color = nullptr;  ///< prefetched into the cache for the projection
 
   RawDepth(const DepthImage& image, const TsdfParams& params, const EdgeRule& rule,
            const ProjectionScan& scan)
@@ -25,8 +25,8 @@ struct RawDepth {
         edge_weight_numerator(scan.edge_weight_numerator) {}
 };
 
-/// Turns a depth image into metres with range limits, edges and tile extremes; `prepared` keeps its memory
-/// from scan to scan.
+/// Converts a depth image to metres with range limits, edges and tile extremes; reuses the memory of
+/// `prepared`.
 void prepare_depth(const RawDepth& raw, const ParallelLoop& loop, PreparedDepth& prepared);
 
 }  // namespace hm

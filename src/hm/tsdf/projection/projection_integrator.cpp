@@ -62,8 +62,8 @@ void ProjectionIntegrator::integrate(VolumeGrid& grid, const PosedFrame& posed, 
   stats.total_ms = total.milliseconds();
 }
 
-/// Space carving's volumes (4.2.3): those in sight that may hold voxels on or behind a surface, and are not
-/// looked at anyway. The cost follows the frustum, never the map.
+/// Finds the volumes for space carving (4.2.3): visible ones that may hold voxels on or behind a surface, and
+/// are not candidates anyway. The cost depends on the frustum, not on the map.
 void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3& T_world_camera) {
   Box3 frustum;
   frustum.extend(T_world_camera.translation());
@@ -77,7 +77,8 @@ void ProjectionIntegrator::find_stale_volumes(const VolumeGrid& grid, const SE3&
   std::sort(stale_.begin(), stale_.end(), before);
 }
 
-/// Where the parts of each volume lie against the measured surface, and what the grid has of it.
+/// Determines the position of the parts of each volume relative to the measured surface, and looks up the
+/// volume in the grid.
 void ProjectionIntegrator::examine(VolumeGrid& grid, const ParallelLoop& loop) {
   prospects_.clear();
   for (const VolumeKey key : candidates_) prospects_.push_back({key, true, {}, {}});

@@ -18,9 +18,9 @@ class ProjectionIntegrator {
  public:
   ProjectionIntegrator(const TsdfParams& params, const DepthNoise& noise, const PinholeCamera& camera);
 
-  /// The frame must have a rigid pose and the camera's size.
+  /// Integrates a frame; its pose must be rigid and its size the camera's.
   void integrate(VolumeGrid& grid, const PosedFrame& posed, const ParallelLoop& loop, ScanStats& stats);
-  /// Memory that the last scan asks for at most, bytes: its bitmap and its volumes.
+  /// Upper bound of the memory needed by the last scan in bytes: its bitmap and its volumes.
   [[nodiscard]] double bytes_wanted() const;
 
  private:
@@ -29,10 +29,10 @@ class ProjectionIntegrator {
   void allocate(VolumeGrid& grid, bool with_color, ScanStats& stats);
   void project(const ProjectionScan& scan, const ParallelLoop& loop);
 
-  /// A volume that may have something to do in this scan.
+  /// Volume that may be updated in this scan.
   struct Prospect {
     VolumeKey key;
-    bool near_surface = false;  ///< else only to be carved
+    bool near_surface = false;  ///< else only carved
     PartMasks parts;
     VolumeGrid::Found found;
   };
@@ -45,7 +45,7 @@ class ProjectionIntegrator {
   DepthBounds bounds_;
   std::vector<VolumeKey> candidates_, stale_;
   std::vector<Prospect> prospects_;
-  std::vector<ScannedVolume> scanned_;  ///< and for each of them:
+  std::vector<ScannedVolume> scanned_;  ///< and the task of each:
   std::vector<ProjectionTask> tasks_;
 };
 

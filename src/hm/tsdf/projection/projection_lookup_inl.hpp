@@ -1,5 +1,5 @@
-// Voxel projection's look-ups with vectors (Highway). Included once per instruction set, which is why the
-// guard toggles.
+// Look-ups of voxel projection with Highway vectors. Included once per instruction set, hence the toggling
+// include guard.
 #if defined(HM_TSDF_PROJECTION_LOOKUP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HM_TSDF_PROJECTION_LOOKUP_INL
 #undef HM_TSDF_PROJECTION_LOOKUP_INL
@@ -53,7 +53,7 @@ struct Constants {
   }
 };
 
-/// Where the voxels of a vector fall, and the readings there: 0 for none, negative at edges.
+/// Pixels of the voxels of a vector, and their readings: 0 for none, negative at edges.
 struct Lookups {
   VI column, row, pixel;
   VF signed_depth;
@@ -73,7 +73,7 @@ HWY_INLINE Lookups LookUp(const ProjectionScan& scan, const Constants& c, VF hx,
   return l;
 }
 
-/// How voxels at depth z lie to their readings.
+/// Positions of voxels at depth z relative to their readings.
 struct Comparison {
   VF u, tau;    ///< in front by u; truncation
   MF hit;       ///< in the truncation band
@@ -100,7 +100,7 @@ HWY_INLINE MF ColorLanes(const Constants& c, const Comparison& l) {
   return hn::And(l.hit, hn::And(hn::Ge(l.u, hn::Neg(c.color_band)), hn::Le(l.u, c.color_band)));
 }
 
-/// The weight of observations, in 1/kWeightOne.
+/// Weight of observations, in 1/kWeightOne.
 HWY_INLINE VF WeightOf(const Constants& c, VF signed_depth, VF tau) {
   const MF at_edge = hn::Lt(signed_depth, c.zero);
   if (c.fixed_truncation) return hn::IfThenElse(at_edge, c.fixed_edge_weight, c.fixed_weight);

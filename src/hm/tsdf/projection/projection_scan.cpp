@@ -59,7 +59,7 @@ Eigen::Vector3f ProjectionScan::origin_of(VolumeKey key) const {
 
 namespace {
 
-/// Where a voxel falls in the picture and how far in front of the measured surface it is.
+/// Pixel of a voxel and its distance in front of the measured surface.
 struct Lookup {
   bool valid = false;
   bool in_range = false;  ///< the reading is not beyond far
@@ -71,7 +71,7 @@ struct Lookup {
   float weight = 0;  ///< of an observation, in 1/kWeightOne
 
   [[nodiscard]] bool is_hit() const { return valid && in_range && u_m >= -tau_m && u_m <= tau_m; }
-  /// The distance observed, in sdf units: as far as it is told.
+  /// Observed distance in sdf units, clamped to the distance limit.
   [[nodiscard]] float sample(const ProjectionScan& scan) const {
     return round_to_even(std::clamp(u_m, -scan.distance_limit_m, scan.distance_limit_m) *
                          scan.sdf_units_per_m);
@@ -107,7 +107,7 @@ std::uint32_t pixel_rgb(const std::uint8_t* rgb, int pixel) {
          static_cast<std::uint32_t>(p[2]) << 16u;
 }
 
-/// Observations of a volume that reaches into the hit region (Alg. 2).
+/// Updates a volume that intersects the hit region (Alg. 2).
 void observe_volume(const ProjectionScan& scan, const ProjectionTask& task, const VoxelLookups& lookups,
                     VolumeUpdate& update) {
   for (int i = 0; i < kVolumeVoxels; ++i) {
@@ -140,7 +140,7 @@ void carve_volume(const ProjectionScan& scan, const ProjectionTask& task, const 
     const float end_m = found.tau_m + scan.carving_margin_m;
     if (!found.valid || !(found.u_m > end_m) || voxel.weight() == 0 || voxel.sdf() >= scan.stale_below)
       continue;
-    // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
+    // Solid voxels well in front of all readings of their tile lose weight; others are updated as free.
     if (voxel.sdf() <= 0 && scan.tile_min_m[found.tile] - found.z_m > end_m)
       voxel = take_weight(voxel, round_to_even(found.weight * scan.carving_factor));
     else if (found.in_range)

@@ -10,10 +10,10 @@
 
 namespace hm {
 
-/// Pixels are grouped in tiles of this side, for finding volumes and for careful carving.
+/// Side of the pixel tiles used for finding volumes and for conservative carving.
 inline constexpr int kTileSide = 8;
 
-/// The truncation band as single-precision polynomial, as both kernels evaluate it (4.2.2).
+/// Truncation band as a single-precision polynomial, evaluated identically by both kernels (4.2.2).
 struct TruncationModel {
   float quadratic = 0, linear = 0, constant = 0;  ///< sigmas * noise polynomial, metres
   float min_m = 0, max_m = 0;
@@ -27,13 +27,13 @@ struct TruncationModel {
   }
 };
 
-/// The weight of an observation, in 1/kWeightOne; `numerator` of its kind (see ProjectionScan).
+/// Weight of an observation, in 1/kWeightOne; for `numerator` see ProjectionScan.
 inline float observation_weight(float numerator, float tau_m) { return round_to_even(numerator / tau_m); }
 
-/// A depth image made ready for integration: metres, range limits applied, tile extremes.
+/// Depth image prepared for integration: in metres, with range limits and tile extremes.
 struct PreparedDepth {
-  /// Metres; 0 for no reading or nearer than near; kFarM for readings beyond far, which only carve.
-  /// Negative at depth edges (see depth_edges.hpp), where an observation weighs less.
+  /// Depth in metres; 0 for no reading or below the near limit; kFarM for readings beyond the far limit,
+  /// which only carve. Negative at depth edges (see depth_edges.hpp), where observations have less weight.
   static constexpr float kFarM = 1e4f;
   Image<float> depth_m;
   int tiles_x = 0, tiles_y = 0;
@@ -45,8 +45,8 @@ struct PreparedDepth {
   std::size_t pixels_valid = 0;  ///< any reading at all
 };
 
-/// What is the same for all voxels of a scan. Homogeneous pixel coordinates h = K (R p + t) are affine in
-/// the voxel's place: h = h(voxel 0 of the volume) + z * step_z + lane(x, y).
+/// Constants of a scan. Homogeneous pixel coordinates h = K (R p + t) are affine in the voxel's position: h =
+/// h(voxel 0 of the volume) + z * step_z + lane(x, y).
 struct ProjectionScan {
   const float* depth_m = nullptr;
   const float* tile_min_m = nullptr;
@@ -57,7 +57,7 @@ struct ProjectionScan {
   float step_z[3] = {};
   TruncationModel truncation;
   float carving_margin_m = 0;
-  std::int32_t stale_below = 1;  ///< known voxels nearer to a surface than this (sdf units) are to be carved
+  std::int32_t stale_below = 1;  ///< known voxels with an sdf below this (units) are carved
   float carving_factor = 0;      ///< 0: no carving
   float distance_limit_m = 0;    ///< see TsdfParams
   float sdf_units_per_m = 0;
@@ -71,36 +71,36 @@ struct ProjectionScan {
   Vec3 h0 = Vec3::Zero();     ///< K t
   double voxel_size_m = 0;
 
-  /// h of the volume's first voxel centre.
+  /// Homogeneous pixel coordinates h of the volume's first voxel centre.
   [[nodiscard]] Eigen::Vector3f origin_of(VolumeKey key) const;
 };
 
-/// Sets everything up but the picture pointers. T_camera_world is the inverse of the camera's pose.
+/// Sets everything except the image pointers. T_camera_world is the inverse of the camera's pose.
 ProjectionScan make_projection_scan(const PinholeCamera& camera, const SE3& T_camera_world,
                                     const TsdfParams& params, const DepthNoise& noise);
 
-/// What the kernel did to one volume.
+/// Effect of the kernel on one volume.
 struct VolumeUpdate {
-  std::uint32_t updated = 0;  ///< voxels of the hit region, which took an observation
-  std::uint32_t freed = 0;    ///< voxels in front of it, which took "free: at least the distance limit away"
-  std::uint32_t carved = 0;   ///< voxels that carving changed, or that "free" turned from solid to free
+  std::uint32_t updated = 0;  ///< updated voxels in the hit region
+  std::uint32_t freed = 0;    ///< voxels in front of it, updated as free (at the distance limit)
+  std::uint32_t carved = 0;   ///< voxels changed by carving, or from solid to free
   std::uint32_t colored = 0;
   std::uint8_t border_layers = 0;  ///< see ChangedVolume
-  bool interior_hit = false;       ///< an observation left a voxel at distance <= 0
+  bool interior_hit = false;       ///< an updated voxel has distance <= 0
 };
 
-/// The 32 parts of a volume (16 voxels that are stored together: bit i for voxels 16 i ...) by where they may
-/// lie; by default anywhere. They save work and never change the result.
+/// Masks of the 32 parts of a volume (16 voxels stored together: bit i for voxels 16 i ...) by their possible
+/// position; by default anywhere. They only save work and never change the result.
 struct PartMasks {
   std::uint32_t in_band = ~std::uint32_t{0};   ///< may hold voxels of the hit region
   std::uint32_t in_front = ~std::uint32_t{0};  ///< may hold voxels in front of it, which rays carve
 };
 
-/// One volume of a scan: `colors` is nullptr where colour is not wanted.
+/// Task of one volume of a scan; `colors` is nullptr without colour.
 ///
-/// If one of its voxels lies in the hit region, all voxels down to the region's end are observed, those in
-/// front of it as free: at least the distance limit away from the surface. So fringes of mixed pixels,
-/// which hang in the air beside a surface, are outvoted by the rays that pass there. Else it can be carved.
+/// If one of its voxels lies in the hit region, all voxels up to the region's end are updated, those in front
+/// of it as free (at the distance limit), so that rays passing there correct the fringes of mixed pixels
+/// beside a surface. Otherwise the volume can be carved.
 struct ProjectionTask {
   VolumeKey key;
   TsdfVoxel* voxels = nullptr;
@@ -109,11 +109,11 @@ struct ProjectionTask {
   bool may_carve = true;  ///< false: it holds no voxel on or behind a surface
 };
 
-/// Voxel projection (4.3.2) of one volume: the plain reference.
+/// Voxel projection (4.3.2) of one volume: scalar reference implementation.
 VolumeUpdate project_volume_scalar(const ProjectionScan& scan, const ProjectionTask& task);
-/// Voxel projection of one volume with the widest vectors of this CPU: the bits of project_volume_scalar().
+/// The same with the widest vectors of this CPU, bit-identical.
 VolumeUpdate project_volume_simd(const ProjectionScan& scan, const ProjectionTask& task);
-/// The name of the instruction set that project_volume_simd uses here.
+/// Name of the instruction set used by project_volume_simd on this CPU.
 const char* simd_target_name();
 
 }  // namespace hm

@@ -16,14 +16,14 @@ HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
 
-/// What has been found out about one volume so far.
+/// Statistics of one volume so far.
 struct Tally {
   std::uint64_t changed_xy = 0;  ///< any z: bit 8 y + x
   std::uint8_t z_layers = 0;
   VolumeUpdate update;
 };
 
-/// Vectors of a volume that have something to do, with what was looked up for them.
+/// Selected vectors of a volume, with their looked-up data.
 struct Selection {
   HWY_ALIGN float z[kVolumeVoxels];
   HWY_ALIGN float signed_depth[kVolumeVoxels];
@@ -31,7 +31,7 @@ struct Selection {
   HWY_ALIGN std::int32_t tile[kVolumeVoxels];  ///< for carving
   int first_voxel[kVolumeVoxels];
   int count = 0;
-  int colored_at[kVolumeVoxels];  ///< places of those that take colour
+  int colored_at[kVolumeVoxels];  ///< indices of vectors that are coloured
   int colored_count = 0;
 };
 
@@ -43,7 +43,7 @@ HWY_INLINE void Note(MF changed, int first, Tally& tally) {
   tally.z_layers = static_cast<std::uint8_t>(tally.z_layers | 1u << (first >> 6));
 }
 
-/// The distances observed, in sdf units: as far as they are told.
+/// Observed distances in sdf units, clamped to the distance limit.
 HWY_INLINE VF SampleOf(const Constants& c, const Comparison& l, MF wanted) {
   const VF units =
       hn::IfThenElseZero(wanted, hn::Mul(hn::Min(hn::Max(l.u, hn::Neg(c.limit)), c.limit), c.units_per_m));
@@ -55,7 +55,7 @@ HWY_INLINE MF SolidLanes(VI bits) {
   return hn::RebindMask(DF(), hn::Lt(hn::ShiftLeft<16>(bits), hn::Set(DI(), 1)));
 }
 
-/// Second pass: observations for the vector at place `at` of the selection.
+/// Second pass: observations for the vector at index `at` of the selection.
 HWY_INLINE void ObserveVector(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
                               Selection& selection, int at, Tally& tally) {
   const DF d;
@@ -101,7 +101,7 @@ HWY_INLINE void CarveVector(const ProjectionScan& scan, const Constants& c, cons
   const VI bits = hn::Load(di, words);
   const VF observation = WeightOf(c, signed_depth, l.tau);
   const MF stale = hn::And(l.beyond, StaleLanes(bits, scan.stale_below));
-  // Well inside of what is seen through a surface is forgotten; elsewhere it is pushed away.
+  // Solid voxels well in front of all readings of their tile lose weight; others are updated as free.
   const VF tile_min = hn::GatherIndex(d, scan.tile_min_m, hn::Load(di, selection.tile + offset));
   const MF inside = hn::And(StaleLanes(bits, 1), hn::Gt(hn::Sub(tile_min, z), hn::Add(l.tau, c.margin)));
   const MF carved = hn::And(stale, hn::Or(inside, l.in_range));
@@ -135,7 +135,7 @@ HWY_INLINE VI LoadWords(const TsdfVoxel* voxels) {
   return hn::Load(DI(), reinterpret_cast<const std::int32_t*>(voxels));
 }
 
-/// Of `parts`, those that hold something that could be carved.
+/// Parts among `parts` with voxels that could be carved.
 HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts, std::int32_t below) {
   const DF d;
   std::uint32_t stale = 0;
@@ -149,8 +149,8 @@ HWY_INLINE std::uint32_t StaleParts(const TsdfVoxel* voxels, std::uint32_t parts
   return stale;
 }
 
-/// First pass: looks parts up, so that the waits for memory overlap, and appends what has work to do. True if
-/// a voxel lies in the hit region.
+/// First pass: looks up parts, so that memory latencies overlap, and appends those to be updated. True if a
+/// voxel lies in the hit region.
 template <bool kCarving>
 HWY_INLINE bool Select(const ProjectionScan& scan, const Constants& c, const ProjectionTask& task,
                        std::uint32_t parts, Selection& selection) {

@@ -7,31 +7,31 @@
 
 namespace hm {
 
-/// A volume whose voxels changed, and on which of its border layers: bit 0..5 = low x, high x, low y,
-/// high y, low z, high z (a "layer" is the outermost voxel layer on that side).
+/// Volume whose voxels changed, and its changed border layers: bit 0..5 = low x, high x, low y, high y, low
+/// z, high z (the outermost voxel layer on that side).
 struct ChangedVolume {
   VolumeKey key;
   std::uint8_t border_layers = 0;
   bool released = false;  ///< it is no longer in the grid
 };
 
-/// What one scan did to the grid. Times in milliseconds.
+/// Statistics of integrating one scan. Times in milliseconds.
 struct ScanStats {
-  std::size_t pixels_seen = 0;      ///< pixels or points handed in
+  std::size_t pixels_seen = 0;      ///< number of input pixels or points
   std::size_t pixels_in_range = 0;  ///< with a reading between near and far
   std::size_t volumes_touched = 0;  ///< examined near the surface
   std::size_t volumes_created = 0;
   std::size_t volumes_released = 0;
-  std::size_t volumes_refused = 0;  ///< not made because of the memory cap
+  std::size_t volumes_refused = 0;  ///< not created because of the memory limit
   std::size_t voxels_updated = 0;
   std::size_t voxels_carved = 0;
   double allocate_ms = 0, integrate_ms = 0, carve_ms = 0, total_ms = 0;
-  /// Why nothing was integrated, in words with numbers; empty when something was.
+  /// Reason why nothing was integrated; empty otherwise.
   std::string nothing_integrated_because;
-  /// The memory that could not be had, with the remedy; empty when there was enough. The grid may then hold
-  /// part of the scan: nothing more should be integrated.
+  /// Message about missing memory, with the remedy; empty when there was enough. If set, the grid may hold
+  /// only part of the scan, and integration should end.
   std::string out_of_memory;
-  /// The volumes that changed, sorted by z, y, x.
+  /// Changed volumes, sorted by z, y, x.
   std::vector<ChangedVolume> changed;
 };
 

@@ -1,5 +1,5 @@
-// The update filters of update_filters.hpp with vectors (Highway): the same bits. Included once per
-// instruction set, which is why the guard toggles.
+// The update filters of update_filters.hpp with Highway vectors, bit-identical. Included once per instruction
+// set, hence the toggling include guard.
 #if defined(HM_TSDF_UPDATE_FILTERS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HM_TSDF_UPDATE_FILTERS_INL
 #undef HM_TSDF_UPDATE_FILTERS_INL
@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace hm {
 namespace HWY_NAMESPACE {
 
-/// filter_step() of update_filters.hpp.
+/// Vector version of filter_step().
 HWY_INLINE VF FilterStep(DF df, VF difference, VF gain, VF weight) {
   const VF step = hn::ConvertTo(df, hn::NearestInt(hn::Mul(difference, gain)));
   const VF one = hn::Set(df, 1.0f), least = hn::Set(df, 0.5f * kWeightOne), zero = hn::Zero(df);
@@ -26,7 +26,7 @@ HWY_INLINE VF FilterStep(DF df, VF difference, VF gain, VF weight) {
   return hn::IfThenElse(hn::Eq(step, zero), nudge, step);
 }
 
-/// add_observation() of update_filters.hpp on voxels' bits.
+/// Vector version of add_observation() on voxels' bits.
 HWY_INLINE VI AddObservation(VI bits, VF sample, VF observation, VF cap) {
   const DF d;
   const DI di;
@@ -40,7 +40,7 @@ HWY_INLINE VI AddObservation(VI bits, VF sample, VF observation, VF cap) {
                 hn::ShiftLeft<16>(hn::ConvertTo(di, hn::Min(new_weight, cap))));
 }
 
-/// take_weight() of update_filters.hpp on voxels' bits.
+/// Vector version of take_weight() on voxels' bits.
 HWY_INLINE VI TakeWeight(VI bits, VF taken) {
   const DF d;
   const DI di;
@@ -51,7 +51,7 @@ HWY_INLINE VI TakeWeight(VI bits, VF taken) {
   return hn::IfThenElseZero(hn::RebindMask(di, hn::Gt(left, hn::Zero(d))), kept);
 }
 
-/// The voxels that could be carved: known, and nearer to a surface than `below` (or behind it).
+/// Mask of voxels that may be carved: known, with an sdf smaller than `below`.
 HWY_INLINE MF StaleLanes(VI bits, std::int32_t below) {
   const DI di;
   const DU du;
@@ -61,7 +61,7 @@ HWY_INLINE MF StaleLanes(VI bits, std::int32_t below) {
                                 hn::Lt(hn::ShiftRight<16>(hn::ShiftLeft<16>(bits)), hn::Set(di, below))));
 }
 
-/// The colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
+/// Colours of pixels, 3 bytes each, as red | green << 8 | blue << 16.
 HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
   const DI di;
   const VI offset = hn::Add(hn::Add(pixel, pixel), pixel);
@@ -81,7 +81,7 @@ HWY_INLINE VU GatherRgb(DU du, const std::uint8_t* rgb, VI pixel) {
 #endif
 }
 
-/// add_color() of update_filters.hpp for the lanes of `mask`: two 16-bit channels at a time.
+/// Vector version of add_color() for the lanes of `mask`: two 16-bit channels at a time.
 #if HWY_TARGET == HWY_SCALAR  // one lane, which cannot be split
 HWY_INLINE void AddColors(std::uint32_t* voxels, VU rgb, MF mask, std::uint32_t cap) {
   if (hn::AllTrue(DF(), mask)) *voxels = add_color({*voxels}, hn::GetLane(rgb), cap).bits;

@@ -20,7 +20,7 @@ bool surface_is_near(const VolumeGrid& grid, VolumeKey key) {
   return near;
 }
 
-/// A volume that carving took weight from. What goes is appended to `released`.
+/// Releases a carved volume and its neighbours if no longer needed; released keys are appended to `released`.
 void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<VolumeKey>& released) {
   if (!grid.contains(scanned.key)) return;
   grid.set_may_hold_interior(scanned.key, scanned.holds_interior);
@@ -35,7 +35,7 @@ void settle_carved(VolumeGrid& grid, const ScannedVolume& scanned, std::vector<V
   });
 }
 
-/// Adds the volumes that are gone to the sorted list of changed ones, each volume once.
+/// Adds the released volumes to the sorted list of changed ones, each volume once.
 void add_released(const std::vector<VolumeKey>& released, std::vector<ChangedVolume>& changed) {
   if (released.empty()) return;
   const std::ptrdiff_t middle = std::ssize(changed);
@@ -56,7 +56,7 @@ void note_contents(ScannedVolume& scanned) {
   const TsdfVoxel* voxels = scanned.volume->voxels;
   scanned.holds_known = scanned.holds_interior = false;
   for (int layer = 0; layer < kVolumeVoxels && !scanned.holds_interior; layer += 64) {
-    bool known = false, interior = false;  // without branches: vectors
+    bool known = false, interior = false;  // branch-free, for vectorisation
     for (int i = layer; i < layer + 64; ++i) {
       known |= voxels[i].weight() > 0;
       interior |= (voxels[i].weight() > 0) & (voxels[i].sdf() <= 0);

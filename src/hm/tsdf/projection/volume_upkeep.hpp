@@ -8,27 +8,27 @@
 
 namespace hm {
 
-/// A volume that a scan is written into, and what the scan did to it.
+/// Volume updated by a scan, and the effect of the scan on it.
 struct ScannedVolume {
   VolumeKey key;
-  Volume* volume = nullptr;     ///< nullptr: it is not there, and nothing happens
+  Volume* volume = nullptr;     ///< nullptr: does not exist, no update
   bool created = false;         ///< by this scan
   bool colors_created = false;  ///< likewise
   bool had_interior = false;    ///< its interior mark (VolumeGrid::may_hold_interior) before the scan
   VolumeUpdate update;
-  // What carving left (see note_contents):
+  // Contents after carving (see note_contents):
   bool holds_known = false;
   bool holds_interior = false;  ///< a known voxel at distance <= 0
 };
 
-/// After the scan carved in a volume: looks at what is left. Volumes may be looked at on several threads.
+/// Determines the contents of a volume after carving. May be called for different volumes on several threads.
 void note_contents(ScannedVolume& scanned);
 
-/// Ends a scan, its volumes sorted by z, y, x: counts, lists what changed in the same order, renews the
-/// interior marks, and gives back volumes and colour planes that the scan made for nothing. Volumes that
-/// carving took weight from, and those around them, go when no surface needs them any more: a volume is kept
-/// while it, or one of its 26 neighbours, holds a voxel on or behind a surface; one whose voxels are all
-/// unknown goes anyway.
+/// Ends a scan; its volumes must be sorted by z, y, x. Counts, lists the changed volumes in the same order,
+/// updates the interior marks, and releases volumes and colour planes that the scan created but did not use.
+/// Carved volumes and their neighbours are released when no surface needs them: a volume is kept while it or
+/// one of its 26 neighbours holds a voxel on or behind a surface; one with only unknown voxels is always
+/// released.
 void finalise_scan(VolumeGrid& grid, std::span<const ScannedVolume> scanned, ScanStats& stats);
 
 }  // namespace hm

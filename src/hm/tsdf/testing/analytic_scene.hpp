@@ -6,8 +6,8 @@
 
 namespace hm {
 
-/// A scene in closed form for tests: half spaces and balls that are solid. Depth images and the signed
-/// distance come from the same description.
+/// Analytic scene for tests, made of solid half spaces and balls, with exact depth images and signed
+/// distances.
 struct AnalyticScene {
   struct Plane {
     Vec3 normal;      ///< outwards, unit
@@ -20,11 +20,11 @@ struct AnalyticScene {
   std::vector<Plane> planes;
   std::vector<Ball> balls;
 
-  /// The exact distance to the nearest surface, negative inside of a solid (for points not inside two).
+  /// Exact distance to the nearest surface, negative inside a solid (for points not inside two).
   [[nodiscard]] double distance(const Vec3& p_world) const;
-  /// The distance along a ray to the first surface; infinity without one.
+  /// Distance along a ray to the first surface; infinity without one.
   [[nodiscard]] double cast(const Vec3& origin, const Vec3& direction) const;
-  /// The depth image, without noise, in units of `unit_m`; colours tell the world position.
+  /// Renders the noise-free depth image in units of `unit_m`; colours encode the world position.
   [[nodiscard]] RgbdFrame render(const PinholeCamera& camera, const SE3& T_world_camera,
                                  double unit_m = 1e-4) const;
 };
@@ -32,7 +32,7 @@ struct AnalyticScene {
 /// A random scene around the origin, and a random pose that looks roughly along +x from around the origin.
 AnalyticScene random_scene(Rng& rng);
 SE3 random_pose(Rng& rng);
-/// A camera that looks along world +x from a position, image up = world +z.
+/// Pose of a camera that looks along world +x from a position, image up = world +z.
 SE3 looking_along_x(const Vec3& position);
 
 }  // namespace hm

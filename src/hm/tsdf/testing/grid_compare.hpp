@@ -5,7 +5,7 @@
 
 namespace hm {
 
-/// Where two grids first differ (volumes, voxels, colours), in words; empty when they are the same.
+/// Description of the first difference of two grids (volumes, voxels, colours); empty when they are equal.
 std::string difference_of(const VolumeGrid& a, const VolumeGrid& b);
 
 }  // namespace hm

@@ -6,7 +6,7 @@ namespace hm {
 
 inline const PinholeCamera kCamera{320, 240, 262.5, 262.5, 159.5, 119.5, {}};
 
-/// Everything that a test of one integrator needs.
+/// Fixture for tests of one integrator.
 struct IntegrationBench {
   explicit IntegrationBench(const TsdfParams& p, int threads = 1)
       : params(p), loop(threads), grid(Integrator::make_grid(p)), integrator(p, {}, kCamera, loop) {}

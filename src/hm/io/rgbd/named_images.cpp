@@ -1,0 +1,150 @@
+#include "hm/io/rgbd/named_images.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "hm/io/bytes/file_name.hpp"
+#include "hm/io/bytes/input_file.hpp"
+#include "hm/io/bytes/text_lines.hpp"
+
+namespace hm::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_image(const fs::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".pgm" ||
+         extension == ".ppm";
+}
+
+bool is_digits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// True for "12.5" or "0012": digits with at most one decimal point.
+bool is_numeric_name(std::string_view stem) {
+  const std::size_t point = stem.find('.');
+  if (point == std::string_view::npos) return is_digits(stem);
+  return is_digits(stem.substr(0, point)) && is_digits(stem.substr(point + 1));
+}
+
+/// Unit of the numbers in the names of a folder's images.
+enum class NameUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds, kFrames };
+
+NameUnit unit_of(std::string_view stem) {
+  if (stem.find('.') != std::string_view::npos) return NameUnit::kSeconds;
+  switch (stem.size()) {  // digits of the current Unix time
+    case 19:
+      return NameUnit::kNanoseconds;
+    case 16:
+      return NameUnit::kMicroseconds;
+    case 13:
+      return NameUnit::kMilliseconds;
+    case 10:
+      return NameUnit::kSeconds;
+    default:
+      return NameUnit::kFrames;
+  }
+}
+
+std::string_view to_words(NameUnit unit) {
+  constexpr std::array<std::string_view, 5> kWords{"seconds", "milliseconds", "microseconds", "nanoseconds",
+                                                   "frame numbers"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+
+std::optional<Time> time_of(std::string_view stem, NameUnit unit, double rate_hz) {
+  if (unit == NameUnit::kFrames) return StampRule{rate_hz}.parse(stem);
+  if (unit == NameUnit::kSeconds) return parse_stamp(stem);
+  std::int64_t number = 0;
+  const char* end = stem.data() + stem.size();
+  if (const auto [rest, code] = std::from_chars(stem.data(), end, number); code != std::errc{} || rest != end)
+    return std::nullopt;
+  const std::int64_t scale = unit == NameUnit::kMilliseconds   ? 1'000'000
+                             : unit == NameUnit::kMicroseconds ? 1'000
+                                                               : 1;
+  std::int64_t ns = 0;
+  if (__builtin_mul_overflow(number, scale, &ns)) return std::nullopt;
+  return Time{ns};
+}
+
+std::vector<fs::path> images_in(const fs::path& folder) {
+  std::vector<fs::path> images;
+  std::error_code code;
+  for (auto at = fs::directory_iterator(folder, code); !code && at != end(at); at.increment(code))
+    if (is_image(at->path())) images.push_back(at->path());
+  return images;
+}
+
+/// Images of one stream by increasing time; names that are not numbers and repeated times are counted.
+PictureList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
+  PictureList list;
+  const std::string name = stream.filename().string();
+  SkippedLines malformed{SkippedLines::Reason::kMalformed, name, 0, 0, "image"};
+  SkippedLines repeated{SkippedLines::Reason::kStampNotIncreasing, name, 0, 0, "image"};
+  for (const fs::path& path : images_in(stream)) {
+    const std::string stem = path.stem().string();
+    const auto stamp = is_numeric_name(stem) ? time_of(stem, unit, rate_hz) : std::nullopt;
+    if (stamp)
+      list.pictures.push_back({*stamp, (stream.filename() / path.filename()).string()});
+    else if (malformed.count++ == 0)
+      malformed.place = path.filename().string();
+  }
+  std::ranges::sort(list.pictures, [](const StampedPicture& a, const StampedPicture& b) {
+    return a.stamp != b.stamp ? a.stamp < b.stamp : a.path < b.path;
+  });
+  const auto same = [](const StampedPicture& a, const StampedPicture& b) { return a.stamp == b.stamp; };
+  const auto rest = std::ranges::unique(list.pictures, same);
+  repeated.count = rest.size();
+  if (!rest.empty()) repeated.place = rest.front().path;
+  list.pictures.erase(rest.begin(), rest.end());
+  for (const SkippedLines& skipped : {malformed, repeated})
+    if (skipped.count > 0) list.skipped.push_back(skipped);
+  return list;
+}
+
+/// Most frequent unit of the names, since numbers in one folder may differ in length.
+std::optional<NameUnit> unit_of_names(const fs::path& stream) {
+  std::array<std::size_t, 5> votes{};
+  for (const fs::path& path : images_in(stream))
+    if (const std::string stem = path.stem().string(); is_numeric_name(stem))
+      ++votes[static_cast<std::size_t>(unit_of(stem))];
+  const auto most = std::ranges::max_element(votes);
+  if (*most == 0) return std::nullopt;
+  return static_cast<NameUnit>(most - votes.begin());
+}
+
+}  // namespace
+
+bool has_named_images(const fs::path& folder) {
+  for (const char* list : {"depth.txt", "associations.txt", "associated.txt", "associate.txt"})
+    if (is_file(folder / list)) return false;
+  return unit_of_names(folder / "depth").has_value();
+}
+
+Result<NamedImages> list_named_images(const fs::path& folder, double rate_hz) {
+  const auto unit = unit_of_names(folder / "depth");
+  if (!unit)
+    return fail(ErrorCode::kNotFound, folder / "depth", "no image that is named by a stamp or a number");
+  NamedImages named;
+  named.has_stamps = *unit != NameUnit::kFrames;
+  named.lists.depth = list_stream(folder / "depth", *unit, rate_hz);
+  std::string color = "no colour: there is no rgb, color, colour, image or images beside it";
+  for (const char* name : {"rgb", "color", "colour", "image", "images"}) {
+    const auto color_unit = unit_of_names(folder / name);
+    if (!color_unit) continue;
+    named.lists.color = list_stream(folder / name, *color_unit, rate_hz);
+    color = fmt::format("colour from {}/", name);
+    break;
+  }
+  named.note =
+      fmt::format("no depth.txt: depth images of depth/ by their names, read as {}{}; {}", to_words(*unit),
+                  named.has_stamps ? "" : fmt::format(" at {:g} Hz", rate_hz), color);
+  return named;
+}
+
+}  // namespace hm::detail

@@ -1,0 +1,81 @@
+#include "hm/io/rgbd/named_images.hpp"
+
+#include <gtest/gtest.h>
+
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
+
+namespace hm::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Empty files: only their names are read.
+void touch(const fs::path& folder, const std::vector<std::string>& names) {
+  fs::create_directories(folder);
+  for (const std::string& name : names) ASSERT_TRUE(write_file_text(folder / name, "x"));
+}
+
+std::vector<double> seconds_of(const PictureList& list) {
+  std::vector<double> seconds;
+  for (const StampedPicture& picture : list.pictures) seconds.push_back(picture.stamp.seconds());
+  return seconds;
+}
+
+TEST(NamedImages, NumbersAreFramesAtTheRate) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "depth", {"000010.png", "000002.png", "000000.png", "notes.txt"});
+  touch(folder.path() / "color", {"0.jpg", "2.jpg"});
+  ASSERT_TRUE(has_named_images(folder.path()));
+  const auto named = list_named_images(folder.path(), 20);
+  ASSERT_TRUE(named) << to_string(named.error());
+  EXPECT_FALSE(named->has_stamps);
+  EXPECT_EQ(seconds_of(named->lists.depth), (std::vector<double>{0, 0.1, 0.5}));
+  EXPECT_EQ(seconds_of(named->lists.color), (std::vector<double>{0, 0.1}));
+  EXPECT_EQ(named->lists.depth.pictures[2].path, "depth/000010.png");
+  EXPECT_TRUE(named->lists.depth.skipped.empty());
+}
+
+TEST(NamedImages, StampsInSecondsAndInPartsOfThem) {
+  for (const auto& [a, b] :
+       std::vector<std::pair<std::string, std::string>>{{"1305031102.100000", "1305031102.350000"},
+                                                        {"1305031102100", "1305031102350"},
+                                                        {"1305031102100000", "1305031102350000"},
+                                                        {"1305031102100000000", "1305031102350000000"}}) {
+    const TemporaryFolder folder;
+    touch(folder.path() / "depth", {b + ".png", a + ".png"});
+    const auto named = list_named_images(folder.path(), 30);
+    ASSERT_TRUE(named) << a;
+    EXPECT_TRUE(named->has_stamps) << a;
+    ASSERT_EQ(named->lists.depth.pictures.size(), 2U) << a;
+    EXPECT_EQ(named->lists.depth.pictures[0].stamp.ns, 1'305'031'102'100'000'000) << a;
+    EXPECT_EQ(named->lists.depth.pictures[1].stamp.ns, 1'305'031'102'350'000'000) << a;
+    EXPECT_TRUE(named->lists.color.pictures.empty());
+  }
+}
+
+TEST(NamedImages, OtherNamesAndRepeatedNumbersAreCounted) {
+  const TemporaryFolder folder;
+  touch(folder.path() / "depth", {"1.png", "01.png", "2.png", "mask.png", "3.4.5.png"});
+  const auto named = list_named_images(folder.path(), 30);
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->lists.depth.pictures.size(), 2U);
+  ASSERT_EQ(named->lists.depth.skipped.size(), 2U);
+  EXPECT_EQ(named->lists.depth.skipped[0].count, 2U);
+  EXPECT_EQ(named->lists.depth.skipped[1].count, 1U);
+}
+
+TEST(NamedImages, AListGoesBeforeNames) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(has_named_images(folder.path()));
+  touch(folder.path() / "depth", {"mask.png"});
+  EXPECT_FALSE(has_named_images(folder.path()));
+  EXPECT_EQ(list_named_images(folder.path(), 30).error().code, ErrorCode::kNotFound);
+  touch(folder.path() / "depth", {"1.png"});
+  EXPECT_TRUE(has_named_images(folder.path()));
+  touch(folder.path(), {"depth.txt"});
+  EXPECT_FALSE(has_named_images(folder.path()));
+}
+
+}  // namespace
+}  // namespace hm::detail

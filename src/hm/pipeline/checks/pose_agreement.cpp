@@ -1,0 +1,140 @@
+#include "hm/pipeline/checks/pose_agreement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "hm/core/statistics.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kPixelStep = 6;
+constexpr int kTile_px = 80;
+/// Fewer points than this are not compared.
+constexpr std::size_t kMinPoints = 50;
+constexpr double kMinOverlap = 0.1;
+
+SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
+  if (hypothesis.poses_ignored) return {};
+  const SE3 &from = *pair.from.T_world_camera, &to = *pair.to.T_world_camera;
+  return hypothesis.poses_inverted ? to * from.inverse() : to.inverse() * from;
+}
+
+/// Means of relative differences by tile of the image.
+class TileMeans {
+ public:
+  explicit TileMeans(const PinholeCamera& camera)
+      : columns_((camera.width + kTile_px - 1) / kTile_px),
+        tiles_(static_cast<std::size_t>(columns_ * ((camera.height + kTile_px - 1) / kTile_px))) {}
+
+  void add(int u, int v, double difference) {
+    // Clipped, not dropped: borders of things must not rule a tile, and a wrong reading must not gain.
+    constexpr double kClip_ratio = 0.1;
+    Tile& tile = tiles_[static_cast<std::size_t>((v / kTile_px) * columns_ + u / kTile_px)];
+    tile.sum += std::clamp(difference, -kClip_ratio, kClip_ratio);
+    ++tile.count;
+  }
+
+  /// Median of |mean| over the tiles that hold enough.
+  [[nodiscard]] double median() const {
+    constexpr int kMinCount = 20;
+    std::vector<double> means;
+    for (const Tile& tile : tiles_)
+      if (tile.count >= kMinCount) means.push_back(std::fabs(tile.sum / tile.count));
+    return means.empty() ? 1.0 : quantile(std::move(means), 0.5);
+  }
+
+ private:
+  struct Tile {
+    double sum = 0;
+    int count = 0;
+  };
+  int columns_;
+  std::vector<Tile> tiles_;
+};
+
+}  // namespace
+
+std::string to_string(const ReadingHypothesis& hypothesis) {
+  std::string text;
+  const auto add = [&](std::string_view part) {
+    if (!text.empty()) text += ", ";
+    text += part;
+  };
+  if (hypothesis.poses_ignored) add("poses ignored");
+  if (hypothesis.poses_inverted) add("poses inverted");
+  if (hypothesis.fy_flipped) add("-fy");
+  if (hypothesis.depth_factor != 1.0) add(fmt::format("depth x {}", hypothesis.depth_factor));
+  return text.empty() ? "as given" : text;
+}
+
+Agreement compare(const FramePair& pair, const PinholeCamera& given, const ReadingHypothesis& hypothesis) {
+  PinholeCamera camera = given;
+  if (hypothesis.fy_flipped) camera.fy = -camera.fy;
+  const SE3 T_to_from = motion_between(pair, hypothesis);
+  std::vector<double> errors, relative;
+  TileMeans tiles(camera);
+  std::size_t moved = 0;
+  for (int y = kPixelStep / 2; y < camera.height; y += kPixelStep) {
+    for (int x = kPixelStep / 2; x < camera.width; x += kPixelStep) {
+      const double z_from = pair.from.depth.depth_m(x, y) * hypothesis.depth_factor;
+      if (z_from <= 0) continue;
+      ++moved;
+      const Vec3 p_to = T_to_from * camera.unproject(Vec2(x, y), z_from);
+      if (p_to.z() <= 1e-3 * z_from) continue;
+      const Vec2 pixel = camera.project(p_to);
+      if (!camera.contains(pixel)) continue;
+      const int u = std::clamp(static_cast<int>(std::floor(pixel.x() + 0.5)), 0, camera.width - 1);
+      const int v = std::clamp(static_cast<int>(std::floor(pixel.y() + 0.5)), 0, camera.height - 1);
+      const double z_to = pair.to.depth.depth_m(u, v) * hypothesis.depth_factor;
+      if (z_to <= 0) continue;
+      errors.push_back(std::fabs(p_to.z() - z_to));
+      relative.push_back(errors.back() / z_to);
+      tiles.add(u, v, (p_to.z() - z_to) / z_to);
+    }
+  }
+  Agreement result;
+  if (moved > 0) result.overlap_ratio = static_cast<double>(errors.size()) / static_cast<double>(moved);
+  if (errors.size() < kMinPoints || result.overlap_ratio < kMinOverlap) return result;
+  result.median_m = middle_value(std::span(errors));
+  result.relative = middle_value(std::span(relative));
+  result.systematic = tiles.median();
+  return result;
+}
+
+std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
+                                   const ReadingHypothesis& hypothesis) {
+  std::vector<Agreement> agreements;
+  for (const FramePair& pair : pairs) agreements.push_back(compare(pair, camera, hypothesis));
+  return agreements;
+}
+
+Agreement median_of(const std::vector<Agreement>& agreements) {
+  if (agreements.empty()) return {};
+  const auto median = [&](double Agreement::*member) {
+    std::vector<double> values;
+    for (const Agreement& agreement : agreements) values.push_back(agreement.*member);
+    return quantile(std::move(values), 0.5);
+  };
+  return {median(&Agreement::median_m), median(&Agreement::relative), median(&Agreement::systematic),
+          median(&Agreement::overlap_ratio)};
+}
+
+std::vector<ReadingHypothesis> reading_hypotheses() {
+  constexpr std::array<double, 10> kFactors{0.001, 0.01, 0.1, 0.2, 0.5, 2, 5, 10, 100, 1000};
+  std::vector<ReadingHypothesis> all{{}, {.poses_ignored = true}};
+  for (const bool inverted : {false, true})
+    for (const bool flipped : {false, true}) {
+      if (inverted || flipped) all.push_back({.poses_inverted = inverted, .fy_flipped = flipped});
+      if (inverted && flipped) continue;
+      for (const double factor : kFactors)
+        all.push_back({.poses_inverted = inverted, .fy_flipped = flipped, .depth_factor = factor});
+    }
+  std::ranges::stable_sort(all.begin() + 2, all.end(), {}, &ReadingHypothesis::changes);
+  return all;
+}
+
+}  // namespace hm

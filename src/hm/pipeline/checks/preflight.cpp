@@ -1,0 +1,94 @@
+#include "hm/pipeline/checks/preflight.hpp"
+
+#include <algorithm>
+
+#include "hm/pipeline/checks/laser_check.hpp"
+#include "hm/pipeline/checks/recording_check.hpp"
+#include "hm/pipeline/common/reading_warnings.hpp"
+
+namespace hm {
+namespace {
+
+/// A recording whose frames have other poses than its files give them.
+class PosedRecording final : public Recording {
+ public:
+  PosedRecording(const Recording& recording, const Trajectory& poses, Duration max_gap)
+      : recording_(recording), info_(recording.info()) {
+    for (std::size_t i = 0; i < info_.frame_count; ++i)
+      info_.frame_poses[i] = pose_at(poses, info_.stamps[i], max_gap);
+    info_.posed_count = static_cast<std::size_t>(std::ranges::count_if(
+        info_.frame_poses, [](const std::optional<SE3>& pose) { return pose.has_value(); }));
+    info_.trajectory = poses;
+  }
+  [[nodiscard]] const RecordingInfo& info() const override { return info_; }
+  [[nodiscard]] Result<RgbdFrame> read(std::size_t index) const override {
+    auto frame = recording_.read(index);
+    if (frame) frame->T_world_camera = info_.frame_poses[index];
+    return frame;
+  }
+
+ private:
+  const Recording& recording_;
+  RecordingInfo info_;
+};
+
+RecordingReport quick_report(const Recording& recording, const PreflightOptions& options) {
+  constexpr InspectOptions kQuick{.depth_samples = 8, .pairs = 6};
+  if (!options.given) return inspect_recording(recording, kQuick);
+  return inspect_recording(
+      PosedRecording(recording, *options.given, Duration::from_seconds(options.max_pose_gap_s)), kQuick);
+}
+
+/// Whether nothing sensible can come out of a recording with this finding.
+bool is_fatal(const Finding& finding, const RecordingReport& report, PoseUse poses) {
+  constexpr std::size_t kMinPairs = 4;  // that agree on another reading of the files
+  constexpr double kEmpty_ratio = 0.002;
+  switch (finding.kind) {
+    case FindingKind::kDepthScale:
+    case FindingKind::kFlippedFy:
+      return report.pairs_compared >= kMinPairs;
+    case FindingKind::kInvertedPoses:
+      return poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
+    case FindingKind::kMissingColor:
+      return poses == PoseUse::kComparesWith;
+    case FindingKind::kDepthRange:
+      return report.depth.valid_ratio < kEmpty_ratio;
+    default:
+      return false;
+  }
+}
+
+/// A run that builds on given poses needs no colour; one that finds its own needs no poses.
+bool concerns_run(const Finding& finding, PoseUse poses) {
+  if (poses == PoseUse::kBuildsOn) return finding.kind != FindingKind::kMissingColor;
+  return finding.kind != FindingKind::kMissingPoses && finding.kind != FindingKind::kPoorAgreement;
+}
+
+void add_once(std::vector<std::string>& sentences, std::string sentence) {
+  if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> check_before_run(const Recording& recording,
+                                                  const PreflightOptions& options) {
+  const RecordingReport report = quick_report(recording, options);
+  std::vector<std::string> warnings = reading_warnings(recording.info());
+  for (const Finding& finding : report.findings) {
+    if (is_fatal(finding, report, options.poses) && !options.force)
+      return fail(ErrorCode::kInvalidValue, recording.info().path.string(),
+                  "{}. Nothing was made of it; `hm info` shows more, --force runs all the same",
+                  finding.message);
+    if (concerns_run(finding, options.poses)) add_once(warnings, finding.message);
+  }
+  return warnings;
+}
+
+std::vector<std::string> laser_warnings(const LaserRecording& recording) {
+  std::vector<std::string> warnings = reading_warnings(recording);
+  for (const LaserFinding& finding : inspect_laser_recording(recording).findings)
+    add_once(warnings, finding.message);
+  return warnings;
+}
+
+}  // namespace hm

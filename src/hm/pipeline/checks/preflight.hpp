@@ -1,0 +1,36 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "hm/core/result.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/io/rgbd/recording.hpp"
+
+namespace hm {
+
+/// Whose poses the result of a run stands on.
+enum class PoseUse {
+  kBuildsOn,      ///< the given ones: a wrong reading of them spoils the result
+  kComparesWith,  ///< its own; given ones are only compared with
+};
+
+struct PreflightOptions {
+  PoseUse poses = PoseUse::kBuildsOn;
+  const Trajectory* given = nullptr;  ///< T_world_camera to be used instead of the recording's own poses
+  double max_pose_gap_s = 0.15;       ///< between two of `given` that one in the middle is interpolated from
+  bool force = false;                 ///< what makes a result impossible is a warning too
+};
+
+/// Checks a recording before a run begins: the checks of inspect_recording() on few frames (about twenty
+/// images are decoded), and what its reader left out. Gives sentences with number and remedy, each once.
+/// Error (kInvalidValue): no sensible result can come out, because depth is in another unit, the poses that
+/// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where
+/// the run finds its own poses.
+Result<std::vector<std::string>> check_before_run(const Recording& recording,
+                                                  const PreflightOptions& options);
+
+/// Findings of inspect_laser_recording() and what the reader left out, each sentence once.
+std::vector<std::string> laser_warnings(const LaserRecording& recording);
+
+}  // namespace hm

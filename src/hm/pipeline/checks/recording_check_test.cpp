@@ -1,0 +1,294 @@
+#include "hm/pipeline/checks/recording_check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "hm/core/rng.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/rgbd/tum_writer.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/recording_check_test_support.hpp"
+
+namespace hm {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace recording_check_test;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const PinholeCamera kCamera{160, 120, 140.0, 141.0, 79.5, 59.5, {}};
+
+/// A box room of 4 x 3 x 5 m around the origin with a ball in it: depth in closed form.
+struct RoomHit {
+  double depth_m = 0;
+  int surface = 0;
+};
+RoomHit look_at_room(const SE3& T_world_camera, const Vec3& ray_camera) {
+  const Vec3 half(2.0, 1.5, 2.5), centre(0.4, 0.3, 1.2);
+  const Vec3 o = T_world_camera.translation(), d = T_world_camera.rotation() * ray_camera;
+  RoomHit hit{1e9, 0};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double t = ((d[axis] > 0 ? half[axis] : -half[axis]) - o[axis]) / d[axis];
+    if (t > 0 && t < hit.depth_m) hit = {t, 1 + 2 * axis + (d[axis] > 0 ? 1 : 0)};
+  }
+  const Vec3 to_ball = o - centre;
+  const double a = d.squaredNorm(), b = to_ball.dot(d), c = to_ball.squaredNorm() - 0.4 * 0.4;
+  if (const double root = b * b - a * c; root > 0 && (-b - std::sqrt(root)) / a > 0)
+    hit = {(-b - std::sqrt(root)) / a, 7};
+  return hit;
+}
+
+/// A walk with turns in all directions.
+SE3 pose_at_frame(int i) {
+  const double s = 0.1 * i;
+  return {so3_exp(Vec3(0.15 * std::sin(s), 0.3 * std::sin(0.7 * s), 0.1 * std::sin(1.3 * s))),
+          Vec3(0.5 * std::sin(0.5 * s), 0.25 * std::cos(0.8 * s), 0.4 * std::sin(0.3 * s))};
+}
+
+struct RoomOptions {
+  int color_right_px = 0;
+  double color_scale_ratio = 1;  ///< about the image's middle
+  bool invert_poses = false;
+  int frames = 60;
+};
+
+void write_room(const fs::path& folder, const RoomOptions& options = {}) {
+  auto writer = TumWriter::create(folder, kCamera, 5000);
+  ASSERT_TRUE(writer);
+  Rng rng(4);
+  const Vec2 middle((kCamera.width - 1) / 2.0, (kCamera.height - 1) / 2.0), shift(options.color_right_px, 0);
+  for (int i = 0; i < options.frames; ++i) {
+    const SE3 pose = pose_at_frame(i);
+    RgbdFrame frame;
+    frame.stamp = frame.color_stamp = Time{1'000'000'000'000 + 33'333'333LL * i};
+    frame.depth = {Image<std::uint16_t>(kCamera.width, kCamera.height), 1.0 / 5000};
+    frame.color = Image<Rgb8>(kCamera.width, kCamera.height);
+    for (int y = 0; y < kCamera.height; ++y)
+      for (int x = 0; x < kCamera.width; ++x) {
+        const double depth_m = look_at_room(pose, kCamera.unproject(Vec2(x, y), 1.0)).depth_m;
+        frame.depth.units(x, y) = static_cast<std::uint16_t>((depth_m + rng.normal(0, 0.004)) * 5000);
+        const int seen =
+            look_at_room(pose, kCamera.unproject(
+                                   middle + (Vec2(x, y) - shift - middle) / options.color_scale_ratio, 1.0))
+                .surface;
+        frame.color(x, y) = {static_cast<std::uint8_t>(30 * seen), static_cast<std::uint8_t>(255 - 30 * seen),
+                             90};
+      }
+    frame.T_world_camera = options.invert_poses ? pose.inverse() : pose;
+    ASSERT_TRUE(writer->add(frame));
+  }
+  ASSERT_TRUE(writer->finish());
+}
+
+std::string file_text(const fs::path& path) {
+  const auto bytes = read_file_bytes(path);
+  EXPECT_TRUE(bytes);
+  return std::string(bytes->begin(), bytes->end());
+}
+
+/// A written room, shared by the tests that only read it or replace its text files.
+class RoomCheck : public ::testing::Test {
+ protected:
+  void SetUp() override { write_room(path_); }
+  TemporaryFolder folder_;
+  fs::path path_ = folder_.path() / "room";
+};
+
+TEST_F(RoomCheck, NothingIsFoundInAGoodRecording) {
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(report.findings, IsEmpty()) << messages(report);
+  EXPECT_EQ(report.pairs_compared, 12U);
+  ASSERT_FALSE(report.agreement.empty());
+  EXPECT_EQ(report.agreement[0].hypothesis, "as given");
+  // Two readings with 4 mm of noise each, and the slope of the walls over half a pixel.
+  EXPECT_GT(report.agreement[0].agreement_mm, 2.0);
+  EXPECT_LT(report.agreement[0].agreement_mm, 9.0);
+  ASSERT_EQ(report.streams.size(), 3U);
+  EXPECT_EQ(report.streams[0].count, 60U);
+  EXPECT_NEAR(report.streams[0].rate_hz, 30.0, 1e-3);
+  EXPECT_NEAR(report.streams[0].duration_s, 59 / 30.0, 1e-3);
+  EXPECT_EQ(report.streams[0].gaps, 0U);
+  EXPECT_NEAR(report.depth.valid_ratio, 1.0, 1e-9);
+  double length_m = 0;
+  for (int i = 1; i < 60; ++i)
+    length_m += (pose_at_frame(i).translation() - pose_at_frame(i - 1).translation()).norm();
+  EXPECT_NEAR(report.path_length_m, length_m, 0.01 * length_m);  // steps under 2 cm are joined
+}
+
+TEST_F(RoomCheck, TheInertialDeviceIsNamedAndItsHolesAreFound) {
+  std::string lines;
+  for (int i = 0; i < 400; ++i)
+    if (i < 100 || i >= 250) lines += fmt::format("{:.3f} 0.1 -0.2 9.8{:03}\n", 1000.0 + 0.005 * i, i);
+  ASSERT_TRUE(write_file_text(path_ / "accelerometer.txt", lines));
+  const RecordingReport report = inspect(path_);
+  ASSERT_EQ(report.streams.size(), 4U);
+  EXPECT_EQ(report.streams[3].name, "imu");
+  EXPECT_EQ(report.streams[3].count, 250U);
+  EXPECT_NEAR(report.streams[3].rate_hz, 200.0, 0.1);
+  EXPECT_THAT(messages(report), HasSubstr("imu: 1 gap, the longest 0.76 s"));
+  EXPECT_THAT(to_text(report), HasSubstr("accelerometer.txt: accelerometer only"));
+  EXPECT_EQ(to_json(report).find("imu")->find("has_gyroscope")->as_bool()[0], false);
+}
+
+TEST_F(RoomCheck, DepthStatisticsMatchTheImages) {
+  const RecordingReport report = inspect(path_);
+  double low = 1e9, high = 0;
+  const auto recording = open_recording(path_);
+  for (std::size_t i = 0; i < 60; ++i) {
+    const auto frame = (*recording)->read(i);
+    ASSERT_TRUE(frame);
+    for (const std::uint16_t units : frame->depth.units.pixels()) {
+      low = std::min(low, units / 5000.0);
+      high = std::max(high, units / 5000.0);
+    }
+  }
+  EXPECT_GE(report.depth.min_m, low);
+  EXPECT_LT(report.depth.min_m, low + 0.3);
+  EXPECT_LE(report.depth.max_m, high);
+  EXPECT_GT(report.depth.max_m, high - 0.3);
+  EXPECT_GT(report.depth.median_m, report.depth.p05_m);
+  EXPECT_GT(report.depth.p95_m, report.depth.median_m);
+}
+
+TEST_F(RoomCheck, DepthScaleOffIsFoundWithTheRightFactor) {
+  for (const double units_per_m : {500.0, 1000.0, 50000.0, 25000.0, 10000.0}) {
+    const RecordingReport report = inspect(path_, {.depth_units_per_m = units_per_m});
+    EXPECT_THAT(kinds(report), ::testing::Contains(FindingKind::kDepthScale)) << units_per_m;
+    EXPECT_THAT(messages(report),
+                HasSubstr(fmt::format("5000 units per metre instead of {:.6g}", units_per_m)));
+    EXPECT_THAT(messages(report), HasSubstr(" mm ("));
+  }
+}
+
+TEST_F(RoomCheck, WrongSignOfFyIsFound) {
+  PinholeCamera flipped = kCamera;
+  flipped.fy = -flipped.fy;
+  const RecordingReport report = inspect(path_, {.camera = flipped});
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kFlippedFy));
+  EXPECT_THAT(messages(report), HasSubstr("fy seems to be 141 instead of -141"));
+}
+
+TEST_F(RoomCheck, TwoFaultsAtOnce) {
+  PinholeCamera flipped = kCamera;
+  flipped.fy = -flipped.fy;
+  const RecordingReport report = inspect(path_, {.camera = flipped, .depth_units_per_m = 1000});
+  EXPECT_THAT(messages(report), HasSubstr("fy seems to be 141 instead of -141"));
+  EXPECT_THAT(messages(report), HasSubstr("5000 units per metre instead of 1000"));
+}
+
+TEST_F(RoomCheck, InvertedPosesAreFound) {
+  const fs::path path = folder_.path() / "inverted";
+  write_room(path, {.invert_poses = true});
+  const RecordingReport report = inspect(path);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kInvertedPoses)) << messages(report);
+}
+
+TEST_F(RoomCheck, PosesOfAnotherRecordingAreFound) {
+  // The order of the poses reversed and stretched: a smooth motion, but not this one.
+  Trajectory reversed;
+  const auto recording = open_recording(path_);
+  const Trajectory& poses = (*recording)->info().trajectory;
+  std::string text;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const SE3& pose = poses[poses.size() - 1 - i].T_world_base;
+    const Eigen::Quaterniond q = pose.quaternion();
+    text += fmt::format("{:.9f} {} {} {} {} {} {} {}\n", poses[i].stamp.seconds(), 3 * pose.translation().x(),
+                        3 * pose.translation().y(), 3 * pose.translation().z(), q.x(), q.y(), q.z(), q.w());
+  }
+  ASSERT_TRUE(write_file_text(path_ / "groundtruth.txt", text));
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kPoorAgreement)) << messages(report);
+}
+
+TEST_F(RoomCheck, BackwardStampsAndMissingThingsAreFound) {
+  std::string depth = file_text(path_ / "depth.txt");
+  const std::size_t last = depth.rfind('\n', depth.size() - 2) + 1;
+  depth = depth.substr(0, last) + "999.0 depth/none.png\n" + depth.substr(last) + "2000.0 depth/none.png\n";
+  ASSERT_TRUE(write_file_text(path_ / "depth.txt", depth));
+  const RecordingReport report = inspect(path_);
+  EXPECT_THAT(kinds(report),
+              ::testing::IsSupersetOf({FindingKind::kStamps, FindingKind::kMissing, FindingKind::kGap}))
+      << messages(report);
+  EXPECT_THAT(messages(report),
+              HasSubstr("1 line of depth.txt left out: stamps that run backwards or repeat"));
+  EXPECT_THAT(messages(report), HasSubstr("1 image missing (first: depth/none.png)"));
+  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images without a pose"));
+  EXPECT_THAT(messages(report), HasSubstr("1 of 61 depth images without a colour image"));
+}
+
+TEST_F(RoomCheck, ShiftedColorIsFound) {
+  const fs::path path = folder_.path() / "shifted";
+  write_room(path, {.color_right_px = 9, .frames = 20});
+  const RecordingReport report = inspect(path);
+  EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kUnregisteredColor)) << messages(report);
+  EXPECT_NEAR(report.color_shift.right_px, 9, 1);
+  EXPECT_NEAR(report.color_shift.down_px, 0, 1);
+}
+
+TEST_F(RoomCheck, ColorOfAnotherFocalLengthIsFound) {
+  const fs::path path = folder_.path() / "scaled";
+  for (const double ratio : {0.9, 1.08}) {
+    fs::remove_all(path);
+    write_room(path, {.color_right_px = -4, .color_scale_ratio = ratio, .frames = 20});
+    const RecordingReport report = inspect(path);
+    EXPECT_THAT(kinds(report), ElementsAre(FindingKind::kUnregisteredColor)) << messages(report);
+    EXPECT_NEAR(report.color_shift.scale_ratio, ratio, 0.021);
+    EXPECT_NEAR(report.color_shift.right_px, -4, 2.1);
+    EXPECT_THAT(messages(report), HasSubstr("the colour image is scaled by about"));
+  }
+}
+
+TEST_F(RoomCheck, AStillCameraIsNotJudged) {
+  std::string text;
+  for (int i = 0; i < 60; ++i) text += fmt::format("{:.9f} 0 0 0 0 0 0 1\n", 1000.0 + 0.033333333 * i);
+  ASSERT_TRUE(write_file_text(path_ / "groundtruth.txt", text));
+  const RecordingReport report = inspect(path_);
+  EXPECT_EQ(report.pairs_compared, 0U);
+  EXPECT_THAT(report.agreement, IsEmpty());
+  EXPECT_THAT(report.findings, IsEmpty());
+  EXPECT_THAT(to_text(report), HasSubstr("no two frames with poses are far enough apart"));
+}
+
+TEST_F(RoomCheck, TextAndJsonSayTheSame) {
+  const RecordingReport report = inspect(path_, {.depth_units_per_m = 500});
+  const JsonValue json = to_json(report);
+  EXPECT_EQ(*json.find("kind")->as_string(), "TUM RGB-D");
+  EXPECT_EQ(json.find("frames")->number_or(0), 60);
+  EXPECT_NEAR(json.find("depth")->find("unit_m")->number_or(0), 0.002, 1e-12);
+  EXPECT_EQ(json.find("streams")->as_array()->size(), 3U);
+  const auto& findings = *json.find("findings")->as_array();
+  ASSERT_EQ(findings.size(), report.findings.size());
+  const std::string text = to_text(report);
+  for (const JsonValue& finding : findings)
+    EXPECT_THAT(text, HasSubstr(*finding.find("message")->as_string()));
+  EXPECT_THAT(text, HasSubstr("60 with depth, 60 of them with colour, 60 with a pose"));
+}
+
+TEST(PoseAgreement, IsExactForAWallSeenFromTwoPlaces) {
+  // A wall at z = 3 m, camera moved by (0.1, 0, 0.5): prediction and measurement are both 2.5 m.
+  const auto wall = [](double depth_m, const SE3& pose) {
+    RgbdFrame frame;
+    frame.depth = {
+        Image<std::uint16_t>(kCamera.width, kCamera.height, static_cast<std::uint16_t>(depth_m * 1e4)), 1e-4};
+    frame.T_world_camera = pose;
+    return frame;
+  };
+  const FramePair pair{wall(3.0, SE3()), wall(2.5, SE3(Mat3::Identity(), Vec3(0.1, 0, 0.5)))};
+  const Agreement given = compare(pair, kCamera, {});
+  EXPECT_NEAR(given.median_m, 0, 1e-9);
+  EXPECT_NEAR(given.systematic, 0, 1e-9);
+  EXPECT_GT(given.overlap_ratio, 0.5);
+  EXPECT_NEAR(compare(pair, kCamera, {.poses_ignored = true}).median_m, 0.5, 1e-9);
+  EXPECT_NEAR(compare(pair, kCamera, {.poses_inverted = true}).median_m, 1.0, 1e-9);
+  EXPECT_NEAR(compare(pair, kCamera, {.depth_factor = 2}).median_m, 0.5, 1e-9);
+  EXPECT_NEAR(compare(pair, kCamera, {.depth_factor = 2}).relative, 0.1, 1e-9);
+}
+
+}  // namespace
+}  // namespace hm
