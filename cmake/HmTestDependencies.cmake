@@ -1,6 +1,5 @@
 # Libraries that only the tests use.
 find_package(GTest REQUIRED)
-find_package(assimp REQUIRED)
 find_package(octomap REQUIRED)
 include(GoogleTest)
 enable_testing()

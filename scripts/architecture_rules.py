@@ -35,7 +35,7 @@ FENCES = {
     "toml++": ["core", "io"],
     "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "png.h": ["io"], "turbojpeg.h": ["io"],
     "yaml-cpp": ["io"], "octomap": ["io"], "zlib.h": ["io"], "bzlib.h": ["io"],
-    "lz4frame.h": ["io"],
+    "lz4frame.h": ["io"], "assimp": ["io"],
     "opencv2": ["odometry", "calibration", "slam", "io"],
     "ceres": ["calibration", "slam"],
     "nanoflann.hpp": ["odometry"],
@@ -47,7 +47,7 @@ FENCES = {
     "google": [],
 }
 # Only in test files (*_test.cpp and what stands under tests/); the last one in *_bench.cpp and bench/.
-TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "assimp"}
+TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h"}
 BENCH_ONLY = {"benchmark", "open3d"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}

@@ -48,7 +48,8 @@ void add_convert(Program& program) {
                    [flags](Session& session) { return run(*flags, session); }});
   command
       .add_option("from", flags->from,
-                  "mesh (.ply .obj .glb), map (.hmap), occupancy grid (.mvog), trajectory, or "
+                  "mesh (.ply .obj .glb .gltf .stl .off .dae .fbx), map (.hmap), occupancy grid (.mvog), "
+                  "trajectory, or "
                   "recording (folder)")
       ->required();
   command.add_option("to", flags->to, "file or folder to write")->required();

@@ -104,7 +104,7 @@ void add_evaluate(Program& program) {
                    "  hm evaluate mesh result/mesh.ply recording\n"
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
                    [flags](Session& session) { return run_mesh(*flags, session); }}),
-      "mesh: .ply .obj .glb", "true mesh, or folder of a simulated recording");
+      "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx", "true mesh, or folder of a simulated recording");
   program.add_parameters([] { return hm::make_parameter_part(list_evaluation); });
 }
 

@@ -118,7 +118,7 @@ void add_info(Program& program) {
       .add_option(
           "path", flags->path,
           "folder of a recording or of results, or a file: .bag .log .alog .dat .hmap .mvog .ply .obj "
-          ".glb .tum .g2o")
+          ".glb .gltf .stl .off .dae .fbx .tum .g2o")
       ->required();
   flags->of_recording.add_to(command);
   flags->of_laser.add_to(command);

@@ -14,6 +14,7 @@
 #include "hm/io/map/occupancy_grid_file.hpp"
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
+#include "hm/io/mesh/scene_test_support.hpp"
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
@@ -75,6 +76,12 @@ void add_meshes(Collection& seeds) {
       "uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n");
   seeds.text("mesh_obj",
              "# o\nv 0 0 0\nv 1 0 0 0.5 0.5 1\nv 0 1 0\nvn 0 0 1\nvt 0 0\nf 1//1 2/1/1 -1\nf 1 2 3\n");
+  for (const test::SceneFile& scene : test::scene_files()) {
+    const std::string extension = scene.name.substr(scene.name.rfind('.') + 1);
+    for (const std::string_view reader :
+         {"mesh_dae", "mesh_fbx", "mesh_glb", "mesh_gltf", "mesh_off", "mesh_stl"})
+      if (reader == "mesh_" + extension) seeds.text(reader, scene.bytes);
+  }
 }
 
 void add_maps(Collection& seeds) {

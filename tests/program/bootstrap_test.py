@@ -138,7 +138,7 @@ class Bootstrap(unittest.TestCase):
         sections = {name for name, _ in seen}
         self.assertLessEqual({"[dense]", "[all]", "[test]", "[bench]"}, sections)
         dense = {package for name, package in seen if name == "[dense]"}
-        self.assertFalse(dense & {"libopencv-dev", "libceres-dev", "libgtest-dev", "libassimp-dev", "liboctomap-dev"})
+        self.assertFalse(dense & {"libopencv-dev", "libceres-dev", "libgtest-dev", "liboctomap-dev"})
 
     def test_sanitizers_build_and_run_what_they_are_for(self):
         result = self.hm("test", "--sanitize", "-R", "slam")

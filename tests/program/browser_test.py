@@ -7,7 +7,8 @@ from support import SharedFolderTest, main
 
 SIZES = ((1200, 800), (390, 844))
 MOST_BYTES = 6e6
-MOST_SECONDS = 2
+# A page that hangs; the bar of two seconds is the benchmark row report_draw, which has the machine to itself.
+MOST_SECONDS = 20
 
 OVERFLOW = """(() => {
   const wide = [...document.querySelectorAll('main *')].filter(e => !e.closest('.scroll, pre, svg, details')
@@ -118,8 +119,7 @@ class ReportInBrowser(SharedFolderTest):
         for page in self.pages:
             with self.subTest(page=page):
                 self.assertLess((self.keeper.folder / self.pages[page]).stat().st_size, MOST_BYTES)
-                best = min(self.show(page, SIZES[0]) for _ in range(3))  # others may use the machine
-                self.assertLess(best, MOST_SECONDS)
+                self.assertLess(self.show(page, SIZES[0]), MOST_SECONDS)
 
     def test_without_webgl_and_on_paper_the_figures_are_shown(self):
         page = self.keeper.folder / "reconstruct" / "report.html"

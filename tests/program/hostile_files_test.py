@@ -51,6 +51,22 @@ class HostileFiles(support.ProgramTest):
         camera.write_text("\n".join("fx 1e300" if line.startswith("fx ") else line for line in lines) + "\n")
         self.assertIn("fx = 1e+300", self.refused("reconstruct", recording, "-o", "out"))
 
+    def test_meshes_of_others_are_read_or_refused(self):
+        corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+        stl = bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", 0, 0, 1, *sum(corners, ()), 0)
+        (self.folder / "a.stl").write_bytes(stl)
+        (self.folder / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+        measured = self.run_json("evaluate", "mesh", "a.stl", "a.off")
+        self.assertLess(measured["accuracy_mm"]["mean"], 1e-3)
+        self.assertEqual(self.run_json("info", "a.stl")["vertices"], 3)
+        self.run_hm("convert", "a.stl", "a.ply")
+        (self.folder / "cut.stl").write_bytes(stl[:90])
+        (self.folder / "deep.dae").write_text("<COLLADA>" + 100_000 * "<a>")
+        (self.folder / "none.fbx").write_text("; FBX")
+        for name in ("cut.stl", "deep.dae", "none.fbx"):
+            self.assertIn(name, str(self.run_json("evaluate", "mesh", name, "a.off", expect=3)["error"]))
+        self.assertIn(".stl", self.refused("evaluate", "mesh", "a.xyz", "a.off"))
+
     def test_links_in_a_folder_of_results_are_not_followed(self):
         recording = self.simulate(frames=6)
         victim, elsewhere = self.folder / "victim", self.folder / "elsewhere"

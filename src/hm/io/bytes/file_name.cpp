@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 namespace hm {
 
@@ -12,9 +13,23 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
-bool is_mesh_name(const std::filesystem::path& path) {
-  const std::string extension = lower_extension(path);
-  return extension == ".ply" || extension == ".obj" || extension == ".glb";
+namespace {
+
+bool is_one_of(const std::string& extension, std::string_view list) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(' '), list.size());
+    if (!extension.empty() && list.substr(0, end) == extension) return true;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return false;
 }
+
+}  // namespace
+
+bool is_written_mesh_name(const std::filesystem::path& path) {
+  return is_one_of(lower_extension(path), kWrittenMeshNames);
+}
+
+bool is_mesh_name(const std::filesystem::path& path) { return is_one_of(lower_extension(path), kMeshNames); }
 
 }  // namespace hm

@@ -6,13 +6,10 @@
 #include "hm/core/check.hpp"
 #include "hm/io/bytes/file_name.hpp"
 #include "hm/io/mesh/mesh_formats.hpp"
+#include "hm/io/mesh/scene_reader.hpp"
 
 namespace hm {
 namespace {
-
-tl::unexpected<Error> unknown_extension(const std::filesystem::path& path) {
-  return fail(ErrorCode::kUnsupported, path.string(), "a mesh file ends in .ply, .obj or .glb");
-}
 
 Result<void> check_mesh(const TriangleMesh& mesh, const std::string& where) {
   HM_CHECK(mesh.normals.empty() || mesh.has_normals(), "{} normals, {} vertices", mesh.normals.size(),
@@ -41,7 +38,8 @@ std::string one_line(std::string text) {
 
 Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                         const MeshWriteOptions& options) {
-  if (!is_mesh_name(path)) return unknown_extension(path);
+  if (!is_written_mesh_name(path))
+    return fail(ErrorCode::kUnsupported, path.string(), "meshes are written as {}", kWrittenMeshNames);
   const std::string extension = lower_extension(path);
   if (const auto sound = check_mesh(mesh, path.string()); !sound) return sound;
   OutputFile file(path);
@@ -54,12 +52,17 @@ Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& m
 }
 
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
-  if (!is_mesh_name(path)) return unknown_extension(path);
+  if (!is_mesh_name(path))
+    return fail(ErrorCode::kUnsupported, path.string(), "meshes are read from {}", kMeshNames);
+  if (!is_written_mesh_name(path)) return read_scene(path);
   const std::string extension = lower_extension(path);
   auto file = InputFile::open(path);
   if (!file) return forward_error(file);
   if (extension == ".ply") return read_ply(*file);
-  return extension == ".obj" ? read_obj(*file) : read_glb(*file);
+  if (extension == ".obj") return read_obj(*file);
+  auto mesh = read_glb(*file);
+  // Node transforms, compression and the like, which our files do not have.
+  return !mesh && mesh.error().code == ErrorCode::kUnsupported ? read_scene(path) : mesh;
 }
 
 }  // namespace hm

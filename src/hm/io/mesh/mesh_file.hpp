@@ -34,10 +34,14 @@ Result<void> write_mesh(const std::filesystem::path& path, const TriangleMesh& m
 ///   .obj  `v` (with colours), `vn`, `f` in every form, also with negative indices; where corners give a
 ///   vertex
 ///         different normals it gets their mean; materials and textures are skipped
-///   .glb  triangles in float positions with optional normals, COLOR_0 and indices; node transforms, sparse
-///         accessors and compression are reported as unsupported
+///   .glb  triangles in float positions with optional normals, COLOR_0 and indices; anything else (node
+///         transforms, sparse accessors, extensions) is left to assimp
+///   .gltf .stl .off .dae .fbx
+///         by assimp, in a process of its own (scene_reader.hpp); STL and OFF say neither axes nor units and
+///         are taken as z up and metres
 ///
-/// Errors name file and line or byte offset. A file without triangles gives a mesh without triangles.
+/// Errors name file and line or byte offset (not those of assimp). A file without triangles gives a mesh
+/// without triangles, or an error where assimp reads it.
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path);
 
 /// Up in the axes of read_mesh, as write_mesh has written it into the file. Nothing where the file does not

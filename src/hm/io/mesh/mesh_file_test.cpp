@@ -177,7 +177,7 @@ TEST(MeshFile, RefusesWhatCannotBeWritten) {
   const TemporaryFolder folder;
   TriangleMesh mesh = make_sheet(3, Parts::kAll);
   EXPECT_EQ(write_mesh(folder / "m.stl", mesh).error().code, ErrorCode::kUnsupported);
-  EXPECT_EQ(read_mesh(folder / "m.stl").error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(read_mesh(folder / "m.xyz").error().code, ErrorCode::kUnsupported);
   EXPECT_EQ(read_mesh(folder / "m.ply").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(write_mesh(folder / "no/m.ply", mesh).error().code, ErrorCode::kUnreadable);
   mesh.vertices[4].y() = std::nanf("");

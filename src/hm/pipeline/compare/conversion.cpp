@@ -134,14 +134,14 @@ Result<void> check_target(PathKind kind, const ConversionOptions& options) {
   };
   switch (kind) {
     case PathKind::kMap:
-      if (!is_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
+      if (!is_written_mesh_name(options.to)) return refuse("a map", "a mesh: .ply .obj .glb");
       break;
     case PathKind::kOccupancy:
       if (extension != ".ot" && extension != ".bt" && extension != ".ply" && extension != ".yaml")
         return refuse("an occupancy grid", "OctoMap (.ot .bt), points (.ply) or a slice (.yaml with .pgm)");
       break;
     case PathKind::kMesh:
-      if (!is_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");
+      if (!is_written_mesh_name(options.to)) return refuse("a mesh", "another mesh: .ply .obj .glb");
       break;
     case PathKind::kTrajectory:
       if (extension != ".tum" && extension != ".txt" && extension != ".kitti")

@@ -28,11 +28,11 @@ struct ConversionSummary {
   std::vector<std::string> warnings = {};
 };
 
-/// mesh -> mesh (.ply .obj .glb), map (.hmap) -> mesh, occupancy grid (.mvog) -> OctoMap (.ot .bt), points of
-/// the occupied cells (.ply) or map_server's pair of a slice (.yaml with .pgm), trajectory (TUM, EuRoC,
-/// KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a folder). Distortion is removed from a
-/// recording's images. Errors: input that cannot be read, a name that what was read cannot become (kUsage),
-/// a failure to write (kInternal).
+/// mesh -> mesh (written as .ply .obj .glb), map (.hmap) -> mesh, occupancy grid (.mvog) -> OctoMap (.ot
+/// .bt), points of the occupied cells (.ply) or map_server's pair of a slice (.yaml with .pgm), trajectory
+/// (TUM, EuRoC, KITTI) -> .tum .txt .kitti, recording (a folder) -> TUM recording (a folder). Distortion is
+/// removed from a recording's images. Errors: input that cannot be read, a name that what was read cannot
+/// become (kUsage), a failure to write (kInternal).
 Result<ConversionSummary> convert(const ConversionOptions& options);
 
 }  // namespace hm

@@ -85,7 +85,8 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
   return fail(
       ErrorCode::kUnsupported, path.string(),
       "not a recording (a folder), a laser recording (.bag .log .alog .dat), a map (.hmap .mvog), a mesh "
-      "(.ply .obj .glb), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)");
+      "({}), a trajectory (.tum .txt .csv .kitti) or a pose graph (.g2o)",
+      kMeshNames);
 }
 
 UpDirection up_of_map(const MapHeader& header) {

@@ -54,7 +54,7 @@ struct MeshReport {
 };
 /// Up in the frame of a map, as the run that made it has found it; unknown where it says nothing.
 UpDirection up_of_map(const MapHeader& header);
-/// Reads all of a mesh (.ply .obj .glb).
+/// Reads all of a mesh (kMeshNames).
 Result<MeshReport> inspect_mesh(const std::filesystem::path& path);
 void visit(const MeshReport& report, SummaryTree& v);
 std::string to_text(const MeshReport& report);
