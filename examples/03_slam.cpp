@@ -30,7 +30,11 @@ int main(int argc, char** argv) {
       std::printf("frame %2zu is a keyframe, %.2f m from the start\n", i,
                   step.T_map_camera->translation().norm());
   }
-  slam->finish();  // closes the last loops, brings the map to the final poses
+  // Closes the last loops, brings the map to the final poses.
+  if (const auto finished = slam->finish(); !finished) {
+    std::printf("%s\n", hm::to_string(finished.error()).c_str());
+    return 1;
+  }
   const hm::SlamCounts counts = slam->counts();
   const hm::TriangleMesh mesh = slam->mesh();
   std::printf("%zu of %zu frames tracked, %zu keyframes, %zu loops, %zu triangles; %.1f MB of frames kept\n",

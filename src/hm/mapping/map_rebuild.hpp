@@ -67,7 +67,8 @@ class MapRebuild {
   void follow(const Observation& observation, std::span<const VolumeKey> changed,
               std::optional<RgbdFrame> images);
   /// Exchanges the rebuilt part with the map's, and updates the log. follow() must have been called for all
-  /// frames after replay()'s log. The old part is freed with this object. kOutOfMemory: the map is incomplete.
+  /// frames after replay()'s log. The old part is freed with this object. kOutOfMemory: the map is
+  /// incomplete.
   Result<void> put_into(DensePipeline& map, ObservationLog& log);
   /// Returns the mesh of the rebuilt part, instead of exchanging it.
   TriangleMesh take_mesh() { return aside_.take_finished_mesh(); }
@@ -92,8 +93,8 @@ class MapRebuild {
   std::size_t frames_done_ = 0, frames_total_ = 0;
 };
 
-/// Corrects a map to the current poses, on the calling thread. If stopped, or if the new map does not fit into
-/// memory beside the old one, map and log are unchanged.
+/// Corrects a map to the current poses, on the calling thread. If stopped, or if the new map does not fit
+/// into memory beside the old one, map and log are unchanged.
 MapCorrection correct_map(DensePipeline& map, ObservationLog& log, MapRebuild& rebuild,
                           const PoseOfObservation& pose_now, const RunContext& run);
 

@@ -53,8 +53,8 @@ class MapSaver {
   void restore_marks(VolumeGrid& grid, std::span<const VolumeKey> stored);
 
   /// Starts saving the changed volumes in their current state (after finishing an earlier save). An error of
-  /// an earlier save is returned by every later call: the file stays at the last successful save. kOutOfMemory
-  /// if the copies do not fit into memory.
+  /// an earlier save is returned by every later call: the file stays at the last successful save.
+  /// kOutOfMemory if the copies do not fit into memory.
   Result<void> begin_save(VolumeGrid& grid, MakeHeader make_header);
   /// Passes more volumes to the writing thread, for about a millisecond; call after every scan.
   Result<void> continue_save(VolumeGrid& grid);

@@ -55,7 +55,7 @@ struct SlamMap::Impl {
   SE3 T_turned_map;  ///< about the origin
   std::vector<LiveCorrection> corrections;
   std::string out_of_memory;
-  bool gave_up = false;  ///< rebuilding while frames come in, for want of memory
+  bool gave_up = false;  ///< live rebuilding ran out of memory
 
   bool can_rebuild();
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
@@ -106,7 +106,7 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
   under_way.stall_ms = watch.milliseconds();
 }
 
-/// Whether nothing is under way and rebuilding has not been given up, which is said once.
+/// True unless a rebuild is running or live rebuilding ran out of memory, which is logged once.
 bool SlamMap::Impl::can_rebuild() {
   if (!live) return true;
   if (live->busy() || gave_up) return false;

@@ -44,7 +44,7 @@ struct SlamStep {
   /// with the first frame.
   std::optional<SE3> T_map_camera;
   bool keyframe = false;
-  std::string out_of_memory;  ///< the map takes no more frames (poses go on), in words with the remedy
+  std::string out_of_memory;  ///< why the map takes no more frames, with the remedy; poses continue
 };
 
 /// How far a SlamPipeline has come.
@@ -92,7 +92,8 @@ class SlamPipeline {
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
   SlamStep add(RgbdFrame frame);
   /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped. kOutOfMemory:
-  /// the map has not all frames, or does not fit into memory twice; poses are final, the map is as it was.
+  /// frames are missing in the map, or its corrected copy does not fit; the poses are final, the map is
+  /// unchanged.
   Result<void> finish();
 
   /// T_map_camera of the frames with a pose; complete, and corrected by all loops, after finish(). Frames of

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
@@ -183,13 +185,37 @@ void write_back(Unknowns& unknowns, Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l) bundle.landmarks[l].p_map = unknowns.points[l];
 }
 
+/// Mean number of other keyframes with which a keyframe shares landmarks.
+double mean_covisible(const Bundle& bundle) {
+  const std::size_t keyframes = bundle.T_map_camera.size();
+  std::vector<std::vector<std::size_t>> landmarks_of(keyframes);
+  for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
+    for (const BundleObservation& seen : bundle.landmarks[l].observations)
+      landmarks_of[seen.keyframe].push_back(l);
+  std::vector<std::size_t> met_by(keyframes, keyframes);  // the keyframe that was last seen to share
+  std::size_t pairs = 0;
+  for (std::size_t k = 0; k < keyframes; ++k) {
+    met_by[k] = k;
+    for (const std::size_t l : landmarks_of[k])
+      for (const BundleObservation& seen : bundle.landmarks[l].observations)
+        pairs += std::exchange(met_by[seen.keyframe], k) != k ? 1 : 0;
+  }
+  return keyframes == 0 ? 0 : static_cast<double>(pairs) / static_cast<double>(keyframes);
+}
+
+void choose_solver(bool conjugate_gradients, ceres::Solver::Options& options) {
+  options.linear_solver_type = conjugate_gradients ? ceres::ITERATIVE_SCHUR : ceres::SPARSE_SCHUR;
+  options.preconditioner_type = ceres::SCHUR_JACOBI;
+  options.use_explicit_schur_complement = conjugate_gradients;
+}
+
 ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,
-                             ProgressOfRun& progress) {
+                             bool conjugate_gradients, ProgressOfRun& progress) {
   Unknowns unknowns(bundle);
   add_observations(bundle, loss_sigmas, unknowns);
   add_edges(bundle, unknowns);
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_SCHUR;
+  choose_solver(conjugate_gradients, options);
   options.linear_solver_ordering = order(bundle, unknowns);
   options.num_threads = 1;
   options.max_num_iterations = params.max_iterations;
@@ -243,12 +269,14 @@ BundleResult adjust_bundle(Bundle& bundle, const BundleParams& params, const Run
         result.observations_behind > 0 ? "all landmarks are behind their cameras" : "no landmarks";
     return result;
   }
+  result.conjugate_gradients = mean_covisible(begin) > params.most_covisible;
   Bundle adjusted = begin;
   double loss_sigmas = 0;
   for (int pass = 0; pass < kPasses && !result.interrupted; ++pass) {
     loss_sigmas = params.loss_sigmas * std::sqrt(residual_variance_scale(adjusted));
     ProgressOfRun progress(run, pass * params.max_iterations, kPasses * params.max_iterations);
-    const ceres::Solver::Summary summary = solve(adjusted, params, loss_sigmas, progress);
+    const ceres::Solver::Summary summary =
+        solve(adjusted, params, loss_sigmas, result.conjugate_gradients, progress);
     result.message = summary.message;
     result.iterations += static_cast<int>(summary.iterations.size()) - 1;
     result.final_cost = summary.final_cost;

@@ -116,6 +116,43 @@ TEST(BundleAdjustment, BringsKeyframesToTheirPlaces) {
   EXPECT_LT(std::sqrt(sum / kSeeds), 0.0045);
 }
 
+/// Conjugate gradients, for keyframes that all share landmarks, find the same optimum as the factorisation.
+TEST(BundleAdjustment, ConjugateGradientsFindTheSamePoses) {
+  const Scene scene = make_scene(2, 0.02);
+  Bundle bundle = bundle_of(scene), factorised = bundle;
+  BundleParams params;
+  params.most_covisible = 2;
+  const BundleResult result = adjust_bundle(bundle, params), same = adjust_bundle(factorised);
+  ASSERT_TRUE(result.converged && same.converged);
+  EXPECT_TRUE(result.conjugate_gradients);
+  EXPECT_FALSE(same.conjugate_gradients);
+  EXPECT_NEAR(result.final_cost, same.final_cost, 1e-3 * same.final_cost);
+  const double error_m = error_of(factorised.T_map_camera, scene.truth);
+  EXPECT_LT(error_of(bundle.T_map_camera, factorised.T_map_camera), 0.1 * error_m);
+}
+
+/// Keyframes 0 to 3 in a row, each sharing a landmark (or two) with the next: 1.5 others on average.
+TEST(BundleAdjustment, TheSolverDependsOnTheKeyframesThatShareLandmarks) {
+  Bundle bundle{test::landmark_camera(), {}, {}, {0}, {}};
+  for (int k = 0; k < 4; ++k) bundle.T_map_camera.push_back(test::level_camera(0.1 * k, 0, 0));
+  const auto sight = [&](std::uint32_t k, const Vec3& p_map) {
+    const Vec3 p = bundle.T_map_camera[k].inverse() * p_map;
+    return BundleObservation{k, bundle.camera.project(p), Eigen::Matrix2d::Identity(), p.z(), 0.01};
+  };
+  for (const std::uint32_t k : {0, 1, 1, 2}) {
+    const Vec3 p_map(3, 0.1 * k, 0.2);
+    bundle.landmarks.push_back({p_map, {sight(k, p_map), sight(k + 1, p_map)}});
+  }
+  for (const double most : {1.4, 1.6}) {
+    BundleParams params;
+    params.most_covisible = most;
+    Bundle adjusted = bundle;
+    const BundleResult result = adjust_bundle(adjusted, params);
+    EXPECT_TRUE(result.converged) << result.message;
+    EXPECT_EQ(result.conjugate_gradients, most < 1.5);
+  }
+}
+
 /// Every fiftieth link is a lie, which the loss must bear; ambiguous landmarks are left out.
 TEST(BundleAdjustment, BearsWrongLinks) {
   Scene scene = make_scene(3, 0.01, 0.02);
