@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "hm/io/bytes/file_name.hpp"
 #include "hm/pipeline/compare/conversion.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
@@ -16,6 +17,9 @@ hm::Result<Outcome> run(const ConvertFlags& flags, Session& session) {
   hm::ParamList list;
   list.add("mesh", options.mesh);
   list.add("laser", options.slice);
+  // A mesh of another program keeps all its pieces unless told otherwise; that of a map is as reconstruct
+  // writes it.
+  if (hm::is_mesh_name(flags.from)) options.mesh.min_piece_size_m = 0;
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const auto recording_options = flags.of_recording.options();
   if (!recording_options) return hm::forward_error(recording_options);

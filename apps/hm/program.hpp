@@ -57,8 +57,8 @@ struct OutputFlags {
   [[nodiscard]] std::filesystem::path folder(const std::filesystem::path& recording,
                                              const std::string& suffix) const;
   [[nodiscard]] hm::ExistingResult existing() const;
-  /// What `--resume` of a run that is complete gives: its report as it is. Nothing where there is more to do,
-  /// or another run was asked for.
+  /// Outcome of `--resume` on a complete run: its existing report. Nothing where frames remain, or where the
+  /// request differs from that run.
   static hm::Result<std::optional<Outcome>> complete_result(const hm::ResultFolderRequest& request);
 };
 

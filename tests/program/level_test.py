@@ -133,18 +133,16 @@ class GivenPoses(support.SharedFolderTest):
         self.assertEqual(resumed["bounds_m"], whole["bounds_m"])
         self.assertEqual((self.folder / "part/mesh.ply").read_bytes(), (self.folder / "whole/mesh.ply").read_bytes())
 
-    def test_one_wall_alone_is_unknown_and_said_so(self):
-        # The first frames of a camera that does not move show too little.
+    def test_one_view_alone_is_unknown_and_said_so(self):
         run = self.run_json("reconstruct", self.recording, "-o", "far", "--set", "reconstruction.frame_limit=1",
-                            "--set", "tsdf.far_m=0.4", *COARSE)
-        if run["triangles"] == 0 or not run["up"]["known"]:
-            self.assertIsNone(run["up"]["direction"])
-            self.assertIn("comment up unknown", ply_header(self.folder / "far/mesh.ply"))
-            self.assertTrue(any("up is unknown" in warning for warning in run["warnings"]))
-            self.assertEqual(glb_document(self.folder / "far/mesh.glb")["asset"]["extras"]["R_gltf_frame"],
-                             [1, 0, 0, 0, 1, 0, 0, 0, 1])
-        else:
-            self.fail(run["up"])
+                            "--set", "tsdf.far_m=2", *COARSE)
+        self.assertGreater(run["triangles"], 0)
+        self.assertFalse(run["up"]["known"])
+        self.assertIsNone(run["up"]["direction"])
+        self.assertIn("comment up unknown", ply_header(self.folder / "far/mesh.ply"))
+        self.assertTrue(any("up is unknown" in warning for warning in run["warnings"]))
+        self.assertEqual(glb_document(self.folder / "far/mesh.glb")["asset"]["extras"]["R_gltf_frame"],
+                         [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
     def slam(self, name, *more):
         run = self.run_json("slam", self.recording, "-o", name, *COARSE, *more)

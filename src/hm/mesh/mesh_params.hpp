@@ -6,9 +6,8 @@ namespace hm {
 /// Parameters of meshing, and of cleaning the whole mesh.
 struct MeshParams {
   double min_weight_ratio = 0.0;
-  int min_piece_triangles = 0;
-  /// Unconnected pieces whose bounding box has a shorter diagonal are removed; 0: none.
-  static constexpr double kMinPieceDiameter_m = 0.0;
+  /// Of the floating pieces that noise leaves in real recordings, 9 in 10 are below this.
+  double min_piece_size_m = 0.05;
   double simplify_keep_ratio = 1.0;
   double simplify_error_m = 0.0;
 
@@ -20,11 +19,14 @@ struct MeshParams {
                "uncertain surfaces; 0: any",
                ParamLevel::kBasic},
       self.min_weight_ratio);
-    v(ParamDoc{"min_piece_triangles",
-               {0, 1e9},
-               "unconnected pieces with fewer triangles are removed; 0: none",
-               ParamLevel::kBasic},
-      self.min_piece_triangles);
+    v(
+        ParamDoc{
+            "min_piece_size_m",
+            {0, 1e3},
+            "unconnected pieces of the finished mesh whose bounding box has a shorter diagonal are removed, "
+            "except the one of most triangles; 0: none",
+            ParamLevel::kBasic},
+        self.min_piece_size_m);
     v(ParamDoc{"simplify_keep_ratio",
                {0, 1},
                "simplification: share of the triangles to keep; 1: all",

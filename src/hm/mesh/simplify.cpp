@@ -66,15 +66,9 @@ struct Piece {
   Eigen::AlignedBox3f box;
 };
 
-bool is_too_small(const Piece& piece, const PieceBounds& bounds) {
-  if (piece.triangles < bounds.min_triangles) return true;
-  return bounds.min_diameter_m > 0 &&
-         static_cast<double>(piece.box.diagonal().norm()) < bounds.min_diameter_m;
-}
-
 }  // namespace
 
-TriangleMesh remove_small_pieces(TriangleMesh mesh, const PieceBounds& bounds) {
+TriangleMesh remove_small_pieces(TriangleMesh mesh, double min_size_m) {
   DisjointSets sets(mesh.vertices.size());
   for (const auto& t : mesh.triangles) sets.join(t[0], t[1]), sets.join(t[1], t[2]);
   std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);  // of the piece, at its root
@@ -88,8 +82,12 @@ TriangleMesh remove_small_pieces(TriangleMesh mesh, const PieceBounds& bounds) {
     ++pieces[piece].triangles;
     for (const std::uint32_t index : t) pieces[piece].box.extend(mesh.vertices[index]);
   }
-  std::erase_if(mesh.triangles,
-                [&](const auto& t) { return is_too_small(pieces[number[sets.root(t[0])]], bounds); });
+  std::size_t most = 0;
+  for (const Piece& piece : pieces) most = std::max(most, piece.triangles);
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    const Piece& piece = pieces[number[sets.root(t[0])]];
+    return piece.triangles < most && static_cast<double>(piece.box.diagonal().norm()) < min_size_m;
+  });
   drop_unused_vertices(mesh);
   return mesh;
 }
@@ -242,10 +240,7 @@ TriangleMesh simplify_to(const TriangleMesh& mesh, std::size_t max_triangles) {
 }
 
 TriangleMesh clean_mesh(TriangleMesh mesh, const MeshParams& params) {
-  if (params.min_piece_triangles > 1 || params.kMinPieceDiameter_m > 0)
-    mesh = remove_small_pieces(
-        std::move(mesh),
-        {static_cast<std::size_t>(std::max(params.min_piece_triangles, 0)), params.kMinPieceDiameter_m});
+  if (params.min_piece_size_m > 0) mesh = remove_small_pieces(std::move(mesh), params.min_piece_size_m);
   return simplify(std::move(mesh), {params.simplify_keep_ratio, params.simplify_error_m});
 }
 

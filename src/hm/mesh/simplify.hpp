@@ -6,14 +6,9 @@
 
 namespace hm {
 
-/// Minimum size of pieces; a piece is removed if it is below either bound.
-struct PieceBounds {
-  std::size_t min_triangles = 0;
-  double min_diameter_m = 0;  ///< diagonal of the piece's bounding box
-};
-/// Removes small pieces (triangles connected by shared vertices) and unused vertices, preserving the order of
-/// the rest.
-TriangleMesh remove_small_pieces(TriangleMesh mesh, const PieceBounds& bounds);
+/// Removes the pieces (triangles connected by shared vertices) whose bounding box has a diagonal shorter than
+/// `min_size_m`, except the one of most triangles, and unused vertices, preserving the order of the rest.
+TriangleMesh remove_small_pieces(TriangleMesh mesh, double min_size_m);
 
 /// Target of simplification: `keep_ratio` of the triangles, with an error of at most `max_error_m` (0: no
 /// limit). {1, e}: as far as the error allows.

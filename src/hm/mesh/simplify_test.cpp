@@ -43,36 +43,40 @@ void expect_valid(const TriangleMesh& mesh) {
   EXPECT_EQ(std::count(used.begin(), used.end(), false), 0);
 }
 
-TEST(RemoveSmallPieces, ByTriangles) {
+TEST(RemoveSmallPieces, BySizeAndAttributesFollow) {
   const TriangleMesh all = sphere_and_specks();
   EXPECT_GT(count_vertices_near(all, {0.26F, 0.26F, 0.26F}, 0.04F), 20U);
-  const TriangleMesh kept = remove_small_pieces(all, {1000, 0});
+  const TriangleMesh kept = remove_small_pieces(all, 0.1);  // a speck's box has a diagonal of 0.087 m
   expect_valid(kept);
   EXPECT_EQ(count_vertices_near(kept, {0.26F, 0.26F, 0.26F}, 0.04F), 0U);
   EXPECT_EQ(kept.vertices.size(), count_vertices_near(all, {0, 0, 0}, 0.21F));
   EXPECT_TRUE(open_edges(kept).empty());
   EXPECT_NEAR(enclosed_volume(kept), 4.0 / 3 * M_PI * 0.008, 2e-4);
-}
-
-TEST(RemoveSmallPieces, ByDiameterAndAttributesFollow) {
-  const TriangleMesh all = sphere_and_specks();
-  const TriangleMesh kept = remove_small_pieces(all, {0, 0.2});  // a speck's box has a diagonal of 0.087 m
-  EXPECT_EQ(kept.vertices.size(), count_vertices_near(all, {0, 0, 0}, 0.21F));
   for (std::size_t i = 0; i < kept.vertices.size(); ++i) {
     ASSERT_GT(kept.normals[i].dot(kept.vertices[i].normalized()), 0.99F);
     ASSERT_NEAR(kept.colors[i].r, 99.5 + kept.vertices[i].x() * 100.0, 1.01);
   }
-  EXPECT_EQ(remove_small_pieces(all, {0, 0.01}).triangles, all.triangles);
 }
 
-TEST(RemoveSmallPieces, NothingAndEverything) {
-  EXPECT_TRUE(remove_small_pieces({}, {10, 1}).triangles.empty());
-  const TriangleMesh none = remove_small_pieces(sphere_and_specks(), {100000, 0});
-  EXPECT_TRUE(none.vertices.empty() && none.normals.empty() && none.colors.empty() && none.triangles.empty());
+TEST(RemoveSmallPieces, WhatIsLargerAndTheLargestStay) {
+  const TriangleMesh all = sphere_and_specks();
+  EXPECT_EQ(remove_small_pieces(all, 0.08).triangles, all.triangles);
+  TriangleMesh with_crumb = all;
+  const auto first = static_cast<std::uint32_t>(all.vertices.size());
+  for (const Eigen::Vector3f& corner : {Eigen::Vector3f(0.5F, 0, 0), {0.5F, 0.04F, 0}, {0.5F, 0, 0.02F}}) {
+    with_crumb.vertices.push_back(corner);
+    with_crumb.normals.emplace_back(1.F, 0.F, 0.F);
+    with_crumb.colors.push_back({});
+  }
+  with_crumb.triangles.push_back({first, first + 1, first + 2});
+  EXPECT_EQ(clean_mesh(with_crumb, MeshParams{}).triangles, all.triangles);  // 5 cm by default
+  const TriangleMesh largest = remove_small_pieces(all, 100);                // everything is smaller
+  EXPECT_EQ(largest.vertices.size(), count_vertices_near(all, {0, 0, 0}, 0.21F));
+  EXPECT_TRUE(remove_small_pieces({}, 1).triangles.empty());
 }
 
 TEST(Simplify, ReachesTheRatioAndStaysClosed) {
-  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), {1000, 0});
+  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), 0.1);
   const TriangleMesh coarse = simplify(fine, {0.25, 0});
   expect_valid(coarse);
   EXPECT_NEAR(static_cast<double>(coarse.triangles.size()), 0.25 * static_cast<double>(fine.triangles.size()),
@@ -88,7 +92,7 @@ TEST(Simplify, ReachesTheRatioAndStaysClosed) {
 }
 
 TEST(Simplify, ByErrorKeepsTheSurfaceWithinIt) {
-  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), {1000, 0});
+  const TriangleMesh fine = remove_small_pieces(sphere_and_specks(), 0.1);
   std::size_t previous = fine.triangles.size();
   for (const double error_m : {0.0005, 0.002, 0.008}) {
     const TriangleMesh coarse = simplify(fine, {1.0, error_m});
@@ -208,7 +212,7 @@ TEST(ClusterVertices, LeavesOutWhatIsNotFinite) {
 
 TEST(CleanMesh, DoesBoth) {
   MeshParams params;
-  params.min_piece_triangles = 1000;
+  params.min_piece_size_m = 0.1;
   params.simplify_keep_ratio = 0.5;
   const TriangleMesh all = sphere_and_specks(), cleaned = clean_mesh(all, params);
   EXPECT_LT(cleaned.triangles.size(), all.triangles.size() * 51 / 100);
@@ -217,13 +221,13 @@ TEST(CleanMesh, DoesBoth) {
 
 TEST(MeshParams, ReadsBackItsOwnToml) {
   MeshParams params, read;
-  params.min_piece_triangles = 7;
+  params.min_piece_size_m = 0.07;
   params.simplify_error_m = 0.01;
   ParamList list, other;
   list.add("mesh", params);
   other.add("mesh", read);
   ASSERT_TRUE(other.read_toml(list.to_toml(), "test").has_value());
-  EXPECT_EQ(read.min_piece_triangles, 7);
+  EXPECT_EQ(read.min_piece_size_m, 0.07);
   EXPECT_EQ(read.simplify_error_m, 0.01);
   EXPECT_FALSE(other.set("mesh.simplify_keep_ratio=2").has_value());
 }

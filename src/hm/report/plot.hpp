@@ -63,7 +63,8 @@ std::string histogram_svg(std::span<const float> values, int bins, const PlotOpt
 /// of the plot.
 std::string stacked_series_svg(std::span<const PlotSeries> stages, const PlotOptions& options);
 
-/// What a vehicle indoors or a hand cannot do; a value beyond comes from a wrong stamp or a lost track.
+/// Limits of what an indoor vehicle or a hand can do; larger values come from a wrong time stamp or lost
+/// tracking.
 inline constexpr double kMaxSpeed_m_s = 30, kMaxTurnRate_rad_s = 20;
 /// Takes values beyond +-limit out of the series and adds them as red points at the limit, named with their
 /// number. Returns a sentence for the caption, with a space before it; empty where there are none.

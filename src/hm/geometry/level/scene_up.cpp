@@ -21,7 +21,8 @@ constexpr std::size_t kMostClusters = 10;
 constexpr double kClearMargin = 0.5;
 constexpr double kPortraitPenalty = 1.0, kUpsideDownPenalty = 1.8;
 constexpr double kLeastLevel_share = 0.04, kLeastVertical_share = 0.04;
-constexpr double kSurfaceSigma_rad = 0.4 * kRadiansPerDegree;  // of floors and walls in buildings
+constexpr double kLeastSigma_rad = 0.3 * kRadiansPerDegree;   // of floors and walls in buildings
+constexpr double kNormalSigma_rad = 1.0 * kRadiansPerDegree;  // of normals alone, which depth cameras bend
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -169,17 +170,25 @@ void gather(std::span<const SurfacePatch> level, const Vec3& up, double within_m
     }
 }
 
+/// A direction and the standard deviation of its tilt.
+struct Direction {
+  Vec3 direction;
+  double sigma_rad;
+};
+
 /// The normal that level planes at several heights share, by where they lie: a plane a metre wide tells it
-/// better than the normals of its pieces, which depth cameras bend. `up` where there are none that are wide
-/// in both directions.
-Vec3 refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
+/// better than the normals of its pieces, which depth cameras bend. Its deviation is the planes' thickness
+/// over their width: what makes them thick (bias of depth, drift) bends them as a whole, so many readings do
+/// not average it out. `up` where there are none that are wide in both directions.
+Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
   constexpr double kLeastWidth_m = 0.15;  // standard deviation, of the narrow direction
   std::vector<SurfacePatch> level;
   for (const SurfacePatch& patch : patches)
     if (std::abs(patch.normal.dot(up)) > std::cos(kClusterWindow_rad)) level.push_back(patch);
   std::vector<Level> planes;
   for (const double height : heights_of(level, up)) planes.emplace_back().height = height;
-  const Vec3 start = up;
+  const Direction start{up, kNormalSigma_rad};
+  double sigma_rad = kNormalSigma_rad;
   for (const double within_m : {0.10, 0.08, 0.06, 0.05, 0.04, 0.04, 0.03, 0.03}) {
     Mat3 sum = Mat3::Zero();
     double area = 0;
@@ -193,9 +202,10 @@ Vec3 refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
     if (axes.values[1] < kLeastWidth_m * kLeastWidth_m) return start;
     const Vec3 found = axes.vectors.col(0);
     up = found.dot(up) < 0 ? Vec3(-found) : found;
+    sigma_rad = std::max(kLeastSigma_rad, std::sqrt(std::max(0.0, axes.values[0]) / axes.values[1]));
     for (Level& plane : planes) plane.height = plane.centre.dot(up);
   }
-  return angle_between(up, start) < 0.5 * kClusterWindow_rad ? up : start;
+  return angle_between(up, start.direction) < 0.5 * kClusterWindow_rad ? Direction{up, sigma_rad} : start;
 }
 
 /// Logarithm of how likely a camera is held so that `up_camera` is up, without the preference of landscape.
@@ -331,12 +341,13 @@ bool is_supported(const UpEvidence& evidence, std::span<const SurfacePatch> patc
 
 void add_candidate(std::vector<UpEvidence>& candidates, std::span<const SurfacePatch> patches,
                    const NormalHistogram& histogram, const Vec3& start) {
-  auto up = refined(patches, start);
-  if (up) up = refined_by_positions(patches, *up);
-  if (!up || std::any_of(candidates.begin(), candidates.end(),
-                         [&](const UpEvidence& e) { return angle_between(e.up, *up) < kSameDirection_rad; }))
-    return;
-  candidates.push_back(evidence_for(histogram, *up));
+  const auto rough = refined(patches, start);
+  if (!rough) return;
+  const auto [up, sigma_rad] = refined_by_positions(patches, *rough);
+  for (const UpEvidence& e : candidates)
+    if (angle_between(e.up, up) < kSameDirection_rad) return;
+  candidates.push_back(evidence_for(histogram, up));
+  candidates.back().sigma_rad = sigma_rad;
 }
 
 std::vector<Vec3> starts_of(const std::vector<Vec3>& clusters) {
@@ -398,7 +409,7 @@ UpDirection find_scene_up(std::span<const SurfacePatch> patches, std::span<const
   const bool clear = candidates.size() < 2 || best.score - candidates[1].score > kClearMargin;
   const bool held_well = best.held > -2;
   if (clear && held_well && is_supported(best, patches, NormalHistogram(patches)))
-    return {best.up, UpSource::kFloorAndWalls, kSurfaceSigma_rad};
+    return {best.up, UpSource::kFloorAndWalls, best.sigma_rad};
   return answer;
 }
 
@@ -416,7 +427,7 @@ UpDirection refine_gravity(const UpDirection& gravity, std::span<const SurfacePa
   if (best.facing_up + best.facing_down < kLeastLevel_share &&
       !has_walls_at_an_angle(NormalHistogram(patches), best.up))
     return gravity;
-  const double of_gravity = std::pow(gravity.sigma_rad, -2), of_surfaces = std::pow(kSurfaceSigma_rad, -2);
+  const double of_gravity = std::pow(gravity.sigma_rad, -2), of_surfaces = std::pow(best.sigma_rad, -2);
   return {(of_gravity * gravity.up + of_surfaces * best.up).normalized(), UpSource::kGravityAndLevels,
           1 / std::sqrt(of_gravity + of_surfaces)};
 }

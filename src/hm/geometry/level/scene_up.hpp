@@ -23,6 +23,7 @@ std::vector<Mat3> rotations_of(const Trajectory& T_world_camera);
 /// Evidence that a direction is up, from find_scene_up(). Areas as shares of the whole surface.
 struct UpEvidence {
   Vec3 up = Vec3::UnitZ();
+  double sigma_rad = 0;                   ///< standard deviation of its tilt
   double facing_up = 0, facing_down = 0;  ///< within 6 degrees
   double vertical = 0;                    ///< within 6 degrees of vertical, beyond what chance gives
   double held = 0;   ///< logarithm of how likely a camera is held like this; 0: level, upright

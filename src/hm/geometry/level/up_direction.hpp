@@ -34,7 +34,7 @@ std::string_view to_string(UpSource source);
 std::string axis_text(const Vec3& up);
 /// axis_text and the source: "z", "-y (from floor and walls)", "unknown".
 std::string to_string(const UpDirection& up);
-/// What to_string() wrote, as far as it says; nothing for other text.
+/// Parses the text of to_string(), which holds no deviation; nothing for other text.
 std::optional<UpDirection> parse_up(std::string_view text);
 
 /// The frame's own axis if `up` is within this of one: a frame that is level but for what cannot be told from

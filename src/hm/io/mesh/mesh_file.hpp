@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// What a mesh file says about its mesh besides the mesh.
+/// Metadata written to a mesh file.
 struct MeshWriteOptions {
   std::string frame = "world";          ///< the name of the coordinate frame (metres)
   UpDirection up = z_is_up();           ///< in that frame; every format says it, a GLB is turned by it

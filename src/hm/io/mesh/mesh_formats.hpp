@@ -27,7 +27,7 @@ Result<TriangleMesh> read_glb(InputFile& file);
 
 /// Rotation from the mesh's frame into that of a GLB file: `up` to y; none where up is unknown.
 Mat3 gltf_rotation(const UpDirection& up);
-/// What a GLB says of it (asset.extras): the rotation back into the mesh's frame, and up there. Without a
+/// Up as stored in a GLB (asset.extras): the rotation back into the mesh's frame, and up there. Without a
 /// word that of z up.
 struct GltfAxes {
   Mat3 R_mesh_gltf;

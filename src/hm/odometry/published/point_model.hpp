@@ -19,7 +19,7 @@ class PointModel {
  public:
   explicit PointModel(const PointModelParams& params);
 
-  /// What became of a frame's points.
+  /// Counts of the points of a frame by how the model used them.
   struct Update {
     int updated = 0, inserted = 0;
     int ignored = 0;  ///< nearest to a model point that this frame has updated before

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "hm/core/statistics.hpp"
@@ -123,14 +122,20 @@ Agreement median_of(const std::vector<Agreement>& agreements) {
           median(&Agreement::overlap_ratio)};
 }
 
-std::vector<ReadingHypothesis> reading_hypotheses() {
-  constexpr std::array<double, 10> kFactors{0.001, 0.01, 0.1, 0.2, 0.5, 2, 5, 10, 100, 1000};
+std::vector<ReadingHypothesis> reading_hypotheses(double units_per_m) {
+  constexpr double kSame_ratio = 0.02;
+  std::vector<double> factors{0.001, 0.01, 0.1, 0.2, 0.5, 2, 5, 10, 100, 1000};
+  for (const double usual : {1000.0, 5000.0}) {
+    const double factor = units_per_m / usual;
+    const auto is_same = [&](double other) { return std::abs(factor / other - 1) < kSame_ratio; };
+    if (!is_same(1) && std::ranges::none_of(factors, is_same)) factors.push_back(factor);
+  }
   std::vector<ReadingHypothesis> all{{}, {.poses_ignored = true}};
   for (const bool inverted : {false, true})
     for (const bool flipped : {false, true}) {
       if (inverted || flipped) all.push_back({.poses_inverted = inverted, .fy_flipped = flipped});
       if (inverted && flipped) continue;
-      for (const double factor : kFactors)
+      for (const double factor : factors)
         all.push_back({.poses_inverted = inverted, .fy_flipped = flipped, .depth_factor = factor});
     }
   std::ranges::stable_sort(all.begin() + 2, all.end(), {}, &ReadingHypothesis::changes);

@@ -43,7 +43,8 @@ std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const Pi
                                    const ReadingHypothesis& hypothesis);
 Agreement median_of(const std::vector<Agreement>& agreements);
 
-/// Everything worth a try: as given, poses ignored, then one change, then two.
-std::vector<ReadingHypothesis> reading_hypotheses();
+/// Everything worth a try: as given, poses ignored, then one change, then two. Depth scales are round
+/// multiples of that given (in units per metre), and the usual ones: 1000 and 5000.
+std::vector<ReadingHypothesis> reading_hypotheses(double units_per_m);
 
 }  // namespace hm

@@ -157,7 +157,7 @@ TEST_F(RoomCheck, DepthStatisticsMatchTheImages) {
 }
 
 TEST_F(RoomCheck, DepthScaleOffIsFoundWithTheRightFactor) {
-  for (const double units_per_m : {500.0, 1000.0, 50000.0, 25000.0, 10000.0}) {
+  for (const double units_per_m : {500.0, 1000.0, 50000.0, 25000.0, 10000.0, 900.0, 7000.0}) {
     const RecordingReport report = inspect(path_, {.depth_units_per_m = units_per_m});
     EXPECT_THAT(kinds(report), ::testing::Contains(FindingKind::kDepthScale)) << units_per_m;
     EXPECT_THAT(messages(report),

@@ -88,7 +88,7 @@ std::string in_numbers(const Agreement& agreement) {
 void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& report) {
   const PinholeCamera camera = report.info.camera.without_distortion();
   std::vector<Fit> fits;
-  for (const ReadingHypothesis& hypothesis : reading_hypotheses()) {
+  for (const ReadingHypothesis& hypothesis : reading_hypotheses(1 / report.info.depth_unit_m)) {
     fits.push_back(fit_of(pairs, camera, hypothesis));
     const Agreement& fit = fits.back().median;
     report.agreement.push_back(

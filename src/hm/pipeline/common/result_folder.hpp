@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// What a run does with a result that lies in its folder already.
+/// How a run treats an existing result in its folder.
 enum class ExistingResult {
   kRefuse,     ///< fails and names the result
   kOverwrite,  ///< replaces it as soon as the run has something to show

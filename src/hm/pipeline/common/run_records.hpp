@@ -24,7 +24,7 @@ class EvenlyThinned {
     }
     items_.push_back(std::move(item));
   }
-  /// Of all that came.
+  /// Number of all items added, including those not kept.
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const std::vector<Item>& items() const { return items_; }
   std::vector<Item> take() { return std::move(items_); }

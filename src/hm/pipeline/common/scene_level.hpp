@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// What besides a scene's surface tells where up is.
+/// Evidence for the up direction besides the surface of a scene.
 struct UpClues {
   PinholeCamera camera;                   ///< with fy < 0 its y axis points up
   std::shared_ptr<const CarriedImu> imu;  ///< null: none

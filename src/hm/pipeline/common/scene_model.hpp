@@ -11,7 +11,7 @@
 
 namespace hm {
 
-/// What a report shows of a mesh besides figures.
+/// Interactive view, floor plan and size of a mesh, for a report.
 struct SceneModel {
   std::string model_html;         ///< the view to turn (HtmlReport::set_model), at most kMaxModelBytes
   std::string plan_svg;           ///< the floor plan as lines

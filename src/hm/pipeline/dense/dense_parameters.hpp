@@ -24,7 +24,7 @@ ParamList list_dense(DenseParameters& parameters);
 /// depth_noise, whether poses are levelled or aligned, and how. As "name = value" lines.
 std::vector<std::string> map_parameters(const DenseParams& parameters);
 
-/// What contradicts, all of it in one error; ranges are checked by ParamList::check().
+/// Reports all contradictions between parameters in one error; ranges are checked by ParamList::check().
 Result<void> check_parameters(const DenseParams& parameters);
 
 }  // namespace hm

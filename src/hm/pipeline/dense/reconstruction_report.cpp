@@ -46,7 +46,8 @@ void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
              {"frames", "{frames.integrated}", "of {frames.total}; {frames.skipped} skipped"},
              {"path", "{path_length_m}", "of the camera"},
              {"voxels", "{voxel_size_m}", "edge length"},
-             {"mesh", "{triangles|triangle}", "{vertices|vertex|vertices}"}});
+             {"mesh", "{triangles|triangle}",
+              "{vertices|vertex|vertices}[; pieces under {min_piece_size_m} are left out]"}});
 }
 
 /// What it is and how good it is.

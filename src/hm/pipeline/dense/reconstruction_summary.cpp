@@ -34,6 +34,8 @@ void visit(const ReconstructionSummary& summary, SummaryTree& v) {
   v({"voxel_size_m", "voxels", "{:g} mm", 1e3}, summary.parameters.tsdf.voxel_size_m);
   v({"vertices", "vertices"}, summary.vertices);
   v({"triangles", "triangles"}, summary.triangles);
+  if (const double size_m = summary.parameters.mesh.min_piece_size_m; size_m > 0)
+    v({"min_piece_size_m", "smaller pieces are left out", "{:g} cm", 1e2}, size_m);
   add_box(v, "bounds_m", summary.bounds_m);
   v.object("up", [&](SummaryTree& up) {
     visit(summary.up, up);
@@ -62,7 +64,9 @@ std::string to_text(const ReconstructionSummary& summary) {
   return text +
          tree.lines(
              {"map          {volumes|block} of 8 x 8 x 8 voxels of {voxel_size_m}, {map_bytes}",
-              "mesh         {vertices|vertex|vertices}, {triangles|triangle}",
+              "mesh         {vertices|vertex|vertices}, {triangles|triangle}; pieces under "
+              "{min_piece_size_m} are left "
+              "out",
               "alignment    {alignment.accepted|frame} aligned, {alignment.not_accepted} not; median "
               "{alignment.align_ms.median}, 99 % under {alignment.align_ms.p99}",
               "             trajectory error {alignment.ate_given_m} as given, {alignment.ate_aligned_m} "

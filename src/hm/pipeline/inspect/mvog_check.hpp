@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// What `hm info` shows of a multi-volume occupancy grid.
+/// Summary of a multi-volume occupancy grid for `hm info`.
 struct MvogReport {
   double resolution_m = 0;
   MvogSize size;

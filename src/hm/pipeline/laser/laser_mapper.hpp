@@ -23,7 +23,7 @@ struct LaserPose {
   std::string reason;              ///< in words, where there is no pose, or the scan is not in the map
   std::optional<SE3> T_odom_base;  ///< continuous, never corrected: for control
   std::optional<SE3> T_map_base;   ///< with what loops, or a saved map, say by now; may jump
-  /// Of the base over the floor where the flight began, where a mirror turns beams towards the floor.
+  /// Height of the base above the floor of the take-off; only with a mirror that deflects beams to the floor.
   std::optional<double> height_m;
   Vec3 velocity_base = Vec3::Zero();  ///< vx, vy (m/s), yaw rate (rad/s), of scan matching
 };

@@ -122,7 +122,7 @@ struct LaserRunParameters {
 /// pose_alpha_beta, height_alpha_beta), mvog, trajectory_error, relation_error.
 ParamList list_laser(LaserRunParameters& parameters);
 
-/// What contradicts, all of it in one error; ranges are checked by ParamList::check().
+/// Reports all contradictions between parameters in one error; ranges are checked by ParamList::check().
 Result<void> check_parameters(const LaserRunParameters& parameters);
 
 }  // namespace hm

@@ -29,7 +29,7 @@ ParamList list_slam(RgbdParameters& parameters);
 /// The parameters of the maps that are made of keyframes.
 KeyframeMapParams keyframe_map_params(const RgbdParameters& parameters);
 
-/// What contradicts, all of it in one error; ranges are checked by ParamList::check().
+/// Reports all contradictions between parameters in one error; ranges are checked by ParamList::check().
 Result<void> check_parameters(const RgbdParameters& parameters);
 
 }  // namespace hm

@@ -22,7 +22,7 @@ class Recording;
 struct RgbdParameters;
 struct SlamState;
 
-/// What SLAM frame by frame begins with.
+/// Input for SLAM frame by frame.
 struct SlamInput {
   PinholeCamera camera;  ///< of depth and colour, without lens distortion
   /// The first frame's pose in `map`, whose frame is kept; none: at the origin, looking along x as seen from

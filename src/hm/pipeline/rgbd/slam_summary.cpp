@@ -93,6 +93,8 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
   v.object("mesh", [&](SummaryTree& mesh) {
     mesh({"vertices", "vertices"}, summary.vertices);
     mesh({"triangles", "triangles"}, summary.triangles);
+    if (const double size_m = summary.parameters.mesh.min_piece_size_m; size_m > 0)
+      mesh({"min_piece_size_m", "smaller pieces are left out", "{:g} cm", 1e2}, size_m);
   });
   add_box(v, "bounds_m", summary.bounds_m);
   const MeshErrorParams& near = summary.parameters.mesh_error;
@@ -121,7 +123,8 @@ std::string to_text(const SlamSummary& summary) {
               "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} "
               "a "
               "second]",
-              "map       {frames_mapped|frame}, {volumes|block}, {mesh.triangles|triangle}; "
+              "map       {frames_mapped|frame}, {volumes|block}, {mesh.triangles|triangle}[ (pieces under "
+              "{mesh.min_piece_size_m} left out)]; "
               "{map_correction.volumes_rebuilt} of {map_correction.volumes_before|block} rebuilt in "
               "{map_correction.seconds}",
               "          corrected {corrections|time} during tracking, which waited {longest_stall_ms} at "

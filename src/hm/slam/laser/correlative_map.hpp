@@ -19,7 +19,7 @@ struct CorrelativeMapParams {
 /// III; Hess et al., ICRA 2016, section V-B). Outside of the raster it is 0. Immutable once made.
 class CorrelativeMap {
  public:
-  /// Of points (m); those that are not finite are left out, as are those further than 500 m from the first.
+  /// Builds the map from points (m), ignoring non-finite ones and those more than 500 m from the first.
   CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params);
 
   /// The largest value in cells [x, x + 2^level) x [y, y + 2^level); any x and y.

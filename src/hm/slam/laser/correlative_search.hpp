@@ -28,7 +28,7 @@ struct CorrelativeSearchParams {
   /// wrong one.
   const ObservedArea* seen = nullptr;
   double min_overlap_ratio = 0.5;
-  /// What a place loses of its score by being off the window's centre, by the square of how far.
+  /// Score penalty for the squared offset of a candidate from the centre of the window.
   double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;
   std::size_t max_evaluations = 2'000'000;  ///< of candidates; then the search gives up
 };

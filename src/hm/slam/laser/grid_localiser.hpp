@@ -20,7 +20,7 @@ struct GridLocaliserParams {
   /// Scans with fewer points say nothing.
   static constexpr int kMinPoints = 30;
   double global_min_score = 0.55, ambiguity_ratio = 0.92;
-  /// What counts as another place.
+  /// Minimum distance between two candidates that count as different places.
   double other_place_m = 1.0;
   double window_m = 0.3;
   /// Half the window of tracking.

@@ -16,7 +16,7 @@ class LoopCloser {
   explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
       : params_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
-  /// What odometry made of a scan. Nothing for scans that do not become a node.
+  /// Adds the odometry result of a scan. Returns nothing for scans that do not become a node.
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
   /// Solves the whole graph a last time.
   PoseGraphSolution finish();

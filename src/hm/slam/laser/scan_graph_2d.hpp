@@ -39,11 +39,11 @@ struct ScanGraphStep {
   double largest_correction_m = 0;  ///< of the accepted loops: from where the graph has the keyframe
 };
 
-/// What became of the searches for loops; `candidates` is the sum of the five after it.
+/// Outcomes of the loop searches; `candidates` is the sum of the five after it.
 struct ScanGraphStatistics {
   std::size_t candidates = 0;
   std::size_t accepted = 0, no_match = 0, ambiguous = 0, gave_up = 0, not_verified = 0;
-  std::size_t taken_out = 0;  ///< of the accepted: the solved graph contradicts them
+  std::size_t taken_out = 0;  ///< accepted first, then removed because the solved graph contradicts them
   [[nodiscard]] std::size_t rejected() const { return candidates - accepted + taken_out; }
 };
 

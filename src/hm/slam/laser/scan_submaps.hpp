@@ -16,7 +16,7 @@ namespace hm {
 struct GraphKeyframe2D {
   PlanarScan scan;  ///< in the frame of the base
   SE2 T_odom_base;
-  /// Of (x, y, angle) of T_previous_base since the keyframe before, x and y along that one's axes.
+  /// Covariance of T_previous_base as (x, y, angle), in the frame of the previous keyframe.
   Mat3 covariance = Mat3::Zero();
 };
 

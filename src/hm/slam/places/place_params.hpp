@@ -41,7 +41,7 @@ struct PlaceVerifierParams {
   int min_inliers = 30;
   /// Matches by look that agree on a motion.
   static constexpr int kMinSeeds = 8;
-  /// Of all matches by look.
+  /// Minimum share of seed matches among all descriptor matches.
   static constexpr double kMinSeedRatio = 0.2;
   /// Descriptors of a guided match differ by at most so many bits.
   static constexpr int kMaxGuidedBits = 80;

@@ -20,7 +20,7 @@ enum class PlaceOutcome {
 };
 std::string_view to_string(PlaceOutcome outcome);
 
-/// What a comparison of two keyframes gave.
+/// Result of comparing two keyframes.
 struct PlaceMatch {
   PlaceOutcome outcome = PlaceOutcome::kFewMatches;
   int matches = 0;

@@ -22,7 +22,7 @@ Eigen::Matrix<double, kSize, kSize> information_root(const Eigen::Matrix<double,
 /// The loss of an edge: Cauchy's for loops where the parameters ask for it, else none. The caller owns it.
 ceres::LossFunction* new_edge_loss(PoseEdgeKind kind, const PoseGraphSolverParams& params);
 
-/// What a solution says before anything has moved; false when there is nothing to solve: the graph is not
+/// Fills in the solution before optimisation. Returns false when there is nothing to solve: the graph is not
 /// finite, or has no edges.
 template <class Graph>
 bool begin_solution(const Graph& graph, bool is_finite, PoseGraphSolution& solution) {

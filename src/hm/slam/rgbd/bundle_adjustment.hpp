@@ -37,13 +37,13 @@ struct Bundle {
   std::vector<SE3> T_map_camera;
   std::vector<BundleLandmark> landmarks;
   std::vector<std::size_t> fixed;  ///< keyframes that stay
-  /// What else is known of motions between keyframes, as in a pose graph.
+  /// Further constraints on the motion between keyframes, as in a pose graph.
   std::vector<PoseEdge3D> edges;
 };
 
 struct LandmarkNoise {
-  /// Of the pixels of linked features: corners are found again this well from other places (in the house
-  /// 0.5 and 1 leave a little more error).
+  /// Standard deviation in pixels of matched features: corners are found again this well from other places
+  /// (in the house 0.5 and 1 leave a little more error).
   double feature_sigma_px = 0.8;
   double shared_depth_ratio =
       1.5;  ///< readings of a landmark share errors: each counts as so much less certain

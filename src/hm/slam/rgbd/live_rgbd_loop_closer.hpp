@@ -16,7 +16,7 @@ class LiveRgbdLoopCloser {
   LiveRgbdLoopCloser(const LiveRgbdLoopCloser&) = delete;
   LiveRgbdLoopCloser& operator=(const LiveRgbdLoopCloser&) = delete;
 
-  /// What is known now.
+  /// Latest result.
   struct Snapshot {
     std::shared_ptr<const CorrectedKeyframes> corrected;  ///< never null
     std::size_t solutions = 0;  ///< counts up when poses have changed, so that a map can follow

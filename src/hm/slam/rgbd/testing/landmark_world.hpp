@@ -40,7 +40,7 @@ struct SeenOptions {
   double max_depth_m = 4.5;
   std::size_t max_features = 400;
 };
-/// What a camera sees from here. Points hide nothing.
+/// Features that a camera sees at this pose; points do not occlude each other.
 FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng,
                const SeenOptions& options = {});
 
