@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <bit>
 #include <cstring>
+#include <new>
 
 #include "hm/core/check.hpp"
 
@@ -63,6 +65,12 @@ struct DecompressorDeleter {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
+/// zstd allocates its tables on first use: that can fail as any allocation can.
+void check_result(std::size_t size) {
+  if (ZSTD_getErrorCode(size) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+  HM_CHECK(!ZSTD_isError(size), "zstd: {}", ZSTD_getErrorName(size));
+}
+
 tl::unexpected<Error> damaged(std::string why) { return fail(ErrorCode::kCorrupted, "", "{}", why); }
 
 }  // namespace
@@ -91,7 +99,7 @@ struct MapPageCodec::Impl {
 };
 
 MapPageCodec::MapPageCodec() : impl_(std::make_unique<Impl>()) {
-  HM_CHECK(impl_->compressor && impl_->decompressor);
+  if (!impl_->compressor || !impl_->decompressor) throw std::bad_alloc();
   ZSTD_CCtx_setParameter(impl_->compressor.get(), ZSTD_c_compressionLevel, kCompressionLevel);
   ZSTD_CCtx_setParameter(impl_->compressor.get(), ZSTD_c_checksumFlag, 1);
   impl_->words.reserve(kMaxWords);
@@ -123,7 +131,7 @@ std::span<const std::byte> MapPageCodec::encode(const MapPageKey& key, const Map
   split_planes(impl_->words, impl_->plain.data() + sizeof prefix);
   const std::size_t size = ZSTD_compress2(impl_->compressor.get(), impl_->packed.data(), impl_->packed.size(),
                                           impl_->plain.data(), impl_->plain.size());
-  HM_CHECK(!ZSTD_isError(size), "zstd: {}", ZSTD_getErrorName(size));
+  check_result(size);
   std::memcpy(&entry.checksum, impl_->packed.data() + size - kChecksumBytes, kChecksumBytes);
   return {impl_->packed.data(), size};
 }
@@ -141,6 +149,7 @@ Result<MapPageBlocks> MapPageCodec::decode(std::span<const std::byte> bytes, con
   impl_->plain.resize(size);
   const std::size_t got =
       ZSTD_decompressDCtx(impl_->decompressor.get(), impl_->plain.data(), size, bytes.data(), bytes.size());
+  if (ZSTD_getErrorCode(got) == ZSTD_error_memory_allocation) throw std::bad_alloc();
   if (ZSTD_isError(got)) return damaged(ZSTD_getErrorName(got));
   Prefix prefix{};
   std::memcpy(&prefix, impl_->plain.data(), sizeof prefix);

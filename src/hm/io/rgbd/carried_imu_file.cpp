@@ -113,4 +113,15 @@ Result<void> write_carried_imu(const fs::path& folder, const std::vector<ImuSamp
                                      rpy_deg.x(), rpy_deg.y(), rpy_deg.z()));
 }
 
+Result<void> write_carried_imu(const fs::path& folder, const CarriedImu& imu) {
+  if (imu.has_gyroscope) return write_carried_imu(folder, imu.samples, Mat3::Identity());
+  std::string text = "# timestamp ax ay az\n";
+  for (const ImuSample& sample : imu.samples) {
+    const Vec3& force = sample.specific_force_m_s2;
+    text +=
+        fmt::format("{} {:.9f} {:.9f} {:.9f}\n", stamp_text(sample.stamp), -force.x(), -force.y(), force.z());
+  }
+  return write_file_text(folder / "accelerometer.txt", text);
+}
+
 }  // namespace hm

@@ -21,5 +21,7 @@ Result<std::optional<CarriedImu>> read_carried_imu(const std::filesystem::path& 
 /// Writes imu.csv and imu.toml. The samples are in the IMU frame.
 Result<void> write_carried_imu(const std::filesystem::path& folder, const std::vector<ImuSample>& samples,
                                const Mat3& R_camera_imu);
+/// Writes measurements in the camera's frame: imu.csv and imu.toml, or accelerometer.txt without gyroscope.
+Result<void> write_carried_imu(const std::filesystem::path& folder, const CarriedImu& imu);
 
 }  // namespace hm

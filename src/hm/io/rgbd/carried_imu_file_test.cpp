@@ -45,6 +45,28 @@ TEST(CarriedImuFile, AKinectsAccelerometerIsTurnedAndRepeatsAreLeftOut) {
   EXPECT_EQ((*read)->samples[1].stamp, Time::from_seconds(1.2));
 }
 
+TEST(CarriedImuFile, WhatARecordingHoldsIsWrittenAndReadBack) {
+  for (const bool has_gyroscope : {true, false}) {
+    const TemporaryFolder folder;
+    CarriedImu imu{{}, has_gyroscope, ""};
+    imu.samples.push_back(
+        {Time::from_seconds(1.5), Vec3(0.1, -0.2, 0.3) * has_gyroscope, Vec3(1, -9.7, 0.5), {}});
+    imu.samples.push_back(
+        {Time::from_seconds(1.6), Vec3(0.2, -0.1, 0.1) * has_gyroscope, Vec3(2, -9.6, 0.7), {}});
+    ASSERT_TRUE(write_carried_imu(folder.path(), imu));
+    const auto read = read_carried_imu(folder.path());
+    ASSERT_TRUE(read && *read);
+    EXPECT_EQ((*read)->has_gyroscope, has_gyroscope);
+    ASSERT_EQ((*read)->samples.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ((*read)->samples[i].stamp, imu.samples[i].stamp);
+      EXPECT_LT(((*read)->samples[i].angular_velocity_rad_s - imu.samples[i].angular_velocity_rad_s).norm(),
+                1e-8);
+      EXPECT_LT(((*read)->samples[i].specific_force_m_s2 - imu.samples[i].specific_force_m_s2).norm(), 1e-8);
+    }
+  }
+}
+
 TEST(CarriedImuFile, NoneIsNoneAndNonsenseIsAnErrorWithItsLine) {
   const TemporaryFolder folder;
   const auto none = read_carried_imu(folder.path());

@@ -7,6 +7,7 @@
 #include "hm/io/map/octomap_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
+#include "hm/io/rgbd/carried_imu_file.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/mapping/map_store.hpp"
 #include "hm/mesh/simplify.hpp"
@@ -117,6 +118,9 @@ Result<ConversionSummary> convert_recording(const ConversionOptions& options) {
     if (options.run.progress) options.run.progress({"converting", done + 1, info.frame_count, {}});
   }
   if (const auto finished = as_run_failure(writer->finish()); !finished) return forward_error(finished);
+  if (info.imu)
+    if (const auto written = as_run_failure(write_carried_imu(options.to, *info.imu)); !written)
+      return forward_error(written);
   summary.warnings = reading_warnings(info);
   if (summary.skipped > 0)
     summary.warnings.push_back(

@@ -88,6 +88,7 @@ TEST(SlamPipeline, FramesFromACallerGiveWhatARecordingGives) {
   SlamPipeline from_recording(recording(), parameters, {});
   from_recording.track_and_map();
   from_recording.close_loops();
+  from_recording.level();
   ASSERT_TRUE(from_recording.correct_dense_map());
   ASSERT_GT(from_recording.counts().loops, 0u) << "nothing had to be read again";
   ASSERT_GT(from_recording.state().correction.frames, 0u);
