@@ -81,7 +81,7 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
 void add_evaluate(Program& program) {
   program.add({"evaluate",
                "Compare trajectories and meshes with ground truth.",
-               "  hm evaluate trajectory result/trajectory.tum recording\n"
+               "  hm evaluate trajectory tracked/trajectory.tum recording\n"
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
   auto flags = std::make_shared<EvaluateFlags>();
@@ -92,10 +92,11 @@ void add_evaluate(Program& program) {
       {"evaluate trajectory",
        "Measure the absolute and relative error of a trajectory (ATE; RPE per frame, second and metre), or "
        "compare several.",
-       "  hm evaluate trajectory result/trajectory.tum recording\n"
-       "  hm evaluate trajectory odometry.tum slam.tum recording --report comparison.html\n"
-       "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
-       "--alignment none --report ate.html",
+       "  hm evaluate trajectory tracked/trajectory.tum recording\n"
+       "  hm evaluate trajectory tracked/trajectory.tum whole/trajectory.tum recording "
+       "--report comparison.html\n"
+       "  hm evaluate trajectory tracked/trajectory.tum recording/groundtruth.txt --alignment none "
+       "--report ate.html",
        [flags](Session& session) { return run_trajectory(*flags, session); }});
   trajectory
       .add_option("trajectories", flags->trajectories,

@@ -181,12 +181,13 @@ void add_rotation_errors(TrajectoryError& result, TrajectoryAlignment kind) {
   result.rotation_own_rad = summarise(own_errors);
   result.R_own = R_own_aligned * result.alignment.rotation;
   result.alignment_uncertainty_rad = alignment_uncertainty_rad(result.matched, result.position_m.rmse, kind);
-  constexpr double kSmallAngle_rad = 0.5, kMisleading_ratio = 2, kRounding_rad = 1e-6;
+  constexpr double kSmallAngle_rad = 0.5, kMuch_rad = 0.05, kMisleading_ratio = 2;
   const double between_rad = SE3(R_own_aligned, Vec3::Zero()).angle();
+  const double uncertainty_rad = result.alignment_uncertainty_rad;
   result.rotation_undetermined =
-      result.alignment_uncertainty_rad > kSmallAngle_rad ||
-      (result.rotation_rad.rmse > kMisleading_ratio * result.rotation_own_rad.rmse + kRounding_rad &&
-       between_rad <= result.alignment_uncertainty_rad);
+      uncertainty_rad > kSmallAngle_rad ||
+      (uncertainty_rad > kMuch_rad && between_rad <= uncertainty_rad &&
+       result.rotation_rad.rmse > kMisleading_ratio * result.rotation_own_rad.rmse);
 }
 
 }  // namespace

@@ -110,8 +110,9 @@ struct TrajectoryError {
   /// the cross-covariance of true and aligned positions. Infinite on a line or a point.
   double alignment_uncertainty_rad = 0;
   /// True when rotation_rad says more about the alignment than about the orientations: the uncertainty is
-  /// over 0.5 rad; or rotation_rad is over twice rotation_own_rad (rmse), and the uncertainty explains how
-  /// far the two alignments are turned against each other. Happens on nearly straight and on tiny paths.
+  /// over 0.5 rad; or it is over 0.05 rad, rotation_rad is over twice rotation_own_rad (rmse), and the
+  /// uncertainty explains how far the two alignments are turned against each other. Happens on nearly
+  /// straight and on tiny paths.
   bool rotation_undetermined = false;
   std::vector<PosePair> matched;          ///< estimate already aligned
   std::vector<double> position_errors_m;  ///< one per matched pair
