@@ -4,8 +4,14 @@
 
 namespace hm {
 
-const Trajectory& true_trajectory(const RecordingInfo& info) {
-  return info.truth.empty() ? info.trajectory : info.truth;
+Trajectory true_trajectory(const RecordingInfo& info) {
+  if (!info.truth.empty()) return info.truth;
+  if (!info.trajectory.empty()) return info.trajectory;
+  Trajectory poses;
+  for (std::size_t i = 0; i < info.frame_poses.size() && i < info.stamps.size(); ++i)
+    if (info.frame_poses[i] && (poses.empty() || info.stamps[i] > poses.back().stamp))
+      poses.push_back({info.stamps[i], *info.frame_poses[i]});
+  return poses;
 }
 
 std::filesystem::path pose_source(const RecordingInfo& info) {
@@ -25,7 +31,7 @@ Result<TrajectoryError> evaluate_written(const Trajectory& truth, const Trajecto
 std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
                                                   const TrajectoryErrorParams& params,
                                                   std::vector<std::string>& warnings) {
-  const Trajectory& truth = true_trajectory(info);
+  const Trajectory truth = true_trajectory(info);
   if (truth.empty() || estimate.size() < 3) return std::nullopt;
   auto error = evaluate_written(truth, estimate, params);
   if (error) return std::move(*error);

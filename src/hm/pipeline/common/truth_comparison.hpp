@@ -9,10 +9,10 @@
 
 namespace hm {
 
-/// The poses that trajectories of a recording are compared with: its truth, else the poses as they were
-/// given. Empty: it has none. Not its poses at the depth images: evaluate_trajectory() interpolates for
-/// itself.
-const Trajectory& true_trajectory(const RecordingInfo& info);
+/// The poses that trajectories of a recording are compared with: its truth, else the poses as they were given
+/// (evaluate_trajectory() interpolates for itself), else, for a recording in memory that has only these, the
+/// poses of its depth images. Empty: it has none.
+Trajectory true_trajectory(const RecordingInfo& info);
 
 /// Where the poses as given, and the true_trajectory(), of a recording were read: "room/groundtruth.txt",
 /// absolute; empty without poses.

@@ -75,22 +75,29 @@ std::string one_source_warning(const EvaluatedTrajectory& estimate, const fs::pa
   return {};
 }
 
-/// Sets the shortest last parts of the paths that differ from each other.
+/// The last parts of a path.
+fs::path last_parts(const fs::path& path, int parts) {
+  fs::path name, rest = path.lexically_normal();
+  if (!rest.has_filename()) rest = rest.parent_path();
+  for (int i = 0; i < parts && rest.has_filename(); ++i) {
+    name = name.empty() ? rest.filename() : rest.filename() / name;
+    rest = rest.parent_path();
+  }
+  return name;
+}
+
+/// Names each by the last parts of its path that differ, without a file name that all share.
 void name_trajectories(std::vector<EvaluatedTrajectory>& estimates) {
   constexpr int kMostParts = 8;
-  for (int parts = 1; parts <= kMostParts; ++parts) {
-    std::set<std::string> names;
+  std::set<fs::path> files, names;
+  for (const EvaluatedTrajectory& estimate : estimates) files.insert(last_parts(estimate.path, 1));
+  for (int parts = 1; parts <= kMostParts && names.size() < estimates.size(); ++parts) {
+    names.clear();
     for (EvaluatedTrajectory& estimate : estimates) {
-      fs::path name, rest = estimate.path.lexically_normal();
-      if (!rest.has_filename()) rest = rest.parent_path();
-      for (int i = 0; i < parts && rest.has_filename(); ++i) {
-        name = name.empty() ? rest.filename() : rest.filename() / name;
-        rest = rest.parent_path();
-      }
-      estimate.name = name.string();
-      names.insert(estimate.name);
+      const fs::path name = last_parts(estimate.path, parts);
+      names.insert(name);
+      estimate.name = (files.size() == 1 && parts > 1 ? name.parent_path() : name).string();
     }
-    if (names.size() == estimates.size()) return;
   }
 }
 

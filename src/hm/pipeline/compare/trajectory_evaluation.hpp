@@ -11,7 +11,7 @@ namespace hm {
 
 /// One of the trajectories that are compared with the same truth.
 struct EvaluatedTrajectory {
-  std::string name;  ///< the last parts of its path that tell it from the others
+  std::string name;  ///< the last parts of its path that differ from the others, "odometry" and "slam"
   std::filesystem::path path;
   TrajectoryError error;
 };

@@ -96,6 +96,8 @@ void add_tables(HtmlReport& report, const TrajectoryComparison& comparison) {
                    other_rows(comparison));
 }
 
+constexpr std::size_t kPlotColors = 8;  // --s0 to --s7
+
 void add_sections_of_several(HtmlReport& report, const TrajectoryComparison& comparison) {
   const auto& estimates = comparison.estimates;
   // The truth of the one that covers most of it; each one's true poses are at its own stamps.
@@ -107,7 +109,12 @@ void add_sections_of_several(HtmlReport& report, const TrajectoryComparison& com
   std::vector<PlotSeries> errors;
   for (const EvaluatedTrajectory& estimate : estimates) {
     fitted.push_back(matched_estimate(estimate.error));
-    PlotSeries series{estimate.name, {}, estimate.error.position_errors_m, SeriesStyle::kLine};
+    PlotSeries series{
+        estimate.name,
+        {},
+        estimate.error.position_errors_m,
+        SeriesStyle::kLine,
+        fmt::format("var(--s{})", fitted.size() % kPlotColors)};  // as beside the truth, the first
     for (const PosePair& pair : estimate.error.matched) series.x.push_back((pair.stamp - begin).seconds());
     errors.push_back(std::move(series));
   }
@@ -120,6 +127,7 @@ void add_sections_of_several(HtmlReport& report, const TrajectoryComparison& com
   PlotOptions plot;
   plot.x.label = "time (s)", plot.y.label = "position error (m)";
   report.add_svg(plot_svg(errors, plot), "Position error of each trajectory, fitted to the truth.");
+  report.begin_section("Motion");
   add_motion_plots(report, paths);
 }
 

@@ -26,10 +26,10 @@ namespace {
 /// Pose of the first frame from here on that the recording gives one for.
 std::optional<SE3> first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
   if (!at_pose) return std::nullopt;
+  const Trajectory truth = true_trajectory(info);
   const Duration max_gap = Duration::from_seconds(RecordingOptions{}.max_pose_gap_s);
   for (std::size_t i = first_frame; i < info.stamps.size(); ++i)
-    if (const auto T_world_camera = pose_at(true_trajectory(info), info.stamps[i], max_gap))
-      return T_world_camera;
+    if (const auto T_world_camera = pose_at(truth, info.stamps[i], max_gap)) return T_world_camera;
   return std::nullopt;
 }
 
