@@ -1,6 +1,7 @@
 // Rows about the whole RGB-D system: a walk through the simulated house, from pictures alone.
 #include "hm/evaluation/mesh_error.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "measurement.hpp"

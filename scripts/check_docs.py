@@ -8,7 +8,7 @@ files lead somewhere, pictures are small, and names of the code exist.
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
-`recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), and after `prepare` also `result` and `flown`, their results, as the
+`recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), and after `prepare` also `result`, `tracked`, `whole` and `flown`, their results, as the
 texts assume; that of --help also `set`, pictures of calibration boards. A folder of results that a line writes anew is removed before.
 """
 import argparse
@@ -100,6 +100,8 @@ def prepared_folder(program):
     (Path(folder) / "hm").symlink_to(Path(program).resolve())
     lines = ["hm simulate room -o recording --frames 30 --quiet", "cp -r recording my_recording",
              "hm reconstruct recording -o result --quiet --set reconstruction.pictures=false",
+             "hm odometry recording -o tracked --quiet",
+             "hm slam recording -o whole --quiet --voxel 0.06 --set reconstruction.pictures=false",
              "hm simulate room -o my_flight --sensor laser_mav --frames 200 --quiet", "cp -r my_flight second_flight",
              "hm laser my_flight -o flown --quiet --set laser.pictures=false",
              "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]

@@ -4,6 +4,7 @@
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/compare/trajectory_evaluation.hpp"
+#include "hm/pipeline/compare/trajectory_report.hpp"
 #include "program.hpp"
 
 namespace {
@@ -20,8 +21,11 @@ hm::ParamList list_evaluation(EvaluateParameters& parameters) {
   return list;
 }
 
+constexpr int kMostTrajectories = 1000;
+
 struct EvaluateFlags {
   std::string result, truth, report, alignment;
+  std::vector<std::string> trajectories;  ///< estimates, and the truth as the last
 };
 
 /// Writes the page of --report, if there is one.
@@ -39,14 +43,15 @@ hm::Result<Outcome> run_trajectory(const EvaluateFlags& flags, Session& session)
   for (std::size_t i = 0; i < hm::kTrajectoryAlignmentNames.size(); ++i)
     if (flags.alignment == hm::kTrajectoryAlignmentNames[i])
       parameters.trajectory_error.alignment = static_cast<hm::TrajectoryAlignment>(i);
-  std::vector<std::string> warnings;
-  const auto error =
-      hm::evaluate_trajectory_files(flags.result, flags.truth, parameters.trajectory_error, warnings);
-  if (!error) return hm::forward_error(error);
-  Outcome outcome{hm::to_text(*error), hm::to_json(*error), std::move(warnings), {}};
+  const std::vector<std::filesystem::path> estimates(flags.trajectories.begin(),
+                                                     flags.trajectories.end() - 1);
+  auto comparison =
+      hm::evaluate_trajectory_files(estimates, flags.trajectories.back(), parameters.trajectory_error);
+  if (!comparison) return hm::forward_error(comparison);
+  Outcome outcome{hm::to_text(*comparison), hm::to_json(*comparison), comparison->warnings, {}};
   if (!flags.report.empty()) {
-    const auto written =
-        write_report(flags, hm::trajectory_report_html(*error, "Trajectory against truth"), outcome);
+    const char* title = estimates.size() == 1 ? "Trajectory against truth" : "Trajectories against truth";
+    const auto written = write_report(flags, hm::trajectory_report_html(*comparison, title), outcome);
     if (!written) return hm::forward_error(written);
   }
   return outcome;
@@ -76,35 +81,43 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
 void add_evaluate(Program& program) {
   program.add({"evaluate",
                "Compare trajectories and meshes with ground truth.",
-               "  hm evaluate trajectory result/trajectory.tum recording\n"
+               "  hm evaluate trajectory tracked/trajectory.tum recording\n"
                "  hm evaluate mesh result/mesh.ply recording",
                {}});
   auto flags = std::make_shared<EvaluateFlags>();
-  const auto add_paths = [flags](CLI::App& command, const char* result, const char* truth) {
-    command.add_option("result", flags->result, result)->required();
-    command.add_option("truth", flags->truth, truth)->required();
+  const auto add_report = [flags](CLI::App& command) {
     command.add_option("--report", flags->report, "write a report with plots to this .html file");
   };
   CLI::App& trajectory = program.add(
       {"evaluate trajectory",
-       "Measure the absolute and relative error of a trajectory (ATE; RPE per frame, second and metre).",
-       "  hm evaluate trajectory result/trajectory.tum recording\n"
-       "  hm evaluate trajectory result/trajectory.tum recording/groundtruth.txt "
-       "--alignment none --report ate.html",
+       "Measure the absolute and relative error of a trajectory (ATE; RPE per frame, second and metre), or "
+       "compare several.",
+       "  hm evaluate trajectory tracked/trajectory.tum recording\n"
+       "  hm evaluate trajectory tracked/trajectory.tum whole/trajectory.tum recording "
+       "--report comparison.html\n"
+       "  hm evaluate trajectory tracked/trajectory.tum recording/groundtruth.txt --alignment none "
+       "--report ate.html",
        [flags](Session& session) { return run_trajectory(*flags, session); }});
-  add_paths(trajectory, "trajectory (TUM, EuRoC, KITTI), or a recording with poses",
-            "true trajectory, or a recording with true poses");
+  trajectory
+      .add_option("trajectories", flags->trajectories,
+                  "one trajectory or several (TUM, EuRoC, KITTI; or a recording with poses), and as the last "
+                  "the true one, or a recording with true poses")
+      ->required()
+      ->expected(2, kMostTrajectories);
+  add_report(trajectory);
   trajectory
       .add_option("--alignment", flags->alignment,
                   "transformation that aligns the estimate first: se3 (default), sim3, yaw or none "
                   "(trajectory_error.alignment)")
       ->check(CLI::IsMember({"se3", "sim3", "yaw", "none"}));
-  add_paths(
+  CLI::App& mesh =
       program.add({"evaluate mesh", "Measure the accuracy and completeness of a mesh.",
                    "  hm evaluate mesh result/mesh.ply recording\n"
                    "  hm evaluate mesh result/mesh.glb recording/truth_mesh.ply --report mesh.html --json",
-                   [flags](Session& session) { return run_mesh(*flags, session); }}),
-      "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx", "true mesh, or folder of a simulated recording");
+                   [flags](Session& session) { return run_mesh(*flags, session); }});
+  mesh.add_option("result", flags->result, "mesh: .ply .obj .glb .gltf .stl .off .dae .fbx")->required();
+  mesh.add_option("truth", flags->truth, "true mesh, or folder of a simulated recording")->required();
+  add_report(mesh);
   program.add_parameters([] { return hm::make_parameter_part(list_evaluation); });
 }
 

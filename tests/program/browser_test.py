@@ -56,6 +56,8 @@ class ReportInBrowser(SharedFolderTest):
             keeper.run_hm("slam", "recording", "-o", "slam")
             keeper.run_hm("odometry", "recording", "-o", "odometry")
             keeper.run_hm("evaluate", "trajectory", "odometry/trajectory.tum", "recording", "--report", "path.html")
+            keeper.run_hm("evaluate", "trajectory", "odometry/trajectory.tum", "slam/trajectory.tum", "recording", "--report",
+                          "paths.html")
             keeper.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "240", "--quiet")
             keeper.run_hm("laser", "flight", "-o", "laser")
             keeper.run_hm("simulate", "calibration", "-o", "set", "--quiet", "--set", "calibration_simulation.camera_views=12",
@@ -64,7 +66,7 @@ class ReportInBrowser(SharedFolderTest):
             keeper.run_hm("calibrate", "intrinsics", "set/color", "-o", "calibrate")
             cls.pages |= {"calibrate": "calibrate/report.html",
                           "slam": "slam/report.html", "odometry": "odometry/report.html",
-                          "evaluate trajectory": "path.html", "laser": "laser/report.html"}
+                          "evaluate trajectory": "path.html", "several": "paths.html", "laser": "laser/report.html"}
         cls.browser = Browser()
 
     @classmethod

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "hm/core/check.hpp"
@@ -39,9 +40,7 @@ std::vector<PosePair> associate_nearest(const Trajectory& truth, const Trajector
 }
 
 std::vector<PosePair> associate_interpolated(const Trajectory& truth, const Trajectory& estimate,
-                                             Duration window) {
-  // A true pose within the window on either side means a gap of at most twice the window.
-  const Duration max_gap{2 * window.ns};
+                                             Duration max_gap) {
   std::vector<PosePair> pairs;
   for (const StampedPose& pose : estimate)
     if (const std::optional<SE3> there = pose_at(truth, pose.stamp, max_gap))
@@ -62,24 +61,41 @@ Mat3 best_yaw(const Mat3& covariance_to_from) {
   return so3_exp(angle * Vec3::UnitZ());
 }
 
-/// True when the positions spread along fewer than two directions.
-bool is_degenerate(std::span<const Vec3> points, TrajectoryAlignment kind) {
-  if (kind == TrajectoryAlignment::kNone) return false;
-  const Vec3 centre = mean(points);
-  Mat3 scatter = Mat3::Zero();
-  for (Vec3 d : points) {
-    d -= centre;
-    if (kind == TrajectoryAlignment::kYaw) d.z() = 0;
-    scatter += d * d.transpose();
+/// The rotation of this kind that maximises the trace of its transpose times `covariance` (to from^T).
+Mat3 best_rotation(const Mat3& covariance, TrajectoryAlignment kind) {
+  if (kind == TrajectoryAlignment::kNone) return Mat3::Identity();
+  if (kind == TrajectoryAlignment::kYaw) return best_yaw(covariance);
+  const Svd3 svd = svd_of(covariance);
+  Vec3 sign = Vec3::Ones();
+  if (svd.U.determinant() * svd.V.determinant() < 0) sign.z() = -1;  // no mirror (Umeyama 1991, eq. 43)
+  return svd.U * sign.asDiagonal() * svd.V.transpose();
+}
+
+/// TrajectoryError::alignment_uncertainty_rad of aligned pairs with these position errors.
+double alignment_uncertainty_rad(std::span<const PosePair> aligned, double position_rmse_m,
+                                 TrajectoryAlignment kind) {
+  if (kind == TrajectoryAlignment::kNone) return 0;
+  const auto n = static_cast<double>(aligned.size());
+  Vec3 truth_mean = Vec3::Zero(), estimate_mean = Vec3::Zero();
+  for (const PosePair& pair : aligned) {
+    truth_mean += pair.T_world_truth.translation() / n;
+    estimate_mean += pair.T_world_estimate.translation() / n;
   }
-  const Vec3 spread = svd_of(scatter).values / static_cast<double>(points.size());
-  constexpr double kStandstill = 1e-6;  // metres squared: within a millimetre
-  if (kind == TrajectoryAlignment::kYaw) return spread[0] < kStandstill;
-  return spread[0] < kStandstill || spread[1] < 1e-6 * spread[0];
+  Mat3 cross = Mat3::Zero();
+  for (const PosePair& pair : aligned)
+    cross += (pair.T_world_truth.translation() - truth_mean) *
+             (pair.T_world_estimate.translation() - estimate_mean).transpose() / n;
+  const Mat3 curvature = cross.trace() * Mat3::Identity() - 0.5 * (cross + cross.transpose());
+  const double least =
+      kind == TrajectoryAlignment::kYaw ? curvature(2, 2) : symmetric_eigenvalues(curvature)[0];
+  constexpr double kRounding = 1e-12;
+  if (!(least > kRounding * std::abs(cross.trace()))) return std::numeric_limits<double>::infinity();
+  return position_rmse_m * std::sqrt(n / (n - 2) / least);
 }
 
 Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::size_t pairs,
                     const TrajectoryErrorParams& params) {
+  const bool nearest = params.association == TrajectoryAssociation::kNearest;
   const auto span = [](const Trajectory& t) {
     return t.empty() ? std::string("no pose")
                      : fmt::format("{} poses from {:.3f} s to {:.3f} s", t.size(), t.front().stamp.seconds(),
@@ -90,12 +106,17 @@ Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::si
     overlap_s = (std::min(truth.back().stamp, estimate.back().stamp) -
                  std::max(truth.front().stamp, estimate.front().stamp))
                     .seconds();
-  return {ErrorCode::kInvalidValue,
-          fmt::format(
-              "{} of at least 3 poses match within {:g} s: the truth has {}, the estimate has {}; they "
-              "overlap by {:.3f} s. Compare the stamps' clocks, or allow a larger difference",
-              pairs, params.max_stamp_difference_s, span(truth), span(estimate), std::max(0.0, overlap_s)),
-          {}};
+  return {
+      ErrorCode::kInvalidValue,
+      fmt::format("{} of at least 3 poses match ({} {:g} s): the truth has {}, the estimate has {}; they "
+                  "overlap by {:.3f} s. Compare the stamps' clocks, or {}",
+                  pairs, nearest ? "stamps within" : "between two true poses within",
+                  nearest ? params.max_stamp_difference_s : params.max_truth_gap_s, span(truth),
+                  span(estimate), std::max(0.0, overlap_s),
+                  nearest ? "allow a larger difference (trajectory_error.max_stamp_difference_s)"
+                          : "allow a larger gap (trajectory_error.max_truth_gap_s), or use the nearest pose "
+                            "(trajectory_error.association=nearest)"),
+      {}};
 }
 
 /// Distance along the true path up to each pair, metres.
@@ -130,28 +151,63 @@ Result<void> check_scale(const std::vector<Vec3>& positions) {
               positions.size(), spread_m);
 }
 
-/// Applies the alignment to the estimate and computes the absolute errors.
-void add_absolute_errors(TrajectoryError& result) {
-  std::vector<double> rotation_errors;
+/// Applies the alignment to the estimate and computes the absolute errors of its positions.
+void add_position_errors(TrajectoryError& result) {
+  std::vector<double> given;
   for (PosePair& pair : result.matched) {
+    given.push_back((pair.T_world_estimate.translation() - pair.T_world_truth.translation()).norm());
     pair.T_world_estimate = {result.alignment.rotation * pair.T_world_estimate.rotation(),
                              result.alignment * pair.T_world_estimate.translation()};
     result.position_errors_m.push_back(
         (pair.T_world_estimate.translation() - pair.T_world_truth.translation()).norm());
-    rotation_errors.push_back((pair.T_world_truth.inverse() * pair.T_world_estimate).angle());
   }
   result.position_m = summarise(result.position_errors_m);
-  result.rotation_rad = summarise(rotation_errors);
+  result.position_given_m = summarise(given);
+}
+
+/// Computes the errors of the orientations after both alignments, and whether the first determines them.
+void add_rotation_errors(TrajectoryError& result, TrajectoryAlignment kind) {
+  Mat3 covariance = Mat3::Zero();
+  for (const PosePair& pair : result.matched)
+    covariance += pair.T_world_truth.rotation() * pair.T_world_estimate.rotation().transpose();
+  const Mat3 R_own_aligned = best_rotation(covariance, kind);
+  std::vector<double> errors, own_errors;
+  for (const PosePair& pair : result.matched) {
+    const SE3 own(R_own_aligned * pair.T_world_estimate.rotation(), Vec3::Zero());
+    errors.push_back((pair.T_world_truth.inverse() * pair.T_world_estimate).angle());
+    own_errors.push_back((pair.T_world_truth.inverse() * own).angle());
+  }
+  result.rotation_rad = summarise(errors);
+  result.rotation_own_rad = summarise(own_errors);
+  result.R_own = R_own_aligned * result.alignment.rotation;
+  result.alignment_uncertainty_rad = alignment_uncertainty_rad(result.matched, result.position_m.rmse, kind);
+  constexpr double kSmallAngle_rad = 0.5, kMuch_rad = 0.05, kMisleading_ratio = 2;
+  const double between_rad = SE3(R_own_aligned, Vec3::Zero()).angle();
+  const double uncertainty_rad = result.alignment_uncertainty_rad;
+  result.rotation_undetermined =
+      uncertainty_rad > kSmallAngle_rad ||
+      (uncertainty_rad > kMuch_rad && between_rad <= uncertainty_rad &&
+       result.rotation_rad.rmse > kMisleading_ratio * result.rotation_own_rad.rmse);
 }
 
 }  // namespace
 
+std::optional<double> rotation_rmse_rad(const TrajectoryError& error) {
+  if (error.rotation_undetermined) return std::nullopt;
+  return error.rotation_rad.rmse;
+}
+
+bool is_of_one_source(const TrajectoryError& error) {
+  constexpr double kSame_m = 2e-6, kSame_rad = 1e-5;
+  return std::min(error.position_m.median, error.position_given_m.median) < kSame_m &&
+         error.rotation_own_rad.median < kSame_rad;
+}
+
 std::vector<PosePair> associate(const Trajectory& truth, const Trajectory& estimate,
                                 const TrajectoryErrorParams& params) {
-  const Duration window = Duration::from_seconds(params.max_stamp_difference_s);
   return params.association == TrajectoryAssociation::kNearest
-             ? associate_nearest(truth, estimate, window)
-             : associate_interpolated(truth, estimate, window);
+             ? associate_nearest(truth, estimate, Duration::from_seconds(params.max_stamp_difference_s))
+             : associate_interpolated(truth, estimate, Duration::from_seconds(params.max_truth_gap_s));
 }
 
 SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec3> to,
@@ -166,16 +222,9 @@ SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec
     covariance += (to[i] - mean_to) * (from[i] - mean_from).transpose();
     variance_from += (from[i] - mean_from).squaredNorm();
   }
-  if (kind == TrajectoryAlignment::kYaw) {
-    result.rotation = best_yaw(covariance);
-  } else {
-    const Svd3 svd = svd_of(covariance);
-    Vec3 sign = Vec3::Ones();
-    if (svd.U.determinant() * svd.V.determinant() < 0) sign.z() = -1;  // no mirror (eq. 43)
-    result.rotation = svd.U * sign.asDiagonal() * svd.V.transpose();
-    if (kind == TrajectoryAlignment::kSim3 && variance_from > 0)
-      result.scale = svd.values.dot(sign) / variance_from;
-  }
+  result.rotation = best_rotation(covariance, kind);
+  if (kind == TrajectoryAlignment::kSim3 && variance_from > 0)
+    result.scale = (result.rotation.transpose() * covariance).trace() / variance_from;  // eq. 42
   result.translation = mean_to - result.scale * (result.rotation * mean_from);
   return result;
 }
@@ -220,13 +269,12 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
     true_positions.push_back(pair.T_world_truth.translation());
     positions.push_back(pair.T_world_estimate.translation());
   }
-  result.alignment_degenerate =
-      is_degenerate(positions, params.alignment) || is_degenerate(true_positions, params.alignment);
   if (params.alignment == TrajectoryAlignment::kSim3)
     if (const auto scaled = check_scale(positions); !scaled) return forward_error(scaled);
 
   result.alignment = align_points(positions, true_positions, params.alignment);
-  add_absolute_errors(result);
+  add_position_errors(result);
+  add_rotation_errors(result, params.alignment);
   result.truth_path_m = path_length(true_positions);
   result.relative = relative_errors(result.matched, params.rpe_unit, params.rpe_delta);
   result.per_frame = relative_errors(result.matched, RpeUnit::kFrames, 1);

@@ -48,7 +48,8 @@ TEST(TrajectoryError, IdentityIsZeroUnderEveryAlignment) {
     EXPECT_LT(error->relative.translation_m.max, 1e-9);
     EXPECT_LT(error->relative.rotation_rad.max, 1e-7);
     EXPECT_NEAR(error->alignment.scale, 1, 1e-12);
-    EXPECT_FALSE(error->alignment_degenerate);
+    EXPECT_FALSE(error->rotation_undetermined);
+    EXPECT_TRUE(is_of_one_source(*error));
   }
 }
 
@@ -207,6 +208,7 @@ TEST(Associate, NearestOneToOne) {
     return path;
   };
   TrajectoryErrorParams params;
+  params.association = TrajectoryAssociation::kNearest;
   params.max_stamp_difference_s = 0.1;
   const auto pairs = associate(at({1.0, 2.0, 3.0, 4.0}), at({0.95, 1.01, 2.05, 3.2, 4.1}), params);
   ASSERT_EQ(pairs.size(), 3u);
@@ -225,12 +227,15 @@ TEST(Associate, InterpolatesTruthBetweenStamps) {
   }
   TrajectoryErrorParams params = with(TrajectoryAlignment::kNone);
   params.max_stamp_difference_s = 0.06;
-  params.association = TrajectoryAssociation::kInterpolate;
   const auto interpolated = evaluate_trajectory(truth, estimate, params);
   ASSERT_TRUE(interpolated.has_value());
   EXPECT_EQ(interpolated->pairs, 50u);
   EXPECT_LT(interpolated->position_m.max, 1e-8);
   EXPECT_LT(interpolated->rotation_rad.max, 1e-7);
+  params.max_truth_gap_s = 0.09;
+  const auto exact = evaluate_trajectory(truth, estimate, params);
+  ASSERT_TRUE(exact.has_value());
+  EXPECT_EQ(exact->pairs, 5u);  // a gap of 0.1 s is too long; these are at the stamp of a true pose
   params.association = TrajectoryAssociation::kNearest;
   EXPECT_GT(evaluate_trajectory(truth, estimate, params)->position_m.max, 0.02);
 }
@@ -249,13 +254,106 @@ TEST(TrajectoryError, SaysWhyNothingMatches) {
 TEST(TrajectoryError, DegeneratePathsAreNamed) {
   const auto line = evaluate_trajectory(straight(0, 0), straight(0.1, 0), with(TrajectoryAlignment::kSe3));
   ASSERT_TRUE(line.has_value());
-  EXPECT_TRUE(line->alignment_degenerate);
+  EXPECT_TRUE(line->rotation_undetermined);
+  EXPECT_TRUE(std::isinf(line->alignment_uncertainty_rad));
+  EXPECT_FALSE(rotation_rmse_rad(*line).has_value());
+  EXPECT_LT(line->rotation_own_rad.rmse, 1e-9);
   EXPECT_TRUE(std::isfinite(line->position_m.rmse));
   Trajectory still = walk(10);
   for (StampedPose& pose : still) pose.T_world_base = SE3();
   const auto scale = evaluate_trajectory(walk(10), still, with(TrajectoryAlignment::kSim3));
   ASSERT_FALSE(scale.has_value());
   EXPECT_THAT(scale.error().message, testing::HasSubstr("scale cannot be found"));
+}
+
+/// A path along x with a bend of this radius about it; its estimate has noise in position and orientation,
+/// and another world frame.
+struct NearlyStraight {
+  Trajectory truth, estimate;
+};
+NearlyStraight nearly_straight(double radius_m, double position_noise_m, double rotation_noise_rad,
+                               std::uint64_t seed) {
+  Rng rng(seed);
+  const auto noise = [&rng] { return Vec3(rng.normal(), rng.normal(), rng.normal()); };
+  const SE3 elsewhere(so3_exp(Vec3(1, -2, 0.3)), Vec3(7, 8, 9));
+  NearlyStraight paths;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.05 * i;
+    const SE3 T(so3_exp(Vec3(0.1 * t, 0.2, 0.05 * t)),
+                Vec3(0.4 * t, radius_m * std::cos(t), radius_m * std::sin(t)));
+    paths.truth.push_back({Time::from_seconds(t), T});
+    const SE3 off(T.rotation() * so3_exp(rotation_noise_rad * noise()),
+                  T.translation() + position_noise_m * noise());
+    paths.estimate.push_back({Time::from_seconds(t), elsewhere * off});
+  }
+  return paths;
+}
+
+TEST(TrajectoryError, OrientationOfANearlyStraightPathIsMeasuredByOrientations) {
+  // 2 mm of position noise turn the alignment of a path 4 m long and 1 mm wide by many degrees.
+  double largest_rad = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const NearlyStraight paths = nearly_straight(0.001, 0.002, 0.002, seed);
+    const auto error = evaluate_trajectory(paths.truth, paths.estimate);
+    ASSERT_TRUE(error.has_value());
+    largest_rad = std::max(largest_rad, error->rotation_rad.rmse);
+    EXPECT_TRUE(error->rotation_undetermined) << seed;
+    EXPECT_NEAR(error->rotation_own_rad.rmse, std::sqrt(3.0) * 0.002, 0.0004) << seed;
+  }
+  EXPECT_GT(largest_rad, 0.08);  // what would have been reported
+}
+
+TEST(TrajectoryError, OrientationOfAWidePathIsMeasuredByPositionsToo) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const NearlyStraight paths = nearly_straight(1, 0.002, 0.01, seed);
+    const auto error = evaluate_trajectory(paths.truth, paths.estimate);
+    ASSERT_TRUE(error.has_value());
+    EXPECT_FALSE(error->rotation_undetermined) << seed;
+    EXPECT_LT(error->alignment_uncertainty_rad, 0.006);
+    EXPECT_NEAR(*rotation_rmse_rad(*error), std::sqrt(3.0) * 0.01, 0.002) << seed;
+    EXPECT_NEAR(error->rotation_own_rad.rmse, std::sqrt(3.0) * 0.01, 0.002) << seed;
+    EXPECT_FALSE(is_of_one_source(*error));
+  }
+}
+
+TEST(TrajectoryError, OrientationsThatDisagreeWithThePositionsAreReported) {
+  // Poses of another body frame: no error of the alignment explains this, also on a small path.
+  NearlyStraight paths = nearly_straight(0.1, 0.002, 0.002, 1);
+  const SE3 body(so3_exp(Vec3(1.5, 0, 0)), Vec3::Zero());
+  for (StampedPose& pose : paths.estimate)
+    pose.T_world_base = {pose.T_world_base.rotation() * body.rotation(), pose.T_world_base.translation()};
+  const auto error = evaluate_trajectory(paths.truth, paths.estimate);
+  ASSERT_TRUE(error.has_value());
+  ASSERT_FALSE(error->rotation_undetermined);
+  EXPECT_NEAR(*rotation_rmse_rad(*error), 1.5, 0.1);
+}
+
+TEST(TrajectoryError, UncertaintyBoundsTheTurnThatPositionErrorsCause) {
+  for (const auto kind : {TrajectoryAlignment::kSe3, TrajectoryAlignment::kYaw})
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      NearlyStraight paths = nearly_straight(0.05, 0.005, 0, seed);
+      for (std::size_t i = 0; i < paths.truth.size(); ++i)
+        paths.estimate[i].T_world_base = SE3(paths.truth[i].T_world_base.rotation(),
+                                             SE3(so3_exp(Vec3(1, -2, 0.3)), Vec3(7, 8, 9)).inverse() *
+                                                 paths.estimate[i].T_world_base.translation());
+      const auto error = evaluate_trajectory(paths.truth, paths.estimate, with(kind));
+      ASSERT_TRUE(error.has_value());
+      EXPECT_LE(error->rotation_rad.max, error->alignment_uncertainty_rad) << seed;
+    }
+}
+
+TEST(TrajectoryError, TheSamePosesInAnotherFrameAreOfOneSource) {
+  const SE3 elsewhere(so3_exp(Vec3(0.5, -1.0, 2.0)), Vec3(10, -20, 3));
+  const auto same = evaluate_trajectory(walk(), moved(walk(), elsewhere));
+  ASSERT_TRUE(same.has_value());
+  EXPECT_TRUE(is_of_one_source(*same));
+  Trajectory noisy = walk();
+  for (std::size_t i = 0; i < noisy.size(); ++i)
+    noisy[i].T_world_base =
+        SE3(Mat3::Identity(), Vec3(0, 0, i % 2 == 0 ? 1e-4 : -1e-4)) * noisy[i].T_world_base;
+  const auto estimated = evaluate_trajectory(walk(), noisy);
+  ASSERT_TRUE(estimated.has_value());
+  EXPECT_FALSE(is_of_one_source(*estimated));
 }
 
 TEST(TrajectoryError, PosesThatAreNotRigidAreRefused) {

@@ -141,7 +141,8 @@ TEST(TrajectoryPlots, ErrorsBeforeTheAlignmentAreThoseOfTheFilesGiven) {
   const auto error = evaluate_trajectory(truth, estimate);
   ASSERT_TRUE(error) << to_string(error.error());
   EXPECT_LT(error->position_m.rmse, 1e-6);
-  for (const double given_m : unaligned_position_errors_m(*error)) EXPECT_NEAR(given_m, 0.5, 1e-6);
+  EXPECT_NEAR(error->position_given_m.min, 0.5, 1e-6);
+  EXPECT_NEAR(error->position_given_m.max, 0.5, 1e-6);
   HtmlReport report("path");
   add_error_path(report, *error);
   add_error_statistics(report, *error);
@@ -150,6 +151,25 @@ TEST(TrajectoryPlots, ErrorsBeforeTheAlignmentAreThoseOfTheFilesGiven) {
   const std::string html = report.html();
   for (const char* part : {"as given", "0.5000", "roll (deg)", "coloured by its position error"})
     EXPECT_THAT(html, HasSubstr(part));
+}
+
+TEST(TrajectoryPlots, MotionThatIsNotPhysicalIsMarkedAlsoAmongManyPoses) {
+  Trajectory path;  // more poses than are drawn, at 0.1 m/s and 0.2 rad/s
+  for (int i = 0; i < 10'000; ++i)
+    path.push_back(
+        {Time::from_seconds(0.01 * i), SE3(so3_exp(Vec3(0, 0, 0.002 * i)), Vec3(0.001 * i, 0, 0))});
+  const auto page = [&path] {
+    HtmlReport report("path");
+    const NamedTrajectory named{"estimate", &path};
+    add_motion_plots(report, {&named, 1});
+    return report.html();
+  };
+  EXPECT_THAT(page(), Not(HasSubstr("not physical")));
+  path[5001].stamp = path[5000].stamp + Duration{20'000};  // 2 mrad and 1 mm in 20 us
+  const std::string marked = page();
+  EXPECT_THAT(marked, HasSubstr("1 value lies beyond 30 m/s, up to 50"));
+  EXPECT_THAT(marked, HasSubstr("1 value lies beyond 20 rad/s, up to 100"));
+  EXPECT_THAT(marked, HasSubstr("1 not physical"));
 }
 
 }  // namespace

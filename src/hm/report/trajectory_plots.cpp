@@ -1,7 +1,9 @@
 #include "hm/report/trajectory_plots.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "hm/core/angle.hpp"
 #include "hm/geometry/se2.hpp"
@@ -41,13 +43,13 @@ double unwrapped(double angle, double before) { return before + std::remainder(a
 
 /// x, y, z in metres, roll, pitch, yaw in degrees.
 std::array<PlotSeries, 6> components_of(const std::string& name, std::span<const PosePair> pairs,
-                                        SE3 PosePair::*pose) {
+                                        SE3 PosePair::*pose, const Mat3& R_turned = Mat3::Identity()) {
   std::array<PlotSeries, 6> series;
   Vec3 last = Vec3::Zero();
   const std::size_t step = pairs.size() / kMostPoints + 1;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const SE3& T = pairs[i].*pose;
-    const Vec3 angles = roll_pitch_yaw(T.rotation());
+    const Vec3 angles = roll_pitch_yaw(R_turned * T.rotation());
     for (int k = 0; k < 3; ++k) last[k] = i == 0 ? angles[k] : unwrapped(angles[k], last[k]);
     if (i % step != 0) continue;
     for (std::size_t k = 0; k < 6; ++k) {
@@ -65,6 +67,32 @@ void join_turns(const PlotSeries& truth, PlotSeries& estimate) {
   if (truth.y.empty() || estimate.y.empty()) return;
   const double turns = 360 * std::round((truth.y.front() - estimate.y.front()) / 360);
   for (double& value : estimate.y) value += turns;
+}
+
+double speed_between(const StampedPose& a, const StampedPose& b) {
+  return (b.T_world_base.translation() - a.T_world_base.translation()).norm() / (b.stamp - a.stamp).seconds();
+}
+
+double turn_rate_between(const StampedPose& a, const StampedPose& b) {
+  return (a.T_world_base.inverse() * b.T_world_base).angle() / (b.stamp - a.stamp).seconds();
+}
+
+/// The motion between consecutive poses over time; of many, the largest of each few.
+PlotSeries motion_of(const NamedTrajectory& path, Time begin,
+                     double (*between)(const StampedPose&, const StampedPose&)) {
+  PlotSeries series{path.name, {}, {}, SeriesStyle::kLine};
+  const Trajectory& poses = *path.trajectory;
+  const std::size_t step = poses.size() / kMostPoints + 1;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double value = between(poses[i - 1], poses[i]);
+    if ((i - 1) % step == 0) {
+      series.x.push_back((poses[i].stamp - begin).seconds());
+      series.y.push_back(value);
+    } else {
+      series.y.back() = std::max(series.y.back(), value);
+    }
+  }
+  return series;
 }
 
 }  // namespace
@@ -101,7 +129,9 @@ void add_error_path(HtmlReport& report, const TrajectoryError& error) {
 void add_pose_components(HtmlReport& report, const TrajectoryError& error) {
   if (error.matched.size() < 2) return;
   const auto truth = components_of("truth", error.matched, &PosePair::T_world_truth);
-  auto estimate = components_of("estimate", error.matched, &PosePair::T_world_estimate);
+  const Mat3 R_own_aligned = error.R_own * error.alignment.rotation.transpose();
+  auto estimate = components_of("estimate", error.matched, &PosePair::T_world_estimate,
+                                error.rotation_undetermined ? R_own_aligned : Mat3::Identity());
   constexpr std::array<const char*, 6> kLabels{"x (m)",      "y (m)",       "z (m)",
                                                "roll (deg)", "pitch (deg)", "yaw (deg)"};
   for (std::size_t k = 0; k < kLabels.size(); ++k) {
@@ -114,29 +144,56 @@ void add_pose_components(HtmlReport& report, const TrajectoryError& error) {
   }
 }
 
-std::vector<double> unaligned_position_errors_m(const TrajectoryError& error) {
-  const SimilarityTransform& moved = error.alignment;
-  std::vector<double> errors;
-  for (const PosePair& pair : error.matched) {
-    const Vec3 given =
-        moved.rotation.transpose() * (pair.T_world_estimate.translation() - moved.translation) / moved.scale;
-    errors.push_back((given - pair.T_world_truth.translation()).norm());
-  }
-  return errors;
+std::string undetermined_rotation_note(const TrajectoryError& error) {
+  if (!error.rotation_undetermined) return {};
+  const std::string by =
+      std::isfinite(error.alignment_uncertainty_rad) && error.alignment_uncertainty_rad < M_PI
+          ? fmt::format(
+                "only to {:.1f} deg, because the path is small or nearly straight "
+                "against the position error",
+                error.alignment_uncertainty_rad * kDegreesPerRadian)
+          : std::string("not at all, because the path is straight or a point");
+  return fmt::format(
+      "The positions determine the rotation of the alignment {}: the error of the orientation after it is "
+      "undetermined. Aligned on their own, the orientations are off by {:.3f} deg (rmse).",
+      by, error.rotation_own_rad.rmse * kDegreesPerRadian);
 }
 
 void add_error_statistics(HtmlReport& report, const TrajectoryError& error) {
   std::vector<std::vector<std::string>> rows{row_of("position, aligned (m)", error.position_m, 1, 4)};
   const bool moved = !error.alignment.rotation.isIdentity(1e-9) ||
                      error.alignment.translation.norm() > 1e-9 || error.alignment.scale != 1.0;
-  if (moved)
-    rows.push_back(row_of("position, as given (m)", summarise(unaligned_position_errors_m(error)), 1, 4));
-  rows.push_back(row_of("orientation (deg)", error.rotation_rad, kDegreesPerRadian, 3));
+  if (moved) rows.push_back(row_of("position, as given (m)", error.position_given_m, 1, 4));
+  if (!error.rotation_undetermined)
+    rows.push_back(row_of("orientation (deg)", error.rotation_rad, kDegreesPerRadian, 3));
+  rows.push_back(
+      row_of("orientation, aligned on its own (deg)", error.rotation_own_rad, kDegreesPerRadian, 3));
   if (!error.per_second.spans.empty()) {
     rows.push_back(row_of("relative, 1 s (m)", error.per_second.translation_m, 1, 4));
     rows.push_back(row_of("relative, 1 s (deg)", error.per_second.rotation_rad, kDegreesPerRadian, 3));
   }
   report.add_table({"error", "mean", "median", "RMSE", "95 %", "largest"}, rows);
+  if (const std::string note = undetermined_rotation_note(error); !note.empty()) report.add_paragraph(note);
+}
+
+void add_motion_plots(HtmlReport& report, std::span<const NamedTrajectory> paths) {
+  std::vector<PlotSeries> speeds, turns;
+  std::optional<Time> begin;
+  for (const NamedTrajectory& path : paths) {
+    if (path.trajectory->size() < 2) continue;
+    if (!begin) begin = path.trajectory->front().stamp;
+    speeds.push_back(motion_of(path, *begin, speed_between));
+    turns.push_back(motion_of(path, *begin, turn_rate_between));
+  }
+  if (speeds.empty()) return;
+  PlotOptions plot;
+  plot.height_px = 220;
+  plot.x.label = "time (s)", plot.y.label = "speed (m/s)";
+  const std::string too_fast = set_aside_unphysical(speeds, kMaxSpeed_m_s, "m/s");
+  report.add_svg(plot_svg(speeds, plot), "Speed from each pose to the next." + too_fast);
+  plot.y.label = "turn rate (rad/s)";
+  const std::string turns_too_fast = set_aside_unphysical(turns, kMaxTurnRate_rad_s, "rad/s");
+  report.add_svg(plot_svg(turns, plot), "Turn rate from each pose to the next." + turns_too_fast);
 }
 
 void add_position_histogram(HtmlReport& report, const TrajectoryError& error) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -25,6 +26,19 @@ std::optional<Time> parse_nanoseconds(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return Time{ns};
+}
+
+/// tx ty tz qx qy qz qw, qw >= 0.
+std::array<double, 7> tum_values(const SE3& pose) {
+  Eigen::Vector4d q = pose.quaternion().coeffs();
+  if (q.w() < 0) q = -q;
+  const Vec3& t = pose.translation();
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+/// The inverse of tum_values().
+SE3 pose_of_tum(const std::array<double, 7>& v) {
+  return {Eigen::Quaterniond(v[6], v[3], v[4], v[5]), Vec3(v[0], v[1], v[2])};
 }
 
 /// Reads one file line by line; recognises the format from a comment or the first line of data.
@@ -72,11 +86,11 @@ class TrajectoryReader {
                   euroc ? "nanoseconds" : "seconds");
     std::array<double, 7> v{};
     if (const auto read = numbers(row, 1, v); !read) return read;
-    const Eigen::Quaterniond q =
-        euroc ? Eigen::Quaterniond(v[3], v[4], v[5], v[6]) : Eigen::Quaterniond(v[6], v[3], v[4], v[5]);
-    if (!(std::abs(q.norm() - 1.0) <= kQuaternionTolerance))
-      return fail(ErrorCode::kInvalidValue, where_, "the quaternion's length is {}, not 1", q.norm());
-    return append({*stamp, SE3(q, Vec3(v[0], v[1], v[2]))});
+    if (euroc) std::rotate(v.begin() + 3, v.begin() + 4, v.end());  // the real part comes first
+    const double length = Eigen::Vector4d(v[3], v[4], v[5], v[6]).norm();
+    if (!(std::abs(length - 1.0) <= kQuaternionTolerance))
+      return fail(ErrorCode::kInvalidValue, where_, "the quaternion's length is {}, not 1", length);
+    return append({*stamp, pose_of_tum(v)});
   }
 
   Result<void> add_matrix(const Row& row) {
@@ -131,12 +145,9 @@ Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   OutputFile file(path);
   for (const StampedPose& pose : trajectory) {
-    Eigen::Vector4d q = pose.T_world_base.quaternion().coeffs();
-    if (q.w() < 0) q = -q;
-    const Vec3& t = pose.T_world_base.translation();
     fmt::memory_buffer line;
     line.append(stamp_text(pose.stamp));
-    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    for (const double value : tum_values(pose.T_world_base)) {
       line.push_back(' ');
       append_decimals(line, value);
     }
@@ -144,6 +155,21 @@ Result<void> write_tum_trajectory(const std::filesystem::path& path, const Traje
     file.write(line.data(), line.size());
   }
   return file.finish();
+}
+
+Trajectory as_in_tum_file(const Trajectory& trajectory) {
+  Trajectory rounded;
+  rounded.reserve(trajectory.size());
+  for (const StampedPose& pose : trajectory) {
+    std::array<double, 7> values = tum_values(pose.T_world_base);
+    for (double& value : values) {
+      fmt::memory_buffer text;
+      append_decimals(text, value);
+      value = parse_number({text.data(), text.size()}).value_or(value);
+    }
+    rounded.push_back({pose.stamp, pose_of_tum(values)});
+  }
+  return rounded;
 }
 
 Result<void> write_kitti_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {

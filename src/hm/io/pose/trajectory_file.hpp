@@ -22,6 +22,10 @@ Result<Trajectory> read_trajectory(const std::filesystem::path& path);
 /// Writes the TUM format atomically: 9 decimals, single spaces, no comment, quaternions with qw >= 0.
 Result<void> write_tum_trajectory(const std::filesystem::path& path, const Trajectory& trajectory);
 
+/// The trajectory as read_trajectory() returns it once write_tum_trajectory() has written it: with 9
+/// decimals. What is measured of it is, to the last bit, what can be measured of the file.
+Trajectory as_in_tum_file(const Trajectory& trajectory);
+
 /// Writes the KITTI format atomically (without stamps): 12 numbers with 9 decimals per line.
 Result<void> write_kitti_trajectory(const std::filesystem::path& path, const Trajectory& trajectory);
 

@@ -47,6 +47,22 @@ TEST(TrajectoryFile, TumRoundTripIsExactInTime) {
   for (std::size_t i = 0; i < read->size(); ++i) EXPECT_EQ((*read)[i].stamp, trajectory[i].stamp);
 }
 
+TEST(TrajectoryFile, AsInTumFileIsToTheBitWhatIsReadBack) {
+  const TemporaryFolder folder;
+  const Trajectory trajectory = random_trajectory(500, 4);
+  const auto path = folder.path() / "poses.tum";
+  ASSERT_TRUE(write_tum_trajectory(path, trajectory).has_value());
+  const auto read = read_trajectory(path);
+  ASSERT_TRUE(read.has_value());
+  const Trajectory rounded = as_in_tum_file(trajectory);
+  ASSERT_EQ(rounded.size(), read->size());
+  for (std::size_t i = 0; i < rounded.size(); ++i) {
+    EXPECT_EQ(rounded[i].stamp, (*read)[i].stamp);
+    EXPECT_EQ(rounded[i].T_world_base.matrix(), (*read)[i].T_world_base.matrix()) << i;
+    EXPECT_NE(rounded[i].T_world_base.matrix(), trajectory[i].T_world_base.matrix()) << i;
+  }
+}
+
 TEST(TrajectoryFile, TumLinesHaveTheStrictForm) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_tum_trajectory(folder / "t.txt", random_trajectory(50, 2)));

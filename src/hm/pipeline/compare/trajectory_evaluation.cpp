@@ -1,36 +1,104 @@
 #include "hm/pipeline/compare/trajectory_evaluation.hpp"
 
 #include <algorithm>
-#include <array>
+#include <set>
 
 #include "hm/core/angle.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/common/reading_warnings.hpp"
-#include "hm/report/html_report.hpp"
-#include "hm/report/path_plots.hpp"
-#include "hm/report/plot.hpp"
-#include "hm/report/run_report.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/report/trajectory_plots.hpp"
 
 namespace hm {
 namespace {
 
+namespace fs = std::filesystem;
+
 enum class PosesOfRecording { kReported, kTrue };
 
+struct ReadPoses {
+  Trajectory poses;
+  fs::path source;  ///< file, or files, that they were read from
+};
+
 /// A trajectory file, or the poses of a recording: those that its device reports, or the true ones.
-Result<Trajectory> read_poses(const std::filesystem::path& path, PosesOfRecording which,
-                              std::vector<std::string>& warnings) {
+Result<ReadPoses> read_poses(const fs::path& path, PosesOfRecording which,
+                             std::vector<std::string>& warnings) {
   std::error_code code;
-  if (!std::filesystem::is_directory(path, code)) return read_trajectory(path);
+  if (!fs::is_directory(path, code)) {
+    auto poses = read_trajectory(path);
+    if (!poses) return forward_error(poses);
+    return ReadPoses{std::move(*poses), path};
+  }
   auto recording = open_recording(path);
   if (!recording) return forward_error(recording);
   const RecordingInfo& info = (*recording)->info();
   for (std::string& warning : reading_warnings(info))
     if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
       warnings.push_back(std::move(warning));
-  // Where they are the same, a recording has one trajectory.
-  return which == PosesOfRecording::kTrue && !info.truth.empty() ? info.truth : info.trajectory;
+  if (which == PosesOfRecording::kTrue) return ReadPoses{true_trajectory(info), truth_source(info)};
+  return ReadPoses{info.trajectory, pose_source(info)};
+}
+
+/// The file of the poses that a result beside this trajectory was built with; empty where none says so.
+fs::path poses_it_was_built_with(const fs::path& trajectory) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+  const auto bytes = read_file_bytes(trajectory.parent_path() / "report.json", kMostBytes);
+  if (!bytes || trajectory.filename() != "trajectory.tum") return {};
+  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, {});
+  if (!json) return {};
+  const JsonValue* poses = json->find("poses");
+  return poses && poses->as_string() ? fs::path(*poses->as_string()) : fs::path();
+}
+
+bool is_same_place(const fs::path& a, const fs::path& b) {
+  std::error_code code;
+  return !a.empty() && !b.empty() && fs::weakly_canonical(a, code) == fs::weakly_canonical(b, code);
+}
+
+/// A warning where the two have one source; empty otherwise.
+std::string one_source_warning(const EvaluatedTrajectory& estimate, const fs::path& estimate_source,
+                               const fs::path& truth_source) {
+  if (is_of_one_source(estimate.error))
+    return fmt::format(
+        "{} has the poses of the truth, so the errors are those of rounding and measure nothing: compare a "
+        "trajectory that was estimated without them, by `hm odometry` or `hm slam`",
+        estimate.path.string());
+  if (is_same_place(poses_it_was_built_with(estimate_source), truth_source))
+    return fmt::format(
+        "{} was built with the poses that are now the truth ({}): the errors are what the run changed, not "
+        "how accurate it is",
+        estimate.path.string(), truth_source.string());
+  return {};
+}
+
+/// The last parts of a path.
+fs::path last_parts(const fs::path& path, int parts) {
+  fs::path name, rest = path.lexically_normal();
+  if (!rest.has_filename()) rest = rest.parent_path();
+  for (int i = 0; i < parts && rest.has_filename(); ++i) {
+    name = name.empty() ? rest.filename() : rest.filename() / name;
+    rest = rest.parent_path();
+  }
+  return name;
+}
+
+/// Names each by the last parts of its path that differ, without a file name that all share.
+void name_trajectories(std::vector<EvaluatedTrajectory>& estimates) {
+  constexpr int kMostParts = 8;
+  std::set<fs::path> files, names;
+  for (const EvaluatedTrajectory& estimate : estimates) files.insert(last_parts(estimate.path, 1));
+  for (int parts = 1; parts <= kMostParts && names.size() < estimates.size(); ++parts) {
+    names.clear();
+    for (EvaluatedTrajectory& estimate : estimates) {
+      const fs::path name = last_parts(estimate.path, parts);
+      names.insert(name);
+      estimate.name = (files.size() == 1 && parts > 1 ? name.parent_path() : name).string();
+    }
+  }
 }
 
 void add_relative(SummaryTree& v, const std::string& name, const RelativeErrors& errors) {
@@ -40,44 +108,28 @@ void add_relative(SummaryTree& v, const std::string& name, const RelativeErrors&
   v.shown(name + "_spans", {}, errors.spans.size());
 }
 
-}  // namespace
-
-Result<TrajectoryError> evaluate_trajectory_files(const std::filesystem::path& estimate,
-                                                  const std::filesystem::path& truth,
-                                                  const TrajectoryErrorParams& params,
-                                                  std::vector<std::string>& warnings) {
-  const auto estimated = read_poses(estimate, PosesOfRecording::kReported, warnings);
-  if (!estimated) return forward_error(estimated);
-  const auto true_poses = read_poses(truth, PosesOfRecording::kTrue, warnings);
-  if (!true_poses) return forward_error(true_poses);
-  return evaluate_trajectory(*true_poses, *estimated, params);
-}
-
-void visit(const TrajectoryError& error, SummaryTree& v) {
-  v({"ate_rmse_m", {}, "{:.4f} m"}, error.position_m.rmse);
-  v({"ate_mean_m", {}, "{:.4f} m"}, error.position_m.mean);
-  v({"ate_median_m", {}, "{:.4f} m"}, error.position_m.median);
-  v({"ate_max_m", {}, "{:.4f} m"}, error.position_m.max);
-  v({"rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.rotation_rad.rmse);
+void add_rotations(SummaryTree& v, const TrajectoryError& error) {
+  v.or_null({"rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, rotation_rmse_rad(error));
+  v({"rotation_own_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.rotation_own_rad.rmse);
+  v({"alignment_uncertainty_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.alignment_uncertainty_rad);
+  v({"rotation_undetermined"}, error.rotation_undetermined);
+  if (error.rotation_undetermined)
+    v.shown("rotation_undetermined_text", {}, "undetermined after the alignment by positions, see below");
   v.shown("rotation_max_rad", {}, fmt::format("{:.3f} deg", error.rotation_rad.max * kDegreesPerRadian));
-  v({"rpe_translation_rmse_m", {}, "{:.4f} m"}, error.relative.translation_m.rmse);
-  v({"rpe_rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.relative.rotation_rad.rmse);
-  v({"pairs"}, error.pairs);
-  v({"relative_pairs"}, error.relative.spans.size());
-  v({"truth_path_m", {}, "{:.2f} m"}, error.truth_path_m);
-  v({"alignment_scale_ratio", {}, "{:.5f}"}, error.alignment.scale);
-  v({"alignment_degenerate"}, error.alignment_degenerate);
-  add_relative(v, "rpe_frame", error.per_frame);
-  add_relative(v, "rpe_second", error.per_second);
-  add_relative(v, "rpe_metre", error.per_metre);
+  v.shown("rotation_own_max_rad", {},
+          fmt::format("{:.3f} deg", error.rotation_own_rad.max * kDegreesPerRadian));
 }
 
-std::string to_text(const TrajectoryError& error) {
+std::string text_of_one(const TrajectoryError& error) {
   const SummaryTree tree = describe(error);
   std::string text = tree.lines(
       {"{pairs|pair of poses|pairs of poses}, true path {truth_path_m}",
        "absolute error (ATE)    rmse {ate_rmse_m}, median {ate_median_m}, max {ate_max_m}",
-       "orientation             rmse {rotation_rmse_rad}, max {rotation_max_rad}", "relative error (RPE)",
+       "without alignment       rmse {ate_given_rmse_m}, median {ate_given_median_m}, max {ate_given_max_m}",
+       "orientation             rmse {rotation_rmse_rad}, max {rotation_max_rad}",
+       "orientation             {rotation_undetermined_text}",
+       "  aligned on its own      rmse {rotation_own_rmse_rad}, max {rotation_own_max_rad}",
+       "relative error (RPE)",
        "  over a frame            rmse {rpe_frame_m} and {rpe_frame_rad} ({rpe_frame_spans|span})",
        "  over a second           rmse {rpe_second_m} and {rpe_second_rad} ({rpe_second_spans|span})",
        "  over a metre            rmse {rpe_metre_m} and {rpe_metre_rad} ({rpe_metre_spans|span})"});
@@ -88,36 +140,83 @@ std::string to_text(const TrajectoryError& error) {
                                 fmt::format("{:g} {}", error.relative.delta,
                                             kRpeUnitNames[static_cast<std::size_t>(error.relative.unit)]))});
   if (error.alignment.scale != 1.0) text += tree.lines({"scale of the fit        {alignment_scale_ratio}"});
-  if (error.alignment_degenerate)
-    text += "the true path is straight: the orientation of the fit is not determined\n";
+  if (const std::string note = undetermined_rotation_note(error); !note.empty()) text += note + "\n";
   return text;
 }
 
-std::string trajectory_report_html(const TrajectoryError& error, const std::string& title) {
-  const SummaryTree tree = describe(error);
-  HtmlReport report(title);
-  report.set_verdict(
-      HtmlReport::Verdict::kNone,
-      *tree.sentence("The path of {truth_path_m} is off by {ate_rmse_m} (rmse of {pairs|position})."));
-  add_cards(report, tree,
-            {{"ATE", "{ate_rmse_m}", "rmse after alignment"},
-             {"RPE", "{rpe_second_m}", "rmse, a second"},
-             {"RPE", "{rpe_second_rad}", "rmse, a second"}});
-  const Trajectory truth = matched_truth(error), estimate = matched_estimate(error);
-  report.begin_section("Path");
-  const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"estimate", &estimate}}};
-  add_path_views(report, paths, "The estimate is fitted to the truth.");
-  report.begin_section("Error");
-  add_error_statistics(report, error);
-  add_error_path(report, error);
-  add_position_histogram(report, error);
-  report.begin_section("Relative errors", "Of the motion over spans of one length, not divided by it.");
-  add_relative_table(report, error);
-  report.begin_section("Over time");
-  add_error_plots(report, error);
-  report.begin_section("Pose over time", "The estimate is fitted to the truth.");
-  add_pose_components(report, error);
-  return report.html();
+/// A row for each trajectory, positions in metres.
+std::string text_of_several(const std::vector<EvaluatedTrajectory>& estimates) {
+  std::size_t width = 10;
+  for (const EvaluatedTrajectory& estimate : estimates) width = std::max(width, estimate.name.size());
+  std::string text = fmt::format("{:{}} {:>7} {:>34}   {:>34}\n{:{}} {:>7}", "position error (m)", width + 3,
+                                 "", "aligned", "as given", "trajectory", width + 3, "poses");
+  for (int i = 0; i < 2; ++i)
+    text += fmt::format(" {:>8} {:>8} {:>8} {:>8}{}", "mean", "median", "rmse", "max", i == 0 ? "  " : "\n");
+  for (const EvaluatedTrajectory& estimate : estimates) {
+    text += fmt::format("{:{}} {:>7}", estimate.name, width + 3, estimate.error.pairs);
+    for (const Summary* s : {&estimate.error.position_m, &estimate.error.position_given_m})
+      text += fmt::format(" {:8.4f} {:8.4f} {:8.4f} {:8.4f}{}", s->mean, s->median, s->rmse, s->max,
+                          s == &estimate.error.position_m ? "  " : "\n");
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<TrajectoryComparison> evaluate_trajectory_files(std::span<const fs::path> estimates,
+                                                       const fs::path& truth,
+                                                       const TrajectoryErrorParams& params) {
+  TrajectoryComparison comparison{truth, {}, {}};
+  const auto true_poses = read_poses(truth, PosesOfRecording::kTrue, comparison.warnings);
+  if (!true_poses) return forward_error(true_poses);
+  for (const fs::path& path : estimates) {
+    const auto estimated = read_poses(path, PosesOfRecording::kReported, comparison.warnings);
+    if (!estimated) return forward_error(estimated);
+    auto error = evaluate_trajectory(true_poses->poses, estimated->poses, params);
+    if (!error) return fail(error.error().code, path.string(), "{}", error.error().message);
+    comparison.estimates.push_back({{}, path, std::move(*error)});
+    std::string warning =
+        one_source_warning(comparison.estimates.back(), estimated->source, true_poses->source);
+    if (!warning.empty()) comparison.warnings.push_back(std::move(warning));
+  }
+  name_trajectories(comparison.estimates);
+  return comparison;
+}
+
+void visit(const TrajectoryError& error, SummaryTree& v) {
+  v({"ate_rmse_m", {}, "{:.4f} m"}, error.position_m.rmse);
+  v({"ate_mean_m", {}, "{:.4f} m"}, error.position_m.mean);
+  v({"ate_median_m", {}, "{:.4f} m"}, error.position_m.median);
+  v({"ate_max_m", {}, "{:.4f} m"}, error.position_m.max);
+  v({"ate_given_rmse_m", {}, "{:.4f} m"}, error.position_given_m.rmse);
+  v({"ate_given_mean_m", {}, "{:.4f} m"}, error.position_given_m.mean);
+  v({"ate_given_median_m", {}, "{:.4f} m"}, error.position_given_m.median);
+  v({"ate_given_max_m", {}, "{:.4f} m"}, error.position_given_m.max);
+  add_rotations(v, error);
+  v({"rpe_translation_rmse_m", {}, "{:.4f} m"}, error.relative.translation_m.rmse);
+  v({"rpe_rotation_rmse_rad", {}, "{:.3f} deg", kDegreesPerRadian}, error.relative.rotation_rad.rmse);
+  v({"pairs"}, error.pairs);
+  v({"relative_pairs"}, error.relative.spans.size());
+  v({"truth_path_m", {}, "{:.2f} m"}, error.truth_path_m);
+  v({"alignment_scale_ratio", {}, "{:.5f}"}, error.alignment.scale);
+  add_relative(v, "rpe_frame", error.per_frame);
+  add_relative(v, "rpe_second", error.per_second);
+  add_relative(v, "rpe_metre", error.per_metre);
+}
+
+void visit(const TrajectoryComparison& comparison, SummaryTree& v) {
+  const auto& estimates = comparison.estimates;
+  if (estimates.size() == 1) return visit(estimates.front().error, v);
+  v.list_of("trajectories", estimates.size(), [&](std::size_t i, SummaryTree& row) {
+    row({"name"}, estimates[i].name);
+    row({"path"}, estimates[i].path.string());
+    visit(estimates[i].error, row);
+  });
+}
+
+std::string to_text(const TrajectoryComparison& comparison) {
+  return comparison.estimates.size() == 1 ? text_of_one(comparison.estimates.front().error)
+                                          : text_of_several(comparison.estimates);
 }
 
 }  // namespace hm

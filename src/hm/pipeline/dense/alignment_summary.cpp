@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/report/path_plots.hpp"
 #include "hm/report/plot.hpp"
 
@@ -14,7 +15,7 @@ constexpr double kMost_ratio = 0.5;
 std::optional<double> ate_m(const Trajectory& truth, const Trajectory& estimate,
                             const DenseParameters& parameters) {
   if (truth.empty()) return std::nullopt;
-  const auto error = evaluate_trajectory(truth, estimate, parameters.trajectory_error);
+  const auto error = evaluate_written(truth, estimate, parameters.trajectory_error);
   if (!error) return std::nullopt;
   return error->position_m.rmse;
 }

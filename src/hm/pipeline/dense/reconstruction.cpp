@@ -16,6 +16,7 @@
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
@@ -347,6 +348,8 @@ Result<ReconstructionSummary> Run::finish() {
   if (!saved) return forward_error(saved);
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
+  summary_.pose_source =
+      options_.poses.empty() ? pose_source(summary_.recording) : std::filesystem::absolute(options_.poses);
   summary_.parameters = options_.parameters;
   summary_.threads = options_.run.threads;
   summary_.frames_total = range_.count();

@@ -61,6 +61,7 @@ struct AlignmentSummary {
 /// Result of a run.
 struct ReconstructionSummary {
   RecordingInfo recording;
+  std::filesystem::path pose_source;  ///< file or files of the poses that it was built with
   DenseParameters parameters;
   int threads = 1;
   bool interrupted = false;

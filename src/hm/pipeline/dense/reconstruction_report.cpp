@@ -162,6 +162,7 @@ JsonValue report_json(const ReconstructionSummary& summary, const std::string& p
   auto json = to_json(summary);
   json["version"] = program_version;
   json["recording"] = summary.recording.path.string();
+  json["poses"] = summary.pose_source.string();
   auto series = JsonValue::object();
   std::vector<std::size_t> frames;
   for (const FrameRecord& record : summary.records) frames.push_back(record.index);

@@ -5,6 +5,7 @@
 
 #include "hm/core/text/counted.hpp"
 #include "hm/io/pose/relations_file.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 
 namespace hm {
 namespace {
@@ -60,18 +61,15 @@ std::optional<HeightError> evaluate_height(const Trajectory& truth,
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary) {
   if (!recording.truth.empty()) {
-    // Poses are those of a moment within the sweep, which no truth has a stamp of.
-    summary.parameters.trajectory_error.association = TrajectoryAssociation::kInterpolate;
-    auto error =
-        evaluate_trajectory(recording.truth, summary.trajectory, summary.parameters.trajectory_error);
+    auto error = evaluate_written(recording.truth, summary.trajectory, summary.parameters.trajectory_error);
     if (error)
       summary.error = std::move(*error);
     else
       summary.warnings.push_back("the trajectory cannot be compared with the truth: " +
                                  to_string(error.error()));
     if (summary.map_frame.corrected)
-      if (auto odom = evaluate_trajectory(recording.truth, summary.trajectory_odom,
-                                          summary.parameters.trajectory_error))
+      if (auto odom =
+              evaluate_written(recording.truth, summary.trajectory_odom, summary.parameters.trajectory_error))
         summary.error_odom = std::move(*odom);
     summary.height_error = evaluate_height(recording.truth, summary.records);
   }

@@ -74,8 +74,10 @@ void add_relations(SummaryTree& v, const SummaryDoc& doc, double mean, double de
 void add_errors(const LaserSummary& summary, SummaryTree& v) {
   if (summary.error) {
     v({"ate_rmse_m", "position error, RMSE", "{:.4f} m"}, summary.error->position_m.rmse);
-    v({"ate_rotation_rmse_rad", "rotation error, RMSE", "{:.3f} deg", kDegreesPerRadian},
-      summary.error->rotation_rad.rmse);
+    v.or_null({"ate_rotation_rmse_rad", "rotation error, RMSE", "{:.3f} deg", kDegreesPerRadian},
+              rotation_rmse_rad(*summary.error));
+    v({"ate_rotation_own_rmse_rad", "rotation error, aligned on its own", "{:.3f} deg", kDegreesPerRadian},
+      summary.error->rotation_own_rad.rmse);
     v({"truth", "truth"}, summary.truth_source);
     v.shown("pairs", "poses compared", summary.error->pairs);
     v.shown("truth_path", "true path", fmt::format("{:.2f} m", summary.error->truth_path_m));
@@ -101,8 +103,8 @@ void add_errors(const LaserSummary& summary, SummaryTree& v) {
 void add_errors_of_odom(const LaserSummary& summary, SummaryTree& v) {
   if (summary.error_odom) {
     v({"ate_rmse_odom_m", {}, "{:.4f} m"}, summary.error_odom->position_m.rmse);
-    v({"ate_rotation_rmse_odom_rad", {}, "{:.3f} deg", kDegreesPerRadian},
-      summary.error_odom->rotation_rad.rmse);
+    v.or_null({"ate_rotation_rmse_odom_rad", {}, "{:.3f} deg", kDegreesPerRadian},
+              rotation_rmse_rad(*summary.error_odom));
   }
   if (!summary.relation_error_odom) return;
   const RelationErrors& errors = *summary.relation_error_odom;
@@ -337,7 +339,8 @@ std::string to_text(const LaserSummary& summary) {
   }
   text += tree.lines(
       {"time      {run_s} for a recording of {recording_s}",
-       "against the truth: position RMSE {ate_rmse_m}, rotation RMSE {ate_rotation_rmse_rad} ({pairs|pose})",
+       "against the truth: position RMSE {ate_rmse_m}[, rotation RMSE {ate_rotation_rmse_rad}]; orientations "
+       "aligned on their own {ate_rotation_own_rmse_rad} ({pairs|pose})",
        "                   height RMSE {height_rmse_m}, at most {height_max_m}",
        "against {relations.used|relation}: {relation_error_m.mean} +- {relation_error_m.std}, "
        "{relation_error_rad.mean}",

@@ -114,7 +114,8 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
   report.begin_section("Path");
   if (!summary.error) {
     const std::array<NamedTrajectory, 1> paths{{{"odometry", &summary.track.trajectory}}};
-    return add_path_views(report, paths, {});
+    add_path_views(report, paths, {});
+    return add_motion_plots(report, paths);
   }
   const Trajectory truth = matched_truth(*summary.error), estimate = matched_estimate(*summary.error);
   const std::array<NamedTrajectory, 2> paths{{{"truth", &truth}, {"odometry", &estimate}}};
@@ -127,6 +128,8 @@ void add_path_section(HtmlReport& report, const OdometrySummary& summary) {
   add_relative_table(report, *summary.error);
   report.begin_section("Pose over time", "Odometry is fitted to the recording's own poses.");
   add_pose_components(report, *summary.error);
+  const std::array<NamedTrajectory, 1> whole{{{"odometry", &summary.track.trajectory}}};
+  add_motion_plots(report, whole);
 }
 
 }  // namespace

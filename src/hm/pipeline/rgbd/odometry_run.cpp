@@ -7,6 +7,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
 #include "hm/report/run_report.hpp"
 

@@ -14,6 +14,7 @@
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
@@ -22,11 +23,13 @@
 namespace hm {
 namespace {
 
-/// Pose of the first frame, where the recording gives it.
+/// Pose of the first frame from here on that the recording gives one for.
 std::optional<SE3> first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
-  if (at_pose && first_frame < info.stamps.size())
-    for (const StampedPose& pose : true_trajectory(info))
-      if (pose.stamp >= info.stamps[first_frame]) return pose.T_world_base;
+  if (!at_pose) return std::nullopt;
+  const Trajectory truth = true_trajectory(info);
+  const Duration max_gap = Duration::from_seconds(RecordingOptions{}.max_pose_gap_s);
+  for (std::size_t i = first_frame; i < info.stamps.size(); ++i)
+    if (const auto T_world_camera = pose_at(truth, info.stamps[i], max_gap)) return T_world_camera;
   return std::nullopt;
 }
 

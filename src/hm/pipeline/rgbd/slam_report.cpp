@@ -56,7 +56,8 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
   if (!summary.error || !summary.odometry_error) {
     const std::array<NamedTrajectory, 2> paths{
         {{"corrected", &state.corrected}, {"odometry", &state.track.trajectory}}};
-    return add_path_views(report, paths, "Before and after loops were closed.");
+    add_path_views(report, paths, "Before and after loops were closed.");
+    return add_motion_plots(report, paths);
   }
   const Trajectory truth = matched_truth(*summary.error), corrected = matched_estimate(*summary.error),
                    odometry = matched_estimate(*summary.odometry_error);
@@ -76,6 +77,8 @@ void add_path(HtmlReport& report, const SlamSummary& summary) {
   add_relative_table(report, *summary.error);
   report.begin_section("Pose over time", "Each is fitted to the recording's own poses.");
   add_pose_components(report, *summary.error);
+  const std::array<NamedTrajectory, 1> whole{{{"corrected", &state.corrected}}};
+  add_motion_plots(report, whole);
 }
 
 void add_loops(HtmlReport& report, const SummaryTree& summary, const SlamReportMaterial& material) {

@@ -6,6 +6,7 @@
 #include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"

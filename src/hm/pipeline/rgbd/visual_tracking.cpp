@@ -91,27 +91,6 @@ VisualTrack VisualTracking::finish() {
   return std::move(track_);
 }
 
-Trajectory true_trajectory(const RecordingInfo& info) {
-  if (!info.truth.empty()) return info.truth;
-  Trajectory poses;
-  for (std::size_t i = 0; i < info.frame_poses.size() && i < info.stamps.size(); ++i)
-    if (info.frame_poses[i] && (poses.empty() || info.stamps[i] > poses.back().stamp))
-      poses.push_back({info.stamps[i], *info.frame_poses[i]});
-  return poses;
-}
-
-std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
-                                                  const TrajectoryErrorParams& params,
-                                                  std::vector<std::string>& warnings) {
-  const Trajectory truth = true_trajectory(info);
-  if (truth.empty() || estimate.size() < 3) return std::nullopt;
-  auto error = evaluate_trajectory(truth, estimate, params);
-  if (error) return std::move(*error);
-  warnings.push_back("the trajectory cannot be compared with the recording's poses: " +
-                     to_string(error.error()));
-  return std::nullopt;
-}
-
 std::vector<std::string> warnings_of(const VisualTrack& track) {
   std::vector<std::string> warnings;
   if (!track.unused.empty())

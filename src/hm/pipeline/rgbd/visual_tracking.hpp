@@ -86,14 +86,6 @@ class VisualTracking {
   bool lost_ = false;
 };
 
-/// The poses to compare with: the recording's truth, else its poses at its frames. Empty: there are none.
-Trajectory true_trajectory(const RecordingInfo& info);
-/// The comparison of a trajectory with the recording's truth, nothing where there is none (or less than three
-/// poses of it); what is wrong becomes a warning.
-std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
-                                                  const TrajectoryErrorParams& params,
-                                                  std::vector<std::string>& warnings);
-
 /// Warnings about frames that are unused or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
 /// Explains in words that there is no pose at all.

@@ -1,0 +1,43 @@
+#include "hm/pipeline/common/truth_comparison.hpp"
+
+#include "hm/io/pose/trajectory_file.hpp"
+
+namespace hm {
+
+Trajectory true_trajectory(const RecordingInfo& info) {
+  if (!info.truth.empty()) return info.truth;
+  if (!info.trajectory.empty()) return info.trajectory;
+  Trajectory poses;
+  for (std::size_t i = 0; i < info.frame_poses.size() && i < info.stamps.size(); ++i)
+    if (info.frame_poses[i] && (poses.empty() || info.stamps[i] > poses.back().stamp))
+      poses.push_back({info.stamps[i], *info.frame_poses[i]});
+  return poses;
+}
+
+std::filesystem::path pose_source(const RecordingInfo& info) {
+  return info.trajectory_source.empty() ? std::filesystem::path()
+                                        : std::filesystem::absolute(info.path / info.trajectory_source);
+}
+
+std::filesystem::path truth_source(const RecordingInfo& info) {
+  return info.truth.empty() ? pose_source(info) : std::filesystem::absolute(info.path / "groundtruth.txt");
+}
+
+Result<TrajectoryError> evaluate_written(const Trajectory& truth, const Trajectory& estimate,
+                                         const TrajectoryErrorParams& params) {
+  return evaluate_trajectory(truth, as_in_tum_file(estimate), params);
+}
+
+std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, const RecordingInfo& info,
+                                                  const TrajectoryErrorParams& params,
+                                                  std::vector<std::string>& warnings) {
+  const Trajectory truth = true_trajectory(info);
+  if (truth.empty() || estimate.size() < 3) return std::nullopt;
+  auto error = evaluate_written(truth, estimate, params);
+  if (error) return std::move(*error);
+  warnings.push_back("the trajectory cannot be compared with the recording's poses: " +
+                     to_string(error.error()));
+  return std::nullopt;
+}
+
+}  // namespace hm
