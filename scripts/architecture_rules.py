@@ -33,7 +33,7 @@ FENCES = {
     "Eigen": "*", "fmt": "*", "tl": "*",
     "tbb": ["core"],
     "toml++": ["core", "io"],
-    "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "png.h": ["io"], "turbojpeg.h": ["io"],
+    "nlohmann": ["io"], "sqlite3.h": ["io"], "zstd.h": ["io"], "zstd_errors.h": ["io"], "png.h": ["io"], "turbojpeg.h": ["io"],
     "yaml-cpp": ["io"], "octomap": ["io"], "zlib.h": ["io"], "bzlib.h": ["io"],
     "lz4frame.h": ["io"], "assimp": ["io"],
     "opencv2": ["odometry", "calibration", "slam", "io"],

@@ -242,7 +242,7 @@ bool read_json_text(Bytes bytes) {
   return accepted(value);
 }
 
-bool read_depth(Bytes bytes) { return accepted(read_depth_picture(as_file("depth.png", bytes))); }
+bool read_depth(Bytes bytes) { return accepted(read_depth_image(as_file("depth.png", bytes))); }
 
 bool read_color(Bytes bytes) { return accepted(decode_color_image(bytes, "color.png")); }
 
@@ -294,7 +294,7 @@ constexpr std::array kReaders{
     Reader{"octomap_ot", [](Bytes b) { return accepted(read_octomap(as_file("map.ot", b))); }},
     Reader{"parameters", read_parameters},
     Reader{"picture_list",
-           [](Bytes b) { return accepted(detail::read_picture_list(as_file("depth.txt", b))); }},
+           [](Bytes b) { return accepted(detail::read_image_list(as_file("depth.txt", b))); }},
     Reader{"pose_list", read_poses},
     Reader{"relations", [](Bytes b) { return accepted(read_relations(as_file("truth.relations", b))); }},
     Reader{"rig", [](Bytes b) { return accepted(read_laser_rig(as_file("rig.toml", b))); }},

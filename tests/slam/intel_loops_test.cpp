@@ -27,7 +27,7 @@ TEST(IntelLoops, RelationsHold) {
   const auto recording = open_laser_recording(log);
   auto list = read_relations(file);
   ASSERT_TRUE(recording && list);
-  mend_relations(list->relations, recording->mended_stamps);
+  correct_relations(list->relations, recording->corrected_stamps);
   const LaserStream& laser = recording->lasers.front();
   const Trajectory wheels = degrade_to_wheel_odometry(recording->truth);
   LaserRig rig;

@@ -109,7 +109,7 @@ void warn(CameraFit& fit) {
   for (const ViewFit& view : fit.views)
     if (!view.is_outlier) tilts.push_back(view.tilt_rad);
   auto& warnings = fit.warnings;
-  if (tilts.size() < 10) warnings.push_back(fmt::format("only {} pictures: take 15 to 30", tilts.size()));
+  if (tilts.size() < 10) warnings.push_back(fmt::format("only {} images: take 15 to 30", tilts.size()));
   if (fit.covered_ratio < 0.6)
     warnings.push_back(
         fmt::format("the boards cover {:.0f} % of the image: show the board in the corners and along "
@@ -118,7 +118,7 @@ void warn(CameraFit& fit) {
   const auto tilted = std::ranges::count_if(tilts, [](double tilt) { return tilt > 15 * kRadiansPerDegree; });
   if (tilted * 3 < static_cast<std::ptrdiff_t>(tilts.size()) || tilted < 4)
     warnings.push_back(
-        fmt::format("the board is tilted by more than 15 degrees in {} of {} pictures only: without "
+        fmt::format("the board is tilted by more than 15 degrees in {} of {} images only: without "
                     "tilt the focal length and the distance cannot be told apart",
                     tilted, tilts.size()));
   if (fit.sigma[0] > 0.005 * fit.camera.fx || fit.sigma[1] > 0.005 * std::abs(fit.camera.fy))
@@ -129,7 +129,7 @@ void warn(CameraFit& fit) {
         fmt::format("the principal point is known to {:.1f} and {:.1f} px only", fit.sigma[2], fit.sigma[3]));
   if (fit.rms_px > 1.0)
     warnings.push_back(
-        fmt::format("a reprojection error of {:.2f} px is much: blurred pictures, a board that is not "
+        fmt::format("a reprojection error of {:.2f} px is much: blurred images, a board that is not "
                     "flat, or the wrong board size",
                     fit.rms_px));
 }
@@ -179,7 +179,7 @@ Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams
     if (views[i].size() >= 6) used.push_back(i);
   if (used.size() < kFewestViews)
     return fail(ErrorCode::kInvalidValue, "",
-                "the board was found in {} pictures; {} are needed at least, 15 to 30 wanted", used.size(),
+                "the board was found in {} images; {} are needed at least, 15 to 30 wanted", used.size(),
                 kFewestViews);
   CameraFit fit;
   for (int round = 0; round < 2; ++round) {
@@ -189,10 +189,10 @@ Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams
     try {
       raw = calibrate(sets, width, height, params);
     } catch (const cv::Exception& error) {
-      return fail(ErrorCode::kInvalidValue, "", "the pictures leave the camera undetermined ({})", error.err);
+      return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})", error.err);
     }
     if (const auto checked = check_camera(raw.camera); !checked)
-      return fail(ErrorCode::kInvalidValue, "", "the pictures leave the camera undetermined ({})",
+      return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})",
                   checked.error().message);
     fit.camera = raw.camera;
     fit.sigma = raw.sigma;

@@ -62,7 +62,7 @@ TEST(CameraFit, AMisdetectedBoardIsLeftOut) {
 TEST(CameraFit, PoorSetsAreToldInWords) {
   const auto few = fit_camera(views_of(kColorCamera, 4, 0.05, 5), kBoard, 640, 480);
   ASSERT_TRUE(few);
-  EXPECT_THAT(few->warnings, testing::Contains(HasSubstr("only 4 pictures")));
+  EXPECT_THAT(few->warnings, testing::Contains(HasSubstr("only 4 images")));
   EXPECT_THAT(few->warnings, testing::Contains(HasSubstr("cover")));
   Rng rng(6);
   std::vector<BoardView> frontal;
@@ -80,7 +80,7 @@ TEST(CameraFit, TooFewViewsAreAnError) {
   EXPECT_FALSE(fit_camera({}, kBoard, 640, 480));
   const auto two = fit_camera(views_of(kColorCamera, 2, 0, 1), kBoard, 640, 480);
   ASSERT_FALSE(two);
-  EXPECT_THAT(two.error().message, HasSubstr("found in 2 pictures"));
+  EXPECT_THAT(two.error().message, HasSubstr("found in 2 images"));
 }
 
 TEST(BoardPose, IsThePoseThatWasProjected) {

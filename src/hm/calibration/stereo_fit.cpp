@@ -79,11 +79,11 @@ PairFit judge(const UsablePair& pair, const BoardParams& board, const detail::St
 }
 
 void warn(StereoFit& fit, std::size_t used) {
-  if (used < 5) fit.warnings.push_back(fmt::format("only {} pairs of pictures: take 10 to 20", used));
+  if (used < 5) fit.warnings.push_back(fmt::format("only {} pairs of images: take 10 to 20", used));
   if (fit.rms_px > 1.0)
     fit.warnings.push_back(
         fmt::format("a reprojection error of {:.2f} px is much: did the board move between the two "
-                    "pictures, or do the intrinsics belong to another camera?",
+                    "images, or do the intrinsics belong to another camera?",
                     fit.rms_px));
   if (fit.translation_sigma_m.maxCoeff() > 0.002)
     fit.warnings.push_back(

@@ -40,8 +40,8 @@ namespace {
 Result<PinholeCamera> fitted(const PinholeCamera& camera, const char* name, int width, int height) {
   if (camera.width == width && camera.height == height) return camera;
   if (static_cast<std::int64_t>(camera.width) * height != static_cast<std::int64_t>(camera.height) * width)
-    return fail(ErrorCode::kInvalidValue, "", "the calibration's {} is {} x {}, the pictures are {} x {}",
-                name, camera.width, camera.height, width, height);
+    return fail(ErrorCode::kInvalidValue, "", "the calibration's {} is {} x {}, the images are {} x {}", name,
+                camera.width, camera.height, width, height);
   PinholeCamera scaled = camera.scaled(static_cast<double>(width) / camera.width);
   scaled.width = width;
   scaled.height = height;
@@ -68,9 +68,8 @@ Result<FrameCalibration> FrameCalibration::make(const RgbdCalibration& calibrati
   if (!color) return forward_error(color);
   if (const auto& model = calibration.depth_correction) {
     if (static_cast<std::int64_t>(model->width) * height != static_cast<std::int64_t>(model->height) * width)
-      return fail(ErrorCode::kInvalidValue, "",
-                  "the depth correction is for {} x {}, the pictures are {} x {}", model->width,
-                  model->height, width, height);
+      return fail(ErrorCode::kInvalidValue, "", "the depth correction is for {} x {}, the images are {} x {}",
+                  model->width, model->height, width, height);
     impl->correction.emplace(*model, width, height);
   }
   if (!depth->distortion.is_zero()) impl->depth_lens = std::make_shared<const LensMap>(*depth);

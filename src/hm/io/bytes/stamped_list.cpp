@@ -25,11 +25,11 @@ Result<void> parse_lines(
   return {};
 }
 
-PictureList increasing(const std::vector<StampedPicture>& pictures, const std::vector<std::size_t>& lines,
-                       SkipCounter skips) {
-  PictureList list;
-  list.pictures = keep_increasing(
-      pictures, lines, [](const StampedPicture& p) { return p.stamp; }, skips);
+ImageList increasing(const std::vector<StampedImage>& images, const std::vector<std::size_t>& lines,
+                     SkipCounter skips) {
+  ImageList list;
+  list.images = keep_increasing(
+      images, lines, [](const StampedImage& p) { return p.stamp; }, skips);
   list.skipped = skips.take();
   return list;
 }
@@ -67,10 +67,10 @@ std::optional<Time> StampRule::parse(std::string_view word) const {
   return Time::from_seconds(*number / *frame_rate_hz);
 }
 
-Result<PictureList> read_picture_list(const std::filesystem::path& path, const StampRule& rule) {
+Result<ImageList> read_image_list(const std::filesystem::path& path, const StampRule& rule) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
-  std::vector<StampedPicture> pictures;
+  std::vector<StampedImage> images;
   std::vector<std::size_t> lines;
   SkipCounter skips(path);
   const auto parsed =
@@ -79,18 +79,18 @@ Result<PictureList> read_picture_list(const std::filesystem::path& path, const S
         const auto stamp = rule.parse(columns[0]);
         if (!stamp) return fmt::format("`{}` is not a stamp", columns[0]);
         const auto path_begin = static_cast<std::size_t>(columns[1].data() - line.text.data());
-        pictures.push_back({*stamp, std::string(line.text.substr(path_begin))});
+        images.push_back({*stamp, std::string(line.text.substr(path_begin))});
         lines.push_back(line.number);
         return {};
       });
   if (!parsed) return forward_error(parsed);
-  return increasing(pictures, lines, skips);
+  return increasing(images, lines, skips);
 }
 
 Result<AssociationList> read_associations(const std::filesystem::path& path, const StampRule& rule) {
   const auto file = TextFile::read(path);
   if (!file) return forward_error(file);
-  std::array<std::vector<StampedPicture>, 2> columns;  // depth, colour
+  std::array<std::vector<StampedImage>, 2> columns;  // depth, colour
   std::vector<std::size_t> lines;
   SkipCounter skips(path);
   const auto parsed = parse_lines(*file, skips, [&](const TextLine& line, const auto& word) -> std::string {

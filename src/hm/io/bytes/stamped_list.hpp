@@ -20,21 +20,21 @@ struct StampRule {
   [[nodiscard]] std::optional<Time> parse(std::string_view word) const;
 };
 
-struct StampedPicture {
+struct StampedImage {
   Time stamp;
   std::string path;  ///< as written, relative to the recording
 };
 
-struct PictureList {
-  std::vector<StampedPicture> pictures;
+struct ImageList {
+  std::vector<StampedImage> images;
   std::vector<SkippedLines> skipped;
 };
 /// Reads lines `stamp path`.
-Result<PictureList> read_picture_list(const std::filesystem::path& path, const StampRule& rule = {});
+Result<ImageList> read_image_list(const std::filesystem::path& path, const StampRule& rule = {});
 
 struct AssociationList {
-  PictureList depth;
-  PictureList color;
+  ImageList depth;
+  ImageList color;
 };
 /// Reads lines `stamp path stamp path`, colour and depth in either order (recognised by the paths).
 Result<AssociationList> read_associations(const std::filesystem::path& path, const StampRule& rule = {});

@@ -109,11 +109,11 @@ class ListFile : public ::testing::Test {
 };
 
 TEST_F(ListFile, BackwardAndRepeatedStampsAreLeftOutAndCounted) {
-  const auto list = read_picture_list(
+  const auto list = read_image_list(
       write("1.0 a.png\n2.0 b.png\n3 c.png\n1.5 d.png\n3 e.png\n99 f.png\n4 g.png\n5 h h.png\n"));
   ASSERT_TRUE(list);
   std::vector<std::string> kept;
-  for (const StampedPicture& picture : list->pictures) kept.push_back(picture.path);
+  for (const StampedImage& picture : list->images) kept.push_back(picture.path);
   // One stamp far ahead does not cost those behind it.
   EXPECT_EQ(kept, (std::vector<std::string>{"a.png", "b.png", "c.png", "g.png", "h h.png"}));
   ASSERT_EQ(list->skipped.size(), 1U);
@@ -125,7 +125,7 @@ TEST_F(ListFile, BackwardAndRepeatedStampsAreLeftOutAndCounted) {
 TEST_F(ListFile, AMalformedLineNamesItsPlace) {
   for (const auto& [text, number] : std::vector<std::pair<std::string, int>>{
            {"# c\n1.0 a.png\nx b.png\n", 3}, {"1.0\n", 1}, {"1.0 a\n\nnan b\n", 3}}) {
-    const auto list = read_picture_list(write(text));
+    const auto list = read_image_list(write(text));
     ASSERT_FALSE(list) << text;
     EXPECT_EQ(list.error().where, line(number));
     EXPECT_EQ(list.error().code, ErrorCode::kCorrupted);
@@ -174,9 +174,9 @@ TEST_F(ListFile, AssociationsInEitherOrder) {
   for (const char* text : {"1.5 rgb/a.png 1.25 depth/b.png\n", "1.25 depth/b.png 1.5 rgb/a.png\n"}) {
     const auto list = read_associations(write(text));
     ASSERT_TRUE(list);
-    EXPECT_EQ(list->depth.pictures[0].path, "depth/b.png");
-    EXPECT_EQ(list->depth.pictures[0].stamp, Time::from_seconds(1.25));
-    EXPECT_EQ(list->color.pictures[0].stamp, Time::from_seconds(1.5));
+    EXPECT_EQ(list->depth.images[0].path, "depth/b.png");
+    EXPECT_EQ(list->depth.images[0].stamp, Time::from_seconds(1.25));
+    EXPECT_EQ(list->color.images[0].stamp, Time::from_seconds(1.5));
   }
 }
 

@@ -178,7 +178,7 @@ Result<void> write_calibration(const std::filesystem::path& path, const RgbdCali
   if (calibration.T_color_depth) text += motion_text(*calibration.T_color_depth);
   if (const auto& disparity = calibration.disparity)
     text += fmt::format(
-        "\n[depth_disparity]  # depth pictures hold raw disparity d: z = 1 / (offset + slope d)\n"
+        "\n[depth_disparity]  # depth images hold raw disparity d: z = 1 / (offset + slope d)\n"
         "offset_per_m = {}\nslope_per_m = {}\n",
         disparity->offset_per_m, disparity->slope_per_m);
   if (calibration.depth_correction) {

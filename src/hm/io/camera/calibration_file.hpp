@@ -21,7 +21,7 @@ inline constexpr const char* kCalibrationFileName = "calibration.toml";
 ///     [T_color_depth]              # points of the depth camera in the colour camera
 ///     xyz_m = [-0.026, 0, 0.0006]
 ///     quaternion_xyzw = [0, 0, 0, 1]
-///     [depth_disparity]            # where depth pictures hold raw disparity d: z = 1 / (offset + slope d)
+///     [depth_disparity]            # where depth images hold raw disparity d: z = 1 / (offset + slope d)
 ///     offset_per_m = 3.33
 ///     slope_per_m = -0.00307
 ///     [depth_correction]

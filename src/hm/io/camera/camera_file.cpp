@@ -139,7 +139,7 @@ Result<PinholeCamera> read_intrinsics_matrix(const std::filesystem::path& path) 
 std::string camera_file_text(const PinholeCamera& c, double depth_units_per_m) {
   const LensDistortion& d = c.distortion;
   return fmt::format(
-      "# pinhole camera, pixels; depth_scale is the number in a depth picture that stands for one metre\n"
+      "# pinhole camera, pixels; depth_scale is the number in a depth image that stands for one metre\n"
       "width {}\nheight {}\nfx {}\nfy {}\ncx {}\ncy {}\nk1 {}\nk2 {}\np1 {}\np2 {}\nk3 {}\ndepth_scale {}\n",
       c.width, c.height, c.fx, c.fy, c.cx, c.cy, d.k1, d.k2, d.p1, d.p2, d.k3, depth_units_per_m);
 }

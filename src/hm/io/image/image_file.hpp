@@ -12,21 +12,21 @@ namespace hm {
 
 /// Largest width or height of an image that is read; larger ones are an error, so that a corrupted header
 /// cannot exhaust memory.
-inline constexpr int kMaxPictureEdge_px = 16384;
+inline constexpr int kMaxImageEdge_px = 16384;
 
 /// zlib compression level for PNG files: 1 is fast and about 10 % larger, 9 is smallest and many times
 /// slower.
 enum class PngEffort : int { kFast = 1, kDefault = 6, kSmall = 9 };
 
 /// Width and height of an image in pixels.
-struct PictureSize {
+struct ImageSize {
   int width = 0;
   int height = 0;
-  bool operator==(const PictureSize&) const = default;
+  bool operator==(const ImageSize&) const = default;
 };
 
 /// Size of a PNG or JPEG from its header, without decoding it.
-Result<PictureSize> read_picture_size(const std::filesystem::path& path);
+Result<ImageSize> read_image_size(const std::filesystem::path& path);
 
 /// Reads a PNG (any bit depth, palette, gray; alpha is dropped) or JPEG file as 8-bit colour. The format is
 /// recognised by its first bytes. Errors name the file and the reason, or the byte where it is truncated.
@@ -36,7 +36,7 @@ Result<Image<std::uint16_t>> read_depth_png(const std::filesystem::path& path);
 /// Reads a depth image of a sensor: a 16-bit gray PNG, or a 16-bit binary PGM (raw images of the first
 /// Kinect); 65535 (the 7-Scenes marker of no reading) becomes 0, as DepthImage requires. Used by all readers
 /// of depth.
-Result<Image<std::uint16_t>> read_depth_picture(const std::filesystem::path& path);
+Result<Image<std::uint16_t>> read_depth_image(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `where` names the source in errors.
 Result<Image<Rgb8>> decode_color_image(std::span<const std::uint8_t> bytes, const std::string& where);

@@ -77,7 +77,7 @@ TEST(PngFile, ColorRoundTripIsExact) {
       const auto back = read_color_image(folder.path() / "a.png");
       ASSERT_TRUE(back) << to_string(back.error());
       EXPECT_TRUE(same_pixels(*back, image));
-      EXPECT_EQ(read_picture_size(folder.path() / "a.png"), (PictureSize{image.width(), image.height()}));
+      EXPECT_EQ(read_image_size(folder.path() / "a.png"), (ImageSize{image.width(), image.height()}));
     }
   }
 }
@@ -130,10 +130,10 @@ TEST(PngFile, EveryKindBecomesRgb) {
 TEST(PngFile, DepthOfTheWrongKindIsAnErrorThatSaysSo) {
   const auto gray8 = decode_depth_png(png_of_kind(2, 8, PNG_COLOR_TYPE_GRAY, 0, {{7, 200}}), "gray.png");
   ASSERT_FALSE(gray8);
-  EXPECT_EQ(to_string(gray8.error()), "gray.png: a depth picture must be 16-bit gray; this is 8-bit gray");
+  EXPECT_EQ(to_string(gray8.error()), "gray.png: a depth image must be 16-bit gray; this is 8-bit gray");
   const auto color = decode_depth_png(encode_png(smooth_colors(4, 4)), "color.png");
   ASSERT_FALSE(color);
-  EXPECT_EQ(to_string(color.error()), "color.png: a depth picture must be 16-bit gray; this is 8-bit colour");
+  EXPECT_EQ(to_string(color.error()), "color.png: a depth image must be 16-bit gray; this is 8-bit colour");
   const auto jpeg = decode_depth_png(encode_jpeg(smooth_colors(8, 8)), "c.jpg");
   ASSERT_FALSE(jpeg);
   EXPECT_EQ(jpeg.error().code, ErrorCode::kUnsupported);
@@ -152,7 +152,7 @@ TEST(JpegFile, RoundTripIsClose) {
   EXPECT_LT(sum / static_cast<double>(3 * image.size()), 2.0);
 }
 
-TEST(PictureFile, MissingEmptyAndForeignFilesAreErrors) {
+TEST(ImageFile, MissingEmptyAndForeignFilesAreErrors) {
   const TemporaryFolder folder;
   EXPECT_EQ(read_color_image(folder.path() / "none.png").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(read_color_image(folder.path()).error().code, ErrorCode::kUnreadable);
@@ -166,7 +166,7 @@ TEST(PictureFile, MissingEmptyAndForeignFilesAreErrors) {
   EXPECT_FALSE(write_png(folder.path() / "x.png", Image<Rgb8>()));
 }
 
-TEST(PictureFile, EveryPrefixIsAnErrorThatNamesTheFile) {
+TEST(ImageFile, EveryPrefixIsAnErrorThatNamesTheFile) {
   const std::vector<std::uint8_t> files[] = {
       encode_png(smooth_colors(9, 7)), encode_jpeg(smooth_colors(24, 16)), encode_png(random_depth(6, 5, 4))};
   for (const auto& file : files) {
@@ -184,7 +184,7 @@ TEST(PictureFile, EveryPrefixIsAnErrorThatNamesTheFile) {
   EXPECT_NE(cut.error().message.find(std::to_string(files[0].size() - 5)), std::string::npos);
 }
 
-TEST(PictureFile, RandomCorruptionsNeverCrash) {
+TEST(ImageFile, RandomCorruptionsNeverCrash) {
   const std::vector<std::uint8_t> files[] = {
       encode_png(smooth_colors(19, 11)), encode_jpeg(smooth_colors(40, 24)),
       encode_png(random_depth(16, 9, 5)),
@@ -200,18 +200,18 @@ TEST(PictureFile, RandomCorruptionsNeverCrash) {
     const auto depth = decode_depth_png(bytes, "bad");
     if (!color) ++refused;
     if (color) {
-      EXPECT_LE(color->width(), kMaxPictureEdge_px);
+      EXPECT_LE(color->width(), kMaxImageEdge_px);
     }
     if (depth) {
-      EXPECT_LE(depth->height(), kMaxPictureEdge_px);
+      EXPECT_LE(depth->height(), kMaxImageEdge_px);
     }
   }
   // PNG carries checksums: nearly every change must be noticed there.
   EXPECT_GT(refused, 1300);
 }
 
-TEST(PictureFile, AHeaderThatClaimsTooMuchIsRefusedBeforeMemoryIsAskedFor) {
-  // A valid header (with its checksum) of 16000 x 4000 on the data of a 2 x 2 picture.
+TEST(ImageFile, AHeaderThatClaimsTooMuchIsRefusedBeforeMemoryIsAskedFor) {
+  // A valid header (with its checksum) of 16000 x 4000 on the data of a 2 x 2 image.
   auto huge = png_of_kind(2, 16, PNG_COLOR_TYPE_GRAY, 0, {{1, 2, 3, 4}, {5, 6, 7, 8}});
   const auto put_u32 = [&](std::size_t at, std::uint32_t value) {
     for (std::size_t i = 0; i < 4; ++i) huge[at + i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
@@ -226,7 +226,7 @@ TEST(PictureFile, AHeaderThatClaimsTooMuchIsRefusedBeforeMemoryIsAskedFor) {
   put_u32(29, ~crc);
   const auto depth = decode_depth_png(huge, "huge");
   ASSERT_FALSE(depth);
-  EXPECT_NE(depth.error().message.find("cannot hold a picture of 16000 x 4000"), std::string::npos)
+  EXPECT_NE(depth.error().message.find("cannot hold an image of 16000 x 4000"), std::string::npos)
       << depth.error().message;
   put_u32(16, 16000);
   put_u32(20, 16000);
@@ -238,11 +238,11 @@ TEST(DepthPicture, TheMarkOfNoReadingBecomes0) {
   Image<std::uint16_t> depth(5, 2, 1234);
   depth(1, 0) = 65535, depth(2, 1) = 65534, depth(4, 1) = 0;
   ASSERT_TRUE(write_png(folder.path() / "d.png", depth));
-  const auto read = read_depth_picture(folder.path() / "d.png");
+  const auto read = read_depth_image(folder.path() / "d.png");
   ASSERT_TRUE(read);
   depth(1, 0) = 0;
   EXPECT_TRUE(std::ranges::equal(read->pixels(), depth.pixels()));
-  EXPECT_FALSE(read_depth_picture(folder.path() / "none.png"));
+  EXPECT_FALSE(read_depth_image(folder.path() / "none.png"));
 }
 
 /// A binary PGM as netpbm describes it; the largest value as a Kinect's tools write it.
@@ -261,7 +261,7 @@ TEST(PgmFile, SixteenBitsAreReadHighByteFirst) {
   raw(1, 0) = 2047, raw(2, 1) = 0x0102;
   for (const char* header : {"P5 3 2 2047\n", "P5\n# a comment 9 9\n3 2\n2047\n"}) {
     ASSERT_TRUE(write_file_bytes(folder.path() / "d.pgm", pgm_of(raw, header)));
-    const auto read = read_depth_picture(folder.path() / "d.pgm");
+    const auto read = read_depth_image(folder.path() / "d.pgm");
     ASSERT_TRUE(read) << to_string(read.error());
     EXPECT_TRUE(std::ranges::equal(read->pixels(), raw.pixels()));
   }

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "hm/core/check.hpp"
-#include "hm/io/image/picture_codec.hpp"
+#include "hm/io/image/image_codec.hpp"
 
 namespace hm {
 namespace {
@@ -28,22 +28,21 @@ bool is_harmless(tjhandle handle) {
          std::string_view(tjGetErrorStr2(handle)).find("extraneous bytes") != std::string_view::npos;
 }
 
-Result<PictureSize> size_of(tjhandle handle, std::span<const std::uint8_t> bytes, const std::string& where) {
-  PictureSize size;
+Result<ImageSize> size_of(tjhandle handle, std::span<const std::uint8_t> bytes, const std::string& where) {
+  ImageSize size;
   int subsampling = 0, color_space = 0;
   if (tjDecompressHeader3(handle, bytes.data(), bytes.size(), &size.width, &size.height, &subsampling,
                           &color_space) != 0)
     return jpeg_error(handle, bytes.size(), where);
   if (color_space == TJCS_CMYK || color_space == TJCS_YCCK)
     return fail(ErrorCode::kUnsupported, where, "a JPEG for print (CMYK) is not read");
-  if (auto fits = detail::check_picture_size(size.width, size.height, where); !fits)
-    return forward_error(fits);
+  if (auto fits = detail::check_image_size(size.width, size.height, where); !fits) return forward_error(fits);
   return size;
 }
 
 }  // namespace
 
-Result<PictureSize> detail::jpeg_size(std::span<const std::uint8_t> bytes, const std::string& where) {
+Result<ImageSize> detail::jpeg_size(std::span<const std::uint8_t> bytes, const std::string& where) {
   const Handle handle(tjInitDecompress());
   if (!handle) return fail(ErrorCode::kInternal, where, "turbojpeg cannot start");
   return size_of(handle.get(), bytes, where);

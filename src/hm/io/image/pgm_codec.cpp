@@ -2,7 +2,7 @@
 #include <charconv>
 #include <optional>
 
-#include "hm/io/image/picture_codec.hpp"
+#include "hm/io/image/image_codec.hpp"
 
 namespace hm {
 namespace {
@@ -45,10 +45,10 @@ Result<Image<std::uint16_t>> decode_depth_pgm(std::span<const std::uint8_t> byte
   if (!width || !height || !largest)
     return fail(ErrorCode::kCorrupted, fmt::format("{}: byte {}", where, header.at()),
                 "a PGM's header has width, height and largest value");
-  if (auto size = detail::check_picture_size(*width, *height, where); !size) return forward_error(size);
+  if (auto size = detail::check_image_size(*width, *height, where); !size) return forward_error(size);
   if (*largest <= 255 || *largest > 65535)
     return fail(ErrorCode::kUnsupported, where,
-                "a depth picture must be 16-bit gray; this PGM's largest value is {}", *largest);
+                "a depth image must be 16-bit gray; this PGM's largest value is {}", *largest);
   const std::size_t begin = header.at() + 1;  // one white space ends the header
   const std::size_t pixels = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
   if (bytes.size() < begin + 2 * pixels)

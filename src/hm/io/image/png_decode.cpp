@@ -4,7 +4,7 @@
 #include <csetjmp>
 #include <cstring>
 
-#include "hm/io/image/picture_codec.hpp"
+#include "hm/io/image/image_codec.hpp"
 
 namespace hm::detail {
 namespace {
@@ -67,7 +67,7 @@ class PngReader {
 bool PngReader::read_header() {
   if (info_ == nullptr || setjmp(jump_) != 0) return false;
   png_set_read_fn(png_, this, on_read);
-  png_set_user_limits(png_, kMaxPictureEdge_px, kMaxPictureEdge_px);
+  png_set_user_limits(png_, kMaxImageEdge_px, kMaxImageEdge_px);
   png_set_chunk_malloc_max(png_, png_alloc_size_t{8} << 20);
   png_read_info(png_, info_);
   int interlace = 0, compression = 0, filter = 0;
@@ -106,9 +106,9 @@ bool PngReader::read_rows(png_bytep* rows) {
 /// Deflate compresses at most 1032 to 1: rejects a short file with a huge image size before allocating memory
 /// for it.
 Result<void> check_plausible(const PngReader& reader, std::size_t file_bytes, const std::string& where) {
-  if (auto size = check_picture_size(reader.width, reader.height, where); !size) return size;
+  if (auto size = check_image_size(reader.width, reader.height, where); !size) return size;
   if (reader.row_bytes / 16 * reader.height / 1032 > file_bytes)
-    return fail(ErrorCode::kTruncated, where, "{} bytes cannot hold a picture of {} x {}", file_bytes,
+    return fail(ErrorCode::kTruncated, where, "{} bytes cannot hold an image of {} x {}", file_bytes,
                 reader.width, reader.height);
   return {};
 }
@@ -126,19 +126,19 @@ Result<Image<T>> decode_rows(PngReader& reader, const std::string& where) {
 
 }  // namespace
 
-Result<void> check_picture_size(std::int64_t width, std::int64_t height, const std::string& where) {
-  if (width < 1 || height < 1 || width > kMaxPictureEdge_px || height > kMaxPictureEdge_px ||
-      width * height > kMaxPicturePixels)
+Result<void> check_image_size(std::int64_t width, std::int64_t height, const std::string& where) {
+  if (width < 1 || height < 1 || width > kMaxImageEdge_px || height > kMaxImageEdge_px ||
+      width * height > kMaxImagePixels)
     return fail(ErrorCode::kUnsupported, where,
-                "a picture of {} x {} is not read (at most {} an edge, {} in all)", width, height,
-                kMaxPictureEdge_px, kMaxPicturePixels);
+                "an image of {} x {} is not read (at most {} an edge, {} in all)", width, height,
+                kMaxImageEdge_px, kMaxImagePixels);
   return {};
 }
 
-Result<PictureSize> png_size(std::span<const std::uint8_t> bytes, const std::string& where) {
+Result<ImageSize> png_size(std::span<const std::uint8_t> bytes, const std::string& where) {
   PngReader reader(bytes);
   if (!reader.read_header()) return reader.error(where);
-  return PictureSize{static_cast<int>(reader.width), static_cast<int>(reader.height)};
+  return ImageSize{static_cast<int>(reader.width), static_cast<int>(reader.height)};
 }
 
 Result<Image<Rgb8>> decode_png_color(std::span<const std::uint8_t> bytes, const std::string& where) {
@@ -153,7 +153,7 @@ Result<Image<std::uint16_t>> decode_png_gray16(std::span<const std::uint8_t> byt
   PngReader reader(bytes);
   if (!reader.read_header()) return reader.error(where);
   if (reader.color_type != PNG_COLOR_TYPE_GRAY || reader.bit_depth != 16)
-    return fail(ErrorCode::kUnsupported, where, "a depth picture must be 16-bit gray; this is {}-bit {}",
+    return fail(ErrorCode::kUnsupported, where, "a depth image must be 16-bit gray; this is {}-bit {}",
                 reader.bit_depth, (reader.color_type & PNG_COLOR_MASK_COLOR) != 0 ? "colour" : "gray");
   if (!reader.expect_gray16()) return reader.error(where);
   if (auto fits = check_plausible(reader, bytes.size(), where); !fits) return forward_error(fits);

@@ -78,7 +78,7 @@ std::optional<LaserRecordingKind> guess_kind(const std::filesystem::path& path) 
 }
 
 /// True for a folder of depth images, which may also contain a bag; it is then read as images.
-bool has_pictures(const std::filesystem::path& folder) {
+bool has_images(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::exists(folder / "depth.txt", ignored) ||
          std::filesystem::exists(folder / "associations.txt", ignored);
@@ -93,8 +93,8 @@ std::string not_laser(const std::filesystem::path& path) {
 Result<FoundLaserFile> find_in_folder(const std::filesystem::path& folder) {
   if (const auto imu = euroc_imu_file(folder); !imu.empty())
     return FoundLaserFile{imu, LaserRecordingKind::kEurocImu};
-  if (has_pictures(folder))
-    return fail(ErrorCode::kNotFound, folder, "this folder holds depth pictures, not a laser recording");
+  if (has_images(folder))
+    return fail(ErrorCode::kNotFound, folder, "this folder holds depth images, not a laser recording");
   const auto files = laser_files_in(folder);
   if (files.empty()) return fail(ErrorCode::kNotFound, folder, "{}", not_laser(folder));
   if (files.size() > 1)

@@ -115,20 +115,20 @@ void LaserLog::mend_stamps() {
   for (auto& [name, scans] : scans_) {
     std::vector<Time> stamps;
     for (const LaserScan& scan : scans.items) stamps.push_back(scan.stamp);
-    const auto mended = stamps_with_lost_zeros(stamps);
-    if (mended.empty()) continue;
-    const auto mend = [&](Time& stamp) {
-      const auto found = std::ranges::lower_bound(mended, stamp, {}, &MendedStamp::written);
-      if (found != mended.end() && found->written == stamp) stamp = found->mended;
+    const auto corrected = stamps_with_lost_zeros(stamps);
+    if (corrected.empty()) continue;
+    const auto correct = [&](Time& stamp) {
+      const auto found = std::ranges::lower_bound(corrected, stamp, {}, &CorrectedStamp::written);
+      if (found != corrected.end() && found->written == stamp) stamp = found->corrected;
     };
-    for (LaserScan& scan : scans.items) mend(scan.stamp);
-    for (StampedPose& pose : truth_.items) mend(pose.stamp);
-    for (StampedPose& pose : odometry_.items) mend(pose.stamp);
-    recording_.mended_stamps.insert(recording_.mended_stamps.end(), mended.begin(), mended.end());
+    for (LaserScan& scan : scans.items) correct(scan.stamp);
+    for (StampedPose& pose : truth_.items) correct(pose.stamp);
+    for (StampedPose& pose : odometry_.items) correct(pose.stamp);
+    recording_.corrected_stamps.insert(recording_.corrected_stamps.end(), corrected.begin(), corrected.end());
     note(fmt::format("{} of {} ran backwards because zeros after the decimal point were missing; corrected",
-                     counted(mended.size(), "stamp"), name));
+                     counted(corrected.size(), "stamp"), name));
   }
-  std::ranges::sort(recording_.mended_stamps, {}, &MendedStamp::written);
+  std::ranges::sort(recording_.corrected_stamps, {}, &CorrectedStamp::written);
 }
 
 Result<LaserRecording> LaserLog::finish() {

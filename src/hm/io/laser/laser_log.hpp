@@ -82,6 +82,6 @@ class LaserLog {
 
 /// Pairs of a written and a corrected stamp such that `stamps`, in file order, increase with as few changes
 /// as possible; empty when missing zeros do not explain the disorder.
-std::vector<MendedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps);
+std::vector<CorrectedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps);
 
 }  // namespace hm::detail

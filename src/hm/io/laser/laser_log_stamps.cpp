@@ -65,7 +65,7 @@ std::vector<Time> cheapest(const std::vector<Readings>& readings) {
 
 }  // namespace
 
-std::vector<MendedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps) {
+std::vector<CorrectedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps) {
   constexpr std::size_t kAtLeastExplained = 10;  // at most one of this many steps backwards may remain
   const std::size_t backwards = count_backwards(stamps);
   if (backwards == 0) return {};
@@ -73,11 +73,11 @@ std::vector<MendedStamp> stamps_with_lost_zeros(const std::vector<Time>& stamps)
   for (const Time stamp : stamps) readings.push_back(readings_of(stamp));
   const std::vector<Time> chosen = cheapest(readings);
   if (count_backwards(chosen) * kAtLeastExplained > backwards) return {};
-  std::vector<MendedStamp> mended;
+  std::vector<CorrectedStamp> corrected;
   for (std::size_t i = 0; i < stamps.size(); ++i)
-    if (chosen[i] != stamps[i]) mended.push_back({stamps[i], chosen[i]});
-  std::ranges::sort(mended, {}, &MendedStamp::written);
-  return mended;
+    if (chosen[i] != stamps[i]) corrected.push_back({stamps[i], chosen[i]});
+  std::ranges::sort(corrected, {}, &CorrectedStamp::written);
+  return corrected;
 }
 
 }  // namespace hm::detail

@@ -27,14 +27,14 @@ TEST(LostZeros, AreFoundAgain) {
     written.push_back(printed(truth.back()));
     micros += 150'000 + static_cast<std::int64_t>(rng.below(400'000));
   }
-  const auto mended = stamps_with_lost_zeros(written);
-  ASSERT_FALSE(mended.empty());
+  const auto corrected = stamps_with_lost_zeros(written);
+  ASSERT_FALSE(corrected.empty());
   std::vector<Time> after = written;
   std::size_t right = 0;
   for (Time& stamp : after)
-    for (const MendedStamp& mend : mended)
-      if (mend.written == stamp) {
-        stamp = mend.mended;
+    for (const CorrectedStamp& fix : corrected)
+      if (fix.written == stamp) {
+        stamp = fix.corrected;
         break;
       }
   double worst_s = 0;

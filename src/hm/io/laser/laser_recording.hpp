@@ -39,8 +39,8 @@ struct LaserStream {
 };
 
 /// A stamp that was written wrongly and has been corrected; other files (relations) may use the written one.
-struct MendedStamp {
-  Time written, mended;
+struct CorrectedStamp {
+  Time written, corrected;
 };
 
 /// Laser recording, completely in memory; every stream is sorted by its own stamps.
@@ -55,8 +55,8 @@ struct LaserRecording {
   std::string truth_source = {};           ///< origin, for the user
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present
   std::vector<SkippedLines> skipped = {};  ///< skipped lines or messages
-  std::vector<MendedStamp> mended_stamps = {};  ///< of scans and truth, sorted by `written`
-  std::vector<std::string> damage = {};         ///< unreadable parts of the file, also listed in notes
+  std::vector<CorrectedStamp> corrected_stamps = {};  ///< of scans and truth, sorted by `written`
+  std::vector<std::string> damage = {};               ///< unreadable parts of the file, also listed in notes
   std::vector<std::string> notes = {};  ///< messages for the user ("bag has no index: read from its chunks")
 };
 

@@ -57,7 +57,7 @@ TEST_F(RealLaserRecording, IntelLab) {
   EXPECT_TRUE(recording_.odometry.empty());
   EXPECT_EQ(recording_.truth.size(), 2671U);
   EXPECT_NEAR(path_length(recording_.truth), 360, 1);
-  EXPECT_GT(recording_.mended_stamps.size(), 90U);
+  EXPECT_GT(recording_.corrected_stamps.size(), 90U);
   ASSERT_EQ(recording_.lasers[0].sentinels_m.size(), 1U);
   EXPECT_EQ(recording_.lasers[0].sentinels_m[0], (std::pair<float, std::size_t>{81.83F, 10677}));
 }
@@ -67,7 +67,7 @@ TEST_F(RealLaserRecording, IntelRelations) {
   auto list = read_relations(data("laser/intel.relations"));
   ASSERT_TRUE(list) << to_string(list.error());
   EXPECT_EQ(list->relations.size(), 2984U);
-  mend_relations(list->relations, recording_.mended_stamps);
+  correct_relations(list->relations, recording_.corrected_stamps);
   // Those between two stamps of the log agree with its corrected poses.
   std::vector<double> errors_m;
   const auto pose_of = [&](Time stamp) { return pose_at(recording_.truth, stamp, Duration{}, Duration{}); };

@@ -52,7 +52,7 @@ class PgmReader {
   Result<Gray> read() {
     const bool binary = bytes_.size() > 2 && bytes_[0] == 'P' && bytes_[1] == '5';
     if (!binary && !(bytes_.size() > 2 && bytes_[0] == 'P' && bytes_[1] == '2'))
-      return stop(ErrorCode::kCorrupted, "is not a PGM picture");
+      return stop(ErrorCode::kCorrupted, "is not a PGM image");
     at_ = 2;
     Gray gray;
     if (!number(gray.width, kMaxEdge) || !number(gray.height, kMaxEdge) || !number(gray.maximum, 255) ||

@@ -43,14 +43,14 @@ Result<RelationList> read_relations(const std::filesystem::path& path) {
   return list;
 }
 
-void mend_relations(std::span<PoseRelation> relations, std::span<const MendedStamp> mended) {
-  const auto mend = [&](Time& stamp) {
-    const auto found = std::ranges::lower_bound(mended, stamp, {}, &MendedStamp::written);
-    if (found != mended.end() && found->written == stamp) stamp = found->mended;
+void correct_relations(std::span<PoseRelation> relations, std::span<const CorrectedStamp> corrected) {
+  const auto correct = [&](Time& stamp) {
+    const auto found = std::ranges::lower_bound(corrected, stamp, {}, &CorrectedStamp::written);
+    if (found != corrected.end() && found->written == stamp) stamp = found->corrected;
   };
   for (PoseRelation& relation : relations) {
-    mend(relation.from);
-    mend(relation.to);
+    correct(relation.from);
+    correct(relation.to);
   }
 }
 

@@ -9,7 +9,7 @@
 
 namespace hm {
 
-struct MendedStamp;
+struct CorrectedStamp;
 
 struct RelationList {
   std::vector<PoseRelation> relations;  ///< in the order of the file
@@ -21,8 +21,8 @@ struct RelationList {
 /// not finite; or no relation at all.
 Result<RelationList> read_relations(const std::filesystem::path& path);
 
-/// Replaces the written stamps of relations by the corrected stamps of the recording. `mended` must be sorted
-/// by `written`, as in LaserRecording.
-void mend_relations(std::span<PoseRelation> relations, std::span<const MendedStamp> mended);
+/// Replaces the written stamps of relations by the corrected stamps of the recording. `corrected` must be
+/// sorted by `written`, as in LaserRecording.
+void correct_relations(std::span<PoseRelation> relations, std::span<const CorrectedStamp> corrected);
 
 }  // namespace hm

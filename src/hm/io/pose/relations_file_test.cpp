@@ -46,8 +46,8 @@ TEST(RelationsFile, MistakesAreNamed) {
 TEST(RelationsFile, MendedStampsReplaceWrittenOnes) {
   const auto s = [](double seconds) { return Time::from_seconds(seconds); };
   std::vector<PoseRelation> relations = {{s(1), s(2), {}}, {s(3), s(1), {}}, {s(2.5), s(4), {}}};
-  const std::vector<MendedStamp> mended = {{s(1), s(1.5)}, {s(3), s(3.5)}};
-  mend_relations(relations, mended);
+  const std::vector<CorrectedStamp> corrected = {{s(1), s(1.5)}, {s(3), s(3.5)}};
+  correct_relations(relations, corrected);
   EXPECT_EQ(relations[0].from, s(1.5));
   EXPECT_EQ(relations[0].to, s(2));
   EXPECT_EQ(relations[1].from, s(3.5));

@@ -81,8 +81,8 @@ std::vector<fs::path> images_in(const fs::path& folder) {
 }
 
 /// Images of one stream by increasing time; names that are not numbers and repeated times are counted.
-PictureList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
-  PictureList list;
+ImageList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
+  ImageList list;
   const std::string name = stream.filename().string();
   SkippedLines malformed{SkippedLines::Reason::kMalformed, name, 0, 0, "image"};
   SkippedLines repeated{SkippedLines::Reason::kStampNotIncreasing, name, 0, 0, "image"};
@@ -90,18 +90,18 @@ PictureList list_stream(const fs::path& stream, NameUnit unit, double rate_hz) {
     const std::string stem = path.stem().string();
     const auto stamp = is_numeric_name(stem) ? time_of(stem, unit, rate_hz) : std::nullopt;
     if (stamp)
-      list.pictures.push_back({*stamp, (stream.filename() / path.filename()).string()});
+      list.images.push_back({*stamp, (stream.filename() / path.filename()).string()});
     else if (malformed.count++ == 0)
       malformed.place = path.filename().string();
   }
-  std::ranges::sort(list.pictures, [](const StampedPicture& a, const StampedPicture& b) {
+  std::ranges::sort(list.images, [](const StampedImage& a, const StampedImage& b) {
     return a.stamp != b.stamp ? a.stamp < b.stamp : a.path < b.path;
   });
-  const auto same = [](const StampedPicture& a, const StampedPicture& b) { return a.stamp == b.stamp; };
-  const auto rest = std::ranges::unique(list.pictures, same);
+  const auto same = [](const StampedImage& a, const StampedImage& b) { return a.stamp == b.stamp; };
+  const auto rest = std::ranges::unique(list.images, same);
   repeated.count = rest.size();
   if (!rest.empty()) repeated.place = rest.front().path;
-  list.pictures.erase(rest.begin(), rest.end());
+  list.images.erase(rest.begin(), rest.end());
   for (const SkippedLines& skipped : {malformed, repeated})
     if (skipped.count > 0) list.skipped.push_back(skipped);
   return list;

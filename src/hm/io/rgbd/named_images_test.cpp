@@ -16,9 +16,9 @@ void touch(const fs::path& folder, const std::vector<std::string>& names) {
   for (const std::string& name : names) ASSERT_TRUE(write_file_text(folder / name, "x"));
 }
 
-std::vector<double> seconds_of(const PictureList& list) {
+std::vector<double> seconds_of(const ImageList& list) {
   std::vector<double> seconds;
-  for (const StampedPicture& picture : list.pictures) seconds.push_back(picture.stamp.seconds());
+  for (const StampedImage& picture : list.images) seconds.push_back(picture.stamp.seconds());
   return seconds;
 }
 
@@ -32,7 +32,7 @@ TEST(NamedImages, NumbersAreFramesAtTheRate) {
   EXPECT_FALSE(named->has_stamps);
   EXPECT_EQ(seconds_of(named->lists.depth), (std::vector<double>{0, 0.1, 0.5}));
   EXPECT_EQ(seconds_of(named->lists.color), (std::vector<double>{0, 0.1}));
-  EXPECT_EQ(named->lists.depth.pictures[2].path, "depth/000010.png");
+  EXPECT_EQ(named->lists.depth.images[2].path, "depth/000010.png");
   EXPECT_TRUE(named->lists.depth.skipped.empty());
 }
 
@@ -47,10 +47,10 @@ TEST(NamedImages, StampsInSecondsAndInPartsOfThem) {
     const auto named = list_named_images(folder.path(), 30);
     ASSERT_TRUE(named) << a;
     EXPECT_TRUE(named->has_stamps) << a;
-    ASSERT_EQ(named->lists.depth.pictures.size(), 2U) << a;
-    EXPECT_EQ(named->lists.depth.pictures[0].stamp.ns, 1'305'031'102'100'000'000) << a;
-    EXPECT_EQ(named->lists.depth.pictures[1].stamp.ns, 1'305'031'102'350'000'000) << a;
-    EXPECT_TRUE(named->lists.color.pictures.empty());
+    ASSERT_EQ(named->lists.depth.images.size(), 2U) << a;
+    EXPECT_EQ(named->lists.depth.images[0].stamp.ns, 1'305'031'102'100'000'000) << a;
+    EXPECT_EQ(named->lists.depth.images[1].stamp.ns, 1'305'031'102'350'000'000) << a;
+    EXPECT_TRUE(named->lists.color.images.empty());
   }
 }
 
@@ -59,7 +59,7 @@ TEST(NamedImages, OtherNamesAndRepeatedNumbersAreCounted) {
   touch(folder.path() / "depth", {"1.png", "01.png", "2.png", "mask.png", "3.4.5.png"});
   const auto named = list_named_images(folder.path(), 30);
   ASSERT_TRUE(named);
-  EXPECT_EQ(named->lists.depth.pictures.size(), 2U);
+  EXPECT_EQ(named->lists.depth.images.size(), 2U);
   ASSERT_EQ(named->lists.depth.skipped.size(), 2U);
   EXPECT_EQ(named->lists.depth.skipped[0].count, 2U);
   EXPECT_EQ(named->lists.depth.skipped[1].count, 1U);

@@ -26,9 +26,9 @@ Image<Rgb8> resampled(const Image<Rgb8>& image, int width, int height) {
 }
 
 /// Recording with one image file per frame and stream.
-class PictureRecording final : public Recording {
+class ImageRecording final : public Recording {
  public:
-  PictureRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
+  ImageRecording(detail::RecordingListing listing, std::optional<FrameCalibration> calibration)
       : info_(std::move(listing.info)),
         frames_(std::move(listing.frames)),
         calibration_(std::move(calibration)) {}
@@ -44,8 +44,8 @@ class PictureRecording final : public Recording {
   std::optional<FrameCalibration> calibration_;  ///< of a calibration, or of a camera with distortion
 };
 
-Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem::path& path) const {
-  auto depth = read_depth_picture(path);
+Result<Image<std::uint16_t>> ImageRecording::read_depth(const std::filesystem::path& path) const {
+  auto depth = read_depth_image(path);
   if (!depth) return depth;
   if (depth->width() != info_.camera.width || depth->height() != info_.camera.height)
     return fail(ErrorCode::kCorrupted, path, "is {} x {}, the recording's camera {} x {}", depth->width(),
@@ -53,7 +53,7 @@ Result<Image<std::uint16_t>> PictureRecording::read_depth(const std::filesystem:
   return depth;
 }
 
-Result<Image<Rgb8>> PictureRecording::read_color(const std::filesystem::path& path) const {
+Result<Image<Rgb8>> ImageRecording::read_color(const std::filesystem::path& path) const {
   auto color = read_color_image(path);
   if (!color) return color;
   if (color->width() != info_.camera.width || color->height() != info_.camera.height)
@@ -62,7 +62,7 @@ Result<Image<Rgb8>> PictureRecording::read_color(const std::filesystem::path& pa
   return color;
 }
 
-Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
+Result<RgbdFrame> ImageRecording::read(std::size_t index) const {
   HM_CHECK(index < frames_.size(), "frame {} of {}", index, frames_.size());
   const detail::ListedFrame& listed = frames_[index];
   RgbdFrame frame;
@@ -82,11 +82,11 @@ Result<RgbdFrame> PictureRecording::read(std::size_t index) const {
 }
 
 /// Error for a path without depth images.
-tl::unexpected<Error> not_depth_pictures(const std::filesystem::path& path) {
+tl::unexpected<Error> not_depth_images(const std::filesystem::path& path) {
   std::error_code ignored;
   if (is_laser_recording(path))
     return fail(ErrorCode::kUnsupported, path,
-                "this is a laser recording, not depth pictures: `hm laser` makes a map of it");
+                "this is a laser recording, not depth images: `hm laser` makes a map of it");
   const std::string hint = detail::hint_of_place(path);
   if (!std::filesystem::is_directory(path, ignored))
     return fail(ErrorCode::kUnsupported, path, "{}",
@@ -104,7 +104,7 @@ Result<detail::RecordingListing> list_recording(const std::filesystem::path& pat
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     return fail(ErrorCode::kNotFound, path, "there is no such folder");
-  if (!std::filesystem::is_directory(path, ignored)) return not_depth_pictures(path);
+  if (!std::filesystem::is_directory(path, ignored)) return not_depth_images(path);
   const auto is_kind = [&](RecordingKind kind, bool (*looks_like)(const std::filesystem::path&)) {
     return options.kind ? *options.kind == kind : looks_like(path);
   };
@@ -113,7 +113,7 @@ Result<detail::RecordingListing> list_recording(const std::filesystem::path& pat
     return detail::list_icl_nuim(path, options);
   if (is_kind(RecordingKind::kSevenScenes, detail::looks_like_seven_scenes))
     return detail::list_seven_scenes(path, options);
-  return not_depth_pictures(path);
+  return not_depth_images(path);
 }
 
 void count_frames(detail::RecordingListing& listing) {
@@ -122,8 +122,7 @@ void count_frames(detail::RecordingListing& listing) {
   const auto check_there = [&](const std::filesystem::path& path) {
     std::error_code ignored;
     if (path.empty() || std::filesystem::exists(path, ignored)) return;
-    if (info.missing_pictures++ == 0)
-      info.first_missing_picture = path.lexically_relative(info.path).string();
+    if (info.missing_images++ == 0) info.first_missing_image = path.lexically_relative(info.path).string();
   };
   for (const detail::ListedFrame& frame : listing.frames) {
     if (!frame.color.empty()) ++info.paired_count;
@@ -167,9 +166,8 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
   if (!found) return forward_error(found);
   auto listing = list_recording(path, with_camera);
   if (!listing) return forward_error(listing);
-  if (listing->frames.empty())
-    return fail(ErrorCode::kNotFound, path, "the recording holds no depth picture");
-  if (auto fits = detail::fit_camera_to_pictures(*listing); !fits) return forward_error(fits);
+  if (listing->frames.empty()) return fail(ErrorCode::kNotFound, path, "the recording holds no depth image");
+  if (auto fits = detail::fit_camera_to_images(*listing); !fits) return forward_error(fits);
   std::optional<FrameCalibration> calibration;
   if (*found) {
     auto applied = detail::apply_calibration(**found, *listing);
@@ -183,7 +181,7 @@ Result<std::unique_ptr<Recording>> open_recording(const std::filesystem::path& p
     calibration = std::move(*rectified);
   }
   count_frames(*listing);
-  return std::make_unique<PictureRecording>(std::move(*listing), std::move(calibration));
+  return std::make_unique<ImageRecording>(std::move(*listing), std::move(calibration));
 }
 
 }  // namespace hm

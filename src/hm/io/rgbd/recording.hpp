@@ -52,8 +52,8 @@ struct RecordingInfo {
   std::optional<std::filesystem::path> truth_mesh;  ///< PLY of the true surface, if there is one
   std::size_t paired_count = 0;                     ///< depth images with a colour image
   std::size_t posed_count = 0;                      ///< depth images with a pose
-  std::size_t missing_pictures = 0;                 ///< files that are listed but missing
-  std::string first_missing_picture;
+  std::size_t missing_images = 0;                   ///< files that are listed but missing
+  std::string first_missing_image;
   std::shared_ptr<const CarriedImu> imu;  ///< of an IMU mounted to the camera, if any
   std::vector<SkippedLines> skipped;      ///< skipped lines, also listed in notes
   std::string notes;                      ///< e.g. "60 lines of groundtruth.txt skipped", one per line

@@ -79,16 +79,16 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
   return file && file->rate_hz ? *file->rate_hz : 30.0;
 }
 
-Result<void> fit_camera_to_pictures(RecordingListing& listing) {
+Result<void> fit_camera_to_images(RecordingListing& listing) {
   constexpr std::size_t kTries = 10;
   RecordingInfo& info = listing.info;
   PinholeCamera& camera = info.camera;
-  std::optional<PictureSize> size;
+  std::optional<ImageSize> size;
   for (std::size_t i = 0; i < listing.frames.size() && i < kTries && !size; ++i)
-    if (const auto read = read_picture_size(listing.frames[i].depth)) size = *read;
+    if (const auto read = read_image_size(listing.frames[i].depth)) size = *read;
   if (!size) {
     if (camera.width > 0) return {};
-    return fail(ErrorCode::kUnreadable, info.path, "none of the first depth pictures can be read ({}, ...)",
+    return fail(ErrorCode::kUnreadable, info.path, "none of the first depth images can be read ({}, ...)",
                 listing.frames.empty() ? "" : listing.frames[0].depth.filename().string());
   }
   if (camera.width == 0 || camera.height == 0) {
@@ -104,10 +104,10 @@ Result<void> fit_camera_to_pictures(RecordingListing& listing) {
       static_cast<std::int64_t>(camera.height) * size->width)
     return fail(
         ErrorCode::kInvalidValue, info.path,
-        "the camera ({}) is {} x {}, the depth pictures are {} x {}: the intrinsics belong to another camera",
+        "the camera ({}) is {} x {}, the depth images are {} x {}: the intrinsics belong to another camera",
         info.camera_source, camera.width, camera.height, size->width, size->height);
-  add_note(info, fmt::format("intrinsics for {} x {} ({}) scaled to the depth pictures' {} x {}",
-                             camera.width, camera.height, info.camera_source, size->width, size->height));
+  add_note(info, fmt::format("intrinsics for {} x {} ({}) scaled to the depth images' {} x {}", camera.width,
+                             camera.height, info.camera_source, size->width, size->height));
   const double ratio = static_cast<double>(size->width) / camera.width;
   camera = camera.scaled(ratio);
   camera.width = size->width;

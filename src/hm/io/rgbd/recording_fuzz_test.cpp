@@ -86,14 +86,14 @@ void with_corruptions(const fs::path& file, int rounds, const std::function<void
 }
 
 void fuzz(const fs::path& recording, const std::vector<fs::path>& texts,
-          const std::vector<fs::path>& pictures) {
+          const std::vector<fs::path>& images) {
   const auto check = [&] { open_and_read(recording); };
   check();
   for (const fs::path& file : texts) {
     with_every_prefix(recording / file, 1, check);
     with_corruptions(recording / file, 500, check);
   }
-  for (const fs::path& file : pictures) {
+  for (const fs::path& file : images) {
     with_every_prefix(recording / file, 7, check);
     with_corruptions(recording / file, 200, check);
   }

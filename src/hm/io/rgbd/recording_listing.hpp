@@ -46,7 +46,7 @@ struct KnownCamera {
 Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& options, const KnownCamera& known);
 /// Compares the camera's size with the first readable depth image, and scales the camera if they differ by a
 /// common ratio; another difference is an error.
-Result<void> fit_camera_to_pictures(RecordingListing& listing);
+Result<void> fit_camera_to_images(RecordingListing& listing);
 
 /// Path of a file in the recording's folder; for a 7-Scenes sequence also in the parent folder.
 std::optional<std::filesystem::path> find_beside(const std::filesystem::path& folder, const char* name);

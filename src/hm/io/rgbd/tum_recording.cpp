@@ -71,9 +71,9 @@ Result<PoseList> choose_poses(const fs::path& device, const fs::path& truth, con
   return given;
 }
 
-std::vector<Time> stamps_of(const PictureList& list) {
+std::vector<Time> stamps_of(const ImageList& list) {
   std::vector<Time> stamps;
-  for (const StampedPicture& picture : list.pictures) stamps.push_back(picture.stamp);
+  for (const StampedImage& picture : list.images) stamps.push_back(picture.stamp);
   return stamps;
 }
 
@@ -82,17 +82,17 @@ void pair_up(RecordingListing& listing, const AssociationList& lists, const Pose
              const RecordingOptions& options) {
   RecordingInfo& info = listing.info;
   info.stamps = stamps_of(lists.depth);
-  info.color_count = lists.color.pictures.size();
+  info.color_count = lists.color.images.size();
   const auto partner =
       associate(info.stamps, stamps_of(lists.color), Duration::from_seconds(options.max_stamp_difference_s));
   const Duration max_gap = Duration::from_seconds(options.max_pose_gap_s);
   for (std::size_t i = 0; i < info.stamps.size(); ++i) {
     ListedFrame frame;
-    frame.depth = info.path / lists.depth.pictures[i].path;
+    frame.depth = info.path / lists.depth.images[i].path;
     frame.stamp = frame.color_stamp = info.stamps[i];
     if (partner[i]) {
-      frame.color = info.path / lists.color.pictures[*partner[i]].path;
-      frame.color_stamp = lists.color.pictures[*partner[i]].stamp;
+      frame.color = info.path / lists.color.images[*partner[i]].path;
+      frame.color_stamp = lists.color.images[*partner[i]].stamp;
     }
     frame.T_world_camera = pose_between(poses, frame.stamp, max_gap);
     listing.frames.push_back(std::move(frame));
@@ -117,14 +117,14 @@ Result<AssociationList> read_tum_lists(const fs::path& folder, double rate_hz, R
     return read_associations(associations);
   }
   AssociationList lists;
-  auto depth = read_picture_list(folder / "depth.txt");
+  auto depth = read_image_list(folder / "depth.txt");
   if (!depth) return forward_error(depth);
   lists.depth = std::move(*depth);
   if (!is_file(folder / "rgb.txt")) {
     add_note(info, "no colour: there is no rgb.txt");
     return lists;
   }
-  auto color = read_picture_list(folder / "rgb.txt");
+  auto color = read_image_list(folder / "rgb.txt");
   if (!color) return forward_error(color);
   lists.color = std::move(*color);
   return lists;

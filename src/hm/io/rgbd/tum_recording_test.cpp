@@ -136,8 +136,8 @@ TEST_F(TumRecording, OneBadPictureCostsOneFrame) {
   ASSERT_TRUE(write_file_text(path_ / name(1, true), "\x89PNG"));
   ASSERT_TRUE(write_png(path_ / name(2, false), Image<std::uint16_t>(5, 5, 7)));
   const auto recording = open();
-  EXPECT_EQ(recording->info().missing_pictures, 1U);
-  EXPECT_EQ(recording->info().first_missing_picture, name(0, false));
+  EXPECT_EQ(recording->info().missing_images, 1U);
+  EXPECT_EQ(recording->info().first_missing_image, name(0, false));
   EXPECT_EQ(recording->read(0).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(recording->read(0).error().where, path_ / name(0, false));
   EXPECT_EQ(recording->read(1).error().where, path_ / name(1, true));
@@ -180,7 +180,7 @@ TEST_F(TumRecording, WithoutIntrinsicsTheNameOrTheListsTellOrItIsAnError) {
   ASSERT_TRUE(write_file_text(
       path_ / "depth.txt", "# file: 'rgbd_dataset_freiburg2_desk.bag'\n" + file_text(path_ / "depth.txt")));
   const auto known = open_recording(path_);
-  ASSERT_FALSE(known);  // fr2 is 4:3, these pictures are 3:2
+  ASSERT_FALSE(known);  // fr2 is 4:3, these images are 3:2
   EXPECT_NE(known.error().message.find("640 x 480"), std::string::npos);
   EXPECT_NE(known.error().message.find("TUM's camera of `rgbd_dataset_freiburg2_desk.bag`"),
             std::string::npos);

@@ -55,7 +55,7 @@ struct TumWriter::Impl {
   std::string depth_list = "# depth maps\n# timestamp filename\n";
   std::string color_list = "# color images\n# timestamp filename\n";
   std::string associations;
-  std::vector<fs::path> pictures;
+  std::vector<fs::path> images;
   bool finished = false;
 
   Result<void> add_color(const RgbdFrame& frame, const std::string& depth_name);
@@ -63,10 +63,10 @@ struct TumWriter::Impl {
   /// rate.
   template <class Pixel>
   Result<void> write_picture(const std::string& name, const Image<Pixel>& image) {
-    pictures.push_back(folder / name);
-    return write_file_bytes(pictures.back(), encode_png(image, PngEffort::kFast), Durability::kLater);
+    images.push_back(folder / name);
+    return write_file_bytes(images.back(), encode_png(image, PngEffort::kFast), Durability::kLater);
   }
-  Result<void> sync_pictures() const;
+  Result<void> sync_images() const;
 };
 
 TumWriter::TumWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -104,8 +104,8 @@ Result<void> TumWriter::Impl::add_color(const RgbdFrame& frame, const std::strin
   return {};
 }
 
-Result<void> TumWriter::Impl::sync_pictures() const {
-  std::vector<fs::path> all = pictures;
+Result<void> TumWriter::Impl::sync_images() const {
+  std::vector<fs::path> all = images;
   for (const char* name : {"depth", "rgb"}) all.push_back(folder / name);
   for (const fs::path& path : all)
     if (const int failure = sync_to_disk(path); failure != 0)
@@ -144,7 +144,7 @@ Result<void> TumWriter::finish() {
   Impl& self = *impl_;
   HM_CHECK(!self.finished, "finish() twice");
   self.finished = true;
-  if (auto synced = self.sync_pictures(); !synced) return synced;
+  if (auto synced = self.sync_images(); !synced) return synced;
   std::vector<std::pair<const char*, std::string>> files{
       {"camera.txt", camera_file_text(self.camera, self.units_per_m)},
       {"groundtruth.txt", pose_lines(self.truth ? *self.truth : self.poses)},

@@ -14,7 +14,7 @@ namespace {
 
 const PinholeCamera kCamera{640, 480, 525, 525, 319.5, 239.5, {}};
 
-/// Brightness of a square of 12 pixels, random but the same in every picture; repeats after 128 squares.
+/// Brightness of a square of 12 pixels, random but the same in every image; repeats after 128 squares.
 double square_brightness(double x, double y) {
   static const std::vector<double> kTable = [] {
     Rng rng(3);

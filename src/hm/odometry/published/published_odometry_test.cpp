@@ -123,7 +123,7 @@ TEST_P(EachMethod, SameFramesSameBits) {
   }
 }
 
-/// The motion is composed in the camera's frame: the same pictures from another start give the same way.
+/// The motion is composed in the camera's frame: the same images from another start give the same way.
 TEST_P(EachMethod, TheStartMovesTheWayRigidly) {
   const SE3 start(so3_exp(Vec3(1.2, -0.4, 2.0)), Vec3(30, -20, 5));
   const auto moved = make_published_odometry(params_of(GetParam()), small_camera(), start);
@@ -139,7 +139,7 @@ TEST_P(EachMethod, TurningOnTheSpotAndStandingStill) {
   const auto vo = make_published_odometry(params_of(GetParam()), small_camera(), way_through_room(0));
   double t = 0;
   for (int i = 0; i < 20; ++i, t += kPeriod_s) {
-    const double angle = 0.012 * std::min(i, 12);  // then the same picture again and again
+    const double angle = 0.012 * std::min(i, 12);  // then the same image again and again
     const SE3 truth = way_through_room(0) * SE3(so3_exp(Vec3(0, angle, 0)), Vec3::Zero());
     const TrackedFrame tracked = vo->track(render({1, 0}, small_camera(), truth, t));
     ASSERT_TRUE(tracked.T_odom_camera) << tracked.reason;

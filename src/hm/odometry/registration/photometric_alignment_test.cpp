@@ -7,7 +7,7 @@
 namespace hm {
 namespace {
 
-/// On a picture whose brightness rises evenly, the derivative by the motion is exact: it must be that of the
+/// On an image whose brightness rises evenly, the derivative by the motion is exact: it must be that of the
 /// brightness where the moved point is seen.
 TEST(PhotometricAlignment, JacobianIsTheNumericOne) {
   const PinholeCamera camera{480, 160, 390, 410, 231.3, 82.7, {}};

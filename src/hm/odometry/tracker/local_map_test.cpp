@@ -74,7 +74,7 @@ TEST(LocalMap, CandidatesAreInViewAndSpread) {
   MapKeyframe keyframe;
   const std::size_t identity = map.add_keyframe(std::move(keyframe)).identity;
   Rng rng(2);
-  for (int i = 0; i < 1000; ++i) {  // most in a corner of the picture
+  for (int i = 0; i < 1000; ++i) {  // most in a corner of the image
     const double x = rng.uniform(i < 900 ? 200.0 : 20.0, i < 900 ? 250.0 : 620.0);
     const double y = rng.uniform(i < 900 ? 200.0 : 20.0, i < 900 ? 250.0 : 460.0);
     map.add_landmark(landmark_at(kCamera.unproject(Vec2(x, y), 2), identity));

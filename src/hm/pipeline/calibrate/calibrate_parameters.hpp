@@ -9,7 +9,7 @@
 
 namespace hm {
 
-/// Everything that decides what a calibration does, and what simulated pictures of boards look like.
+/// Everything that decides what a calibration does, and what simulated images of boards look like.
 struct CalibrateParameters {
   BoardParams board;
   CameraFitParams camera_fit;

@@ -42,7 +42,7 @@ class RawDisparity : public ::testing::Test {
     options_.images = DepthImages::kRawDisparity;
   }
   static void make_raw(const fs::path& path) {
-    auto units = read_depth_picture(path);
+    auto units = read_depth_image(path);
     ASSERT_TRUE(units);
     for (std::uint16_t& pixel : units->pixels())
       pixel = pixel == 0 ? DisparityTable::kNone

@@ -83,7 +83,7 @@ std::string html_of(const ExtrinsicsSummary& summary) {
              {"rotation", "{T_color_depth.angle_rad}", "+- {angle_sigma}"},
              {"reprojection error", "{rms_px}", "both cameras"}});
   if (!summary.warnings.empty()) {
-    report.begin_section("What to mend");
+    report.begin_section("What to improve");
     report.add_list(summary.warnings);
   }
   add_errors(report, fit);

@@ -62,7 +62,7 @@ std::string html_of(const IntrinsicsSummary& summary) {
              {"images", "{used}", "of {found.pictures}"},
              {"coverage", "{covered_ratio}", "of the image's cells have a corner"}});
   if (!summary.warnings.empty()) {
-    report.begin_section("What to mend");
+    report.begin_section("What to improve");
     report.add_list(summary.warnings);
   }
   report.begin_section("Camera",

@@ -70,7 +70,7 @@ Result<std::vector<DepthPoseFolder>> list_depth_poses(const fs::path& folder, co
 }
 
 Result<DepthImage> read_depth_of(const fs::path& path, const DepthReading& reading) {
-  auto units = read_depth_picture(path);
+  auto units = read_depth_image(path);
   if (!units) return forward_error(units);
   const auto largest = *std::ranges::max_element(units->pixels());
   if (!reading.disparity && largest == DisparityTable::kNone && lower_extension(path) == ".pgm")

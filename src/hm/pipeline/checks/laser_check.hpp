@@ -36,7 +36,7 @@ struct ImuReport {
 };
 
 enum class LaserFindingKind {
-  kStamps,    ///< stamps run backwards, repeat, were mended, or clocks differ
+  kStamps,    ///< stamps run backwards, repeat, were corrected, or clocks differ
   kGap,       ///< holes in a stream
   kRanges,    ///< hardly a return, all the same, frozen, or an undocumented marker
   kAngles,    ///< beams that cannot stand so

@@ -53,10 +53,10 @@ void find_odd_stamps(const LaserRecording& recording, LaserRecordingReport& repo
         to_string(skipped));
   }
   for (const std::string& damage : recording.damage) add(report, LaserFindingKind::kDamage, damage);
-  if (!recording.mended_stamps.empty())
+  if (!recording.corrected_stamps.empty())
     add(report, LaserFindingKind::kStamps,
-        fmt::format("{} ran backwards and {} corrected", counted(recording.mended_stamps.size(), "stamp"),
-                    recording.mended_stamps.size() == 1 ? "was" : "were"));
+        fmt::format("{} ran backwards and {} corrected", counted(recording.corrected_stamps.size(), "stamp"),
+                    recording.corrected_stamps.size() == 1 ? "was" : "were"));
   for (const LaserStreamStats& laser : report.lasers) find_gap(laser.stream, report);
   if (report.imu) find_gap(report.imu->stream, report);
   for (const auto* stream : {&report.ranges, &report.odometry})

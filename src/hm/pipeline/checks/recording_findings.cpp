@@ -121,10 +121,10 @@ void find_misreading(const std::vector<FramePair>& pairs, RecordingReport& repor
 
 void find_missing(RecordingReport& report) {
   const RecordingInfo& info = report.info;
-  if (info.missing_pictures > 0)
+  if (info.missing_images > 0)
     add(report, FindingKind::kMissing,
-        fmt::format("{} missing (first: {})", counted(info.missing_pictures, "image"),
-                    info.first_missing_picture));
+        fmt::format("{} missing (first: {})", counted(info.missing_images, "image"),
+                    info.first_missing_image));
   if (report.depth.frames_unreadable > 0)
     add(report, FindingKind::kMissing,
         fmt::format("{} of {} cannot be read (first: {})", with_thousands(report.depth.frames_unreadable),

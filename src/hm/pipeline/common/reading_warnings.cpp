@@ -30,9 +30,9 @@ class Warnings {
 std::vector<std::string> reading_warnings(const RecordingInfo& info) {
   Warnings warnings;
   warnings.add(info.skipped);
-  if (info.missing_pictures > 0)
-    warnings.add(fmt::format("{} missing (first: {})", counted(info.missing_pictures, "image"),
-                             info.first_missing_picture));
+  if (info.missing_images > 0)
+    warnings.add(fmt::format("{} missing (first: {})", counted(info.missing_images, "image"),
+                             info.first_missing_image));
   return warnings.take();
 }
 

@@ -8,7 +8,7 @@
 namespace hm {
 
 /// One sentence for everything that the reader of a recording left out, with counts: lines, messages,
-/// pictures that are not there, damaged places of the file.
+/// images that are not there, damaged places of the file.
 std::vector<std::string> reading_warnings(const RecordingInfo& info);
 std::vector<std::string> reading_warnings(const LaserRecording& recording);
 

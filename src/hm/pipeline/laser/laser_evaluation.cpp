@@ -20,7 +20,7 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
     return;
   }
   auto& relations = list->relations;
-  mend_relations(relations, recording.mended_stamps);
+  correct_relations(relations, recording.corrected_stamps);
   auto errors = evaluate_relations(summary.trajectory, relations, summary.parameters.relation_error);
   if (!errors) {
     summary.warnings.push_back("the relations cannot be compared: " + to_string(errors.error()));

@@ -87,7 +87,7 @@ class SlamPipeline {
   SlamPipeline(SlamPipeline&&) noexcept;
   SlamPipeline& operator=(SlamPipeline&&) = delete;
 
-  /// Tracks a frame and brings it into the map. Stamps increase; pictures are of the camera's size and free
+  /// Tracks a frame and brings it into the map. Stamps increase; images are of the camera's size and free
   /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
   SlamStep add(RgbdFrame frame);

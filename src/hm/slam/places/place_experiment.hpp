@@ -59,7 +59,7 @@ struct PlaceSweepRow {
 PlaceSweepRow compare_places(const PlaceMatrices& brute_force, const PlaceMatrices& heuristic,
                              const PlaceSearchParams& search);
 
-/// The matrices as pictures, white on black, square roots of counts, each keyframe `pixels` wide.
+/// The matrices as images, white on black, square roots of counts, each keyframe `pixels` wide.
 struct PlacePictures {
   Image<Rgb8> match, candidate, correspondence, association;
 };

@@ -142,7 +142,7 @@ TEST(PlaceVerifier, OtherPlacesAndDegenerateViews) {
   EXPECT_FALSE(verify_place(line, line).is_same_place());
 }
 
-/// A wall that repeats itself within the picture: two motions explain it, neither is accepted.
+/// A wall that repeats itself within the image: two motions explain it, neither is accepted.
 TEST(PlaceVerifier, RivalMotionIsAmbiguous) {
   Rng rng(13);
   Keyframe a, b;

@@ -14,7 +14,7 @@ constexpr double kMinViewCosine = 0.5;  // between two views of a point: descrip
 constexpr double kLinkMinDepth_m = 0.1;
 constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
 
-/// Some of the points that a keyframe sees, from all of its picture.
+/// Some of the points that a keyframe sees, from all of its image.
 std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   std::vector<Vec3> points;
   for (const Feature& feature : keyframe.features)
@@ -22,7 +22,7 @@ std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   return thinned(std::move(points), kSamples);
 }
 
-/// Whether much of what a camera sees is in the picture of another one, from about the same side.
+/// Whether much of what a camera sees is in the image of another one, from about the same side.
 bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b, const SE3& T_a_b) {
   const auto is_shared = [&](const Vec3& p_b) {
     const Vec3 p_a = T_a_b * p_b, ray_b = T_a_b.rotation() * p_b;

@@ -149,7 +149,7 @@ TEST(CovisibilityMatches, FromTheSideNothingLooksTheSame) {
 
 TEST(CovisibilityMatches, ALittleOfThePictureIsNotEnough) {
   EXPECT_EQ(Wall(200, 200, SE3(Mat3::Identity(), Vec3(1.0, 0, 0))).pairs(), 1U);
-  // Of the second one's points, all are in front of both, but few in the picture of the first.
+  // Of the second one's points, all are in front of both, but few in the image of the first.
   Wall aside(200, 200, {});
   for (std::size_t i = 0; i < 170; ++i) aside.keyframes[1].features[i].p_camera.x() += 4;
   std::ranges::sort(aside.keyframes[1].features, {}, [](const Feature& f) { return f.p_camera.y(); });

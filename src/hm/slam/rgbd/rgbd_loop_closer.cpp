@@ -162,7 +162,7 @@ std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
   return match_covisible(placed, camera, params.verifier, linked);
 }
 
-/// Landmarks and keyframes together; kept when it explains the pictures better.
+/// Landmarks and keyframes together; kept when it explains the images better.
 void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext& run) {
   if (run.stop.stop_requested()) {
     report.interrupted = true;

@@ -64,7 +64,7 @@ TEST(TrajectoryAligner, APriorBetterThanTheMapIsNotSpoilt) {
   EXPECT_LT(told, 0.0015);
 }
 
-TEST(TrajectoryAligner, APriorWorseThanTheMapIsMended) {
+TEST(TrajectoryAligner, APriorWorseThanTheMapIsCorrected) {
   // 3.8 cm error at the end, half of it within odometry's covariance. The map follows by less than a third.
   const double told = Walk{1, 1e-3, 5e-4, true}.error_m();
   EXPECT_LT(told, 0.0125);
