@@ -6,6 +6,13 @@
 #include <utility>
 
 namespace hm {
+namespace {
+
+Result<void> out_of_memory(const MapFile& file) {
+  return fail(ErrorCode::kOutOfMemory, file.path().string(), "out of memory while the map is saved");
+}
+
+}  // namespace
 
 MapWriter::MapWriter(MapFile& file, std::set<VolumeKey>& marks, MakeHeader make_header)
     : file_(file),
@@ -56,7 +63,13 @@ bool MapWriter::is_done() const {
   return outcome_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-Result<void> MapWriter::finish() { return outcome_.get(); }
+Result<void> MapWriter::finish() {
+  try {
+    return outcome_.get();
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(file_);
+  }
+}
 
 /// Takes the next page; false when there are no more.
 bool MapWriter::next(PageSnapshot& page) {
@@ -82,13 +95,11 @@ Result<void> MapWriter::write_pages() {
     }
     return file_.commit(make_header_());
   } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kOutOfMemory, file_.path().string(), "out of memory while the map is saved");
+    return out_of_memory(file_);
   }
 }
 
-Result<void> MapWriter::write_all() {
-  const Result<void> outcome = write_pages();
-  if (outcome) return outcome;
+void MapWriter::give_up() {
   {
     const std::scoped_lock lock(mutex_);
     state_ = State::kFailed;
@@ -96,6 +107,19 @@ Result<void> MapWriter::write_all() {
     waiting_ = 0;
   }
   changed_.notify_all();
+}
+
+Result<void> MapWriter::write_all() {
+  // Also when even the error message finds no memory: nobody must wait for a thread that has ended.
+  struct AtEnd {
+    MapWriter& writer;
+    bool succeeded;
+    ~AtEnd() {
+      if (!succeeded) writer.give_up();
+    }
+  } at_end{*this, false};
+  Result<void> outcome = write_pages();
+  at_end.succeeded = outcome.has_value();
   return outcome;
 }
 

@@ -41,6 +41,7 @@ class MapWriter {
  private:
   enum class State { kOpen, kClosed, kAbandoned, kFailed };
   Result<void> write_all();
+  void give_up();
   Result<void> write_pages();
   Result<void> write(const PageSnapshot& page);
   bool next(PageSnapshot& page);
