@@ -219,6 +219,14 @@ class RealRecordings(support.ProgramTest):
                 up = up_in_truth(read_poses(self.folder / name / "trajectory.tum"), truth)
                 self.assertLess(angle_deg(up, REAL["rgbd/tum_fr1_xyz"]), 1)
 
+    def test_slam_of_fast_turns_is_level(self):
+        recording = support.real_data() / "rgbd/tum_fr1_rpy"
+        run = self.run_json("slam", recording, "-o", "turns", "--voxel", "0.05", "--set", "slam.start_at_pose=false",
+                            "--set", "reconstruction.pictures=false")
+        self.assertEqual(run["up"]["source"], "gravity, floor and walls")
+        up = up_in_truth(read_poses(self.folder / "turns/trajectory.tum"), read_poses(recording / "groundtruth.txt"))
+        self.assertLess(angle_deg(up, REAL["rgbd/tum_fr1_rpy"]), 1)
+
 
 if __name__ == "__main__":
     support.main()

@@ -170,6 +170,31 @@ void gather(std::span<const SurfacePatch> level, const Vec3& up, double within_m
     }
 }
 
+/// By how much level planes are bent or lie beside each other: the standard deviation of their heights
+/// averaged over cells of 0.3 m, so that the noise of single patches does not count.
+double bending_m(std::span<const SurfacePatch> level, const std::vector<Level>& planes, const Vec3& up,
+                 double within_m) {
+  constexpr double kCell_m = 0.3;
+  const Vec3 east = up.unitOrthogonal(), north = up.cross(east);
+  double squares = 0, area = 0;
+  for (const Level& plane : planes) {
+    std::map<std::pair<double, double>, std::pair<double, double>> cells;  // area, area x height
+    for (const SurfacePatch& patch : level) {
+      const double height = patch.centre.dot(up) - plane.height;
+      if (std::abs(height) >= within_m) continue;
+      auto& cell = cells[{std::floor(patch.centre.dot(east) / kCell_m),
+                          std::floor(patch.centre.dot(north) / kCell_m)}];
+      cell.first += patch.area;
+      cell.second += patch.area * height;
+    }
+    for (const auto& [at, cell] : cells) {
+      squares += cell.second * cell.second / cell.first;
+      area += cell.first;
+    }
+  }
+  return area > 0 ? std::sqrt(squares / area) : 0;
+}
+
 /// A direction and the standard deviation of its tilt.
 struct Direction {
   Vec3 direction;
@@ -177,9 +202,9 @@ struct Direction {
 };
 
 /// The normal that level planes at several heights share, by where they lie: a plane a metre wide tells it
-/// better than the normals of its pieces, which depth cameras bend. Its deviation is the planes' thickness
-/// over their width: what makes them thick (bias of depth, drift) bends them as a whole, so many readings do
-/// not average it out. `up` where there are none that are wide in both directions.
+/// better than the normals of its pieces, which depth cameras bend. Its deviation is the planes' bending over
+/// their width, which many readings do not average out. `up` where there are none that are wide in both
+/// directions.
 Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
   constexpr double kLeastWidth_m = 0.15;  // standard deviation, of the narrow direction
   std::vector<SurfacePatch> level;
@@ -202,8 +227,8 @@ Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
     if (axes.values[1] < kLeastWidth_m * kLeastWidth_m) return start;
     const Vec3 found = axes.vectors.col(0);
     up = found.dot(up) < 0 ? Vec3(-found) : found;
-    sigma_rad = std::max(kLeastSigma_rad, std::sqrt(std::max(0.0, axes.values[0]) / axes.values[1]));
     for (Level& plane : planes) plane.height = plane.centre.dot(up);
+    sigma_rad = std::max(kLeastSigma_rad, bending_m(level, planes, up, within_m) / std::sqrt(axes.values[1]));
   }
   return angle_between(up, start.direction) < 0.5 * kClusterWindow_rad ? Direction{up, sigma_rad} : start;
 }

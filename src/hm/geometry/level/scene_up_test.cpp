@@ -244,5 +244,25 @@ TEST(SceneUp, BrokenTrianglesAreLeftOut) {
   EXPECT_DOUBLE_EQ(patches.front().area, 0.5);
 }
 
+/// Noise averages out; a floor whose middle drift has put 3 cm higher does not.
+TEST(SceneUp, DeviationIsThatOfBentLevelsNotOfNoise) {
+  Rng rng(9);
+  const auto sigma_deg = [&](double step_m) {
+    Patches scene = furnished_room(rng);
+    for (SurfacePatch& patch : scene)
+      if (std::abs(patch.normal.z()) > 0.9 && patch.centre.z() < 0.1 &&
+          std::abs(patch.centre.x() - 2.5) < 1.2)
+        patch.centre.z() += step_m;
+    const auto candidates = scene_up_candidates(scene, {});
+    for (const UpEvidence& e : candidates)
+      if (e.up.z() > 0.99) return e.sigma_rad * kDegreesPerRadian;
+    return -1.0;
+  };
+  const double flat = sigma_deg(0), bent = sigma_deg(0.03);
+  EXPECT_GT(flat, 0);
+  EXPECT_LT(flat, 0.35);
+  EXPECT_GT(bent, 1.5 * flat);
+}
+
 }  // namespace
 }  // namespace hm
