@@ -207,14 +207,15 @@ struct Direction {
 /// directions.
 Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
   constexpr double kLeastWidth_m = 0.15;  // standard deviation, of the narrow direction
+  constexpr std::array<double, 8> kWithin_m{0.10, 0.08, 0.06, 0.05, 0.04, 0.04, 0.03, 0.03};
   std::vector<SurfacePatch> level;
   for (const SurfacePatch& patch : patches)
     if (std::abs(patch.normal.dot(up)) > std::cos(kClusterWindow_rad)) level.push_back(patch);
   std::vector<Level> planes;
   for (const double height : heights_of(level, up)) planes.emplace_back().height = height;
   const Direction start{up, kNormalSigma_rad};
-  double sigma_rad = kNormalSigma_rad;
-  for (const double within_m : {0.10, 0.08, 0.06, 0.05, 0.04, 0.04, 0.03, 0.03}) {
+  double width_m = 0;
+  for (const double within_m : kWithin_m) {
     Mat3 sum = Mat3::Zero();
     double area = 0;
     for (Level& plane : planes) {
@@ -228,9 +229,10 @@ Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
     const Vec3 found = axes.vectors.col(0);
     up = found.dot(up) < 0 ? Vec3(-found) : found;
     for (Level& plane : planes) plane.height = plane.centre.dot(up);
-    sigma_rad = std::max(kLeastSigma_rad, bending_m(level, planes, up, within_m) / std::sqrt(axes.values[1]));
+    width_m = std::sqrt(axes.values[1]);
   }
-  return angle_between(up, start.direction) < 0.5 * kClusterWindow_rad ? Direction{up, sigma_rad} : start;
+  if (angle_between(up, start.direction) > 0.5 * kClusterWindow_rad) return start;
+  return {up, std::max(kLeastSigma_rad, bending_m(level, planes, up, kWithin_m.back()) / width_m)};
 }
 
 /// Logarithm of how likely a camera is held so that `up_camera` is up, without the preference of landscape.
