@@ -133,20 +133,7 @@ struct Paper {
 /// Rows of cells of `step` metres that hold an upward surface below the ceiling.
 std::string seen_area(const TriangleMesh& mesh, const SceneExtent& extent, const Paper& paper) {
   const double step = std::max(0.05, 1.0 / paper.scale);
-  const Vec3 size = paper.frame.sizes() / step;
-  if (!(size.maxCoeff() < 4000)) return {};
-  Image<std::uint8_t> cells(static_cast<int>(size.x()) + 1, static_cast<int>(size.y()) + 1, 0);
-  const Mat3 to_scene = extent.T_world_scene.rotation().transpose();
-  const double top_m = extent.ceiling_m ? *extent.ceiling_m - 0.3 : paper.frame.max().z();
-  for (const auto& t : mesh.triangles) {
-    if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) continue;
-    const Vec3 a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
-               c = mesh.vertices[t[2]].cast<double>();
-    const Vec3 normal = (b - a).cross(c - a), p = to_scene * (a + b + c) / 3;
-    if (!(normal.dot(extent.up) > 0.5 * normal.norm()) || !paper.frame.contains(p) || p.z() > top_m) continue;
-    const Vec3 cell = (p - paper.frame.min()) / step;
-    cells(static_cast<int>(cell.x()), static_cast<int>(cell.y())) = 1;
-  }
+  const Image<std::uint8_t> cells = cells_facing_up(mesh, extent, {paper.frame, step, 4000});
   std::string path;
   for (int y = 0; y < cells.height(); ++y)
     for (int x = 0; x < cells.width(); ++x) {

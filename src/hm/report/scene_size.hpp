@@ -21,4 +21,15 @@ SceneSize scene_size(const TriangleMesh& mesh, const SceneExtent& extent);
 /// "8.1 \u00d7 5.2 m, 2.6 m high, 38 m\u00b2 seen from above".
 std::string to_text(const SceneSize& size);
 
+/// A box in the axes of SceneExtent::T_world_scene in square columns of `cell_m` metres.
+struct CellGrid {
+  Box3 box;
+  double cell_m = 0;
+  double most_cells = 0;  ///< along an axis
+};
+/// The columns that contain the middle of a triangle that faces up, at least 0.3 m below the ceiling: 1,
+/// others 0, by x and y. Empty where the box has more cells along an axis than allowed.
+Image<std::uint8_t> cells_facing_up(const TriangleMesh& mesh, const SceneExtent& extent,
+                                    const CellGrid& grid);
+
 }  // namespace hm

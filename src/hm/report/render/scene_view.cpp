@@ -3,38 +3,17 @@
 
 #include "hm/core/statistics.hpp"
 #include "hm/evaluation/mesh_error.hpp"
+#include "hm/geometry/level/scene_up.hpp"
 #include "hm/report/render/mesh_renderer.hpp"
 
 namespace hm {
 namespace {
 
-/// A triangle's centre, unit normal and area.
-struct Facet {
-  Vec3 centre, normal;
-  double area = 0;
-};
-
-/// Selects at most about 200,000 facets, evenly.
-std::vector<Facet> some_facets(const TriangleMesh& mesh) {
-  std::vector<Facet> facets;
-  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / 200'000);
-  for (std::size_t i = 0; i < mesh.triangles.size(); i += step) {
-    const auto& t = mesh.triangles[i];
-    if (std::max({t[0], t[1], t[2]}) >= mesh.vertices.size()) continue;
-    const Vec3 a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
-               c = mesh.vertices[t[2]].cast<double>();
-    const Vec3 cross = (b - a).cross(c - a);
-    const double doubled = cross.norm();
-    if (doubled > 0 && doubled < 1e9) facets.push_back({(a + b + c) / 3, cross / doubled, 0.5 * doubled});
-  }
-  return facets;
-}
-
 /// Refines the up direction towards the mean normal of the surfaces that roughly face it.
-Vec3 refine_up(const std::vector<Facet>& facets, Vec3 up) {
+Vec3 refine_up(const std::vector<SurfacePatch>& facets, Vec3 up) {
   for (const double within_deg : {25.0, 12.0, 6.0}) {
     Vec3 sum = Vec3::Zero();
-    for (const Facet& f : facets) {
+    for (const SurfacePatch& f : facets) {
       const double cosine = f.normal.dot(up);
       if (std::abs(cosine) > std::cos(within_deg * M_PI / 180))
         sum += f.area * (cosine < 0 ? -1 : 1) * f.normal;
@@ -46,11 +25,11 @@ Vec3 refine_up(const std::vector<Facet>& facets, Vec3 up) {
 
 /// Axes along most walls: the angle about up, modulo 90 degrees, from the area-weighted mean of four times
 /// the angle of their normals.
-Mat3 wall_axes(const std::vector<Facet>& facets, const Vec3& up) {
+Mat3 wall_axes(const std::vector<SurfacePatch>& facets, const Vec3& up) {
   const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 east = (helper - helper.dot(up) * up).normalized(), north = up.cross(east);
   double cosine = 0, sine = 0;
-  for (const Facet& f : facets) {
+  for (const SurfacePatch& f : facets) {
     if (std::abs(f.normal.dot(up)) > 0.3) continue;
     const double angle = 4 * std::atan2(f.normal.dot(north), f.normal.dot(east));
     cosine += f.area * std::cos(angle);
@@ -65,12 +44,12 @@ Mat3 wall_axes(const std::vector<Facet>& facets, const Vec3& up) {
 }
 
 /// Area of the surfaces that face up (or down) in steps of height.
-std::vector<double> level_areas(const std::vector<Facet>& facets, const Vec3& direction, const Vec3& up,
-                                const std::pair<double, double>& heights) {
+std::vector<double> level_areas(const std::vector<SurfacePatch>& facets, const Vec3& direction,
+                                const Vec3& up, const std::pair<double, double>& heights) {
   constexpr double kStep = 0.05;
   std::vector<double> areas(
       static_cast<std::size_t>(std::clamp((heights.second - heights.first) / kStep, 0.0, 1e5)) + 2);
-  for (const Facet& f : facets) {
+  for (const SurfacePatch& f : facets) {
     const double bin = (f.centre.dot(up) - heights.first) / kStep;
     if (f.normal.dot(direction) > 0.8 && bin >= 0 && bin < static_cast<double>(areas.size()))
       areas[static_cast<std::size_t>(bin)] += f.area;
@@ -82,9 +61,10 @@ std::vector<double> level_areas(const std::vector<Facet>& facets, const Vec3& di
 }
 
 /// The mean height of the surfaces that face this way close to a level.
-double refine_level(const std::vector<Facet>& facets, const Vec3& direction, const Vec3& up, double level_m) {
+double refine_level(const std::vector<SurfacePatch>& facets, const Vec3& direction, const Vec3& up,
+                    double level_m) {
   double sum = 0, area = 0;
-  for (const Facet& f : facets) {
+  for (const SurfacePatch& f : facets) {
     const double height = f.centre.dot(up);
     if (f.normal.dot(direction) <= 0.8 || std::abs(height - level_m) > 0.12) continue;
     sum += f.area * height;
@@ -93,7 +73,7 @@ double refine_level(const std::vector<Facet>& facets, const Vec3& direction, con
   return area > 0 ? sum / area : level_m;
 }
 
-void find_floor_and_ceiling(const std::vector<Facet>& facets, SceneExtent& extent) {
+void find_floor_and_ceiling(const std::vector<SurfacePatch>& facets, SceneExtent& extent) {
   const double low = extent.box.min().z(), high = extent.box.max().z();
   extent.floor_m = low;
   const std::vector<double> up_areas = level_areas(facets, extent.up, extent.up, {low, high});
@@ -155,7 +135,7 @@ Vec3 fit_camera(const std::vector<Vec3>& points, const Mat3& axes, const Vec2& s
 /// Pixels kept free at the sides of an image.
 constexpr double kMarginRatio = 0.04;
 
-SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<Facet>& facets, const Vec3& up) {
+SceneExtent extent_along(const TriangleMesh& mesh, const std::vector<SurfacePatch>& facets, const Vec3& up) {
   SceneExtent extent;
   extent.up = up;
   const std::vector<Vec3> samples = sample_surface(mesh, 20'000, 1);
@@ -190,14 +170,14 @@ Vec3 up_of_cameras(const Trajectory& trajectory) {
 }
 
 SceneExtent scene_extent(const TriangleMesh& mesh, const Vec3& up_hint) {
-  const std::vector<Facet> facets = some_facets(mesh);
+  const std::vector<SurfacePatch> facets = patches_of(mesh);
   const bool usable_hint = up_hint.allFinite() && up_hint.norm() > 1e-9;
   return extent_along(mesh, facets,
                       refine_up(facets, usable_hint ? Vec3(up_hint.normalized()) : Vec3::UnitZ()));
 }
 
 SceneExtent scene_extent_along(const TriangleMesh& mesh, const Vec3& up) {
-  return extent_along(mesh, some_facets(mesh), up);
+  return extent_along(mesh, patches_of(mesh), up);
 }
 
 RenderView dollhouse_view(const SceneExtent& extent, const RenderOptions& options) {
