@@ -14,7 +14,9 @@ ARROWS = {
     "tsdf": ["sensors"],
     "odometry": ["sensors"],
     "sim": ["sensors"],
-    "flight": ["estimation"],
+    "control": ["geometry"],
+    "flight": ["estimation", "control"],
+    "link": ["geometry"],
     "mesh": ["tsdf"],
     "slam": ["laser", "odometry"],
     "planning": ["geometry"],
@@ -54,6 +56,16 @@ PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}
 # Headers of the operating system (POSIX, x86) and the compiler, in .cpp files only.
 SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immintrin.h", "dlfcn.h", "malloc.h", "linux",
                   "sanitizer"}
+
+# What also runs on a microcontroller: these folders and files include only the headers named here and each other, and
+# name nothing of FREESTANDING_WORDS. What they include is checked in the same way, wherever it stands.
+FREESTANDING = ["src/hm/control", "src/hm/flight"]
+FREESTANDING_HEADERS = {"Eigen/Core", "array", "bit", "cmath", "cstddef", "cstdint", "limits", "optional", "span",
+                        "string_view", "type_traits"}
+# Heap, exceptions, run-time types, clocks, input and output; and double precision, in these folders themselves.
+FREESTANDING_WORDS = r"std::(vector|string\b|map|set|deque|function|unique_ptr|shared_ptr|make_|chrono|exception)|" \
+                     r"\b(new|(?<!= )delete|malloc|free|throw|try|catch|dynamic_cast|typeid|fopen|printf)\b"
+FREESTANDING_DOUBLE = r"\bdouble\b"
 
 # At most so many units (thing.hpp, thing.cpp and their tests are one) in a folder.
 MAX_UNITS = 15

@@ -9,6 +9,10 @@ CLEAN = {
     "src/hm/core/README.md": "# core\n",
     "src/hm/tsdf/grid.hpp": '#pragma once\n#include <Eigen/Core>\n#include "hm/core/result.hpp"\n',
     "src/hm/tsdf/README.md": "# tsdf\n",
+    "src/hm/geometry/small.hpp": "#pragma once\n#include <cstdint>\ninline double f();\n",
+    "src/hm/geometry/README.md": "# geometry\n",
+    "src/hm/control/law.hpp": '#pragma once\n#include <Eigen/Core>\n#include "hm/geometry/small.hpp"\n',
+    "src/hm/control/README.md": "# control\n",
     "src/hm/tsdf/part/leaf.hpp": '#pragma once\n#include "hm/tsdf/grid.hpp"\n',
     "apps/hm/main.cpp": '#include <CLI/CLI.hpp>\n#include "hm/tsdf/grid.hpp"\n',
     "src/hm/public_headers.txt": "# core\nhm/core/result.hpp\n",
@@ -42,6 +46,10 @@ PLANTED = [
     ("public header twice", "src/hm/public_headers.txt", "hm/core/result.hpp\n" * 2, "listed twice"),
     ("public header of an implementation", "src/hm/public_headers.txt", "hm/core/result_impl.hpp\n", "not installed"),
     ("private include of a public header", "src/hm/public_headers.txt", "hm/tsdf/grid.hpp\n", "is not public"),
+    ("library of a microcontroller", "src/hm/control/bad.hpp", "#pragma once\n#include <vector>\n", "microcontroller"),
+    ("library behind its include", "src/hm/geometry/small.hpp", "#pragma once\n#include <string>\n", "microcontroller"),
+    ("heap of a microcontroller", "src/hm/control/bad.cpp", "int* f() { return new int(1); }\n", "'new' is not for"),
+    ("double of a microcontroller", "src/hm/control/bad.cpp", "double f();\n", "double precision"),
     ("cmake arrow", "CMakeLists.txt", "hm_room(core USES tsdf)\n", "core may not use tsdf"),
 ]
 

@@ -64,6 +64,7 @@ class Checker:
         self.check_sub_room_circles()
         self.check_cmake_arrows()
         self.check_public_headers()
+        self.check_freestanding()
         return self.violations
 
     def check_length(self, path, lines):
@@ -222,6 +223,32 @@ class Checker:
                 match = INCLUDE.match(line)
                 if match and match[2].startswith("hm/") and match[2] not in listed:
                     self.report(f"src/{header}", at, f"a public header includes {match[2]}, which is not public")
+
+    def check_freestanding(self):
+        """What also runs on a microcontroller: its includes, theirs, and the words it may not use."""
+        places = [self.root / place for place in rules.FREESTANDING]
+        files = [path for place in places for path in (sorted(place.rglob("*.[ch]pp")) if place.is_dir() else [place])
+                 if path.is_file() and not is_test(path.relative_to(self.root))]
+        own = set(files)
+        seen = set()
+        while files:
+            path = files.pop()
+            relative = path.relative_to(self.root)
+            if path in seen or not path.is_file():
+                continue
+            seen.add(path)
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if match := INCLUDE.match(line):
+                    if match[2].startswith("hm/"):
+                        files.append(self.root / "src" / match[2])
+                    elif match[2] not in rules.FREESTANDING_HEADERS:
+                        self.report(relative, number, f"<{match[2]}> is not for what runs on a microcontroller")
+                    continue
+                code = line.split("//")[0]
+                if match := re.search(rules.FREESTANDING_WORDS, re.sub(r'"[^"]*"', '""', code)):
+                    self.report(relative, number, f"'{match[0]}' is not for what runs on a microcontroller")
+                if path in own and re.search(rules.FREESTANDING_DOUBLE, code):
+                    self.report(relative, number, "double precision is not for what runs on a microcontroller")
 
     def check_cmake_arrows(self):
         cmake = self.root / "CMakeLists.txt"

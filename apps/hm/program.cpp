@@ -4,8 +4,8 @@
 #include <exception>
 #include <sstream>
 
-#include "hm/core/nearest_name.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/core/text/nearest_name.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "output.hpp"

@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "hm/core/nearest_name.hpp"
+#include "hm/core/text/nearest_name.hpp"
 
 namespace hm {
 namespace {

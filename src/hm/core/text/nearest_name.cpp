@@ -1,4 +1,4 @@
-#include "hm/core/nearest_name.hpp"
+#include "hm/core/text/nearest_name.hpp"
 
 #include <algorithm>
 #include <cctype>
