@@ -69,7 +69,7 @@ LoopProposal loop_to(const KeyframeGraph& graph, std::size_t from, Rng& rng) {
 /// A graph that grows to a day's keyframes, the last milliseconds that judging took on the way.
 struct Day {
   std::vector<double> keyframes, median_ms, worst_ms;
-  double memory_mb = 0;
+  double worst_of_all_ms = 0, memory_mb = 0;
 };
 
 Day judge_for_a_day(std::size_t keyframes) {
@@ -93,7 +93,10 @@ Day judge_for_a_day(std::size_t keyframes) {
     const bool is_judged = !proposals.empty();
     const double before_s = cpu_seconds();
     const LoopDecision decision = selector.update(graph, std::move(proposals));
-    if (is_judged) ms.push_back(1e3 * (cpu_seconds() - before_s));
+    if (is_judged) {
+      ms.push_back(1e3 * (cpu_seconds() - before_s));
+      day.worst_of_all_ms = std::max(day.worst_of_all_ms, ms.back());
+    }
     for (const LoopProposal& loop : decision.accepted)
       if (loop.information_gain_ratio > params.kMinInformationGainRatio)
         graph.add_loop(
@@ -115,7 +118,8 @@ Day judge_for_a_day(std::size_t keyframes) {
 constexpr double kPointsPerMetre = 90, kNear_m = 0.7, kFar_m = 4.5;
 
 /// Landmarks on the walls of the ring as odometry makes them, one a lap and point, each with a few sights
-/// from other laps; keyframes a centimetre off their places, slowly changing.
+/// from other laps, as many however many laps there are; keyframes a centimetre off their places, slowly
+/// changing.
 Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
   Rng rng(seed);
   Bundle bundle{{640, 480, 525, 525, 319.5, 239.5, {}}, {}, {}, {0}, {}};
@@ -140,6 +144,7 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
   };
   const std::size_t reach = static_cast<std::size_t>(kFar_m / kKeyframe_m) + 1;
   const auto points = static_cast<std::size_t>(kPointsPerMetre * kRing_m);
+  const std::size_t laps = keyframes / kLap;
   for (std::size_t point = 0; point < points; ++point) {
     const double at_m = rng.uniform(0, kRing_m);
     const auto nearest = static_cast<std::size_t>(at_m / kKeyframe_m);
@@ -154,7 +159,9 @@ Bundle make_bundle(std::size_t keyframes, std::uint64_t seed) {
       landmark.p_map =
           bundle.T_map_camera[first.keyframe] * bundle.camera.unproject(first.pixel, first.depth_m);
       for (int link = 0; link < 6; ++link) {
-        const std::size_t lap = rng.below(static_cast<std::uint32_t>(keyframes / kLap + 1));
+        // Any lap but the one on which the landmark was made.
+        std::size_t lap = rng.below(static_cast<std::uint32_t>(laps - 1));
+        if (lap >= passing / kLap) ++lap;
         const std::size_t k = nearest + lap * kLap - rng.below(static_cast<std::uint32_t>(reach));
         const bool is_there =
             std::ranges::any_of(landmark.observations, [k](const auto& o) { return o.keyframe == k; });
@@ -194,11 +201,11 @@ Result<BenchResult> bench_loop_soak(const BenchOptions& options) {
   const Day day =
       judge_for_a_day(options.frame_limit > 0 ? static_cast<std::size_t>(options.frame_limit) : 96000);
   BenchResult result;
-  result.rows = {{"loop_judging", day.worst_ms.back(), {}},
-                 {"loop_judging_growth", day.median_ms.back() / day.median_ms.front(), {}}};
+  result.rows = {{"loop_judging", day.worst_of_all_ms, {}}};
   result.details = JsonValue::object({{"keyframes", day.keyframes.back()},
                                       {"median_ms", day.median_ms.back()},
                                       {"median_ms_after_a_tenth", day.median_ms.front()},
+                                      {"worst_ms", day.worst_ms.back()},
                                       {"worst_ms_after_a_tenth", day.worst_ms.front()},
                                       {"graph_mb", day.memory_mb}});
   return result;
@@ -208,10 +215,11 @@ Result<BenchResult> bench_bundle_soak(const BenchOptions& options) {
   const std::size_t most = options.frame_limit > 0 ? static_cast<std::size_t>(options.frame_limit) : 4000;
   BenchResult result;
   JsonValue runs = JsonValue::array();
-  std::vector<double> ms_a_keyframe;
+  std::vector<double> ms_a_keyframe, ms_an_observation;
   for (std::size_t keyframes = most / 4; keyframes <= most; keyframes *= 2) {
     const Adjustment one = adjust(keyframes);
     ms_a_keyframe.push_back(1e3 * one.seconds / static_cast<double>(keyframes));
+    ms_an_observation.push_back(1e3 * one.seconds / static_cast<double>(one.result.observations));
     runs.push_back(JsonValue::object({{"keyframes", keyframes},
                                       {"observations", one.result.observations},
                                       {"iterations", one.result.iterations},
@@ -222,7 +230,7 @@ Result<BenchResult> bench_bundle_soak(const BenchOptions& options) {
                                       {"cost", one.result.final_cost}}));
   }
   result.rows = {{"bundle_time", ms_a_keyframe.back(), {}},
-                 {"bundle_growth", ms_a_keyframe.back() / ms_a_keyframe.front(), {}}};
+                 {"bundle_growth", ms_an_observation.back() / ms_an_observation.front(), {}}};
   result.details = JsonValue::object({});
   result.details["runs"] = std::move(runs);
   return result;
