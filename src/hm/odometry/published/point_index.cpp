@@ -85,8 +85,7 @@ struct PointIndex::Tree {
   }
 
   PointSet set;
-  nanoflann::KDTreeSingleIndexAdaptor<Metric, PointSet, 3, int>
-      index;  ///< refers to `set`, so a Tree must not be moved
+  nanoflann::KDTreeSingleIndexAdaptor<Metric, PointSet, 3, int> index;  ///< refers to `set`: do not move
 };
 
 PointIndex::PointIndex() = default;

@@ -209,9 +209,8 @@ void PublishedOdometry::accept(const RgbdFrame& frame, const Answer& answer, Fea
                                TrackedFrame& result) {
   const SE3 motion = answer.T_odom_camera * T_odom_camera_.inverse();
   T_odom_camera_ = constrained(motion, params_.constraint) * T_odom_camera_;
-  T_odom_camera_ =
-      SE3(T_odom_camera_.quaternion(),
-          T_odom_camera_.translation());  // renormalised, so that rounding errors do not accumulate
+  // Renormalises, so that rounding errors do not accumulate.
+  T_odom_camera_ = SE3(T_odom_camera_.quaternion(), T_odom_camera_.translation());
   covariance_ = answer.covariance;
   last_features_ = std::move(features);
   take_in(last_features_, result.numbers);

@@ -175,8 +175,7 @@ TEST(PoseGraphSolver3D, DegenerateGraphs) {
   const SE3 first = SE3::exp((Vec6() << 1, 2, 3, 0.1, 0.2, 0.3).finished());
   graph.T_map_node = {first, first * first, first * first * first};
   EXPECT_TRUE(solve_pose_graph(graph).converged);
-  graph.edges.push_back(
-      {1, 2, SE3(), Mat6::Identity(), PoseEdgeKind::kOdometry});  // not connected to the rest
+  graph.edges.push_back({1, 2, SE3(), Mat6::Identity(), PoseEdgeKind::kOdometry});  // disconnected
   EXPECT_LT(solve_pose_graph(graph).final_chi2, 1e-6);
   EXPECT_EQ(graph.T_map_node[0].matrix(), first.matrix());
   graph.edges[0].information.setZero();

@@ -191,8 +191,7 @@ double mean_covisible(const Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
     for (const BundleObservation& seen : bundle.landmarks[l].observations)
       landmarks_of[seen.keyframe].push_back(l);
-  std::vector<std::size_t> met_by(keyframes,
-                                  keyframes);  // last keyframe found to share landmarks with this one
+  std::vector<std::size_t> met_by(keyframes, keyframes);  // last keyframe found to share with it
   std::size_t pairs = 0;
   for (std::size_t k = 0; k < keyframes; ++k) {
     met_by[k] = k;

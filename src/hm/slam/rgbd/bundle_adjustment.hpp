@@ -77,8 +77,7 @@ struct BundleResult {
   bool conjugate_gradients = false;     ///< used instead of the factorisation (BundleParams::most_covisible)
   std::size_t observations = 0;         ///< used
   std::size_t observations_behind = 0;  ///< dropped, since their landmark is behind the camera initially
-  double initial_cost = 0,
-         final_cost = 0;  ///< half the sum of robust squared residuals, with the last pass's loss
+  double initial_cost = 0, final_cost = 0;         ///< half the sum of robust squares, last pass's loss
   double error_before_px = 0, error_after_px = 0;  ///< median reprojection error
   std::string message;
 };

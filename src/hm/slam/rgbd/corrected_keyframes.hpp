@@ -18,8 +18,8 @@ struct CorrectedKeyframe {
   SE3 T_odom_camera, T_map_camera;
 };
 
-/// Keyframe poses after global alignment, in order of time; a value that may be passed between threads.
-/// Submaps not connected to the first one keep their odometry poses.
+/// Keyframe poses after global alignment, in order of time; a value that may be passed between threads. A map
+/// not connected to the first one stays where odometry placed it.
 class CorrectedKeyframes {
  public:
   CorrectedKeyframes() = default;

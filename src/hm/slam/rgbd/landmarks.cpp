@@ -158,9 +158,8 @@ class TrackMaker {
   LandmarkNoise noise_;
   Tracks of_odometry_;
   std::map<std::uint64_t, int> observations_by_links_;
-  std::vector<std::vector<std::uint64_t>>
-      landmark_of_;                 ///< landmark of each feature, for keyframes with links
-  std::vector<std::size_t> first_;  ///< index of each keyframe's first feature
+  std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< by keyframe (if linked) and feature
+  std::vector<std::size_t> first_;                       ///< index of each keyframe's first feature
   FeatureSets sets_;
   std::vector<bool> linked_;
   std::vector<int> landmarks_of_;  ///< number of odometry landmarks that links have added each feature to
