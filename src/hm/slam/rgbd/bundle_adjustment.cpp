@@ -24,8 +24,8 @@ using detail::PoseState;
 /// Minimum depth of a landmark for projection.
 constexpr double kMinDepth_m = 0.05;
 constexpr double kLeastVarianceScale = 0.01;  // lower limit of the variance scale of the observations
-constexpr int kMostInvalidSteps =
-    12;                     // in turn, each shorter: a step must not put a landmark behind a camera
+/// Maximum number of successive shorter steps, since a step must not put a landmark behind a camera.
+constexpr int kMostInvalidSteps = 12;
 constexpr int kPasses = 2;  // the second pass uses the residuals of the first to scale the outlier threshold
 
 Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const BundleObservation& seen) {

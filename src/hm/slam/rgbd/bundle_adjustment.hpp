@@ -65,8 +65,9 @@ struct BundleParams {
   double loss_sigmas = 2.0;
   /// Mean number of keyframes that share landmarks with a keyframe, above which the normal equations are
   /// solved by conjugate gradients. If all keyframes see the same place, the time of a Cholesky factorisation
-  /// is cubic in their number, while conjugate gradients, which never form the Schur complement, take constant
-  /// time per observation. (1,000 keyframes of the simulated house: 34, 600 of one room: 184. Equal at 60.)
+  /// is cubic in their number, while conjugate gradients, which never form the Schur complement, take
+  /// constant time per observation. (1,000 keyframes of the simulated house: 34, 600 of one room: 184. Equal
+  /// at 60.)
   double most_covisible = 60;
 };
 
