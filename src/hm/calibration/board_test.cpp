@@ -25,7 +25,7 @@ TEST(Board, CheckerboardCornersAreWhereTheyWereDrawn) {
   for (std::size_t i = 0; i < 40; ++i) {
     const Vec2 wanted(border + square * (1.5 + found.view.corners[i] % 8) - 0.5,
                       border + square * (1.5 + found.view.corners[i] / 8) - 0.5);
-    // From either end: an 8 x 5 board looks the same turned, but for the colours.
+    // From either end: an 8 x 5 board rotated by 180 degrees differs only in colours.
     const Vec2 turned(border + square * (8.5 - found.view.corners[i] % 8) - 0.5,
                       border + square * (5.5 - found.view.corners[i] / 8) - 0.5);
     EXPECT_LT(std::min((found.view.pixels[i] - wanted).norm(), (found.view.pixels[i] - turned).norm()), 0.05)

@@ -42,7 +42,7 @@ TEST(CameraFit, DeviationsAreHonest) {
     const std::array<double, 4> errors{fit->camera.fx - kDepthCamera.fx, fit->camera.fy - kDepthCamera.fy,
                                        fit->camera.cx - kDepthCamera.cx, fit->camera.cy - kDepthCamera.cy};
     for (std::size_t i = 0; i < 4; ++i, ++count) squares += std::pow(errors[i] / fit->sigma[i], 2);
-    const double freedom = 1 - (9 + 6 * 12) / (2.0 * 12 * 48);  // what the fitted numbers take away
+    const double freedom = 1 - (9 + 6 * 12) / (2.0 * 12 * 48);  // reduced by the number of fitted parameters
     EXPECT_NEAR(fit->rms_px, 0.1 * std::sqrt(2 * freedom), 0.01);
   }
   EXPECT_GT(squares / count, 0.4);

@@ -90,7 +90,7 @@ TEST(DisparityFit, HandsBeforeTheBoardCountLittle) {
 TEST(DisparityFit, KnownDeviceStays) {
   Rng rng(6);
   DisparityCamera start = truth();
-  start.disparity = {};  // what readings were converted with
+  start.disparity = {};  // constants that the readings were converted with
   const auto fit = fit_disparity_camera(boards_seen(10, {}, rng), start, {1e-3, 1e-3, 1e-6, 1e-6});
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->found.camera.fx, truth().camera.fx, 0.01);

@@ -35,7 +35,7 @@ class LiveMapCorrection {
     std::size_t frames_done = 0, frames_total = 0;  ///< of the running rebuild
   };
   [[nodiscard]] State state() const;
-  /// Why a rebuild was given up, in words; empty: none was.
+  /// Reason why a rebuild was given up; empty if none was.
   [[nodiscard]] std::string out_of_memory() const;
 
  private:

@@ -20,7 +20,7 @@ SimulationParams room() {
   return params;
 }
 
-/// A room that was scanned from a few places.
+/// Room scanned from a few positions.
 struct ScannedRoom {
   ScannedRoom() : simulation(room()), pipeline(params(), simulation.camera(), 1) {
     for (std::size_t i = 0; i < 4; ++i) pipeline.process(simulation.frame(10 * i));

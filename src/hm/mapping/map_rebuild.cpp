@@ -184,7 +184,7 @@ MapCorrection correct_map(DensePipeline& map, ObservationLog& log, MapRebuild& r
                           const PoseOfObservation& pose_now, const RunContext& run) {
   log.close();
   if (rebuild.replay(log, pose_now, run))
-    static_cast<void>(rebuild.put_into(map, log));  // the report says so when it failed
+    static_cast<void>(rebuild.put_into(map, log));  // a failure is in the report
   return rebuild.report();
 }
 

@@ -105,7 +105,8 @@ MapCorrection correct(Map& map, const Recording& recording, const Poses& poses,
       map.pipeline, map.log, rebuild, [&](const Observation& o) { return poses(o.frame_index); }, run);
 }
 
-/// Voxels that both know well, and how many of them differ by more than a centimetre; volumes that one lacks.
+/// Numbers of voxels that are well known in both maps, of those that differ by more than a centimetre, and of
+/// volumes missing in one map.
 struct Difference {
   std::size_t compared = 0, far = 0, missing = 0;
 };
@@ -153,7 +154,7 @@ TEST(MapCorrection, AllMovedIsTheMapOfTheNewPoses) {
 }
 
 TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
-  // The second half of the way is wrong; what only the first half saw must keep its bits.
+  // The poses of the second half are wrong; volumes observed only by the first half must be unchanged.
   const SimulatedFrames recording(60, 4);
   const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
   const Poses drifting = [&](std::size_t i) {
@@ -175,16 +176,15 @@ TEST(MapCorrection, OnlyWhatMovedFramesSawIsRebuilt) {
   std::size_t kept = 0;
   for (const auto& [key, moved] : seen_by_moved) {
     if (moved || !before.pipeline.grid().contains(key)) continue;
-    // It may have gained what moved frames see there now, but where they see nothing it has its bits.
+    // Moved frames may have added voxels; all others are bit-identical.
     kept += same_volume(map.pipeline.grid().find(key), before.pipeline.grid().find(key));
   }
   EXPECT_GT(kept, 50u);
-  // The surface is that of the true poses, distances within what the order of weighted averages and their
-  // caps leave.
+  // The surface agrees with that of the true poses, up to the order of weighted averages and their caps.
   const Difference left = difference(map.pipeline.grid(), wanted.pipeline.grid());
   EXPECT_GT(left.compared, 10000u);
   EXPECT_LT(100 * left.far, left.compared);
-  // A whole correction leaves nothing of that: the map of these poses to the bit.
+  // A rebuild of the whole map is bit-identical to a map of these poses.
   EXPECT_EQ(correct(map, recording, truth, RebuildExtent::kWhole).frames_replayed, 60u);
   EXPECT_EQ(different_volumes(map.pipeline.grid(), wanted.pipeline.grid()), 0u);
 }
@@ -215,7 +215,7 @@ TEST(MapCorrection, ToldToStopLeavesTheMapAsItIs) {
   EXPECT_FALSE(correct(map, recording, truth, RebuildExtent::kWhole).interrupted);
 }
 
-/// Voxels so small that no memory holds a map of the room.
+/// Voxels so small that a map of the room does not fit into memory.
 DenseParams too_fine() {
   DenseParams parameters = coarse();
   parameters.tsdf.voxel_size_m = 0.002;
@@ -267,7 +267,7 @@ TEST(MapCorrectionDeathTest, WithoutMemoryALiveCorrectionGivesUp) {
       testing::ExitedWithCode(0), "out of memory: ");
 }
 
-/// The map is corrected while frames come in (at corrected poses) and is whole all the time.
+/// The map is corrected while frames are added (at corrected poses) and is complete at any time.
 void correct_while_frames_come(std::size_t first_moved) {
   constexpr std::size_t kBegin = 60, kFrames = 80;
   const SimulatedFrames recording(kFrames, 3);
@@ -302,7 +302,7 @@ void correct_while_frames_come(std::size_t first_moved) {
   EXPECT_LT(100 * left.far, left.compared);
   for (const Observation& o : map.log.observations())
     EXPECT_EQ(o.T_map_camera->matrix(), truth(o.frame_index)->matrix());
-  // It can go on, and nothing is left to be done.
+  // Integration can continue, and no correction is pending.
   live.start(map.log, [&](const Observation& o) { return truth(o.frame_index); });
   while (!(done = live.take())) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   EXPECT_TRUE(done->is_empty());
@@ -333,7 +333,7 @@ TEST(MapCorrection, FramesThatBelongElsewhereAreTakenOut) {
   const MapCorrection done = correct(map, recording, first);
   EXPECT_EQ(done.frames_removed, 25u);
   EXPECT_EQ(done.frames_moved, 0u);
-  // Everything is rebuilt from the frames that stay, in their order. Voxels that others carved come back.
+  // Everything is rebuilt from the remaining frames, in order. Voxels carved by removed frames reappear.
   EXPECT_EQ(map.pipeline.grid().volume_count(), wanted.pipeline.grid().volume_count());
   EXPECT_EQ(different_volumes(map.pipeline.grid(), wanted.pipeline.grid()), 0u);
   EXPECT_EQ(map.log.frames_mapped(), 15u);

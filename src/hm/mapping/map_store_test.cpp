@@ -46,7 +46,7 @@ void expect_equal(const VolumeGrid& a, const VolumeGrid& b) {
   }
 }
 
-/// Changes a grid at random: new volumes, new voxels, colour planes, marks, releases.
+/// Randomly changes a grid: new volumes, new voxels, colour planes, marks, releases.
 std::vector<ChangedVolume> change(VolumeGrid& grid, Rng& rng) {
   std::vector<ChangedVolume> changed;
   for (int i = 0; i < 40; ++i) {
@@ -58,14 +58,14 @@ std::vector<ChangedVolume> change(VolumeGrid& grid, Rng& rng) {
       Volume& volume = *grid.allocate(key);
       if (rng.below(2) == 0) grid.allocate_colors(volume);
       fill(volume, rng);
-      grid.set_may_hold_interior(key, rng.below(2) == 0);  // right or not: it has to come back
+      grid.set_may_hold_interior(key, rng.below(2) == 0);  // arbitrary: it must be restored
     }
     changed.push_back({key, 0x3f, false});
   }
   return changed;
 }
 
-/// A header that also hands out the marks that belong to it.
+/// Header that also returns its marks.
 MapSaver::MakeHeader header_that_keeps(const VolumeGrid& grid, std::set<VolumeKey>& stored) {
   return [header = header_for(grid), &stored](const std::set<VolumeKey>& marks) {
     stored = marks;
@@ -177,12 +177,12 @@ TEST(MapStore, AFailedSaveIsReportedByEveryLaterCall) {
   auto blocker = MapFile::open(path, MapOpenMode::kReadWrite);
   ASSERT_TRUE(blocker);
   const std::vector<MapBlockKey> nothing;
-  ASSERT_TRUE(blocker->erase(nothing));  // begins a transaction: nobody else may write
+  ASSERT_TRUE(blocker->erase(nothing));  // begins a transaction, which blocks other writers
   Rng rng(9);
   saver.note(change(grid, rng));
   EXPECT_FALSE(saver.save(grid, header_for(grid)));
   EXPECT_FALSE(grid.snapshot_under_way());
-  blocker = MapFile::open(path, MapOpenMode::kRead);  // the way is free again
+  blocker = MapFile::open(path, MapOpenMode::kRead);  // no longer blocks
   saver.note(change(grid, rng));
   EXPECT_FALSE(saver.save(grid, header_for(grid))) << "what the failed save held is missing";
   EXPECT_FALSE(saver.continue_save(grid));
@@ -234,7 +234,7 @@ TEST(MapStore, TooLargeForTheCapIsAnError) {
   std::filesystem::remove(path);
 }
 
-/// A map of 40 MB that is in no simple state: neither packs well.
+/// Map of 40 MB with random contents, which do not pack well.
 VolumeGrid large_grid(std::vector<ChangedVolume>& changed) {
   VolumeGrid grid(0.02, 1e-5);
   Rng rng(9);
@@ -252,7 +252,7 @@ TEST(MapStoreDeathTest, LoadingWithoutMemoryIsAnError) {
   EXPECT_EXIT(
       {
         std::vector<ChangedVolume> changed;
-        VolumeGrid grid = large_grid(changed);  // stays: its memory is not there for the one that is loaded
+        VolumeGrid grid = large_grid(changed);  // kept: occupies its memory while loading
         MapSaver saver(*MapFile::create(path, header_for(grid)));
         saver.note(changed);
         const auto saved = saver.save(grid, header_for(grid));
@@ -265,7 +265,7 @@ TEST(MapStoreDeathTest, LoadingWithoutMemoryIsAnError) {
   std::filesystem::remove(path);
 }
 
-/// The save is dropped and said to be, now and later; the file holds what it held.
+/// The save is dropped, with an error in this and all later calls; the file is unchanged.
 TEST(MapStoreDeathTest, SavingWithoutMemoryIsAnError) {
   if (!test::kCanLimitMemory) GTEST_SKIP();
   GTEST_FLAG_SET(death_test_style, "threadsafe");

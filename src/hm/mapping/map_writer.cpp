@@ -110,7 +110,7 @@ void MapWriter::give_up() {
 }
 
 Result<void> MapWriter::write_all() {
-  // Also when even the error message finds no memory: nobody must wait for a thread that has ended.
+  // Runs even if allocating the error message fails, so that no caller waits for a thread that has ended.
   struct AtEnd {
     MapWriter& writer;
     bool succeeded;

@@ -21,7 +21,7 @@ bool crossed(int cube_case, int edge) {
   return (cube_case >> low & 1) != (cube_case >> high & 1);
 }
 
-/// Sides of triangles whose opposite does not occur: the outline of the surface in the cube.
+/// Directed triangle edges without an opposite: the outline of the surface in the cube.
 std::set<Directed> outline(int cube_case) {
   std::multiset<Directed> sides;
   const auto row = static_cast<std::size_t>(cube_case);

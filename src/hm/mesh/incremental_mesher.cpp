@@ -53,7 +53,7 @@ struct IncrementalMesher::Impl {
   struct Entry {
     VolumeKey key;
     bool queued = false;
-    bool gone = false;  ///< not in the grid when last looked for
+    bool gone = false;  ///< not in the grid at the last update
     VolumeMesh mesh;
   };
 

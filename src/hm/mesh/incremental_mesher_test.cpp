@@ -22,7 +22,7 @@ void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
   ASSERT_EQ(a.triangles, b.triangles);
 }
 
-/// Collects what changed as the integrator reports it: exactly the border layers with a changed voxel.
+/// Collects changes as the integrator reports them: exactly the border layers with a changed voxel.
 class Changes {
  public:
   void add(Lattice at) {
@@ -86,7 +86,7 @@ TEST(IncrementalMesher, SingleVoxelEditsGiveTheMeshFromScratch) {
     expect_same(mesher.whole_mesh(), extract_mesh(scene.grid, MeshParams{}, loop));
     if (HasFatalFailure()) FAIL() << "round " << round;
   }
-  EXPECT_LT(meshed, 150U * 6U);  // a blunt rule would mesh 27 for each
+  EXPECT_LT(meshed, 150U * 6U);  // meshing all neighbours would take 27 for each
 }
 
 TEST(IncrementalMesher, ManyEditsAndReleasesGiveTheMeshFromScratch) {
@@ -148,7 +148,7 @@ TEST(IncrementalMesher, ABudgetLeavesTheRestForLater) {
     ASSERT_EQ(stats.volumes_waiting, all - meshed);
     ASSERT_EQ(stats.volumes_waiting, mesher.waiting());
     for (const VolumeKey key : stats.updated) EXPECT_TRUE(seen.insert({key.x, key.y, key.z}).second);
-    ASSERT_FALSE(mesher.whole_mesh().vertices.empty());  // valid half way too
+    ASSERT_FALSE(mesher.whole_mesh().vertices.empty());  // valid at any time
   }
   EXPECT_GE(calls, 3U);
   EXPECT_EQ(meshed, all);
@@ -236,7 +236,7 @@ TEST(IncrementalMesher, VolumesThatComeAndGoDoNotAccumulate) {
   const ParallelLoop loop(1);
   IncrementalMesher mesher(MeshParams{}, loop);
   std::size_t most = 0, early = 0;
-  for (int round = 0; round < 200; ++round) {  // a plane that wanders off for good
+  for (int round = 0; round < 200; ++round) {  // a plane that moves away
     std::vector<ChangedVolume> changed;
     for (int i = 0; i < 100; ++i) {
       const VolumeKey key{100 * round + i, 0, 0};

@@ -1,4 +1,4 @@
-// The mesher behind the real integrator: what scans report as changed is all that the mesh needs.
+// The mesher with the real integrator: the reported changes are sufficient for an up-to-date mesh.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ void follow_a_scan(IntegrationMethod method) {
   TsdfParams params;
   params.voxel_size_m = 0.04;
   params.method = method;
-  params.carving_weight_ratio = 4;  // few frames: what has left is to be gone soon
+  params.carving_weight_ratio = 4;  // few frames: objects that have left must be carved soon
   const PinholeCamera camera{96, 72, 80, 80, 47.5, 35.5, {}};
   const ParallelLoop loop(1);
   Integrator integrator(params, DepthNoise{}, camera, loop);

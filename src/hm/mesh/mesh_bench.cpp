@@ -1,4 +1,4 @@
-// Timings of meshing: one volume, what changed per frame, the whole mesh.
+// Timings of meshing: one volume, the changes of a frame, the whole mesh.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -11,8 +11,8 @@
 namespace hm {
 namespace {
 
-/// A room of 3.2 x 2.6 x 2.1 m with spheres in it, at 2 cm with noise of 1 mm, known 4 voxels either side
-/// of the surface; as a depth camera leaves it.
+/// A room of 3.2 x 2.6 x 2.1 m with spheres, voxels of 2 cm, noise of 1 mm, known within 4 voxels of the
+/// surface, as from a depth camera.
 double room_distance_m(const Vec3& p) {
   const Vec3 half(1.6, 1.3, 1.05);
   double distance = (half - p.cwiseAbs()).minCoeff();
@@ -71,7 +71,7 @@ void add_rates(benchmark::State& state, double volumes, double vertices) {
   state.counters["vertices"] = vertices;
 }
 
-/// The kernel alone, on volumes with (1) or without (0) a surface.
+/// Kernel only, on volumes with (1) or without (0) a surface.
 void mesh_volumes(benchmark::State& state) {
   std::vector<const Volume*> volumes;
   double vertices = 0;
@@ -117,7 +117,7 @@ BENCHMARK(frame_update)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-/// mark_changed and update for every volume of the room, as after a scan that saw all of it.
+/// mark_changed and update for every volume of the room, as after a scan of all of it.
 void incremental_update(benchmark::State& state) {
   const ParallelLoop loop(static_cast<int>(state.range(0)));
   IncrementalMesher mesher(MeshParams{}, loop);

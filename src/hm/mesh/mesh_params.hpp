@@ -6,7 +6,7 @@ namespace hm {
 /// Parameters of meshing, and of cleaning the whole mesh.
 struct MeshParams {
   double min_weight_ratio = 0.0;
-  /// Of the floating pieces that noise leaves in real recordings, 9 in 10 are below this.
+  /// 9 in 10 of the floating pieces caused by noise in real recordings are smaller.
   double min_piece_size_m = 0.05;
   double simplify_keep_ratio = 1.0;
   double simplify_error_m = 0.0;

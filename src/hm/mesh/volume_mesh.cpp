@@ -7,7 +7,7 @@
 #include "hm/core/check.hpp"
 #include "hm/mesh/cell_rows.hpp"
 #include "hm/mesh/cube_table.hpp"
-#include "hm/mesh/mesh_writer.hpp"
+#include "hm/mesh/mesh_assembler.hpp"
 
 namespace hm {
 namespace {
@@ -127,14 +127,14 @@ TriangleMesh unpack(const VolumeMesh& mesh, double voxel_size_m) {
   out.colors.resize(mesh.has_colors() ? mesh.vertex_count() : 0);
   out.triangles.resize(mesh.triangle_count());
   const cells::Topology topology(mesh.cube_rows(), mesh.cases());
-  MeshWriter writer(out, voxel_size_m);
-  writer.begin(mesh);
+  MeshAssembler assembler(out, voxel_size_m);
+  assembler.begin(mesh);
   std::uint32_t index = 0;
   cells::for_each_vertex(topology.edges, [&](int axis, int row, int x) {
-    writer.write_vertex({axis, row, x}, index, index);
+    assembler.add_vertex({axis, row, x}, index, index);
     ++index;
   });
-  writer.write_triangles(topology, 0);
+  assembler.add_triangles(topology, 0);
   return out;
 }
 

@@ -8,7 +8,7 @@
 #include "hm/core/check.hpp"
 #include "hm/mesh/cell_rows.hpp"
 #include "hm/mesh/marching_cubes.hpp"
-#include "hm/mesh/mesh_writer.hpp"
+#include "hm/mesh/mesh_assembler.hpp"
 
 namespace hm {
 namespace {
@@ -229,10 +229,10 @@ void Welder::place_parts(TriangleMesh& out) {
 
 void Welder::write(std::size_t begin, std::size_t end, TriangleMesh& out) {
   Earlier earlier(volumes_);
-  MeshWriter writer(out, voxel_size_m_);
+  MeshAssembler assembler(out, voxel_size_m_);
   for (std::size_t i = begin; i < end; ++i) {
     earlier.move_to(i);
-    writer.begin(*volumes_[i]);
+    assembler.begin(*volumes_[i]);
     const cells::Topology cells = topology(i);
     std::uint32_t next = parts_[i].first_vertex;
     std::size_t local = 0;
@@ -245,14 +245,14 @@ void Welder::write(std::size_t begin, std::size_t end, TriangleMesh& out) {
           const VertexEdge edge{axis, row, x};
           const Owner owner = shared >> x & 1u ? find_owner(earlier, edge) : Owner{};
           if (owner.volume != kNone)
-            writer.set_index(edge,
-                             parts_[owner.volume].first_vertex + border(owner.volume)[owner.place].rank);
+            assembler.set_index(edge,
+                                parts_[owner.volume].first_vertex + border(owner.volume)[owner.place].rank);
           else
-            writer.write_vertex(edge, local, next++);
+            assembler.add_vertex(edge, local, next++);
           ++local;
         });
       }
-    writer.write_triangles(cells, parts_[i].first_triangle);
+    assembler.add_triangles(cells, parts_[i].first_triangle);
   }
 }
 

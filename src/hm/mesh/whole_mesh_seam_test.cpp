@@ -1,4 +1,4 @@
-// Where volumes meet: welding, shared bits, open edges.
+// Borders of volumes: welding, shared bits, open edges.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -81,7 +81,7 @@ TEST(Seams, BorderVerticesHaveTheSameBitsInEveryVolume) {
   EXPECT_GT(shared, whole.vertices.size() * 11 / 10);
 }
 
-/// The lattice edge on which a vertex lies.
+/// Lattice edge of a vertex.
 testing::EdgeId edge_of(const Eigen::Vector3f& vertex, double voxel_size_m) {
   const Vec3 at = vertex.cast<double>() / voxel_size_m - Vec3::Constant(0.5);
   testing::EdgeId edge;

@@ -25,7 +25,7 @@ double box(const Vec3& p) {
   return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0);
 }
 
-/// Every directed edge once, and its opposite once: closed, manifold, consistently wound.
+/// Checks that every directed edge occurs once and has one opposite: closed, manifold, consistently oriented.
 void expect_closed_and_oriented(const TriangleMesh& mesh) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const auto& t : mesh.triangles)
@@ -36,7 +36,7 @@ void expect_closed_and_oriented(const TriangleMesh& mesh) {
   for (const auto& [a, b] : edges) ASSERT_TRUE(edges.count({b, a})) << "an edge is open";
 }
 
-/// No two vertices at the same place, and every one in use.
+/// Checks that no two vertices coincide and that each one is used.
 void expect_distinct_used_vertices(const TriangleMesh& mesh) {
   std::set<std::array<float, 3>> places;
   for (const auto& v : mesh.vertices) ASSERT_TRUE(places.insert({v.x(), v.y(), v.z()}).second);

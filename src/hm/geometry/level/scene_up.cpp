@@ -17,20 +17,21 @@ constexpr double kEvidenceWindow_rad = 6 * kRadiansPerDegree;
 constexpr double kSameDirection_rad = 3 * kRadiansPerDegree;
 constexpr double kLeastCluster_share = 0.02;
 constexpr std::size_t kMostClusters = 10;
-/// A rival as close as this leaves up unknown. Below the preference for a camera that is held landscape.
+/// Score margin over the second-best candidate below which up is unknown; less than the preference for a
+/// camera held landscape.
 constexpr double kClearMargin = 0.5;
 constexpr double kPortraitPenalty = 1.0, kUpsideDownPenalty = 1.8;
 constexpr double kLeastLevel_share = 0.04, kLeastVertical_share = 0.04;
-constexpr double kLeastSigma_rad = 0.3 * kRadiansPerDegree;   // of floors and walls in buildings
-constexpr double kNormalSigma_rad = 1.0 * kRadiansPerDegree;  // of normals alone, which depth cameras bend
+constexpr double kLeastSigma_rad = 0.3 * kRadiansPerDegree;   // deviation of floors and walls in buildings
+constexpr double kNormalSigma_rad = 1.0 * kRadiansPerDegree;  // of normals, which depth cameras distort
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-/// Surface by the direction that it faces: cells of about 4 degrees on the faces of a cube.
+/// Histogram of surface area by normal: cells of about 4 degrees on the faces of a cube.
 class NormalHistogram {
  public:
   struct Cell {
-    Vec3 normal = Vec3::Zero();  ///< unit: the mean of its surface
+    Vec3 normal = Vec3::Zero();  ///< unit, mean of its surface
     double share = 0;
   };
   explicit NormalHistogram(std::span<const SurfacePatch> patches) {
@@ -64,7 +65,7 @@ class NormalHistogram {
   std::vector<Cell> cells_;
 };
 
-/// Directions that much of the surface faces, most first.
+/// Normals of much of the surface, largest area first.
 std::vector<Vec3> clusters_of(const NormalHistogram& histogram) {
   struct Peak {
     Vec3 mean;
@@ -93,7 +94,7 @@ std::vector<Vec3> clusters_of(const NormalHistogram& histogram) {
   return clusters;
 }
 
-/// See scene_up_candidates(); nothing where it runs away from where it began.
+/// See scene_up_candidates(); nothing if it diverges from the start.
 std::optional<Vec3> refined(std::span<const SurfacePatch> patches, const Vec3& start) {
   Vec3 up = start;
   for (const double window_deg : {10.0, 5.0, 3.0, 3.0}) {
@@ -118,14 +119,14 @@ std::optional<Vec3> refined(std::span<const SurfacePatch> patches, const Vec3& s
   return up;
 }
 
-/// Level surfaces of one height: the sum of their areas, and where they lie.
+/// Horizontal surfaces at one height: their total area, centre and scatter.
 struct Level {
   double area = 0, height = 0;
   Vec3 centre = Vec3::Zero();
-  Mat3 scatter = Mat3::Zero();  ///< of the positions about the centre, times area
+  Mat3 scatter = Mat3::Zero();  ///< of the positions about the centre, weighted by area
 };
 
-/// Heights at which much of the level surface lies, at least 20 cm apart.
+/// Heights with a large area of horizontal surface, at least 20 cm apart.
 std::vector<double> heights_of(std::span<const SurfacePatch> level, const Vec3& up) {
   constexpr double kStep_m = 0.05;
   constexpr std::size_t kMost = 6;
@@ -135,7 +136,7 @@ std::vector<double> heights_of(std::span<const SurfacePatch> level, const Vec3& 
     areas[static_cast<int>(std::floor(std::clamp(patch.centre.dot(up) / kStep_m, -1e8, 1e8)))] += patch.area;
     total += patch.area;
   }
-  std::vector<std::pair<double, int>> steps;  // area of three, the middle one
+  std::vector<std::pair<double, int>> steps;  // area of three neighbouring steps, index of the middle one
   for (const auto& [step, area] : areas) {
     const auto at = [&](int i) { return areas.contains(i) ? areas.at(i) : 0.0; };
     steps.emplace_back(at(step - 1) + area + at(step + 1), step);
@@ -170,8 +171,8 @@ void gather(std::span<const SurfacePatch> level, const Vec3& up, double within_m
     }
 }
 
-/// By how much level planes are bent or lie beside each other: the standard deviation of their heights
-/// averaged over cells of 0.3 m, so that the noise of single patches does not count.
+/// Flatness error of horizontal planes: standard deviation of their heights averaged over cells of 0.3 m, so
+/// that noise of single patches has no effect.
 double bending_m(std::span<const SurfacePatch> level, const std::vector<Level>& planes, const Vec3& up,
                  double within_m) {
   constexpr double kCell_m = 0.3;
@@ -201,12 +202,12 @@ struct Direction {
   double sigma_rad;
 };
 
-/// The normal that level planes at several heights share, by where they lie: a plane a metre wide tells it
-/// better than the normals of its pieces, which depth cameras bend. Its deviation is the planes' bending over
-/// their width, which many readings do not average out. `up` where there are none that are wide in both
-/// directions.
+/// Common normal of horizontal planes at several heights, estimated from their points: for a plane a metre
+/// wide this is more accurate than its patches' normals, which depth cameras distort. The standard deviation
+/// is the planes' flatness error divided by their width, which averaging does not reduce. Returns `up` if no
+/// plane is wide in both directions.
 Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
-  constexpr double kLeastWidth_m = 0.15;  // standard deviation, of the narrow direction
+  constexpr double kLeastWidth_m = 0.15;  // standard deviation in the narrow direction
   constexpr std::array<double, 8> kWithin_m{0.10, 0.08, 0.06, 0.05, 0.04, 0.04, 0.03, 0.03};
   std::vector<SurfacePatch> level;
   for (const SurfacePatch& patch : patches)
@@ -235,7 +236,7 @@ Direction refined_by_positions(std::span<const SurfacePatch> patches, Vec3 up) {
   return {up, std::max(kLeastSigma_rad, bending_m(level, planes, up, kWithin_m.back()) / width_m)};
 }
 
-/// Logarithm of how likely a camera is held so that `up_camera` is up, without the preference of landscape.
+/// Log likelihood of a camera being held with `up_camera` up, without the preference for landscape.
 double held_like(const Vec3& up_camera, double roll_rad) {
   constexpr double kMost = 4.5, kRollSigma_rad = 12 * kRadiansPerDegree;
   constexpr double kUsualPitch_rad = 12 * kRadiansPerDegree, kPitchSigma_rad = 35 * kRadiansPerDegree;
@@ -247,8 +248,8 @@ double held_like(const Vec3& up_camera, double roll_rad) {
   return -std::min(kMost, 0.5 * roll * roll) - std::min(kMost, 0.5 * pitch * pitch);
 }
 
-/// A camera that is carried turns about the vertical more than it nods: the logarithm of that ratio, where
-/// `axis` of the camera is its horizontal one.
+/// Log ratio of a carried camera's rotation about the vertical to its pitch motion, where `axis` of the
+/// camera is horizontal: people pan more than they tilt.
 double turned_like(std::span<const Mat3> R_world_camera, const Vec3& up, int axis) {
   constexpr double kStill_rad = 5 * kRadiansPerDegree, kMost = 0.9, kWeight = 0.6;
   const Vec3 east = up.unitOrthogonal(), north = up.cross(east);
@@ -295,7 +296,7 @@ UpEvidence evidence_for(const NormalHistogram& histogram, const Vec3& up) {
     if (along < -cosine) evidence.facing_down += cell.share;
     if (std::abs(along) < sine) vertical += cell.share;
   }
-  // Of surface that faces anywhere, `sine` is vertical by chance.
+  // The share `sine` of randomly oriented surface is vertical.
   const double level = evidence.facing_up + evidence.facing_down;
   evidence.vertical = std::max(0.0, (vertical - sine * (1 - level)) / (1 - sine));
   return evidence;
@@ -304,7 +305,7 @@ UpEvidence evidence_for(const NormalHistogram& histogram, const Vec3& up) {
 void judge(std::vector<UpEvidence>& candidates, std::span<const Mat3> R_world_camera) {
   static constexpr double kSmall = 0.01;
   const auto levelled = [](const UpEvidence& e) { return e.facing_up + 0.5 * e.facing_down; };
-  // Little faces one way by chance, much is vertical by chance: level surface weighs more.
+  // Horizontal surface weighs more than vertical surface, which is frequent by chance.
   const auto explained = [](const UpEvidence& e) {
     return std::max(kSmall, 2 * (e.facing_up + e.facing_down) + e.vertical);
   };
@@ -323,10 +324,10 @@ void judge(std::vector<UpEvidence>& candidates, std::span<const Mat3> R_world_ca
             [](const UpEvidence& a, const UpEvidence& b) { return a.score > b.score; });
 }
 
-/// Level surface at two heights, as of a floor and a table.
+/// True for horizontal surfaces at two heights, e.g. a floor and a table.
 bool has_two_levels(std::span<const SurfacePatch> patches, const Vec3& up) {
   constexpr double kApart_m = 0.12, kShare = 0.03;
-  std::vector<std::pair<double, double>> heights;  // and areas
+  std::vector<std::pair<double, double>> heights;  // height and area
   double total = 0;
   for (const SurfacePatch& patch : patches) {
     total += patch.area;
@@ -345,7 +346,7 @@ bool has_two_levels(std::span<const SurfacePatch> patches, const Vec3& up) {
   return low && high && *high - *low > kApart_m;
 }
 
-/// Walls that do not all face one way: then they alone tell up.
+/// True if walls face in different directions, so that they alone determine up.
 bool has_walls_at_an_angle(const NormalHistogram& histogram, const Vec3& up) {
   constexpr double kShare = 0.05;
   double total = 0;
@@ -355,7 +356,7 @@ bool has_walls_at_an_angle(const NormalHistogram& histogram, const Vec3& up) {
       sum += cell.share * cell.normal * cell.normal.transpose();
       total += cell.share;
     }
-  // Eigenvalues along the walls' normals: the smaller one of the two is what stands across the larger.
+  // The second eigenvalue is the area of walls across the most frequent direction.
   return total > 2 * kShare && symmetric_eigenvalues(sum)[1] > kShare;
 }
 

@@ -14,8 +14,8 @@ namespace {
 
 using Patches = std::vector<SurfacePatch>;
 
-/// A rectangle from `corner` along two sides, seen from the side that their cross product points to, in
-/// pieces of 10 cm whose normals err as those of a depth camera's surface.
+/// Rectangle from `corner` along two sides, facing the direction of their cross product, in patches of 10 cm
+/// with the normal errors of a depth camera.
 void add_rectangle(Patches& scene, const Vec3& corner, const Vec3& a, const Vec3& b, Rng& rng) {
   constexpr double kPiece_m = 0.1;
   const int along_a = std::max(1, static_cast<int>(a.norm() / kPiece_m)),
@@ -30,7 +30,7 @@ void add_rectangle(Patches& scene, const Vec3& corner, const Vec3& a, const Vec3
     }
 }
 
-/// A closed box of these sizes; `inside`: seen from within, as a room.
+/// Closed box of these sizes; `inside`: its inner side, as of a room.
 void add_box(Patches& scene, const Vec3& low, const Vec3& size, bool inside, Rng& rng) {
   for (int k = 0; k < 3; ++k) {
     Vec3 a = Vec3::Zero(), b = Vec3::Zero(), c = Vec3::Zero();
@@ -41,7 +41,7 @@ void add_box(Patches& scene, const Vec3& low, const Vec3& size, bool inside, Rng
   }
 }
 
-/// Surface that faces all ways: plants, cables, people.
+/// Surface with random normals: plants, cables, people.
 void add_clutter(Patches& scene, int pieces, Rng& rng) {
   for (int i = 0; i < pieces; ++i) {
     const Vec3 normal(rng.normal(), rng.normal(), rng.normal());
@@ -50,7 +50,7 @@ void add_clutter(Patches& scene, int pieces, Rng& rng) {
   }
 }
 
-/// A room of 5 x 4 x 2.5 m with a table, a cupboard that stands askew, and clutter.
+/// Room of 5 x 4 x 2.5 m with a table, a rotated cupboard, and clutter.
 Patches furnished_room(Rng& rng) {
   Patches room;
   add_box(room, Vec3::Zero(), Vec3(5, 4, 2.5), true, rng);
@@ -70,7 +70,7 @@ Patches turned(const Patches& scene, const Mat3& R) {
   return out;
 }
 
-/// Orientations of a camera that looks along these yaws, this much down, rolled about its view axis.
+/// Orientations of a camera with these yaws, this pitch downwards, rolled about its optical axis.
 std::vector<Mat3> looks(double yaw_from_deg, double yaw_to_deg, double down_deg, double roll_deg,
                         const Mat3& R_world_level) {
   std::vector<Mat3> rotations;
@@ -102,7 +102,7 @@ TEST(SceneUp, ATiltedRoomIsLevelledWithinATenthOfADegree) {
   }
 }
 
-/// The mean upward direction of such a camera is 39 degrees off.
+/// The mean upward direction of such a camera is wrong by 39 degrees.
 TEST(SceneUp, ACameraThatLooksDownAtADeskDoesNotMislead) {
   Rng rng(2);
   Patches desk;
@@ -115,7 +115,7 @@ TEST(SceneUp, ACameraThatLooksDownAtADeskDoesNotMislead) {
   EXPECT_LT(off_deg(found, kTilt.col(2)), 0.3);
 }
 
-/// What a scan shows that does not look up.
+/// Scan of a camera that never looks up.
 Patches without_ceiling(const Patches& room) {
   Patches seen;
   std::copy_if(room.begin(), room.end(), std::back_inserter(seen),
@@ -132,7 +132,7 @@ TEST(SceneUp, ACameraHeldOnItsSideIsNotTakenForUpright) {
       const UpDirection found = find_scene_up(turned(without_ceiling(room), kTilt), cameras);
       EXPECT_EQ(found.source, UpSource::kFloorAndWalls) << roll_deg << " " << seed;
       EXPECT_LT(off_deg(found, kTilt.col(2)), 0.2) << roll_deg << " " << seed;
-      // With a ceiling as large as the floor it may hang either way.
+      // With a ceiling as large as the floor, upside down is equally likely.
       const UpDirection closed = find_scene_up(turned(room, kTilt), cameras);
       if (closed.known()) {
         EXPECT_LT(off_deg(closed, kTilt.col(2)), 0.2);
@@ -173,7 +173,7 @@ TEST(SceneUp, SlopedRoofsAreNotFloors) {
   EXPECT_TRUE(find_scene_up(turned(attic, kTilt), looks(30, 150, 10, 0, kTilt)).known());
 }
 
-/// One slope and nothing else is a plane like any other.
+/// A single slope cannot be distinguished from a floor.
 TEST(SceneUp, OnePlaneAloneLeavesItUnknown) {
   Rng rng(5);
   Patches plane;
@@ -185,7 +185,7 @@ TEST(SceneUp, OnePlaneAloneLeavesItUnknown) {
   EXPECT_EQ(find_scene_up({}, {}).source, UpSource::kUnknown);
 }
 
-/// A camera rolled by 45 degrees sees two planes at right angles, either of which may be the floor.
+/// A camera rolled by 45 degrees and two perpendicular planes, each of which may be the floor.
 TEST(SceneUp, HalfwayBetweenTwoPlanesItIsUnknown) {
   Rng rng(6);
   Patches edge;
@@ -225,7 +225,7 @@ TEST(SceneUp, GravityIsRefinedByLevelSurfacesNearIt) {
   EXPECT_EQ(refined.source, UpSource::kGravityAndLevels);
   EXPECT_LT(off_deg(refined, Vec3::UnitZ()), 0.2);
   EXPECT_LT(refined.sigma_rad, gravity.sigma_rad);
-  // Sure gravity beside a ramp of five degrees: the ramp does not count.
+  // A ramp of five degrees is ignored if gravity is certain.
   const UpDirection sure{Vec3::UnitZ(), UpSource::kGravity, 0.01};
   Patches ramp;
   add_rectangle(ramp, Vec3::Zero(), Vec3(3, 0, 0), Vec3(0, 3, 0), rng);
@@ -244,7 +244,7 @@ TEST(SceneUp, BrokenTrianglesAreLeftOut) {
   EXPECT_DOUBLE_EQ(patches.front().area, 0.5);
 }
 
-/// Noise averages out; a floor whose middle drift has put 3 cm higher does not.
+/// Noise averages out; drift that lifts the middle of a floor by 3 cm does not.
 TEST(SceneUp, DeviationIsThatOfBentLevelsNotOfNoise) {
   Rng rng(9);
   const auto sigma_deg = [&](double step_m) {

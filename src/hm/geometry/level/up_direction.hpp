@@ -10,44 +10,44 @@ namespace hm {
 /// Evidence for the direction "up" of a frame.
 enum class UpSource {
   kUnknown,
-  kFrame,             ///< the frame is defined by it: simulated, or said by the caller
-  kFloorAndWalls,     ///< level and vertical surfaces of the scene
+  kFrame,             ///< by definition of the frame: simulated, or set by the caller
+  kFloorAndWalls,     ///< horizontal and vertical surfaces of the scene
   kGravity,           ///< an accelerometer along the path
-  kGravityAndLevels,  ///< the same, refined by level and vertical surfaces close to it
+  kGravityAndLevels,  ///< the same, refined by horizontal and vertical surfaces
 };
 
-/// Up in a frame. Where it is unknown, `up` is a guess that only pictures may use.
+/// Up direction in a frame. If unknown, `up` is a guess to be used for display only.
 struct UpDirection {
   Vec3 up = Vec3::UnitZ();  ///< unit
   UpSource source = UpSource::kUnknown;
-  double sigma_rad = 0;  ///< standard deviation of its tilt; 0 where the frame is defined by it
+  double sigma_rad = 0;  ///< standard deviation of its tilt; 0 if the frame is defined by it
 
   [[nodiscard]] bool known() const { return source != UpSource::kUnknown; }
 };
 
-/// z, by the definition of a frame.
+/// Up is z by definition of the frame.
 inline UpDirection z_is_up() { return {Vec3::UnitZ(), UpSource::kFrame, 0}; }
 
 /// "floor and walls", "gravity", ...; empty for kUnknown and kFrame.
 std::string_view to_string(UpSource source);
-/// "z", "-y", "0.0120 -0.9981 0.0604": the axis of the frame, or the direction with four decimals.
+/// Text of a direction, with four decimals unless it is an axis: "z", "-y", "0.0120 -0.9981 0.0604".
 std::string axis_text(const Vec3& up);
 /// axis_text and the source: "z", "-y (from floor and walls)", "unknown".
 std::string to_string(const UpDirection& up);
-/// Parses the text of to_string(), which holds no deviation; nothing for other text.
+/// Parses the text of to_string(), which has no standard deviation; nothing for other text.
 std::optional<UpDirection> parse_up(std::string_view text);
 
-/// The frame's own axis if `up` is within this of one: a frame that is level but for what cannot be told from
-/// measurements was most likely made level.
+/// Maximum angle at which `up` is replaced by the nearest axis of the frame: a frame that is level within the
+/// accuracy of measurement was most likely levelled on purpose.
 inline constexpr double kAxisTolerance_rad = 0.5 * 0.017453292519943295;
 Vec3 snapped_to_axis(const Vec3& up);
 
-/// The smallest rotation that turns `up` to z; about x where up is -z. Exact for the axes of the frame.
+/// Smallest rotation from `up` to z; about x if up is -z. Exact for the axes of the frame.
 Mat3 rotation_to_z_up(const Vec3& up);
 
-/// Orientation of a camera (x right, y down, z forward) at the origin of a level frame (z up) in which it
-/// looks along x as seen from above. `up_camera`: unit, in the camera's frame. A camera that looks straight
-/// up or down has its image's upper or lower edge towards x.
+/// Orientation of a camera (x right, y down, z forward) at the origin of a level frame (z up) with its
+/// horizontal viewing direction along x. `up_camera`: unit, camera frame. For a camera that looks straight up
+/// or down, the upper or lower edge of its image is towards x.
 SE3 level_pose(const Vec3& up_camera);
 
 }  // namespace hm

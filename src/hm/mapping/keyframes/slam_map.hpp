@@ -52,7 +52,7 @@ class SlamMap {
   /// Frames given to add(); the frame source can read each of them again.
   [[nodiscard]] std::vector<Observation> observations() const;
   [[nodiscard]] const std::vector<LiveCorrection>& corrections() const;
-  /// Why no more frames are integrated, as text: the system is out of memory. Empty if it is not.
+  /// Reason why no more frames are integrated (out of memory); empty otherwise.
   [[nodiscard]] const std::string& out_of_memory() const;
   /// Size and rebuild progress as text, for a progress line.
   [[nodiscard]] std::string progress() const;

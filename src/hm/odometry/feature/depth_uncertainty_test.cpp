@@ -99,7 +99,7 @@ TEST(CorrectedMixture, OnANoisyPlaneTheDeviationIsTheSensors) {
     published += mixture_depth(depth, 1, 1, noise)->variance_m2 / kTrials;
     corrected += corrected_mixture_depth(depth, 1, 1, noise)->variance_m2 / kTrials;
   }
-  EXPECT_NEAR(published, 1e-4 * (2 - 36.0 / 256), 2e-6);  // the noise twice, less what the mean takes
+  EXPECT_NEAR(published, 1e-4 * (2 - 36.0 / 256), 2e-6);  // the noise twice, less the mean's
   EXPECT_LT(corrected, 1.25e-4);
   EXPECT_GE(corrected, 1e-4);
 }

@@ -224,7 +224,7 @@ TEST(FeatureDetector, GatesKeepFeaturesButNotTheirPlace) {
     EXPECT_GT(features.size(), 400U);
     for (const Feature& f : features) EXPECT_FALSE(f.has_depth);
   }
-  FeatureDetector strict({}, kCamera, {5.5, 0.001});  // 1 mm: no reading at 2 m is that good
+  FeatureDetector strict({}, kCamera, {5.5, 0.001});  // 1 mm: no reading at 2 m is that accurate
   for (const Feature& f : strict.detect(gray, constant_depth(640, 480, 2000))) EXPECT_FALSE(f.has_depth);
 }
 

@@ -7,7 +7,7 @@ namespace {
 
 Time at(double t) { return Time::from_seconds(50 + t); }
 
-/// Two seconds of turning at a constant rate, at 200 Hz.
+/// Two seconds of rotation at a constant rate, at 200 Hz.
 std::shared_ptr<CarriedImu> turning(const Vec3& rate_rad_s) {
   auto imu = std::make_shared<CarriedImu>();
   imu->has_gyroscope = true;
@@ -20,7 +20,7 @@ TEST(InertialHints, TurnsAddUpToTheRotationInClosedForm) {
   const Vec3 rate(0.3, -1.1, 0.4);
   InertialHints hints(turning(rate), ImuUse::kBoth);
   Mat3 sum = Mat3::Identity();
-  EXPECT_FALSE(hints.next(at(0.0123)).R_last_current);  // since when?
+  EXPECT_FALSE(hints.next(at(0.0123)).R_last_current);  // the start of the interval is unknown
   for (int i = 1; i <= 50; ++i) {
     const MotionHint hint = hints.next(at(0.0123 + i * 0.0333));
     ASSERT_TRUE(hint.R_last_current && hint.force_camera_m_s2);

@@ -8,7 +8,7 @@ namespace hm {
 
 namespace {
 
-/// Pairs of the model's points (a) and the frame's (b), the latter already at the estimated pose.
+/// Pairs of model points (a) and frame points (b) transformed by the estimated pose.
 std::vector<PointPair> closest_pairs(std::span<const UncertainPoint> points, const PointModel& model,
                                      const SE3& T_odom_camera, double max_distance_m) {
   std::vector<PointPair> pairs;

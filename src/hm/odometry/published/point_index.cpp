@@ -9,10 +9,10 @@ namespace hm {
 
 namespace {
 
-constexpr std::size_t kLeafSize =
-    20;  ///< larger ones are built faster; the model's index is built every frame
+/// Points per leaf: larger leaves are built faster, and the model's index is built for every frame.
+constexpr std::size_t kLeafSize = 20;
 
-/// The points in the form that nanoflann asks for.
+/// Adapter of the points for nanoflann.
 struct PointSet {
   std::vector<Vec3> points;
 
@@ -26,16 +26,15 @@ struct PointSet {
   }
 };
 
-// nanoflann's own result sets keep whichever of equally near points they meet first, because the search
-// offers only what is nearer than worstDist(). These return the next number above the worst one, so that
-// equally near points are offered too, and take the one with the lower index. Names in camel case are
-// nanoflann's.
+// nanoflann's own result sets return any of equally near points, since the search skips distances equal to
+// worstDist(). These return the next larger number from worstDist(), so that equally near points are compared
+// too, and prefer the lower index. The names in camel case are required by nanoflann.
 
 double just_above(double squared_distance_m2) {
   return std::nextafter(squared_distance_m2, std::numeric_limits<double>::infinity());
 }
 
-/// The nearest point so far that is nearer than the limit.
+/// Nearest point within the limit.
 struct NearestOne {
   using DistanceType = double;
   double worst_m2;
@@ -53,7 +52,7 @@ struct NearestOne {
   }
 };
 
-/// The `count` nearest points so far, sorted.
+/// The `count` nearest points, sorted.
 struct NearestFew {
   using DistanceType = double;
   std::vector<PointIndex::Neighbour>& sorted;
@@ -86,7 +85,7 @@ struct PointIndex::Tree {
   }
 
   PointSet set;
-  nanoflann::KDTreeSingleIndexAdaptor<Metric, PointSet, 3, int> index;  ///< refers to `set`: a Tree stays put
+  nanoflann::KDTreeSingleIndexAdaptor<Metric, PointSet, 3, int> index;  ///< refers to `set`: do not move
 };
 
 PointIndex::PointIndex() = default;

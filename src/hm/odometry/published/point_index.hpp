@@ -8,9 +8,8 @@
 
 namespace hm {
 
-/// Nearest neighbours among points in space: nanoflann's k-d tree over a copy of the points. Indices are
-/// those of the points given. Searches are const; of equally near points they prefer the one with the lower
-/// index.
+/// Nearest-neighbour search in 3D with nanoflann's k-d tree, which holds a copy of the points. Results are
+/// indices of the given points; of equally near points the lower index is preferred.
 class PointIndex {
  public:
   PointIndex();
@@ -29,9 +28,9 @@ class PointIndex {
     }
   };
 
-  /// The nearest point closer than `max_distance_m`; index -1 if there is none.
+  /// Nearest point closer than `max_distance_m`; index -1 if there is none.
   [[nodiscard]] Neighbour nearest(const Vec3& query, double max_distance_m) const;
-  /// Up to `count` nearest points into `out`, by distance.
+  /// Writes up to `count` nearest points to `out`, by distance.
   void nearest(const Vec3& query, int count, std::vector<Neighbour>& out) const;
 
   [[nodiscard]] std::size_t size() const;
@@ -39,7 +38,7 @@ class PointIndex {
 
  private:
   struct Tree;
-  std::unique_ptr<Tree> tree_;  ///< none: no points
+  std::unique_ptr<Tree> tree_;  ///< null without points
 };
 
 }  // namespace hm

@@ -7,7 +7,7 @@ namespace hm {
 
 namespace {
 
-/// Raises the eigenvalues that are below `least`.
+/// Raises eigenvalues below `least` to `least`.
 Mat3 with_floor(const Mat3& covariance, double least) {
   Eigen::SelfAdjointEigenSolver<Mat3> solver;
   solver.computeDirect(covariance);
@@ -63,7 +63,7 @@ PointModel::Update PointModel::update(std::span<const UncertainPoint> points) {
     points_[at] = fuse(points_[at], point, params_.kLeastSigma_m);
     ++result.updated;
   }
-  // After all updates: an overwritten slot must not be taken for the point that the index knew there.
+  // After all updates, since the index still refers to the old points of overwritten slots.
   for (const UncertainPoint* point : fresh) insert(*point);
   result.inserted = static_cast<int>(fresh.size());
   rebuild_index();

@@ -7,14 +7,14 @@
 
 namespace hm {
 
-/// A point with its uncertainty, in whatever frame.
+/// Point with its covariance, in any frame.
 struct UncertainPoint {
   Vec3 mean = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2
 };
 
-/// The dissertation's persistent model (3.2): points with covariances in a fixed frame, at most so many, the
-/// oldest of which are overwritten. One thread uses it.
+/// Persistent model of dissertation 3.2: points with covariances in a fixed frame; at capacity the oldest are
+/// overwritten. Not thread safe.
 class PointModel {
  public:
   explicit PointModel(const PointModelParams& params);
@@ -22,14 +22,14 @@ class PointModel {
   /// Counts of the points of a frame by how the model used them.
   struct Update {
     int updated = 0, inserted = 0;
-    int ignored = 0;  ///< nearest to a model point that this frame has updated before
+    int ignored = 0;  ///< their nearest model point was already updated by this frame
   };
-  /// Takes in points in the model's frame: each one is fused with the model point nearest by Mahalanobis
-  /// distance among its Euclidean neighbours (Kalman filter, H = I), or inserted where none is within the
-  /// gate. A model point is updated once a call; what the call inserts is not seen by its own points.
+  /// Adds points in the model's frame: each is fused with the nearest model point by Mahalanobis distance
+  /// among its Euclidean neighbours (Kalman filter, H = I), or inserted if none is within the gate. A model
+  /// point is updated at most once per call, and points inserted by a call are not considered in it.
   Update update(std::span<const UncertainPoint> points);
 
-  /// The model point nearest to a place, index -1 beyond max_distance_m.
+  /// Nearest model point; index -1 beyond max_distance_m.
   [[nodiscard]] PointIndex::Neighbour nearest(const Vec3& query, double max_distance_m) const {
     return index_.nearest(query, max_distance_m);
   }
@@ -43,12 +43,12 @@ class PointModel {
 
   PointModelParams params_;
   std::vector<UncertainPoint> points_;
-  std::size_t oldest_ = 0;  ///< where the next one goes once the model is full
+  std::size_t oldest_ = 0;  ///< next slot to overwrite when the model is full
   PointIndex index_;
 };
 
-/// The Kalman update of a point by a measurement of it, in Joseph's form, symmetric, with no direction more
-/// certain than `least_sigma_m`. The sum of the covariances must be regular.
+/// Kalman update of a point by a measurement, in Joseph form, symmetric, with standard deviations of at least
+/// `least_sigma_m` in every direction. The sum of the covariances must be regular.
 UncertainPoint fuse(const UncertainPoint& prior, const UncertainPoint& measured, double least_sigma_m);
 
 }  // namespace hm

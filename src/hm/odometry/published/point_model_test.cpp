@@ -22,7 +22,7 @@ TEST(PointIndex, AgreesWithASlowSearch) {
   for (const int count : {0, 1, 7, 9, 100, 1500}) {
     std::vector<Vec3> points;
     for (int i = 0; i < count; ++i) {
-      // coarse places: many are the same, many distances equal
+      // coarse positions: many are equal, many distances are equal
       points.emplace_back(0.1 * rng.below(12), 0.1 * rng.below(12), 0.1 * rng.below(3));
     }
     const PointIndex index(points);

@@ -20,7 +20,7 @@ namespace hm {
 
 namespace {
 
-/// A pose, or the reason why there is none.
+/// Estimated pose, or the reason why there is none.
 struct Answer {
   bool found = false;
   std::string reason;
@@ -28,7 +28,7 @@ struct Answer {
   Mat6 covariance = Mat6::Zero();
 };
 
-/// The motion, in odom, without what the constraint takes for impossible.
+/// Removes the components of a motion, in odom, that the constraint excludes.
 SE3 constrained(const SE3& motion, MotionConstraint constraint) {
   if (constraint == MotionConstraint::kNone) return motion;
   const double yaw = std::atan2(motion.rotation()(1, 0), motion.rotation()(0, 0));
@@ -100,7 +100,7 @@ class PublishedOdometry final : public VisualOdometry {
   int submap_ = 0;
   LostState lost_;
   std::optional<Time> last_stamp_, posed_stamp_;
-  SE3 T_odom_camera_;  ///< of the last frame that was tracked
+  SE3 T_odom_camera_;  ///< of the last tracked frame
   Mat6 covariance_ = Mat6::Zero();
   FeatureSet last_features_;  ///< of that frame
   /// A keyframe of this submap, with the covariance of its pose.
@@ -108,7 +108,7 @@ class PublishedOdometry final : public VisualOdometry {
     std::shared_ptr<const Keyframe> keyframe;
     Mat6 covariance = Mat6::Zero();
   };
-  std::deque<Place> places_;  ///< the newest last
+  std::deque<Place> places_;  ///< newest last
 };
 
 FeatureSet PublishedOdometry::detect(const RgbdFrame& frame, TrackingNumbers& numbers) {
@@ -175,7 +175,7 @@ void PublishedOdometry::start(const RgbdFrame& frame, FeatureSet features, Track
   make_keyframe(frame, result);
 }
 
-/// Features, prediction, registration: dissertation 3.2, Fig. 3.9.
+/// Predicts and registers the pose of a frame (dissertation 3.2, Fig. 3.9).
 Answer PublishedOdometry::register_frame(const FeatureSet& features, TrackingNumbers& numbers) {
   const Stopwatch stopwatch;
   FrameMotion predicted;
@@ -185,7 +185,7 @@ Answer PublishedOdometry::register_frame(const FeatureSet& features, TrackingNum
                              {{params_.kMaxMatchRatio, 256, false, true}, params_.ransac}, rng);
     numbers.prediction_ms = stopwatch.milliseconds();
   }
-  // The motion is the camera's own: composed on the right, it holds wherever the model has put the last pose.
+  // The motion is in the camera frame, so it is composed on the right of the last pose in the model.
   const SE3 prediction = predicted.motion.found ? T_odom_camera_ * predicted.motion.T_a_b : T_odom_camera_;
   if (has_model()) return register_to_points(features, prediction, numbers);
   numbers.matches = predicted.matches;
@@ -209,8 +209,8 @@ void PublishedOdometry::accept(const RgbdFrame& frame, const Answer& answer, Fea
                                TrackedFrame& result) {
   const SE3 motion = answer.T_odom_camera * T_odom_camera_.inverse();
   T_odom_camera_ = constrained(motion, params_.constraint) * T_odom_camera_;
-  T_odom_camera_ =
-      SE3(T_odom_camera_.quaternion(), T_odom_camera_.translation());  // rounding must not add up
+  // Renormalises, so that rounding errors do not accumulate.
+  T_odom_camera_ = SE3(T_odom_camera_.quaternion(), T_odom_camera_.translation());
   covariance_ = answer.covariance;
   last_features_ = std::move(features);
   take_in(last_features_, result.numbers);
@@ -223,7 +223,7 @@ void PublishedOdometry::accept(const RgbdFrame& frame, const Answer& answer, Fea
   }
 }
 
-/// Where a keyframe shows that the camera is; with a model, registered to it from there.
+/// Relocalises against a keyframe and, if there is a model, registers to the model from there.
 std::optional<Answer> PublishedOdometry::relocalise(const FeatureSet& features, TrackingNumbers& numbers) {
   std::vector<KnownPlace> known;
   for (const Place& place : places_)
@@ -243,7 +243,7 @@ std::optional<Answer> PublishedOdometry::relocalise(const FeatureSet& features, 
   return Answer{true, {}, found->T_odom_camera, place->covariance + found->covariance};
 }
 
-/// The model stays as it was, unless the way back has been sought in vain for long enough.
+/// Handles a frame without a pose: the model is unchanged, unless relocalisation has failed long enough.
 void PublishedOdometry::lose(const RgbdFrame& frame, FeatureSet features, const std::string& reason,
                              TrackedFrame& result) {
   result.status = TrackingStatus::kLost;

@@ -31,7 +31,7 @@ OdometryParams params_of(OdometryMethod method) {
   return params;
 }
 
-/// The first frame's camera is where the frame says.
+/// Odometry that starts at the first frame's true pose.
 std::unique_ptr<VisualOdometry> odometry(const OdometryParams& params) {
   return make_published_odometry(params, small_camera(), *way_frames().front().T_world_camera);
 }
@@ -80,7 +80,7 @@ TEST_P(EachMethod, NumbersTellWhatHappened) {
   EXPECT_EQ(last_points > 0, has_model);
 }
 
-/// Frames that cannot be registered change nothing: afterwards everything is as if they had not been.
+/// Frames that cannot be registered change nothing: later results are the same as without them.
 TEST_P(EachMethod, AFailedRegistrationLeavesTheModelUnchanged) {
   const RgbdFrame& good = way_frames()[5];
   std::vector<RgbdFrame> bad(4, good);
@@ -89,7 +89,7 @@ TEST_P(EachMethod, AFailedRegistrationLeavesTheModelUnchanged) {
   bad[2].depth.units = Image<std::uint16_t>(320, 240, 0);  // no reading at all
   bad[3] = render({77, 0.0014}, small_camera(),            // another room, far away
                   SE3(way_through_room(9).rotation(), Vec3(-1.8, -1.2, 0.9)), 0);
-  if (GetParam() == OdometryMethod::kPublishedIcp) bad.pop_back();  // pairs whatever is near: no descriptors
+  if (GetParam() == OdometryMethod::kPublishedIcp) bad.pop_back();  // pairs any near points: no descriptors
   const auto disturbed = odometry(params_of(GetParam()));
   const auto undisturbed = odometry(params_of(GetParam()));
   for (std::size_t i = 0; i < 10; ++i) {
@@ -123,7 +123,7 @@ TEST_P(EachMethod, SameFramesSameBits) {
   }
 }
 
-/// The motion is composed in the camera's frame: the same images from another start give the same way.
+/// The motion is composed in the camera's frame: the same images from another start give the same path.
 TEST_P(EachMethod, TheStartMovesTheWayRigidly) {
   const SE3 start(so3_exp(Vec3(1.2, -0.4, 2.0)), Vec3(30, -20, 5));
   const auto moved = make_published_odometry(params_of(GetParam()), small_camera(), start);
@@ -174,7 +174,7 @@ TEST_P(EachMethod, FramesThatCannotBeUsedAreSkipped) {
   EXPECT_NE(again.reason.find("not after"), std::string::npos) << again.reason;
 }
 
-/// A jump back to the beginning, out of reach from the last pose: only a keyframe shows where the camera is.
+/// A jump back to the start, too far from the last pose: the camera can only be relocalised by a keyframe.
 TEST_P(EachMethod, IsRelocalisedWhereItHasBeenBefore) {
   const auto vo = odometry(params_of(GetParam()));
   const SE3 start = *way_frames().front().T_world_camera;
@@ -212,7 +212,7 @@ TEST_P(EachMethod, ANewSubmapBeginsAfterALongTimeLost) {
   RgbdFrame dark = way_frames().front();
   dark.color = Image<Rgb8>(320, 240, {3, 3, 3});
   for (int i = 1; i <= 8; ++i) EXPECT_EQ(vo->track(later(dark, kPeriod_s * i)).status, TrackingStatus::kLost);
-  // Another room, seen from elsewhere: not the old one, and ICP has nothing near.
+  // Another room, seen from another position: not the old one, and ICP finds no points nearby.
   const RgbdFrame elsewhere =
       render({99, 0}, small_camera(), SE3(way_through_room(0).rotation(), Vec3(1.9, -1.5, 0)), 5);
   const TrackedFrame tracked = vo->track(elsewhere);
@@ -250,7 +250,7 @@ INSTANTIATE_TEST_SUITE_P(Published, EachMethod,
                            return name;
                          });
 
-/// RANSAC's prediction is what fast motion needs: ICP alone pairs the wrong points (5 Hz, turning).
+/// Fast motion needs RANSAC's prediction: ICP alone pairs wrong points (5 Hz, rotating).
 TEST(PublishedOdometry, PredictionCarriesTheModelThroughFastMotion) {
   const SE3 start(so3_exp(Vec3(0.3, 1.0, -0.5)), Vec3(1, 2, 3));
   const auto vo =

@@ -69,7 +69,7 @@ TEST(PatchAlignment, FindsPatchesToATenthOfAPixel) {
   ASSERT_GT(tried, 80);
   EXPECT_GT(found, 0.7 * tried);
   EXPECT_LT(std::sqrt(squares / found), 0.1);
-  EXPECT_LT(normalised / found, 2);  // 2 if the information were exact; it must not promise more
+  EXPECT_LT(normalised / found, 2);  // 2 for exact information; it must not be overconfident
   EXPECT_LT(std::sqrt(promised / found), 0.3);
 }
 

@@ -7,8 +7,8 @@
 namespace hm {
 namespace {
 
-/// On an image whose brightness rises evenly, the derivative by the motion is exact: it must be that of the
-/// brightness where the moved point is seen.
+/// In an image with a linear brightness gradient, the derivative with respect to the motion is exact: it must
+/// agree with the brightness at the moved point.
 TEST(PhotometricAlignment, JacobianIsTheNumericOne) {
   const PinholeCamera camera{480, 160, 390, 410, 231.3, 82.7, {}};
   constexpr double kRight = 5, kDown = 4;  // brightness per pixel of level 2, which begins anew every 20

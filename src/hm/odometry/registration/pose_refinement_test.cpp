@@ -76,7 +76,7 @@ TEST(PoseRefinement, FindsTheMotionAmongSixtyPercentOutliers) {
     const PoseEquations equations = point_equations(observations, T, kCamera);
     T = T * SE3::exp(-equations.information.ldlt().solve(equations.gradient));
   }
-  EXPECT_LT((T.inverse() * truth).log().norm(), 0.01);  // no outlier pulls freely, but all of them a little
+  EXPECT_LT((T.inverse() * truth).log().norm(), 0.01);  // the influence of outliers is bounded
 }
 
 TEST(PoseRefinement, TheVarianceScaleIsThatOfTheResiduals) {

@@ -43,7 +43,7 @@ TEST(Ransac, FindsTheMotionThroughUpTo60PercentOutliers) {
       const auto wrong =
           std::count_if(found.inliers.begin(), found.inliers.end(), [&](int i) { return i < outliers; });
       EXPECT_LE(wrong, 3);
-      // 99 % of the good ones pass the test of the true motion
+      // 99 % of the inliers pass the test with the true motion
       EXPECT_GT(static_cast<double>(found.inliers.size()), 0.93 * (250 - outliers));
     }
   }
@@ -61,13 +61,13 @@ TEST(Ransac, CovarianceIsConsistentOverSeeds) {
     nees += error.dot(found.covariance.inverse() * error);
   }
   EXPECT_GT(nees / kSeeds, 4.8);
-  EXPECT_LT(nees / kSeeds, 7.8);  // cut tails and a few wrong pairs make it a little more than 6
+  EXPECT_LT(nees / kSeeds, 7.8);  // truncated tails and a few wrong pairs make it slightly more than 6
 }
 
 TEST(Ransac, InliersAreAscendingAndCountedOnce) {
   Rng rng(1);
   const SE3 truth = random_motion(rng, 0.1, 0.1);
-  // 27 good pairs and nothing else: code that counts its three seeds again sees 30.
+  // 27 correct pairs only: counting the three pairs of a sample twice would give 30.
   const std::vector<PointPair> pairs = [&] {
     std::vector<PointPair> all = exact_pairs(truth, 27, rng);
     const auto outliers = outlier_pairs(20, rng);

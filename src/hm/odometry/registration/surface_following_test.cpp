@@ -23,7 +23,8 @@ std::optional<SurfaceMotion> motion_between(const DepthGrid& reference, const De
   return follow_surface(surface, current, guess, kNoise);
 }
 
-/// Blank walls and a motion as between two frames at 5 Hz: three planes hold all six degrees of freedom.
+/// Textureless walls and a motion as between two frames at 5 Hz: three planes constrain all six degrees of
+/// freedom.
 TEST(SurfaceFollowing, FindsALargeMotionWithoutAnyTexture) {
   const DepthGrid reference = grid_at(kCorner);
   for (int i = 0; i < 6; ++i) {
@@ -40,7 +41,7 @@ TEST(SurfaceFollowing, FindsALargeMotionWithoutAnyTexture) {
   }
 }
 
-/// Along a wall nothing holds the camera: the guess stays, whatever it is.
+/// Motion along a single wall is unconstrained: the guess is kept, whatever it is.
 TEST(SurfaceFollowing, KeepsTheGuessWhereAWallLeavesTheCameraFree) {
   TexturedRoom wall;
   wall.half_size_m = Vec3(9, 9, 1.5);

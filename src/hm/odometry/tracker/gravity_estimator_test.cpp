@@ -47,7 +47,7 @@ GravityEstimator trained(const Swing& swing, int frames) {
 TEST(GravityEstimator, LearnsUpAndBiasWhileTheCameraIsSwung) {
   const Swing swing;
   const GravityEstimator estimator = trained(swing, 900);
-  // The camera turns about one axis mostly: bias along it is not separable from gravity.
+  // The camera mostly rotates about one axis: the bias along it is not separable from gravity.
   EXPECT_LT(angle(estimator.gravity_odom_m_s2(), kUpOdom), 0.01);
   EXPECT_LT((estimator.bias_camera_m_s2() - swing.bias).norm(), 0.1);
   EXPECT_NEAR(estimator.gravity_odom_m_s2().norm(), kGravity_m_s2, 0.06);

@@ -19,7 +19,7 @@ MapLandmark landmark_at(const Vec3& p, std::size_t anchor) {
   return landmark;
 }
 
-/// Every sighting is of a living landmark, whose anchor is there and whose count is right.
+/// Checks that every sighting refers to an existing landmark with an existing anchor and the correct count.
 void expect_consistent(const LocalMap& map, std::size_t slots) {
   std::vector<int> counts(slots, 0);
   for (const MapKeyframe& keyframe : map.keyframes())
@@ -93,7 +93,7 @@ TEST(LocalMap, CandidatesAreInViewAndSpread) {
   }
   EXPECT_EQ(different.size(), 100u);
   EXPECT_LT(crowded, 60);  // of 900 of the 1000
-  // From behind and from far away they look different: none is looked for.
+  // Seen from behind or from far away they look different: none is searched for.
   const SE3 behind(so3_exp(Vec3(0, 3.14159, 0)), Vec3(0, 0, 4));
   EXPECT_TRUE(map.candidates(behind, kCamera, 100).empty());
   EXPECT_TRUE(map.candidates(SE3(Mat3::Identity(), Vec3(0, 0, -4)), kCamera, 100).empty());

@@ -17,13 +17,13 @@ DepthGrid grid_at(const SE3& T_world_camera, std::uint64_t seed) {
   return make_depth_grid(frame.depth, room_camera(), {}, 5.5);
 }
 
-/// A way past a corner of the room, where surfaces determine every motion.
+/// Path past a corner of the room, where surfaces constrain every motion.
 SE3 corner_pose(int frame) {
   const SE3 corner(so3_exp(Vec3(0.5, 0.6, 0)), Vec3(0.1, 0.2, -0.3));
   return corner * path_pose(frame / 30.0);
 }
 
-/// The same way, seen once.
+/// Depth grids along this path.
 const std::vector<DepthGrid>& way() {
   static const std::vector<DepthGrid> kGrids = [] {
     std::vector<DepthGrid> grids;
@@ -40,7 +40,7 @@ SE3 trembling(Rng& rng, double sigma_m, double sigma_rad) {
   return SE3::exp(xi);
 }
 
-/// Root mean square of the errors of the motion between frames in a row, metres.
+/// Root mean square error of the frame-to-frame motion, metres.
 double motion_error_m(const std::vector<SE3>& poses) {
   double sum = 0;
   for (int i = 11; i < kFrames; ++i) {
@@ -55,7 +55,7 @@ struct Tremble {
   double sigma_m = 0, sigma_rad = 0;
 };
 
-/// The model's poses along the way, and the filter's.
+/// The model's poses along the path, and the filter's.
 std::pair<std::vector<SE3>, std::vector<SE3>> follow(const Tremble& tremble) {
   Rng rng(5);
   MotionFilter filter({});

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMinInlierRatio = 0.2,
                  kFewInliersRatio = 0.3;  // of the matches; fewer may be consistent by chance
-constexpr double kFewFoundRatio = 0.3;    // of the landmarks looked for
+constexpr double kFewFoundRatio = 0.3;    // of the landmarks searched for
 constexpr int kMinForSecondLook = 6;      // fewer do not determine the pose
 constexpr double kWideShift_px = 16;
 

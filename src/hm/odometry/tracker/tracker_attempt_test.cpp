@@ -16,7 +16,7 @@ TrackerFrame view_of(const RgbdFrame& frame, const PinholeCamera& camera, const 
   return view;
 }
 
-/// A model of one keyframe, and a frame a step further on.
+/// Model of one keyframe, and the next frame.
 struct OneStep {
   PinholeCamera camera = room_camera();
   AttemptParams params;

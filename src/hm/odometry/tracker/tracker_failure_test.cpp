@@ -24,7 +24,7 @@ RgbdFrame failing_frame(Failure failure, int index) {
   if (failure == Failure::kDark || failure == Failure::kNoReadingAndDark) room.brightness = 0;
   if (failure == Failure::kTextureless || failure == Failure::kSingleDepth) room.contrast = 0;
   if (failure == Failure::kAnotherRoom) room.seed = 77;
-  // Somewhere else, so that surfaces alone do not fit either.
+  // From another position, so that surfaces alone do not fit either.
   const SE3 T(so3_exp(Vec3(0.3, 2.0, 0)), Vec3(-0.9, 0.4, 0.5));
   RgbdFrame frame = frame_at(index, T, room);
   if (failure == Failure::kNoReadingAndDark || failure == Failure::kSingleDepth) {

@@ -101,7 +101,7 @@ TEST(TrackerInertia, TurnsAddUpUntilThereIsAPose) {
   MotionHint turn;
   turn.R_last_current = so3_exp(Vec3(0, 0.1, 0));
   inertia.begin_frame(turn);
-  EXPECT_FALSE(inertia.R_posed_current());  // since when?
+  EXPECT_FALSE(inertia.R_posed_current());  // the start of the interval is unknown
   inertia.end_frame({}, {}, TrackingStatus::kStarted, {});
   for (const TrackingStatus status :
        {TrackingStatus::kSkipped, TrackingStatus::kLost, TrackingStatus::kTracked}) {

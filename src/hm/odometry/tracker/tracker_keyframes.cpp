@@ -108,7 +108,7 @@ void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const
                  const PinholeCamera& camera, const DepthNoise& noise) {
   MapKeyframe& keyframe = map.keyframes().back();
   const SE3 T_key_camera = keyframe.T_odom_camera.inverse() * T_odom_camera;
-  // Both are few hundreds, in no common order.
+  // Both have a few hundred elements, in different orders.
   std::vector<std::pair<std::size_t, Sighting*>> sighted;
   for (Sighting& sighting : keyframe.sightings) sighted.emplace_back(sighting.landmark, &sighting);
   std::sort(sighted.begin(), sighted.end());

@@ -23,7 +23,7 @@ TEST(ConstantVelocity, TheMotionGrowsWithTheTime) {
         << dropped;
 }
 
-/// The frame after a gap follows at the usual distance again.
+/// The frame after a gap is followed by one at the usual interval.
 TEST(ConstantVelocity, AGapBeforeTheLastFrameDoesNotCount) {
   ConstantVelocity velocity;
   velocity.update(motion_over(4 * kFrame_s), 4 * kFrame_s);

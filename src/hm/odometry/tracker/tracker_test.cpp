@@ -29,7 +29,7 @@ RgbdFrame black_frame(int index) {
   return frame;
 }
 
-/// The error of a pose of the tracker that began at path_pose(0).
+/// Pose error of the tracker, started at path_pose(0).
 double error_m(const TrackedFrame& tracked, const SE3& T_world_camera) {
   return (tracked.T_odom_camera->translation() - T_world_camera.translation()).norm();
 }
@@ -193,7 +193,7 @@ TEST(Tracker, BeginsASubmapWhereItWasNeverBefore) {
   EXPECT_EQ(tracked.submap, 1);
 }
 
-/// At five frames a second sixty frames would be twelve seconds without a pose.
+/// At five frames per second, sixty frames would be twelve seconds without a pose.
 TEST(Tracker, BeginsASubmapAfterTwoSecondsAtAnyRate) {
   const auto odometry = tracker();
   for (int i = 0; i < 4; ++i) odometry->track(frame_at(6 * i, path_pose(6 * i * kFrame_s)));
@@ -281,8 +281,8 @@ TEST(Tracker, TheResultDoesNotDependOnWhereOdomIs) {
   }
 }
 
-/// A quick turn of which frames are missing at random: the motion since the last pose is that of several
-/// frames, or of one after a gap.
+/// A fast rotation with randomly missing frames: the motion since the last pose spans several frames, or one
+/// after a gap.
 TEST(Tracker, DroppedFramesDoNotSpoilThePrediction) {
   TexturedRoom room;
   room.half_size_m = Vec3(4, 2.5, 4);

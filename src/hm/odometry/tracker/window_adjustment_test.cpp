@@ -31,7 +31,7 @@ struct Errors {
   double pose_m = 0, pose_rad = 0, pixel_px = 0, depth_m = 0;
 };
 
-/// A map of the world with wrong poses and points, and sightings with noise.
+/// Map of the world with wrong poses and points, and noisy sightings.
 LocalMap make_map(const World& world, const Errors& errors, Rng& rng) {
   LocalMap map(10000, 100);
   for (std::size_t k = 0; k < world.poses.size(); ++k) {
@@ -100,7 +100,7 @@ TEST(WindowAdjustment, OnlyTheNewestKeyframesMove) {
     EXPECT_EQ(map.keyframes()[k].T_odom_camera.matrix() == before[k], k < 5) << k;
 }
 
-/// A step that is damped must not depend on the axes of odom; two of them are still on their way.
+/// A damped step must not depend on the axes of odom; tested after two steps, before convergence.
 TEST(WindowAdjustment, DoesNotDependOnTheAxesOfOdom) {
   Rng rng(12);
   const World world = make_world(rng, 6);

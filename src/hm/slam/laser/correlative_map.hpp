@@ -10,19 +10,19 @@ namespace hm {
 
 struct CorrelativeMapParams {
   double resolution_m = 0.05;
-  double sigma_m = 0.06;  ///< of a measured point about the surface that it belongs to
-  int levels = 7;         ///< of the pyramid; level h sums up squares of 2^h cells
+  double sigma_m = 0.06;  ///< standard deviation of a point's distance from its surface
+  int levels = 7;         ///< of the pyramid; a cell of level h covers 2^h x 2^h cells
 };
 
-/// How likely a point of a scan is at each place, given points seen before: exp(-distance^2 / 2 sigma^2) of
-/// the nearest one as 0 to 255 on a raster, and a pyramid of upper bounds of it (Olson, ICRA 2009, section
-/// III; Hess et al., ICRA 2016, section V-B). Outside of the raster it is 0. Immutable once made.
+/// Likelihood raster for correlative scan matching: exp(-d^2 / 2 sigma^2), scaled to 0 to 255, of the
+/// distance d from each cell to the nearest map point, and a pyramid of its maxima as upper bounds (Olson,
+/// ICRA 2009, section III; Hess et al., ICRA 2016, section V-B). 0 outside the raster. Immutable.
 class CorrelativeMap {
  public:
   /// Builds the map from points (m), ignoring non-finite ones and those more than 500 m from the first.
   CorrelativeMap(std::span<const Vec2> points_m, const CorrelativeMapParams& params);
 
-  /// The largest value in cells [x, x + 2^level) x [y, y + 2^level); any x and y.
+  /// Maximum over the cells [x, x + 2^level) x [y, y + 2^level), for any x and y.
   [[nodiscard]] std::uint8_t bound(int level, int x, int y) const {
     const Level& l = levels_[static_cast<std::size_t>(level)];
     const unsigned column = static_cast<unsigned>(x + l.margin), row = static_cast<unsigned>(y + l.margin);
@@ -30,7 +30,7 @@ class CorrelativeMap {
     return l.values[static_cast<std::size_t>(row) * l.width + column];
   }
   [[nodiscard]] std::uint8_t value(int x, int y) const { return bound(0, x, y); }
-  /// The cell that a point is in.
+  /// Cell that contains a point.
   [[nodiscard]] Eigen::Vector2i cell_of(const Vec2& point_m) const {
     return ((point_m - origin_m_) / resolution_m_).array().floor().cast<int>();
   }

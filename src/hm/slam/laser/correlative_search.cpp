@@ -12,9 +12,9 @@
 namespace hm {
 namespace {
 
-constexpr int kMaxSteps = 4096;  // of the window, in each direction
+constexpr int kMaxSteps = 4096;  // limit of the half width in cells or angle steps
 
-/// A square of 2^level cells of translations at one angle, and the sum that none in it exceeds.
+/// Square of 2^level x 2^level translations at one angle, with an upper bound of their sums.
 struct Candidate {
   int angle = 0, x = 0, y = 0;
   std::uint32_t sum = 0;
@@ -48,7 +48,7 @@ class Search {
     }
   }
 
-  /// Mean likelihood of the points that lie where the map was looked at; 0 when these are too few.
+  /// Mean likelihood of the points in the observed area; 0 if they are too few.
   [[nodiscard]] double seen_score(const Candidate& c) const {
     if (params_.seen == nullptr) return score_of(c.sum);
     const SE2 T = pose(c);
@@ -57,12 +57,13 @@ class Search {
     if (static_cast<double>(inside) < params_.min_overlap_ratio * static_cast<double>(points_)) return 0;
     return c.sum / (255.0 * static_cast<double>(inside));
   }
-  /// The least sum with which another place can be as good as this one.
+  /// Least sum with which an alternative pose can make this one ambiguous.
   [[nodiscard]] std::uint32_t least_beside(const Candidate& c) const {
     const double overlap = params_.seen == nullptr ? 1.0 : params_.min_overlap_ratio;
     return sum_of(overlap * params_.ambiguity_ratio * std::max(seen_score(c), score_of(c.sum)));
   }
-  /// The best pose with at least `min_sum`; with `beside`, the first one found that is another place.
+  /// Returns the best pose with at least `min_sum`; with `beside`, the first pose found that is a different
+  /// place.
   std::optional<Candidate> run(std::uint32_t min_sum, const std::optional<Candidate>& beside) {
     beside_ = beside;
     least_ = min_sum;
@@ -103,7 +104,7 @@ class Search {
     if (candidate.sum >= least_) list.push_back(candidate);
   }
 
-  /// What the pose of a square that is nearest to the centre of the window loses.
+  /// Penalty of the pose in a square that is nearest to the window's centre.
   [[nodiscard]] std::uint32_t least_penalty(int level, const Candidate& c) const {
     if (params_.shift_penalty_per_m2 <= 0 && params_.turn_penalty_per_rad2 <= 0) return 0;
     const int last = (1 << level) - 1;
@@ -119,7 +120,7 @@ class Search {
     if (level == 0) {
       if (beside_ && seen_score(node) < params_.ambiguity_ratio * seen_score(*beside_)) return;
       best_ = node;
-      // One other place is enough: nothing is looked for beyond it.
+      // One alternative is sufficient: ends the search.
       least_ = beside_ ? std::numeric_limits<std::uint32_t>::max() : node.sum;
       return;
     }
@@ -140,7 +141,7 @@ class Search {
     for (std::size_t i = 0; i < children.count; ++i) descend(level - 1, children.items[i]);
   }
 
-  /// Whether all of a square is too near the pose that others are sought beside.
+  /// True if all poses of a square are too close to `beside` to be an alternative.
   [[nodiscard]] bool is_same_place(int level, const Candidate& c) const {
     if (!beside_) return false;
     if (std::abs(wrap_angle((c.angle - beside_->angle) * angle_step_)) > params_.other_angle_rad)
@@ -158,7 +159,7 @@ class Search {
   std::size_t points_;
   double angle_step_ = 0;
   int angles_ = 0, columns_ = 0, rows_ = 0;
-  std::vector<Eigen::Vector2i> cells_;  // of the points at every angle, at the window's centre
+  std::vector<Eigen::Vector2i> cells_;  // cells of the points for every angle, at the window's centre
   std::optional<Candidate> beside_, best_;
   std::uint32_t least_ = 0;
   std::size_t evaluations_ = 0;

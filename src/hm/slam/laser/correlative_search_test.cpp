@@ -66,7 +66,7 @@ TEST(CorrelativeMap, NothingAndBrokenPoints) {
   EXPECT_EQ(search_correlative(map, points, {SE2(nan, 0, 0), 1, 1, 1}).status, CorrelativeStatus::kNothing);
 }
 
-/// The best sum over every cell and angle of the window, tried one by one.
+/// Best sum over every cell and angle of the window, by exhaustive search.
 double brute_force(const CorrelativeMap& map, const std::vector<Vec2>& points, const SearchWindow& window,
                    const CorrelativeSearchParams& params) {
   const double step_rad = params.angle_step_rad;
@@ -109,7 +109,7 @@ TEST(CorrelativeSearch, FindsWhatBruteForceFinds) {
     EXPECT_NEAR(match.score, brute_force(map, scan, window, params), 1e-9);
     params.shift_penalty_per_m2 = rng.uniform(0, 2);
     params.turn_penalty_per_rad2 = rng.uniform(0, 3);
-    // Losses are rounded down to what one cell of one point can differ by.
+    // Penalties are rounded down by at most the value of one cell for one point.
     EXPECT_NEAR(search_correlative(map, scan, window, params).score, brute_force(map, scan, window, params),
                 1 / (255.0 * static_cast<double>(scan.size())) + 1e-9);
   }
@@ -129,8 +129,7 @@ TEST(CorrelativeSearch, ExactScanIsFoundBelowACell) {
   }
 }
 
-/// The same shape twice, 1.5 m apart: which of them was seen is not decidable, unless the window holds one
-/// only.
+/// The same shape twice, 1.5 m apart: ambiguous, unless the window contains only one of them.
 TEST(CorrelativeSearch, TwoEqualPlacesAreAmbiguous) {
   Rng rng(5);
   const auto shape = random_points(60, 0.6, rng);

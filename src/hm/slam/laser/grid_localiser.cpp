@@ -87,7 +87,7 @@ Localisation GridLocaliser::seek(std::span<const Vec2> points_m) {
 }
 
 Localisation GridLocaliser::follow(std::span<const Vec2> points_m, const SE2& T_map_predicted) {
-  // While scans fail the place gets less certain.
+  // The pose becomes less certain with every failed scan.
   const double widened = 1 + failures_;
   CorrelativeSearchParams search;
   search.min_score = params_.kTrackMinScore;

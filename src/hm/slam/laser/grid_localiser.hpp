@@ -13,19 +13,19 @@ namespace hm {
 
 struct GridLocaliserParams {
   double sigma_m = 0.1;
-  /// Points further away are not used.
+  /// Maximum range of the points used.
   static constexpr double kMaxPointRange_m = 15;
-  /// Points of a scan that are used.
+  /// Maximum number of points used per scan.
   static constexpr int kMaxPoints = 180;
-  /// Scans with fewer points say nothing.
+  /// Minimum number of points of a scan (kTooFewPoints).
   static constexpr int kMinPoints = 30;
   double global_min_score = 0.55, ambiguity_ratio = 0.92;
   /// Minimum distance between two candidates that count as different places.
   double other_place_m = 1.0;
   double window_m = 0.3;
-  /// Half the window of tracking.
+  /// Half width of the tracking window.
   static constexpr double kWindow_rad = 0.2;
-  /// Mean likelihood that tracking needs.
+  /// Minimum mean likelihood for tracking.
   static constexpr double kTrackMinScore = 0.4;
   int max_failures = 5;
   int global_max_evaluations = 20'000'000;
@@ -46,36 +46,36 @@ struct GridLocaliserParams {
 };
 
 enum class LocalisationStatus {
-  kLocalised,     ///< found in the whole map with this scan
-  kTracking,      ///< followed from the scan before
-  kMatchFailed,   ///< not followed this time: the prediction holds
-  kLost,          ///< failed too often: the next scan is sought in the whole map
-  kNotFound,      ///< sought in the whole map, and nowhere
-  kAmbiguous,     ///< sought in the whole map: it fits several places; a scan from elsewhere may tell
-  kGaveUp,        ///< the map is too large for the bound on the search
-  kTooFewPoints,  ///< the scan says nothing
+  kLocalised,     ///< found by a search in the whole map
+  kTracking,      ///< tracked from the previous scan
+  kMatchFailed,   ///< tracking failed for this scan; the predicted pose is kept
+  kLost,          ///< tracking failed `max_failures` times; the next scan is searched in the whole map
+  kNotFound,      ///< no match in the whole map
+  kAmbiguous,     ///< several matches in the whole map; a scan from another position may resolve it
+  kGaveUp,        ///< the search exceeded `global_max_evaluations`
+  kTooFewPoints,  ///< the scan has fewer than kMinPoints points in range
   kEmptyMap,      ///< the map has no occupied cell
 };
 std::string_view to_string(LocalisationStatus status);
 
 struct Localisation {
   LocalisationStatus status = LocalisationStatus::kNotFound;
-  std::optional<SE2> T_map_base;  ///< with kLocalised and kTracking
+  std::optional<SE2> T_map_base;  ///< set for kLocalised and kTracking
   double score = 0;               ///< mean likelihood of the points, 0 to 1
 };
 
-/// The place in a saved map: sought in all of it by branch and bound, then followed scan by scan. The map is
-/// not changed. Deterministic; not thread safe.
+/// Localises a vehicle in a saved map: first by branch and bound in the whole map, then by tracking from scan
+/// to scan. Does not change the map. Deterministic; not thread safe.
 class GridLocaliser {
  public:
-  /// Occupied cells (50 % and more) are walls; the rest says nothing.
+  /// Uses cells with an occupancy of at least 50 % as obstacles and ignores all others.
   explicit GridLocaliser(const OccupancyGrid2D& grid, const GridLocaliserParams& params = {});
 
-  /// Seeks or follows. `T_last_now` is the motion of the base since the scan before, from odometry.
+  /// Processes a scan. `T_last_now`: motion of the base since the previous scan, from odometry.
   Localisation process(const PlanarScan& scan, const SE2& T_last_now = {});
-  /// Begins to follow from a pose known from elsewhere.
+  /// Starts tracking from a known pose.
   void start(const SE2& T_map_base);
-  /// Forgets the place: the next scan is sought in the whole map.
+  /// Resets to unlocalised: the next scan is searched in the whole map.
   void reset();
 
  private:

@@ -13,7 +13,7 @@ using namespace laser_testing;
 
 const TestLaser kLaser{361, 4.71, 30, 0.01};
 
-/// The walls of a world on a grid of 5 cm, drawn from its scans.
+/// Walls of a world on a grid of 5 cm, from its scans.
 OccupancyGrid2D grid_of(const PlanarWorld& world, const std::vector<SE2>& poses) {
   OccupancyGrid2D grid;
   grid.resolution_m = 0.05;
@@ -56,7 +56,7 @@ TEST(GridLocaliser, FindsItsPlaceAndFollows) {
   }
 }
 
-/// A rectangle looks the same from two opposite places.
+/// A rectangle looks the same from two opposite poses.
 TEST(GridLocaliser, SymmetryIsAmbiguous) {
   PlanarWorld world;
   world.add_box({0, 0}, {8, 5});
@@ -64,7 +64,7 @@ TEST(GridLocaliser, SymmetryIsAmbiguous) {
   Rng rng(3);
   const PlanarScan scan = planar_scan_of_world(world, SE2(3, 1.5, 0.3), {361, 6.2, 30, 0.01}, rng);
   EXPECT_EQ(localiser.process(scan).status, LocalisationStatus::kAmbiguous);
-  // Told where it is, it follows.
+  // With a given start pose, tracking works.
   localiser.start(SE2(3.05, 1.45, 0.28));
   const Localisation found = localiser.process(scan);
   ASSERT_EQ(found.status, LocalisationStatus::kTracking);
@@ -78,7 +78,7 @@ TEST(GridLocaliser, ElsewhereIsNotFoundAndGetsLost) {
   GridLocaliser localiser(grid_of(world, round_trip()), params);
   Rng rng(4);
   localiser.start(office_loop(3));
-  PlanarScan strange;  // a spiral: nothing in an office is like it
+  PlanarScan strange;  // a spiral: does not match anything in the office
   for (int i = 0; i < 200; ++i)
     strange.points_m.push_back((0.5 + 0.012 * i) * Vec2(std::cos(0.031 * i), std::sin(0.031 * i)));
   sort_by_bearing(strange);
@@ -86,7 +86,7 @@ TEST(GridLocaliser, ElsewhereIsNotFoundAndGetsLost) {
   EXPECT_EQ(localiser.process(strange).status, LocalisationStatus::kMatchFailed);
   EXPECT_EQ(localiser.process(strange).status, LocalisationStatus::kLost);
   EXPECT_EQ(localiser.process(strange).status, LocalisationStatus::kNotFound);
-  // Back in the office it finds itself again.
+  // Back in the office it is localised again.
   const Localisation found = localiser.process(planar_scan_of_world(world, office_loop(20), kLaser, rng));
   ASSERT_EQ(found.status, LocalisationStatus::kLocalised);
   EXPECT_LT((found.T_map_base->translation() - office_loop(20).translation()).norm(), 0.05);

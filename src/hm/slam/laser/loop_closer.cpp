@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-/// A loop that corrects more moves the whole graph.
+/// Loops with a larger correction cause an optimisation of the whole graph.
 constexpr double kLargeCorrection_m = 0.3;
 
 Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
@@ -49,8 +49,8 @@ bool LoopCloser::wants_node(const SE2& T_odom_base) const {
          std::abs(motion.angle()) > params_.kGraphAngle_rad;
 }
 
-/// Both matches, and the keyframes between them, err on their own. After a restart it is unknown how far the
-/// vehicle is from the node before.
+/// Sums the covariances of both nodes' matches and of the keyframes between them, which are independent.
+/// After a restart of odometry the motion since the last node is unknown.
 Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
   if (unknown_since_) return kFreeDirectionVariance_m2 * Mat3::Identity();
   if (graph_.size() == 0) return Mat3::Zero();

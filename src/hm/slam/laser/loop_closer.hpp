@@ -7,18 +7,18 @@
 
 namespace hm {
 
-/// Feeds the keyframes of scan odometry to a scan graph and solves it now and then: `map -> odom` for a
-/// vehicle that drives by `odom`. Deterministic; not thread safe.
+/// Adds scan odometry to a scan graph and optimises it at intervals, for a vehicle controlled in `odom`;
+/// provides the correction `map -> odom`. Deterministic; not thread safe.
 class LoopCloser {
  public:
-  /// The graph is solved as soon as `loops_per_solution` loops are new (a long one mostly in part, see
-  /// SolutionWindow), and by finish().
+  /// Optimises the graph after every `loops_per_solution` new loops (a large graph mostly in part, see
+  /// SolutionWindow), and in finish().
   explicit LoopCloser(const ScanGraph2DParams& params = {}, int loops_per_solution = 5)
       : params_(params), graph_(params), loops_per_solution_(loops_per_solution) {}
 
-  /// Adds the odometry result of a scan. Returns nothing for scans that do not become a node.
+  /// Adds the odometry result of a scan. Nothing for scans that do not become a node.
   std::optional<ScanGraphStep> add(const PlanarScan& scan, const OdometryStep& step);
-  /// Solves the whole graph a last time.
+  /// Optimises the whole graph.
   PoseGraphSolution finish();
 
   [[nodiscard]] SE2 T_map_odom() const { return graph_.T_map_odom(); }
@@ -32,7 +32,8 @@ class LoopCloser {
 
   ScanGraph2DParams params_;
   ScanGraph2D graph_;
-  // Along the axes of `odom`: of the last node's match, and of the odometry's keyframes since.
+  // Covariances along the axes of `odom`: of the last node's match, and the sum over odometry keyframes since
+  // then.
   Mat3 last_match_ = Mat3::Zero(), keyframes_since_ = Mat3::Zero();
   bool unknown_since_ = false;  // odometry was restarted
   int loops_per_solution_;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kResolution_m = 0.05;
 constexpr int kLevels = 6;
-constexpr double kLeastTime_s = 0.25;  // in less, no vehicle is elsewhere
-/// A turn of one radian hides as much of a scan as this many metres.
+constexpr double kLeastTime_s = 0.25;  // shorter times do not increase the penalty further
+/// Rotation by one radian reduces the overlap of two scans like a translation by this distance.
 constexpr double kSearchApartPerTurn_m = 0.7;
 
 }  // namespace

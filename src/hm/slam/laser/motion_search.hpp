@@ -12,19 +12,19 @@ struct MotionSearchParams {
   int keyframes = 12;
   double keyframe_distance_m = 0.3, keyframe_angle_rad = 0.35;
   double sigma_m = 0.08;
-  /// Points further away are not used.
+  /// Maximum range of the points used.
   static constexpr double kMaxPointRange_m = 12;
-  /// Points of a scan that are used.
+  /// Maximum number of points used per scan.
   static constexpr int kMaxPoints = 100;
-  /// Scans with fewer points are not sought.
+  /// Minimum number of points of a scan.
   static constexpr int kMinPoints = 30;
   double window_m = 0.8, max_window_m = 4;
-  /// Half the window.
+  /// Half width of the window in angle.
   static constexpr double kWindow_rad = 3.15;
   double min_score = 0.5;
-  /// Score that a pose loses for a velocity beyond the predicted one, per (m/s)^2.
+  /// Score penalty for the deviation from the predicted velocity, per (m/s)^2.
   static constexpr double kShiftPenaltyS2PerM2 = 0.1;
-  /// Score that a pose loses for an angular velocity beyond the predicted one, per (rad/s)^2.
+  /// Score penalty for the deviation from the predicted angular velocity, per (rad/s)^2.
   static constexpr double kTurnPenaltyS2PerRad2 = 0.03;
   double min_pairs_ratio = 0.4, max_error_m = 0.06;
 
@@ -46,24 +46,24 @@ struct MotionSearchParams {
   }
 };
 
-/// A scan found among the last keyframes of its odometry.
+/// Pose of a scan relative to the last keyframes.
 struct FoundScan {
   SE2 T_odom_base;
-  Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle), x and y along the axes of `odom`
+  Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle) in `odom`
   double score = 0;
 };
 
-/// Where a scan is, when the prediction of its motion is bad or there is none: correlative search in the last
-/// keyframes (Olson, ICRA 2009), places far from the prediction needing a better fit, confirmed by PL-ICP
-/// against the keyframe that sees most of the same. Deterministic; not thread safe.
+/// Finds the pose of a scan when its motion prediction is inaccurate or missing: correlative search in the
+/// last keyframes (Olson, ICRA 2009) with a penalty on the distance from the prediction, then verification by
+/// PL-ICP against the nearest keyframe. Deterministic; not thread safe.
 class MotionSearch {
  public:
   explicit MotionSearch(const MotionSearchParams& params = {}, const PlIcpParams& matcher = {});
 
-  /// A scan whose place in `odom` is known.
+  /// Adds a scan with known pose.
   void add(const PlanarScan& scan, const SE2& T_odom_base);
-  /// Nothing when it is not found, or PL-ICP does not confirm it. `elapsed_s`: since the pose that the
-  /// prediction comes from; the longer, the less the prediction counts.
+  /// Finds the pose of a scan; nothing if no match is found or PL-ICP does not confirm it. `elapsed_s`: time
+  /// since the pose that the prediction is based on; the penalty decreases with it.
   std::optional<FoundScan> find(const PlanarScan& scan, const SE2& T_odom_base_predicted,
                                 double elapsed_s = 1);
   void clear();
@@ -79,7 +79,7 @@ class MotionSearch {
   MotionSearchParams params_;
   PlIcp matcher_;
   std::deque<Keyframe> keyframes_;
-  std::optional<CorrelativeMap> raster_;  // of keyframes_; made when first used
+  std::optional<CorrelativeMap> raster_;  // of keyframes_; built on first use
   int failures_ = 0;
 };
 

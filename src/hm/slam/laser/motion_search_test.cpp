@@ -15,7 +15,7 @@ const TestLaser kHalfTurn{181, 3.14159, 30, 0.01};
 
 double turn_between(const SE2& a, const SE2& b) { return std::abs((a.inverse() * b).angle()); }
 
-/// The last scans of a drive through the office.
+/// Last scans of a path through the office.
 MotionSearch after_a_drive(const PlanarWorld& world, double end_m, Rng& rng) {
   MotionSearch search;
   for (double at_m = end_m - 4; at_m <= end_m; at_m += 0.1)
@@ -50,7 +50,7 @@ TEST(MotionSearch, WhatWasNeverSeenIsNotFound) {
   EXPECT_FALSE(search.find(planar_scan_of_world(office, office_loop(12), kHalfTurn, rng), office_loop(12)));
 }
 
-/// A square room looks the same after every quarter turn: the less time has passed, the less it turned.
+/// A square room looks the same after each quarter turn: the less time has passed, the smaller the rotation.
 TEST(MotionSearch, OfEqualPlacesTheOneNearThePredictionCounts) {
   PlanarWorld world;
   world.add_box({-2, -2}, {2, 2});

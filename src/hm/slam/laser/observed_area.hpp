@@ -7,13 +7,13 @@
 
 namespace hm {
 
-/// A beam from the laser to what it hit, in the frame of a map.
+/// Laser beam from the sensor to its endpoint, in the frame of a map.
 struct SeenBeam {
   Vec2 from_m, to_m;
 };
 
-/// Area of a map that was observed: cells that beams pass or end in, and their neighbours. Points of a scan
-/// outside of it count neither for nor against a place.
+/// Area of a map that was observed: cells that beams pass or end in, and their neighbours. Scan points
+/// outside it are ignored when poses are compared.
 class ObservedArea {
  public:
   explicit ObservedArea(std::span<const SeenBeam> beams, double resolution_m = 0.2);

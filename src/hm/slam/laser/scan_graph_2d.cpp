@@ -10,15 +10,15 @@
 namespace hm {
 namespace {
 
-/// A turn of one radian hides as much of a scan as this many metres.
+/// Rotation by one radian reduces the overlap of two scans like a translation by this distance.
 constexpr double kApartPerTurn_m = 0.7;
-/// Deviation of odometry's motion where the matcher determines nothing.
+/// Standard deviation of odometry's motion in directions that the matcher does not determine.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
-/// Nearest submaps whose uncertainty is looked at, however often a place was visited.
+/// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
-/// Covariance that also takes what odometry itself must know of a motion.
+/// Combines a matcher's covariance with a weak prior on odometry's motion, for unobservable directions.
 Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
   const double sigma_m = kMotionSigma_m + kMotionSigmaRatio * motion.translation().norm();
   const double sigma_rad = kMotionSigma_rad + kMotionSigmaRatio * std::abs(motion.angle());
@@ -26,7 +26,7 @@ Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
   return (covariance.inverse() + Mat3(information.asDiagonal())).inverse();
 }
 
-/// A matcher's covariance with what it does not know of itself.
+/// Matcher covariance, scaled and increased by the errors that it does not include.
 Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) {
   Mat3 sum = params.kEdgeCovarianceScale * covariance;
   sum.diagonal() += Vec3(params.kEdgeSigma_m, params.kEdgeSigma_m, params.kEdgeSigma_rad).cwiseAbs2();
@@ -108,7 +108,8 @@ void ScanGraph2D::add_odometry_edge() {
   paths_.add_edge(graph_.edges.back());
 }
 
-/// Of the newest keyframe from the nearest of a submap; infinite beyond what a search can bridge.
+/// Distance of the newest keyframe from the nearest one of a submap, metres, including kApartPerTurn_m per
+/// radian; infinite if beyond the reach of a search.
 double ScanGraph2D::apartness(const ScanSubmap& submap) const {
   const SE2& T_map_base = graph_.T_map_node.back();
   const double limit_m = params_.kMaxLoopDistance_m + params_.max_window_m;
@@ -178,7 +179,8 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   search.ambiguity_ratio = params_.ambiguity_ratio;
   const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
   search.seen = &raster.seen;
-  // A wrong place of a structure with period p has p <= 2 windows, and so another one within three of them.
+  // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
+  // repetition lies within three windows.
   search.other_window_ratio = 3;
   const CorrelativeMatch match = search_correlative(raster.map, points_m, candidate.window, search);
   attempt.score = match.score;
@@ -195,7 +197,7 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   return attempt;
 }
 
-/// The edge from the submap's keyframe that sees most of the same, when PL-ICP agrees with the search.
+/// Loop edge from the submap's nearest keyframe, if PL-ICP confirms the match of the search.
 std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const SE2& T_anchor_base) {
   const SE2 T_odom_anchor = keyframes_[submap.anchor()].T_odom_base;
   std::size_t nearest = submap.first;

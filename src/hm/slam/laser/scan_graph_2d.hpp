@@ -17,14 +17,14 @@ namespace hm {
 
 enum class LoopOutcome {
   kAccepted,
-  kNoMatch,      ///< the scan fits nowhere in the window
-  kAmbiguous,    ///< it fits several places of the window nearly as well
-  kGaveUp,       ///< the window was too large
-  kNotVerified,  ///< PL-ICP does not confirm it
+  kNoMatch,      ///< no pose in the window fits the scan
+  kAmbiguous,    ///< several poses fit nearly as well
+  kGaveUp,       ///< the search exceeded its limit
+  kNotVerified,  ///< PL-ICP does not confirm the match
 };
 std::string_view to_string(LoopOutcome outcome);
 
-/// One search for a keyframe in a submap.
+/// Search for a keyframe in a submap.
 struct LoopAttempt {
   std::size_t submap = 0;
   LoopOutcome outcome = LoopOutcome::kNoMatch;
@@ -36,44 +36,42 @@ struct ScanGraphStep {
   std::size_t node = 0;
   std::vector<LoopAttempt> attempts;
   int loops_accepted = 0;
-  double largest_correction_m = 0;  ///< of the accepted loops: from where the graph has the keyframe
+  double largest_correction_m = 0;  ///< of the accepted loops, relative to the pose in the graph
 };
 
-/// Outcomes of the loop searches; `candidates` is the sum of the five after it.
+/// Numbers of loop searches by outcome; `candidates` is the sum of the five after it.
 struct ScanGraphStatistics {
   std::size_t candidates = 0;
   std::size_t accepted = 0, no_match = 0, ambiguous = 0, gave_up = 0, not_verified = 0;
-  std::size_t taken_out = 0;  ///< accepted first, then removed because the solved graph contradicts them
+  std::size_t taken_out = 0;  ///< accepted, but removed after optimisation as inconsistent
   [[nodiscard]] std::size_t rejected() const { return candidates - accepted + taken_out; }
 };
 
-/// Corrects the drift of 2D odometry by places seen again: keyframe scans as nodes; loops found by
-/// correlative search in submaps of a few keyframes, within the window that the graph's uncertainty leaves,
-/// verified by PL-ICP; the graph solved with a robust loss. Gives `map -> odom`; `odom` is only read and
-/// never jumps.
+/// Corrects the drift of 2D odometry by loop closure: a pose graph of keyframe scans, with loops found by
+/// correlative search in submaps of a few keyframes, in a window given by the graph's uncertainty, verified
+/// by PL-ICP, and optimised with a robust loss. Provides `map -> odom`; poses in `odom` are never changed.
 ///
-/// add_keyframe() costs at most `max_submaps_tried` bounded searches, and looking at the places of all
-/// keyframes; optimise() costs a sparse solution and is up to the caller, who may leave it for when there is
-/// time. Deterministic; not thread safe.
+/// add_keyframe() costs at most `kMaxSubmapsTried` bounded searches and a pass over all keyframe positions;
+/// optimise(), a sparse optimisation, is called by the user at any time. Deterministic; not thread safe.
 class ScanGraph2D {
  public:
   explicit ScanGraph2D(const ScanGraph2DParams& params = {});
 
-  /// Adds a keyframe and looks for loops. Stamps must increase; poses and covariance must be finite.
+  /// Adds a keyframe and searches for loops. Stamps must increase; poses and covariance must be finite.
   ScanGraphStep add_keyframe(GraphKeyframe2D keyframe);
-  /// Solves the graph, or its part from node `first` on (older ones are held), and takes out loops that
-  /// contradict the rest. The first keyframe stays where it is.
+  /// Optimises the graph, or its part from node `first` on (older nodes are fixed), and removes loops that
+  /// are inconsistent with the rest. The first keyframe is fixed.
   PoseGraphSolution optimise(std::size_t first = 0);
 
   [[nodiscard]] std::size_t size() const { return keyframes_.size(); }
   [[nodiscard]] const GraphKeyframe2D& keyframe(std::size_t node) const { return keyframes_[node]; }
   [[nodiscard]] const PoseGraph2D& graph() const { return graph_; }
-  /// The correction at the last keyframe; changes with optimise() only. Identity while there is none.
+  /// Correction at the last keyframe; changed by optimise() only. Identity without keyframes.
   [[nodiscard]] SE2 T_map_odom() const;
-  /// Where the base was at a moment for which odometry had T_odom_base: moved with the keyframes before and
-  /// after it. Nothing without keyframes.
+  /// Corrected pose of the base at a time when odometry gave T_odom_base, interpolated between the
+  /// corrections of the keyframes before and after it. Nothing without keyframes.
   [[nodiscard]] std::optional<SE2> T_map_base(Time stamp, const SE2& T_odom_base) const;
-  /// A whole trajectory of `odom` brought into `map`; heights and tilts stay.
+  /// Transforms a trajectory from `odom` to `map`; heights and tilts are kept.
   [[nodiscard]] Trajectory corrected(const Trajectory& T_odom_base) const;
   [[nodiscard]] const ScanGraphStatistics& statistics() const { return statistics_; }
 

@@ -13,7 +13,7 @@ namespace {
 
 using namespace laser_testing;
 
-/// A drive whose odometry drifts: true and estimated poses of each keyframe, with its scan.
+/// Path with drifting odometry: true and estimated poses of each keyframe, with its scan.
 struct Drive {
   std::vector<SE2> truth;
   std::vector<GraphKeyframe2D> keyframes;
@@ -58,7 +58,7 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
   SE2 T_map_odom;
   for (const GraphKeyframe2D& keyframe : run.keyframes) {
     const ScanGraphStep step = graph.add_keyframe(keyframe);
-    // Adding never moves what is there: `odom` has no jump, `map` only jumps when solved.
+    // Adding a keyframe moves no other: `odom` is continuous, `map` changes only by optimisation.
     EXPECT_LT((T_map_odom.inverse() * graph.T_map_odom()).vector().norm(), 1e-9);
     if (step.loops_accepted > 0) graph.optimise();
     T_map_odom = graph.T_map_odom();
@@ -68,9 +68,9 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
     odometry_error_m = std::max(
         odometry_error_m, (run.truth[i].translation() - run.keyframes[i].T_odom_base.translation()).norm());
   EXPECT_GT(odometry_error_m, 3.0);
-  // The far side of the first round keeps part of the drift: the first keyframe alone is held.
+  // The far side of the first round keeps part of the drift: only the first keyframe is fixed.
   EXPECT_LT(worst_error_m(graph, run), 0.15 * odometry_error_m);
-  // The end lies as it should to where the first round came by, 83 steps before.
+  // The pose of the end relative to the first round, 83 steps before, is correct.
   const std::size_t last = graph.size() - 1, before = last - 83;
   const auto& nodes = graph.graph().T_map_node;
   const SE2 error =
@@ -81,7 +81,7 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
   EXPECT_GT(counts.accepted, 20U);
   EXPECT_EQ(counts.candidates,
             counts.accepted + counts.no_match + counts.ambiguous + counts.gave_up + counts.not_verified);
-  // Every loop is a true one.
+  // Every loop is correct.
   for (const PoseEdge2D& edge : graph.graph().edges) {
     if (edge.kind != PoseEdgeKind::kLoop) continue;
     const SE2 wrong = (run.truth[edge.from].inverse() * run.truth[edge.to]).inverse() * edge.T_from_to;
@@ -101,9 +101,9 @@ TEST(ScanGraph2D, SameBitsEveryTime) {
     EXPECT_EQ(a.graph().T_map_node[i].vector(), b.graph().T_map_node[i].vector());
 }
 
-/// A corridor, 60 m, with the same door niche every 2 m on both sides, and odometry that is 1.5 m wrong when
-/// the way back reaches the beginning: the door next to the true one fits as well, and is nearer to the
-/// prediction. No loop may be taken that is not true.
+/// A corridor of 60 m with equal door niches every 2 m on both sides, and odometry that is wrong by 1.5 m at
+/// the end of the way back: the niche next to the true one fits as well and is closer to the prediction. No
+/// false loop may be accepted.
 TEST(ScanGraph2D, IdenticalDoorsGiveNoFalseLoop) {
   PlanarWorld world;
   std::vector<Vec2> corners;
@@ -121,7 +121,7 @@ TEST(ScanGraph2D, IdenticalDoorsGiveNoFalseLoop) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     const double back_m = std::max(0.0, static_cast<double>(i) - 60) * 0.5;
     run.keyframes[i].T_odom_base = path[i] * SE2(0.05 * back_m, 0, 0);
-    run.keyframes[i].covariance = Vec3(1e4, 1e-4, 2e-5).asDiagonal();  // scan matching knows nothing along it
+    run.keyframes[i].covariance = Vec3(1e4, 1e-4, 2e-5).asDiagonal();  // motion along it is unobservable
   }
   ScanGraph2D graph;
   for (const GraphKeyframe2D& keyframe : run.keyframes)
@@ -153,7 +153,7 @@ TEST(ScanGraph2D, CorrectsPosesBetweenKeyframes) {
     EXPECT_LT(error.vector().norm(), 1e-9);
     EXPECT_EQ(corrected[i].T_world_base.translation().z(), 0.4);
   }
-  // Half way between two keyframes, and beyond the last.
+  // In the middle between two keyframes, and after the last one.
   const SE2 before = *graph.T_map_base(Time::from_seconds(40), run.keyframes[30].T_odom_base);
   const SE2 half = *graph.T_map_base(Time::from_seconds(40.5), run.keyframes[30].T_odom_base);
   const SE2 after = *graph.T_map_base(Time::from_seconds(41), run.keyframes[30].T_odom_base);

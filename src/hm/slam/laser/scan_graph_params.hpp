@@ -5,51 +5,51 @@
 
 namespace hm {
 
-/// Parameters of the 2D scan graph. `matcher` and `solver` have names of their own: they are listed apart.
+/// Parameters of the 2D scan graph. `matcher` and `solver` have their own sections.
 struct ScanGraph2DParams {
-  /// A node of the graph when the last one is further away.
+  /// A node is added after moving this far from the last one.
   static constexpr double kGraphDistance_m = 0.5;
-  /// A node of the graph when turned further from the last one.
+  /// A node is added after rotating this far from the last one.
   static constexpr double kGraphAngle_rad = 0.52;
-  /// Consecutive keyframes that make up a submap.
+  /// Number of consecutive keyframes of a submap.
   static constexpr int kSubmapKeyframes = 10;
-  /// Cell of the submaps' likelihood rasters.
+  /// Cell size of the submaps' likelihood rasters.
   static constexpr double kRasterResolution_m = 0.05;
-  /// Spread of the likelihood about a point.
+  /// Standard deviation of the likelihood around a point.
   static constexpr double kRasterSigma_m = 0.06;
-  /// Points further away are not used to find loops.
+  /// Maximum range of the points used for loop search.
   static constexpr double kMaxPointRange_m = 20;
-  /// Points of a scan that the search for loops uses.
+  /// Maximum number of points of a scan used for loop search.
   static constexpr int kMaxSearchPoints = 120;
   int min_keyframes_apart = 12;
-  /// Submaps that a keyframe is searched in at most; 0: no loops.
+  /// Maximum number of submaps searched per keyframe; 0: no loops.
   static constexpr int kMaxSubmapsTried = 2;
-  /// Submaps further away (beyond the uncertainty) are not tried.
+  /// Maximum distance of a searched submap, in addition to the uncertainty.
   static constexpr double kMaxLoopDistance_m = 3;
-  /// Half the search window in standard deviations.
+  /// Half width of the search window in standard deviations.
   static constexpr double kWindowSigmas = 3;
   double max_window_m = 8;
-  /// Half the search window at least.
+  /// Minimum half width of the search window.
   static constexpr double kMinWindow_m = 0.5;
-  /// Half the search window at least.
+  /// Minimum half width of the search window in angle.
   static constexpr double kMinWindow_rad = 0.15;
-  /// Half the search window at most.
+  /// Maximum half width of the search window in angle.
   static constexpr double kMaxWindow_rad = 1.0;
   double min_score = 0.55, ambiguity_ratio = 0.92;
-  /// Scans with fewer points close no loops.
+  /// Minimum number of points of a scan for loop search.
   static constexpr int kMinPoints = 40;
   PlIcpParams matcher;
-  /// PL-ICP must agree with the search within this.
+  /// Maximum difference between the results of PL-ICP and of the search.
   static constexpr double kVerifyMaxTranslation_m = 0.25;
-  /// PL-ICP must agree with the search within this.
+  /// Maximum difference between the results of PL-ICP and of the search.
   static constexpr double kVerifyMaxRotation_rad = 0.15;
-  /// Share of the points that PL-ICP must pair.
+  /// Minimum share of points paired by PL-ICP.
   static constexpr double kVerifyMinPairsRatio = 0.6;
-  /// Mean distance from line that PL-ICP may leave.
+  /// Maximum mean point-to-line distance after PL-ICP.
   static constexpr double kVerifyMaxError_m = 0.06;
-  /// Added to every edge: what a matcher does not know of itself.
+  /// Standard deviation added to every edge, for errors that the matcher's covariance does not include.
   static constexpr double kEdgeSigma_m = 0.01;
-  /// Added to every edge.
+  /// Standard deviation added to every edge.
   static constexpr double kEdgeSigma_rad = 0.003;
   /// Factor on the matcher's covariances.
   static constexpr double kEdgeCovarianceScale = 4;

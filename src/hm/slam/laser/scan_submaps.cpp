@@ -11,10 +11,11 @@ namespace {
 
 constexpr std::size_t kKeptRasters = 16;
 constexpr int kRasterLevels = 7;
-/// Points further apart leave holes in the raster: what is seen there later need not agree with it.
+/// Neighbouring points farther apart leave holes in the raster: the space between them does not count as
+/// observed.
 constexpr double kDenseSigmas = 2.5;
 
-/// Distance from the nearer neighbour in order of bearing.
+/// Distance to the closer one of the two neighbours in order of bearing.
 double gap_beside(const std::vector<Vec2>& points, std::size_t i) {
   double gap = std::numeric_limits<double>::infinity();
   if (i > 0) gap = (points[i] - points[i - 1]).norm();

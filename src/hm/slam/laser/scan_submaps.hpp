@@ -12,7 +12,7 @@
 
 namespace hm {
 
-/// A keyframe as the graph keeps it.
+/// Keyframe of the scan graph.
 struct GraphKeyframe2D {
   PlanarScan scan;  ///< in the frame of the base
   SE2 T_odom_base;
@@ -20,23 +20,23 @@ struct GraphKeyframe2D {
   Mat3 covariance = Mat3::Zero();
 };
 
-/// Consecutive keyframes that loops are searched in together: as odometry placed them, which errs little over
-/// so short a way, and which no solution of the graph changes.
+/// Consecutive keyframes that are searched together for loops. They keep their relative odometry poses, whose
+/// drift over such a short distance is small, so that optimisation does not change a submap.
 struct ScanSubmap {
   std::size_t first = 0, end = 0;  ///< keyframes [first, end)
   [[nodiscard]] std::size_t anchor() const { return first + (end - first) / 2; }
 };
 
-/// Points of a scan within a range of its laser, at most `max_points` of them, evenly taken.
+/// Points of a scan within a range of the laser, evenly thinned to at most `max_points`.
 std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::size_t max_points);
 
-/// The likelihood rasters of submaps, in the frames of their anchors: made when first used, the last sixteen
-/// kept.
+/// Cache of the submaps' likelihood rasters in the frames of their anchors, built on first use; holds the
+/// last sixteen used.
 class SubmapRasters {
  public:
   explicit SubmapRasters(const ScanGraph2DParams& params) : params_(params) {}
   struct Raster {
-    std::size_t first;  // keyframe of the submap
+    std::size_t first;  // first keyframe of the submap
     CorrelativeMap map;
     ObservedArea seen;
   };
@@ -44,7 +44,7 @@ class SubmapRasters {
 
  private:
   ScanGraph2DParams params_;
-  std::list<Raster> kept_;  // the last one used first
+  std::list<Raster> kept_;  // most recently used first
 };
 
 }  // namespace hm

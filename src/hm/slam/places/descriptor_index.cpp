@@ -14,22 +14,22 @@ namespace {
 constexpr std::uint64_t kTreeSeed = 20130501;
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-/// Children stand one after another from `first_child` on, one for each centre; a leaf has neither.
+/// Node of a tree: children are stored consecutively from `first_child`, one per centre; a leaf has neither.
 struct TreeNode {
   std::vector<BinaryDescriptor> centres;
   std::size_t first_child = kNone;
   std::vector<std::uint32_t> members;         ///< of a leaf
-  std::vector<BinaryDescriptor> descriptors;  ///< of the members, side by side: searching reads them in a row
+  std::vector<BinaryDescriptor> descriptors;  ///< of the members, contiguous for sequential access
   std::size_t limit = 0;                      ///< a leaf with more members is split
   [[nodiscard]] bool is_leaf() const { return first_child == kNone; }
 };
 
-/// The nearest found so far, in order; a descriptor counts once however many trees hold it.
+/// Nearest neighbours found so far, in order; duplicates from several trees count once.
 class BestList {
  public:
   BestList(int neighbours, int max_bits)
       : limit_(static_cast<std::size_t>(std::max(0, neighbours))), max_bits_(max_bits) {}
-  /// Whether something at this distance would be kept.
+  /// True if a neighbour at this distance would be inserted.
   [[nodiscard]] bool wants(int bits) const {
     return bits <= max_bits_ && limit_ > 0 && (best_.size() < limit_ || bits <= best_.back().bits);
   }
@@ -64,7 +64,7 @@ struct DescriptorIndex::Impl {
   std::vector<std::vector<TreeNode>> trees;  ///< each tree's first node is its root
   Rng rng{kTreeSeed};
 
-  /// A branch not gone down yet: distance to its centre, tree, node, in one number that sorts by distance.
+  /// Unvisited branch: distance to its centre, tree and node packed into one number that sorts by distance.
   using Branch = std::uint64_t;
   static Branch branch(int bits, std::uint32_t tree, std::size_t node) {
     return (static_cast<Branch>(bits) << 48) | (static_cast<Branch>(tree) << 40) | node;
@@ -107,8 +107,8 @@ void DescriptorIndex::Impl::insert(std::vector<TreeNode>& tree, std::uint32_t id
   if (tree[at].members.size() > tree[at].limit) split(tree, at);
 }
 
-/// Makes a leaf an inner node around randomly chosen members. Where they are all alike the leaf stays, with
-/// twice the room.
+/// Splits a leaf around randomly chosen members. If all members are equal, it stays a leaf with twice the
+/// limit.
 void DescriptorIndex::Impl::split(std::vector<TreeNode>& tree, std::size_t node) {
   std::vector<std::uint32_t> members = std::move(tree[node].members);
   std::vector<BinaryDescriptor> centres;
@@ -151,7 +151,7 @@ std::size_t DescriptorIndex::memory_bytes() const {
   return bytes;
 }
 
-/// Goes down to the leaf that is nearest, remembering the branches passed by; the descriptors compared there.
+/// Descends to the nearest leaf, queueing the other branches, and compares the descriptors there.
 int DescriptorIndex::Impl::descend(std::uint32_t tree, std::size_t node, const BinaryDescriptor& descriptor,
                                    const Query& query, std::vector<Branch>& open, BestList& best) const {
   const std::vector<TreeNode>& nodes = trees[tree];
@@ -196,7 +196,7 @@ std::vector<DescriptorNeighbour> DescriptorIndex::nearest(const BinaryDescriptor
   for (std::uint32_t tree = 0; tree < impl_->trees.size(); ++tree)
     checks += impl_->descend(tree, 0, descriptor, query, open, best);
   while (checks < query.max_checks && !open.empty()) {
-    // Few branches are gone down: looking for the nearest costs less than keeping them in order.
+    // Few branches are visited: searching for the minimum is cheaper than keeping them sorted.
     const auto nearest_branch = std::min_element(open.begin(), open.end());
     const auto tree = static_cast<std::uint32_t>((*nearest_branch >> 40) & 0xff);
     const auto node = static_cast<std::size_t>(*nearest_branch & ((Impl::Branch{1} << 40) - 1));

@@ -8,7 +8,7 @@
 
 namespace hm {
 
-/// Whose descriptor: keyframe and feature, by number.
+/// Keyframe and feature that a descriptor belongs to, by index.
 struct DescriptorOwner {
   std::uint32_t keyframe = 0, feature = 0;
   bool operator==(const DescriptorOwner&) const = default;
@@ -26,9 +26,10 @@ struct DescriptorIndexParams {
   int leaf_size = 256;
 };
 
-/// Nearest neighbours among binary descriptors that keep coming: a few random trees of cluster centres, grown
-/// at the leaves, searched best branch first (Muja and Lowe, "Fast Matching of Binary Features", CRV 2012).
-/// Adding and searching cost O(log size). Deterministic. Const members may be called from several threads.
+/// Incremental approximate nearest-neighbour index of binary descriptors: several random hierarchical
+/// clustering trees, searched best branch first (Muja and Lowe, "Fast Matching of Binary Features", CRV
+/// 2012). Adding and searching cost O(log size). Deterministic. Const members may be called from several
+/// threads.
 class DescriptorIndex {
  public:
   explicit DescriptorIndex(const DescriptorIndexParams& params = {});
@@ -40,18 +41,18 @@ class DescriptorIndex {
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// How a search ends.
+  /// Limits of a search.
   struct Query {
     int neighbours = 4;
-    int max_bits = 256;                       ///< neighbours further away are left out
-    int max_checks = 512;                     ///< descriptors compared, about
-    std::uint32_t exclude_from = UINT32_MAX;  ///< keyframes from here ...
-    std::uint32_t exclude_to = 0;             ///< ... to here (included) are left out
+    int max_bits = 256;                       ///< maximum distance of neighbours
+    int max_checks = 512;                     ///< approximate number of descriptors compared
+    std::uint32_t exclude_from = UINT32_MAX;  ///< first excluded keyframe
+    std::uint32_t exclude_to = 0;             ///< last excluded keyframe
   };
-  /// The nearest descriptors found, nearest first, equals by owner. At most query.neighbours.
+  /// Approximate nearest descriptors, at most query.neighbours, by distance, then by owner.
   [[nodiscard]] std::vector<DescriptorNeighbour> nearest(const BinaryDescriptor& descriptor,
                                                          const Query& query) const;
-  /// The nearest descriptors, by comparing with every one: the exact answer that nearest() approximates.
+  /// Exact nearest descriptors by exhaustive search.
   [[nodiscard]] std::vector<DescriptorNeighbour> nearest_exhaustive(const BinaryDescriptor& descriptor,
                                                                     const Query& query) const;
 

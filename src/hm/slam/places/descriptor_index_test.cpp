@@ -46,7 +46,7 @@ TEST(DescriptorIndex, ExhaustiveSearchIsThatOfASortedList) {
   }
 }
 
-/// Everything checked, the trees must find what the list finds, bit for bit.
+/// With an unlimited number of checks, the trees' result is bit-identical to exhaustive search.
 TEST(DescriptorIndex, TreesWithoutALimitFindEverything) {
   Rng rng(2);
   const Known known = random_index(3000, rng);
@@ -57,9 +57,8 @@ TEST(DescriptorIndex, TreesWithoutALimitFindEverything) {
   }
 }
 
-/// The same corner seen again (8 % of its bits wrong) among 30,000 others without any structure, which is the
-/// hardest case for trees: found mostly at a sixtieth of the comparisons,
-/// nearly always at a tenth.
+/// The same corner observed again (8 % of its bits wrong) among 30,000 random descriptors, the hardest case
+/// for the trees: mostly found with a sixtieth of the comparisons, nearly always with a tenth.
 TEST(DescriptorIndex, FindsWhatIsSeenAgain) {
   Rng rng(3);
   const Known known = random_index(30000, rng);

@@ -20,28 +20,28 @@ struct PlaceAssociation {
   int inliers = 0;
 };
 
-/// The four matrices of dissertation 3.3 (Fig. 3.11): keyframe by keyframe, column x, row y.
+/// The four matrices of dissertation 3.3 (Fig. 3.11), indexed by keyframe pairs (column x, row y).
 struct PlaceMatrices {
-  Image<std::int32_t> match;      ///< votes of the row's features for its candidates (empty by brute force)
-  Image<std::uint8_t> candidate;  ///< 1: the pair was compared
+  Image<std::int32_t> match;      ///< votes of the row's features for its candidates (empty for brute force)
+  Image<std::uint8_t> candidate;  ///< 1 if the pair was compared
   Image<std::int32_t> correspondence;  ///< inliers of the compared pairs
-  Image<std::uint8_t> association;     ///< 1: the same place
+  Image<std::uint8_t> association;     ///< 1 if both show the same place
   std::vector<PlaceAssociation> associations;
   std::size_t comparisons = 0;  ///< calls of verify_place
-  double seconds = 0;           ///< of processor time (of the whole process, for profiling only)
+  double seconds = 0;           ///< processor time of the whole process, for profiling only
 };
 
-/// Every keyframe against every other, both ways round, as dissertation 3.3.1 does. Pairs nearer than
-/// search.min_keyframes_apart are left out, here and below.
+/// Compares every keyframe with every other in both directions (dissertation 3.3.1). Pairs closer than
+/// search.min_keyframes_apart are skipped, here and below.
 PlaceMatrices brute_force_places(KeyframeList keyframes, const PlaceSearchParams& search,
                                  const PlaceVerifierParams& verifier);
 
-/// The heuristic of 3.3.2: candidates by votes, then geometry. A pair counts for both of its places in the
-/// matrices, whichever of the two proposes it, and is not compared again once it is associated.
+/// The heuristic of 3.3.2: candidates by voting, then geometric verification. A pair is entered
+/// symmetrically, whichever of its keyframes proposes it, and is not compared again once associated.
 PlaceMatrices heuristic_places(KeyframeList keyframes, const PlaceSearchParams& search,
                                const PlaceVerifierParams& verifier);
 
-/// A row of Table 3.1: what a choice of n and k misses of the brute force's associations.
+/// Row of Table 3.1: associations of the brute force missed with given n and k.
 struct PlaceSweepRow {
   int candidates = 0, neighbours = 0;  ///< n, k
   std::size_t total = 0, missed_candidates = 0, missed_associations = 0;
@@ -55,11 +55,11 @@ struct PlaceSweepRow {
   }
 };
 
-/// A row from two results over the same keyframes.
+/// Compares two results over the same keyframes.
 PlaceSweepRow compare_places(const PlaceMatrices& brute_force, const PlaceMatrices& heuristic,
                              const PlaceSearchParams& search);
 
-/// The matrices as images, white on black, square roots of counts, each keyframe `pixels` wide.
+/// The matrices as figures, white on black, with square roots of counts and `pixels` pixels per keyframe.
 struct PlacePictures {
   Image<Rgb8> match, candidate, correspondence, association;
 };

@@ -3,13 +3,13 @@
 
 namespace hm {
 
-/// How places are recognised by their features' descriptors (dissertation 3.3.2).
+/// Parameters of the candidate search by feature descriptors (dissertation 3.3.2).
 struct PlaceSearchParams {
   int candidates = 10;
   int neighbours = 4;
-  /// Descriptors further apart do not vote or match.
+  /// Maximum descriptor distance for votes and matches.
   static constexpr int kMaxDescriptorBits = 64;
-  /// A candidate has at least so many.
+  /// Minimum number of votes of a candidate.
   static constexpr int kMinVotes = 4;
   int min_keyframes_apart = 2;
   int max_checks = 512;
@@ -25,28 +25,28 @@ struct PlaceSearchParams {
   }
 };
 
-/// When two keyframes show the same place.
+/// Parameters of the geometric verification of two keyframes (dissertation 3.3.1).
 struct PlaceVerifierParams {
-  /// Descriptors of a match differ by at most so many bits.
+  /// Maximum descriptor distance of a match.
   static constexpr int kMaxMatchBits = 64;
-  /// A match's distance is below this part of the second best's.
+  /// Maximum ratio of a match's descriptor distance to the second best.
   static constexpr double kMatchRatio = 0.85;
   int max_iterations = 500;
-  /// RANSAC ends when it is so sure.
+  /// Confidence at which RANSAC ends.
   static constexpr double kConfidenceRatio = 0.99;
-  /// Squared Mahalanobis distance of an inlier at most (3 degrees of freedom).
+  /// Maximum squared Mahalanobis distance of an inlier (chi-squared, 3 degrees of freedom, 99 %).
   static constexpr double kMaxMatchChi2 = 11.34;
-  /// Distance of an inlier at most, however uncertain it is.
+  /// Maximum distance of an inlier, regardless of its uncertainty.
   static constexpr double kMaxMatchDistance_m = 0.15;
   int min_inliers = 30;
-  /// Matches by look that agree on a motion.
+  /// Minimum number of descriptor matches consistent with the motion (seeds of the guided matching).
   static constexpr int kMinSeeds = 8;
   /// Minimum share of seed matches among all descriptor matches.
   static constexpr double kMinSeedRatio = 0.2;
-  /// Descriptors of a guided match differ by at most so many bits.
+  /// Maximum descriptor distance of a guided match.
   static constexpr int kMaxGuidedBits = 80;
   double rival_ratio = 0.6;
-  /// Share of the features that would lie before or behind what the other keyframe sees there.
+  /// Maximum conflict_ratio() of an accepted motion.
   static constexpr double kMaxConflictRatio = 0.1;
   double sigma_floor_m = 0.003, sigma_floor_rad = 0.002;
 

@@ -15,17 +15,17 @@ namespace {
 
 constexpr std::uint64_t kRansacSeed = 331;
 constexpr int kRefinements = 5;
-/// Samples whose points are nearer to one another than this determine no rotation.
+/// Minimum distance between a sample's points; closer points do not determine the rotation.
 constexpr double kMinSampleDistance_m = 0.1;
 
 Mat3 match_covariance(const Feature& a, const Feature& b, const Mat3& rotation) {
   return a.covariance + rotation * b.covariance * rotation.transpose();
 }
 
-/// One match as RANSAC needs it.
+/// Positions of a match for RANSAC.
 struct MatchPoints {
   Vec3 a, b;
-  double sigma_m;  ///< about, of the difference
+  double sigma_m;  ///< approximate standard deviation of the difference
 };
 
 std::vector<MatchPoints> points_of(const FeatureSet& a, const FeatureSet& b,
@@ -38,7 +38,8 @@ std::vector<MatchPoints> points_of(const FeatureSet& a, const FeatureSet& b,
   return points;
 }
 
-/// Whether two matches can be of one rigid motion: the distance between their points must be the same.
+/// True if two matches are consistent with a rigid motion: equal distances between their points in both
+/// frames.
 bool can_be_rigid(const MatchPoints& m, const MatchPoints& n, double cap_m) {
   const double in_a = (m.a - n.a).norm(), in_b = (m.b - n.b).norm();
   const double tolerance = std::min(2 * cap_m, 3 * (m.sigma_m + n.sigma_m));
@@ -58,7 +59,7 @@ std::vector<FeaturePair> inliers_of(const FeatureSet& a, const FeatureSet& b,
   return inliers;
 }
 
-/// Samples that are needed to have drawn three inliers with the wanted confidence.
+/// Number of samples for drawing three inliers with the given confidence.
 double samples_needed(std::size_t inliers, std::size_t matches, double confidence) {
   const double share = static_cast<double>(inliers) / static_cast<double>(matches);
   const double all_good = share * share * share;
@@ -79,7 +80,7 @@ std::optional<std::array<std::size_t, 3>> draw(Rng& rng, const std::vector<Match
   return std::array<std::size_t, 3>{i, j, k};
 }
 
-/// Matches within the cap, in the given order: cheap, for ranking samples.
+/// Matches within the distance limit, in the given order; cheap, for ranking samples.
 std::size_t count_near(const std::vector<MatchPoints>& points, const SE3& T_a_b,
                        const PlaceVerifierParams& params) {
   std::size_t near = 0;
@@ -95,7 +96,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   Rng rng(kRansacSeed);
   std::optional<SE3> best;
   std::size_t most = 3;
-  // As many samples as the weakest acceptable motion needs.
+  // Enough samples for the smallest acceptable inlier ratio.
   const auto wanted = static_cast<std::size_t>(
       std::max<double>(params.kMinSeeds, params.kMinSeedRatio * static_cast<double>(points.size())));
   double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.kConfidenceRatio);
@@ -117,7 +118,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   return best;
 }
 
-/// One step of weighted least squares over the inliers; their information.
+/// One step of weighted least squares over the inliers; returns their information.
 Mat6 improve(const FeatureSet& a, const FeatureSet& b, std::span<const FeaturePair> inliers, SE3& T_a_b) {
   Mat6 information = Mat6::Zero();
   Vec6 gradient = Vec6::Zero();
@@ -223,7 +224,7 @@ void refine_guided(const FeatureSet& a, const FeatureSet& b, const PlaceVerifier
 }
 
 double conflict_ratio(const FeatureSet& a, const FeatureSet& b, const SE3& T_a_b) {
-  // Surfaces may slope, features be a few pixels apart.
+  // Tolerances for sloping surfaces between features a few pixels apart.
   constexpr double kTolerance_m = 0.05, kToleranceRatio = 0.03, kNear_m = 0.3;
   int agreeing = 0, conflicting = 0;
   for (const Feature& feature : b) {

@@ -18,7 +18,7 @@ std::uint32_t PlaceSearch::add(const Keyframe& keyframe) {
   return number;
 }
 
-/// Leaves out the keyframe itself and those of its submap next to it.
+/// Excludes the keyframe itself and its neighbours in time of the same submap.
 DescriptorIndex::Query PlaceSearch::query_without(const Keyframe& keyframe, std::uint32_t self) const {
   DescriptorIndex::Query query{params_.neighbours, params_.kMaxDescriptorBits, params_.max_checks};
   const auto apart = static_cast<std::uint32_t>(params_.min_keyframes_apart);
@@ -61,7 +61,7 @@ std::vector<PlaceCandidate> PlaceSearch::candidates(const Keyframe& keyframe, st
     return std::tie(a.keyframe, a.feature_there, a.bits, a.feature_here) <
            std::tie(b.keyframe, b.feature_there, b.bits, b.feature_here);
   });
-  std::vector<std::uint32_t> voted;  // the keyframes that have votes, and how many
+  std::vector<std::uint32_t> voted;  // keyframes with votes; below, the number of votes
   std::vector<int> counts;
   for (const Vote& vote : votes) {
     if (voted.empty() || voted.back() != vote.keyframe) {

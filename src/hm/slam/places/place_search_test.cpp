@@ -11,15 +11,15 @@
 namespace hm {
 namespace {
 
-/// One and a half rounds around a ring: the second half sees the first again.
+/// One and a half rounds around a ring: the second half observes the first half again.
 std::vector<std::shared_ptr<const Keyframe>> ring_keyframes(double step_m = 0.8) {
   Rng rng(7);
   const test::LandmarkWorld world = test::ring(8, 80, rng);
   return test::walk(world, test::way_around(8, step_m, 1.5), 0, rng).keyframes;
 }
 
-/// Earlier code turned its clamp of the number of candidates the wrong way round: all keyframes became
-/// candidates, and more than there were was read beyond the end.
+/// Regression: with a wrong clamp of the number of candidates, all keyframes became candidates, and memory
+/// beyond the end was read.
 TEST(PlaceSearch, AnyNumberOfCandidatesWillDo) {
   const auto keyframes = ring_keyframes();
   for (const int n : {1, 2, 5, static_cast<int>(keyframes.size()), 1000, 1 << 30}) {
@@ -86,7 +86,7 @@ TEST(PlaceSearch, OtherSubmapsAreNeverTooNear) {
   EXPECT_EQ(search.candidates(after, 1).size(), 1U);
 }
 
-/// Candidate pairs are features that look alike, each used once.
+/// Candidate pairs are features with similar descriptors, each used once.
 TEST(PlaceSearch, PairsAreOneToOne) {
   const auto keyframes = ring_keyframes();
   PlaceSearch search;

@@ -11,12 +11,12 @@
 namespace hm {
 namespace {
 
-/// A registration less certain than this in some direction says too little.
+/// Maximum standard deviation in the least certain direction of an accepted registration.
 constexpr double kMaxSigma_m = 0.1, kMaxSigma_rad = 0.06;
-/// Motions closer than this are the same answer.
+/// Transforms closer than this count as equal.
 constexpr double kSameMotion_m = 0.1, kSameMotion_rad = 0.06;
 
-/// The features with depth, their descriptors side by side.
+/// Features with depth, descriptors stored contiguously.
 struct Described {
   std::vector<std::uint32_t> numbers;
   std::vector<BinaryDescriptor> descriptors;
@@ -29,7 +29,7 @@ struct Described {
   }
 };
 
-/// Nearest and second nearest of the other side.
+/// Nearest and second nearest neighbour of a descriptor.
 struct Nearest {
   int bits = 257, next_bits = 257;
   std::size_t number = 0;
@@ -52,7 +52,7 @@ bool differs(const SE3& a, const SE3& b) {
   return between.translation().norm() > kSameMotion_m || between.angle() > kSameMotion_rad;
 }
 
-/// Whether the matches that the motion leaves over agree on another one.
+/// True if the outliers of the best transform agree on a different one.
 bool has_rival(const FeatureSet& a, const FeatureSet& b, std::span<const FeaturePair> matches,
                const MotionHypothesis& best, const PlaceVerifierParams& params) {
   const auto wanted = static_cast<std::size_t>(params.rival_ratio * static_cast<double>(best.inliers.size()));

@@ -12,11 +12,11 @@ namespace hm {
 
 enum class PlaceOutcome {
   kSamePlace,
-  kFewMatches,  ///< less than min_inliers features look alike
-  kNoMotion,    ///< no motion explains enough of them
-  kConflict,    ///< the motion puts what one sees before or behind what the other sees
-  kAmbiguous,   ///< another motion explains nearly as many
-  kDegenerate,  ///< the inliers do not determine a motion (all on a line)
+  kFewMatches,  ///< too few descriptor matches
+  kNoMotion,    ///< no transform has enough inliers
+  kConflict,    ///< the depths of both keyframes contradict the transform
+  kAmbiguous,   ///< another transform has nearly as many inliers
+  kDegenerate,  ///< the inliers do not determine the transform (collinear)
 };
 std::string_view to_string(PlaceOutcome outcome);
 
@@ -26,21 +26,22 @@ struct PlaceMatch {
   int matches = 0;
   int inliers = 0;
   SE3 T_a_b;
-  Mat6 covariance = Mat6::Zero();  ///< of the move (moved_by) of T_a_b
-  std::vector<FeaturePair> pairs;  ///< inliers: features of a and of b
+  Mat6 covariance = Mat6::Zero();  ///< of a perturbation of T_a_b (moved_by)
+  std::vector<FeaturePair> pairs;  ///< inliers
   [[nodiscard]] bool is_same_place() const { return outcome == PlaceOutcome::kSamePlace; }
 };
 
-/// Features of two keyframes that are each other's nearest, close and distinct, both with depth.
+/// Matches features with depth by descriptor: mutual nearest neighbours that pass the distance and ratio
+/// tests.
 std::vector<FeaturePair> match_features(const FeatureSet& a, const FeatureSet& b,
                                         const PlaceVerifierParams& params);
 
-/// Whether two keyframes show the same place, and the motion between them: matches, RANSAC over three of
-/// them, inliers by Mahalanobis distance with a cap, weighted least squares (dissertation 3.3.1). The result
-/// depends on the arguments only. Swapping a and b inverts the motion, and little else.
+/// Decides whether two keyframes show the same place and estimates the transform between them: descriptor
+/// matches, RANSAC over samples of three, inliers by Mahalanobis distance with a limit, weighted least
+/// squares (dissertation 3.3.1). Deterministic. Swapping a and b inverts the result up to small differences.
 PlaceMatch verify_place(const Keyframe& a, const Keyframe& b, const PlaceVerifierParams& params = {});
 
-/// verify_place() for given matches instead of its own; sorted, all with depth.
+/// verify_place() for given matches, which must be sorted and have depth.
 PlaceMatch verify_matches(const Keyframe& a, const Keyframe& b, std::span<const FeaturePair> matches,
                           const PlaceVerifierParams& params = {});
 

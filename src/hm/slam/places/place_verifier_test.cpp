@@ -57,7 +57,7 @@ TEST(PlaceVerifier, SwappingInverts) {
   EXPECT_EQ(there.matches, back.matches);
 }
 
-/// Up to 60 % of the matches are lies.
+/// Up to 60 % of the matches are outliers.
 TEST(PlaceVerifier, OutliersAreLeftOut) {
   for (const double lies : {0.2, 0.4, 0.6}) {
     TwoViews views = two_views(4);
@@ -73,7 +73,7 @@ TEST(PlaceVerifier, OutliersAreLeftOut) {
   }
 }
 
-/// Earlier code counted the three matches of a sample twice: 27 made 30.
+/// Regression: the three matches of a sample were counted twice, so that 27 became 30.
 TEST(PlaceVerifier, SeedsCountOnce) {
   const TwoViews views = two_views(6);
   std::vector<FeaturePair> matches = match_features(views.a.features, views.b.features, {});
@@ -89,8 +89,8 @@ TEST(PlaceVerifier, SeedsCountOnce) {
   for (std::size_t i = 1; i < found->inliers.size(); ++i) EXPECT_LT(found->inliers[i - 1], found->inliers[i]);
 }
 
-/// A fixed 3 cm is less than one deviation at 4.5 m: inliers are judged by their own uncertainty, and by a
-/// cap.
+/// A fixed threshold of 3 cm is less than one standard deviation at 4.5 m: inliers are tested by their
+/// uncertainty, with an upper limit.
 TEST(PlaceVerifier, InliersByUncertaintyWithACap) {
   Feature a, b;
   a.has_depth = b.has_depth = true;
@@ -98,7 +98,7 @@ TEST(PlaceVerifier, InliersByUncertaintyWithACap) {
   b.p_camera = Vec3(0, 0, 4.56);
   a.covariance = b.covariance = Vec3(1e-4, 1e-4, 0.03 * 0.03).asDiagonal();
   EXPECT_NEAR(match_chi2(a, b, SE3()), 0.06 * 0.06 / (2 * 0.03 * 0.03), 1e-12);
-  b.p_camera.z() = 4.7;  // within three deviations of a very uncertain pair, but over the cap
+  b.p_camera.z() = 4.7;  // within three standard deviations of a very uncertain pair, but over the limit
   b.covariance(2, 2) = 1;
   EXPECT_LT(match_chi2(a, b, SE3()), 11.34);
   EXPECT_TRUE(match_guided({a}, {b}, SE3(), {}).empty());
@@ -128,7 +128,7 @@ TEST(PlaceVerifier, OtherPlacesAndDegenerateViews) {
   EXPECT_EQ(verify_place(empty, here.a).outcome, PlaceOutcome::kFewMatches);
   EXPECT_EQ(verify_place(here.a, empty).outcome, PlaceOutcome::kFewMatches);
   EXPECT_TRUE(match_features(empty.features, here.a.features, {}).empty());
-  // All features on a line: the turn about it is free.
+  // All features on a line: the rotation about it is undetermined.
   Rng rng(12);
   Keyframe line;
   for (int i = 0; i < 60; ++i) {
@@ -142,7 +142,7 @@ TEST(PlaceVerifier, OtherPlacesAndDegenerateViews) {
   EXPECT_FALSE(verify_place(line, line).is_same_place());
 }
 
-/// A wall that repeats itself within the image: two motions explain it, neither is accepted.
+/// A wall with a repetition within the image: two transforms explain it, neither is accepted.
 TEST(PlaceVerifier, RivalMotionIsAmbiguous) {
   Rng rng(13);
   Keyframe a, b;

@@ -7,18 +7,19 @@
 
 namespace hm {
 
-/// The newest nodes of a growing pose graph with the edges that reach them, and of the older nodes those at
-/// the other ends, which are held: what a solution costs then does not grow with the graph.
+/// Newest part of a growing pose graph, to be optimised alone at bounded cost: the newest nodes, all edges at
+/// them, and the older nodes at the other ends of these edges, which are fixed.
 template <class Graph>
 struct GraphPart {
-  Graph graph;                     ///< the held nodes first
-  std::size_t held = 0;            ///< nodes that stay (with none of the older ones: the first of the part)
-  std::vector<std::size_t> nodes;  ///< numbers in the whole graph
-  std::vector<std::size_t> edges;  ///< the same
+  Graph graph;                     ///< fixed nodes first
+  std::size_t held = 0;            ///< number of fixed nodes (at least one)
+  std::vector<std::size_t> nodes;  ///< indices in the whole graph
+  std::vector<std::size_t> edges;  ///< likewise
 };
 
-/// The part from node `first` on (0: the whole graph). Edges must stand in the order in which they came: none
-/// before an odometry edge names a node newer than that edge's. Takes time by the part's edges alone.
+/// Returns the part from node `first` on (0: the whole graph). Edges must be in order of insertion: no edge
+/// before an odometry edge refers to a newer node than that edge does. The cost depends on the part's edges
+/// only.
 template <class Graph>
 GraphPart<Graph> part_since(const Graph& graph, std::size_t first) {
   GraphPart<Graph> part;
@@ -50,21 +51,21 @@ GraphPart<Graph> part_since(const Graph& graph, std::size_t first) {
   return part;
 }
 
-/// Brings the poses of a part into the whole graph.
+/// Copies the poses of a part to the whole graph.
 template <class Graph>
 void put_back(const GraphPart<Graph>& part, Graph& graph) {
   for (std::size_t i = 0; i < part.nodes.size(); ++i)
     graph.T_map_node[part.nodes[i]] = part.graph.T_map_node[i];
 }
 
-/// Which part of a growing graph a solution moves: the newest kNewest nodes, and the whole graph whenever it
-/// has grown by a tenth since it was solved as a whole. So the time of all solutions, by the keyframe, does
-/// not grow with the graph. Graphs of up to kNewest nodes are always solved as a whole.
+/// Selects the part of a growing graph to optimise: the newest kNewest nodes, and the whole graph whenever it
+/// has grown by a tenth since its last full optimisation, so that the total cost per keyframe is bounded.
+/// Graphs of up to kNewest nodes are always optimised as a whole.
 class SolutionWindow {
  public:
   static constexpr std::size_t kNewest = 1000, kWholeEvery = 10;
 
-  /// The first node that moves, 0 for all; `whole` asks for all (a large correction, the end of a run).
+  /// Index of the first node to optimise, 0 for all; `whole` requests all (large correction, end of a run).
   std::size_t next(std::size_t nodes, bool whole) {
     if (!whole && nodes > kNewest && kWholeEvery * (nodes - last_whole_) < nodes) return nodes - kNewest;
     last_whole_ = nodes;

@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-/// A walk along a line, there and back, whose odometry errs; loops where it comes by again.
+/// Path along a line and back with odometry errors; loops where it passes the same position.
 PoseGraph2D walk_there_and_back(std::size_t nodes, Rng& rng) {
   PoseGraph2D graph;
   const auto place = [&](std::size_t i) {
@@ -51,7 +51,7 @@ TEST(GraphPart, OfAllNodesIsTheWholeGraph) {
   }
 }
 
-/// The edges of a part are those that a look at all edges finds.
+/// The edges of a part equal those found by checking all edges.
 TEST(GraphPart, HasEveryEdgeThatReachesItsNodes) {
   Rng rng(2);
   const PoseGraph2D graph = walk_there_and_back(300, rng);
@@ -70,8 +70,8 @@ TEST(GraphPart, HasEveryEdgeThatReachesItsNodes) {
   }
 }
 
-/// Solved in part, older nodes stay to the bit and newer ones come near to where the whole solution has them
-/// (which moves the older ones, too).
+/// After optimising a part, older nodes are bit-identical and newer ones are close to the full solution
+/// (which also moves the older ones).
 TEST(GraphPart, MovesTheNewestNodesToWhereTheWholeSolutionHasThem) {
   Rng rng(3);
   PoseGraph2D whole = walk_there_and_back(400, rng), graph = whole;
@@ -93,7 +93,7 @@ TEST(GraphPart, MovesTheNewestNodesToWhereTheWholeSolutionHasThem) {
   EXPECT_LT(largest_difference_m(graph, whole, 300), 0.2 * before_m);
 }
 
-/// A loop with every keyframe: what all solutions move, by the keyframe, does not grow with the graph.
+/// One loop per keyframe: the total number of optimised nodes per keyframe does not grow with the graph.
 TEST(SolutionWindow, MovesAsManyNodesAKeyframeHoweverLargeTheGraphIs) {
   const auto moved_a_keyframe = [](std::size_t nodes) {
     SolutionWindow window;

@@ -12,18 +12,19 @@ class Problem;
 
 namespace hm::detail {
 
-/// The square root R of an information matrix (R^T R), also of one that is not of full rank.
+/// Square root R of an information matrix R^T R, which may be singular.
 template <int kSize>
 Eigen::Matrix<double, kSize, kSize> information_root(const Eigen::Matrix<double, kSize, kSize>& information) {
   const auto solved = symmetric_eigen(information);
   return solved.values.cwiseMax(0).cwiseSqrt().asDiagonal() * solved.vectors.transpose();
 }
 
-/// The loss of an edge: Cauchy's for loops where the parameters ask for it, else none. The caller owns it.
+/// Creates the loss function of an edge: Cauchy for loops if set in the parameters, else none (null). Owned
+/// by the caller.
 ceres::LossFunction* new_edge_loss(PoseEdgeKind kind, const PoseGraphSolverParams& params);
 
-/// Fills in the solution before optimisation. Returns false when there is nothing to solve: the graph is not
-/// finite, or has no edges.
+/// Initialises the solution. Returns false when there is nothing to optimise: the graph is not finite or has
+/// no edges.
 template <class Graph>
 bool begin_solution(const Graph& graph, bool is_finite, PoseGraphSolution& solution) {
   if (!is_finite) {
@@ -35,8 +36,8 @@ bool begin_solution(const Graph& graph, bool is_finite, PoseGraphSolution& solut
   return !graph.edges.empty();
 }
 
-/// Solves a pose graph's problem (sparse Cholesky, one thread). Fills message, iterations and converged;
-/// false when the states are of no use.
+/// Solves the problem of a pose graph (sparse Cholesky, one thread) and sets message, iterations and
+/// converged. Returns false when the states are unusable.
 bool solve_graph_problem(ceres::Problem& problem, const PoseGraphSolverParams& params,
                          PoseGraphSolution& solution);
 

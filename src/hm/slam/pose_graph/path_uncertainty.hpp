@@ -13,20 +13,20 @@
 
 namespace hm {
 
-/// Upper bounds of the uncertainty of nodes of a pose graph as seen from one of them, along the path of least
-/// added uncertainty (Dijkstra projection: Olson, "Robust and Efficient Robotic Mapping", 2008, section 4.3).
+/// Upper bounds of the covariance of pose graph nodes relative to one of them, along the path of least added
+/// uncertainty (Dijkstra projection: Olson, "Robust and Efficient Robotic Mapping", 2008, section 4.3).
 ///
-/// Grows with its graph, a node or an edge in amortised constant time, and holds the covariances of its
-/// edges. A query ends when its targets are settled, at the latest after `max_settled` nodes. For a target
-/// beyond, a second search begins at the target and ends where both meet: where a place has been visited many
-/// times, two searches of half the way settle far fewer nodes than one of the whole way. It settles at most
-/// kMeetingRatio times as many, for all targets of a query kMeetingsRatio times as many. Where they do not
-/// meet the target is seen along the chain of odometry edges, whose motions are kept composed over stretches
-/// of 1, 2, 4, ... edges (O(log nodes)). So the cost of a query is bounded however large the graph is, and
-/// queries in graphs of up to `max_settled` nodes are exact.
+/// Grows with its graph, in amortised constant time per node and edge, and stores the edges' covariances. A
+/// query ends when its targets are settled, at the latest after `max_settled` nodes. For each unsettled
+/// target a second search starts at the target and ends where both meet: where a place has been visited many
+/// times, two searches of half the distance settle far fewer nodes than one of the whole distance. It settles
+/// at most kMeetingRatio times as many nodes, for all targets of a query together kMeetingsRatio times as
+/// many. If they do not meet, the covariance along the chain of odometry edges is used, precomputed for
+/// stretches of 1, 2, 4, ... edges (O(log nodes)). So the cost of a query is bounded for any size of the
+/// graph, and queries in graphs of up to `max_settled` nodes are exact.
 ///
-/// `Geometry` names Pose, Covariance, Edge and Graph and has the static functions that `PlanarPaths` and
-/// `SpatialPaths` have. Queries may run in several threads.
+/// `Geometry` defines Pose, Covariance, Edge and Graph and the static functions of `PlanarPaths` and
+/// `SpatialPaths`. Queries may run in several threads.
 template <class Geometry>
 class PathUncertainty {
  public:
@@ -35,26 +35,26 @@ class PathUncertainty {
   using Edge = typename Geometry::Edge;
   using Graph = typename Geometry::Graph;
 
-  /// How uncertain a node is as seen from another.
+  /// Uncertainty of a node relative to another.
   struct Seen {
     Covariance covariance = Covariance::Zero();  ///< of T_node_other
     double path_m = 0;                           ///< length of the path's odometry edges
-    bool reached = false;                        ///< a path leads there
+    bool reached = false;                        ///< true if there is a path
   };
 
   static constexpr std::size_t kMaxSettled = 128;
   static constexpr std::size_t kMeetingRatio = 4, kMeetingsRatio = 32;
-  static constexpr std::size_t kMostLoops = 16;  ///< followed from a node: the last ones that came
+  static constexpr std::size_t kMostLoops = 16;  ///< number of loops followed from a node, the newest ones
   explicit PathUncertainty(std::size_t max_settled = kMaxSettled) : max_settled_(max_settled) {}
 
   [[nodiscard]] std::size_t size() const { return steps_from_.size(); }
   void add_node();
-  /// An odometry edge to the newest node from the one before continues the chain.
+  /// Adds an edge. An odometry edge between the two newest nodes continues the chain.
   void add_edge(const Edge& edge);
-  /// Forgets the loops between the ends of an edge.
+  /// Removes the loops between the nodes of an edge.
   void remove_loop(const Edge& edge);
 
-  /// One for each target, in their order. `graph` is that of the nodes and edges that were added.
+  /// Uncertainty of each target relative to `node`, in order. `graph` must contain the added nodes and edges.
   [[nodiscard]] std::vector<Seen> seen_from(const Graph& graph, std::size_t node,
                                             std::span<const std::size_t> targets) const;
   [[nodiscard]] std::size_t memory_bytes() const;
@@ -81,14 +81,14 @@ class PathUncertainty {
     return {a.T_begin_end * b.T_begin_end,
             Geometry::compose(a.T_begin_end, a.covariance, b.T_begin_end, b.covariance), a.path_m + b.path_m};
   }
-  /// What a search has found, and the size that all nodes nearer than which are settled.
+  /// States of a search, and the size up to which all nodes are settled.
   struct Ball {
     States states;
     double radius = 0;
   };
 
   void connect(const Edge& edge);
-  /// Settles nodes by growing uncertainty until `settle(node, state)` says that it is enough.
+  /// Settles nodes in order of uncertainty until `settle(node, state)` returns true.
   template <class Settle>
   States search(const Graph& graph, std::size_t node, Settle settle) const;
   [[nodiscard]] Ball around(const Graph& graph, std::size_t node, std::span<const std::size_t> targets) const;
@@ -98,7 +98,7 @@ class PathUncertainty {
 
   std::size_t max_settled_;
   std::vector<std::vector<Step>> steps_from_;
-  std::vector<std::size_t> chain_;            ///< the first node of the chain that a node belongs to
+  std::vector<std::size_t> chain_;            ///< first node of the chain that a node belongs to
   std::vector<std::vector<Stretch>> levels_;  ///< [k][i]: from node i 2^k to (i + 1) 2^k
 };
 
@@ -107,7 +107,7 @@ void PathUncertainty<Geometry>::add_node() {
   chain_.push_back(size());
   steps_from_.emplace_back();
   if (size() == 1) return;
-  // The stretch to the node before is complete now, and those that end with it.
+  // The stretch to the previous node is complete now, and so are the longer ones that end with it.
   for (std::size_t k = 0; k < levels_.size() && levels_[k].size() % 2 == 0; ++k) {
     if (k + 1 == levels_.size()) levels_.emplace_back();
     const std::vector<Stretch>& level = levels_[k];
@@ -167,7 +167,7 @@ typename PathUncertainty<Geometry>::States PathUncertainty<Geometry>::search(con
     State& here = states.at(at);
     if (std::exchange(here.settled, true)) continue;
     if (settle(at, here)) break;
-    const Seen seen = here.seen;  // inserting below may move what is in the table
+    const Seen seen = here.seen;  // a copy, since insertion may move the table's entries
     const Pose T_node_at = Geometry::seen_pose(graph, node, at);
     for (const Step& step : steps_from_[at]) {
       const auto [next, is_new] = states.try_emplace(step.to);
@@ -201,7 +201,8 @@ typename PathUncertainty<Geometry>::Ball PathUncertainty<Geometry>::around(
   return ball;
 }
 
-/// The best of the ways that a search from the target finds into the ball, which counts down `left`.
+/// Searches from the target and returns the best connection to the ball. Decreases `left` by the nodes
+/// settled.
 template <class Geometry>
 typename PathUncertainty<Geometry>::State PathUncertainty<Geometry>::meet(
     const Graph& graph, std::size_t node, std::size_t target, const Ball& ball, std::size_t& left) const {
@@ -232,7 +233,7 @@ typename PathUncertainty<Geometry>::Seen PathUncertainty<Geometry>::along_chain(
   const std::size_t begin = std::min(node, target), end = std::max(node, target);
   Stretch whole;
   for (std::size_t at = begin; at < end;) {
-    std::size_t k = 0;  // the longest stretch that begins here
+    std::size_t k = 0;  // level of the longest stretch that begins here
     while (k + 1 < levels_.size() && at % (std::size_t{2} << k) == 0 && at + (std::size_t{2} << k) <= end &&
            at >> (k + 1) < levels_[k + 1].size())
       ++k;

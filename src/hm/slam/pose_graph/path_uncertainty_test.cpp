@@ -21,7 +21,7 @@ Mat6 random_information(Rng& rng) {
   return sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
-/// A chain with loops; every `break_every`-th node begins a new chain, which a loop connects.
+/// Chain with loops; every `break_every`-th node begins a new chain, connected by a loop.
 PoseGraph3D random_graph(std::size_t nodes, std::size_t loops, std::size_t break_every, Rng& rng) {
   PoseGraph3D graph;
   const auto motion = [&rng](double scale) {
@@ -48,7 +48,7 @@ PoseGraph3D random_graph(std::size_t nodes, std::size_t loops, std::size_t break
   return graph;
 }
 
-/// The same by searching the whole graph without any index (the slow reference).
+/// The same by a search of the whole graph without an index (slow reference).
 std::vector<SeenUncertainty> by_whole_graph(const PoseGraph3D& graph, std::size_t node) {
   const std::size_t count = graph.T_map_node.size();
   std::vector<SeenUncertainty> seen(count);
@@ -96,7 +96,7 @@ TEST(PathUncertainty, IsThatOfASearchThroughTheWholeGraph) {
   }
 }
 
-/// Further away than the search goes, the chain of odometry edges is what is known, both ways.
+/// Beyond the reach of the search, the chain of odometry edges is used, in both directions.
 TEST(PathUncertainty, IsThatOfTheChainBeyondTheSearch) {
   Rng rng(2);
   const PoseGraph3D graph = random_graph(150, 0, 1000, rng);
@@ -112,8 +112,8 @@ TEST(PathUncertainty, IsThatOfTheChainBeyondTheSearch) {
   }
 }
 
-/// Covariance of every node's moves with `node` held, of all edges together (the inverse of the normal
-/// equations' matrix): what no path can be better than.
+/// Covariance of every node with `node` fixed, from all edges together (the inverse of the normal equations'
+/// matrix): a lower bound for every path.
 Eigen::MatrixXd marginals_seen_from(const PoseGraph3D& graph, std::size_t node) {
   const auto size = static_cast<Eigen::Index>(6 * graph.T_map_node.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
@@ -149,8 +149,8 @@ TEST(PathUncertainty, IsAnUpperBoundWithLoopsBeyondTheSearch) {
   }
 }
 
-/// Laps of a ring where every tenth node has loops to nodes of other laps: the place of a target, visited
-/// many times, hides it from a search that is short; met half way it is seen as well as it can be.
+/// Laps of a ring where every tenth node has loops to other laps: a short search does not reach a target at a
+/// place visited many times; two searches that meet give the exact result.
 TEST(PathUncertainty, FindsWhatALongSearchFindsWherePlacesAreVisitedAgainAndAgain) {
   constexpr std::size_t kLap = 50, kLaps = 60;
   Rng rng(7);
@@ -200,7 +200,7 @@ TEST(PathUncertainty, AChainDoesNotGoOnWhereOdometryBroke) {
   EXPECT_FALSE(seen[1].reached);
 }
 
-/// The plane's covariances are along the axes of the node that sees: the chain composes them as the search.
+/// Planar covariances are along the axes of the observing node: the chain composes them like the search.
 TEST(PathUncertainty, OfThePlane) {
   Rng rng(6);
   PoseGraph2D graph;

@@ -9,7 +9,7 @@
 namespace hm::detail {
 namespace {
 
-/// root * pose_edge_error, with its derivatives by moves.
+/// root * pose_edge_error, with derivatives with respect to perturbations (moved_by).
 class EdgeCost : public ceres::SizedCostFunction<6, 7, 7> {
  public:
   explicit EdgeCost(const PoseEdge3D& edge) : edge_(edge), root_(information_root(edge.information)) {}

@@ -7,7 +7,8 @@ class CostFunction;
 
 namespace hm::detail {
 
-/// The whitened pose_edge_error of two pose states, with analytic derivatives. The caller owns it.
+/// Creates the cost function of an edge: whitened pose_edge_error of two pose states, with analytic
+/// derivatives. Owned by the caller.
 ceres::CostFunction* new_pose_edge_cost(const PoseEdge3D& edge);
 
 }  // namespace hm::detail

@@ -17,8 +17,8 @@ SE3 some_pose(Rng& rng, double turn_rad) {
   return {so3_exp(turn_rad * turn), Vec3(rng.normal(), rng.normal(), rng.normal())};
 }
 
-/// The solver's Jacobian, whitening and manifold included, against differences: the derivative by the
-/// states times the manifold's own.
+/// The solver's Jacobian, including whitening and manifold, against finite differences: the derivative with
+/// respect to the states times the manifold's own.
 TEST(PoseEdgeCost, DerivativesAreTheNumericOnes) {
   Rng rng(4);
   const std::unique_ptr<ceres::Manifold> manifold(detail::new_pose_manifold());

@@ -37,7 +37,8 @@ TEST(PoseGraphSolver, JacobianAgainstDifferences) {
   }
 }
 
-/// A noisy square driven four times, each corner seen again: the solver finds the truth of exact edges.
+/// A noisy square driven four times with loops at each corner: with exact edges the solver finds the true
+/// poses.
 PoseGraph2D square(double noise, std::vector<SE2>& truth) {
   Rng rng(2);
   PoseGraph2D graph;
@@ -90,7 +91,7 @@ TEST(PoseGraphSolver, OptimumIsAMinimumAndDeterministic) {
   }
 }
 
-/// One loop in nine is a lie: the robust loss keeps the graph within centimetres, least squares does not.
+/// One loop in nine is false: the robust loss keeps the error within centimetres, least squares does not.
 TEST(PoseGraphSolver, FalseLoopLosesItsInfluence) {
   const auto worst_error_m = [](double loss_chi2) {
     std::vector<SE2> truth;
@@ -112,7 +113,7 @@ TEST(PoseGraphSolver, DegenerateGraphs) {
   graph.T_map_node = {SE2(1, 2, 3), SE2(4, 5, 6), SE2(7, 8, 9)};
   EXPECT_TRUE(solve_pose_graph(graph).converged);
   graph.edges.push_back(
-      {1, 2, SE2(1, 0, 0), Mat3::Identity(), PoseEdgeKind::kOdometry});  // a part of its own
+      {1, 2, SE2(1, 0, 0), Mat3::Identity(), PoseEdgeKind::kOdometry});  // not connected to the rest
   const PoseGraphSolution apart = solve_pose_graph(graph);
   EXPECT_LT(apart.final_chi2, 1e-6);
   EXPECT_EQ(graph.T_map_node[0].vector(), SE2(1, 2, 3).vector());
@@ -125,7 +126,7 @@ TEST(PoseGraphSolver, DegenerateGraphs) {
   EXPECT_EQ(graph.T_map_node[2].vector(), before.T_map_node[2].vector());
 }
 
-/// Covariances along a path and of an inverse, against samples.
+/// Covariances along a path and of an inverse, against sampling.
 TEST(PoseUncertainty, AgainstMonteCarlo) {
   Rng rng(4);
   PoseGraph2D graph;
@@ -157,7 +158,7 @@ TEST(PoseUncertainty, AgainstMonteCarlo) {
   EXPECT_LT((test::all_seen_from<PlanarPaths>(graph, 3)[0].covariance - backward).norm(),
             0.05 * backward.norm());
   EXPECT_EQ(test::all_seen_from<PlanarPaths>(graph, 2)[2].covariance, Mat3::Zero());
-  // A loop is a shorter way; a node that nothing reaches is not known at all.
+  // A loop is a shorter path; a node without a path is not reached.
   graph.edges.push_back({0, 3, whole, edge_information(whole, 0.01 * covariance), PoseEdgeKind::kLoop});
   EXPECT_LT((test::all_seen_from<PlanarPaths>(graph, 0)[3].covariance - 0.01 * covariance).norm(), 1e-10);
   graph.T_map_node.emplace_back();

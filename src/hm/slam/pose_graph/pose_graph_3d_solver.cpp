@@ -35,7 +35,7 @@ void add_edges(const PoseGraph3D& graph, const PoseGraphSolverParams& params, st
   }
 }
 
-/// The worst loops over the limit, at most a tenth of all loops (at least one).
+/// Loops with the largest chi2 over the limit, at most a tenth of all loops (at least one).
 std::vector<std::size_t> worst_loops(const PoseGraph3D& graph, double max_loop_chi2) {
   std::vector<std::pair<double, std::size_t>> over;
   std::size_t loops = 0;

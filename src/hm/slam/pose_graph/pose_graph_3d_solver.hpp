@@ -7,25 +7,25 @@
 
 namespace hm {
 
-/// Moves the nodes to the least squares optimum of pose_edge_error (Levenberg-Marquardt on SE(3), analytic
-/// Jacobians, sparse Cholesky). The first `held` nodes stay; nodes that no edge reaches stay. Not finite
-/// input or a failed factorisation: not converged, nodes as they were. Edges must name nodes of the graph.
-/// One thread, deterministic.
+/// Optimises the nodes by least squares of pose_edge_error (Levenberg-Marquardt on SE(3), analytic Jacobians,
+/// sparse Cholesky). The first `held` nodes and nodes without edges are fixed. Edges must refer to nodes of
+/// the graph. If the input is not finite or a factorisation fails, the result is not converged and the nodes
+/// are unchanged. Single-threaded, deterministic.
 PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverParams& params = {},
                                    std::size_t held = 1);
 
-/// Solves, takes out loops whose chi2 is over `max_loop_chi2` (worst first, at most a tenth of the loops at a
-/// time) and solves again until none is left. The indices of the edges taken out, in the graph as it was
-/// given, ascending.
+/// Optimises the graph, removes loops whose chi2 exceeds `max_loop_chi2` (worst first, at most a tenth of the
+/// loops at a time) and repeats until none is left. `taken_out`: ascending indices of the removed edges in
+/// the original graph.
 struct ContradictionResult {
-  PoseGraphSolution solution;  ///< of the last round
+  PoseGraphSolution solution;  ///< of the last optimisation
   std::vector<std::size_t> taken_out;
 };
 ContradictionResult solve_without_contradictions(PoseGraph3D& graph, double max_loop_chi2,
                                                  const PoseGraphSolverParams& params = {},
                                                  std::size_t held = 1);
 
-/// Derivatives of pose_edge_error by the moves (moved_by) of both nodes: 6 x 12.
+/// Derivatives of pose_edge_error with respect to perturbations (moved_by) of both nodes: 6 x 12.
 Eigen::Matrix<double, 6, 12> pose_edge_jacobian(const PoseEdge3D& edge, const SE3& T_map_from,
                                                 const SE3& T_map_to);
 

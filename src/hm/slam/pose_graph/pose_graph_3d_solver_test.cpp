@@ -25,7 +25,7 @@ TEST(PoseGraphSolver3D, JacobianAgainstDifferences) {
   for (int trial = 0; trial < 200; ++trial) {
     const SE3 from = SE3::exp(random_vector(rng, 5, 1)), to = SE3::exp(random_vector(rng, 5, 1));
     PoseEdge3D edge;
-    // From no error at all to rotations of nearly half a turn.
+    // From no error to rotations of nearly 180 degrees.
     const double size = trial < 20 ? 1e-6 : 0.01 * trial;
     Vec6 error = random_vector(rng, size, 0.4 * size);
     if (error.tail<3>().norm() > 3) error.tail<3>() *= 3 / error.tail<3>().norm();
@@ -44,7 +44,7 @@ TEST(PoseGraphSolver3D, JacobianAgainstDifferences) {
   }
 }
 
-/// A spiral walked around a cylinder, each turn seen again from the next one.
+/// Spiral path around a cylinder, with loops between successive turns.
 PoseGraph3D spiral(double noise, std::vector<SE3>& truth) {
   Rng rng(2);
   PoseGraph3D graph;
@@ -101,7 +101,7 @@ TEST(PoseGraphSolver3D, OptimumIsAMinimumAndDeterministic) {
   }
 }
 
-/// The same optimum as dense Gauss-Newton with numeric derivatives, an implementation apart.
+/// The same optimum as dense Gauss-Newton with numeric derivatives, an independent implementation.
 TEST(PoseGraphSolver3D, AgreesWithDenseNumericGaussNewton) {
   std::vector<SE3> truth;
   PoseGraph3D graph = spiral(0.08, truth), reference = graph;
@@ -145,7 +145,7 @@ TEST(PoseGraphSolver3D, AgreesWithDenseNumericGaussNewton) {
     EXPECT_LT(distance(graph.T_map_node[i], reference.T_map_node[i]), 2e-3);
 }
 
-/// One loop in 17 is a lie: the robust loss limits its harm, and then it is found and taken out.
+/// One loop in 17 is false: the robust loss limits its influence; then it is detected and removed.
 TEST(PoseGraphSolver3D, FalseLoopIsTakenOut) {
   const auto worst_error = [](const PoseGraph3D& graph, const std::vector<SE3>& truth) {
     double worst = 0;
@@ -175,7 +175,7 @@ TEST(PoseGraphSolver3D, DegenerateGraphs) {
   const SE3 first = SE3::exp((Vec6() << 1, 2, 3, 0.1, 0.2, 0.3).finished());
   graph.T_map_node = {first, first * first, first * first * first};
   EXPECT_TRUE(solve_pose_graph(graph).converged);
-  graph.edges.push_back({1, 2, SE3(), Mat6::Identity(), PoseEdgeKind::kOdometry});  // a part of its own
+  graph.edges.push_back({1, 2, SE3(), Mat6::Identity(), PoseEdgeKind::kOdometry});  // disconnected
   EXPECT_LT(solve_pose_graph(graph).final_chi2, 1e-6);
   EXPECT_EQ(graph.T_map_node[0].matrix(), first.matrix());
   graph.edges[0].information.setZero();
@@ -204,13 +204,13 @@ TEST(PoseUncertainty3D, AddsUpAlongTheShortestWay) {
     EXPECT_TRUE(seen.reached);
     expected = compose_covariance(expected, step, covariance);
   }
-  // Seen from the other end: that of the inverse, which a direct compounding of inverse steps gives.
+  // From the other end: the covariance of the inverse, as composed directly from inverse steps.
   const Mat6 back = test::all_seen_from<SpatialPaths>(graph, 5)[0].covariance;
   Mat6 inverse = Mat6::Zero();
   for (int i = 0; i < 5; ++i)
     inverse = compose_covariance(inverse, step.inverse(), inverse_covariance(step, covariance));
   EXPECT_LT((back - inverse).norm(), 1e-9);
-  // A good loop is a shorter way; a node that nothing reaches is said so.
+  // An accurate loop is a shorter path; a node without a path is not reached.
   const SE3 whole = graph.T_map_node[5];
   graph.edges.push_back({0, 5, whole, Mat6(1e6 * Mat6::Identity()), PoseEdgeKind::kLoop});
   graph.T_map_node.emplace_back();

@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-/// Turns an angle's variance into that of a place this far away, to order paths by one number.
+/// Distance that converts a variance of angle to one of position, for ordering paths by a scalar.
 constexpr double kPlanarLever_m = 5;
 
 Mat3 turned(const Mat2& rotation, const Mat3& covariance) {

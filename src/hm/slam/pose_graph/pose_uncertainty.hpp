@@ -6,21 +6,21 @@
 
 namespace hm {
 
-/// Covariance of (x, y, angle) of T_from_to as measured by an edge, x and y along the axes of `from`.
+/// Covariance of (x, y, angle) of an edge's T_from_to, x and y along the axes of `from`.
 Mat3 edge_covariance(const PoseEdge2D& edge);
-/// The information of an edge (axes of `to`) from such a covariance.
+/// Information matrix of an edge (axes of `to`) from such a covariance.
 Mat3 edge_information(const SE2& T_from_to, const Mat3& covariance);
-/// Covariance of the inverse of a pose from that of the pose, each along the axes of its left frame.
+/// Covariance of T_a_b's inverse from that of T_a_b, each along the axes of the transform's left frame.
 Mat3 inverse_covariance(const SE2& T_a_b, const Mat3& covariance_a_b);
 
-/// The plane's part of PathUncertainty: covariances of (x, y, angle), x and y along the axes of the node that
-/// sees.
+/// Planar geometry for PathUncertainty: covariances of (x, y, angle), x and y along the axes of the query's
+/// node.
 struct PlanarPaths {
   using Pose = SE2;
   using Covariance = Mat3;
   using Edge = PoseEdge2D;
   using Graph = PoseGraph2D;
-  /// Orders paths by one number, m^2.
+  /// Scalar by which paths are ordered, m^2.
   static double size_of(const Mat3& covariance);
   static bool is_odometry(const PoseEdge2D& edge) { return edge.kind == PoseEdgeKind::kOdometry; }
   static Mat3 edge_covariance(const PoseEdge2D& edge) { return hm::edge_covariance(edge); }
@@ -34,7 +34,7 @@ struct PlanarPaths {
                       const Mat3& covariance_b_c) {
     return compose_covariance(T_a_b, covariance_a_b, T_b_c, covariance_b_c);
   }
-  /// T_a_b of the graph as it is now.
+  /// T_a_b in the current graph.
   static SE2 seen_pose(const PoseGraph2D& graph, std::size_t a, std::size_t b) {
     return graph.T_map_node[a].inverse() * graph.T_map_node[b];
   }

@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-/// Turns a rotation's variance into that of a place this far away, to order paths by one number.
+/// Distance that converts a variance of rotation to one of position, for ordering paths by a scalar.
 constexpr double kLever_m = 3;
 
 }  // namespace

@@ -6,13 +6,14 @@
 
 namespace hm {
 
-/// The part of PathUncertainty for poses in space: covariances of moves (moved_by) of the node that is seen.
+/// Spatial geometry for PathUncertainty: covariances of perturbations (moved_by) in the frame of the target
+/// node.
 struct SpatialPaths {
   using Pose = SE3;
   using Covariance = Mat6;
   using Edge = PoseEdge3D;
   using Graph = PoseGraph3D;
-  /// Orders paths by one number, m^2.
+  /// Scalar by which paths are ordered, m^2.
   static double size_of(const Mat6& covariance);
   static bool is_odometry(const PoseEdge3D& edge) { return edge.kind == PoseEdgeKind::kOdometry; }
   static Mat6 edge_covariance(const PoseEdge3D& edge);
@@ -25,7 +26,7 @@ struct SpatialPaths {
   static Mat6 compose(const SE3&, const Mat6& covariance_a_b, const SE3& T_b_c, const Mat6& covariance_b_c) {
     return compose_covariance(covariance_a_b, T_b_c, covariance_b_c);
   }
-  /// Covariances in the frame of what is seen do not need it.
+  /// Not needed, since covariances are in the frame of the target.
   static SE3 seen_pose(const PoseGraph3D&, std::size_t, std::size_t) { return {}; }
 };
 extern template class PathUncertainty<SpatialPaths>;

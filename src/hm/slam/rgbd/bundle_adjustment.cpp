@@ -21,19 +21,19 @@ namespace {
 
 using detail::PoseState;
 
-/// A landmark nearer to the camera's plane than this is not projected.
+/// Minimum depth of a landmark for projection.
 constexpr double kMinDepth_m = 0.05;
-constexpr double kLeastVarianceScale = 0.01;  // of the observations, however well they agree
-constexpr int kMostInvalidSteps =
-    12;                     // in turn, each shorter: a step must not put a landmark behind a camera
-constexpr int kPasses = 2;  // the second knows better what is an outlier
+constexpr double kLeastVarianceScale = 0.01;  // lower limit of the variance scale of the observations
+/// Maximum number of successive shorter steps, since a step must not put a landmark behind a camera.
+constexpr int kMostInvalidSteps = 12;
+constexpr int kPasses = 2;  // the second pass uses the residuals of the first to scale the outlier threshold
 
 Vec3 residual(const PinholeCamera& camera, const Vec3& p_camera, const BundleObservation& seen) {
   const Vec2 pixel = camera.project(p_camera);
   return {pixel.x() - seen.pixel.x(), pixel.y() - seen.pixel.y(), p_camera.z() - seen.depth_m};
 }
 
-/// What makes a residual one of unit deviation; without depth its row is zero.
+/// Matrix that scales a residual to unit standard deviation; the row of a missing depth is zero.
 Mat3 whitening(const BundleObservation& seen) {
   Mat3 whiten = Mat3::Zero();
   whiten.topLeftCorner<2, 2>() = seen.pixel_covariance.llt().matrixL().solve(Eigen::Matrix2d::Identity());
@@ -41,7 +41,7 @@ Mat3 whitening(const BundleObservation& seen) {
   return whiten;
 }
 
-/// [u; v; depth] beyond what was observed, each in its deviations.
+/// Residual [u; v; depth], predicted minus observed, in standard deviations.
 class ObservationCost : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   ObservationCost(const PinholeCamera& camera, const BundleObservation& seen)
@@ -71,8 +71,8 @@ bool is_behind(const Bundle& bundle, const BundleLandmark& landmark, const Bundl
   return (bundle.T_map_camera[seen.keyframe].inverse() * landmark.p_map).z() < kMinDepth_m;
 }
 
-/// Takes out observations that cannot be projected, and landmarks that fewer than two are left of. Returns
-/// how many observations were behind their camera.
+/// Removes observations that cannot be projected, and landmarks with fewer than two left. Returns the number
+/// of observations behind their camera.
 std::size_t drop_behind(Bundle& bundle) {
   std::size_t dropped = 0;
   for (BundleLandmark& landmark : bundle.landmarks)
@@ -84,7 +84,7 @@ std::size_t drop_behind(Bundle& bundle) {
   return dropped;
 }
 
-/// The median over observations, those behind their camera infinitely far off.
+/// Median reprojection error in pixels; infinite for observations behind their camera.
 double reprojection_error_px(const Bundle& bundle) {
   std::vector<double> errors;
   for (const BundleLandmark& landmark : bundle.landmarks)
@@ -96,8 +96,7 @@ double reprojection_error_px(const Bundle& bundle) {
   return errors.empty() ? 0 : middle_value(std::span(errors));
 }
 
-/// How much smaller the squares of the residuals are than the observations say (median, at most 1): what is
-/// an outlier is measured by what the others do.
+/// Ratio of the squared residuals to their expectation (median, at most 1), to scale the outlier threshold.
 double residual_variance_scale(const Bundle& bundle) {
   std::vector<double> ratios;
   for (const BundleLandmark& landmark : bundle.landmarks)
@@ -110,7 +109,7 @@ double residual_variance_scale(const Bundle& bundle) {
   return ratios.empty() ? 1 : std::clamp(middle_value(std::span(ratios)), kLeastVarianceScale, 1.0);
 }
 
-/// Passes Ceres' iterations on to a run, and the wish to stop back.
+/// Reports Ceres' iterations to a run, and stops Ceres on request.
 class ProgressOfRun : public ceres::IterationCallback {
  public:
   ProgressOfRun(const RunContext& run, int done, int total) : run_(run), done_(done), total_(total) {}
@@ -130,7 +129,7 @@ class ProgressOfRun : public ceres::IterationCallback {
   bool interrupted_ = false;
 };
 
-/// The unknowns as Ceres has them.
+/// Parameter blocks of Ceres.
 struct Unknowns {
   explicit Unknowns(const Bundle& bundle) {
     for (const SE3& T : bundle.T_map_camera) poses.push_back(detail::pose_state(T));
@@ -161,7 +160,7 @@ void add_edges(const Bundle& bundle, Unknowns& unknowns) {
   }
 }
 
-/// Landmarks are eliminated first; which keyframes move, and how.
+/// Sets the elimination order (landmarks first), the fixed keyframes and the manifold.
 std::shared_ptr<ceres::ParameterBlockOrdering> order(const Bundle& bundle, Unknowns& unknowns) {
   const auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Vec3& point : unknowns.points) ordering->AddElementToGroup(point.data(), 0);
@@ -192,7 +191,7 @@ double mean_covisible(const Bundle& bundle) {
   for (std::size_t l = 0; l < bundle.landmarks.size(); ++l)
     for (const BundleObservation& seen : bundle.landmarks[l].observations)
       landmarks_of[seen.keyframe].push_back(l);
-  std::vector<std::size_t> met_by(keyframes, keyframes);  // the keyframe that was last seen to share
+  std::vector<std::size_t> met_by(keyframes, keyframes);  // last keyframe found to share with it
   std::size_t pairs = 0;
   for (std::size_t k = 0; k < keyframes; ++k) {
     met_by[k] = k;

@@ -43,7 +43,7 @@ TEST(BundleAdjustment, JacobianAgainstDifferences) {
 
 constexpr double kPixelSigma_px = 0.7;
 
-/// Keyframes around a point cloud, their features linked by the points they are of.
+/// Keyframes around a point cloud, with links between features of the same point.
 struct Scene {
   std::vector<Keyframe> keyframes;
   std::vector<const Keyframe*> pointers;
@@ -55,7 +55,7 @@ Scene make_scene(std::uint64_t seed, double disturbance, double wrong_links_rati
   Rng rng(seed);
   test::LandmarkWorld world = test::corridor(6, 40, rng);
   Scene scene;
-  std::vector<std::vector<std::uint32_t>> owner;  // of each keyframe's features: the point
+  std::vector<std::vector<std::uint32_t>> owner;  // point of each keyframe's features
   for (int i = 0; i < 8; ++i) {
     scene.truth.push_back(test::level_camera(0.25 * i, 0.1 * std::sin(i), 0.05 * std::cos(i)));
     Keyframe keyframe;
@@ -131,7 +131,7 @@ TEST(BundleAdjustment, ConjugateGradientsFindTheSamePoses) {
   EXPECT_LT(error_of(bundle.T_map_camera, factorised.T_map_camera), 0.1 * error_m);
 }
 
-/// Keyframes 0 to 3 in a row, each sharing a landmark (or two) with the next: 1.5 others on average.
+/// Keyframes 0 to 3 in a row, each sharing one or two landmarks with the next: 1.5 others on average.
 TEST(BundleAdjustment, TheSolverDependsOnTheKeyframesThatShareLandmarks) {
   Bundle bundle{test::landmark_camera(), {}, {}, {0}, {}};
   for (int k = 0; k < 4; ++k) bundle.T_map_camera.push_back(test::level_camera(0.1 * k, 0, 0));
@@ -153,7 +153,7 @@ TEST(BundleAdjustment, TheSolverDependsOnTheKeyframesThatShareLandmarks) {
   }
 }
 
-/// Every fiftieth link is a lie, which the loss must bear; ambiguous landmarks are left out.
+/// Every fiftieth link is false, which the robust loss must tolerate; ambiguous landmarks are dropped.
 TEST(BundleAdjustment, BearsWrongLinks) {
   Scene scene = make_scene(3, 0.01, 0.02);
   Bundle bundle = bundle_of(scene);
@@ -164,8 +164,8 @@ TEST(BundleAdjustment, BearsWrongLinks) {
   EXPECT_LT(error_of(bundle.T_map_camera, scene.truth), 0.01);
 }
 
-/// Observations that promise five times less than they keep, and some of them slipped, another way in
-/// every other keyframe: the other observations show which.
+/// Observations five times more accurate than stated, some of them displaced, in opposite directions in every
+/// other keyframe: they are detected as outliers relative to the others.
 TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
   double slipped = 0, modest = 0;
   for (int seed = 10; seed < 14; ++seed) {
@@ -189,14 +189,14 @@ TEST(BundleAdjustment, MeasuresOutliersByWhatTheOthersDo) {
   EXPECT_LT(modest, 1.2 * slipped);
 }
 
-/// Landmarks that a wrong link has put behind one of their cameras are no reason to adjust nothing.
+/// Landmarks that a wrong link has put behind one of their cameras do not prevent the adjustment.
 TEST(BundleAdjustment, DropsObservationsBehindTheirCamera) {
   const Scene scene = make_scene(3, 0.01);
   Bundle clean = bundle_of(scene), bundle = clean;
   const BundleResult expected = adjust_bundle(clean);
   ASSERT_TRUE(expected.converged);
   EXPECT_EQ(expected.observations_behind, 0U);
-  // Of one landmark an observation is behind its camera, of another one all but one are.
+  // One landmark has an observation behind its camera, another has only one observation in front.
   const SE3 looking_away = bundle.T_map_camera[7] * SE3(so3_exp(Vec3(0, std::numbers::pi, 0)), Vec3::Zero());
   bundle.T_map_camera.push_back(looking_away);
   const BundleObservation wrong{8, Vec2(320, 240), Eigen::Matrix2d::Identity(), 0, 0};
@@ -263,14 +263,14 @@ TEST(BundleAdjustment, DeterministicAndDegenerate) {
   const FeatureLink twice[] = {{0, 1, 1, 1}, {0, 2, 1, 1}};
   make_landmarks(one, scene.pointers, twice);
   EXPECT_TRUE(one.landmarks.empty());
-  // Without depth in any of its keyframes a landmark has no place.
+  // A landmark without depth in any keyframe has no position.
   for (Keyframe& keyframe : scene.keyframes)
     for (Feature& feature : keyframe.features) feature.has_depth = false;
   make_landmarks(one, scene.pointers, scene.links);
   EXPECT_TRUE(one.landmarks.empty());
 }
 
-/// Odometry's own landmarks are kept as it saw them; a link adds a further sight of the older one's, once.
+/// Odometry's landmarks keep its observations; a link adds one observation to the older feature's landmark.
 TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   Scene scene = make_scene(5, 0.0);
   const Eigen::Matrix2d certain = 0.01 * Eigen::Matrix2d::Identity();
@@ -299,7 +299,7 @@ TEST(BundleAdjustment, LinksJoinOdometrysLandmarks) {
   EXPECT_GT(bundle.landmarks[0].observations[2].pixel_covariance(0, 0), 0.1);
 }
 
-/// Observations refined by the time of the next keyframe are preferred: their depths were measured longer.
+/// Refined observations are preferred, since their depths are averaged over more frames.
 TEST(BundleAdjustment, ObservationsAreTakenAsTheNextKeyframeRefinesThem) {
   Scene scene = make_scene(5, 0.0);
   const auto sight = [&](std::size_t keyframe, double depth_m) {
@@ -322,7 +322,7 @@ TEST(BundleAdjustment, ObservationsAreTakenAsTheNextKeyframeRefinesThem) {
   EXPECT_EQ(seen[2].depth_m, 2.0);
 }
 
-/// However many links there are, a landmark has so many sights, and a feature is of so many landmarks.
+/// The numbers of observations per landmark and of landmarks per feature are limited for any number of links.
 TEST(BundleAdjustment, LinksAddABoundedNumberOfObservations) {
   Scene scene = make_scene(5, 0.0);
   ASSERT_GE(scene.keyframes.size(), 8U);
@@ -344,7 +344,7 @@ TEST(BundleAdjustment, LinksAddABoundedNumberOfObservations) {
   for (const BundleLandmark& landmark : bundle.landmarks) EXPECT_LE(landmark.observations.size(), 7U);
 }
 
-/// Edges hold what no landmark does: a keyframe that sees nothing goes with its neighbour.
+/// A keyframe without landmarks is moved with its neighbour by an edge.
 TEST(BundleAdjustment, EdgesCarryKeyframesWithoutLandmarks) {
   Scene scene = make_scene(6, 0.02);
   scene.keyframes[7].features.clear();

@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-/// Where a camera is that odometry has here, when it moves with a keyframe.
+/// Pose of a camera with this odometry pose, corrected like the keyframe.
 SE3 carried_by(const CorrectedKeyframe& keyframe, const SE3& T_odom_camera) {
   return keyframe.T_map_camera * (keyframe.T_odom_camera.inverse() * T_odom_camera);
 }

@@ -45,17 +45,17 @@ TEST(CorrectedKeyframes, PiecewiseCarriedAlong) {
   const auto same = [](const SE3& a, const SE3& b) { return (a.matrix() - b.matrix()).norm() < 1e-9; };
   EXPECT_TRUE(same(at(10), corrections[0] * T_odom));
   EXPECT_TRUE(same(at(11), corrections[1] * T_odom));
-  // Before the first and after the last: rigid. Between: line and slerp by share of the time.
+  // Before the first and after the last keyframe: rigid. Between: linear and slerp in time.
   EXPECT_TRUE(same(at(3), corrections[0] * T_odom));
   EXPECT_TRUE(same(at(99), corrections[3] * T_odom));
   EXPECT_TRUE(same(at(10.25), interpolate(corrections[0] * T_odom, corrections[1] * T_odom, 0.25)));
-  // Nothing lies between two submaps: the older one's correction until the newer one begins.
+  // No interpolation between submaps: the older one's correction is used until the newer one begins.
   EXPECT_TRUE(same(at(12.9), corrections[2] * T_odom));
   EXPECT_TRUE(same(at(13), corrections[3] * T_odom));
   EXPECT_EQ(corrected.map_at(Time::from_seconds(12.9)), 0);
   EXPECT_EQ(corrected.map_at(Time::from_seconds(13)), 1);
   EXPECT_TRUE(same(corrected.T_map_odom(), corrections[3]));
-  // A trajectory stays continuous: small steps of time make small steps of place.
+  // A trajectory stays continuous: small steps in time give small steps in position.
   SE3 last = at(9);
   for (double t = 9; t < 12.9; t += 0.001) {
     EXPECT_LT((last.inverse() * at(t)).log().norm(), 0.02);

@@ -8,13 +8,13 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kSamples = 24;    // features that stand for what a keyframe sees
-constexpr double kMinShared = 0.25;     // of them
-constexpr double kMinViewCosine = 0.5;  // between two views of a point: descriptors change
+constexpr std::size_t kSamples = 24;    // number of features sampled per keyframe
+constexpr double kMinShared = 0.25;     // minimum share of them in the other view
+constexpr double kMinViewCosine = 0.5;  // between the viewing directions of a point, since descriptors change
 constexpr double kLinkMinDepth_m = 0.1;
-constexpr std::size_t kMinMatches = 12;  // a few are alike by chance
+constexpr std::size_t kMinMatches = 12;  // fewer may be due to chance
 
-/// Some of the points that a keyframe sees, from all of its image.
+/// Evenly selected points of a keyframe, camera frame.
 std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   std::vector<Vec3> points;
   for (const Feature& feature : keyframe.features)
@@ -22,7 +22,7 @@ std::vector<Vec3> sample_of(const Keyframe& keyframe) {
   return thinned(std::move(points), kSamples);
 }
 
-/// Whether much of what a camera sees is in the image of another one, from about the same side.
+/// True if many of b's points are inside the image of a and seen from a similar direction.
 bool shares_view(const PinholeCamera& camera, const std::vector<Vec3>& points_b, const SE3& T_a_b) {
   const auto is_shared = [&](const Vec3& p_b) {
     const Vec3 p_a = T_a_b * p_b, ray_b = T_a_b.rotation() * p_b;

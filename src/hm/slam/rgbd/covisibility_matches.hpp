@@ -10,7 +10,7 @@
 
 namespace hm {
 
-/// A keyframe, where it is, and the map that it belongs to.
+/// Keyframe with its pose and map.
 struct PlacedKeyframe {
   const Keyframe* keyframe = nullptr;
   SE3 T_map_camera;
@@ -19,22 +19,22 @@ struct PlacedKeyframe {
 
 using KeyframePair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Nearer ones of a submap share odometry's landmarks and are not compared.
+/// Minimum index difference of compared keyframes of a submap; closer ones share odometry's landmarks.
 inline constexpr std::size_t kKeyframesApart = 12;
-/// Earlier keyframes that one is compared with at most.
+/// Maximum number of earlier keyframes that a keyframe is compared with.
 inline constexpr std::size_t kMostVisits = 100;
 
-/// Pairs (earlier, later) of keyframes of one map that look at the same surfaces from about the same side,
-/// and are kKeyframesApart or of different submaps. Where one has more than kMostVisits, they are spread over
-/// all. (Finding them takes time by the square of the keyframes: 0.2 s for 1200, 0.7 s for 2400.)
+/// Pairs (earlier, later) of keyframes of one map that observe the same surfaces from similar directions and
+/// are kKeyframesApart apart or in different submaps; at most kMostVisits per keyframe, evenly selected. (The
+/// time is quadratic in the number of keyframes: 0.2 s for 1200, 0.7 s for 2400.)
 std::vector<KeyframePair> pairs_of_visits(std::span<const PlacedKeyframe> placed,
                                           const PinholeCamera& camera);
 
-/// Features of different visits that are one point. Place recognition compares a keyframe with a few others
-/// and knows features by their look; where the graph has put the keyframes, all visits of a place can be
-/// compared, and a feature is looked for where it must be (match_guided), within what features know of their
-/// places: of two visits that are 2 cm apart half the links are found, of 4 cm few. Pairs of keyframes with
-/// so few matches that they may be chance give none; nor do those of `linked` (sorted).
+/// Matches features of different visits to a place. Unlike place recognition, which compares a keyframe with
+/// few others by descriptor, this compares all visits by the current graph poses and searches for each
+/// feature near its predicted position (match_guided), within the features' position uncertainty: half of the
+/// matches are found for a relative pose error of 2 cm, few for 4 cm. Skips the pairs in `linked` (sorted)
+/// and pairs with so few matches that they may be due to chance.
 std::vector<FeatureLink> match_covisible(std::span<const PlacedKeyframe> placed, const PinholeCamera& camera,
                                          const PlaceVerifierParams& params,
                                          std::span<const KeyframePair> linked = {});

@@ -16,7 +16,7 @@ using test::landmark_camera;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// Keyframes along a corridor, as often as it was walked.
+/// Keyframes of several walks along a corridor.
 struct Visits {
   Rng rng{7};
   test::LandmarkWorld world = test::corridor(30, 60, rng);
@@ -24,7 +24,7 @@ struct Visits {
   std::vector<Keyframe> keyframes;
   std::vector<PlacedKeyframe> placed;
 
-  /// `mirrored`: looking back the way it came.
+  /// `mirrored`: with the camera facing backwards.
   void walk(double begin_m, std::size_t count, bool mirrored = false, int submap = 0, int map = 0) {
     for (std::size_t i = 0; i < count; ++i) {
       truth.push_back(
@@ -73,7 +73,7 @@ TEST(CovisibilityMatches, PartnersAreBoundedAndSpreadOverAllVisits) {
   EXPECT_GT(partners.back(), 375U);
 }
 
-/// The landmark nearest to what a feature saw.
+/// The landmark nearest to a feature's position.
 std::size_t landmark_of(const Visits& visits, std::uint32_t keyframe, std::uint32_t feature) {
   const BinaryDescriptor& descriptor = visits.keyframes[keyframe].features[feature].descriptor;
   const auto& points = visits.world.points;
@@ -83,7 +83,7 @@ std::size_t landmark_of(const Visits& visits, std::uint32_t keyframe, std::uint3
   return static_cast<std::size_t>(nearest - points.begin());
 }
 
-/// With poses that are wrong by a few centimetres, as a solved graph leaves them, links are right.
+/// With poses wrong by a few centimetres, as after graph optimisation, the links are correct.
 TEST(CovisibilityMatches, LinksAreOfOnePoint) {
   Visits visits;
   visits.walk(2, 13);
@@ -101,14 +101,14 @@ TEST(CovisibilityMatches, LinksAreOfOnePoint) {
   EXPECT_LT(static_cast<double>(wrong), 0.03 * static_cast<double>(links.size()));
 }
 
-/// Two keyframes that see the same points of a wall, 2 m ahead, 3 m across, from two places.
+/// Two keyframes that observe `count` points of a wall, 2 m ahead, from two positions.
 struct Wall {
   Rng rng{11};
   Keyframe keyframes[2];
   std::vector<PlacedKeyframe> placed;
 
-  /// The second one sees `shared` of the points, and as many others as the first one has more; each of them
-  /// it sees `offset` from where it is.
+  /// The first `shared` points have the same descriptors in both keyframes. In the second keyframe, all
+  /// points are displaced by `offset`.
   Wall(std::size_t count, std::size_t shared, const SE3& T_first_second, const Vec3& offset = Vec3::Zero()) {
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3 p(rng.uniform(-1.0, 1.0), rng.uniform(-0.8, 0.8), 2.0);
@@ -135,7 +135,7 @@ struct Wall {
   [[nodiscard]] std::size_t links() const { return match_covisible(placed, landmark_camera(), {}).size(); }
 };
 
-/// A camera that looks at the middle of the wall from an angle beside it.
+/// Camera beside the wall that looks at its middle at an angle.
 SE3 from_the_side(double angle_rad) {
   return SE3(Mat3::Identity(), Vec3(0, 0, 2)) * SE3(so3_exp(Vec3(0, angle_rad, 0)), Vec3::Zero()) *
          SE3(Mat3::Identity(), Vec3(0, 0, -2));
@@ -149,7 +149,7 @@ TEST(CovisibilityMatches, FromTheSideNothingLooksTheSame) {
 
 TEST(CovisibilityMatches, ALittleOfThePictureIsNotEnough) {
   EXPECT_EQ(Wall(200, 200, SE3(Mat3::Identity(), Vec3(1.0, 0, 0))).pairs(), 1U);
-  // Of the second one's points, all are in front of both, but few in the image of the first.
+  // The second keyframe's points are all in front of both cameras, but few in the image of the first.
   Wall aside(200, 200, {});
   for (std::size_t i = 0; i < 170; ++i) aside.keyframes[1].features[i].p_camera.x() += 4;
   std::ranges::sort(aside.keyframes[1].features, {}, [](const Feature& f) { return f.p_camera.y(); });
@@ -161,7 +161,7 @@ TEST(CovisibilityMatches, AFewMatchesMayBeChance) {
   EXPECT_GE(Wall(60, 25, {}).links(), 12U);
 }
 
-/// What is not where it must be is no link, however alike.
+/// Features away from the predicted position are not linked, however similar.
 TEST(CovisibilityMatches, LooksAloneAreNotEnough) {
   EXPECT_EQ(Wall(60, 60, {}).links(), 60U);
   EXPECT_GT(Wall(60, 60, {}, Vec3(0.01, 0, 0)).links(), 55U);
@@ -174,8 +174,7 @@ TEST(CovisibilityMatches, PairsThatLoopsHaveComparedAreLeftOut) {
   EXPECT_THAT(match_covisible(wall.placed, landmark_camera(), {}, compared), IsEmpty());
 }
 
-/// A way that is walked more than once: with the links between all visits the keyframes are nearer to the
-/// truth.
+/// A path walked several times: links between all visits reduce the error of the keyframes.
 TEST(CovisibilityMatches, MakeTheMapBetter) {
   double error_m[2] = {0, 0};
   for (const std::uint64_t seed : {1U, 2U}) {

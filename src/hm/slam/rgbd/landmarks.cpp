@@ -12,12 +12,13 @@
 namespace hm {
 namespace {
 
-/// A feature this near to an observation of a landmark is of the landmark.
+/// Maximum distance of a feature from the observation of the same landmark.
 constexpr double kSameSpot_px = 1.5;
-// However often a place is visited, observations grow with the keyframes alone.
-constexpr int kMostObservationsByLinks = 6;    // of a landmark of odometry
-constexpr int kMostLandmarksOfFeature = 3;     // of odometry: a feature's error counts so often
-constexpr std::size_t kMostObservations = 60;  // of a landmark
+// These limits keep the number of observations proportional to the number of keyframes, however often a place
+// is visited.
+constexpr int kMostObservationsByLinks = 6;    // per landmark of odometry
+constexpr int kMostLandmarksOfFeature = 3;     // of odometry; limits how often a feature's error counts
+constexpr std::size_t kMostObservations = 60;  // per landmark
 
 /// Disjoint sets of features; a set's number is that of its first member.
 class FeatureSets {
@@ -54,7 +55,7 @@ BundleObservation observation_of(std::uint32_t keyframe, const Feature& feature,
   return seen;
 }
 
-/// A keyframe's observations of odometry's landmarks, as refined by the time of the next one if that is here.
+/// Observations of odometry's landmarks in a keyframe, as refined by the next keyframe if that is available.
 std::span<const LandmarkObservation> newest_observations_of(std::span<const Keyframe* const> keyframes,
                                                             std::uint32_t k) {
   const Keyframe* next = k + 1 < keyframes.size() ? keyframes[k + 1] : nullptr;
@@ -70,7 +71,7 @@ bool is_seen_by(const std::vector<BundleObservation>& track, std::uint32_t keyfr
                      [keyframe](const BundleObservation& seen) { return seen.keyframe == keyframe; });
 }
 
-/// Collects what is seen of odometry's landmarks and of those that links make.
+/// Collects the observations of odometry's landmarks and of landmarks created by links.
 class TrackMaker {
  public:
   TrackMaker(std::span<const Keyframe* const> keyframes, const LandmarkNoise& noise)
@@ -99,7 +100,8 @@ class TrackMaker {
 
   Tracks take_of_odometry() { return std::move(of_odometry_); }
 
-  /// Those of linked features alone. A landmark with two features of one keyframe is ambiguous and left out.
+  /// Tracks of linked features without landmarks of odometry. Tracks with two features of a keyframe are
+  /// ambiguous and dropped.
   Tracks of_links() {
     Tracks tracks;
     for (std::uint32_t k = 0; k < keyframes_.size(); ++k)
@@ -133,7 +135,7 @@ class TrackMaker {
     ++of_feature;
   }
 
-  /// Odometry's landmark that a feature is of; 0: none.
+  /// Id of odometry's landmark at a feature; 0: none.
   std::uint64_t landmark_of(std::uint32_t keyframe, std::uint32_t feature) {
     std::vector<std::uint64_t>& known = landmark_of_[keyframe];
     if (known.empty())
@@ -156,22 +158,21 @@ class TrackMaker {
   LandmarkNoise noise_;
   Tracks of_odometry_;
   std::map<std::uint64_t, int> observations_by_links_;
-  std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< of the features of keyframes that links name
-  std::vector<std::size_t> first_;                       ///< number of each keyframe's first feature
+  std::vector<std::vector<std::uint64_t>> landmark_of_;  ///< by keyframe (if linked) and feature
+  std::vector<std::size_t> first_;                       ///< index of each keyframe's first feature
   FeatureSets sets_;
   std::vector<bool> linked_;
-  std::vector<int> landmarks_of_;  ///< of odometry, that links have added a feature to
+  std::vector<int> landmarks_of_;  ///< number of odometry landmarks that links have added each feature to
 };
 
-/// The mean of the places that observations with depth give, weighted by their information; nothing without
-/// any.
+/// Mean of the positions from observations with depth, weighted by information; nothing without depth.
 std::optional<Vec3> place_of(const Bundle& bundle, const std::vector<BundleObservation>& track) {
   const PinholeCamera& camera = bundle.camera;
   Mat3 weights = Mat3::Zero();
   Vec3 sum = Vec3::Zero();
   for (const BundleObservation& seen : track) {
     if (!(seen.depth_m > 0) || !(seen.depth_sigma_m > 0)) continue;
-    Mat3 by_reading;  // of the place by [u; v; depth]
+    Mat3 by_reading;  // derivative of the position with respect to [u; v; depth]
     by_reading << seen.depth_m / camera.fx, 0, (seen.pixel.x() - camera.cx) / camera.fx,  //
         0, seen.depth_m / camera.fy, (seen.pixel.y() - camera.cy) / camera.fy,            //
         0, 0, 1;

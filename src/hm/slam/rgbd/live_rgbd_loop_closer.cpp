@@ -12,19 +12,19 @@ namespace hm {
 
 namespace {
 
-/// Poses are copied again when this share of the keyframes is new.
+/// Poses are published again when this share of the keyframes (one in so many) is new.
 constexpr std::size_t kPublishedShare = 20;
 
 }  // namespace
 
 struct LiveRgbdLoopCloser::Impl {
-  RgbdLoopCloser closer;     ///< the worker's, or finish()'s while the worker waits
-  mutable std::mutex mutex;  ///< of all below
+  RgbdLoopCloser closer;     ///< used by the worker, or by finish() while the worker waits
+  mutable std::mutex mutex;  ///< protects all members below
   std::condition_variable changed;
   std::deque<std::shared_ptr<const Keyframe>> queue;
   bool busy = false, ending = false;
   Snapshot latest;
-  std::size_t published = 0;  ///< keyframes whose poses `latest` has; the worker's
+  std::size_t published = 0;  ///< number of keyframes with poses in `latest`; used by the worker
   int published_submap = -1;
   std::thread worker;
 
@@ -36,8 +36,8 @@ struct LiveRgbdLoopCloser::Impl {
   void publish_after(const RgbdLoopStep& step, const Keyframe& keyframe);
 };
 
-/// Poses are copied when something has moved or a submap begins, else now and then: until then the last
-/// keyframe known carries newer ones to the same places.
+/// Publishes poses when they have changed or a submap begins, else at intervals: until then the last known
+/// keyframe gives the same correction for newer ones.
 void LiveRgbdLoopCloser::Impl::publish_after(const RgbdLoopStep& step, const Keyframe& keyframe) {
   const std::size_t keyframes = step.node + 1;
   const bool is_new = step.solved || keyframe.submap != published_submap;
@@ -50,7 +50,7 @@ void LiveRgbdLoopCloser::Impl::publish_after(const RgbdLoopStep& step, const Key
   latest.statistics = closer.statistics();
 }
 
-/// Called with nobody else at the closer and the mutex free.
+/// Must be called with exclusive access to the closer and without holding the mutex.
 void LiveRgbdLoopCloser::Impl::publish() {
   Snapshot fresh;
   fresh.corrected = std::make_shared<const CorrectedKeyframes>(closer.corrected());
@@ -112,7 +112,7 @@ RgbdAlignmentReport LiveRgbdLoopCloser::finish(const RunContext& run) {
     std::unique_lock lock(impl_->mutex);
     impl_->changed.wait(lock, [this] { return impl_->queue.empty() && !impl_->busy; });
   }
-  // The worker sleeps until add() is called again, which is this thread's to do.
+  // The worker sleeps until add() is called again, by this thread.
   const RgbdAlignmentReport report = impl_->closer.finish(run);
   impl_->publish();
   return report;

@@ -6,12 +6,12 @@
 
 namespace hm {
 
-/// A loop closer on a thread of its own, so that tracking never waits. Which keyframes a result already knows
-/// of depends on the machine's speed; after finish() the result is that of RgbdLoopCloser.
+/// Runs an RgbdLoopCloser on a separate thread, so that tracking never waits. The keyframes included in a
+/// snapshot depend on the machine's speed; the result after finish() equals that of RgbdLoopCloser.
 class LiveRgbdLoopCloser {
  public:
   explicit LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {});
-  /// Ends after the keyframe in work; those still waiting are dropped.
+  /// Waits for the current keyframe; those in the queue are dropped.
   ~LiveRgbdLoopCloser();
   LiveRgbdLoopCloser(const LiveRgbdLoopCloser&) = delete;
   LiveRgbdLoopCloser& operator=(const LiveRgbdLoopCloser&) = delete;
@@ -19,17 +19,17 @@ class LiveRgbdLoopCloser {
   /// Latest result.
   struct Snapshot {
     std::shared_ptr<const CorrectedKeyframes> corrected;  ///< never null
-    std::size_t solutions = 0;  ///< counts up when poses have changed, so that a map can follow
+    std::size_t solutions = 0;                            ///< increases when poses have changed
     RgbdLoopStatistics statistics;
-    std::size_t waiting_keyframes = 0;  ///< not looked at yet
+    std::size_t waiting_keyframes = 0;  ///< not yet processed
   };
 
-  /// Hands over a keyframe and returns at once. May be called from one thread; snapshot() from any.
+  /// Queues a keyframe and returns at once. May be called from one thread; snapshot() from any.
   void add(std::shared_ptr<const Keyframe> keyframe);
   [[nodiscard]] Snapshot snapshot() const;
-  /// Waits until all keyframes are worked in, then RgbdLoopCloser::finish(). More keyframes may follow.
+  /// Waits until all keyframes are processed, then calls RgbdLoopCloser::finish(). More keyframes may follow.
   RgbdAlignmentReport finish(const RunContext& run = {});
-  /// The pose graph; only when no keyframe is waiting, as after finish().
+  /// The pose graph; call only when no keyframe is waiting, e.g. after finish().
   [[nodiscard]] const PoseGraph3D& graph() const;
 
  private:

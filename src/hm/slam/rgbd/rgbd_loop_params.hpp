@@ -10,11 +10,11 @@ struct RgbdLoopParams {
   bool enabled = true;
   PlaceSearchParams search;
   PlaceVerifierParams verifier;
-  /// New loops after which the graph is solved.
+  /// Number of new loops after which the graph is optimised.
   static constexpr int kLoopsPerSolution = 4;
   bool bundle_adjustment = true;
   bool match_covisible = true;
-  /// Share of odometry's information that the adjustment keeps besides features.
+  /// Share of odometry's information used in bundle adjustment besides features.
   static constexpr double kBundleEdgeRatio = 0.1;
   // Standard deviation of odometry between successive keyframes where it states no covariance: a constant
   // part and one that grows with the translation between them (odometry_covariance).
@@ -42,7 +42,7 @@ struct RgbdLoopParams {
   static constexpr double kGateDriftRatio = 0.02;
   /// Systematic rotation drift that this gate allows besides the graph's covariance, radians a metre of path.
   static constexpr double kGateDrift_rad_m = 0.003;
-  /// No loop when another place explains this part of its features as well.
+  /// A loop is rejected if another place explains this share of its features.
   static constexpr double kRivalRatio = 0.6;
   /// A loop that moves its keyframe by more than this, metres, must be confirmed by a loop of another
   /// keyframe.
@@ -57,7 +57,8 @@ struct RgbdLoopParams {
   double max_loop_chi2 = 40;
   PoseGraphSolverParams solver{50, 9};
 
-  /// Its own; search, verifier and solver are sections of their own (some of their names are the same).
+  /// Own parameters only; search, verifier and solver are sections of their own, since some names are the
+  /// same.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"enabled", {}, "look for places seen before", ParamLevel::kBasic}, self.enabled);

@@ -70,7 +70,7 @@ void AlignmentSampler::choose(const DepthImage& depth, AlignmentPoints& points) 
   clear(points);
   const EdgeRule rule(tsdf_, noise_, camera_, depth.unit_m);
   const int coarsest = std::max(params_.kCoarsestStride_px, params_.kFinestStride_px);
-  const int margin_px = std::max(1, params_.kSmoothing_px);  // neighbours are looked at
+  const int margin_px = std::max(1, params_.kSmoothing_px);  // neighbours are read
   Grid grid{coarsest / 2, coarsest, 0};
   while (true) {
     for (int y = grid.first_px % grid.stride_px; y < depth.height() - margin_px; y += grid.stride_px)

@@ -10,7 +10,7 @@
 namespace hm {
 namespace {
 
-/// A random scene in a map, and the readings of a view of it.
+/// Map of a random scene, and the readings of one view of it.
 struct Terms {
   explicit Terms(std::uint64_t seed) : bench(TsdfParams{}) {
     Rng rng(seed);
@@ -32,7 +32,7 @@ struct Terms {
   TurningCentre centre;
 };
 
-/// The same sums by the definition, one reading after the other in double precision.
+/// The same sums by definition, reading by reading in double precision.
 AlignmentTerms plain_terms(const Terms& t, const SE3& pose, std::size_t count) {
   AlignmentTerms terms;
   const double limit_m = 0.75 * t.bench.params.distance_limit_m();
@@ -69,14 +69,14 @@ TEST(AlignmentTerms, AgreeWithAPlainLoop) {
     Terms t(seed);
     VoxelLookup lookup(t.bench.grid);
     Rng rng(seed);
-    for (int i = 0; i < 4; ++i) {  // the corners of the pose before are used again
+    for (int i = 0; i < 4; ++i) {  // reuses the corners cached for the previous pose
       Vec6 xi;
       for (double& value : xi) value = rng.normal(0, 0.004);
       const SE3 pose = t.centre.moved(t.T_world_camera, xi);
       const std::size_t count = t.points.round_end[static_cast<std::size_t>(i % 2)];
       const AlignmentTerms fast = sum_alignment_terms(t.view(pose), count, lookup, t.points);
       const AlignmentTerms plain = plain_terms(t, pose, count);
-      // A few readings fall to the other side of a limit in single precision.
+      // A few readings are on the other side of a limit in single precision.
       EXPECT_NEAR(fast.on_map, plain.on_map, 3 + 1e-3 * plain.on_map);
       EXPECT_NEAR(fast.agreeing, plain.agreeing, 3 + 1e-3 * plain.agreeing);
       EXPECT_NEAR(fast.cost, plain.cost, 3 + 1e-3 * plain.cost);
@@ -144,7 +144,7 @@ TEST(SearchTerms, TheGradientIsTheDerivativeOfTheCost) {
 }
 
 TEST(AlignmentTerms, PairsOfNeighboursDoNotTakeNoiseForGeometry) {
-  // One wall in a noisy map: three directions are not seen.
+  // One wall in a noisy map: three directions are unobservable.
   IntegrationBench bench({});
   Rng rng(3);
   const SE3 pose = looking_along_x(Vec3::Zero());

@@ -17,7 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// Walls, floor and two balls: every direction is observable.
 const AnalyticScene kCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
                             {{Vec3(1.5, -0.3, 0.1), 0.3}}};
-/// Four walls along x, without an end within range.
+/// Four walls along x, without an end in range.
 const AnalyticScene kCorridor{
     {{Vec3(0, 1, 0), -0.9}, {Vec3(0, -1, 0), -0.8}, {Vec3(0, 0, 1), -0.9}, {Vec3(0, 0, -1), -1.0}}, {}};
 
@@ -79,7 +79,7 @@ TEST(DenseAligner, APlaneLeavesThreeDirectionsAtThePrior) {
   for (int i = 3; i < 6; ++i) EXPECT_GT(found.observability[i], 0.1);
   EXPECT_NEAR(found.T_world_camera.translation().y(), prior.translation().y(), 2e-3);
   EXPECT_NEAR(found.T_world_camera.translation().z(), prior.translation().z(), 2e-3);
-  // The optical axis is square to the wall again, 2 m away; the roll about it is the prior's.
+  // The optical axis is perpendicular to the wall again, at 2 m; the roll about it is that of the prior.
   const Mat3 turn = found.T_world_camera.rotation() * truth.rotation().transpose();
   EXPECT_LT(std::acos(std::min(1.0, turn(0, 0))), 0.03 * kDegree);
   EXPECT_NEAR(so3_log(turn).x(), 0.02, 5e-4);

@@ -17,7 +17,7 @@ const AnalyticScene kCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Ve
                             {{Vec3(1.5, -0.3, 0.1), 0.3}}};
 constexpr int kFrames = 40;
 
-/// A camera that goes sideways.
+/// Camera moving sideways.
 SE3 truth_at(int i) { return looking_along_x(Vec3(0.003 * i, 0.006 * i - 0.1, 0.02 * std::sin(0.2 * i))); }
 
 /// Independent errors of a pose at `camera`, as covariance of a left perturbation in odom.
@@ -41,7 +41,7 @@ struct Walk {
     for (int i = 0; i < kFrames; ++i) {
       T_odom_camera = {truth_at(i).rotation(), truth_at(i).translation() + drift_m * i * Vec3(0.6, 0.6, 0.5)};
       RgbdFrame frame = kCorner.render(kCamera, truth_at(i));
-      // What errs with the place in the picture: a map of many frames cannot agree with a new one.
+      // Error that depends on the image position: a map of many frames cannot agree with a new frame.
       for (int y = 0; y < kCamera.height; ++y)
         for (std::uint16_t& units : frame.depth.units.row(y))
           units = static_cast<std::uint16_t>(std::lround(units * (1 + (scale - 1) * y / kCamera.height)));
@@ -58,7 +58,7 @@ struct Walk {
 };
 
 TEST(TrajectoryAligner, APriorBetterThanTheMapIsNotSpoilt) {
-  // Depth bent by up to 5 %: as the camera moves, aligning drags the pose along.
+  // Depth distorted by up to 5 %: with a moving camera, alignment shifts the pose.
   const double alone = Walk{1.05, 0, 0, false}.error_m(), told = Walk{1.05, 0, 0, true}.error_m();
   EXPECT_GT(alone, 3e-3);
   EXPECT_LT(told, 0.0015);
@@ -94,7 +94,7 @@ TEST(TrajectoryAligner, WhatOdometrySaysHoldsWhereverItsOriginIs) {
 }
 
 TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
-  // A correction that no depth image supports any more returns to odometry's pose, with a small covariance.
+  // A correction no longer supported by depth images decays to odometry's pose, with a small covariance.
   IntegrationBench map({}), nothing({});
   for (int i = 0; i < 6; ++i) map.add(kCorner, truth_at(i));
   TrajectoryAligner aligner({}, map.params, {}, kCamera);

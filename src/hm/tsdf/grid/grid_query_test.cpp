@@ -23,7 +23,7 @@ TsdfParams fine() {
   return params;
 }
 
-/// A scene as some views from around the origin have written it into a grid.
+/// Grid of a scene integrated from several views around the origin.
 VolumeGrid map_of(const AnalyticScene& scene, const std::vector<SE3>& poses) {
   const ParallelLoop loop;
   VolumeGrid grid = Integrator::make_grid(fine());
@@ -70,7 +70,7 @@ TEST(GridQuery, DistancesAroundABallAgreeWithTheAnalyticScene) {
       const GridSample sample = query_grid(grid, p);
       if (!sample.known) continue;
       ++known;
-      // Projective distances are too large by the slant of the ray against the surface.
+      // Projective distances are too large by the ray's obliquity to the surface.
       EXPECT_NEAR(sample.distance_m, scene.distance(p), 0.008) << p.transpose();
       EXPECT_GT(sample.gradient.normalized().dot(outwards), 0.8);
     }
@@ -106,7 +106,7 @@ TEST(GridQuery, ColoursAreThoseOfTheSurface) {
     const GridSample sample = query_grid(grid, Vec3(2.0, y, 0.1));
     if (!sample.known || !sample.color) continue;
     ++colored;
-    EXPECT_NEAR(sample.color->g, 127.5 + 127.0 * std::sin(3 * y), 12);  // as AnalyticScene paints it
+    EXPECT_NEAR(sample.color->g, 127.5 + 127.0 * std::sin(3 * y), 12);  // colour pattern of AnalyticScene
     EXPECT_NEAR(sample.color->b, 127.5 + 127.0 * std::sin(0.3), 12);
   }
   EXPECT_GT(colored, 15);

@@ -19,7 +19,7 @@ struct Planes {
   bool operator==(const Planes&) const = default;
 };
 
-/// Runs of zeros and of anything else, of any length.
+/// Runs of zeros and of other values, of any length.
 template <class Voxel>
 void fill_with_runs(std::array<Voxel, kVolumeVoxels>& plane, Rng& rng) {
   const std::uint32_t longest = 1 + rng.below(600);
@@ -73,7 +73,7 @@ void expect_equal(const VolumeGrid& a, const VolumeGrid& b) {
   }
 }
 
-/// Does the same at random to both grids, and packs one of them.
+/// Applies the same random changes to both grids, and packs one of them.
 void change_both(VolumeGrid& plain, VolumeGrid& packing, Rng& rng) {
   const auto coordinate = [&] { return static_cast<int>(rng.below(24)) - 12; };
   for (int i = 0; i < 30; ++i) {
@@ -102,7 +102,7 @@ TEST(VolumeGridPacking, ShowsNowhereButInMemory) {
     change_both(plain, packing, rng);
     ASSERT_EQ(plain.unpacked_bytes(), packing.unpacked_bytes()) << "the cap acts at the same moment";
     if (scan % 40 != 20) continue;
-    for (int call = 0; call < 40; ++call) packing.pack_idle(0);  // a quiet while
+    for (int call = 0; call < 40; ++call) packing.pack_idle(0);  // idle calls
     EXPECT_LT(packing.map_bytes(), plain.map_bytes() * 3 / 4);
   }
   EXPECT_EQ(plain.map_bytes(), plain.unpacked_bytes());

@@ -58,7 +58,7 @@ TEST(Carving, ErasesWhatHasLeftTheScene) {
   EXPECT_GT(carved, 500u);
   EXPECT_GT(released, 10u);
   EXPECT_LT(bench.grid.volume_count(), volumes_before + 20);
-  // What is left near the box is nothing: its volumes were given back.
+  // Nothing is left near the box: its volumes were released.
   EXPECT_TRUE(bench.grid.keys_in(Box3(box - Vec3::Constant(0.2), box + Vec3::Constant(0.2))).empty());
 }
 
@@ -72,7 +72,7 @@ TEST(Carving, IsASwitch) {
   EXPECT_EQ(solid_voxels(bench.grid, Vec3(1.0, 0, 0), 0.3), before);
 }
 
-/// Wherever the pixel lies between the voxels (which are 2.6 pixels apart here).
+/// For any position of the pixel between the voxels (which are 2.6 pixels apart here).
 TEST(Carving, OneMixedPixelDoesNotHurtTheWall) {
   constexpr std::uint16_t kBehind = 35000, kBeyondFar = 65000;
   for (const int seen_before : {1, 3, 20})

@@ -81,7 +81,7 @@ TEST(Integrator, TheOrderOfScansDoesNotMatter) {
   for (int i = 0; i < 12; ++i)
     frames.push_back(scene.render(kCamera, looking_along_x(Vec3(0, 0.02 * i, 0.01 * i))));
   TsdfParams params;
-  params.carving = false;  // carving looks at what is there, so it depends on order by design
+  params.carving = false;  // carving depends on the current contents, so on the order, by design
   IntegrationBench forward(params), backward(params);
   for (const auto& frame : frames) forward.integrator.integrate(forward.grid, frame);
   std::reverse(frames.begin(), frames.end());
@@ -98,8 +98,8 @@ TEST(Integrator, TheOrderOfScansDoesNotMatter) {
   EXPECT_LE(largest * forward.grid.sdf_unit_m(), 40e-6);
 }
 
-/// By the definition, in double precision: a volume with any voxel in the band is observed down to the band's
-/// end, each voxel once; no other volume is there.
+/// By definition, in double precision: a volume with any voxel in the band is updated down to the band's end,
+/// each voxel once; no other volume exists.
 TEST(Integrator, AVolumeNearTheSurfaceIsObservedFromTheCameraToTheEndOfTheBand) {
   TsdfParams params;
   params.edge_filter = false;
@@ -147,7 +147,7 @@ TEST(Color, IsStoredNearTheSurfaceOnlyAndIsASwitch) {
       if (volume.colors[i].weight() == 0) continue;
       ++colored;
       EXPECT_LE(std::abs(volume.voxels[i].sdf() * bench.grid.sdf_unit_m()), 0.0301);
-      // render() paints x into red.
+      // render() encodes x in the red channel.
       EXPECT_NEAR(volume.colors[i].r(), 127.5 + 127 * std::sin(3 * 1.95), 2);
     }
   }
@@ -184,7 +184,7 @@ TEST(Integrator, BadPosesChangeNothingAndSaySo) {
 TEST(Integrator, SaysWhyNothingWasIntegrated) {
   IntegrationBench bench({});
   RgbdFrame frame = kWall.render(kCamera, looking_along_x(Vec3::Zero()));
-  frame.depth.unit_m = 1e-7;  // a scale that is wrong by a factor of a thousand
+  frame.depth.unit_m = 1e-7;  // a depth scale wrong by a factor of a thousand
   EXPECT_THAT(bench.integrator.integrate(bench.grid, frame).nothing_integrated_because,
               HasSubstr("none of 76800 readings lies between 0.3 m and 4 m"));
   frame.depth.units = Image<std::uint16_t>(320, 240);
@@ -203,7 +203,7 @@ TEST(Integrator, TheMemoryCapIsReportedAndLosesNothing) {
   bench.add(kWall, looking_along_x(Vec3::Zero()));
   const ScanStats stats = bench.add(kWall, looking_along_x(Vec3::Zero()));
   EXPECT_GT(stats.volumes_refused, 0u);
-  EXPECT_GT(stats.voxels_updated, 0u);  // what is there goes on being improved
+  EXPECT_GT(stats.voxels_updated, 0u);  // existing volumes are still updated
   EXPECT_LE(bench.grid.map_bytes(), 1'050'000u);
   IntegrationBench second(params);
   second.add(kWall, looking_along_x(Vec3::Zero()));
@@ -231,8 +231,7 @@ TEST(Truncation, FollowsTheNoiseWithTheRightSign) {
   EXPECT_EQ(params.truncation_m(noise, 50), 0.24);
 }
 
-/// Readings at edges whose weight is rounded to 0: they used to move voxels, and to divide by 0 in unknown
-/// ones.
+/// Regression: readings at edges whose weight is rounded to 0 moved voxels, and divided by 0 in unknown ones.
 TEST(Integrator, ReadingsWithoutWeightChangeNothing) {
   TsdfParams params;
   params.voxel_size_m = 0.005;
@@ -269,7 +268,7 @@ TEST(Integrator, ReadingsOverMoreVolumesThanCanBeSearchedAreRefusedWithTheRemedy
       << "goes on after it";
 }
 
-/// 65 m readings at 5 mm with 300 MB to spare: the message of the program that is left alive.
+/// Returns the message of a scan at 65 m with voxels of 5 mm, in a process limited to 300 MB of memory.
 std::string message_without_memory() {
   TsdfParams params;
   params.voxel_size_m = 0.005;

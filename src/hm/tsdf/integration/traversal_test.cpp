@@ -14,7 +14,7 @@ namespace {
 
 using Cell = std::array<int, 3>;
 
-/// The part of the ray inside a cell (slab test), metres.
+/// Part of a ray inside a cell (slab test), metres.
 double crossing_length(const Vec3& origin, const Vec3& direction, const Vec3& low, double size) {
   double begin = -1e9, end = 1e9;
   for (int axis = 0; axis < 3; ++axis) {
@@ -47,7 +47,7 @@ std::map<Cell, TsdfVoxel> brute_force(const TsdfParams& params, const PointScan&
           if (along < -s || along > length + tau + s ||
               crossing_length(scan.p_world_origin, direction, low, s) <= 0)
             continue;
-          // Only the part of the ray that is walked counts.
+          // Only the traversed part of the ray counts.
           const double begin = params.carving ? 0.0 : std::max(length - tau, 0.0);
           const Vec3 from = scan.p_world_origin + begin * direction;
           double t0 = -1e9, t1 = 1e9;
@@ -101,7 +101,7 @@ TEST(Traversal, AgreesWithBruteForceCellByCell) {
     std::size_t known = 0;
     for (const auto& [cell, voxel] : expected) {
       known += voxel.weight() > 0 ? 1 : 0;
-      // A volume without any surface left around it is given back, with what was free in it.
+      // A volume without a surface nearby is released, with its free voxels.
       const TsdfVoxel found = grid.voxel(cell[0], cell[1], cell[2]);
       if (found == TsdfVoxel{} && voxel.sdf() > 0 &&
           !grid.find(VolumeKey{cell[0] >> 3, cell[1] >> 3, cell[2] >> 3}))

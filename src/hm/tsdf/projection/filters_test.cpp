@@ -6,8 +6,8 @@
 #include "hm/core/rng.hpp"
 #include "hm/tsdf/projection/update_filters.hpp"
 
-// The oracle is the table in section (c) of the dense specification: its rows say where truncating, flooring
-// and plain rounding filters drift or stall; ours must stay near the exact running mean in all of them.
+// Reference: table in section (c) of the dense specification, where truncating, flooring and plain rounding
+// filters drift or stall; the filters must stay near the exact running mean in all rows.
 namespace hm {
 namespace {
 
@@ -49,7 +49,7 @@ double rms_from_float_filter(const SdfCase& c, int observations) {
 
 TEST(SdfFilter, NeitherDriftsNorStalls) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  // allowed: in the table trunc and floor are at 12.6, 0.94, 0.67, 0.32 mm, round at 5.00 where it is stuck.
+  // tolerance: in the table trunc and floor err by 12.6, 0.94, 0.67, 0.32 mm, round by 5.00 where it stalls.
   for (const SdfCase& c : {SdfCase{"unit 0.1 mm, noise 10 mm", 0.1, 255, 20, kUnknown, 10, 0.75},
                            SdfCase{"unit 0.1 mm, 5 mm off", 0.1, 255, 20, 15, 0.3, 0.2},
                            SdfCase{"unit 0.01 mm, 5 mm off", 0.01, 255, 20, 15, 0.3, 0.05},
@@ -107,7 +107,7 @@ TEST(Carving, TakesWeightAndForgetsAtZero) {
   EXPECT_EQ(take_weight(voxel, 5000), TsdfVoxel{});
 }
 
-/// Table (c), colour rows: after a step from 40 to 200 levels, how far off (levels) the mean still is.
+/// Table (c), colour rows: error of the mean (levels) after a step from 40 to 200 levels.
 double color_error(std::uint32_t cap, int observations) {
   ColorVoxel voxel = ColorVoxel::make(40, 40, 40, static_cast<std::uint8_t>(cap));
   for (int i = 0; i < observations; ++i) voxel = add_color(voxel, 0x00c8c8c8u, cap);

@@ -28,7 +28,7 @@ TsdfParams random_params(Rng& rng) {
   return params;
 }
 
-/// Noise, holes and mixed pixels on a picture.
+/// Adds noise, holes and mixed pixels to an image.
 void disturb(RgbdFrame& frame, Rng& rng) {
   for (auto& units : frame.depth.units.pixels()) {
     const double chance = rng.uniform();
@@ -95,8 +95,8 @@ TEST(Projection, TheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-/// Every voxel in the hit region of its own pixel must lie in a candidate volume, and in a part of it that is
-/// not passed over: brute force over a box.
+/// Checks by brute force over a box that every voxel in the hit region of its pixel is in a candidate volume,
+/// and in a part that is not skipped.
 TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
   std::size_t inside = 0, missed = 0, passed_over = 0;
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
@@ -133,7 +133,7 @@ TEST(CandidateVolumes, HoldEveryVoxelOfTheHitRegion) {
           const Vec3 p = T_camera_world * Vec3((Vec3(x, y, z) + Vec3::Constant(0.5)) * params.voxel_size_m);
           if (p.z() <= 0) continue;
           const Vec2 pixel = camera.project(p);
-          // Stay clear of pixel borders, where single and double precision may round apart.
+          // Avoids pixel borders, where single and double precision may round differently.
           const Vec2 rounded(std::round(pixel.x()), std::round(pixel.y()));
           if (!camera.contains(pixel) || (pixel - rounded).cwiseAbs().maxCoeff() > 0.4999) continue;
           const double depth =
@@ -185,7 +185,7 @@ TEST(DepthBounds, DropOnlyVolumesWithoutAnyPart) {
   EXPECT_GT(kept_right, kept_for_nothing);
 }
 
-/// A picture of random steps and noise, with holes.
+/// Image of random steps and noise, with holes.
 DepthImage stepped_depth(Rng& rng, int width, int height) {
   DepthImage depth{Image<std::uint16_t>(width, height), 1e-3};
   for (int y = 0; y < height; ++y)

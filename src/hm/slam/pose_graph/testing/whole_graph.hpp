@@ -7,7 +7,7 @@
 
 namespace hm::test {
 
-/// The paths of a whole graph, as if it had grown node by node.
+/// PathUncertainty of a complete graph, built node by node.
 template <class Geometry>
 PathUncertainty<Geometry> paths_of(const typename Geometry::Graph& graph,
                                    std::size_t max_settled = PathUncertainty<Geometry>::kMaxSettled) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kHalfWidth_m = 1.0, kHeight_m = 2.5;
 
-/// A point of the surface of a corridor of this length, along x, centred at y = 0.
+/// Random point on the surface of a corridor of this length along x, centred at y = 0.
 Vec3 on_corridor(double length_m, Rng& rng) {
   const double x = rng.uniform(0, length_m), across = rng.uniform(0, 2 * (kHeight_m + 2 * kHalfWidth_m));
   if (across < kHeight_m) return {x, -kHalfWidth_m, across};

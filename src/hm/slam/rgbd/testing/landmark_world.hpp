@@ -8,8 +8,8 @@
 
 namespace hm::test {
 
-/// Points with descriptors, and keyframes that see them as a Kinect would: one pixel, sigma_z = 0.0014 z^2,
-/// one bit in twelve wrong.
+/// Points with descriptors, observed by simulated keyframes with a Kinect's noise: one pixel, sigma_z =
+/// 0.0014 z^2, one wrong bit in twelve.
 struct LandmarkWorld {
   struct Point {
     Vec3 p_world;
@@ -20,17 +20,18 @@ struct LandmarkWorld {
 
 PinholeCamera landmark_camera();
 BinaryDescriptor random_descriptor(Rng& rng);
-/// With each bit wrong with this probability.
+/// Inverts each bit with this probability.
 BinaryDescriptor noisy(const BinaryDescriptor& descriptor, double ratio, Rng& rng);
 
-/// Points on the walls of a box without a front and back: x 0 to `length_m`, 2 m wide, 2.5 m high.
+/// Points on the walls, floor and ceiling of a corridor open at both ends: x 0 to `length_m`, 2 m wide, 2.5 m
+/// high.
 LandmarkWorld corridor(double length_m, int points_per_metre, Rng& rng);
-/// The same where every `period_m` everything repeats: place and look.
+/// The same, with positions and descriptors repeated every `period_m`.
 LandmarkWorld periodic_corridor(double length_m, double period_m, int points_per_metre, Rng& rng);
 /// Points on the walls of a closed ring of corridors, `side_m` long at its middle.
 LandmarkWorld ring(double side_m, int points_per_metre, Rng& rng);
 
-/// Level, at 1.3 m, looking along yaw.
+/// Pose of a level camera at a height of 1.3 m, with optical axis at angle yaw.
 SE3 level_camera(double x_m, double y_m, double yaw_rad);
 
 struct SeenOptions {
@@ -40,19 +41,18 @@ struct SeenOptions {
   double max_depth_m = 4.5;
   std::size_t max_features = 400;
 };
-/// Features that a camera sees at this pose; points do not occlude each other.
+/// Features observed from a pose, without occlusion.
 FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng,
                const SeenOptions& options = {});
 
-/// A keyframe every step of a way; `T_odom_camera` drifts: `drift_ratio` of every motion, in a fixed
-/// direction.
+/// One keyframe per pose of a path; `T_odom_camera` drifts in yaw by `drift_rad_m` per metre.
 struct KeyframesOfWay {
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<SE3> truth;
 };
 KeyframesOfWay walk(const LandmarkWorld& world, const std::vector<SE3>& way, double drift_rad_m, Rng& rng);
 
-/// Around a ring of corridors: so many rounds, a keyframe every `step_m`.
+/// Path around a ring of corridors: `rounds` rounds, a pose every `step_m`.
 std::vector<SE3> way_around(double side_m, double step_m, double rounds);
 
 }  // namespace hm::test

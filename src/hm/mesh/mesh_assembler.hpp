@@ -13,20 +13,21 @@ struct VertexEdge {
   [[nodiscard]] int point() const { return row * cells::kRowPoints + x; }
 };
 
-/// Internal to mesh/: unpacks volumes into the arrays of a TriangleMesh, which must have their final size.
-class MeshWriter {
+/// Internal to mesh/: unpacks volumes into the arrays of a TriangleMesh in memory, which must have their
+/// final size.
+class MeshAssembler {
  public:
-  MeshWriter(TriangleMesh& out, double voxel_size_m) : out_(out), voxel_size_m_(voxel_size_m) {}
+  MeshAssembler(TriangleMesh& out, double voxel_size_m) : out_(out), voxel_size_m_(voxel_size_m) {}
 
   void begin(const VolumeMesh& mesh);
-  /// Sets the index of the vertex on an edge in the result (written here or by another volume).
+  /// Sets the index in the result of the vertex on an edge (added here or by another volume).
   void set_index(const VertexEdge& edge, std::uint32_t index) {
     slots_[edge.axis * cells::kPoints + edge.point()] = index;
   }
-  /// Writes the volume's vertex number `local` to index `index` of the result.
-  void write_vertex(const VertexEdge& edge, std::size_t local, std::uint32_t index);
-  /// Writes all triangles from index `first` on; the indices of all vertices must be set.
-  void write_triangles(const cells::Topology& topology, std::size_t first);
+  /// Stores the volume's vertex number `local` at index `index` of the result.
+  void add_vertex(const VertexEdge& edge, std::size_t local, std::uint32_t index);
+  /// Stores all triangles from index `first` on; the indices of all vertices must be set.
+  void add_triangles(const cells::Topology& topology, std::size_t first);
 
  private:
   TriangleMesh& out_;

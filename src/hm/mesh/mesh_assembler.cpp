@@ -1,10 +1,10 @@
-#include "hm/mesh/mesh_writer.hpp"
+#include "hm/mesh/mesh_assembler.hpp"
 
 namespace hm {
 
-void MeshWriter::begin(const VolumeMesh& mesh) { mesh_ = &mesh; }
+void MeshAssembler::begin(const VolumeMesh& mesh) { mesh_ = &mesh; }
 
-void MeshWriter::write_vertex(const VertexEdge& edge, std::size_t local, std::uint32_t index) {
+void MeshAssembler::add_vertex(const VertexEdge& edge, std::size_t local, std::uint32_t index) {
   set_index(edge, index);
   const VolumeKey key = mesh_->key();
   // Exact up to the last product, so that every volume that has this vertex gets the same bits.
@@ -19,7 +19,7 @@ void MeshWriter::write_vertex(const VertexEdge& edge, std::size_t local, std::ui
   out_.colors[index] = mesh_->has_colors() ? mesh_->colors()[local] : kNeutralColor;
 }
 
-void MeshWriter::write_triangles(const cells::Topology& topology, std::size_t first) {
+void MeshAssembler::add_triangles(const cells::Topology& topology, std::size_t first) {
   const cells::CornerTable& table = cells::corner_table();
   std::array<std::uint32_t, 3>* out = out_.triangles.data() + first;
   for (int row = 0; row < cells::kRows; ++row)
