@@ -14,8 +14,8 @@
 namespace hm {
 namespace {
 
-constexpr std::string_view kMagic = "hmslamst";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::string_view kStateMagic = "hmslamst";
+constexpr std::uint32_t kStateFileVersion = 1;
 
 template <class T>
 tl::unexpected<Error> with_remedy(const Result<T>& result) {
@@ -40,22 +40,22 @@ std::vector<std::uint8_t> to_file_bytes(const SlamCheckpoint& checkpoint) {
   StateWriter body, file;
   body(const_cast<SlamCheckpoint&>(checkpoint));  // a writer changes nothing
   std::array<char, 8> magic{};
-  std::copy(kMagic.begin(), kMagic.end(), magic.begin());
+  std::copy(kStateMagic.begin(), kStateMagic.end(), magic.begin());
   const std::uint64_t checksum = fnv1a(body.bytes());
   std::vector<std::uint8_t> contents = body.take();
-  file(magic, kVersion, checksum, contents);
+  file(magic, kStateFileVersion, checksum, contents);
   return file.take();
 }
 
 Result<SlamCheckpoint> parse_slam_checkpoint(std::span<const std::uint8_t> bytes, const std::string& where) {
   detail::ByteCursor cursor(bytes);
-  const auto magic = cursor.take(kMagic.size());
-  if (!cursor.ok() || std::memcmp(magic.data(), kMagic.data(), kMagic.size()) != 0)
+  const auto magic = cursor.take(kStateMagic.size());
+  if (!cursor.ok() || std::memcmp(magic.data(), kStateMagic.data(), kStateMagic.size()) != 0)
     return fail(ErrorCode::kCorrupted, where, "is not the state of a SLAM run");
   const auto version = cursor.value<std::uint32_t>();
-  if (cursor.ok() && version != kVersion)
+  if (cursor.ok() && version != kStateFileVersion)
     return fail(ErrorCode::kUnsupported, where, "is of version {}, and this program reads version {}",
-                version, kVersion);
+                version, kStateFileVersion);
   const auto checksum = cursor.value<std::uint64_t>();
   const auto size = cursor.value<std::uint64_t>();
   if (!cursor.ok() || size != cursor.remaining())

@@ -11,9 +11,9 @@
 namespace hm {
 namespace {
 
-constexpr std::string_view kMagic = "hmslamjr";
-constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeaderBytes = 16;
+constexpr std::string_view kJournalMagic = "hmslamjr";
+constexpr std::uint32_t kJournalVersion = 1;
+constexpr std::size_t kJournalHeaderBytes = 16;
 /// A frame's record: a keyframe of many thousand features has a few megabytes.
 constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 28;
 
@@ -24,10 +24,10 @@ std::uint64_t next_digest(std::uint64_t digest, std::uint64_t checksum) {
   return hash.value();
 }
 
-std::vector<std::uint8_t> header() {
-  std::vector<std::uint8_t> bytes(kHeaderBytes, 0);
-  std::memcpy(bytes.data(), kMagic.data(), kMagic.size());
-  std::memcpy(bytes.data() + kMagic.size(), &kVersion, sizeof kVersion);
+std::vector<std::uint8_t> journal_header() {
+  std::vector<std::uint8_t> bytes(kJournalHeaderBytes, 0);
+  std::memcpy(bytes.data(), kJournalMagic.data(), kJournalMagic.size());
+  std::memcpy(bytes.data() + kJournalMagic.size(), &kJournalVersion, sizeof kJournalVersion);
   return bytes;
 }
 
@@ -48,17 +48,19 @@ bool may_follow(const TrackedRecord& record, const TrackedRecord* last, const Tr
           (keyframe.stamp > last_keyframe->stamp && keyframe.submap >= last_keyframe->submap));
 }
 
-Result<void> read_header(InputFile& file) {
-  std::vector<std::uint8_t> bytes(kHeaderBytes);
-  if (!file.read(bytes.data(), bytes.size()) || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
+Result<void> read_journal_header(InputFile& file) {
+  std::vector<std::uint8_t> bytes(kJournalHeaderBytes);
+  if (!file.read(bytes.data(), bytes.size()) ||
+      std::memcmp(bytes.data(), kJournalMagic.data(), kJournalMagic.size()) != 0)
     return fail(ErrorCode::kCorrupted, file.name(), "is not the journal of a SLAM run");
-  if (bytes != header())
+  if (bytes != journal_header())
     return fail(ErrorCode::kUnsupported, file.name(), "is of a version that this program cannot read");
   return {};
 }
 
 /// The bytes of the next record, whose checksum goes into `digest`.
-Result<std::vector<std::uint8_t>> next_record(InputFile& file, std::uint64_t end, std::uint64_t& digest) {
+Result<std::vector<std::uint8_t>> next_journal_record(InputFile& file, std::uint64_t end,
+                                                      std::uint64_t& digest) {
   const auto damaged = fail(ErrorCode::kCorrupted, file.at_byte(), "the record of a frame is damaged");
   std::uint64_t size = 0, checksum = 0;
   if (!file.read_value(size) || !file.read_value(checksum) || file.offset() > end ||
@@ -75,8 +77,8 @@ Result<std::vector<std::uint8_t>> next_record(InputFile& file, std::uint64_t end
 Result<SlamJournal> SlamJournal::create(const std::filesystem::path& path) {
   auto file = AppendFile::create(path);
   if (!file) return forward_error(file);
-  file->append(header());
-  return SlamJournal(std::move(*file), {kHeaderBytes, 0, 0});
+  file->append(journal_header());
+  return SlamJournal(std::move(*file), {kJournalHeaderBytes, 0, 0});
 }
 
 Result<SlamJournal> SlamJournal::continue_at(const std::filesystem::path& path, const JournalMark& mark) {
@@ -101,8 +103,8 @@ Result<std::vector<TrackedRecord>> read_slam_journal(const std::filesystem::path
                                                      const JournalMark& mark) {
   auto file = InputFile::open(path);
   if (!file) return forward_error(file);
-  if (const auto read = read_header(*file); !read) return forward_error(read);
-  if (mark.bytes < kHeaderBytes || mark.bytes > file->size())
+  if (const auto read = read_journal_header(*file); !read) return forward_error(read);
+  if (mark.bytes < kJournalHeaderBytes || mark.bytes > file->size())
     return fail(ErrorCode::kCorrupted, file->name(), "has {} of {} bytes: the end is missing", file->size(),
                 mark.bytes);
   std::vector<TrackedRecord> records;
@@ -110,7 +112,7 @@ Result<std::vector<TrackedRecord>> read_slam_journal(const std::filesystem::path
   std::optional<std::size_t> last_posed, last_keyframe;
   while (file->offset() < mark.bytes) {
     const std::string where = file->at_byte();
-    const auto bytes = next_record(*file, mark.bytes, digest);
+    const auto bytes = next_journal_record(*file, mark.bytes, digest);
     if (!bytes) return forward_error(bytes);
     StateReader reader(*bytes);
     TrackedRecord record;
