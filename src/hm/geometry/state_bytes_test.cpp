@@ -86,7 +86,7 @@ TEST(StateBytes, EveryFieldComesBackToTheBit) {
 TEST(StateBytes, EveryPrefixIsRefused) {
   const auto bytes = bytes_of(example());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    StateReader reader(std::span(bytes).first(size));
+    StateReader reader{std::span(bytes).first(size)};
     Everything out;
     reader(out);
     EXPECT_FALSE(reader.ok()) << size;
