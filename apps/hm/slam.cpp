@@ -13,7 +13,7 @@ struct SlamFlags {
   RecordingFlags of_recording;
 };
 
-/// The parameters of the run that is to be repeated, if it has saved them.
+/// The parameters of the run that is to be continued, if it has saved them.
 hm::Result<void> read_saved_parameters(hm::SlamRunOptions& options) {
   const auto path = options.output / "parameters.toml";
   std::error_code code;
@@ -50,6 +50,7 @@ void add_slam(Program& program) {
       {"slam", "Estimate the trajectory from depth and colour images, close loops and build the map.",
        "  hm slam recording -o result\n"
        "  hm slam recording -o fine --voxel 0.01\n"
+       "  hm slam recording -o result --resume\n"
        "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
        [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
@@ -57,8 +58,7 @@ void add_slam(Program& program) {
   flags->output.add_to(command, "NAME_slam");
   flags->output.add_resume_to(
       command,
-      "repeat an interrupted run from the first frame, with its parameters; what it saved is kept until "
-      "the new run has saved more");
+      "continue an interrupted run in the same folder where its last save stood, with its parameters");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_option(

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
@@ -56,6 +57,8 @@ struct SlamMap::Impl {
   std::vector<LiveCorrection> corrections;
   std::string out_of_memory;
   bool gave_up = false;  ///< live rebuilding ran out of memory
+  /// The frames of an earlier run: not in the map, being brought into it, or in it.
+  enum class Earlier { kMissing, kUnderWay, kInMap } earlier = Earlier::kInMap;
 
   bool can_rebuild();
   void exchange(MapRebuild& rebuild, const RgbdFrame& frame);
@@ -85,6 +88,7 @@ std::string SlamMap::progress() const {
 
 void SlamMap::Impl::exchange(MapRebuild& rebuild, const RgbdFrame& frame) {
   if (const auto put = rebuild.put_into(dense, log); !put) out_of_memory = put.error().message;
+  if (earlier == Earlier::kUnderWay) earlier = Earlier::kInMap;
   if (rebuild.report().volumes_rebuilt == 0 && rebuild.report().frames_moved == 0) return;
   under_way.frame_index = frame.index;
   under_way.stamp = frame.stamp;
@@ -100,6 +104,7 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
     live = std::make_unique<LiveMapCorrection>(parameters, frames, moved_only);
   }
   solutions_begun = now.solutions;
+  if (earlier == Earlier::kMissing) earlier = Earlier::kUnderWay;
   live->start(log, [corrected = now.corrected](const Observation& o) { return place(*corrected, o); });
   under_way = {};
   under_way.begun = frame.stamp;
@@ -129,8 +134,17 @@ void SlamMap::follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& f
     impl.live->discard(std::move(rebuild));
     if (impl.corrections.size() > before) impl.corrections.back().stall_ms += watch.milliseconds();
   }
-  if (now.solutions != impl.solutions_begun && impl.can_rebuild()) impl.begin(frame);
+  const bool is_wanted = now.solutions != impl.solutions_begun || impl.earlier == Impl::Earlier::kMissing;
+  if (is_wanted && impl.can_rebuild()) impl.begin(frame);
 }
+
+void SlamMap::restore(std::span<const Observation> earlier) {
+  HM_CHECK(impl_->log.observations().empty(), "frames have been added");
+  for (const Observation& observation : earlier) impl_->log.note(observation, {});
+  if (!earlier.empty()) impl_->earlier = Impl::Earlier::kMissing;
+}
+
+bool SlamMap::is_complete() const { return impl_->earlier == Impl::Earlier::kInMap; }
 
 std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const TrackedFrame& tracked) {
   const SE3& T_odom_camera = *tracked.T_odom_camera;
@@ -140,18 +154,22 @@ std::optional<SE3> pose_in_map(const LiveRgbdLoopCloser::Snapshot& now, const Tr
   return now.corrected->T_map_odom() * T_odom_camera;
 }
 
-void SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
+bool SlamMap::add(RgbdFrame& frame, const TrackedFrame& tracked) {
   Impl& impl = *impl_;
-  if (!impl.out_of_memory.empty()) return;
+  if (!impl.out_of_memory.empty()) return false;
   const Observation observation{frame.index, frame.stamp, tracked.submap, *tracked.T_odom_camera,
                                 pose_in_map(impl.now, tracked)};
-  if (!observation.T_map_camera) return impl.log.note(observation, {});
+  if (!observation.T_map_camera) {
+    impl.log.note(observation, {});
+    return true;
+  }
   frame.T_world_camera = observation.T_map_camera;
   const FrameOutcome outcome = impl.dense.process_in_map(frame);
   impl.out_of_memory = outcome.scan.out_of_memory;
-  if (!outcome.integrated) return;
+  if (!outcome.integrated) return false;
   impl.log.note(observation, outcome.scan.changed);
   if (impl.live) impl.live->follow(observation, outcome.scan.changed, std::move(frame));
+  return true;
 }
 
 void SlamMap::set_turn(const Mat3& R_turned_map) { impl_->T_turned_map = {R_turned_map, Vec3::Zero()}; }

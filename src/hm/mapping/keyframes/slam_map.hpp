@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,14 @@ class SlamMap {
   void follow(const LiveRgbdLoopCloser::Snapshot& now, const RgbdFrame& frame);
   /// Integrates a frame with a pose; one of a later submap only after a loop has connected it. May move the
   /// frame's images out. Does nothing once out_of_memory() is set.
-  void add(RgbdFrame& frame, const TrackedFrame& tracked);
+  /// False: the frame has no reading in range, or does not fit into memory, and is not part of the map.
+  bool add(RgbdFrame& frame, const TrackedFrame& tracked);
+  /// Continues an earlier run, whose map is not there: notes the frames that it gave to add(), in order and
+  /// without T_map_camera, before the first add(). With slam.rebuild_online they are then integrated on the
+  /// other thread while new frames come in, else by correct().
+  void restore(std::span<const Observation> earlier);
+  /// False from restore() until the frames of the earlier run are in the map.
+  [[nodiscard]] bool is_complete() const;
   /// Rotates the map about its origin at the next correct(), whose keyframes must be in the rotated frame.
   void set_turn(const Mat3& R_turned_map);
   /// Brings the map to the final poses: those of odometry if loops have moved nothing by more than

@@ -28,6 +28,12 @@ struct Feature {
   bool has_depth = false;  ///< depth valid, in range and certain enough: the two below are set
   Vec3 p_camera = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< of p_camera, m^2, camera frame
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(pixel, response, angle_rad, octave, descriptor, has_depth);
+    if (has_depth) archive(p_camera, covariance);
+  }
 };
 
 using FeatureSet = std::vector<Feature>;

@@ -13,12 +13,22 @@ struct LandmarkObservation {
   Eigen::Matrix2d pixel_covariance = Eigen::Matrix2d::Identity();
   double depth_m = 0;  ///< depth reading; 0: none
   double depth_variance_m2 = 0;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(landmark, pixel, pixel_covariance, depth_m, depth_variance_m2);
+  }
 };
 
 /// Observations of a keyframe with depths fused over the frames up to the next keyframe.
 struct RefinedObservations {
   std::size_t frame_index = 0;  ///< of that keyframe
   std::vector<LandmarkObservation> observations;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(frame_index, observations);
+  }
 };
 
 /// Keyframe for relocalisation, place recognition, bundle adjustment and maps (dissertation 3.3). Its images
@@ -35,6 +45,12 @@ struct Keyframe {
   /// Observed landmarks; empty for methods without landmarks.
   std::vector<LandmarkObservation> observations;
   std::optional<RefinedObservations> before = {};  ///< of the previous keyframe in the same submap
+
+  /// All of it: a saved run continues with its keyframes (StateBytes).
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(frame_index, stamp, submap, T_odom_camera, features, motion_covariance, observations, before);
+  }
 };
 
 }  // namespace hm

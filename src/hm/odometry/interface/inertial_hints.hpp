@@ -15,6 +15,10 @@ class InertialHints {
   /// Returns the gyroscope's rotation and the mean specific force since the previous call (empty at the first
   /// one, and when the measurements do not cover the interval without gaps).
   MotionHint next(Time stamp);
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(last_);
+  }
 
  private:
   std::shared_ptr<const CarriedImu> imu_;

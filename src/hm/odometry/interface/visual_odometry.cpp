@@ -21,4 +21,10 @@ std::string_view to_string(TrackingStatus status) {
   return {};
 }
 
+bool VisualOdometry::save(StateWriter& /*state*/) const { return false; }
+Result<void> VisualOdometry::restore(StateReader& /*state*/, const OdometryHistory& /*history*/) {
+  return fail(ErrorCode::kUnsupported, "odometry",
+              "this method cannot continue where an earlier run stopped");
+}
+
 }  // namespace hm

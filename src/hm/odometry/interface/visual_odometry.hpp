@@ -1,9 +1,12 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "hm/core/result.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
@@ -11,6 +14,8 @@
 namespace hm {
 
 struct Keyframe;
+class StateReader;
+class StateWriter;
 
 enum class TrackingStatus {
   kTracked,      ///< the pose was estimated from this frame
@@ -36,6 +41,13 @@ struct TrackingNumbers {
   GravityUse gravity = GravityUse::kNone;
   std::size_t model_points = 0;  ///< in the persistent model after the frame
   double features_ms = 0, prediction_ms = 0, registration_ms = 0, model_ms = 0, total_ms = 0;  ///< Fig. 3.14
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given);
+    archive.choice(gravity, 3);
+    archive(model_points, features_ms, prediction_ms, registration_ms, model_ms, total_ms);
+  }
 };
 
 /// Motion information in addition to the images.
@@ -58,6 +70,12 @@ struct TrackedFrame {
   std::shared_ptr<const Keyframe> new_keyframe;  ///< set when this frame became a keyframe
 };
 
+/// What a saved state refers to: the run's frames and the keyframes that it has made so far, in order.
+struct OdometryHistory {
+  std::function<Result<RgbdFrame>(std::size_t frame_index)> read_frame;
+  std::span<const std::shared_ptr<const Keyframe>> keyframes;
+};
+
 /// RGB-D visual odometry with a persistent feature model (dissertation 3.2). `odom` is the camera frame of
 /// the first image, unless make_visual_odometry() was given that frame's pose. After being lost for some time
 /// it starts a new submap with unknown pose relative to the previous one. A frame without a pose leaves the
@@ -70,6 +88,14 @@ class VisualOdometry {
   virtual TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint = {}) = 0;
   /// Memory of model and keyframes in bytes (bounded; see max_model_points, max_keyframes).
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+
+  /// Writes everything that later frames depend on, except images, which are read from the recording again:
+  /// restore() then continues to the bit. Does nothing and returns false for a method that cannot (the
+  /// published ones).
+  virtual bool save(StateWriter& state) const;
+  /// Becomes the odometry that was saved; made with the same parameters and camera. Errors: the state is
+  /// damaged (kCorrupted), a frame that it refers to cannot be read. Not to be used after an error.
+  virtual Result<void> restore(StateReader& state, const OdometryHistory& history);
 };
 
 }  // namespace hm

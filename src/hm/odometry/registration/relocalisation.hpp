@@ -48,6 +48,10 @@ class LostState {
   RelocalisationSearch next_search(Time stamp, Time posed, int min_inliers);
   void count(Time stamp);
   void found() { *this = {}; }
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(frames_, searched_, since_, last_);
+  }
 
  private:
   int frames_ = 0;

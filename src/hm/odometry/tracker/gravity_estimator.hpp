@@ -37,11 +37,21 @@ class GravityEstimator {
   }  ///< points up; zero: not yet known
   [[nodiscard]] Vec3 bias_camera_m_s2() const { return state_.tail<3>(); }
 
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(path_, known_, updated_, state_, covariance_);
+  }
+
  private:
   struct Sample {
     Time stamp;
     SE3 T_odom_camera;
     Vec3 force_camera = Vec3::Zero();  ///< of the interval that ends here
+
+    template <class Archive>
+    void visit_state(Archive& archive) {
+      archive(stamp, T_odom_camera, force_camera);
+    }
   };
   /// Interval of the path: mean of gravity and rotated bias, and mean rotation.
   struct Stretch {

@@ -179,6 +179,40 @@ void LocalMap::forget_oldest_keyframe() {
     std::erase_if(keyframe.factors, [&](const SurfaceFactor& f) { return f.reference == oldest.identity; });
 }
 
+/// Whether every index and identity names something that is there.
+bool LocalMap::is_sound() const {
+  if (alive_ + free_.size() != landmarks_.size()) return false;
+  std::vector<bool> is_free(landmarks_.size(), false);
+  for (const std::size_t index : free_) {
+    if (index >= landmarks_.size() || landmarks_[index].alive || is_free[index]) return false;
+    is_free[index] = true;
+  }
+  std::size_t last = 0;
+  for (const MapKeyframe& keyframe : keyframes_) {
+    if (keyframe.identity <= last || keyframe.identity >= next_identity_) return false;
+    last = keyframe.identity;
+    for (const Sighting& sighting : keyframe.sightings)
+      if (sighting.landmark >= landmarks_.size() || !landmarks_[sighting.landmark].alive) return false;
+    for (const SurfaceFactor& factor : keyframe.factors)
+      if (find(factor.reference) == nullptr) return false;
+  }
+  return std::all_of(landmarks_.begin(), landmarks_.end(), [this](const MapLandmark& landmark) {
+    return !landmark.alive || (landmark.identity < next_landmark_ && find(landmark.anchor) != nullptr);
+  });
+}
+
+Result<void> LocalMap::restore(
+    const std::function<Result<void>(MapKeyframe&, bool with_surface)>& restore_keyframe) {
+  if (!is_sound())
+    return fail(ErrorCode::kCorrupted, "model of odometry",
+                "its landmarks and keyframes do not belong together");
+  for (std::size_t i = 0; i < keyframes_.size(); ++i)
+    if (const auto restored = restore_keyframe(keyframes_[i], i + kSurfacesKept >= keyframes_.size());
+        !restored)
+      return restored;
+  return {};
+}
+
 void LocalMap::clear() {
   landmarks_.clear();
   free_.clear();

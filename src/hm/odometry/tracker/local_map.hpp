@@ -1,9 +1,11 @@
 #pragma once
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "hm/core/result.hpp"
 #include "hm/odometry/feature/image_pyramid.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/registration/patch_alignment.hpp"
@@ -18,6 +20,11 @@ struct Sighting {
   Mat2 pixel_covariance = Mat2::Identity();
   double depth_m = 0;  ///< 0: none
   double depth_variance_m2 = 0;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(landmark, pixel, pixel_covariance, depth_m, depth_variance_m2);
+  }
 };
 
 /// Point of the persistent model, with the keyframe that provides its patch (anchor).
@@ -31,6 +38,12 @@ struct MapLandmark {
   int looked_for = 0, found = 0;
   int sightings = 0;
   bool alive = false;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(identity, p_odom, covariance, normal_odom, anchor, anchor_pixel, looked_for, found, sightings,
+            alive);
+  }
 };
 
 /// Constraint of a keyframe's pose by another keyframe's surface: for T_ref_key = linearised_at exp(delta)
@@ -40,6 +53,11 @@ struct SurfaceFactor {
   SE3 linearised_at;
   Mat6 information = Mat6::Zero();
   Vec6 gradient = Vec6::Zero();
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(reference, linearised_at, information, gradient);
+  }
 };
 
 struct MapKeyframe {
@@ -51,6 +69,19 @@ struct MapKeyframe {
   std::vector<Sighting> sightings;
   std::vector<SurfaceFactor> factors;
   std::shared_ptr<const Keyframe> record;
+
+  /// All but the images and the record, of which only the frame index is kept: LocalMap::restore() gives the
+  /// rest.
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    std::size_t frame_index = record ? record->frame_index : 0;
+    archive(identity, T_odom_camera, covariance, sightings, factors, frame_index);
+    if constexpr (Archive::kReads) {
+      Keyframe named;
+      named.frame_index = frame_index;
+      record = std::make_shared<const Keyframe>(named);
+    }
+  }
 };
 
 /// Landmark that may be visible, and its predicted position.
@@ -92,7 +123,17 @@ class LocalMap {
   void forget_unproven();
   void clear();
 
+  /// The fields of a saved model, without images.
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(next_identity_, next_landmark_, alive_, landmarks_, free_, keyframes_);
+  }
+  /// Gives keyframes that were just read their image pyramids, surfaces and records. Errors: of
+  /// `restore_keyframe`; kCorrupted where landmarks and keyframes do not belong together.
+  Result<void> restore(const std::function<Result<void>(MapKeyframe&, bool with_surface)>& restore_keyframe);
+
  private:
+  [[nodiscard]] bool is_sound() const;
   void forget_oldest_keyframe();
   void forget_landmark(std::size_t index);
   void drop_dead_sightings();

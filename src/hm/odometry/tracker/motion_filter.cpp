@@ -105,6 +105,8 @@ void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
   surface_ = sample_surface(grid, noise_, kStride);
 }
 
+void MotionFilter::restore(const DepthGrid& grid) { surface_ = sample_surface(grid, noise_, kStride); }
+
 Mat6 MotionFilter::covariance_in_odom() const {
   const Mat6 to_odom = adjoint(T_odom_last_);
   return to_odom * covariance_ * to_odom.transpose();

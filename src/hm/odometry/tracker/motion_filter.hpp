@@ -26,6 +26,12 @@ class MotionFilter {
   void restart(const DepthGrid& grid, const SE3& T_odom_camera);
   /// Covariance of the last output pose relative to the model's (left perturbation in odom).
   [[nodiscard]] Mat6 covariance_in_odom() const;
+  /// All but the last frame's surface, which restore() gives.
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(T_odom_last_, T_odom_model_, covariance_, translation_m2_, rotation_rad2_, frames_);
+  }
+  void restore(const DepthGrid& grid);
   [[nodiscard]] std::size_t memory_bytes() const { return surface_.capacity() * sizeof(SurfaceElement); }
 
  private:

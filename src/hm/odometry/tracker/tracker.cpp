@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/interface/frame_check.hpp"
 #include "hm/odometry/registration/relocalisation.hpp"
 #include "hm/odometry/tracker/motion_filter.hpp"
@@ -68,6 +69,7 @@ class Tracker final : public VisualOdometry {
       if (out.T_odom_camera) {
         lost_.found();
         posed_stamp_ = frame.stamp;
+        posed_frame_ = frame.index;
         reference_ = make_prediction_reference(view, camera_);
       }
     } else {
@@ -85,7 +87,63 @@ class Tracker final : public VisualOdometry {
     return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes();
   }
 
+  bool save(StateWriter& state) const override {
+    const_cast<Tracker*>(this)->visit_state(state);  // a writer changes nothing
+    return true;
+  }
+
+  Result<void> restore(StateReader& state, const OdometryHistory& history) override {
+    visit_state(state);
+    state.require(submap_ >= 0 &&
+                  map_.keyframes().size() <= static_cast<std::size_t>(params_.tracker.max_keyframes));
+    state.require(!last_stamp_ || posed_stamp_ <= *last_stamp_);
+    if (!state.ok()) return fail(ErrorCode::kCorrupted, "state of odometry", "is damaged");
+    if (map_.empty()) return {};
+    if (const auto restored = map_.restore([&](MapKeyframe& keyframe, bool with_surface) {
+          return restore_keyframe(keyframe, with_surface, history);
+        });
+        !restored)
+      return restored;
+    const auto frame = read_again(posed_frame_, history);
+    if (!frame) return forward_error(frame);
+    const TrackerFrame view = make_view(*frame);
+    reference_ = make_prediction_reference(view, camera_);
+    if (params_.tracker.motion_filter) filter_.restore(view.grid);
+    return {};
+  }
+
  private:
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(T_odom_start_, T_odom_last_, covariance_last_, velocity_, last_stamp_, posed_stamp_, posed_frame_,
+            lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, map_);
+  }
+
+  [[nodiscard]] Result<RgbdFrame> read_again(std::size_t frame_index, const OdometryHistory& history) const {
+    auto frame = history.read_frame(frame_index);
+    if (!frame) return frame;
+    if (const std::string reason = reason_to_skip(*frame, camera_, {}); !reason.empty())
+      return fail(ErrorCode::kInvalidValue, fmt::format("frame {}", frame_index), "{}", reason);
+    return frame;
+  }
+
+  Result<void> restore_keyframe(MapKeyframe& keyframe, bool with_surface,
+                                const OdometryHistory& history) const {
+    const std::size_t index = keyframe.record->frame_index;
+    const auto record = std::lower_bound(
+        history.keyframes.begin(), history.keyframes.end(), index,
+        [](const std::shared_ptr<const Keyframe>& k, std::size_t i) { return k->frame_index < i; });
+    if (record == history.keyframes.end() || (*record)->frame_index != index)
+      return fail(ErrorCode::kCorrupted, "state of odometry", "frame {} is no keyframe", index);
+    keyframe.record = *record;
+    const auto frame = read_again(index, history);
+    if (!frame) return forward_error(frame);
+    TrackerFrame view = make_view(*frame);
+    keyframe.pyramid = std::move(view.pyramid);
+    if (with_surface) keyframe.surface = make_surface_grid(view.grid, attempts_.registration.noise);
+    return {};
+  }
+
   /// Transforms a result to odom. The model's frame is that of the first camera, so that results do not
   /// depend on odom.
   void move_to_odom(TrackedFrame& out) const {
@@ -94,12 +152,17 @@ class Tracker final : public VisualOdometry {
     out.covariance = to_odom * out.covariance * to_odom.transpose();
   }
 
-  TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
-    const Stopwatch watch;
+  [[nodiscard]] TrackerFrame make_view(const RgbdFrame& frame) const {
     TrackerFrame view;
     view.frame = &frame;
     view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
     view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
+    return view;
+  }
+
+  TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
+    const Stopwatch watch;
+    TrackerFrame view = make_view(frame);
     out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
     out.numbers.features_ms = watch.milliseconds();
@@ -280,6 +343,7 @@ class Tracker final : public VisualOdometry {
   ConstantVelocity velocity_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
+  std::size_t posed_frame_ = 0;  ///< index of the frame that `reference_` shows
   LostState lost_;
   int submap_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe

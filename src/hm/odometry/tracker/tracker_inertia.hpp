@@ -21,6 +21,11 @@ class TrackerInertia {
   /// Ends a frame with its status and, if tracked, its pose.
   void end_frame(Time stamp, const MotionHint& hint, TrackingStatus status, const SE3& T_odom_camera);
 
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(R_posed_current_, up_odom_, gravity_);
+  }
+
  private:
   double gravity_sigma_rad_;
   std::optional<Mat3> R_posed_current_;

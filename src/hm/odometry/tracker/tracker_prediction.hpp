@@ -27,6 +27,10 @@ class ConstantVelocity {
   /// Predicted motion over the next `duration_s`, at most that of half a second, since the velocity is not
   /// constant for longer.
   [[nodiscard]] SE3 motion(double duration_s) const;
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(twist_);
+  }
 
  private:
   Vec6 twist_ = Vec6::Zero();  ///< m/s and rad/s, in the camera's frame

@@ -1,7 +1,10 @@
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <span>
+#include <thread>
 #include <utility>
 
 #include "hm/core/angle.hpp"
@@ -16,6 +19,7 @@
 #include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
@@ -76,6 +80,7 @@ struct SlamPipeline::Impl {
   };
   Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
   void align(const RgbdFrame& frame, TrackedFrame& tracked);
+  void close_earlier_loops(std::span<const std::shared_ptr<const Keyframe>> keyframes);
   void keep(const RgbdFrame& frame);
   [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
@@ -103,6 +108,8 @@ struct SlamPipeline::Impl {
   std::vector<double> frame_ms;
   std::size_t frames_added = 0, frames_not_kept = 0;
   bool finished = false;
+  std::size_t first_frame = 0;  ///< of the recording, for track_and_map()
+  TrackedRecord last;           ///< frame of track_and_map()
   State state;
 };
 
@@ -115,6 +122,7 @@ SlamPipeline::SlamPipeline(const Recording& recording, const RgbdParameters& par
   impl_->chooses_frame = parameters.slam.level && !first;
   impl_->recording = &recording;
   impl_->range = range;
+  impl_->first_frame = range.begin;
 }
 SlamPipeline::SlamPipeline(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 SlamPipeline::SlamPipeline(SlamPipeline&&) noexcept = default;
@@ -183,6 +191,7 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
   TrackedFrame& tracked = taken.tracked;
   if (frame) align(*frame, tracked);
   if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
+  bool is_mapped = false;
   if (frame) {
     const auto now = closer.snapshot();
     frame->index = index;
@@ -190,10 +199,13 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
     if (tracked.T_odom_camera) taken.T_map_camera = pose_in_map(now, tracked);
     if (tracked.T_odom_camera && is_for_map()) {
       keep(*frame);
-      map.add(*frame, tracked);
+      is_mapped = map.add(*frame, tracked);
     }
     frame_ms.push_back(watch.milliseconds());
   }
+  last = tracking.last();
+  last.is_mapped = is_mapped;
+  last.frame_ms = watch.milliseconds();
   show_progress();
   return taken;
 }
@@ -251,9 +263,9 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   Impl& impl = *impl_;
   const Stopwatch watch;
   HM_CHECK(impl.recording, "this pipeline takes its frames from add()");
-  FramePrefetcher frames(*impl.recording, impl.range.begin, impl.range.end, impl.range.stride,
+  FramePrefetcher frames(*impl.recording, impl.first_frame, impl.range.end, impl.range.stride,
                          static_cast<std::size_t>(impl.parameters.reconstruction.prefetch_frames));
-  std::size_t index = impl.range.begin;
+  std::size_t index = impl.first_frame;
   while (!impl.run.stop.stop_requested()) {
     const Stopwatch wait;
     auto frame = frames.next();
@@ -271,6 +283,64 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   impl.conclude_tracking();
   impl.state.seconds = watch.seconds();
   return {};
+}
+
+bool SlamPipeline::can_be_saved() const {
+  StateWriter ignored;
+  return !impl_->alignment && impl_->recording && impl_->tracking.save(ignored);
+}
+
+const TrackedRecord& SlamPipeline::last_frame() const { return impl_->last; }
+bool SlamPipeline::map_is_complete() const { return impl_->map.is_complete(); }
+
+SlamCheckpoint SlamPipeline::checkpoint(std::size_t next_frame) const {
+  const Impl& impl = *impl_;
+  HM_CHECK(!impl.finished, "the run has ended");
+  RgbdParameters parameters = impl.parameters;
+  SlamCheckpoint checkpoint;
+  checkpoint.camera = impl.camera;
+  checkpoint.parameters_toml = list_slam(parameters).to_toml();
+  checkpoint.next_frame = next_frame;
+  checkpoint.places = keyframe_places(*impl.closer.snapshot().corrected);
+  StateWriter odometry;
+  impl.tracking.save(odometry);
+  checkpoint.odometry = odometry.take();
+  return checkpoint;
+}
+
+Result<void> SlamPipeline::resume(const SavedSlam& saved) {
+  Impl& impl = *impl_;
+  HM_CHECK(impl.recording && impl.tracking.track().frames_read == 0, "frames have been tracked");
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::vector<Observation> observations;
+  for (const TrackedRecord& record : saved.records) {
+    if (record.keyframe) keyframes.push_back(record.keyframe);
+    if (record.was_read) impl.frame_ms.push_back(record.frame_ms);
+    if (record.is_mapped)
+      observations.push_back({record.index, record.stamp, record.submap, *record.T_odom_camera, {}});
+  }
+  StateReader reader(saved.checkpoint.odometry);
+  const auto read_frame = [&impl](std::size_t index) { return impl.source.read(index); };
+  if (const auto restored = impl.tracking.restore(reader, saved.records, {read_frame, keyframes}); !restored)
+    return restored;
+  if (reader.remaining() > 0)
+    return fail(ErrorCode::kCorrupted, "state of odometry", "is longer than it should be");
+  impl.map.restore(observations);
+  impl.first_frame = saved.checkpoint.next_frame;
+  if (impl.parameters.loops.enabled) impl.close_earlier_loops(keyframes);
+  return {};
+}
+
+/// The same keyframes in the same order: the same loops. Waits, so that new frames come into the right map.
+void SlamPipeline::Impl::close_earlier_loops(std::span<const std::shared_ptr<const Keyframe>> keyframes) {
+  constexpr std::chrono::milliseconds kPoll{5};
+  for (const auto& keyframe : keyframes) closer.add(keyframe);
+  for (std::size_t waiting = keyframes.size(); waiting > 0 && !run.stop.stop_requested();) {
+    std::this_thread::sleep_for(kPoll);
+    waiting = closer.snapshot().waiting_keyframes;
+    if (run.progress)
+      run.progress({"closing the loops so far again", keyframes.size() - waiting, keyframes.size(), {}});
+  }
 }
 
 Trajectory SlamPipeline::trajectory_now() const {

@@ -20,7 +20,10 @@ class DensePipeline;
 class FrameSource;
 class Recording;
 struct RgbdParameters;
+struct SavedSlam;
+struct SlamCheckpoint;
 struct SlamState;
+struct TrackedRecord;
 
 /// Input for SLAM frame by frame.
 struct SlamInput {
@@ -113,6 +116,21 @@ class SlamPipeline {
   /// Reads, tracks and maps all frames of the parameters' range; stopped early, those so far. An error is
   /// one of `after_frame`, or kOutOfMemory.
   Result<void> track_and_map(const AfterFrame& after_frame = {});
+  /// Continues a run that was saved with this recording and these parameters (check_continues), before
+  /// track_and_map(): that then begins at the checkpoint's next frame. Trajectory, keyframes, loops and the
+  /// finished map are those of a run that was never interrupted, to the bit. Reads about
+  /// tracker.max_keyframes frames again, and closes the loops of the saved keyframes again. Errors:
+  /// VisualOdometry::restore().
+  Result<void> resume(const SavedSlam& saved);
+  /// Whether the run can be saved: with slam.align, and the published methods of odometry, it cannot.
+  [[nodiscard]] bool can_be_saved() const;
+  /// The last frame of track_and_map().
+  [[nodiscard]] const TrackedRecord& last_frame() const;
+  /// The state before `next_frame`, to be continued; program, recording and journal are the caller's. Not
+  /// after close_loops().
+  [[nodiscard]] SlamCheckpoint checkpoint(std::size_t next_frame) const;
+  /// False after resume() until the map also holds the saved run's frames.
+  [[nodiscard]] bool map_is_complete() const;
   /// The poses of all frames up to now, as loops place them now; those of unconnected maps are left out.
   [[nodiscard]] Trajectory trajectory_now() const;
   /// Waits for the loop closer, solves a last time, adjusts.

@@ -5,10 +5,13 @@
 #include <atomic>
 #include <vector>
 
+#include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/rgbd/recording.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/mapping/map_query.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/sim/recording/simulation.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
@@ -104,6 +107,88 @@ TEST(SlamPipeline, FramesFromACallerGiveWhatARecordingGives) {
   EXPECT_LT(counts.kept_bytes, 2 * kWalk * 320 * 180 * 5 / 2) << "less than half of the pictures' size";
   EXPECT_EQ(slam.state().correction.frames_lost, 0u);
   expect_same_result(from_recording, slam);
+}
+
+RgbdParameters parameters_of_test() {
+  RgbdParameters parameters;
+  EXPECT_TRUE(apply_settings(list_slam(parameters), kSettings));
+  return parameters;
+}
+
+void finish_recording(SlamPipeline& slam) {
+  slam.close_loops();
+  slam.level();
+  EXPECT_TRUE(slam.correct_dense_map());
+}
+
+/// A run that was stopped before frame `cut`, as it comes back from its files.
+SavedSlam stopped_before(std::size_t cut, const std::filesystem::path& folder) {
+  std::stop_source stop;
+  RunContext run;
+  run.stop = stop.get_token();
+  SlamPipeline slam(recording(), parameters_of_test(), run);
+  EXPECT_TRUE(slam.can_be_saved());
+  auto journal = SlamJournal::create(folder / kSlamJournalName).value();
+  EXPECT_TRUE(slam.track_and_map([&](std::size_t next_frame) {
+    journal.add(slam.last_frame());
+    if (next_frame == cut) stop.request_stop();
+    return Result<void>();
+  }));
+  EXPECT_TRUE(journal.flush());
+  SlamCheckpoint checkpoint = slam.checkpoint(cut);
+  checkpoint.journal = journal.mark();
+  EXPECT_TRUE(write_file_bytes(folder / kSlamStateName, to_file_bytes(checkpoint)));
+  auto saved = read_saved_slam(folder);
+  EXPECT_TRUE(saved && *saved) << to_string(saved.error());
+  return std::move(**saved);
+}
+
+/// Trajectory, keyframes, loops, graph, map and mesh to the bit, wherever the run was stopped.
+TEST(SlamPipeline, ContinuesASavedRunAsIfItHadNotBeenInterrupted) {
+  SlamPipeline whole(recording(), parameters_of_test(), {});
+  ASSERT_TRUE(whole.track_and_map());
+  finish_recording(whole);
+  ASSERT_GT(whole.counts().loops, 0u);
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{14}, kWalk, 2 * kWalk - 9, 2 * kWalk}) {
+    SCOPED_TRACE(cut);
+    const TemporaryFolder folder;
+    const SavedSlam saved = stopped_before(cut, folder.path());
+    SlamPipeline slam(recording(), parameters_of_test(), {});
+    const auto resumed = slam.resume(saved);
+    ASSERT_TRUE(resumed) << to_string(resumed.error());
+    EXPECT_FALSE(slam.map_is_complete());
+    ASSERT_TRUE(slam.track_and_map());
+    finish_recording(slam);
+    expect_same_result(whole, slam);
+    const SlamCounts ours = slam.counts(), theirs = whole.counts();
+    EXPECT_EQ(ours.frames, theirs.frames);
+    EXPECT_EQ(ours.keyframes, theirs.keyframes);
+    EXPECT_EQ(ours.loops, theirs.loops);
+    EXPECT_EQ(slam.state().frames_mapped, whole.state().frames_mapped);
+    ASSERT_EQ(slam.state().graph.edges.size(), whole.state().graph.edges.size());
+    for (std::size_t i = 0; i < slam.state().graph.edges.size(); ++i)
+      EXPECT_EQ(slam.state().graph.edges[i].T_from_to.matrix(),
+                whole.state().graph.edges[i].T_from_to.matrix());
+  }
+}
+
+TEST(SlamPipeline, RefusesADamagedStateOfOdometryInWords) {
+  const TemporaryFolder folder;
+  SavedSlam saved = stopped_before(kWalk, folder.path());
+  const std::vector<std::uint8_t> whole = saved.checkpoint.odometry;
+  for (std::size_t size = 0; size < whole.size(); size += whole.size() / 23 + 1) {
+    saved.checkpoint.odometry.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
+    SlamPipeline slam(recording(), parameters_of_test(), {});
+    const auto resumed = slam.resume(saved);
+    ASSERT_FALSE(resumed) << size;
+    EXPECT_FALSE(resumed.error().message.empty());
+  }
+  saved.checkpoint.odometry = whole;
+  saved.checkpoint.odometry.push_back(0);
+  EXPECT_FALSE(SlamPipeline(recording(), parameters_of_test(), {}).resume(saved));
+  saved.checkpoint.odometry = whole;
+  for (TrackedRecord& record : saved.records) record.keyframe.reset();
+  EXPECT_FALSE(SlamPipeline(recording(), parameters_of_test(), {}).resume(saved)) << "its keyframes are gone";
 }
 
 TEST(SlamPipeline, ReadsFramesAgainFromTheCallersOwnSource) {

@@ -189,6 +189,8 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
                      verdict_of(summary, tree, material.scene.size));
   report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
+  if (const auto resumed = tree.sentence("The run was resumed at frame {resumed_at_frame}."))
+    report.add_paragraph(*resumed);
   add_warnings_section(report, summary.warnings);
   add_map(report, summary, tree, material);
   add_path(report, summary);

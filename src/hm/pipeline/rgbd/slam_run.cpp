@@ -1,5 +1,6 @@
 #include "hm/pipeline/rgbd/slam_run.hpp"
 
+#include <memory>
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
@@ -62,21 +63,60 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
         "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
 }
 
-Result<void> track_and_save(SlamPipeline& pipeline, ResultFolder& folder, const RecordingInfo& info,
-                            const SlamRunOptions& options) {
-  SlamSaveState saved = initial_save_state(info, options.run.program_version);
+/// Where the run begins: the saved state of an earlier one, if it is resumed and has one.
+Result<std::optional<SavedSlam>> saved_run(const ResultFolder& folder, const Recording& recording,
+                                           const SlamRunOptions& options) {
+  if (!folder.resumed()) return std::nullopt;
+  auto saved = read_saved_slam(folder.path());
+  if (!saved || !*saved) return saved;
+  const auto checked =
+      check_continues(**saved, recording.info(), recording.camera(), options.parameters, folder.path());
+  if (!checked) return forward_error(checked);
+  return saved;
+}
+
+void log_start(const SlamRunOptions& options, const std::optional<SavedSlam>& saved, std::size_t map_frames) {
+  if (!options.run.log) return;
+  if (saved)
+    options.run.log(LogLevel::kInfo,
+                    fmt::format("the run continues at frame {}", saved->checkpoint.next_frame));
+  else
+    options.run.log(
+        LogLevel::kInfo,
+        fmt::format("no state of tracking was saved: it is repeated from the first frame; what was "
+                    "saved up to frame {} stays until then",
+                    map_frames));
+}
+
+/// What a run is before its first frame: its saves, and where it continues.
+Result<std::unique_ptr<SlamSave>> begin_saves(SlamPipeline& pipeline, ResultFolder& folder,
+                                              const Recording& recording, const SlamRunOptions& options,
+                                              SlamSummary& summary) {
+  auto saved = saved_run(folder, recording, options);
+  if (!saved) return forward_error(saved);
+  SlamSaveState state = initial_save_state(recording.info(), options.run.program_version);
   if (folder.resumed()) {
-    const auto frames = frames_of_saved_slam(folder.path() / "map.hmap", saved);
+    const auto frames = frames_of_saved_slam(folder.path() / "map.hmap", state);
     if (!frames) return forward_error(frames);
-    saved.next_frame = *frames;
-    if (options.run.log)
-      options.run.log(LogLevel::kInfo,
-                      fmt::format("tracking is repeated from the first frame; what was saved "
-                                  "up to frame {} stays until then",
-                                  *frames));
+    state.next_frame = *frames;
+    log_start(options, *saved, *frames);
   }
-  SlamSave save(pipeline, folder, options.parameters, saved);
-  return pipeline.track_and_map([&](std::size_t next_frame) { return save.after_frame(next_frame); });
+  if (*saved) {
+    if (const auto resumed = pipeline.resume(**saved); !resumed)
+      return tl::make_unexpected(cannot_continue(resumed.error()));
+    summary.resumed_at_frame = (*saved)->checkpoint.next_frame;
+  }
+  auto save = std::make_unique<SlamSave>(pipeline, folder, options.parameters, state);
+  const auto begun = save->begin_journal(*saved ? &**saved : nullptr);
+  if (!begun) return forward_error(begun);
+  return save;
+}
+
+Result<void> track_and_save(SlamPipeline& pipeline, SlamSave& save) {
+  const auto tracked =
+      pipeline.track_and_map([&](std::size_t next_frame) { return save.after_frame(next_frame); });
+  if (!tracked) return tracked;
+  return save.end_of_tracking(pipeline.state().frames_done);
 }
 
 }  // namespace
@@ -95,8 +135,10 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
   SlamPipeline pipeline(**recording, options.parameters, options.run);
-  if (const auto tracked = track_and_save(pipeline, *folder, (*recording)->info(), options); !tracked)
-    return forward_error(tracked);
+  SlamSummary summary;
+  const auto save = begin_saves(pipeline, *folder, **recording, options, summary);
+  if (!save) return forward_error(save);
+  if (const auto tracked = track_and_save(pipeline, **save); !tracked) return forward_error(tracked);
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
     return tl::make_unexpected(nothing_tracked(options, pipeline.state(), *warnings));
@@ -105,7 +147,6 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return forward_error(corrected);
-  SlamSummary summary;
   summary.warnings = std::move(*warnings);
   summary.recording = (*recording)->info();
   summary.parameters = options.parameters;
@@ -117,6 +158,9 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   staged.output = folder->staging();
   if (const auto written = write_slam_results(pipeline, **recording, before, staged, summary); !written)
     return tl::make_unexpected(as_run_failure(Result<void>(written)).error());
+  const auto state_files = (*save)->finish(*summary.state.keyframes);
+  if (!state_files) return forward_error(state_files);
+  summary.outputs.insert(summary.outputs.end(), state_files->begin(), state_files->end());
   const auto published =
       folder->publish(summary.outputs, summary.state.interrupted ? RunState::kStopped : RunState::kComplete);
   if (!published) return forward_error(published);

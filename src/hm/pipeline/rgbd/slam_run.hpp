@@ -18,8 +18,9 @@ struct SlamRunOptions {
   std::filesystem::path recording;
   RecordingOptions recording_options;
   std::filesystem::path output;  ///< a folder, made if needed
-  /// kResume: an interrupted run is repeated from its first frame; what it has saved stays until this one is
-  /// further.
+  /// kResume: an interrupted run continues at the frame where its state was saved last, with the result of a
+  /// run that was not interrupted. One without a state (SlamPipeline::can_be_saved) is repeated from its
+  /// first frame; what it has saved stays until this one is further.
   ExistingResult existing = ExistingResult::kRefuse;
   bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   RgbdParameters parameters;
@@ -31,6 +32,7 @@ struct SlamSummary {
   RecordingInfo recording;
   RgbdParameters parameters;
   double run_s = 0;
+  std::optional<std::size_t> resumed_at_frame;  ///< the run continued an earlier one here
   SlamPipeline::State state;
 
   std::optional<TrajectoryError> odometry_error, error;      ///< for a recording with poses: before, after

@@ -9,14 +9,10 @@
 #include "hm/core/angle.hpp"
 #include "hm/core/check.hpp"
 #include "hm/core/text/counted.hpp"
+#include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/make_odometry.hpp"
 
 namespace hm {
-namespace {
-
-bool has_answer(const TrackedFrame& tracked) { return tracked.T_odom_camera.has_value(); }
-
-}  // namespace
 
 VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
                                const Start& start)
@@ -35,54 +31,82 @@ void VisualTracking::set_first_camera(const SE3& T_odom_first_camera) {
 }
 
 TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms) {
-  if (!frame) {
-    track_.unused.push_back({index, "unreadable: " + to_string(frame.error())});
-    TrackedFrame unread;
-    unread.status = TrackingStatus::kSkipped;
-    unread.reason = track_.unused.back().reason;
-    return unread;
-  }
-  ++track_.frames_read;
-  TrackedFrame tracked = odometry_->track(*frame, hints_.next(frame->stamp));
-  VisualFrame note;
-  note.index = index, note.stamp = frame->stamp, note.status = tracked.status, note.submap = tracked.submap;
-  note.keyframe = tracked.new_keyframe != nullptr;
-  note.sigma_m = std::sqrt(std::max(0.0, tracked.covariance.topLeftCorner<3, 3>().trace()));
-  note.wait_ms = wait_ms;
-  note.numbers = tracked.numbers;
-  track_.frames.push_back(note);
-  if (tracked.status != TrackingStatus::kSkipped) times_ms_.push_back(tracked.numbers.total_ms);
-  if (has_answer(tracked)) {
-    ++track_.frames_tracked;
-    track_.trajectory.push_back({frame->stamp, *tracked.T_odom_camera});
-    track_.submaps = std::max(track_.submaps, tracked.submap + 1);
-    lost_ = false;
-  } else if (tracked.status == TrackingStatus::kSkipped) {
-    track_.unused.push_back({index, tracked.reason});
+  TrackedFrame tracked;
+  last_ = {};
+  last_.index = index;
+  last_.was_read = frame.has_value();
+  if (frame) {
+    tracked = odometry_->track(*frame, hints_.next(frame->stamp));
+    last_.stamp = frame->stamp;
+    last_.sigma_m = std::sqrt(std::max(0.0, tracked.covariance.topLeftCorner<3, 3>().trace()));
+    last_.wait_ms = wait_ms;
   } else {
-    note_lost(*frame, tracked);
+    tracked.status = TrackingStatus::kSkipped;
+    tracked.reason = "unreadable: " + to_string(frame.error());
   }
-  track_.turns_given += tracked.numbers.turn_given;
-  track_.gravity_used += tracked.numbers.gravity == GravityUse::kUsed;
-  track_.gravity_rejected += tracked.numbers.gravity == GravityUse::kRejected;
-  track_.relocalised += tracked.status == TrackingStatus::kRelocalised;
-  if (tracked.new_keyframe) track_.keyframes.push_back(tracked.new_keyframe);
-  track_.model_points = tracked.numbers.model_points;
+  last_.status = tracked.status;
+  last_.reason = tracked.reason;
+  last_.submap = tracked.submap;
+  last_.numbers = tracked.numbers;
+  last_.T_odom_camera = tracked.T_odom_camera;
+  last_.keyframe = tracked.new_keyframe;
+  note(last_);
   return tracked;
 }
 
-void VisualTracking::note_lost(const RgbdFrame& frame, const TrackedFrame& tracked) {
+void VisualTracking::note(const TrackedRecord& record) {
+  if (!record.was_read) {
+    track_.unused.push_back({record.index, record.reason});
+    return;
+  }
+  ++track_.frames_read;
+  track_.frames.push_back({record.index, record.stamp, record.status, record.submap,
+                           record.keyframe != nullptr, record.sigma_m, record.wait_ms, record.numbers});
+  if (record.status != TrackingStatus::kSkipped) times_ms_.push_back(record.numbers.total_ms);
+  if (record.T_odom_camera) {
+    ++track_.frames_tracked;
+    track_.trajectory.push_back({record.stamp, *record.T_odom_camera});
+    track_.submaps = std::max(track_.submaps, record.submap + 1);
+    lost_ = false;
+  } else if (record.status == TrackingStatus::kSkipped) {
+    track_.unused.push_back({record.index, record.reason});
+  } else {
+    note_lost(record);
+  }
+  track_.turns_given += record.numbers.turn_given;
+  track_.gravity_used += record.numbers.gravity == GravityUse::kUsed;
+  track_.gravity_rejected += record.numbers.gravity == GravityUse::kRejected;
+  track_.relocalised += record.status == TrackingStatus::kRelocalised;
+  if (record.keyframe) track_.keyframes.push_back(record.keyframe);
+  track_.model_points = record.numbers.model_points;
+}
+
+void VisualTracking::note_lost(const TrackedRecord& record) {
   ++track_.frames_lost;
-  const std::size_t index = track_.frames.back().index;
   if (!lost_) {
-    track_.lost.push_back({index, index, 0, 0, tracked.reason});
-    lost_since_ = frame.stamp;
+    track_.lost.push_back({record.index, record.index, 0, 0, record.reason});
+    lost_since_ = record.stamp;
   }
   lost_ = true;
   LostStretch& stretch = track_.lost.back();
   ++stretch.frames;
-  stretch.last_frame = index;
-  stretch.duration_s = (frame.stamp - lost_since_).seconds();
+  stretch.last_frame = record.index;
+  stretch.duration_s = (record.stamp - lost_since_).seconds();
+}
+
+bool VisualTracking::save(StateWriter& state) const {
+  InertialHints hints = hints_;
+  state(hints);
+  return odometry_->save(state);
+}
+
+Result<void> VisualTracking::restore(StateReader& state, std::span<const TrackedRecord> records,
+                                     const OdometryHistory& history) {
+  HM_CHECK(track_.frames_read + track_.unused.size() == 0, "frames have been tracked");
+  state(hints_);
+  if (const auto restored = odometry_->restore(state, history); !restored) return restored;
+  for (const TrackedRecord& record : records) note(record);
+  return {};
 }
 
 VisualTrack VisualTracking::finish() {

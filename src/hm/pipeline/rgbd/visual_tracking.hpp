@@ -9,6 +9,7 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/interface/inertial_hints.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/pipeline/rgbd/resume/tracked_record.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/report/summary_tree.hpp"
 
@@ -70,11 +71,20 @@ class VisualTracking {
   /// Tracks a frame, or notes why it could not be read.
   TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
   [[nodiscard]] const VisualTrack& track() const { return track_; }
+  /// What take() has noted of its last frame.
+  [[nodiscard]] const TrackedRecord& last() const { return last_; }
+
+  /// Writes what later frames depend on; false: the method cannot (VisualOdometry::save).
+  bool save(StateWriter& state) const;
+  /// Continues a run with these frames, before the first take(). Errors: VisualOdometry::restore().
+  Result<void> restore(StateReader& state, std::span<const TrackedRecord> records,
+                       const OdometryHistory& history);
   /// The books, complete.
   VisualTrack finish();
 
  private:
-  void note_lost(const RgbdFrame& frame, const TrackedFrame& tracked);
+  void note(const TrackedRecord& record);
+  void note_lost(const TrackedRecord& record);
 
   OdometryParams parameters_;
   PinholeCamera camera_;
@@ -82,6 +92,7 @@ class VisualTracking {
   InertialHints hints_;
   VisualTrack track_;
   std::vector<double> times_ms_;
+  TrackedRecord last_;
   Time lost_since_;
   bool lost_ = false;
 };

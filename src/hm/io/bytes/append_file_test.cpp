@@ -1,0 +1,56 @@
+#include "hm/io/bytes/append_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/testing/temporary_folder_test_support.hpp"
+
+namespace hm {
+namespace {
+
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+std::string content_of(const std::filesystem::path& path) {
+  const auto bytes = read_file_bytes(path).value();
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(AppendFile, GrowsAndIsContinuedWhereItIsToldTo) {
+  const TemporaryFolder folder;
+  {
+    auto file = AppendFile::create(folder / "a").value();
+    file.append(bytes_of("first "));
+    EXPECT_TRUE(file.flush());
+    EXPECT_EQ(content_of(folder / "a"), "first ") << "on disk while it is open";
+    std::filesystem::rename(folder / "a", folder / "b");
+    file.append(bytes_of("second"));
+    EXPECT_EQ(file.size(), 12u);
+    EXPECT_TRUE(file.flush());
+    EXPECT_TRUE(file.sync());
+  }
+  EXPECT_EQ(content_of(folder / "b"), "first second") << "it was renamed while it was open";
+  auto file = AppendFile::continue_at(folder / "b", 6).value();
+  EXPECT_EQ(content_of(folder / "b"), "first ") << "the rest is cut off";
+  file.append(bytes_of("new"));
+  EXPECT_TRUE(file.flush());
+  EXPECT_EQ(content_of(folder / "b"), "first new");
+}
+
+TEST(AppendFile, RefusesLinksAndWhatIsTooShort) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_file_text(folder / "target", "precious"));
+  std::filesystem::create_symlink(folder / "target", folder / "link");
+  EXPECT_FALSE(AppendFile::create(folder / "link"));
+  EXPECT_FALSE(AppendFile::continue_at(folder / "link", 0));
+  EXPECT_EQ(content_of(folder / "target"), "precious");
+  const auto cut = AppendFile::continue_at(folder / "target", 100);
+  ASSERT_FALSE(cut);
+  EXPECT_EQ(cut.error().code, ErrorCode::kCorrupted);
+  EXPECT_EQ(content_of(folder / "target"), "precious") << "it is left as it was";
+  EXPECT_FALSE(AppendFile::continue_at(folder / "nothing", 0));
+}
+
+}  // namespace
+}  // namespace hm
