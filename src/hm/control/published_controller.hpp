@@ -46,7 +46,7 @@ class PiD {
   PiD(const PiDGains& gains, float step_s);
   void reset();
   /// Output for this error and measured velocity; numbers only.
-  [[nodiscard]] float step(float error, float velocity);
+  float step(float error, float velocity);
   /// Ends the step: the output after limits.
   void applied(float output);
   /// From the next step on the output continues from this one.
