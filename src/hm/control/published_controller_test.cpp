@@ -29,7 +29,7 @@ PublishedCommand go_to(const Vec3f& position, float yaw = 0) {
 }
 
 /// A controller that hovers, past the fading of its start.
-PublishedController hovering(const PublishedParams& params = {}) {
+PublishedController hovering(const PublishedControlParams& params = {}) {
   PublishedController controller(params);
   controller.start_from({0, 0, 0, kHover});
   for (int i = 0; i < 5000; ++i) controller.step(state_at({0, 0, 0}), go_to({0, 0, 0}));
@@ -50,11 +50,11 @@ TEST(PiD, IsEquation218) {
 
 TEST(PiD, DampingFallsWithTheErrorWhereTheAuthorsCodeTruncated) {
   // The published C code took the integer abs() of |e| < 1 m, so that (1/d_base)^|e| was always 1.
-  const PiD law(PublishedParams{}.position_xy, 0.001F);
+  const PiD law(PublishedControlParams{}.position_xy, 0.001F);
   EXPECT_NEAR(law.damping(0), 0.7F, 1e-6F);
   EXPECT_NEAR(law.damping(0.3F), 0.7 * std::pow(2.6, -0.3), 1e-6);
   EXPECT_NEAR(law.damping(-0.5F), 0.7 * std::pow(2.6, -0.5), 1e-6);
-  PiD stepped(PublishedParams{}.position_xy, 0.001F);
+  PiD stepped(PublishedControlParams{}.position_xy, 0.001F);
   EXPECT_NEAR(stepped.step(0.5F, 1), 0.4 * 0.5 - 0.7 * std::pow(2.6, -0.5), 1e-6);
 }
 
@@ -90,7 +90,7 @@ TEST(PiD, TheIntegralStopsAtLimitsAndItsAuthorityIsKiTimesItsLimit) {
 }
 
 TEST(PublishedController, ASetPointStepCausesNoDerivativeKick) {
-  PublishedParams params;
+  PublishedControlParams params;
   params.tilt_rad = 0.8F;
   PublishedController controller = hovering(params);
   const float before = controller.output().pitch_rad;
@@ -118,7 +118,7 @@ TEST(PublishedController, ErrorsAreOfTheLevelBaseFrame) {
 
 TEST(PublishedController, EveryOutputHasItsLimitAndSlewLimitInEveryMode) {
   // The published firmware limited the change of the thrust only.
-  PublishedParams params;
+  PublishedControlParams params;
   params.roll_slew_rad_s = 1;
   params.pitch_slew_rad_s = 2;
   params.yaw_slew_rad_s2 = 3;
@@ -166,7 +166,7 @@ TEST(PublishedController, ModesAreOfEachAxis) {
 }
 
 TEST(PublishedController, ChangesOfModeContinueFromTheOutputInForce) {
-  PublishedParams params;  // slew limits that would hide nothing
+  PublishedControlParams params;  // slew limits that would hide nothing
   params.roll_slew_rad_s = params.pitch_slew_rad_s = params.yaw_slew_rad_s2 = 1000;
   params.thrust_slew_percent_s = 10000;
   PublishedController controller = hovering(params);
@@ -194,7 +194,7 @@ TEST(PublishedController, YawIsPiAsInTheTextAndTheLaunchedGainsAreP) {
   // Dissertation 2.3.2 says PI; the launch file sets ki to 0. A gyro that is off by 0.1 rad/s shows the
   // difference.
   const auto offset = [](float ki) {
-    PublishedParams params;
+    PublishedControlParams params;
     params.yaw.ki = ki;
     PublishedController controller = hovering(params);
     double yaw = 0;
@@ -234,7 +234,7 @@ TEST(PublishedController, WhatIsNoNumberChangesNothing) {
 
 TEST(PublishedController, AMisspeltGainIsAnErrorThatNamesTheNearest) {
   // The launch file's `max_error` of the velocity laws was ignored without a word.
-  PublishedParams params;
+  PublishedControlParams params;
   ParamList list;
   list.add("published", params);
   list.add("published_velocity_x", params.velocity_x);
