@@ -137,9 +137,9 @@ TEST(Cascade, FliesVehiclesWithAnInnerLoopOfTheirOwn) {
       settings.delay_steps = delay_ms;
       Flight flight(settings, params_for(inner));
       const StepResponse response = step_response(flight, 0);
-      EXPECT_LT(response.settled_s, 3) << static_cast<int>(inner) << " " << delay_ms;
+      EXPECT_LT(response.settled_s, delay_ms ? 5 : 3) << static_cast<int>(inner) << " " << delay_ms;
       EXPECT_LT(response.overshoot, delay_ms ? 0.15 : 0.05);
-      EXPECT_LT(response.late, 0.02);
+      EXPECT_LT(response.late, delay_ms ? 0.06 : 0.01);
     }
 }
 
@@ -235,7 +235,7 @@ TEST(Cascade, EveryOutputHasItsLimitAndSlewLimit) {
       command.direct = {wild(2), wild(2), wild(9), wild(2)};
     }
     const CascadeOutput now = flight.step(command);
-    ASSERT_LE(norm_f(now.rpyt.roll_rad, now.rpyt.pitch_rad), 0.349F * 1.02F);
+    ASSERT_LE(norm_f(now.rpyt.roll_rad, now.rpyt.pitch_rad), 0.349F * 1.05F);
     ASSERT_LE(std::abs(now.rpyt.yaw_rate_rad_s), 2.0001F);
     ASSERT_TRUE(now.rpyt.thrust_ratio >= 0 && now.rpyt.thrust_ratio <= 1);
     ASSERT_LE(std::abs(now.rpyt.roll_rad - before.rpyt.roll_rad), 3.001e-3F);
@@ -375,7 +375,9 @@ TEST(Cascade, ParametersAreWithinTheirRanges) {
 }
 
 TEST(Cascade, TheBitsOfAFlightAreThoseOfEveryProcessor) {
-  // Inputs by exact arithmetic only; hash of a build for x86-64 at -O0, -O3 and with FMA instructions.
+  // Inputs by exact arithmetic only. Seen the same from -O0, -O2, -O3, -O3 -mavx2 and -O1 -mfma. With -O3
+  // -mfma g++ 12 needs -fno-tree-slp-vectorize (which this room has): its vectoriser fuses in spite of
+  // -ffp-contract=off.
   Cascade cascade({}, QuadrotorModel{});
   ControlState state;
   state.airborne = true;

@@ -84,14 +84,14 @@ TEST(PiD, TheIntegralStopsAtLimitsAndItsAuthorityIsKiTimesItsLimit) {
     saturated.applied(50);  // less came through than wanted, for 10 s
   }
   EXPECT_EQ(saturated.integral(), 0) << "5 s m without anti-windup";
-  saturated.step(-0.5F, 0);
-  saturated.applied(50);
+  saturated.applied(saturated.step(-0.5F, 0));
   EXPECT_LT(saturated.integral(), 0) << "it still unloads";
 }
 
 TEST(PublishedController, ASetPointStepCausesNoDerivativeKick) {
   PublishedControlParams params;
   params.tilt_rad = 0.8F;
+  params.pitch_slew_rad_s = 1000;
   PublishedController controller = hovering(params);
   const float before = controller.output().pitch_rad;
   const float first = controller.step(state_at({0, 0, 0}), go_to({0.3F, 0, 0})).pitch_rad;
