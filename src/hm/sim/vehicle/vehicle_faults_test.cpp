@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "hm/sim/vehicle/stream_link.hpp"
 #include "hm/sim/vehicle/vehicle.hpp"
 #include "hm/sim/vehicle/vehicle_test_support.hpp"
 
@@ -101,6 +102,32 @@ TEST(VehicleFaults, GustBlows) {
   EXPECT_NEAR(flown.winds[749], WindParams::kFaultGust_m_s, 1e-2);
   EXPECT_EQ(flown.winds[1010], 0);
   EXPECT_GT(flown.vehicle.state().velocity_world_m_s.head<2>().norm(), 0.1);
+}
+
+TEST(VehicleFaults, LinksAreCutAndNoisy) {
+  VehicleSetup setup = calm_vehicle();
+  setup.faults = faults_of("fault link_cut at 0.2 for 0.1\nfault link_noise at 0.5 for 0.2");
+  Vehicle vehicle(setup, cast_into_nothing());
+  StreamLink<std::vector<std::uint8_t>> link(kSerialLink, 3);
+  std::vector<int> arrived(10, 0), damaged(10, 0);
+  for (int i = 0; i < 1000; ++i) {
+    link.set_faults(vehicle.has_fault(FaultKind::kLinkCut), vehicle.has_fault(FaultKind::kLinkNoise));
+    link.send(vehicle.now(), std::vector<std::uint8_t>(20, static_cast<std::uint8_t>(i / 100)));
+    (void)vehicle.step({});
+    while (const auto arrival = link.receive(Time::from_seconds(2))) {
+      const auto tenth = static_cast<std::uint8_t>(i / 100);
+      ++arrived[tenth];
+      damaged[tenth] += arrival->message == std::vector<std::uint8_t>(20, tenth) ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(arrived, (std::vector<int>{100, 100, 0, 100, 100, 100, 100, 100, 100, 100}));
+  for (std::size_t i = 0; i < damaged.size(); ++i) EXPECT_EQ(damaged[i] > 0, i == 5 || i == 6) << i;
+}
+
+TEST(VehicleFaults, BlackCameraIsReportedToItsSensor) {
+  const Flown flown("camera_black");
+  EXPECT_FALSE(flown.vehicle.has_fault(FaultKind::kCameraBlack));  // over
+  EXPECT_TRUE(flown.vehicle.faults().is_active(FaultKind::kCameraBlack, Duration::from_seconds(0.6)));
 }
 
 TEST(VehicleFaults, WithABuiltInAttitudeLoopALostMotorIsFatalToo) {

@@ -6,7 +6,7 @@
 namespace hm {
 namespace {
 
-constexpr std::uint64_t kTurbulenceStream = 0x77696e, kGustStream = 1ull << 33, kFaultGustStream = 1ull << 34;
+constexpr std::uint64_t kTurbulenceStream = 0x77696e, kGustStream = 5ull << 32, kFaultGustStream = 6ull << 32;
 
 }  // namespace
 
