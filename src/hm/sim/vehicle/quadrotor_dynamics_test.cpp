@@ -173,5 +173,41 @@ TEST(QuadrotorDynamics, RotorDragActsAcrossTheAxisOnly) {
   EXPECT_LT((a - Vec3(-drag / params.airframe.mass_kg, 0, 0)).norm(), 1e-12);
 }
 
+TEST(QuadrotorDynamics, RotorDragDampsTheYawRate) {
+  const VehicleParams params = still_air();
+  const QuadrotorDynamics dynamics(params, Vec3::Zero());
+  QuadrotorState state = dynamics.at_rest({});
+  state.rotor_speed_rad_s.setConstant(params.hover_speed_rad_s());
+  state.angular_velocity_base_rad_s.z() = 3;
+  const double arm2 = params.airframe.arm_m * params.airframe.arm_m;
+  const double torque = -params.rotor.drag_constant_n_s2_m * 4 * params.hover_speed_rad_s() * arm2 * 3;
+  const Vec3 dw = dynamics.rates(state, {}).angular_acceleration_base_rad_s2;
+  EXPECT_LT((dw - Vec3(0, 0, torque / params.airframe.inertia_z_kg_m2)).norm(), 1e-12);
+}
+
+TEST(QuadrotorDynamics, MotionOfTheBaseIsThatOfARigidBody) {
+  const QuadrotorDynamics dynamics(still_air(), Vec3(0.004, -0.003, 0.02));
+  QuadrotorState state = dynamics.at_rest(SE3(so3_exp({0.2, -0.3, 1}), Vec3(1, 2, 3)));
+  state.com_velocity_world_m_s = Vec3(1, -2, 0.5);
+  state.angular_velocity_base_rad_s = Vec3(2, -1, 3);
+  state.rotor_speed_rad_s = RotorValues(500, 520, 540, 560);
+  QuadrotorInputs inputs;
+  inputs.rotor_command_rad_s = state.rotor_speed_rad_s;
+  constexpr double kApart_s = 1e-4;
+  const auto motion = [&](const QuadrotorState& s) {
+    return dynamics.base_motion(s, dynamics.rates(s, inputs));
+  };
+  const QuadrotorState next = dynamics.advance(state, inputs, kApart_s);
+  const FlightState a = motion(state), b = motion(next), c = motion(dynamics.advance(next, inputs, kApart_s));
+  const Vec3 moved = c.T_world_base.translation() - a.T_world_base.translation();
+  EXPECT_LT((moved / (2 * kApart_s) - b.velocity_world_m_s).norm(), 1e-6);
+  const Vec3 faster = c.velocity_world_m_s - a.velocity_world_m_s;
+  EXPECT_LT((faster / (2 * kApart_s) - b.acceleration_world_m_s2).norm(), 1e-5);
+  const Mat3 turn = a.T_world_base.rotation().transpose() * c.T_world_base.rotation();
+  EXPECT_LT((so3_log(turn) / (2 * kApart_s) - b.angular_velocity_base_rad_s).norm(), 1e-5);
+  const Vec3 spun = c.angular_velocity_base_rad_s - a.angular_velocity_base_rad_s;
+  EXPECT_LT((spun / (2 * kApart_s) - b.angular_acceleration_base_rad_s2).norm(), 1e-4);
+}
+
 }  // namespace
 }  // namespace hm
