@@ -16,7 +16,8 @@ struct InnerLoopCommand {
 ///   second order: dw = w0^2 e - 2 zeta w0 w,
 ///   first order:  w follows e / tau, towards gain times the commanded angles, with a lag of 5 ms that keeps
 ///                 the angular velocity continuous.
-/// The yaw rate follows its command with its time constant. Zero for InnerLoopKind::kMotors.
+/// The yaw rate follows its command with its time constant. Commands are limited to 1.2 rad and 10 rad/s.
+/// Zero for InnerLoopKind::kMotors.
 Vec3 inner_loop_acceleration(const InnerLoopParams& params, const InnerLoopCommand& command,
                              const Mat3& R_world_base, const Vec3& angular_velocity_base_rad_s);
 

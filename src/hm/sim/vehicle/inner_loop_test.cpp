@@ -61,6 +61,15 @@ TEST(InnerLoop, RollAndPitchAreAnglesOfTheWorld) {
   EXPECT_LT(inner_loop_acceleration(params, command, reached, Vec3::Zero()).norm(), 1e-9);
 }
 
+TEST(InnerLoop, LimitsItsCommands) {
+  EXPECT_NEAR(pitch_after(InnerLoopKind::kSecondOrder, 1e300, 2), 1.2, 1e-6);
+  InnerLoopParams params;
+  params.inner_loop = InnerLoopKind::kFirstOrder;
+  InnerLoopCommand command;
+  command.yaw_rate_rad_s = -1e300;
+  EXPECT_NEAR(inner_loop_acceleration(params, command, Mat3::Identity(), Vec3::Zero()).z(), -100, 1e-9);
+}
+
 TEST(InnerLoop, HasNoEffectWithRotorsAtRest) {
   EXPECT_NEAR(pitch_after(InnerLoopKind::kSecondOrder, 0.3, 1, 0), 0, 1e-12);
   EXPECT_GT(pitch_after(InnerLoopKind::kSecondOrder, 0.3, 1, 0.6), 0.29);

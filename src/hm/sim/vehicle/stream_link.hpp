@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "hm/core/params.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/core/time.hpp"
 
@@ -18,6 +19,15 @@ struct StreamLinkParams {
   double bytes_per_s = 0;      ///< bandwidth; 0: unlimited
   double bit_error_ratio = 0;  ///< probability of a bit to arrive inverted
   double max_queue_s = 0.5;    ///< a message that would wait longer for the bandwidth is dropped
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"latency_s", {0, 10}, "latency of the link"}, self.latency_s);
+    v(ParamDoc{"jitter_s", {0, 10}, "maximum time added to the latency"}, self.jitter_s);
+    v(ParamDoc{"bytes_per_s", {0, 1e12}, "bandwidth of the link; 0: unlimited"}, self.bytes_per_s);
+    v(ParamDoc{"bit_error_ratio", {0, 0.5}, "probability of a bit to arrive inverted"}, self.bit_error_ratio);
+    v(ParamDoc{"max_queue_s", {0, 100}, "messages that would wait longer are dropped"}, self.max_queue_s);
+  }
 };
 
 /// Links of the dissertation's vehicle (2.2): laser scans 20 ms after their sweep, camera frames, commands to

@@ -8,18 +8,19 @@
 namespace hm {
 namespace {
 
-constexpr double kHullRadius_m = 0.34;      ///< arm and rotor
-constexpr double kHullTop_m = 0.15;         ///< of the laser above the base
-constexpr double kTopRadius_m = 0.08;       ///< of the laser
-constexpr double kFootSpread_m = 0.15;      ///< of the feet from the axes
-constexpr double kStiffness_n_m = 2000;     ///< of a point: four feet give way 1.7 mm under the weight
-constexpr double kDamping_n_s_m = 40;       ///< of a point: 0.75 of the critical damping of the whole vehicle
-constexpr double kFriction = 0.6;           ///< rubber on wood
-constexpr double kMaxNormal_n = 100;        ///< of a point, so that a foot in a table's side is not shot out
-constexpr double kCollisionDepth_m = 0.04;  ///< of a foot
-constexpr double kLookAhead_m = 0.3;        ///< surfaces this far beyond a point are kept
-constexpr double kCollisionApart_s = 0.5;   ///< hits within this time are one collision
-constexpr double kRotorLook_m = 3;          ///< beyond, surfaces change the thrust by less than 0.02 %
+constexpr double kHullRadius_m = 0.34;   ///< arm and rotor
+constexpr double kHullTop_m = 0.15;      ///< of the laser above the base
+constexpr double kTopRadius_m = 0.08;    ///< of the laser
+constexpr double kFootSpread_m = 0.15;   ///< of the feet from the axes
+constexpr double kStiffness_n_m = 2000;  ///< of a point: four feet give way 1.7 mm under the weight
+constexpr double kDamping_n_s_m = 40;    ///< of a point: 0.75 of the critical damping of the whole vehicle
+constexpr double kFriction = 0.6;        ///< rubber on wood
+constexpr double kMaxNormal_n = 400;     ///< of a point: of an arm that breaks
+constexpr double kSideDepth_m = 0.04;    ///< of a foot that did not touch before: it came from the side
+constexpr double kHardLanding_m_s = 2;
+constexpr double kLookAhead_m = 0.3;       ///< surfaces this far beyond a point are kept
+constexpr double kCollisionApart_s = 0.5;  ///< hits within this time are one collision
+constexpr double kRotorLook_m = 3;         ///< beyond, surfaces change the thrust by less than 0.02 %
 
 SurfacePlane plane_of(const Ray& ray, const RayHit& hit) {
   const Vec3 facing = hit.normal_world.dot(ray.direction_world) > 0 ? -hit.normal_world : hit.normal_world;
@@ -77,13 +78,18 @@ void VehicleContact::look(const QuadrotorState& state, Time now) {
   surroundings_(rays, hits);
   set_surfaces(rays, hits);
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const Point& point = points_[i];
+    Point& point = points_[i];
     if (!point.surface) continue;
     const Touch touch = touch_of(point, state, R);
-    const bool is_hit =
-        point.is_foot ? touch.depth_m > kCollisionDepth_m : hits[i].range_m < point.tip_base.norm();
-    if (is_hit) count_collision(point, touch, now);
+    if (is_collision(point, touch, hits[i].range_m < point.tip_base.norm()))
+      count_collision(point, touch, now);
+    if (point.is_foot && !point.is_touching && touch.depth_m > kSideDepth_m) point.surface.reset();
   }
+}
+
+bool VehicleContact::is_collision(const Point& point, const Touch& touch, bool is_cut) {
+  if (!point.is_foot) return is_cut;
+  return point.is_touching ? point.free_approach_m_s > kHardLanding_m_s : touch.depth_m > kSideDepth_m;
 }
 
 void VehicleContact::set_surfaces(std::span<const Ray> rays, std::span<const RayHit> hits) {
@@ -119,9 +125,10 @@ VehicleContact::Touch VehicleContact::touch_of(const Point& point, const Quadrot
   touch.tip_world = state.com_world_m + R * arm_base;
   touch.velocity_world = state.com_velocity_world_m_s + R * state.angular_velocity_base_rad_s.cross(arm_base);
   touch.depth_m = (plane.point_world - touch.tip_world).dot(normal);
+  touch.approach_m_s = -touch.velocity_world.dot(normal);
   if (touch.depth_m <= 0) return touch;
-  const double approach = -touch.velocity_world.dot(normal);
-  touch.normal_n = std::clamp(kStiffness_n_m * touch.depth_m + kDamping_n_s_m * approach, 0.0, kMaxNormal_n);
+  touch.normal_n =
+      std::clamp(kStiffness_n_m * touch.depth_m + kDamping_n_s_m * touch.approach_m_s, 0.0, kMaxNormal_n);
   const auto across = [&normal](const Vec3& v) -> Vec3 { return v - v.dot(normal) * normal; };
   if (point.is_touching) touch.stretch_world_m = across(point.anchor_world - touch.tip_world);
   touch.friction_world_n =
@@ -152,6 +159,7 @@ void VehicleContact::settle(const QuadrotorState& state) {
     const bool was_touching = std::exchange(point.is_touching, touch.normal_n > 0);
     if (!point.is_touching) {
       point.free_speed_m_s = touch.velocity_world.norm();
+      point.free_approach_m_s = touch.approach_m_s;
       continue;
     }
     if (!was_touching) point.anchor_world = touch.tip_world;

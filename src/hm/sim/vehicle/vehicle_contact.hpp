@@ -34,8 +34,9 @@ class VehicleContact {
   VehicleContact(const VehicleParams& params, const Vec3& com_base_m, CastRays surroundings);
 
   /// Looks for surfaces anew (at 100 Hz) and counts collisions: segments from the centre to a point of the
-  /// hull that a surface cuts, and feet deeper than 4 cm in a surface, which no landing below 2 m/s causes.
-  /// Hits less than half a second after the last one belong to the same collision.
+  /// hull that a surface cuts, feet that touched down at more than 2 m/s, and feet that are suddenly deep in
+  /// a surface, i.e. that came from its side (these feel no force). Hits less than half a second after the
+  /// last one belong to the same collision.
   void look(const QuadrotorState& state, Time now);
   /// Forces of all contacts, with the surfaces found last.
   [[nodiscard]] BodyWrench wrench(const QuadrotorState& state) const;
@@ -57,16 +58,20 @@ class VehicleContact {
     bool is_touching = false;
     std::optional<SurfacePlane> surface;
     Vec3 anchor_world = Vec3::Zero();  ///< where the point began to touch, or slid to
-    double free_speed_m_s = 0;         ///< speed when it last did not touch
+    /// Speed, and speed towards the surface, when it last did not touch.
+    double free_speed_m_s = 0, free_approach_m_s = 0;
   };
   struct Touch {
     double depth_m = 0, normal_n = 0;  ///< depth below the surface, normal force
+    double approach_m_s = 0;           ///< speed towards the surface
     Vec3 tip_world = Vec3::Zero(), velocity_world = Vec3::Zero();
     Vec3 friction_world_n = Vec3::Zero(), stretch_world_m = Vec3::Zero();
   };
   static constexpr std::size_t kFeet = 4, kHullPoints = 12;
 
   [[nodiscard]] Touch touch_of(const Point& point, const QuadrotorState& state, const Mat3& R) const;
+  /// Whether a point with a surface collides; `is_cut`: the surface cuts its segment.
+  [[nodiscard]] static bool is_collision(const Point& point, const Touch& touch, bool is_cut);
   void count_collision(const Point& point, const Touch& touch, Time now);
   void set_surfaces(std::span<const Ray> rays, std::span<const RayHit> hits);
 
