@@ -17,7 +17,7 @@ TEST(VehicleParams, AreListedOnceAndWithinTheirRanges) {
     EXPECT_TRUE(names.insert(param.name).second) << param.name;
     EXPECT_FALSE(param.help.empty()) << param.name;
   }
-  ASSERT_TRUE(list.set("vehicle.inner_loop=\"first-order\""));
+  ASSERT_TRUE(list.set("vehicle.inner_loop=first-order"));
   EXPECT_EQ(params.inner_loop.inner_loop, InnerLoopKind::kFirstOrder);
   ASSERT_TRUE(list.set("vehicle.mass_kg=2"));
   EXPECT_EQ(params.airframe.mass_kg, 2);
