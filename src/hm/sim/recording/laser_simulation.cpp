@@ -76,6 +76,14 @@ struct LaserSimulation::Impl {
   double duration_s = 0;
 };
 
+HeightTruth true_heights(const Renderer& renderer, Time stamp, const Vec3& base_world) {
+  const Ray rays[] = {{base_world, -Vec3::UnitZ(), 0}, {base_world, Vec3::UnitZ(), 0}};
+  RayHit hits[2];
+  renderer.cast(rays, hits);
+  const double z = base_world.z();
+  return {stamp, z, z - hits[0].range_m, z + hits[1].range_m};
+}
+
 void LaserSimulationParams::make_perfect() {
   laser_effects = {false, false, false, false, true};
   imu_effects = {false, false, false};
@@ -152,13 +160,9 @@ Trajectory LaserSimulation::truth() const {
 
 std::vector<HeightTruth> LaserSimulation::heights() const {
   std::vector<HeightTruth> heights;
-  for (const Time stamp : impl_->stamps(impl_->params.truth_rate_hz)) {
-    const Vec3 p = impl_->state_at(stamp).T_world_base.translation();
-    const Ray rays[] = {{p, -Vec3::UnitZ(), 0}, {p, Vec3::UnitZ(), 0}};
-    RayHit hits[2];
-    impl_->renderer.cast(rays, hits);
-    heights.push_back({stamp, p.z(), p.z() - hits[0].range_m, p.z() + hits[1].range_m});
-  }
+  for (const Time stamp : impl_->stamps(impl_->params.truth_rate_hz))
+    heights.push_back(
+        true_heights(impl_->renderer, stamp, impl_->state_at(stamp).T_world_base.translation()));
   return heights;
 }
 

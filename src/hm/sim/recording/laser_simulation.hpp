@@ -85,6 +85,9 @@ struct HeightTruth {
   double ceiling_m = 0;  ///< of the surface vertically above it; infinity: none
 };
 
+/// True heights of a base at this place.
+HeightTruth true_heights(const Renderer& renderer, Time stamp, const Vec3& base_world);
+
 /// Simulates the flight of a quadrotor through a generated world, with a laser whose outer beams are
 /// deflected down and up by mirrors (dissertation 2.2). Const members may be called in any order and from
 /// several threads; results depend only on the parameters.
