@@ -89,6 +89,40 @@ TEST(Params, TomlRoundTrip) {
   EXPECT_EQ(read.flavour, Flavour::kSour);
 }
 
+struct SingleParams {
+  float gain = 0.7F, ratio = 1, tiny = 1e-9F;
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"gain", {0.7, 4}, "0.7 is not exact in either precision"}, self.gain);
+    v(ParamDoc{"ratio", {}, "any"}, self.ratio);
+    v(ParamDoc{"tiny", {}, "any"}, self.tiny);
+  }
+};
+
+TEST(Params, SinglePrecisionIsReadWrittenAndCheckedAsItsOwnKind) {
+  SingleParams params;
+  ParamList list;
+  list.add("s", params);
+  EXPECT_TRUE(list.check()) << "0.7 rounded to single precision is less than the range's 0.7";
+  EXPECT_THAT(list.to_toml(), HasSubstr("gain = 0.7\n"));
+  EXPECT_THAT(list.to_toml(), HasSubstr("ratio = 1.0\n"));
+  for (const char* text : {"s.gain=0.69", "s.gain=4.1", "s.gain=nan", "s.gain=wide", "s.ratio=1e39"})
+    EXPECT_FALSE(list.set(text)) << text;
+  EXPECT_EQ(params.gain, 0.7F);
+  EXPECT_EQ(params.ratio, 1);
+  ASSERT_TRUE(list.set("s.gain=3.3"));
+  ASSERT_TRUE(list.set("s.ratio=2"));
+  SingleParams read;
+  ParamList read_list;
+  read_list.add("s", read);
+  ASSERT_TRUE(read_list.read_toml(list.to_toml(), "memory"));
+  EXPECT_EQ(read.gain, 3.3F);
+  EXPECT_EQ(read.ratio, 2);
+  EXPECT_EQ(read.tiny, 1e-9F);
+  params.gain = 5;
+  EXPECT_FALSE(list.check());
+}
+
 TEST(Params, TomlReportsAllViolationsWithLinesAndChangesNothing) {
   ExampleParams params;
   ParamList list;

@@ -41,9 +41,17 @@ std::string range_text(const Range& range) {
   return {};
 }
 
-/// Description of the violation of a number for this parameter, or nothing.
+/// Description of the violation of a number for this parameter, or nothing. In single precision the ends of
+/// the range are rounded as the number is: 0.7 is allowed where 0.7 is the least.
 std::string range_violation(const ParamRef& param, double number) {
-  if (std::isfinite(number) && number >= param.range.min && number <= param.range.max) return {};
+  if (std::holds_alternative<float*>(param.value)) {
+    const auto single = [](double value) { return static_cast<double>(static_cast<float>(value)); };
+    if (std::isfinite(single(number)) && single(number) >= single(param.range.min) &&
+        single(number) <= single(param.range.max))
+      return {};
+  } else if (std::isfinite(number) && number >= param.range.min && number <= param.range.max) {
+    return {};
+  }
   const std::string range = range_text(param.range);
   return fmt::format("{} = {} is not {}", param.name, number, range.empty() ? "a finite number" : range);
 }
@@ -59,6 +67,10 @@ std::string assign(const ParamRef& param, const Value& value, bool store) {
     if (!number) return fmt::format("{} wants a number", param.name);
     if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
     if (store) **place = *number;
+  } else if (const auto* single_place = std::get_if<float*>(&param.value)) {
+    if (!number) return fmt::format("{} wants a number", param.name);
+    if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
+    if (store) **single_place = static_cast<float>(*number);
   } else if (const auto* int_place = std::get_if<int*>(&param.value)) {
     if (!std::holds_alternative<std::int64_t>(value))
       return fmt::format("{} wants a whole number", param.name);
@@ -276,6 +288,7 @@ Result<void> ParamList::check() const {
   for (const ParamRef& param : params_) {
     std::string wrong;
     if (const auto* real = std::get_if<double*>(&param.value)) wrong = range_violation(param, **real);
+    if (const auto* single = std::get_if<float*>(&param.value)) wrong = range_violation(param, **single);
     if (const auto* integer = std::get_if<int*>(&param.value)) wrong = range_violation(param, **integer);
     if (!wrong.empty()) wrongs.push_back(std::move(wrong));
   }
@@ -301,10 +314,11 @@ std::string ParamList::to_toml(ParamLevel least) const {
 }
 
 std::string value_text(const ParamRef& param) {
-  if (const auto* real = std::get_if<double*>(&param.value)) {
-    std::string text = fmt::format("{}", **real);
+  const auto with_point = [](std::string text) {
     return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
-  }
+  };
+  if (const auto* real = std::get_if<double*>(&param.value)) return with_point(fmt::format("{}", **real));
+  if (const auto* single = std::get_if<float*>(&param.value)) return with_point(fmt::format("{}", **single));
   if (const auto* integer = std::get_if<int*>(&param.value)) return fmt::format("{}", **integer);
   if (const auto* flag = std::get_if<bool*>(&param.value)) return **flag ? "true" : "false";
   const auto quoted = [](std::string_view text) {

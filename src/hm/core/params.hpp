@@ -29,7 +29,7 @@ struct ParamRef {
   Range range;
   std::string help;
   ParamLevel level = ParamLevel::kExpert;
-  std::variant<double*, int*, bool*, std::string*, ChoiceRef> value;
+  std::variant<double*, float*, int*, bool*, std::string*, ChoiceRef> value;
 };
 
 /// All parameters of a program, as references into plain structs, for reading, writing, validation and

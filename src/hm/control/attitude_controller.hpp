@@ -1,0 +1,77 @@
+#pragma once
+#include "hm/control/attitude.hpp"
+#include "hm/control/quadrotor_model.hpp"
+#include "hm/control/signal_limits.hpp"
+
+namespace hm {
+
+struct AttitudeParams {
+  float tilt_per_s = 20;
+  float yaw_per_s = 3.2F;
+  float tilt_acceleration_rad_s2 = 80;
+  float tilt_rate_rad_s = 6, yaw_rate_rad_s = 2;
+  float rate_xy_per_s = 40, rate_z_per_s = 10;
+  float rate_integral_per_s = 2;
+  float damping_xy_ratio = 0.5F;
+  float damping_cutoff_hz = 40;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"tilt_per_s", {0.5, 60}, "turning rate per error of roll and pitch", ParamLevel::kBasic},
+      self.tilt_per_s);
+    v(ParamDoc{"yaw_per_s", {0.1, 30}, "turning rate per yaw error"}, self.yaw_per_s);
+    v(ParamDoc{"tilt_acceleration_rad_s2", {1, 1000}, "braking that large tilt errors are reduced with"},
+      self.tilt_acceleration_rad_s2);
+    v(ParamDoc{"tilt_rate_rad_s", {0.1, 30}, "maximum rate of roll and pitch"}, self.tilt_rate_rad_s);
+    v(ParamDoc{"yaw_rate_rad_s", {0.1, 10}, "maximum yaw rate"}, self.yaw_rate_rad_s);
+    v(ParamDoc{"rate_xy_per_s",
+               {1, 200},
+               "angular acceleration per error of the rates of roll and pitch",
+               ParamLevel::kBasic},
+      self.rate_xy_per_s);
+    v(ParamDoc{"rate_z_per_s", {0.5, 100}, "angular acceleration per error of the yaw rate"},
+      self.rate_z_per_s);
+    v(ParamDoc{"rate_integral_per_s", {0, 50}, "integral gain of the rates, per proportional gain"},
+      self.rate_integral_per_s);
+    v(ParamDoc{"damping_xy_ratio", {0, 1}, "counter torque per measured acceleration of roll and pitch"},
+      self.damping_xy_ratio);
+    v(ParamDoc{"damping_cutoff_hz", {5, 400}, "cut-off frequency of that acceleration"},
+      self.damping_cutoff_hz);
+  }
+};
+
+/// From attitude to torque. Tilt first: roll and pitch errors are those of the shortest turn that brings the
+/// vehicle's z axis to its set-point, whatever the yaw error (Brescianini, Hehn and D'Andrea 2013), and have
+/// the higher gain. Beyond tilt_acceleration/tilt_per_s^2 the wanted rate grows with the square root of the
+/// error, so that the rotors can brake the turn. Rates: J (Kw (w_ref - w) + I - Kd dw/dt) + w x J w, with the
+/// derivative of the measured, low-passed rates only: set-points cause no kick.
+class AttitudeController {
+ public:
+  AttitudeController(const AttitudeParams& params, const QuadrotorModel& model, float step_s);
+  void reset();
+  /// Rates in the base frame that reduce the error, plus a yaw rate about the vertical.
+  [[nodiscard]] Vec3f wanted_rates(const Attitude& wanted, const Attitude& measured,
+                                   float yaw_rate_rad_s) const;
+  /// Torque in the base frame, N m, for these rates. Inputs must be numbers.
+  const Vec3f& step(const Vec3f& wanted_rates_rad_s, const Vec3f& rates_rad_s);
+  /// Ends the step: the integrals learn the torque that the mixer left.
+  void applied(const Vec3f& torque_n_m);
+
+ private:
+  AttitudeParams params_;
+  float step_s_;
+  Vec3f inertia_, gains_, damping_;
+  LowPass low_pass_;
+  bool started_ = false;
+  Vec3f error_ = Vec3f::Zero(), integral_ = Vec3f::Zero(), torque_ = Vec3f::Zero();
+};
+
+/// Error of an attitude as two turns of the vehicle: first the shortest one that brings its z axis to the
+/// wanted direction (a rotation vector in the base frame, with z = 0), then one about that axis.
+struct TiltYawError {
+  Vec3f tilt_rad = Vec3f::Zero();
+  float yaw_rad = 0;
+};
+[[nodiscard]] TiltYawError tilt_yaw_error(const Attitude& wanted, const Attitude& measured);
+
+}  // namespace hm

@@ -1,0 +1,54 @@
+#pragma once
+#include "hm/control/quadrotor_model.hpp"
+
+namespace hm {
+
+struct HoverThrustParams {
+  float initial_std_ratio = 0.15F;
+  float walk_ratio_sqrt_s = 0.0065F;
+  float accelerometer_std_m_s2 = 2;
+  float gate_sigma = 4;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"initial_std_ratio",
+               {0.001, 1},
+               "standard deviation of the hover thrust at take-off, per thrust"},
+      self.initial_std_ratio);
+    v(ParamDoc{"walk_ratio_sqrt_s",
+               {0, 1},
+               "change of the hover thrust in a second (battery, load), per thrust"},
+      self.walk_ratio_sqrt_s);
+    v(ParamDoc{"accelerometer_std_m_s2",
+               {0.01, 100},
+               "noise of one sample of the accelerometer, with vibration"},
+      self.accelerometer_std_m_s2);
+    v(ParamDoc{"gate_sigma", {1, 100}, "samples that differ by more standard deviations are ignored"},
+      self.gate_sigma);
+  }
+};
+
+/// Commanded thrust that carries the vehicle, estimated while it flies by a Kalman filter of one state: the
+/// specific force along the vehicle's z axis per commanded newton (1 over the mass when thrust is as
+/// modelled). The commanded thrust reaches the measurement through the rotors' time constant.
+class HoverThrust {
+ public:
+  HoverThrust(const HoverThrustParams& params, const QuadrotorModel& model, float step_s);
+  void reset();
+  /// One step in the air. Nothing is learned from less than 30 % of the nominal hover thrust, or from a
+  /// sample that is no number or outside the gate (1 s of them widens the gate: the estimate may be what is
+  /// wrong).
+  void step(float commanded_thrust_n, float specific_force_z_m_s2);
+  /// Sets the thrust that the rotors have, without learning: on the ground, or when something else flies.
+  void follow(float commanded_thrust_n) { lagged_thrust_n_ = commanded_thrust_n; }
+  /// In newtons of commanded thrust; within a half and twice the nominal weight.
+  [[nodiscard]] float hover_thrust_n() const;
+  [[nodiscard]] float variance() const { return variance_; }  ///< of the specific force per newton
+
+ private:
+  HoverThrustParams params_;
+  float nominal_, step_s_, lag_share_, least_thrust_n_;
+  float force_per_newton_ = 0, variance_ = 0, lagged_thrust_n_ = 0, refused_s_ = 0;
+};
+
+}  // namespace hm
