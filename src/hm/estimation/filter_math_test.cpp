@@ -57,7 +57,7 @@ TEST(FilterMath, RotationsAndAnglesOfFloatsAreThoseOfDoubles) {
     ASSERT_NEAR(end.coeffs().norm(), 1, 1e-6);
     const FilterQuaternion<float> shortest =
         shortest_turn(narrow, FilterVector<float, 3>(vector.cast<float>()));
-    ASSERT_LT((shortest * narrow.normalized() - vector.normalized().cast<float>()).norm(), 1e-5);
+    ASSERT_LT((shortest * narrow.normalized() - vector.normalized().cast<float>()).norm(), 1e-4);
   }
   const FilterVector<float, 3> x(1, 0, 0);
   EXPECT_LT((shortest_turn(x, FilterVector<float, 3>(-x)) * x + x).norm(), 1e-6);  // half a turn

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "hm/estimation/testing/laser_flight.hpp"
+#include "hm/geometry/se2.hpp"
 
 namespace hm {
 namespace {

@@ -31,30 +31,44 @@ Refusal FlightStateMachine::act(FlightAction action, const ActionConditions& con
   }
   if (state_ == AutopilotState::kError) return Refusal::kErrorLatched;
   switch (action) {
-    case FlightAction::kToggleEngage: return toggle_engage();
-    case FlightAction::kTakeOff: return take_off(conditions.take_off);
-    case FlightAction::kLand: return land();
-    default: return Refusal::kNotSupported;
+    case FlightAction::kToggleEngage:
+      return toggle_engage();
+    case FlightAction::kTakeOff:
+      return take_off(conditions.take_off);
+    case FlightAction::kLand:
+      return land();
+    default:
+      return Refusal::kNotSupported;
   }
 }
 
 Refusal FlightStateMachine::toggle_engage() {
   switch (state_) {
-    case AutopilotState::kOff: go(AutopilotState::kEngaging, FlightPhase::kGround); return Refusal::kNone;
-    case AutopilotState::kIdle: go(AutopilotState::kDisengaging, FlightPhase::kGround); return Refusal::kNone;
+    case AutopilotState::kOff:
+      go(AutopilotState::kEngaging, FlightPhase::kGround);
+      return Refusal::kNone;
+    case AutopilotState::kIdle:
+      go(AutopilotState::kDisengaging, FlightPhase::kGround);
+      return Refusal::kNone;
     case AutopilotState::kEngaging:
-    case AutopilotState::kDisengaging: return Refusal::kInTransition;
-    default: return Refusal::kAlreadyFlying;
+    case AutopilotState::kDisengaging:
+      return Refusal::kInTransition;
+    default:
+      return Refusal::kAlreadyFlying;
   }
 }
 
 Refusal FlightStateMachine::take_off(Refusal refusal) {
   switch (state_) {
-    case AutopilotState::kOff: return Refusal::kMotorsOff;
+    case AutopilotState::kOff:
+      return Refusal::kMotorsOff;
     case AutopilotState::kEngaging:
-    case AutopilotState::kDisengaging: return Refusal::kInTransition;
-    case AutopilotState::kIdle: break;
-    default: return Refusal::kAlreadyFlying;
+    case AutopilotState::kDisengaging:
+      return Refusal::kInTransition;
+    case AutopilotState::kIdle:
+      break;
+    default:
+      return Refusal::kAlreadyFlying;
   }
   if (refusal == Refusal::kNone) go(AutopilotState::kFlying, FlightPhase::kTakeOff);
   return refusal;
@@ -116,7 +130,8 @@ void FlightStateMachine::step(Time now, bool motors_on) {
   debounce(motors_on);
   const bool between = state_ == AutopilotState::kEngaging || state_ == AutopilotState::kDisengaging;
   if (between && in_state() >= transition_) fail();
-  if (phase_ == FlightPhase::kTouchDown && in_state() >= ramp_ + landed_) go(AutopilotState::kIdle, FlightPhase::kGround);
+  if (phase_ == FlightPhase::kTouchDown && in_state() >= ramp_ + landed_)
+    go(AutopilotState::kIdle, FlightPhase::kGround);
 }
 
 /// A change counts once it has lasted.
@@ -140,12 +155,18 @@ void FlightStateMachine::motors_changed() {
 
 MotorDemand FlightStateMachine::motor_demand() const {
   switch (state_) {
-    case AutopilotState::kEngaging: return MotorDemand::kStart;
-    case AutopilotState::kDisengaging: return MotorDemand::kStop;
-    case AutopilotState::kIdle: return MotorDemand::kIdle;
-    case AutopilotState::kFlying: return MotorDemand::kControl;
-    case AutopilotState::kLanding: return thrust_share() > 0 ? MotorDemand::kControl : MotorDemand::kIdle;
-    default: return MotorDemand::kOff;
+    case AutopilotState::kEngaging:
+      return MotorDemand::kStart;
+    case AutopilotState::kDisengaging:
+      return MotorDemand::kStop;
+    case AutopilotState::kIdle:
+      return MotorDemand::kIdle;
+    case AutopilotState::kFlying:
+      return MotorDemand::kControl;
+    case AutopilotState::kLanding:
+      return thrust_share() > 0 ? MotorDemand::kControl : MotorDemand::kIdle;
+    default:
+      return MotorDemand::kOff;
   }
 }
 

@@ -28,7 +28,7 @@ struct StateMachineParams {
 
 /// What actions depend on besides the state.
 struct ActionConditions {
-  bool rc_enabled = true;        ///< switch of the remote control: commands of computers count
+  bool rc_enabled = true;             ///< switch of the remote control: commands of computers count
   Refusal take_off = Refusal::kNone;  ///< why the vehicle may not take off now
 };
 
@@ -36,7 +36,8 @@ struct ActionConditions {
 ///
 /// kError latches, unlike in the author's firmware, where starting the motors by remote control left it: only
 /// kReset with stopped motors leads to kOff. The emergency stop works in every state and without the remote
-/// control's switch; all other actions need it. An action that is not carried out changes nothing and returns why.
+/// control's switch; all other actions need it. An action that is not carried out changes nothing and returns
+/// why.
 class FlightStateMachine {
  public:
   explicit FlightStateMachine(const StateMachineParams& params = {});
@@ -45,8 +46,8 @@ class FlightStateMachine {
   Refusal act(FlightAction action, const ActionConditions& conditions);
   /// One step: observes the motors and lets time pass. The first step only sets the clock.
   void step(Time now, bool motors_on);
-  /// Changes the phase within kFlying: pilots and fail-safes. In kLanding only kHold, while it descends and the
-  /// landing is not forced.
+  /// Changes the phase within kFlying: pilots and fail-safes. In kLanding only kHold, while it descends and
+  /// the landing is not forced.
   Refusal enter_phase(FlightPhase phase);
   /// Fail-safes: lands (in flight only); a forced landing cannot be ended by a pilot.
   void force_landing();
