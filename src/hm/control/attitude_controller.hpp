@@ -6,11 +6,11 @@
 namespace hm {
 
 struct AttitudeParams {
-  float tilt_per_s = 20;
+  float tilt_per_s = 16;
   float yaw_per_s = 3.2F;
   float tilt_acceleration_rad_s2 = 80;
   float tilt_rate_rad_s = 6, yaw_rate_rad_s = 2;
-  float rate_xy_per_s = 40, rate_z_per_s = 10;
+  float rate_xy_per_s = 60, rate_z_per_s = 10;
   float rate_integral_per_s = 2;
   float damping_xy_ratio = 0.5F;
   float damping_cutoff_hz = 40;

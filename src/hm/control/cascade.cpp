@@ -35,6 +35,7 @@ Cascade::Cascade(const CascadeParams& params, const QuadrotorModel& model, float
       step_s_(step_s),
       full_thrust_n_(model.full_thrust_n()),
       shaper_(params.shaper, step_s),
+      expected_(params.tilt_response_s, params.thrust_response_s, step_s),
       position_(params.position, step_s),
       attitude_(params.attitude, model, step_s),
       hover_(params.hover, model, step_s),
@@ -58,10 +59,16 @@ void Cascade::reset() {
   output_.specific_force_m_s2 = Vec3f(0, 0, kGravityF_m_s2);
 }
 
+/// Direction in which the rotors lift once the inner loop has followed a command, odom frame.
+Vec3f Cascade::direction_of(const RpytCommand& command, float yaw_rad) const {
+  const float gain = params_.tilt_gain_ratio;
+  return attitude_from({gain * command.roll_rad, gain * command.pitch_rad, yaw_rad}).up_axis();
+}
+
 /// Specific force that a command gives the vehicle, odom frame.
 Vec3f Cascade::force_of(const RpytCommand& command, float yaw_rad) const {
   const float force = command.thrust_ratio * full_thrust_n_ / hover_.hover_thrust_n() * kGravityF_m_s2;
-  return force * attitude_from({command.roll_rad, command.pitch_rad, yaw_rad}).up_axis();
+  return force * direction_of(command, yaw_rad);
 }
 
 void Cascade::start_from(const ControlState& state, const RpytCommand& current) {
@@ -82,16 +89,27 @@ void Cascade::start_from(const ControlState& state, const RpytCommand& current) 
   output_.specific_force_m_s2 = force_of(current, euler_angles(state.attitude).yaw_rad);
 }
 
-/// Axes whose mode is new start from the vehicle's motion and the acceleration that is commanded now.
+/// Axes whose mode is new start from the vehicle's motion and the acceleration that is commanded now: the
+/// reference is as far ahead of the vehicle as it expects it to be.
 void Cascade::restart_changed_axes(const ControlState& state, float yaw_rad) {
   const FlightModes& now = command_.modes;
-  const Vec3f acceleration =
-      output_.specific_force_m_s2 - Vec3f(0, 0, kGravityF_m_s2) - position_.integral_m_s2();
-  if (now.horizontal != modes_.horizontal && follows(now.horizontal))
-    shaper_.start_horizontal_from(state.position_m, state.velocity_m_s,
-                                  acceleration - model_.drag_per_s * state.velocity_m_s);
-  if (now.vertical != modes_.vertical && follows(now.vertical))
-    shaper_.start_vertical_from(state.position_m.z(), state.velocity_m_s.z(), acceleration.z());
+  const Vec3f acceleration = output_.specific_force_m_s2 - Vec3f(0, 0, kGravityF_m_s2) -
+                             position_.integral_m_s2() -
+                             model_.drag_per_s * Vec3f(state.velocity_m_s.x(), state.velocity_m_s.y(), 0);
+  Vec3f velocity, position;
+  for (int i = 0; i < 3; ++i) {
+    velocity[i] = expected_.ahead(i, state.velocity_m_s[i], acceleration[i]);
+    position[i] = expected_.ahead(i, state.position_m[i], velocity[i]);
+  }
+  if (now.horizontal != modes_.horizontal && follows(now.horizontal)) {
+    shaper_.start_horizontal_from(position, velocity, acceleration);
+    expected_.start(0, shaper_.reference());
+    expected_.start(1, shaper_.reference());
+  }
+  if (now.vertical != modes_.vertical && follows(now.vertical)) {
+    shaper_.start_vertical_from(position.z(), velocity.z(), acceleration.z());
+    expected_.start(2, shaper_.reference());
+  }
   if (now.heading != modes_.heading && follows(now.heading))
     shaper_.start_heading_from(yaw_rad, yaw_rate_.value());
   modes_ = now;
@@ -113,28 +131,37 @@ const MotionReference& Cascade::refer(const ControlState& state, float yaw_rad) 
   return exact_;
 }
 
+/// Errors against what the vehicle is expected to have of the reference by now.
+PositionErrors Cascade::errors_of(const MotionReference& reference, const ControlState& state) {
+  expected_.step(reference);
+  const Vec3f position = reference.position_m - state.position_m - expected_.position_lag_m();
+  const Vec3f velocity = reference.velocity_m_s - state.velocity_m_s - expected_.velocity_lag_m_s();
+  PositionErrors errors;
+  if (follows(modes_.horizontal)) {
+    if (modes_.horizontal == AxisMode::kPosition) errors.position_m.head<2>() = position.head<2>();
+    errors.velocity_m_s.head<2>() = velocity.head<2>();
+    errors.feed_forward_m_s2.head<2>() =
+        reference.acceleration_m_s2.head<2>() + model_.drag_per_s * reference.velocity_m_s.head<2>();
+  }
+  if (follows(modes_.vertical)) {
+    if (modes_.vertical == AxisMode::kPosition) errors.position_m.z() = position.z();
+    errors.velocity_m_s.z() = velocity.z();
+    errors.feed_forward_m_s2.z() = reference.acceleration_m_s2.z();
+  }
+  return errors;
+}
+
 Cascade::Wanted Cascade::want(const ControlState& state, float yaw_rad) {
   const MotionReference& reference = refer(state, yaw_rad);
   output_.reference = reference;
   const bool horizontal = follows(modes_.horizontal), vertical = follows(modes_.vertical);
-  PositionErrors errors;
-  if (horizontal) {
-    errors.position_m.head<2>() = (reference.position_m - state.position_m).head<2>();
-    errors.velocity_m_s.head<2>() = (reference.velocity_m_s - state.velocity_m_s).head<2>();
-    errors.feed_forward_m_s2.head<2>() =
-        reference.acceleration_m_s2.head<2>() + model_.drag_per_s * reference.velocity_m_s.head<2>();
-  }
-  if (vertical) {
-    errors.position_m.z() = reference.position_m.z() - state.position_m.z();
-    errors.velocity_m_s.z() = reference.velocity_m_s.z() - state.velocity_m_s.z();
-    errors.feed_forward_m_s2.z() = reference.acceleration_m_s2.z();
-  }
+  const PositionErrors errors = errors_of(reference, state);
   const float tilt = clamp_f(command_.limits.tilt_rad, 0, params_.position.tilt_rad);
   Wanted wanted{};
   wanted.specific_force_m_s2 = position_.step(errors, tilt);
   const EulerAngles angles = tilt_towards(wanted.specific_force_m_s2, yaw_rad);
-  wanted.roll_rad = horizontal ? angles.roll_rad : 0;
-  wanted.pitch_rad = horizontal ? angles.pitch_rad : 0;
+  wanted.roll_rad = horizontal ? angles.roll_rad / params_.tilt_gain_ratio : 0;
+  wanted.pitch_rad = horizontal ? angles.pitch_rad / params_.tilt_gain_ratio : 0;
   if (modes_.horizontal == AxisMode::kDirect) {
     const RpytCommand& direct = command_.direct;
     const float length = norm_f(direct.roll_rad, direct.pitch_rad);
@@ -209,9 +236,8 @@ void Cascade::learn(const ControlState& state, const Wanted& wanted, float yaw_r
   // The specific force that was wanted, as far as direction and thrust came through.
   const float share = wanted.thrust_n > 1e-3F ? thrust_n / wanted.thrust_n : 1;
   const float wanted_force = norm_f(wanted.specific_force_m_s2);
-  const RpytCommand& rpyt = output_.rpyt;
-  const Vec3f given = (follows(modes_.vertical) ? share : 1) * wanted_force *
-                      attitude_from({rpyt.roll_rad, rpyt.pitch_rad, yaw_rad}).up_axis();
+  const Vec3f given =
+      (follows(modes_.vertical) ? share : 1) * wanted_force * direction_of(output_.rpyt, yaw_rad);
   position_.applied(given, follows(modes_.horizontal), follows(modes_.vertical));
   hover_.step(thrust_n, state.specific_force_m_s2.z());
 }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "hm/control/attitude_controller.hpp"
+#include "hm/control/expected_response.hpp"
 #include "hm/control/hover_thrust.hpp"
 #include "hm/control/mixer.hpp"
 #include "hm/control/position_controller.hpp"
@@ -18,6 +19,8 @@ inline constexpr std::array<std::string_view, 2> kCascadeOutputKindNames{"rotors
 
 struct CascadeParams {
   CascadeOutputKind output = CascadeOutputKind::kRotors;
+  float tilt_gain_ratio = 1;
+  float tilt_response_s = 0.07F, thrust_response_s = 0.02F;
   float tilt_slew_rad_s = 10;
   float yaw_slew_rad_s2 = 20;
   float thrust_slew_per_s = 5;
@@ -31,6 +34,16 @@ struct CascadeParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"output", {}, "what the vehicle takes"}, self.output, kCascadeOutputKindNames);
+    v(ParamDoc{"tilt_gain_ratio", {0.3, 2}, "tilt that the inner loop settles at, per commanded tilt"},
+      self.tilt_gain_ratio);
+    v(ParamDoc{"tilt_response_s",
+               {0, 1},
+               "time constant with which horizontal acceleration follows its command"},
+      self.tilt_response_s);
+    v(ParamDoc{"thrust_response_s",
+               {0, 1},
+               "time constant with which vertical acceleration follows its command"},
+      self.thrust_response_s);
     v(ParamDoc{"tilt_slew_rad_s", {0.1, 1000}, "maximum change of the roll and pitch commands in a second"},
       self.tilt_slew_rad_s);
     v(ParamDoc{"yaw_slew_rad_s2", {0.1, 1000}, "maximum change of the yaw rate command in a second"},
@@ -114,9 +127,11 @@ class Cascade {
     float roll_rad, pitch_rad, yaw_rate_rad_s, thrust_n;
     Vec3f specific_force_m_s2;  // within the position controller's limits
   };
+  [[nodiscard]] Vec3f direction_of(const RpytCommand& command, float yaw_rad) const;
   [[nodiscard]] Vec3f force_of(const RpytCommand& command, float yaw_rad) const;
   void restart_changed_axes(const ControlState& state, float yaw_rad);
   const MotionReference& refer(const ControlState& state, float yaw_rad);
+  PositionErrors errors_of(const MotionReference& reference, const ControlState& state);
   Wanted want(const ControlState& state, float yaw_rad);
   void limit(const Wanted& wanted, float yaw_rad);
   float drive_rotors(const ControlState& state, float yaw_rad);
@@ -127,6 +142,7 @@ class Cascade {
   QuadrotorModel model_;
   float step_s_, full_thrust_n_;
   SetpointShaper shaper_;
+  ExpectedResponse expected_;
   PositionController position_;
   AttitudeController attitude_;
   HoverThrust hover_;
