@@ -9,10 +9,6 @@ constexpr float kStep_s = 0.001F;
 /// In kTakeOff the vehicle has left the ground when it is so far above home.
 constexpr float kLiftedOff_m = 0.05F;
 
-bool uses_set_points(FlightPhase phase) {
-  return phase == FlightPhase::kVelocity || phase == FlightPhase::kDirect || phase == FlightPhase::kPath;
-}
-
 /// Whether the vehicle goes back to kHold when this action is no longer needed.
 bool ends_in_hold(SafetyAction action, FailSafe reason) {
   switch (action) {

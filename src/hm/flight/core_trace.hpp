@@ -21,8 +21,8 @@ namespace hm {
 struct CoreTraceRecord {
   /// What `input` holds.
   enum class Kind : std::uint8_t {
-    kStep,  ///< an IMU sample and what the step gave: input 0..2 rates rad/s, 3..5 specific force m/s^2, 6
-            ///< battery, 7 clearance, 8 obstacle; flags
+    kStep,     ///< an IMU sample and what the step gave: input 0..2 rates rad/s, 3..5 specific force m/s^2, 6
+               ///< battery, 7 clearance, 8 obstacle; flags
     kPose,     ///< 0..2 x, y, yaw; 3..8 covariance xx, xy, xyaw, yy, yyaw, yawyaw
     kHeight,   ///< 0 height, 1 standard deviation, m
     kCommand,  ///< a FlightCommand: flags are kind, `state` pilot, `phase` mode
