@@ -180,8 +180,9 @@ Refusal Autopilot::change_mode(FlightPhase mode) {
 
 Refusal Autopilot::obey_in_flight(const FlightCommand& command) {
   if (!in_air(machine_.state())) return Refusal::kNotFlying;
+  if (machine_.landing_forced()) return Refusal::kLandingForced;
   if (machine_.state() == AutopilotState::kLanding && command.kind != CommandKind::kHold)
-    return machine_.landing_forced() ? Refusal::kLandingForced : Refusal::kWrongMode;
+    return Refusal::kWrongMode;
   if (action_ >= SafetyAction::kReturn) return Refusal::kFailSafeActive;
   const FlightPhase phase = machine_.phase();
   switch (command.kind) {

@@ -33,7 +33,7 @@ TEST(Autopilot, TakesOffHoversFliesAndLands) {
   EXPECT_LT((rig.body.position - Eigen::Vector3d(2, 1, 1)).norm(), 0.06);
   EXPECT_NEAR(rig.body.yaw(), 1.5, 0.05);
   EXPECT_EQ(rig.send(CommandKind::kLand), Refusal::kNone);
-  EXPECT_GT(rig.ms_until([&] { return rig.autopilot->outputs().state == AutopilotState::kIdle; }, 8000), 0);
+  EXPECT_GT(rig.ms_until([&] { return rig.autopilot->outputs().state == AutopilotState::kIdle; }, 12000), 0);
   EXPECT_TRUE(rig.stands());
   EXPECT_LT((rig.body.position.head<2>() - Eigen::Vector2d(2, 1)).norm(), 0.15);
   EXPECT_LT(rig.hardest_touch_m_s, 0.6);
@@ -49,7 +49,8 @@ TEST(Autopilot, LandsWithoutASensorOfTheGround) {
   rig.clearance = false;
   rig.take_off();
   rig.send(CommandKind::kLand);
-  EXPECT_GT(rig.ms_until([&] { return rig.autopilot->outputs().phase == FlightPhase::kTouchDown; }, 8000), 0);
+  EXPECT_GT(rig.ms_until([&] { return rig.autopilot->outputs().phase == FlightPhase::kTouchDown; }, 12000),
+            0);
   EXPECT_TRUE(rig.stands());  // not in the air
   const float before = rig.autopilot->outputs().rpyt.thrust_ratio;
   rig.run_ms(250);
@@ -353,25 +354,29 @@ TEST(Autopilot, ATurnedPositionSensorMakesItLandAndSaysTheAngle) {
 
 TEST(Autopilot, BadInputReachesNoOutput) {
   FlightRig rig;
-  const auto clean = std::make_unique<Autopilot>();
-  Rng rng(5);
+  const auto polluted = std::make_unique<Autopilot>();
   std::uint32_t broken = 0;
   for (int i = 0; i < 9000; ++i) {
-    if (i == 1500) rig.send(CommandKind::kToggleEngage), clean->step(rig.inputs);
-    if (i == 2500) rig.send(CommandKind::kTakeOff), clean->step(rig.inputs);
-    if (i == 2501) rig.send(CommandKind::kRelease), clean->step(rig.inputs);
-    rig.run_ms(1);
-    clean->step(rig.inputs);
-    AutopilotInputs bad = rig.inputs;  // a second call at the same time, with rubbish
-    bad.command.reset();
-    if (bad.imu) bad.imu->specific_force_m_s2 = Vec3f::Constant(kNan);
-    rig.autopilot->step(bad);
+    if (i == 1500)
+      rig.send(CommandKind::kToggleEngage);
+    else if (i == 2500)
+      rig.send(CommandKind::kTakeOff);
+    else if (i == 2501)
+      rig.send(CommandKind::kRelease);
+    else
+      rig.run_ms(1);
+    AutopilotInputs inputs = rig.inputs;
+    if (!inputs.pose) inputs.pose = PoseReading<float>{rig.now, {0, kNan, 0}, {}}, ++broken;
+    if (!inputs.height) inputs.height = BasicHeightReading<float>{rig.now, kNan, {}}, ++broken;
+    if (!inputs.command) inputs.command = FlightCommand{Time{}, 1, CommandKind::kLand};  // long ago
+    polluted->step(inputs);
+    polluted->step(inputs);  // the same step twice
     ++broken;
-    ASSERT_TRUE(is_finite(rig.autopilot->outputs()));
-    ASSERT_EQ(rig.autopilot->outputs().rotor_speed_rad_s, clean->outputs().rotor_speed_rad_s) << i;
+    ASSERT_EQ(rig.autopilot->outputs().rotor_speed_rad_s, polluted->outputs().rotor_speed_rad_s) << i;
   }
-  EXPECT_EQ(rig.autopilot->outputs().invalid_inputs, broken);
-  EXPECT_EQ(rig.autopilot->outputs().state, AutopilotState::kFlying);
+  EXPECT_EQ(polluted->outputs().invalid_inputs, broken);
+  EXPECT_EQ(polluted->outputs().state, AutopilotState::kFlying);
+  EXPECT_EQ(polluted->gate().refused(Refusal::kStaleStamp), 8997u);
 }
 
 TEST(Autopilot, RubbishInPlaceOfEveryInputLeavesOutputsFinite) {

@@ -27,7 +27,9 @@ void Guidance::enter(FlightPhase phase, const ControlState& state, const MotionR
                      const Vec3f& rest) {
   arrived_ = false;
   set_point_ = {};
-  if (phase == FlightPhase::kTakeOff || phase == FlightPhase::kTouchDown) return;
+  const bool took_off = phase_ == FlightPhase::kTakeOff && phase == FlightPhase::kPosition;  // the goal stays
+  phase_ = phase;
+  if (took_off || phase == FlightPhase::kTakeOff || phase == FlightPhase::kTouchDown) return;
   goal_m_ = rest;
   goal_yaw_rad_ = reference.yaw_rad;
   if (phase == FlightPhase::kDeadReckoning) goal_m_.z() = state.position_m.z();

@@ -92,6 +92,7 @@ class Guidance {
   float goal_yaw_rad_ = 0, touchdown_thrust_ = 0, wanted_climb_m_s_ = 0;
   FlightCommand set_point_;  // newest of kVelocity, kDirect, kPath
   bool arrived_ = false;
+  FlightPhase phase_ = FlightPhase::kGround;  // entered last
 };
 
 }  // namespace hm

@@ -136,8 +136,8 @@ void FlightRig::take_off() {
   send(CommandKind::kToggleEngage);
   run_ms(1000);
   send(CommandKind::kTakeOff);
-  run_ms(5000);
   send(CommandKind::kRelease);  // nobody has control, so that no sign of life is missed
+  run_ms(5000);
 }
 
 }  // namespace hm
