@@ -38,7 +38,10 @@ bool is_invalid(FusionStatus status) {
 AutopilotParams::AutopilotParams() { estimator.fusion.max_delay_s = 0.18F; }
 
 Autopilot::Autopilot(const AutopilotParams& params)
-    : params_(params),
+    : battery_per_m_ratio_(params.battery_per_m_ratio),
+      idle_speed_rad_s_(params.vehicle.idle_speed_rad_s),
+      limits_(params.fail_safes),
+      R_base_imu_(params.imu.R_base_imu),
       estimator_(params.estimator, params.imu),
       machine_(params.machine),
       fail_safes_(params.fail_safes),
@@ -80,7 +83,7 @@ void Autopilot::estimate(const AutopilotInputs& inputs) {
       ++outputs_.invalid_inputs;
     } else {
       imu_at_ = now_;
-      specific_force_m_s2_ = params_.imu.R_base_imu * inputs.imu->specific_force_m_s2;
+      specific_force_m_s2_ = R_base_imu_ * inputs.imu->specific_force_m_s2;
     }
   }
   if (inputs.pose) take_pose(*inputs.pose);
@@ -129,11 +132,11 @@ ControlState Autopilot::control_state() const {
 
 Refusal Autopilot::may_take_off(const AutopilotInputs& inputs) const {
   const SafetyInputs safety = safety_inputs(inputs);
-  const bool fresh = safety.pose_age < duration_of(params_.fail_safes.pose_stale_s) &&
-                     safety.height_age < duration_of(params_.fail_safes.height_stale_s) &&
-                     safety.imu_age < duration_of(params_.fail_safes.imu_gap_s);
+  const bool fresh = safety.pose_age < duration_of(limits_.pose_stale_s) &&
+                     safety.height_age < duration_of(limits_.height_stale_s) &&
+                     safety.imu_age < duration_of(limits_.imu_gap_s);
   if (!state_.planar_ready || !state_.height_ready || !fresh) return Refusal::kNotReady;
-  const float least = max_f(safety.return_need_ratio, params_.fail_safes.battery_empty_ratio);
+  const float least = max_f(safety.return_need_ratio, limits_.battery_empty_ratio);
   if (battery_known_ && battery_ratio_ < least) return Refusal::kBatteryLow;
   return Refusal::kNone;
 }
@@ -237,8 +240,8 @@ SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
   if (const std::optional<Time> heard = gate_.last_heard()) safety.pilot_age = now_ - *heard;
   if (computer_seen_) safety.computer_age = now_ - computer_at_;
   if (battery_known_) safety.battery_ratio = battery_ratio_;
-  safety.return_need_ratio = params_.fail_safes.battery_empty_ratio +
-                             params_.battery_per_m_ratio * guidance_.way_home_m(state_.position_m);
+  safety.return_need_ratio =
+      limits_.battery_empty_ratio + battery_per_m_ratio_ * guidance_.way_home_m(state_.position_m);
   const bool shaped = phase != FlightPhase::kTakeOff;  // whose goal is inside
   if (shaped) safety.stop_outside_m = guidance_.outside_m(cascade_.stopping_point());
   safety.outside_m = guidance_.outside_m(state_.position_m);
@@ -346,7 +349,7 @@ void Autopilot::publish(Refusal refusal) {
   const bool controlled = out.motors == MotorDemand::kControl;
   const bool idle = out.motors == MotorDemand::kIdle;
   out.rpyt = controlled ? cascade_.output().rpyt : RpytCommand{};
-  out.rotor_speed_rad_s.fill(idle ? params_.vehicle.idle_speed_rad_s : 0);
+  out.rotor_speed_rad_s.fill(idle ? idle_speed_rad_s_ : 0);
   if (controlled) out.rotor_speed_rad_s = cascade_.output().rotor_speed_rad_s;
 }
 

@@ -96,7 +96,11 @@ class Autopilot {
   void find_ground(const AutopilotInputs& inputs);
   void publish(Refusal refusal);
 
-  AutopilotParams params_;
+  // The parameters that no part below keeps.
+  float battery_per_m_ratio_, idle_speed_rad_s_;
+  FailSafeParams limits_;
+  FilterMatrix<float, 3> R_base_imu_;
+
   BoardEstimator estimator_;
   FlightStateMachine machine_;
   FailSafes fail_safes_;

@@ -19,6 +19,7 @@ struct FailSafeParams {
   float battery_empty_ratio = 0.1F;
   float fence_return_m = 0.2F;
   float fence_land_m = 1.0F;
+  float obstacle_margin_m = 0.4F;
   float no_lift_s = 1.0F;
   float no_lift_sink_m_s = 0.3F;
   float imu_gap_s = 0.02F;
@@ -74,6 +75,8 @@ struct FailSafeParams {
       self.battery_empty_ratio);
     v(ParamDoc{"fence_return_m", {0, 100}, "so far outside of the fence: return"}, self.fence_return_m);
     v(ParamDoc{"fence_land_m", {0, 100}, "so far outside of the fence: land"}, self.fence_land_m);
+    v(ParamDoc{"obstacle_margin_m", {0, 10}, "distance from obstacles at which the vehicle comes to rest"},
+      self.obstacle_margin_m);
     v(ParamDoc{"no_lift_s", {0.05, 60}, "full thrust and sinking for so long: land"}, self.no_lift_s);
     v(ParamDoc{"no_lift_sink_m_s", {0, 10}, "least sinking speed of that"}, self.no_lift_sink_m_s);
     v(ParamDoc{"imu_gap_s", {0.002, 1}, "without the IMU for so long: motor commands stand"}, self.imu_gap_s);

@@ -103,7 +103,8 @@ void FailSafes::check_surroundings(const SafetyInputs& in) {
   if (!(in.stop_outside_m <= 0)) activate(FailSafe::kFenceAhead);
   if (!(in.outside_m < params_.fence_return_m)) activate(FailSafe::kFenceLeft);
   if (!(in.outside_m < params_.fence_land_m)) activate(FailSafe::kFenceFarOutside);
-  if (in.obstacle_m && !(*in.obstacle_m > in.stopping_distance_m)) activate(FailSafe::kObstacleAhead);
+  if (in.obstacle_m && !(*in.obstacle_m > in.stopping_distance_m + params_.obstacle_margin_m))
+    activate(FailSafe::kObstacleAhead);
 }
 
 void FailSafes::check_vehicle(const SafetyInputs& in) {
