@@ -17,6 +17,8 @@ def number(value):
 
 
 def verdict(entry):
+    if "because_of" in entry:
+        return f"holds only with {', '.join(entry['because_of'])}"
     return {True: "holds", False: "DOES NOT HOLD", None: "no peer"}[entry["holds"]]
 
 
@@ -94,13 +96,13 @@ def merged(stored, found, details, when):
                                       if key in benches or re.sub(r"_\d+$", "", key) in benches}}
 
 
-def table_lines(name, entries, measured):
-    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | measured |",
-             "|---|---|---|---|---|---|---|---|---|"]
+def table_lines(name, entries, measured, letters):
+    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | measured | on |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
     for e in entries:
         when = measured[e["name"]]
         lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} |")
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} | {letters[when['machine']]} |")
     return lines if entries else []
 
 
@@ -115,7 +117,8 @@ def document(stored):
         machines[row["machine"]].append(row["load"])
     lines = ["# Benchmarks", "How fast, how large and how accurate housemartin is, compared with other programs in the same run and with fixed limits.",
              "`bench/run` generates this page from `benchmarks.json`; do not edit it.", ""]
-    lines += [f"{len(loads)} rows: {name}, load {min(loads)} to {max(loads)} at the end of the runs."
+    letters = {name: chr(ord("A") + i) for i, name in enumerate(machines)}
+    lines += [f"Machine {letters[name]}, {len(loads)} rows: {name}, load {min(loads)} to {max(loads)} at the end of the runs.  "
               for name, loads in machines.items()]
     lines += ["", "```sh manual", "bench/run                     # measure every row and write this file",
               "bench/run --skip vo_hour      # measure all rows except these, which keep their values",
@@ -124,12 +127,12 @@ def document(stored):
               "bench/run simd threads --json # measure these rows, write no file",
               "bench/run --install-peers     # install libopen3d-dev (Open3D 0.16) first", "```"]
     for name in rows.TABLES:
-        lines += table_lines(name, [entry for entry in entries if rows.table_of(entry["name"]) == name], measured)
+        lines += table_lines(name, [entry for entry in entries if rows.table_of(entry["name"]) == name], measured, letters)
     if missing := [name for name in rows.NAMES if name not in measured]:
         lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
     lines += ["", "`bar` is the required value, `aim` the desired one. `ratio` is peer divided by ours (more is better); without a peer,",
-              "`ours` is compared with the bar. `measured`: day and commit (with a +: plus uncommitted changes). Some rows",
-              "belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
+              "`ours` is compared with the bar. `measured`: day and commit (with a +: plus uncommitted changes),",
+              "`on`: the machine. Some rows belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
               "Recordings are read from `$HM_DATA`, else from `../shared/data`. Integration uses 600 frames of `sevenscenes_a`, 640x480,",
               "with voxels of 2 cm, a truncation band of 8 cm and depth up to 4 m for all programs. Frames are loaded in chunks of 40.",
               "The programs integrate each chunk in turn, several rounds, each round into a separate map. The time of a frame is that",

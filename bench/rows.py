@@ -108,13 +108,11 @@ ROWS = [
     Row("mesh_from_slam", "times", 1.5, 1.1, "at_most", "slam_house", 2,
         "mean surface error of its mesh against that of the mesh from true poses (2 cm, every fifth frame)"),
     Row("loop_judging", "ms a keyframe", 100, 30, "at_most", "loop_soak", 1,
-        "judging three loops at the end of a day (96,000 keyframes, a loop in every fifth): the worst of the last 400",
-        ("loop_judging_growth",)),
-    Row("loop_judging_growth", "times", 1.5, 1.1, "at_most", "loop_soak", 1,
-        "its median at the end of the day relative to that after a tenth of it"),
+        "judging three loops, the worst of a whole day (96,000 keyframes, a loop in every fifth)"),
     Row("bundle_time", "ms a keyframe", 25, 10, "at_most", "bundle_soak", 1,
         "bundle adjustment of 4,000 keyframes that circle through a ring of corridors", ("bundle_growth",)),
-    Row("bundle_growth", "times", 1.5, 1.2, "at_most", "bundle_soak", 1, "the same a keyframe against 1,000 keyframes"),
+    Row("bundle_growth", "times", 1.5, 1.2, "at_most", "bundle_soak", 1, 
+        "cost of an observation, relative to that with a quarter of the keyframes; the same in one room, 2,000 keyframes against 250"),
     # Calibration
     Row("depth_calibration", "times the allowed", 1, None, "at_most", "depth_calibration", 2,
         "simulated Xtion, bias to 10 cm at 4 m: RMS of held-out boards by 1.2 sigma + 1 mm of 30 averaged images, worst distance", ("depth_calibration_3m", "depth_chain_time")),
@@ -169,12 +167,12 @@ def judged(row, ours, peer):
 
 
 def combine(entries):
-    """A row with companions holds when they all do."""
+    """A row with companions holds when they all do; else `because_of` names those that do not."""
     by_name = {entry["name"]: entry for entry in entries}
     for row in ROWS:
-        others = [by_name[name]["holds"] for name in row.with_rows if name in by_name]
-        if row.name in by_name and others and by_name[row.name]["holds"] is not None:
-            by_name[row.name]["holds"] = by_name[row.name]["holds"] and all(other is not False for other in others)
+        failing = [name for name in row.with_rows if name in by_name and by_name[name]["holds"] is False]
+        if row.name in by_name and failing and by_name[row.name]["holds"]:
+            by_name[row.name].update(holds=False, because_of=failing)
 
 
 def benches_of(names, skip=()):

@@ -22,6 +22,11 @@ add_library(hm_settings INTERFACE)
 # No contraction to fused multiply-add: SIMD and scalar code, and every CPU, give the same bits.
 target_compile_options(hm_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -ffp-contract=off -fno-math-errno)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+  # Tells Highway that the processor's features cannot be asked for: it compiles its kernels for NEON alone, which every
+  # 64-bit ARM has, not for SVE, whose vectors have no fixed size and cannot be kept in arrays and structs.
+  target_compile_definitions(hm_settings INTERFACE TOOLCHAIN_MISS_SYS_AUXV_H)
+endif()
 if(HM_UNITY)
   # A file that is included by a unit is no header, though g++ takes it for one.
   target_compile_options(hm_settings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)

@@ -51,8 +51,16 @@ unpack_libraries() {
   # shellcheck disable=SC2086
   apt_arm64 install -y --no-install-recommends --download-only $wanted
   for package in "$build"/apt/cache/archives/*.deb; do dpkg-deb --extract "$package" "$libraries"; done
+  # Links to absolute paths would lead out of the folder.
+  local link
+  find "$libraries" -type l -lname '/*' -print0 | while IFS= read -r -d '' link; do
+    ln -sfn "$libraries$(readlink "$link")" "$link"
+  done
   # Some CMake packages name their files by absolute paths.
-  grep -rlZ '"/usr/' "$libraries/usr" --include='*.cmake' | xargs -0 -r sed -i "s|\"/usr/|\"$libraries/usr/|g"
+  grep -rlZ '[";:]/usr/' "$libraries/usr" --include='*.cmake' | xargs -0 -r sed -i "s|\([\";:]\)/usr/|\1$libraries/usr/|g"
+  # assimp's names a library without its folder.
+  sed -i "s|;minizip;|;$libraries/usr/lib/aarch64-linux-gnu/libminizip.so;|" \
+    "$libraries"/usr/lib/aarch64-linux-gnu/cmake/assimp-*/assimpTargets.cmake
   printf '%s' "$wanted" >"$libraries/.packages"
 }
 

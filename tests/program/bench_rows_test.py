@@ -33,6 +33,7 @@ drift, error = rows.judged(by_name["slam_house"], 0.5, None), rows.judged(by_nam
 assert drift["holds"] is True and error["holds"] is False
 rows.combine([drift, error])
 assert drift["holds"] is False, "a row holds only with its companions"
+assert report.verdict(drift) == "holds only with slam_house_ate" and report.verdict(error) == "DOES NOT HOLD"
 assert rows.judged(by_name["open3d_scalable"], 1.0, None)["holds"] is None
 assert rows.judged(by_name["carving"], 1.2, None)["holds"] is False
 assert rows.judged(by_name["completeness"], 97.5, None)["holds"] is True

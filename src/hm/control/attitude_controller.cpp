@@ -67,7 +67,8 @@ const Vec3f& AttitudeController::step(const Vec3f& wanted_rates_rad_s, const Vec
 void AttitudeController::applied(const Vec3f& torque_n_m) {
   for (int i = 0; i < 3; ++i) {
     const float missing = (torque_n_m[i] - torque_[i]) / (inertia_[i] * kAntiWindup_s);
-    const float rate = params_.rate_integral_per_s * gains_[i] * error_[i] + missing;
+    const bool unloads = missing * integral_[i] < 0;
+    const float rate = params_.rate_integral_per_s * gains_[i] * error_[i] + (unloads ? missing : 0);
     integral_[i] = clamp_f(integral_[i] + step_s_ * rate, -kMaxIntegral_rad_s2, kMaxIntegral_rad_s2);
   }
 }

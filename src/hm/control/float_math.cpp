@@ -109,7 +109,12 @@ float wrap_angle_f(float angle_rad) {
   if (!std::isfinite(angle_rad)) return kNoNumber;
   if (std::abs(angle_rad) <= kPiF) return angle_rad;
   if (std::abs(angle_rad) > kMaxReduced_rad) return std::remainder(angle_rad, kTwoPi);
-  return clamp_f(without_quarters(angle_rad, 4 * nearest(angle_rad / kTwoPi)), -kPiF, kPiF);
+  const int turns = nearest(angle_rad / kTwoPi);
+  float wrapped = without_quarters(angle_rad, 4 * turns);
+  // The quotient is rounded: near half a turn it may be one too many or too few.
+  if (wrapped > kPiF) wrapped = without_quarters(angle_rad, 4 * (turns + 1));
+  if (wrapped < -kPiF) wrapped = without_quarters(angle_rad, 4 * (turns - 1));
+  return clamp_f(wrapped, -kPiF, kPiF);
 }
 
 float norm_f(const Vec3f& v) { return std::sqrt(dot_f(v, v)); }

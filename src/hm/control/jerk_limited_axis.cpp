@@ -66,7 +66,7 @@ float stopping_distance(float velocity, float acceleration, const AxisLimits& li
 }
 
 void JerkLimitedAxis::step_to_goal(const AxisLimits& limits, float step_s) {
-  const float small_acceleration = 2 * limits.jerk * step_s;
+  const float small_acceleration = limits.jerk * step_s;
   if (std::abs(state_.to_go) <= kReachedDistance && std::abs(state_.velocity) <= kReachedVelocity &&
       std::abs(state_.acceleration) <= small_acceleration) {
     state_ = {};

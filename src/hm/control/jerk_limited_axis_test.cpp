@@ -25,13 +25,13 @@ double optimal_duration(double distance, double v, double a, double j) {
   return distance / v + v / a + tj;
 }
 
-struct Run {
+struct Course {
   int steps = 0;
   float most_speed = 0, most_acceleration = 0, most_jerk = 0, overshoot = 0;
 };
 
-Run run_to_goal(JerkLimitedAxis& axis, const AxisLimits& limits, int steps) {
-  Run run;
+Course run_to_goal(JerkLimitedAxis& axis, const AxisLimits& limits, int steps) {
+  Course run;
   const float sign = axis.state().to_go < 0 ? -1.0F : 1.0F;
   for (int i = 0; i < steps; ++i) {
     const auto before = axis.state();
@@ -52,7 +52,7 @@ TEST(JerkLimitedAxis, StepsAreNearlyTimeOptimalAndWithinLimits) {
       JerkLimitedAxis axis;
       axis.start_from({static_cast<float>(sign * distance), 0, 0});
       const double best = optimal_duration(distance, 1.5, 2.5, 8);
-      const Run run = run_to_goal(axis, kLimits, static_cast<int>(1500 * best) + 500);
+      const Course run = run_to_goal(axis, kLimits, static_cast<int>(1500 * best) + 500);
       EXPECT_EQ(axis.state().to_go, 0) << distance;
       EXPECT_EQ(axis.state().velocity, 0);
       EXPECT_LT(run.steps * 1e-3, 1.02 * best + 0.03) << distance;
@@ -91,7 +91,9 @@ TEST(JerkLimitedAxis, FromAnyStateItReachesItsGoalAndCanAlwaysStop) {
       const auto& s = axis.state();
       ASSERT_LE(std::abs(s.acceleration - before), 8 * kStep_s * 1.01F + (s.velocity == 0 ? 0.02F : 0));
       ASSERT_LE(std::abs(s.acceleration), std::max(2.5F, std::abs(a)) * 1.001F);
-      if (i > 3000) ASSERT_LE(std::abs(s.velocity), 1.5F * 1.001F);
+      if (i > 3000) {
+        ASSERT_LE(std::abs(s.velocity), 1.5F * 1.001F);
+      }
     }
     ASSERT_EQ(axis.state().to_go, 0) << n;
     ASSERT_EQ(axis.state().acceleration, 0);

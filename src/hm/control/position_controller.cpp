@@ -33,7 +33,8 @@ void PositionController::applied(const Vec3f& specific_force_m_s2, bool horizont
   const PositionParams& p = params_;
   const Vec3f missing = (specific_force_m_s2 - wanted_) / p.anti_windup_s;
   const auto next = [&](int i, float gain) {
-    const float rate = gain * velocity_error_[i] + missing[i];
+    const bool unloads = missing[i] * integral_[i] < 0;
+    const float rate = gain * velocity_error_[i] + (unloads ? missing[i] : 0);
     return clamp_f(integral_[i] + step_s_ * rate, -p.max_integral_m_s2, p.max_integral_m_s2);
   };
   if (horizontal) {

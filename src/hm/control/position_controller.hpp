@@ -54,8 +54,10 @@ struct PositionErrors {
 ///
 /// where f, the specific force of the rotors, is limited: vertical part and length to shares of the weight,
 /// tilt to the tilt limit; the vertical part comes first. There is no derivative of a set-point, thus no
-/// kick. The integrals follow dI/dt = Ki v + (f_applied - f)/T with what the vehicle really got of f
-/// (`applied`), so that they do not wind up whatever saturates.
+/// kick. The
+/// integrals follow dI/dt = Ki v + (f_applied - f)/T with what the vehicle really got of f (`applied`), so
+/// that they do not wind up whatever saturates. The second term only unloads an integral: it does not drive
+/// it beyond zero, where it would have to come back from.
 class PositionController {
  public:
   PositionController(const PositionParams& params, float step_s) : params_(params), step_s_(step_s) {}

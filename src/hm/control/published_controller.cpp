@@ -77,7 +77,7 @@ void PublishedController::Axis::change_mode(AxisMode now, float output) {
   if (PiD* changed = law(now)) changed->continue_from(output);
 }
 
-PublishedController::PublishedController(const PublishedParams& params, float step_s)
+PublishedController::PublishedController(const PublishedControlParams& params, float step_s)
     : params_(params),
       step_s_(step_s),
       x_(params.position_xy, params.velocity_x, step_s),
@@ -146,7 +146,7 @@ RpytCommand PublishedController::wanted(const ControlState& state, const Publish
 }
 
 void PublishedController::limit(const RpytCommand& wanted) {
-  const PublishedParams& p = params_;
+  const PublishedControlParams& p = params_;
   output_.roll_rad =
       roll_.step(clamp_f(wanted.roll_rad, -p.tilt_rad, p.tilt_rad), p.roll_slew_rad_s, step_s_);
   output_.pitch_rad =

@@ -46,7 +46,7 @@ class PiD {
   PiD(const PiDGains& gains, float step_s);
   void reset();
   /// Output for this error and measured velocity; numbers only.
-  [[nodiscard]] float step(float error, float velocity);
+  float step(float error, float velocity);
   /// Ends the step: the output after limits.
   void applied(float output);
   /// From the next step on the output continues from this one.
@@ -74,7 +74,7 @@ struct PublishedModes {
 [[nodiscard]] PublishedModes published_velocity_modes();
 
 /// The author's gains as launched on the CityFlyer; limits and slew limits of the outputs. Thrust in percent.
-struct PublishedParams {
+struct PublishedControlParams {
   PiDGains position_xy{0.4F, 0.2F, 0.7F, 2.6F, 0, 0.1F, 0.5F};
   PiDGains velocity_x{0.3F, 0.1F, 0, 1, -0.03F, 0.1F, 1};
   PiDGains velocity_y{0.3F, 0.1F, 0, 1, 0, 0.1F, 1};
@@ -116,7 +116,7 @@ struct PublishedCommand {
 /// A state or command that is no number changes nothing: the last output stands, and it is counted.
 class PublishedController {
  public:
-  explicit PublishedController(const PublishedParams& params = {}, float step_s = 0.001F);
+  explicit PublishedController(const PublishedControlParams& params = {}, float step_s = 0.001F);
   void reset();
   /// What another controller commands: the next step continues from there.
   void start_from(const RpytCommand& current);
@@ -140,7 +140,7 @@ class PublishedController {
   void limit(const RpytCommand& wanted);
   void change_modes(const PublishedModes& modes);
 
-  PublishedParams params_;
+  PublishedControlParams params_;
   float step_s_;
   Axis x_, y_, z_, yaw_;
   SlewLimiter roll_, pitch_, yaw_rate_, thrust_percent_;

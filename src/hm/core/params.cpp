@@ -64,7 +64,7 @@ std::string assign(const ParamRef& param, const Value& value, bool store) {
     return std::nullopt;
   }();
   if (const auto* place = std::get_if<double*>(&param.value)) {
-    if (!number) return fmt::format("{} wants a number", param.name);
+    if (!number) return fmt::format("{} must be a number", param.name);
     if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
     if (store) **place = *number;
   } else if (const auto* single_place = std::get_if<float*>(&param.value)) {
@@ -73,25 +73,25 @@ std::string assign(const ParamRef& param, const Value& value, bool store) {
     if (store) **single_place = static_cast<float>(*number);
   } else if (const auto* int_place = std::get_if<int*>(&param.value)) {
     if (!std::holds_alternative<std::int64_t>(value))
-      return fmt::format("{} wants a whole number", param.name);
+      return fmt::format("{} must be a whole number", param.name);
     if (auto wrong = range_violation(param, *number); !wrong.empty()) return wrong;
     if (std::abs(*number) > std::numeric_limits<int>::max())
       return fmt::format("{} is too large", param.name);
     if (store) **int_place = static_cast<int>(*number);
   } else if (const auto* bool_place = std::get_if<bool*>(&param.value)) {
     const auto* flag = std::get_if<bool>(&value);
-    if (!flag) return fmt::format("{} wants true or false", param.name);
+    if (!flag) return fmt::format("{} must be true or false", param.name);
     if (store) **bool_place = *flag;
   } else if (const auto* string_place = std::get_if<std::string*>(&param.value)) {
     const auto* text = std::get_if<std::string>(&value);
-    if (!text) return fmt::format("{} wants a text in quotes", param.name);
+    if (!text) return fmt::format("{} must be a text in quotes", param.name);
     if (store) **string_place = *text;
   } else {
     const auto& choice = std::get<ChoiceRef>(param.value);
     const auto* text = std::get_if<std::string>(&value);
     const auto found = text ? std::find(choice.names.begin(), choice.names.end(), *text) : choice.names.end();
     if (found == choice.names.end())
-      return fmt::format("{} wants one of: {}", param.name, joined(choice.names));
+      return fmt::format("{} must be one of: {}", param.name, joined(choice.names));
     if (store) choice.set(static_cast<int>(found - choice.names.begin()));
   }
   return {};

@@ -46,6 +46,63 @@ std::size_t* counter(FusionCounts& counts, FusionStatus outcome) {
   return nullptr;
 }
 
+/// Calls `give` with every number of a state, symmetric matrices' upper halves only.
+template <class State, class Give>
+void each_number(State& state, Give give) {
+  const auto vector = [&](auto& v) {
+    for (Eigen::Index i = 0; i < v.size(); ++i) give(v(i));
+  };
+  const auto upper_half = [&](auto& m) {
+    for (Eigen::Index row = 0; row < m.rows(); ++row)
+      for (Eigen::Index column = row; column < m.cols(); ++column) give(m(row, column));
+  };
+  const auto filter = [&](auto& f) {
+    vector(f.position), vector(f.velocity), vector(f.bias);
+    upper_half(f.pp), upper_half(f.vv), upper_half(f.bb);
+    vector(f.pv), vector(f.pb), vector(f.vb);
+  };
+  filter(state.planar);
+  filter(state.vertical);
+  for (auto* number :
+       {&state.yaw.yaw_rad, &state.yaw.bias_rad_s, &state.yaw.yy, &state.yaw.yb, &state.yaw.bb})
+    give(*number);
+}
+
+template <class Scalar>
+void save(const BasicFusionState<Scalar>& state, BasicFusionState<Scalar>& stored) {
+  stored = state;
+}
+template <class Scalar>
+void save(const BasicFusionState<Scalar>& state, PackedFusionState<Scalar>& stored) {
+  std::size_t next = 0;
+  each_number(state, [&](Scalar number) { stored.values[next++] = number; });
+  const auto bounded = [](int count) { return static_cast<std::uint16_t>(count < 0xffff ? count : 0xffff); };
+  stored.poses_rejected_in_a_row = bounded(state.poses_rejected_in_a_row);
+  stored.heights_rejected_in_a_row = bounded(state.heights_rejected_in_a_row);
+  stored.planar_ready = state.planar.ready;
+  stored.vertical_ready = state.vertical.ready;
+  stored.yaw_ready = state.yaw.ready;
+}
+
+template <class Scalar>
+const BasicFusionState<Scalar>& loaded(const BasicFusionState<Scalar>& stored) {
+  return stored;
+}
+template <class Scalar>
+BasicFusionState<Scalar> loaded(const PackedFusionState<Scalar>& stored) {
+  BasicFusionState<Scalar> state;
+  std::size_t next = 0;
+  each_number(state, [&](Scalar& number) { number = stored.values[next++]; });
+  for (auto* matrix : {&state.planar.pp, &state.planar.vv, &state.planar.bb})
+    (*matrix)(1, 0) = (*matrix)(0, 1);
+  state.poses_rejected_in_a_row = stored.poses_rejected_in_a_row;
+  state.heights_rejected_in_a_row = stored.heights_rejected_in_a_row;
+  state.planar.ready = stored.planar_ready;
+  state.vertical.ready = stored.vertical_ready;
+  state.yaw.ready = stored.yaw_ready;
+  return state;
+}
+
 FusionStatus counted(FusionCounts& counts, FusionStatus outcome) {
   if (std::size_t* count = counter(counts, outcome)) ++*count;
   return outcome;
@@ -131,7 +188,7 @@ void BasicDelayedFusion<Scalar, kCapacity>::close_open_moment() {
 template <class Scalar, FusionCapacity kCapacity>
 void BasicDelayedFusion<Scalar, kCapacity>::predict_open_moment() {
   if constexpr (kSums) {
-    open_.state = newest().state;
+    open_.state = loaded(newest().state);
     if (!(open_.dt_s > 0)) return;
     Interval mean = open_.sums;
     mean.acceleration_level_m_s2 /= open_.dt_s;
@@ -201,7 +258,9 @@ FusionStatus BasicDelayedFusion<Scalar, kCapacity>::filter_from(std::size_t plac
   std::size_t first = place;
   while (first > 0 && index > 0 && measurements_[first - 1].stamp > moment(index - 1).stamp) --first;
   if (index == 0) {  // exactly at the oldest moment, whose state already holds what came before
-    set_outcome(measurements_[place], apply(moment(0).state, measurements_[place]));
+    State state = loaded(moment(0).state);
+    set_outcome(measurements_[place], apply(state, measurements_[place]));
+    save(state, moment(0).state);
     first = place + 1;
     index = 1;
   }
@@ -255,23 +314,22 @@ void BasicDelayedFusion<Scalar, kCapacity>::forget_measurements(std::size_t coun
 /// `measurement` on.
 template <class Scalar, FusionCapacity kCapacity>
 void BasicDelayedFusion<Scalar, kCapacity>::filter_forward(std::size_t index, std::size_t measurement) {
+  if (index >= inputs_size_) return;
+  State state = loaded(moment(index > 0 ? index - 1 : 0).state);
   for (; index < inputs_size_; ++index) {
     Moment& here = moment(index);
-    Time now = here.stamp;
-    if (index > 0) {
-      now = moment(index - 1).stamp;
-      here.state = moment(index - 1).state;
-    }
+    Time now = index > 0 ? moment(index - 1).stamp : here.stamp;
     for (; measurement < measurements_size_ && measurements_[measurement].stamp <= here.stamp;
          ++measurement) {
       Measurement& next = measurements_[measurement];
       if (next.stamp > now) {
-        predict(here.state, here.input, seconds_of<Scalar>(next.stamp - now));
+        predict(state, here.input, seconds_of<Scalar>(next.stamp - now));
         now = next.stamp;
       }
-      set_outcome(next, apply(here.state, next));
+      set_outcome(next, apply(state, next));
     }
-    if (here.stamp > now) predict(here.state, here.input, seconds_of<Scalar>(here.stamp - now));
+    if (here.stamp > now) predict(state, here.input, seconds_of<Scalar>(here.stamp - now));
+    save(state, here.state);
   }
 }
 

@@ -31,6 +31,15 @@ struct BasicFusionState {
 };
 using FusionState = BasicFusionState<double>;
 
+/// A state as the history of a microcontroller keeps it: symmetric matrices once, flags and counters in a
+/// word.
+template <class Scalar>
+struct PackedFusionState {
+  std::array<Scalar, 41> values{};
+  std::uint16_t poses_rejected_in_a_row = 0, heights_rejected_in_a_row = 0;  ///< at most 65,535
+  bool planar_ready = false, vertical_ready = false, yaw_ready = false;
+};
+
 /// Capacities of the history, and how long an interval it stores.
 struct FusionCapacity {
   std::size_t inputs, measurements;
@@ -71,8 +80,10 @@ class BasicDelayedFusion {
     return newest().stamp;
   }
   [[nodiscard]] const State& state() const {
-    if constexpr (kSums) return open_.state;
-    return newest().state;
+    if constexpr (kSums)
+      return open_.state;
+    else
+      return newest().state;
   }
   /// Numbers of accepted, rejected and ignored measurements so far.
   [[nodiscard]] const FusionCounts& pose_counts() const { return counts_[0]; }
@@ -80,6 +91,7 @@ class BasicDelayedFusion {
 
  private:
   static constexpr bool kSums = kCapacity.moment_ns > 0;
+  using Stored = std::conditional_t<kSums, PackedFusionState<Scalar>, State>;
   /// Mean input of an interval.
   struct Interval {
     Vector3 acceleration_level_m_s2 = Vector3::Zero();
@@ -89,7 +101,7 @@ class BasicDelayedFusion {
   struct Moment {
     Time stamp;
     Interval input;  // that ends here
-    State state;     // after everything up to here
+    Stored state;    // after everything up to here
   };
   /// Sums since the newest stored moment, and the state at their end.
   struct OpenMoment {

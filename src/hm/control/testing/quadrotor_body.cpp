@@ -10,7 +10,9 @@ constexpr double kMaxSpeed = 838, kGravity = 9.80665;
 const Eigen::Vector3d kInertia(0.01, 0.01, 0.02);
 }  // namespace
 
-QuadrotorBody::QuadrotorBody(const QuadrotorBodySettings& settings) : settings_(settings) { hover_at({0, 0, 0}); }
+QuadrotorBody::QuadrotorBody(const QuadrotorBodySettings& settings) : settings_(settings) {
+  hover_at({0, 0, 0});
+}
 
 void QuadrotorBody::hover_at(const Eigen::Vector3d& position_m) {
   position = position_m;

@@ -1,20 +1,21 @@
 #pragma once
 #include <array>
 #include <deque>
+#include <utility>
 
 #include "hm/control/cascade.hpp"
 
 namespace hm {
 
-/// A quadrotor for the tests of the controllers, in double precision: rigid body, rotors with lag, linear drag.
-/// Independent of the room's own mathematics.
+/// A quadrotor for the tests of the controllers, in double precision: rigid body, rotors with lag, linear
+/// drag. Independent of the room's own mathematics.
 struct QuadrotorBodySettings {
   double mass_kg = 1.387;
   double spin_up_s = 0.0125, spin_down_s = 0.025;
   double drag_per_s = 0.136;
-  double thrust_factor = 1;                           ///< of all rotors (battery)
-  std::array<double, 4> rotor_factor{1, 1, 1, 1};     ///< of each
-  int delay_steps = 0;                                ///< of position and velocity as the controller sees them
+  double thrust_factor = 1;                        ///< of all rotors (battery)
+  std::array<double, 4> rotor_factor{1, 1, 1, 1};  ///< of each
+  int delay_steps = 0;                             ///< of position and velocity as the controller sees them
   /// Inner loop for attitude commands: none (rotors), second order (12 rad/s, damping 0.8), or first order
   /// (0.257 s, gain 0.75: the Firefly that ETH identified).
   enum class InnerLoop { kRotors, kSecondOrder, kFirstOrder } inner = InnerLoop::kRotors;

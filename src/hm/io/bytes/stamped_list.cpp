@@ -98,7 +98,8 @@ Result<AssociationList> read_associations(const std::filesystem::path& path, con
     const std::array<std::optional<Time>, 2> stamps{rule.parse(word[0]), rule.parse(word[2])};
     if (!stamps[0] || !stamps[1]) return fmt::format("`{}` is not a stamp", word[stamps[0] ? 2 : 0]);
     const auto depth = depth_column(word[1], word[3]);
-    if (!depth) return fmt::format("the names do not tell colour from depth: `{}`", line.text);
+    if (!depth)
+      return fmt::format("the names do not say which is colour and which is depth: `{}`", line.text);
     columns[0].push_back({*stamps[*depth], std::string(word[2 * *depth + 1])});
     columns[1].push_back({*stamps[1 - *depth], std::string(word[2 * (1 - *depth) + 1])});
     lines.push_back(line.number);

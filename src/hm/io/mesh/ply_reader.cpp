@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -91,35 +91,31 @@ class PlyReader {
   }
 
   template <class T>
-  static double as(const std::array<char, 8>& bytes) {
-    T value;
-    std::memcpy(&value, bytes.data(), sizeof value);
-    return static_cast<double>(value);
+  std::optional<double> next_binary_as() {
+    std::array<char, sizeof(T)> bytes{};
+    if (!file_.read(bytes.data(), bytes.size())) return std::nullopt;
+    if (header_.encoding == PlyEncoding::kBigEndian) std::reverse(bytes.begin(), bytes.end());
+    return static_cast<double>(std::bit_cast<T>(bytes));
   }
 
   std::optional<double> next_binary(PlyScalar type) {
-    std::array<char, 8> bytes{};
-    const std::size_t size = size_of(type);
-    if (!file_.read(bytes.data(), size)) return std::nullopt;
-    if (header_.encoding == PlyEncoding::kBigEndian)
-      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
     switch (type) {
       case PlyScalar::kInt8:
-        return as<std::int8_t>(bytes);
+        return next_binary_as<std::int8_t>();
       case PlyScalar::kUint8:
-        return as<std::uint8_t>(bytes);
+        return next_binary_as<std::uint8_t>();
       case PlyScalar::kInt16:
-        return as<std::int16_t>(bytes);
+        return next_binary_as<std::int16_t>();
       case PlyScalar::kUint16:
-        return as<std::uint16_t>(bytes);
+        return next_binary_as<std::uint16_t>();
       case PlyScalar::kInt32:
-        return as<std::int32_t>(bytes);
+        return next_binary_as<std::int32_t>();
       case PlyScalar::kUint32:
-        return as<std::uint32_t>(bytes);
+        return next_binary_as<std::uint32_t>();
       case PlyScalar::kFloat:
-        return as<float>(bytes);
+        return next_binary_as<float>();
       case PlyScalar::kDouble:
-        return as<double>(bytes);
+        return next_binary_as<double>();
     }
     return std::nullopt;
   }

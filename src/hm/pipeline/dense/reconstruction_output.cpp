@@ -52,7 +52,7 @@ void find_up_in(const TriangleMesh& mesh, ReconstructionSummary& summary) {
     summary.up.up = Vec3::UnitZ();
   if (!summary.up.known())
     summary.warnings.emplace_back(
-        "up is unknown: no accelerometer, and neither floor nor walls tell it clearly");
+        "up is unknown: no accelerometer, and neither floor nor walls determine it");
 }
 
 void add_warnings(const ReconstructionOptions& options, ReconstructionSummary& summary) {

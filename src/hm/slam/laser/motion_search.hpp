@@ -30,7 +30,7 @@ struct MotionSearchParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"keyframes", {1, 1000}, "last keyframes that a scan is sought in"}, self.keyframes);
+    v(ParamDoc{"keyframes", {1, 1000}, "last keyframes that are searched for a scan"}, self.keyframes);
     v(ParamDoc{"keyframe_distance_m", {0, 100}, "a keyframe when the last one is further away"},
       self.keyframe_distance_m);
     v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "a keyframe when turned further from the last one"},

@@ -206,7 +206,6 @@ double mean_covisible(const Bundle& bundle) {
 void choose_solver(bool conjugate_gradients, ceres::Solver::Options& options) {
   options.linear_solver_type = conjugate_gradients ? ceres::ITERATIVE_SCHUR : ceres::SPARSE_SCHUR;
   options.preconditioner_type = ceres::SCHUR_JACOBI;
-  options.use_explicit_schur_complement = conjugate_gradients;
 }
 
 ceres::Solver::Summary solve(Bundle& bundle, const BundleParams& params, double loss_sigmas,

@@ -281,7 +281,8 @@ void AlignmentRun::judge(AlignmentResult& result) const {
     result.reason = fmt::format("it explains the scan worse than before: mean cost {:.4f} after {:.4f}",
                                 after.cost, result.before.cost);
   } else if (shift_m > params_.max_translation_m || turn_rad > params_.max_rotation_rad) {
-    result.reason = fmt::format("a correction of {:.3f} m and {:.3f} rad is not believed", shift_m, turn_rad);
+    result.reason =
+        fmt::format("a correction of {:.3f} m and {:.3f} rad exceeds the limits", shift_m, turn_rad);
   } else {
     result.status = AlignmentStatus::kAccepted;
     result.T_world_camera = result.T_world_found;

@@ -35,10 +35,10 @@ std::string explanation(const ScanStats& stats, const TsdfParams& params) {
     return fmt::format("none of {} readings lies between {} m and {} m", stats.pixels_seen, params.near_m,
                        params.far_m);
   if (stats.volumes_refused > 0 && params.max_map_mb > 0)
-    return fmt::format("the memory cap of {} MB is reached ({} volumes refused)", params.max_map_mb,
+    return fmt::format("the memory cap of {} MB is reached ({} blocks refused)", params.max_map_mb,
                        stats.volumes_refused);
   if (stats.volumes_refused > 0)
-    return fmt::format("its {} volumes are too far from the origin for voxels of {} m", stats.volumes_refused,
+    return fmt::format("its {} blocks are too far from the origin for voxels of {} m", stats.volumes_refused,
                        params.voxel_size_m);
   return fmt::format("{} readings in range touched no voxel", stats.pixels_in_range);
 }
