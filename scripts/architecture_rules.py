@@ -60,9 +60,14 @@ SYSTEM_HEADERS = {"unistd.h", "fcntl.h", "signal.h", "pthread.h", "sys", "immint
 # What also runs on a microcontroller: these folders and files include only the headers named here and each other, and
 # name nothing of FREESTANDING_WORDS. What they include is checked in the same way, wherever it stands.
 FREESTANDING = ["src/hm/control", "src/hm/flight"]
-FREESTANDING_HEADERS = {"Eigen/Core", "array", "bit", "cmath", "cstddef", "cstdint", "limits", "optional", "span",
-                        "string_view", "type_traits"}
-# Heap, exceptions, run-time types, clocks, input and output; and double precision, in these folders themselves.
+# The same for the estimator, whose templates a host instantiates in double precision: these may name it.
+FREESTANDING_TEMPLATES = [f"src/hm/estimation/{name}" for unit in
+                          ["alpha_beta", "bias_kalman", "decoupled_kalman", "delayed_fusion", "filter_math",
+                           "filter_types", "fusion_params", "state_estimator", "tilt_filter"]
+                          for name in (unit + ".hpp", unit + ".cpp")]
+FREESTANDING_HEADERS = {"Eigen/Core", "Eigen/Geometry", "Eigen/LU", "array", "bit", "cmath", "compare", "cstddef",
+                        "cstdint", "limits", "numbers", "optional", "span", "string_view", "type_traits"}
+# Heap, exceptions, run-time types, clocks, input and output; and double precision, in the folders of FREESTANDING.
 FREESTANDING_WORDS = r"std::(vector|string\b|map|set|deque|function|unique_ptr|shared_ptr|make_|chrono|exception)|" \
                      r"\b(new|(?<!= )delete|malloc|free|throw|try|catch|dynamic_cast|typeid|fopen|printf)\b"
 FREESTANDING_DOUBLE = r"\bdouble\b"

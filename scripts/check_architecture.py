@@ -226,10 +226,13 @@ class Checker:
 
     def check_freestanding(self):
         """What also runs on a microcontroller: its includes, theirs, and the words it may not use."""
-        places = [self.root / place for place in rules.FREESTANDING]
-        files = [path for place in places for path in (sorted(place.rglob("*.[ch]pp")) if place.is_dir() else [place])
-                 if path.is_file() and not is_test(path.relative_to(self.root))]
-        own = set(files)
+        def files_of(names):
+            places = [self.root / name for name in names]
+            return [path for place in places for path in (sorted(place.rglob("*.[ch]pp")) if place.is_dir() else [place])
+                    if path.is_file() and not is_test(path.relative_to(self.root))]
+
+        single_precision = set(files_of(rules.FREESTANDING))
+        files = [*single_precision, *files_of(rules.FREESTANDING_TEMPLATES)]
         seen = set()
         while files:
             path = files.pop()
@@ -247,7 +250,7 @@ class Checker:
                 code = line.split("//")[0]
                 if match := re.search(rules.FREESTANDING_WORDS, re.sub(r'"[^"]*"', '""', code)):
                     self.report(relative, number, f"'{match[0]}' is not for what runs on a microcontroller")
-                if path in own and re.search(rules.FREESTANDING_DOUBLE, code):
+                if path in single_precision and re.search(rules.FREESTANDING_DOUBLE, code):
                     self.report(relative, number, "double precision is not for what runs on a microcontroller")
 
     def check_cmake_arrows(self):

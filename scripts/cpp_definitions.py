@@ -144,6 +144,10 @@ def function_name(words):
     first = start if start else opening - 1
     while first > 0 and words[first - 1] == "::":
         first -= 2
+        if words[first] == ">":  # the arguments of a class template
+            while first > 0 and words[first] != "<":
+                first -= 1
+            first -= 1
     if "=" in words[:first]:
         return None  # a variable
     qualifiers = [word for word in words[closing + 1:] if word in ("const", "&", "&&")][:2]

@@ -2,21 +2,10 @@
 
 #include <cmath>
 
-#include "hm/geometry/se2.hpp"
-
 namespace hm {
 
-namespace detail {
-
-AlphaBetaStatus alpha_beta_step(bool started, Duration since_last, double max_gap_s) {
-  if (!started) return AlphaBetaStatus::kFirst;
-  if (since_last.ns <= 0) return AlphaBetaStatus::kTimeBackwards;
-  return since_last.seconds() > max_gap_s ? AlphaBetaStatus::kRestarted : AlphaBetaStatus::kUpdated;
-}
-
-}  // namespace detail
-
-AlphaBetaStatus AlphaBetaAngle::update(Time time, double measured_rad) {
+template <class Scalar>
+AlphaBetaStatus BasicAlphaBetaAngle<Scalar>::update(Time time, Scalar measured_rad) {
   if (!std::isfinite(measured_rad)) return AlphaBetaStatus::kInvalid;
   const Duration since_last = time - time_;
   const auto status = detail::alpha_beta_step(started_, since_last, params_.max_gap_s);
@@ -28,25 +17,20 @@ AlphaBetaStatus AlphaBetaAngle::update(Time time, double measured_rad) {
     rate_rad_s_ = 0;
     return status;
   }
-  const double dt_s = since_last.seconds();
-  const double predicted = angle_rad_ + dt_s * rate_rad_s_;
-  const double residual = wrap_angle(measured_rad - predicted);
+  const Scalar dt_s = seconds_of<Scalar>(since_last);
+  const Scalar predicted = angle_rad_ + dt_s * rate_rad_s_;
+  const Scalar residual = wrap_angle(measured_rad - predicted);
   angle_rad_ = wrap_angle(predicted + params_.alpha_ratio * residual);
   rate_rad_s_ += params_.beta_ratio / dt_s * residual;
   return status;
 }
 
-Eigen::Quaterniond turned(const Eigen::Quaterniond& rotation, const Vec3& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  // sin(a/2)/a by its series where the quotient loses digits.
-  const double scale = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(0.5 * angle) / angle;
-  const Vec3 v = scale * rotation_vector;
-  return (rotation * Eigen::Quaterniond(std::cos(0.5 * angle), v.x(), v.y(), v.z())).normalized();
-}
+template class BasicAlphaBetaAngle<double>;
+template class BasicAlphaBetaAngle<float>;
 
-Vec3 rotation_vector(const Eigen::Quaterniond& rotation) {
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
   const double sign = rotation.w() < 0 ? -1 : 1;
-  const Vec3 v = sign * rotation.vec();
+  const Eigen::Vector3d v = sign * rotation.vec();
   const double sine = v.norm();
   if (sine < 1e-9) return 2.0 * v;
   return (2.0 * std::atan2(sine, sign * rotation.w()) / sine) * v;
@@ -68,7 +52,7 @@ AlphaBetaStatus AlphaBetaOrientation::update(Time time, const Eigen::Quaterniond
   }
   const double dt_s = since_last.seconds();
   const Eigen::Quaterniond predicted = turned(R_world_body_, dt_s * rate_body_rad_s_);
-  const Vec3 residual = rotation_vector(predicted.conjugate() * measured);
+  const Eigen::Vector3d residual = rotation_vector(predicted.conjugate() * measured);
   R_world_body_ = turned(predicted, params_.alpha_ratio * residual);
   rate_body_rad_s_ += params_.beta_ratio / dt_s * residual;
   return status;

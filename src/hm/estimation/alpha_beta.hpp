@@ -1,19 +1,19 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cmath>
 
-#include "hm/core/params.hpp"
+#include "hm/core/param_doc.hpp"
 #include "hm/core/time.hpp"
-#include "hm/geometry/se3.hpp"
+#include "hm/estimation/filter_math.hpp"
 
 namespace hm {
 
 /// Gains of an alpha-beta filter, dissertation 2.2.4; the defaults are for poses (heights: 0.9, 0.9).
-struct AlphaBetaParams {
-  double alpha_ratio = 0.9;
-  double beta_ratio = 0.5;
-  double max_gap_s = 0.5;
+template <class Scalar>
+struct BasicAlphaBetaParams {
+  Scalar alpha_ratio = Scalar(0.9);
+  Scalar beta_ratio = Scalar(0.5);
+  Scalar max_gap_s = Scalar(0.5);
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -29,6 +29,7 @@ struct AlphaBetaParams {
       self.max_gap_s);
   }
 };
+using AlphaBetaParams = BasicAlphaBetaParams<double>;
 
 enum class AlphaBetaStatus {
   kFirst,          ///< first sample: position as measured, velocity zero
@@ -40,16 +41,22 @@ enum class AlphaBetaStatus {
 
 namespace detail {
 /// Classifies a sample by its time.
-AlphaBetaStatus alpha_beta_step(bool started, Duration since_last, double max_gap_s);
+template <class Scalar>
+AlphaBetaStatus alpha_beta_step(bool started, Duration since_last, Scalar max_gap_s) {
+  if (!started) return AlphaBetaStatus::kFirst;
+  if (since_last.ns <= 0) return AlphaBetaStatus::kTimeBackwards;
+  return seconds_of<Scalar>(since_last) > max_gap_s ? AlphaBetaStatus::kRestarted : AlphaBetaStatus::kUpdated;
+}
 }  // namespace detail
 
 /// Alpha-beta filter of an N-vector with common gains (dissertation 2.2.4, eqs 2.4-2.8): position and
 /// velocity from position measurements. Starts with velocity zero.
-template <int N>
+template <int N, class Scalar = double>
 class AlphaBetaFilter {
  public:
-  using Vector = Eigen::Matrix<double, N, 1>;
-  explicit AlphaBetaFilter(const AlphaBetaParams& params = {}) : params_(params) {}
+  using Vector = FilterVector<Scalar, N>;
+  using Params = BasicAlphaBetaParams<Scalar>;
+  explicit AlphaBetaFilter(const Params& params = {}) : params_(params) {}
 
   AlphaBetaStatus update(Time time, const Vector& measured) {
     if (!measured.allFinite()) return AlphaBetaStatus::kInvalid;
@@ -63,7 +70,7 @@ class AlphaBetaFilter {
       velocity_.setZero();
       return status;
     }
-    const double dt_s = since_last.seconds();
+    const Scalar dt_s = seconds_of<Scalar>(since_last);
     position_ += dt_s * velocity_;                        // (2.4); the velocity stays (2.5)
     const Vector residual = measured - position_;         // (2.6)
     position_ += params_.alpha_ratio * residual;          // (2.7)
@@ -75,10 +82,12 @@ class AlphaBetaFilter {
   [[nodiscard]] const Vector& position() const { return position_; }
   [[nodiscard]] const Vector& velocity() const { return velocity_; }  ///< units of position per second
   /// Predicted position (eq. 2.4); does not change the filter.
-  [[nodiscard]] Vector predicted(Time time) const { return position_ + (time - time_).seconds() * velocity_; }
+  [[nodiscard]] Vector predicted(Time time) const {
+    return position_ + seconds_of<Scalar>(time - time_) * velocity_;
+  }
 
  private:
-  AlphaBetaParams params_;
+  Params params_;
   Time time_;
   bool started_ = false;
   Vector position_ = Vector::Zero(), velocity_ = Vector::Zero();
@@ -88,19 +97,22 @@ using AlphaBetaHeight = AlphaBetaFilter<1>;
 using AlphaBetaPosition = AlphaBetaFilter<3>;
 
 /// Alpha-beta filter of an angle that wraps (yaw); the estimate stays in (-pi, pi].
-class AlphaBetaAngle {
+template <class Scalar>
+class BasicAlphaBetaAngle {
  public:
-  explicit AlphaBetaAngle(const AlphaBetaParams& params = {}) : params_(params) {}
-  AlphaBetaStatus update(Time time, double measured_rad);
-  [[nodiscard]] double angle_rad() const { return angle_rad_; }
-  [[nodiscard]] double rate_rad_s() const { return rate_rad_s_; }
+  using Params = BasicAlphaBetaParams<Scalar>;
+  explicit BasicAlphaBetaAngle(const Params& params = {}) : params_(params) {}
+  AlphaBetaStatus update(Time time, Scalar measured_rad);
+  [[nodiscard]] Scalar angle_rad() const { return angle_rad_; }
+  [[nodiscard]] Scalar rate_rad_s() const { return rate_rad_s_; }
 
  private:
-  AlphaBetaParams params_;
+  Params params_;
   Time time_;
   bool started_ = false;
-  double angle_rad_ = 0, rate_rad_s_ = 0;
+  Scalar angle_rad_ = 0, rate_rad_s_ = 0;
 };
+using AlphaBetaAngle = BasicAlphaBetaAngle<double>;
 
 /// Alpha-beta filter of an orientation: the steps of eqs 2.4-2.8 with the rotation vector of predicted^-1 *
 /// measured as residual, so that the correction is slerp(predicted, measured, alpha). For rotation about a
@@ -111,19 +123,17 @@ class AlphaBetaOrientation {
   /// Updates with a quaternion of any sign and non-zero length.
   AlphaBetaStatus update(Time time, const Eigen::Quaterniond& measured_R_world_body);
   [[nodiscard]] const Eigen::Quaterniond& R_world_body() const { return R_world_body_; }
-  [[nodiscard]] const Vec3& rate_body_rad_s() const { return rate_body_rad_s_; }
+  [[nodiscard]] const Eigen::Vector3d& rate_body_rad_s() const { return rate_body_rad_s_; }
 
  private:
   AlphaBetaParams params_;
   Time time_;
   bool started_ = false;
   Eigen::Quaterniond R_world_body_ = Eigen::Quaterniond::Identity();
-  Vec3 rate_body_rad_s_ = Vec3::Zero();
+  Eigen::Vector3d rate_body_rad_s_ = Eigen::Vector3d::Zero();
 };
 
-/// Rotates a unit quaternion by a rotation vector given in its body frame.
-Eigen::Quaterniond turned(const Eigen::Quaterniond& rotation, const Vec3& rotation_vector);
 /// Shortest rotation vector of a unit quaternion, radians, of length at most pi.
-Vec3 rotation_vector(const Eigen::Quaterniond& rotation);
+Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation);
 
 }  // namespace hm

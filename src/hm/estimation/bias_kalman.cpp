@@ -1,10 +1,12 @@
 #include "hm/estimation/bias_kalman.hpp"
 
+#include <Eigen/LU>
+
 namespace hm {
 
-template <int N>
-void BiasKalman<N>::start(const Vector& measured, const Matrix& covariance, const Start& unknown) {
-  const auto square = [](double value) { return value * value; };
+template <int N, class Scalar>
+void BiasKalman<N, Scalar>::start(const Vector& measured, const Matrix& covariance, const Start& unknown) {
+  const auto square = [](Scalar value) { return value * value; };
   position = measured;
   velocity.setZero();
   pp = covariance;
@@ -17,25 +19,25 @@ void BiasKalman<N>::start(const Vector& measured, const Matrix& covariance, cons
 }
 
 /// P = A P A^T + Q with A = [I, d I, -d^2/2 R; 0, I, -d R; 0, 0, I], written out block by block.
-template <int N>
-void BiasKalman<N>::predict(const Vector& acceleration_level, const Matrix& R_world_level, double dt_s,
-                            const NoiseDensity& noise) {
-  const double d = dt_s, d2 = d * d, d3 = d2 * d;
+template <int N, class Scalar>
+void BiasKalman<N, Scalar>::predict(const Vector& acceleration_level, const Matrix& R_world_level,
+                                    Scalar dt_s, const BasicNoiseDensity<Scalar>& noise) {
+  const Scalar half = Scalar(0.5), d = dt_s, d2 = d * d, d3 = d2 * d;
   const Vector acceleration = R_world_level * (acceleration_level - bias);
-  position += d * velocity + 0.5 * d2 * acceleration;
+  position += d * velocity + half * d2 * acceleration;
   velocity += d * acceleration;
 
   const Matrix bias_moves_velocity = d * R_world_level;
   const Matrix vb_next = vb - bias_moves_velocity * bb;
-  const Matrix pb_next = pb + d * vb - 0.5 * d * (bias_moves_velocity * bb);
+  const Matrix pb_next = pb + d * vb - half * d * (bias_moves_velocity * bb);
   const Matrix v_from_b = bias_moves_velocity * vb.transpose();
-  const Matrix pv_before_bias = pv + d * vv - 0.5 * d * v_from_b;
-  const Matrix pp_next = pp + d * pv.transpose() - 0.5 * d * (bias_moves_velocity * pb.transpose()) +
-                         d * pv_before_bias - 0.5 * d * (pb_next * bias_moves_velocity.transpose());
+  const Matrix pv_before_bias = pv + d * vv - half * d * v_from_b;
+  const Matrix pp_next = pp + d * pv.transpose() - half * d * (bias_moves_velocity * pb.transpose()) +
+                         d * pv_before_bias - half * d * (pb_next * bias_moves_velocity.transpose());
   pv = pv_before_bias - pb_next * bias_moves_velocity.transpose();
   vv = vv - v_from_b - vb_next * bias_moves_velocity.transpose();
-  pp = 0.5 * (pp_next + pp_next.transpose());
-  vv = (0.5 * (vv + vv.transpose())).eval();
+  pp = half * (pp_next + pp_next.transpose());
+  vv = (half * (vv + vv.transpose())).eval();
   vb = vb_next;
   pb = pb_next;
 
@@ -48,9 +50,9 @@ void BiasKalman<N>::predict(const Vector& acceleration_level, const Matrix& R_wo
   bb += noise.bias * d * identity;
 }
 
-template <int N>
-typename BiasKalman<N>::Innovation BiasKalman<N>::innovation(const Vector& measured,
-                                                             const Matrix& covariance) const {
+template <int N, class Scalar>
+typename BiasKalman<N, Scalar>::Innovation BiasKalman<N, Scalar>::innovation(const Vector& measured,
+                                                                             const Matrix& covariance) const {
   Innovation result;
   result.residual = measured - position;
   result.inverse = (pp + covariance).inverse();
@@ -58,8 +60,8 @@ typename BiasKalman<N>::Innovation BiasKalman<N>::innovation(const Vector& measu
   return result;
 }
 
-template <int N>
-void BiasKalman<N>::correct(const Innovation& innovation) {
+template <int N, class Scalar>
+void BiasKalman<N, Scalar>::correct(const Innovation& innovation) {
   const Matrix gain_p = pp * innovation.inverse, gain_v = pv.transpose() * innovation.inverse,
                gain_b = pb.transpose() * innovation.inverse;
   position += gain_p * innovation.residual;
@@ -71,10 +73,11 @@ void BiasKalman<N>::correct(const Innovation& innovation) {
   pv = (pv - gain_p * pv).eval();
   pb = (pb - gain_p * pb).eval();
   pp = (pp - gain_p * pp).eval();
-  for (Matrix* block : {&pp, &vv, &bb}) *block = (0.5 * (*block + block->transpose())).eval();
+  for (Matrix* block : {&pp, &vv, &bb}) *block = (Scalar(0.5) * (*block + block->transpose())).eval();
 }
 
-void YawBiasKalman::start(double measured_rad, double variance, double bias_std_rad_s) {
+template <class Scalar>
+void BasicYawBiasKalman<Scalar>::start(Scalar measured_rad, Scalar variance, Scalar bias_std_rad_s) {
   yaw_rad = wrap_angle(measured_rad);
   yy = variance;
   yb = 0;
@@ -82,21 +85,26 @@ void YawBiasKalman::start(double measured_rad, double variance, double bias_std_
   ready = true;
 }
 
-void YawBiasKalman::predict(double rate_rad_s, double dt_s, const NoiseDensity& noise) {
-  const double d = dt_s;
+template <class Scalar>
+void BasicYawBiasKalman<Scalar>::predict(Scalar rate_rad_s, Scalar dt_s,
+                                         const BasicNoiseDensity<Scalar>& noise) {
+  const Scalar d = dt_s;
   yaw_rad = wrap_angle(yaw_rad + d * (rate_rad_s - bias_rad_s));
   yy += d * (d * bb - 2 * yb) + noise.input * d + noise.bias * d * d * d / 3;
   yb -= d * bb + noise.bias * d * d / 2;
   bb += noise.bias * d;
 }
 
-YawBiasKalman::Innovation YawBiasKalman::innovation(double measured_rad, double variance) const {
-  const double residual = wrap_angle(measured_rad - yaw_rad), inverse = 1 / (yy + variance);
+template <class Scalar>
+typename BasicYawBiasKalman<Scalar>::Innovation BasicYawBiasKalman<Scalar>::innovation(
+    Scalar measured_rad, Scalar variance) const {
+  const Scalar residual = wrap_angle(measured_rad - yaw_rad), inverse = 1 / (yy + variance);
   return {residual, inverse, residual * residual * inverse};
 }
 
-void YawBiasKalman::correct(const Innovation& innovation) {
-  const double gain_y = yy * innovation.inverse, gain_b = yb * innovation.inverse;
+template <class Scalar>
+void BasicYawBiasKalman<Scalar>::correct(const Innovation& innovation) {
+  const Scalar gain_y = yy * innovation.inverse, gain_b = yb * innovation.inverse;
   yaw_rad = wrap_angle(yaw_rad + gain_y * innovation.residual);
   bias_rad_s += gain_b * innovation.residual;
   bb -= gain_b * yb;
@@ -106,5 +114,9 @@ void YawBiasKalman::correct(const Innovation& innovation) {
 
 template struct BiasKalman<1>;
 template struct BiasKalman<2>;
+template struct BiasKalman<1, float>;
+template struct BiasKalman<2, float>;
+template struct BasicYawBiasKalman<double>;
+template struct BasicYawBiasKalman<float>;
 
 }  // namespace hm

@@ -7,6 +7,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/estimation/testing/dense_kalman.hpp"
+#include "hm/geometry/se2.hpp"
 
 namespace hm {
 namespace {

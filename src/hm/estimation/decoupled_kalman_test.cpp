@@ -6,6 +6,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/estimation/testing/dense_kalman.hpp"
+#include "hm/geometry/se2.hpp"
 
 namespace hm {
 namespace {
@@ -122,10 +123,19 @@ TEST(DecoupledKalman, ResetClearsStatesAndCovariances) {
   EXPECT_EQ(filter.x().covariance(), Mat2(Mat2::Identity()));
 }
 
-TEST(DecoupledKalmanDeathTest, BrokenInputsAreBugs) {
+TEST(DecoupledKalman, BrokenInputsChangeNothing) {
   DecoupledKalman filter;
-  EXPECT_DEATH(filter.predict(Vec3::Zero(), 0, 0), "dt");
-  EXPECT_DEATH(filter.predict(Vec3(0, 0, std::nan("")), 0, kStep_s), "acceleration");
+  filter.reset_planar({1, 2}, 0.5);
+  filter.predict(Vec3(1, 2, 3), 0.1, kStep_s);
+  const Vec3 position = filter.position_m(), velocity = filter.velocity_m_s();
+  const double nan = std::nan("");
+  filter.predict(Vec3::Ones(), 0.1, 0);
+  filter.predict(Vec3::Constant(nan), nan, kStep_s);
+  filter.correct_planar({nan, 1}, {0, nan}, nan);
+  filter.correct_height(nan, 0);
+  EXPECT_EQ(filter.position_m(), position);
+  EXPECT_EQ(filter.velocity_m_s(), velocity);
+  EXPECT_TRUE(std::isfinite(filter.yaw().yaw_rad()));
 }
 
 }  // namespace

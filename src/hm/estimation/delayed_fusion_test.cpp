@@ -10,6 +10,7 @@
 
 #include "hm/core/rng.hpp"
 #include "hm/estimation/testing/dense_kalman.hpp"
+#include "hm/geometry/se2.hpp"
 
 namespace hm {
 namespace {
@@ -21,10 +22,10 @@ FusionInput input_at(int ms) {
   return {at_ms(ms), acceleration, 0.1 * std::cos(0.05 * ms), true};
 }
 
-PlanarPose pose_at(double ms, double x, double y, double yaw) {
-  PlanarPose pose;
+PoseReading<double> pose_at(double ms, double x, double y, double yaw) {
+  PoseReading<double> pose;
   pose.stamp = at_ms(ms);
-  pose.T_odom_base = SE2(x, y, yaw);
+  pose.x_y_yaw = {x, y, wrap_angle(yaw)};
   Mat3 covariance;
   covariance << 4e-4, 1e-4, 0, 1e-4, 3e-4, 0, 0, 0, 1e-4;
   pose.covariance = covariance;
@@ -78,7 +79,8 @@ std::unique_ptr<DelayedFusion> run(const FusionParams& params, const std::vector
   return fusion;
 }
 
-void expect_same(const FusionState& a, const FusionState& b, double tolerance) {
+void expect_same(const DelayedFusion& one, const DelayedFusion& other, double tolerance) {
+  const FusionState &a = one.state(), &b = other.state();
   EXPECT_LE((a.planar.position - b.planar.position).norm(), tolerance);
   EXPECT_LE((a.planar.velocity - b.planar.velocity).norm(), tolerance);
   EXPECT_LE((a.planar.bias - b.planar.bias).norm(), tolerance);
@@ -88,10 +90,10 @@ void expect_same(const FusionState& a, const FusionState& b, double tolerance) {
   EXPECT_LE(std::abs(a.vertical.vv(0) - b.vertical.vv(0)), tolerance);
   EXPECT_LE(std::abs(a.yaw.yaw_rad - b.yaw.yaw_rad), tolerance);
   EXPECT_LE(std::abs(a.yaw.bias_rad_s - b.yaw.bias_rad_s), tolerance);
-  EXPECT_EQ(a.poses.accepted, b.poses.accepted);
-  EXPECT_EQ(a.poses.rejected, b.poses.rejected);
-  EXPECT_EQ(a.heights.accepted, b.heights.accepted);
-  EXPECT_EQ(a.heights.rejected, b.heights.rejected);
+  EXPECT_EQ(one.pose_counts().accepted, other.pose_counts().accepted);
+  EXPECT_EQ(one.pose_counts().rejected, other.pose_counts().rejected);
+  EXPECT_EQ(one.height_counts().accepted, other.height_counts().accepted);
+  EXPECT_EQ(one.height_counts().rejected, other.height_counts().rejected);
 }
 
 TEST(DelayedFusion, LateAndShuffledIsTheSameAsInOrder) {
@@ -107,7 +109,7 @@ TEST(DelayedFusion, LateAndShuffledIsTheSameAsInOrder) {
   EXPECT_GT(a->pose_counts().accepted, 50u);
   EXPECT_GT(a->pose_counts().rejected + a->height_counts().rejected, 0u);
   EXPECT_EQ(a->pose_counts().too_old, 0u);
-  expect_same(a->state(), b->state(), 0);  // to the last bit
+  expect_same(*a, *b, 0);  // to the last bit
 }
 
 TEST(DelayedFusion, IsTheTextbookFilterInOrderOfStamps) {
@@ -231,7 +233,7 @@ TEST(DelayedFusion, BadNumbersAreRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(fusion->add_input({at_ms(1001), Vec3(nan, 0, 0), 0, true}), FusionStatus::kInvalid);
   EXPECT_EQ(fusion->add_input({at_ms(1001), Vec3::Zero(), nan, true}), FusionStatus::kInvalid);
-  PlanarPose pose = pose_at(995, 1, 2, 3);
+  PoseReading<double> pose = pose_at(995, 1, 2, 3);
   (*pose.covariance)(0, 0) = -1;
   EXPECT_EQ(fusion->add_pose(pose), FusionStatus::kInvalid);
   pose = pose_at(995, 1, 2, 3);
@@ -249,7 +251,7 @@ TEST(DelayedFusion, AFreeDirectionIsLeftAlone) {
   // A corridor along x: x is unobservable for the matcher.
   const auto fusion = standing({});
   const Vec2 before = fusion->state().planar.position;
-  PlanarPose pose = pose_at(995, 5, 2.01, 3);
+  PoseReading<double> pose = pose_at(995, 5, 2.01, 3);
   pose.covariance = Vec3(1e8, 1e-5, 1e-4).asDiagonal();
   EXPECT_EQ(fusion->add_pose(pose), FusionStatus::kOk);
   EXPECT_NEAR(fusion->state().planar.position.x(), before.x(), 0.01);  // not a metre towards 5

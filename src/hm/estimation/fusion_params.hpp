@@ -1,44 +1,45 @@
 #pragma once
-#include "hm/core/params.hpp"
+#include "hm/core/param_doc.hpp"
 
 namespace hm {
 
 /// Parameters of the delay-aware filters. Densities are one-sided amplitude densities as on a data sheet.
-struct FusionParams {
-  double acceleration_density_m_s2_sqrt_hz = 0.05;
+template <class Scalar>
+struct BasicFusionParams {
+  Scalar acceleration_density_m_s2_sqrt_hz = Scalar(0.05);
   /// The same when the IMU provides no orientation.
-  static constexpr double kOwnTiltAccelerationDensity_m_s2_sqrt_hz = 0.3;
+  static constexpr Scalar kOwnTiltAccelerationDensity_m_s2_sqrt_hz = Scalar(0.3);
   /// Random walk of the accelerometer bias, (m/s^3)/sqrt(Hz).
-  static constexpr double kAccelerationBiasWalk_m_s3_sqrt_hz = 0.005;
+  static constexpr Scalar kAccelerationBiasWalk_m_s3_sqrt_hz = Scalar(0.005);
   /// Noise density of the gyroscope, (rad/s)/sqrt(Hz).
-  static constexpr double kYawRateDensity_rad_s_sqrt_hz = 0.002;
+  static constexpr Scalar kYawRateDensity_rad_s_sqrt_hz = Scalar(0.002);
   /// Random walk of the gyroscope bias, (rad/s^2)/sqrt(Hz).
-  static constexpr double kYawRateBiasWalk_rad_s2_sqrt_hz = 0.0002;
+  static constexpr Scalar kYawRateBiasWalk_rad_s2_sqrt_hz = Scalar(0.0002);
   /// Density of unmeasured acceleration without IMU data.
-  static constexpr double kGapAccelerationDensity_m_s2_sqrt_hz = 2.0;
+  static constexpr Scalar kGapAccelerationDensity_m_s2_sqrt_hz = Scalar(2.0);
   /// Density of unmeasured yaw rate without IMU data.
-  static constexpr double kGapYawRateDensity_rad_s_sqrt_hz = 0.5;
+  static constexpr Scalar kGapYawRateDensity_rad_s_sqrt_hz = Scalar(0.5);
   /// Standard deviation of the velocity at the first pose.
-  static constexpr double kInitialSpeedStd_m_s = 1.0;
+  static constexpr Scalar kInitialSpeedStd_m_s = Scalar(1.0);
   /// Standard deviation of the accelerometer bias at the first pose.
-  static constexpr double kInitialAccelerationBiasStd_m_s2 = 0.3;
+  static constexpr Scalar kInitialAccelerationBiasStd_m_s2 = Scalar(0.3);
   /// Standard deviation of the gyroscope bias at the first pose.
-  static constexpr double kInitialYawRateBiasStd_rad_s = 0.05;
+  static constexpr Scalar kInitialYawRateBiasStd_rad_s = Scalar(0.05);
 
-  double position_std_m = 0.02;
-  double yaw_std_rad = 0.01;
-  double height_std_m = 0.01;
-  double added_position_std_m = 0.003;
-  double added_yaw_std_rad = 0.001;
-  double pose_gate_chi2 = 16.3;
-  double height_gate_chi2 = 10.8;
+  Scalar position_std_m = Scalar(0.02);
+  Scalar yaw_std_rad = Scalar(0.01);
+  Scalar height_std_m = Scalar(0.01);
+  Scalar added_position_std_m = Scalar(0.003);
+  Scalar added_yaw_std_rad = Scalar(0.001);
+  Scalar pose_gate_chi2 = Scalar(16.3);
+  Scalar height_gate_chi2 = Scalar(10.8);
   int recover_after_rejections = 20;
 
   bool delay_compensation = true;
-  double max_delay_s = 0.2;
+  Scalar max_delay_s = Scalar(0.2);
   /// Measurements newer than the IMU by more are rejected.
-  static constexpr double kMaxLead_s = 0.05;
-  double max_gap_s = 0.1;
+  static constexpr Scalar kMaxLead_s = Scalar(0.05);
+  Scalar max_gap_s = Scalar(0.1);
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -79,5 +80,6 @@ struct FusionParams {
       self.max_gap_s);
   }
 };
+using FusionParams = BasicFusionParams<double>;
 
 }  // namespace hm

@@ -5,42 +5,41 @@
 namespace hm {
 namespace {
 
-/// Time after which the laser's velocity, which starts from zero, is used.
-constexpr double kVelocitySettles_s = 1.0;
-
 /// Rate of the yaw angle from body rates (Rz Ry Rx).
-double yaw_rate(const Vec3& angular_velocity, const Vec3& roll_pitch_yaw) {
-  const double cosine = std::cos(roll_pitch_yaw.y());
-  if (std::abs(cosine) < 1e-3) return 0;  // nose up: yaw is not defined
-  return (angular_velocity.y() * std::sin(roll_pitch_yaw.x()) +
-          angular_velocity.z() * std::cos(roll_pitch_yaw.x())) /
+template <class Scalar>
+Scalar yaw_rate(const FilterVector<Scalar, 3>& angular_velocity,
+                const FilterVector<Scalar, 3>& roll_pitch_yaw) {
+  const Scalar cosine = filter_cos(roll_pitch_yaw.y());
+  if (std::abs(cosine) < Scalar(1e-3)) return 0;  // nose up: yaw is not defined
+  return (angular_velocity.y() * filter_sin(roll_pitch_yaw.x()) +
+          angular_velocity.z() * filter_cos(roll_pitch_yaw.x())) /
          cosine;
 }
 
-bool is_finite(const ImuSample& sample) {
+template <class Scalar>
+bool is_finite(const InertialReading<Scalar>& sample) {
   return sample.angular_velocity_rad_s.allFinite() && sample.specific_force_m_s2.allFinite() &&
          (!sample.R_world_imu || sample.R_world_imu->allFinite());
 }
 
 }  // namespace
 
-SE3 VehicleState::T_odom_base() const {
-  return {rotation_from_roll_pitch_yaw(roll_pitch_yaw_rad), position_m};
-}
-
-StateEstimator::StateEstimator(const StateEstimatorParams& params, const SE3& T_base_imu)
+template <class Scalar, FusionCapacity kCapacity>
+BasicStateEstimator<Scalar, kCapacity>::BasicStateEstimator(const Params& params,
+                                                            const ImuMounting<Scalar>& mounting)
     : params_(params),
-      T_base_imu_(T_base_imu),
+      mounting_(mounting),
       fusion_(params.fusion),
       tilt_(params.tilt),
       gravity_(params.tilt),
-      laser_velocity_({0.5, 0.15, params.pose_alpha_beta.max_gap_s}),
+      laser_velocity_({Scalar(0.5), Scalar(0.15), params.pose_alpha_beta.max_gap_s}),
       thesis_(params.thesis),
       thesis_position_(params.pose_alpha_beta),
       thesis_yaw_(params.pose_alpha_beta),
       thesis_height_(params.height_alpha_beta) {}
 
-FusionStatus StateEstimator::add_imu(const ImuSample& sample) {
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::add_imu(const InertialReading<Scalar>& sample) {
   if (!is_finite(sample)) {
     ++imu_counts_.invalid;
     return FusionStatus::kInvalid;
@@ -50,82 +49,90 @@ FusionStatus StateEstimator::add_imu(const ImuSample& sample) {
     return FusionStatus::kTimeBackwards;
   }
   ++imu_counts_.accepted;
-  const double dt_s = any_time_ ? (sample.stamp - stamp_).seconds() : 0;
-  const Reading reading{T_base_imu_.rotation() * sample.angular_velocity_rad_s,
-                        T_base_imu_.rotation() * sample.specific_force_m_s2};
+  const Scalar dt_s = any_time_ ? seconds_of<Scalar>(sample.stamp - stamp_) : 0;
+  const BodyReading reading{mounting_.R_base_imu * sample.angular_velocity_rad_s,
+                            mounting_.R_base_imu * sample.specific_force_m_s2};
   angular_velocity_rad_s_ = reading.angular_velocity_base_rad_s;
   update_tilt(sample, reading, dt_s);
   // An off-centre accelerometer also measures the centripetal acceleration, which is compensated; the angular
   // acceleration is neglected, since it would require differentiating noise.
-  const Vec3& arm = T_base_imu_.translation();
-  const Vec3 centripetal = angular_velocity_rad_s_.cross(angular_velocity_rad_s_.cross(arm));
-  const Mat3 R_level_base =
-      rotation_from_roll_pitch_yaw({roll_pitch_yaw_rad_.x(), roll_pitch_yaw_rad_.y(), 0});
-  FusionInput input;
+  const Vector3& arm = mounting_.p_base_imu_m;
+  const Vector3 centripetal = angular_velocity_rad_s_.cross(angular_velocity_rad_s_.cross(arm));
+  const FilterMatrix<Scalar, 3> R_level_base =
+      rotation_from_angles(Vector3(roll_pitch_yaw_rad_.x(), roll_pitch_yaw_rad_.y(), 0));
+  BasicFusionInput<Scalar> input;
   input.stamp = sample.stamp;
-  input.acceleration_level_m_s2 =
-      R_level_base * (reading.specific_force_base_m_s2 - centripetal) - Vec3(0, 0, kGravity_m_s2);
+  input.acceleration_level_m_s2 = R_level_base * (reading.specific_force_base_m_s2 - centripetal) -
+                                  Vector3(0, 0, kFilterGravity_m_s2<Scalar>);
   input.own_tilt = !sample.R_world_imu;
-  input.yaw_rate_rad_s = yaw_rate(angular_velocity_rad_s_, roll_pitch_yaw_rad_);
+  input.yaw_rate_rad_s = yaw_rate<Scalar>(angular_velocity_rad_s_, roll_pitch_yaw_rad_);
   return step(input, dt_s);
 }
 
 /// Specific force without the vehicle's acceleration, once the filters have estimated its velocity.
-Vec3 StateEstimator::gravity_felt(const Vec3& specific_force_base_m_s2, double dt_s) {
+template <class Scalar, FusionCapacity kCapacity>
+typename BasicStateEstimator<Scalar, kCapacity>::Vector3 BasicStateEstimator<Scalar, kCapacity>::gravity_felt(
+    const Vector3& specific_force_base_m_s2, Scalar dt_s) {
   const bool known =
       params_.mode == FusionMode::kDelayAware && fusion_.started() && fusion_.state().planar.ready;
   if (!known) {
     gravity_.reset();
     return specific_force_base_m_s2;
   }
-  const FusionState& now = fusion_.state();
-  const Eigen::Quaterniond R_odom_base(
-      rotation_from_roll_pitch_yaw({roll_pitch_yaw_rad_.x(), roll_pitch_yaw_rad_.y(), now.yaw.yaw_rad}));
-  const double climb_m_s = now.vertical.ready ? now.vertical.velocity(0) : 0;
-  const Vec2& planar_m_s = laser_velocity_.velocity();
+  const BasicFusionState<Scalar>& now = fusion_.state();
+  const FilterQuaternion<Scalar> R_odom_base(
+      rotation_from_angles(Vector3(roll_pitch_yaw_rad_.x(), roll_pitch_yaw_rad_.y(), now.yaw.yaw_rad)));
+  const Scalar climb_m_s = now.vertical.ready ? now.vertical.velocity(0) : 0;
+  const FilterVector<Scalar, 2>& planar_m_s = laser_velocity_.velocity();
   return gravity_.update(specific_force_base_m_s2, {planar_m_s.x(), planar_m_s.y(), climb_m_s}, R_odom_base,
                          dt_s);
 }
 
-void StateEstimator::update_tilt(const ImuSample& sample, const Reading& reading, double dt_s) {
+template <class Scalar, FusionCapacity kCapacity>
+void BasicStateEstimator<Scalar, kCapacity>::update_tilt(const InertialReading<Scalar>& sample,
+                                                         const BodyReading& reading, Scalar dt_s) {
   if (tilt_.ready() && dt_s > params_.fusion.max_gap_s) {  // rotation during the gap is unknown
-    tilt_ = TiltFilter(params_.tilt);
+    tilt_ = BasicTiltFilter<Scalar>(params_.tilt);
     gravity_.reset();
   } else {
     tilt_.update(reading.angular_velocity_base_rad_s, gravity_felt(reading.specific_force_base_m_s2, dt_s),
                  dt_s);
   }
   if (sample.R_world_imu)
-    roll_pitch_yaw_rad_ = roll_pitch_yaw(*sample.R_world_imu * T_base_imu_.rotation().transpose());
+    roll_pitch_yaw_rad_ =
+        angles_of(FilterMatrix<Scalar, 3>(*sample.R_world_imu * mounting_.R_base_imu.transpose()));
   else if (tilt_.ready())
-    roll_pitch_yaw_rad_ = roll_pitch_yaw(tilt_.R_world_body().toRotationMatrix());
+    roll_pitch_yaw_rad_ = angles_of(FilterMatrix<Scalar, 3>(tilt_.R_world_body().toRotationMatrix()));
 }
 
-FusionStatus StateEstimator::advance(Time stamp) {
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::advance(Time stamp) {
   if (any_time_ && stamp <= stamp_) return FusionStatus::kTimeBackwards;
   angular_velocity_rad_s_.setZero();
-  return step({stamp, Vec3::Zero(), 0, false}, any_time_ ? (stamp - stamp_).seconds() : 0);
+  return step({stamp, Vector3::Zero(), 0, false}, any_time_ ? seconds_of<Scalar>(stamp - stamp_) : 0);
 }
 
-FusionStatus StateEstimator::step(const FusionInput& input, double dt_s) {
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::step(const BasicFusionInput<Scalar>& input,
+                                                          Scalar dt_s) {
   any_time_ = true;
   stamp_ = input.stamp;
   if (params_.mode == FusionMode::kDelayAware) return fusion_.add_input(input);
   if (dt_s <= 0) return FusionStatus::kStarted;
-  const double c = std::cos(thesis_.yaw().yaw_rad()), s = std::sin(thesis_.yaw().yaw_rad());
-  const Vec3& level = input.acceleration_level_m_s2;
+  const Scalar c = filter_cos(thesis_.yaw().yaw_rad()), s = filter_sin(thesis_.yaw().yaw_rad());
+  const Vector3& level = input.acceleration_level_m_s2;
   thesis_.predict({c * level.x() - s * level.y(), s * level.x() + c * level.y(), level.z()},
                   input.yaw_rate_rad_s, dt_s);
   return FusionStatus::kOk;
 }
 
-void StateEstimator::follow_laser_velocity(const PlanarPose& pose) {
-  const auto status = laser_velocity_.update(pose.stamp, pose.T_odom_base.translation());
-  if (status == AlphaBetaStatus::kFirst || status == AlphaBetaStatus::kRestarted)
-    laser_velocity_since_ = pose.stamp;
+template <class Scalar, FusionCapacity kCapacity>
+void BasicStateEstimator<Scalar, kCapacity>::follow_laser_velocity(const PoseReading<Scalar>& pose) {
+  laser_velocity_.update(pose.stamp, pose.x_y_yaw.template head<2>());
 }
 
-FusionStatus StateEstimator::add_pose(const PlanarPose& pose) {
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::add_pose(const PoseReading<Scalar>& pose) {
   if (params_.mode == FusionMode::kDelayAware) {
     const FusionStatus status = fusion_.add_pose(pose);
     if (status == FusionStatus::kOk || status == FusionStatus::kWaiting || status == FusionStatus::kStarted)
@@ -133,30 +140,36 @@ FusionStatus StateEstimator::add_pose(const PlanarPose& pose) {
     if (!any_time_ && fusion_.started()) any_time_ = true, stamp_ = fusion_.stamp();
     return status;
   }
-  if (!pose.T_odom_base.vector().allFinite()) {
+  return add_pose_as_published(pose);
+}
+
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::add_pose_as_published(const PoseReading<Scalar>& pose) {
+  if (!pose.x_y_yaw.allFinite()) {
     ++thesis_poses_.invalid;
     return FusionStatus::kInvalid;
   }
-  const auto status = thesis_position_.update(pose.stamp, pose.T_odom_base.translation());
+  const auto status = thesis_position_.update(pose.stamp, pose.x_y_yaw.template head<2>());
   if (status == AlphaBetaStatus::kTimeBackwards) {
     ++thesis_poses_.time_backwards;
     return FusionStatus::kTimeBackwards;
   }
-  thesis_yaw_.update(pose.stamp, pose.T_odom_base.angle());
-  if (!thesis_planar_ready_) thesis_.reset_planar(pose.T_odom_base.translation(), pose.T_odom_base.angle());
+  thesis_yaw_.update(pose.stamp, pose.x_y_yaw.z());
+  if (!thesis_planar_ready_) thesis_.reset_planar(pose.x_y_yaw.template head<2>(), pose.x_y_yaw.z());
   thesis_.correct_planar(thesis_position_.position(), thesis_position_.velocity(), thesis_yaw_.angle_rad());
   ++thesis_poses_.accepted;
   thesis_planar_ready_ = true;
   return status == AlphaBetaStatus::kFirst ? FusionStatus::kStarted : FusionStatus::kOk;
 }
 
-FusionStatus StateEstimator::add_height(const HeightReading& height) {
+template <class Scalar, FusionCapacity kCapacity>
+FusionStatus BasicStateEstimator<Scalar, kCapacity>::add_height(const BasicHeightReading<Scalar>& height) {
   if (params_.mode == FusionMode::kDelayAware) {
     const FusionStatus status = fusion_.add_height(height);
     if (!any_time_ && fusion_.started()) any_time_ = true, stamp_ = fusion_.stamp();
     return status;
   }
-  const auto status = thesis_height_.update(height.stamp, AlphaBetaHeight::Vector(height.height_m));
+  const auto status = thesis_height_.update(height.stamp, FilterVector<Scalar, 1>(height.height_m));
   if (status == AlphaBetaStatus::kInvalid) {
     ++thesis_heights_.invalid;
     return FusionStatus::kInvalid;
@@ -172,15 +185,17 @@ FusionStatus StateEstimator::add_height(const HeightReading& height) {
   return status == AlphaBetaStatus::kFirst ? FusionStatus::kStarted : FusionStatus::kOk;
 }
 
-FusionCounts StateEstimator::pose_counts() const {
+template <class Scalar, FusionCapacity kCapacity>
+const FusionCounts& BasicStateEstimator<Scalar, kCapacity>::pose_counts() const {
   return params_.mode == FusionMode::kThesis ? thesis_poses_ : fusion_.pose_counts();
 }
-FusionCounts StateEstimator::height_counts() const {
+template <class Scalar, FusionCapacity kCapacity>
+const FusionCounts& BasicStateEstimator<Scalar, kCapacity>::height_counts() const {
   return params_.mode == FusionMode::kThesis ? thesis_heights_ : fusion_.height_counts();
 }
 
-VehicleState StateEstimator::thesis_state() const {
-  VehicleState state;
+template <class Scalar, FusionCapacity kCapacity>
+void BasicStateEstimator<Scalar, kCapacity>::fill_published_state(BasicVehicleState<Scalar>& state) const {
   state.planar_ready = thesis_planar_ready_;
   state.height_ready = thesis_height_ready_;
   state.position_m = thesis_.position_m();
@@ -192,15 +207,15 @@ VehicleState StateEstimator::thesis_state() const {
   state.height_variance = thesis_.z().covariance()(0, 0);
   state.climb_variance = thesis_.z().covariance()(1, 1);
   state.yaw_variance = thesis_.yaw().variance();
-  return state;
 }
 
-VehicleState StateEstimator::state() const {
-  VehicleState state;
+template <class Scalar, FusionCapacity kCapacity>
+BasicVehicleState<Scalar> BasicStateEstimator<Scalar, kCapacity>::state() const {
+  BasicVehicleState<Scalar> state;
   if (params_.mode == FusionMode::kThesis) {
-    state = thesis_state();
+    fill_published_state(state);
   } else if (fusion_.started()) {
-    const FusionState& now = fusion_.state();
+    const BasicFusionState<Scalar>& now = fusion_.state();
     state.planar_ready = now.planar.ready;
     state.height_ready = now.vertical.ready;
     state.position_m << now.planar.position, now.vertical.position;
@@ -215,9 +230,12 @@ VehicleState StateEstimator::state() const {
     state.yaw_rate_bias_rad_s = now.yaw.bias_rad_s;
   }
   state.stamp = stamp_;
-  state.roll_pitch_yaw_rad.head<2>() = roll_pitch_yaw_rad_.head<2>();
+  state.roll_pitch_yaw_rad.template head<2>() = roll_pitch_yaw_rad_.template head<2>();
   state.angular_velocity_rad_s = angular_velocity_rad_s_;
   return state;
 }
+
+template class BasicStateEstimator<double, kHostCapacity>;
+template class BasicStateEstimator<float, kBoardCapacity>;
 
 }  // namespace hm

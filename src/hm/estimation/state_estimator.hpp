@@ -1,28 +1,29 @@
 #pragma once
 #include <array>
-#include <optional>
+#include <string_view>
 
 #include "hm/estimation/alpha_beta.hpp"
 #include "hm/estimation/decoupled_kalman.hpp"
 #include "hm/estimation/delayed_fusion.hpp"
+#include "hm/estimation/filter_types.hpp"
 #include "hm/estimation/tilt_filter.hpp"
-#include "hm/sensors/imu.hpp"
 
 namespace hm {
 
 /// Choice of filters: those of the dissertation as published (alpha-beta, then Kalman on arrival), or those
 /// with physical noise, biases, gates and delay compensation.
-enum class FusionMode { kThesis, kDelayAware };
+enum class FusionMode : std::uint8_t { kThesis, kDelayAware };
 inline constexpr std::array<std::string_view, 2> kFusionModeNames{"thesis", "delay_aware"};
 
 /// Parameters of the fusion of IMU, laser pose and height (dissertation 2.2.4).
-struct StateEstimatorParams {
+template <class Scalar>
+struct BasicStateEstimatorParams {
   FusionMode mode = FusionMode::kDelayAware;
-  FusionParams fusion;
-  TiltFilterParams tilt;
-  DecoupledKalmanParams thesis;
-  AlphaBetaParams pose_alpha_beta;
-  AlphaBetaParams height_alpha_beta{0.9, 0.9, 0.5};
+  BasicFusionParams<Scalar> fusion;
+  BasicTiltFilterParams<Scalar> tilt;
+  BasicDecoupledKalmanParams<Scalar> thesis;
+  BasicAlphaBetaParams<Scalar> pose_alpha_beta;
+  BasicAlphaBetaParams<Scalar> height_alpha_beta{Scalar(0.9), Scalar(0.9), Scalar(0.5)};
 
   /// Visits only its own members; `fusion`, `tilt`, `thesis` and the alpha-beta filters have their own
   /// sections.
@@ -34,60 +35,76 @@ struct StateEstimatorParams {
       self.mode, kFusionModeNames);
   }
 };
+using StateEstimatorParams = BasicStateEstimatorParams<double>;
+
+/// Pose of the IMU on the vehicle.
+template <class Scalar>
+struct ImuMounting {
+  FilterMatrix<Scalar, 3> R_base_imu = FilterMatrix<Scalar, 3>::Identity();
+  FilterVector<Scalar, 3> p_base_imu_m = FilterVector<Scalar, 3>::Zero();
+};
 
 /// Estimates the state of the vehicle (position, angles, velocity) at the rate of the IMU, from IMU, laser
-/// poses and heights (dissertation 2.2.4).
+/// poses and heights (dissertation 2.2.4). StateEstimator (vehicle_estimator.hpp) is the one for a host, in
+/// double precision; BoardEstimator the one for a microcontroller.
 ///
 /// Roll and pitch come from the IMU's orientation if a sample has one, else from gyroscope and gravity; yaw
 /// comes from the laser, extrapolated with the gyroscope. Inputs of one kind must be in order of stamps;
 /// poses and heights may be late (kDelayAware), and early ones wait until IMU data reaches them. Without an
-/// IMU call `advance`. No heap allocation, no exceptions; the object is large (about 150 kB). Not thread
-/// safe.
-class StateEstimator {
+/// IMU call `advance`. No heap allocation, no exceptions. Not thread safe.
+template <class Scalar, FusionCapacity kCapacity>
+class BasicStateEstimator {
  public:
-  explicit StateEstimator(const StateEstimatorParams& params = {}, const SE3& T_base_imu = {});
+  using Params = BasicStateEstimatorParams<Scalar>;
+  using Vector3 = FilterVector<Scalar, 3>;
+
+  explicit BasicStateEstimator(const Params& params = {}, const ImuMounting<Scalar>& mounting = {});
 
   /// Adds an IMU sample, valid for the interval since the previous sample.
-  FusionStatus add_imu(const ImuSample& sample);
-  FusionStatus add_pose(const PlanarPose& pose);
-  FusionStatus add_height(const HeightReading& height);
+  FusionStatus add_imu(const InertialReading<Scalar>& sample);
+  FusionStatus add_pose(const PoseReading<Scalar>& pose);
+  FusionStatus add_height(const BasicHeightReading<Scalar>& height);
   /// Predicts to `stamp` without IMU data, with constant velocity.
   FusionStatus advance(Time stamp);
 
   /// State at the newest IMU sample (or call of `advance`).
-  [[nodiscard]] VehicleState state() const;
-  [[nodiscard]] FusionCounts pose_counts() const;
-  [[nodiscard]] FusionCounts height_counts() const;
+  [[nodiscard]] BasicVehicleState<Scalar> state() const;
+  [[nodiscard]] const FusionCounts& pose_counts() const;
+  [[nodiscard]] const FusionCounts& height_counts() const;
   [[nodiscard]] const FusionCounts& imu_counts() const { return imu_counts_; }
 
  private:
-  struct Reading {
-    Vec3 angular_velocity_base_rad_s, specific_force_base_m_s2;
+  struct BodyReading {
+    Vector3 angular_velocity_base_rad_s, specific_force_base_m_s2;
   };
-  [[nodiscard]] Vec3 gravity_felt(const Vec3& specific_force_base_m_s2, double dt_s);
-  void follow_laser_velocity(const PlanarPose& pose);
-  void update_tilt(const ImuSample& sample, const Reading& reading, double dt_s);
-  FusionStatus step(const FusionInput& input, double dt_s);
-  [[nodiscard]] VehicleState thesis_state() const;
+  [[nodiscard]] Vector3 gravity_felt(const Vector3& specific_force_base_m_s2, Scalar dt_s);
+  void follow_laser_velocity(const PoseReading<Scalar>& pose);
+  void update_tilt(const InertialReading<Scalar>& sample, const BodyReading& reading, Scalar dt_s);
+  FusionStatus step(const BasicFusionInput<Scalar>& input, Scalar dt_s);
+  FusionStatus add_pose_as_published(const PoseReading<Scalar>& pose);
+  void fill_published_state(BasicVehicleState<Scalar>& state) const;
 
-  StateEstimatorParams params_;
-  SE3 T_base_imu_;
-  DelayedFusion fusion_;
-  TiltFilter tilt_;
-  AccelerationCompensator gravity_;
-  AlphaBetaFilter<2> laser_velocity_;  // from laser poses only, for gravity_
-  Time laser_velocity_since_;
-  DecoupledKalman thesis_;
-  AlphaBetaFilter<2> thesis_position_;
-  AlphaBetaAngle thesis_yaw_;
-  AlphaBetaHeight thesis_height_;
+  Params params_;
+  ImuMounting<Scalar> mounting_;
+  BasicDelayedFusion<Scalar, kCapacity> fusion_;
+  BasicTiltFilter<Scalar> tilt_;
+  BasicAccelerationCompensator<Scalar> gravity_;
+  AlphaBetaFilter<2, Scalar> laser_velocity_;  // from laser poses only, for gravity_
+  BasicDecoupledKalman<Scalar> thesis_;
+  AlphaBetaFilter<2, Scalar> thesis_position_;
+  BasicAlphaBetaAngle<Scalar> thesis_yaw_;
+  AlphaBetaFilter<1, Scalar> thesis_height_;
   bool thesis_planar_ready_ = false, thesis_height_ready_ = false;
   FusionCounts thesis_poses_, thesis_heights_, imu_counts_;
 
   bool any_time_ = false;
   Time stamp_;
-  Vec3 roll_pitch_yaw_rad_ = Vec3::Zero();  // yaw: from the IMU only, unused
-  Vec3 angular_velocity_rad_s_ = Vec3::Zero();
+  Vector3 roll_pitch_yaw_rad_ = Vector3::Zero();  // yaw: from the IMU only, unused
+  Vector3 angular_velocity_rad_s_ = Vector3::Zero();
 };
+using BoardEstimator = BasicStateEstimator<float, kBoardCapacity>;
+
+extern template class BasicStateEstimator<double, kHostCapacity>;
+extern template class BasicStateEstimator<float, kBoardCapacity>;
 
 }  // namespace hm

@@ -1,4 +1,4 @@
-#include "hm/estimation/state_estimator.hpp"
+#include "hm/estimation/vehicle_estimator.hpp"
 
 #include <gtest/gtest.h>
 

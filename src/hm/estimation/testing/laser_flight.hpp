@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/core/rng.hpp"
-#include "hm/estimation/state_estimator.hpp"
+#include "hm/estimation/vehicle_estimator.hpp"
 
 namespace hm {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "hm/estimation/state_estimator.hpp"
+#include "hm/estimation/vehicle_estimator.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/laser/height/mirror_distances.hpp"
 #include "hm/laser/odometry/attitude_history.hpp"

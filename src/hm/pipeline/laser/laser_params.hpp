@@ -2,7 +2,7 @@
 #include <array>
 
 #include "hm/core/params.hpp"
-#include "hm/estimation/state_estimator.hpp"
+#include "hm/estimation/vehicle_estimator.hpp"
 #include "hm/evaluation/relation_error.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/laser/height/height_params.hpp"

@@ -1,0 +1,384 @@
+#include "hm/flight/autopilot.hpp"
+
+#include <cmath>
+
+namespace hm {
+namespace {
+
+constexpr float kStep_s = 0.001F;
+/// In kTakeOff the vehicle has left the ground when it is so far above home.
+constexpr float kLiftedOff_m = 0.05F;
+
+/// Whether the vehicle goes back to kHold when this action is no longer needed.
+bool ends_in_hold(SafetyAction action, FailSafe reason) {
+  switch (action) {
+    case SafetyAction::kReturn:
+    case SafetyAction::kDeadReckoning:
+    case SafetyAction::kSinkSlowly:
+    case SafetyAction::kHoldMotors:
+      return true;
+    case SafetyAction::kLevelDescent:
+      return is_recoverable(reason);
+    default:
+      return false;
+  }
+}
+
+bool is_used(FusionStatus status) {
+  return status == FusionStatus::kOk || status == FusionStatus::kStarted ||
+         status == FusionStatus::kWaiting || status == FusionStatus::kRecovered;
+}
+bool is_invalid(FusionStatus status) {
+  return status == FusionStatus::kInvalid || status == FusionStatus::kTimeBackwards;
+}
+
+}  // namespace
+
+/// The estimator's history holds 192 ms.
+AutopilotParams::AutopilotParams() { estimator.fusion.max_delay_s = 0.18F; }
+
+Autopilot::Autopilot(const AutopilotParams& params)
+    : battery_per_m_ratio_(params.battery_per_m_ratio),
+      idle_speed_rad_s_(params.vehicle.idle_speed_rad_s),
+      limits_(params.fail_safes),
+      R_base_imu_(params.imu.R_base_imu),
+      estimator_(params.estimator, params.imu),
+      machine_(params.machine),
+      fail_safes_(params.fail_safes),
+      gate_(params.commands),
+      guidance_(params.guidance, params.path),
+      touchdown_(params.touchdown),
+      cascade_(params.cascade, params.vehicle, kStep_s) {}
+
+const AutopilotOutputs& Autopilot::step(const AutopilotInputs& inputs) {
+  if (started_ && inputs.now <= now_) {  // a step that was there already, or a clock that runs backwards
+    ++outputs_.invalid_inputs;
+    return outputs_;
+  }
+  if (!started_) pose_at_ = height_at_ = imu_at_ = set_point_at_ = computer_at_ = inputs.now;
+  started_ = true;
+  now_ = inputs.now;
+  estimate(inputs);
+  machine_.step(now_, inputs.motors_on);
+  Refusal refusal = Refusal::kNone;
+  if (inputs.command) {
+    refusal = gate_.admit(*inputs.command, now_);
+    if (refusal == Refusal::kNone) {
+      refusal = obey(*inputs.command, inputs);
+      if (refusal != Refusal::kNone) gate_.count(refusal);
+    }
+  }
+  respond(fail_safes_.step(safety_inputs(inputs)));
+  e_stop_ = false;
+  follow_phase();
+  if (action_ != SafetyAction::kHoldMotors) fly(inputs);
+  publish(refusal);
+  return outputs_;
+}
+
+void Autopilot::estimate(const AutopilotInputs& inputs) {
+  if (inputs.imu) {
+    const FusionStatus status = estimator_.add_imu(*inputs.imu);
+    if (is_invalid(status)) {
+      ++outputs_.invalid_inputs;
+    } else {
+      imu_at_ = now_;
+      specific_force_m_s2_ = R_base_imu_ * inputs.imu->specific_force_m_s2;
+    }
+  }
+  if (inputs.pose) take_pose(*inputs.pose);
+  if (inputs.height) {
+    const FusionStatus status = estimator_.add_height(*inputs.height);
+    if (is_invalid(status)) ++outputs_.invalid_inputs;
+    if (is_used(status) && inputs.height->stamp > height_at_) height_at_ = inputs.height->stamp;
+  }
+  if (inputs.computer_alive) {
+    computer_seen_ = true;
+    computer_at_ = now_;
+  }
+  if (inputs.battery_ratio && std::isfinite(*inputs.battery_ratio)) {
+    battery_known_ = true;
+    battery_ratio_ = *inputs.battery_ratio;
+  }
+  state_ = estimator_.state();
+}
+
+void Autopilot::take_pose(const PoseReading<float>& pose) {
+  const FusionStatus status = estimator_.add_pose(pose);
+  if (is_invalid(status)) ++outputs_.invalid_inputs;
+  if (is_used(status)) {
+    if (pose.stamp > pose_at_) pose_at_ = pose.stamp;
+    refused_since_.reset();
+  }
+  if (status == FusionStatus::kRejected && !refused_since_) refused_since_ = now_;
+  if (is_used(status) || status == FusionStatus::kRejected)
+    tilt_.add_pose(pose.stamp, pose.x_y_yaw.x(), pose.x_y_yaw.y());
+}
+
+ControlState Autopilot::control_state() const {
+  ControlState state;
+  state.position_m = state_.position_m;
+  state.velocity_m_s = state_.velocity_m_s;
+  state.attitude = attitude_from(
+      {state_.roll_pitch_yaw_rad.x(), state_.roll_pitch_yaw_rad.y(), state_.roll_pitch_yaw_rad.z()});
+  state.rates_rad_s = state_.angular_velocity_rad_s;
+  state.specific_force_m_s2 = specific_force_m_s2_;
+  const bool climbs = machine_.phase() == FlightPhase::kTakeOff;
+  const bool lifted = state_.position_m.z() > guidance_.goal_m().z() - takeoff_height_m_ + kLiftedOff_m;
+  state.airborne =
+      in_air(machine_.state()) && machine_.phase() != FlightPhase::kTouchDown && (!climbs || lifted);
+  return state;
+}
+
+Refusal Autopilot::may_take_off(const AutopilotInputs& inputs) const {
+  const SafetyInputs safety = safety_inputs(inputs);
+  const bool fresh = safety.pose_age < duration_of(limits_.pose_stale_s) &&
+                     safety.height_age < duration_of(limits_.height_stale_s) &&
+                     safety.imu_age < duration_of(limits_.imu_gap_s);
+  if (!state_.planar_ready || !state_.height_ready || !fresh) return Refusal::kNotReady;
+  const float least = max_f(safety.return_need_ratio, limits_.battery_empty_ratio);
+  if (battery_known_ && battery_ratio_ < least) return Refusal::kBatteryLow;
+  return Refusal::kNone;
+}
+
+Refusal Autopilot::obey(const FlightCommand& command, const AutopilotInputs& inputs) {
+  if (command.kind == CommandKind::kEStop) {
+    e_stop_ = true;
+    return Refusal::kNone;
+  }
+  const ActionConditions conditions{inputs.rc_enabled, may_take_off(inputs)};
+  switch (command.kind) {
+    case CommandKind::kTakeOver:
+    case CommandKind::kRelease:
+    case CommandKind::kSignOfLife:
+      return Refusal::kNone;
+    case CommandKind::kToggleEngage:
+      return machine_.act(FlightAction::kToggleEngage, conditions);
+    case CommandKind::kReset:
+      return machine_.act(FlightAction::kReset, conditions);
+    case CommandKind::kLand:
+      return machine_.act(FlightAction::kLand, conditions);
+    case CommandKind::kTakeOff: {
+      const Refusal refusal = machine_.act(FlightAction::kTakeOff, conditions);
+      if (refusal != Refusal::kNone) return refusal;
+      cascade_.reset();  // all integrals start from zero
+      guidance_.take_off(control_state(), state_.roll_pitch_yaw_rad.z(), command.position_m.z());
+      takeoff_height_m_ = guidance_.goal_m().z() - state_.position_m.z();
+      return refusal;
+    }
+    default:
+      break;
+  }
+  if (!inputs.rc_enabled) return Refusal::kRcDisabled;
+  if (machine_.state() == AutopilotState::kError) return Refusal::kErrorLatched;
+  return obey_in_flight(command);
+}
+
+Refusal Autopilot::change_mode(FlightPhase mode) {
+  const Refusal refusal = machine_.enter_phase(mode);
+  if (refusal == Refusal::kNone) set_point_at_ = now_;
+  follow_phase();
+  return refusal;
+}
+
+Refusal Autopilot::obey_in_flight(const FlightCommand& command) {
+  if (!in_air(machine_.state())) return Refusal::kNotFlying;
+  if (machine_.landing_forced()) return Refusal::kLandingForced;
+  if (machine_.state() == AutopilotState::kLanding && command.kind != CommandKind::kHold)
+    return Refusal::kWrongMode;
+  if (action_ >= SafetyAction::kReturn) return Refusal::kFailSafeActive;
+  const FlightPhase phase = machine_.phase();
+  switch (command.kind) {
+    case CommandKind::kHold:
+      return change_mode(FlightPhase::kHold);
+    case CommandKind::kMode: {
+      const bool for_pilots = command.mode >= FlightPhase::kPosition &&
+                              command.mode <= FlightPhase::kReturn &&
+                              command.mode != FlightPhase::kDeadReckoning;
+      return for_pilots ? change_mode(command.mode) : Refusal::kWrongMode;
+    }
+    case CommandKind::kVelocity:
+    case CommandKind::kDirect:
+    case CommandKind::kPath: {
+      const FlightPhase needed = command.kind == CommandKind::kVelocity ? FlightPhase::kVelocity
+                                 : command.kind == CommandKind::kDirect ? FlightPhase::kDirect
+                                                                        : FlightPhase::kPath;
+      if (phase != needed) return Refusal::kWrongMode;
+      if (command.kind != CommandKind::kPath && !command.dead_man) return change_mode(FlightPhase::kHold);
+      guidance_.set_velocity(command);
+      set_point_at_ = command.stamp;
+      return Refusal::kNone;
+    }
+    case CommandKind::kGoTo:
+    case CommandKind::kPositionStep: {
+      if (phase != FlightPhase::kPosition && phase != FlightPhase::kHold) return Refusal::kWrongMode;
+      const Refusal mode = change_mode(FlightPhase::kPosition);
+      if (mode != Refusal::kNone) return mode;
+      if (command.kind == CommandKind::kGoTo) return guidance_.go_to(command.position_m, command.yaw_rad);
+      return guidance_.step_by(command.position_m, command.yaw_rad, state_.roll_pitch_yaw_rad.z());
+    }
+    default:
+      return Refusal::kNotSupported;
+  }
+}
+
+SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
+  SafetyInputs safety;
+  safety.now = now_;
+  safety.airborne = in_air(machine_.state());
+  safety.e_stop = e_stop_;
+  safety.pose_age = now_ - pose_at_;
+  safety.height_age = now_ - height_at_;
+  safety.imu_age = now_ - imu_at_;
+  if (refused_since_) safety.poses_refused = now_ - *refused_since_;
+  const float variance = max_f(state_.planar_covariance(0, 0), state_.planar_covariance(1, 1));
+  safety.position_std_m = std::sqrt(variance);
+  const FlightPhase phase = machine_.phase();
+  if (phase == FlightPhase::kVelocity || phase == FlightPhase::kPath)
+    safety.velocity_age = now_ - set_point_at_;
+  if (phase == FlightPhase::kDirect) safety.direct_age = now_ - set_point_at_;
+  if (const std::optional<Time> heard = gate_.last_heard()) safety.pilot_age = now_ - *heard;
+  if (computer_seen_) safety.computer_age = now_ - computer_at_;
+  if (battery_known_) safety.battery_ratio = battery_ratio_;
+  safety.return_need_ratio =
+      limits_.battery_empty_ratio + battery_per_m_ratio_ * guidance_.way_home_m(state_.position_m);
+  const bool shaped = phase != FlightPhase::kTakeOff;  // whose goal is inside
+  if (shaped) safety.stop_outside_m = guidance_.outside_m(cascade_.stopping_point());
+  safety.outside_m = guidance_.outside_m(state_.position_m);
+  if (inputs.obstacle_m) safety.obstacle_m = inputs.obstacle_m;
+  safety.stopping_distance_m = norm_f(Vec3f(cascade_.stopping_point() - state_.position_m));
+  safety.thrust_saturated = cascade_.output().thrust_limited;
+  safety.climb_m_s = state_.velocity_m_s.z();
+  safety.tilt_rad = control_state().attitude.tilt_rad();
+  safety.tilt_mismatch_rad = tilt_.mismatch_rad();
+  if (safety.tilt_mismatch_rad) safety.tilt_mismatch_rad = std::abs(*safety.tilt_mismatch_rad);
+  return safety;
+}
+
+/// Carries the worst action out; what has ended leads to kHold.
+void Autopilot::respond(const SafetyVerdict& verdict) {
+  const SafetyAction action = verdict.action;
+  if (action < action_ && ends_in_hold(action_, action_reason_)) machine_.recover_to_hold();
+  action_ = action;
+  action_reason_ = verdict.reason;
+  const bool flying = machine_.state() == AutopilotState::kFlying;
+  switch (action) {
+    case SafetyAction::kCut:
+      machine_.fail();
+      break;
+    case SafetyAction::kLand:
+    case SafetyAction::kLevelDescent:
+      machine_.force_landing();
+      break;
+    case SafetyAction::kDeadReckoning:
+      if (flying) machine_.enter_phase(FlightPhase::kDeadReckoning);
+      break;
+    case SafetyAction::kReturn:
+      if (flying) machine_.enter_phase(FlightPhase::kReturn);
+      break;
+    case SafetyAction::kHold:
+    case SafetyAction::kBrake:
+      if (flying && machine_.phase() != FlightPhase::kTakeOff) machine_.enter_phase(FlightPhase::kHold);
+      break;
+    default:
+      break;
+  }
+}
+
+/// Lets the guidance begin a new phase.
+void Autopilot::follow_phase() {
+  if (machine_.phase() == phase_) return;
+  phase_ = machine_.phase();
+  touchdown_.reset();
+  guidance_.enter(phase_, control_state(), cascade_.output().reference, cascade_.stopping_point());
+  if (phase_ == FlightPhase::kTouchDown) guidance_.note_thrust(cascade_.output().rpyt.thrust_ratio);
+}
+
+void Autopilot::fly(const AutopilotInputs& inputs) {
+  const ControlState state = control_state();
+  check_tilt(state);
+  if (machine_.motor_demand() != MotorDemand::kControl) {
+    cascade_.step(state, {});  // rotors stopped
+    return;
+  }
+  const SafetyVerdict& verdict = fail_safes_.verdict();
+  GuidanceSigns signs;
+  signs.pose_lost = verdict.has(FailSafe::kPoseStale) || verdict.has(FailSafe::kPoseRefused) ||
+                    verdict.has(FailSafe::kPoseLost);
+  signs.height_lost = verdict.has(FailSafe::kHeightStale);
+  signs.fence_ahead = verdict.has(FailSafe::kFenceAhead);
+  signs.hover_thrust_ratio = cascade_.output().hover_thrust_ratio;
+  signs.thrust_share = machine_.thrust_share();
+  cascade_.step(state, guidance_.step(machine_.phase(), state, state_.roll_pitch_yaw_rad.z(), signs));
+  if (guidance_.arrived() && machine_.phase() == FlightPhase::kTakeOff) machine_.took_off();
+  if (guidance_.arrived() && machine_.phase() == FlightPhase::kReturn)
+    (void)machine_.act(FlightAction::kLand, {});
+  find_ground(inputs);
+}
+
+void Autopilot::check_tilt(const ControlState& state) {
+  if (!state.airborne) {
+    tilt_.reset();
+    return;
+  }
+  const Vec3f force = state.attitude.rotate(state.specific_force_m_s2);
+  tilt_.step(force.x(), force.y(), kStep_s);
+}
+
+void Autopilot::find_ground(const AutopilotInputs& inputs) {
+  if (machine_.phase() != FlightPhase::kDescend) return;
+  const CascadeOutput& output = cascade_.output();
+  GroundSigns signs;
+  signs.wanted_climb_m_s = guidance_.wanted_climb_m_s();
+  signs.climb_m_s = state_.velocity_m_s.z();
+  signs.thrust_per_hover = output.rpyt.thrust_ratio / max_f(output.hover_thrust_ratio, 0.05F);
+  signs.clearance_m = inputs.clearance_m;
+  if (touchdown_.step(now_, signs)) machine_.touched_down();
+}
+
+void Autopilot::publish(Refusal refusal) {
+  AutopilotOutputs& out = outputs_;
+  out.stamp = now_;
+  out.refusal = refusal;
+  out.state = machine_.state();
+  out.phase = machine_.phase();
+  out.safety = fail_safes_.verdict();
+  out.tilt_mismatch_rad = tilt_.mismatch_rad();
+  out.motors = machine_.motor_demand();
+  if (action_ == SafetyAction::kHoldMotors && out.motors == MotorDemand::kControl) return;  // as they are
+  const bool controlled = out.motors == MotorDemand::kControl;
+  const bool idle = out.motors == MotorDemand::kIdle;
+  out.rpyt = controlled ? cascade_.output().rpyt : RpytCommand{};
+  out.rotor_speed_rad_s.fill(idle ? idle_speed_rad_s_ : 0);
+  if (controlled) out.rotor_speed_rad_s = cascade_.output().rotor_speed_rad_s;
+}
+
+CoreTraceRecord Autopilot::trace(const AutopilotInputs& inputs, std::uint32_t sequence) const {
+  CoreTraceRecord record;
+  record.sequence = sequence;
+  record.stamp = outputs_.stamp;
+  record.state = static_cast<std::uint8_t>(outputs_.state);
+  record.phase = static_cast<std::uint8_t>(outputs_.phase);
+  const auto flag = [](bool set, unsigned bit) { return static_cast<unsigned>(set) << bit; };
+  record.flags = static_cast<std::uint8_t>(
+      flag(inputs.imu.has_value(), 0) | flag(inputs.motors_on, 1) | flag(inputs.rc_enabled, 2) |
+      flag(inputs.computer_alive, 3) | flag(inputs.battery_ratio.has_value(), 4) |
+      flag(inputs.clearance_m.has_value(), 5) | flag(inputs.obstacle_m.has_value(), 6));
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    if (inputs.imu) {
+      record.input[i] = inputs.imu->angular_velocity_rad_s(axis);
+      record.input[3 + i] = inputs.imu->specific_force_m_s2(axis);
+    }
+    record.estimate[i] = state_.position_m(axis);
+    record.estimate[3 + i] = state_.velocity_m_s(axis);
+    record.estimate[6 + i] = state_.roll_pitch_yaw_rad(axis);
+  }
+  record.input[6] = inputs.battery_ratio.value_or(0);
+  record.input[7] = inputs.clearance_m.value_or(0);
+  record.input[8] = inputs.obstacle_m.value_or(0);
+  record.output = outputs_.rotor_speed_rad_s;
+  return record;
+}
+
+}  // namespace hm

@@ -1,0 +1,126 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "hm/control/cascade.hpp"
+#include "hm/estimation/state_estimator.hpp"
+#include "hm/flight/command_gate.hpp"
+#include "hm/flight/core_trace.hpp"
+#include "hm/flight/fail_safes.hpp"
+#include "hm/flight/flight_state_machine.hpp"
+#include "hm/flight/guidance.hpp"
+#include "hm/flight/tilt_check.hpp"
+#include "hm/flight/touchdown_detector.hpp"
+
+namespace hm {
+
+struct AutopilotParams {
+  float battery_per_m_ratio = 0.001F;
+  StateMachineParams machine;
+  TouchdownParams touchdown;
+  FlownPathParams path;
+  GuidanceParams guidance;
+  CommandParams commands;
+  FailSafeParams fail_safes;
+  BasicStateEstimatorParams<float> estimator;
+  CascadeParams cascade;
+  QuadrotorModel vehicle;
+  ImuMounting<float> imu;
+
+  AutopilotParams();
+  /// Only its own members; the parts are sections of their own.
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"battery_per_m_ratio", {0, 1}, "charge that a metre of the way home takes"},
+      self.battery_per_m_ratio);
+  }
+};
+
+/// What arrived since the last step.
+struct AutopilotInputs {
+  Time now;  ///< the vehicle's clock; each step later than the one before, nominally by 1 ms
+  std::optional<InertialReading<float>> imu;
+  std::optional<PoseReading<float>> pose;
+  std::optional<BasicHeightReading<float>> height;
+  std::optional<FlightCommand> command;
+  bool motors_on = false;              ///< as the motor controllers report
+  bool rc_enabled = true;              ///< switch of the remote control
+  bool computer_alive = false;         ///< a sign of life of the on-board computer arrived
+  std::optional<float> battery_ratio;  ///< remaining charge, 0 to 1
+  std::optional<float> clearance_m;    ///< feet above the ground
+  std::optional<float> obstacle_m;     ///< distance ahead
+};
+
+struct AutopilotOutputs {
+  Time stamp;
+  MotorDemand motors = MotorDemand::kOff;
+  std::array<float, 4> rotor_speed_rad_s{};  ///< 0 unless the motors are to turn
+  RpytCommand rpyt;                          ///< for vehicles with an inner loop of their own
+  AutopilotState state = AutopilotState::kOff;
+  FlightPhase phase = FlightPhase::kGround;
+  SafetyVerdict safety;
+  std::optional<float> tilt_mismatch_rad;  ///< angle by which the position sensor seems turned
+  Refusal refusal = Refusal::kNone;        ///< of this step's command
+  std::uint32_t invalid_inputs = 0;        ///< ignored so far: no numbers, stamps backward or twice
+};
+
+/// The autopilot: estimator, state machine, fail-safes, guidance and cascade. One call of `step` each
+/// millisecond; no clock, heap, input or output of its own, the same bits on a host and on a microcontroller.
+/// Invalid input is ignored and counted; no output is ever anything but a finite number.
+class Autopilot {
+ public:
+  explicit Autopilot(const AutopilotParams& params = {});
+  const AutopilotOutputs& step(const AutopilotInputs& inputs);
+  [[nodiscard]] const AutopilotOutputs& outputs() const { return outputs_; }
+  [[nodiscard]] BasicVehicleState<float> estimate() const { return estimator_.state(); }
+  [[nodiscard]] const CommandGate& gate() const { return gate_; }
+  [[nodiscard]] const FlightStateMachine& machine() const { return machine_; }
+  [[nodiscard]] const Guidance& guidance() const { return guidance_; }
+  /// Record of the last step, for core.trace.
+  [[nodiscard]] CoreTraceRecord trace(const AutopilotInputs& inputs, std::uint32_t sequence) const;
+
+ private:
+  void estimate(const AutopilotInputs& inputs);
+  void take_pose(const PoseReading<float>& pose);
+  void check_tilt(const ControlState& state);
+  [[nodiscard]] ControlState control_state() const;
+  [[nodiscard]] Refusal may_take_off(const AutopilotInputs& inputs) const;
+  [[nodiscard]] Refusal obey(const FlightCommand& command, const AutopilotInputs& inputs);
+  [[nodiscard]] Refusal obey_in_flight(const FlightCommand& command);
+  [[nodiscard]] Refusal change_mode(FlightPhase mode);
+  [[nodiscard]] SafetyInputs safety_inputs(const AutopilotInputs& inputs) const;
+  void respond(const SafetyVerdict& verdict);
+  void follow_phase();
+  void fly(const AutopilotInputs& inputs);
+  void find_ground(const AutopilotInputs& inputs);
+  void publish(Refusal refusal);
+
+  // The parameters that no part below keeps.
+  float battery_per_m_ratio_, idle_speed_rad_s_;
+  FailSafeParams limits_;
+  FilterMatrix<float, 3> R_base_imu_;
+
+  BoardEstimator estimator_;
+  FlightStateMachine machine_;
+  FailSafes fail_safes_;
+  CommandGate gate_;
+  Guidance guidance_;
+  TouchdownDetector touchdown_;
+  TiltCheck tilt_;
+  Cascade cascade_;
+
+  bool started_ = false, e_stop_ = false, computer_seen_ = false;
+  Time now_, pose_at_, height_at_, imu_at_, set_point_at_, computer_at_;
+  std::optional<Time> refused_since_;
+  FlightPhase phase_ = FlightPhase::kGround;  // that guidance has entered
+  SafetyAction action_ = SafetyAction::kNone;
+  FailSafe action_reason_ = FailSafe::kEStop;
+  BasicVehicleState<float> state_;
+  Vec3f specific_force_m_s2_ = Vec3f(0, 0, kGravityF_m_s2);
+  float takeoff_height_m_ = 0, battery_ratio_ = 1;
+  bool battery_known_ = false;
+  AutopilotOutputs outputs_;
+};
+
+}  // namespace hm
