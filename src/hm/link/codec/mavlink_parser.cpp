@@ -184,7 +184,8 @@ bool MavlinkParser::refuse(const Candidate& candidate, bool at_end) {
     case Verdict::kIncomplete: {
       const std::size_t resume = find_two_frames(count_);
       if (resume == 0 && !at_end) return false;
-      if (at_end && candidate.bytes <= count_) {  // of an unknown message, and nothing comes that speaks against it
+      if (at_end &&
+          candidate.bytes <= count_) {  // of an unknown message, and nothing comes that speaks against it
         ++(buffer_[0] == kMavlink1Start ? counts_.mavlink1 : counts_.unknown_message);
         dropped = candidate.bytes;
         break;
