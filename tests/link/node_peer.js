@@ -127,13 +127,13 @@ function live (port) {
   const handlers = {
     TIMESYNC: message => {
       if (message.tc1 !== 0n) return
-      const answer = makeMessage(common.Timesync, () => false)
+      const answer = makeMessage(REGISTRY[111], () => false)
       answer.tc1 = process.hrtime.bigint() + 1000000000000n
       answer.ts1 = message.ts1
       send(answer)
     },
     ODOMETRY: message => {
-      const answer = makeMessage(common.StatusText, () => false)
+      const answer = makeMessage(REGISTRY[253], () => false)
       answer.severity = 6
       answer.text = judge(message, last)
       send(answer)
@@ -142,7 +142,7 @@ function live (port) {
       const count = (seen.get(message.command) || 0) + 1
       seen.set(message.command, count)
       if (count < 2 || message.confirmation !== count - 1) return
-      const answer = makeMessage(common.CommandAck, () => false)
+      const answer = makeMessage(REGISTRY[77], () => false)
       answer.command = message.command
       answer.result = 0
       answer.targetSystem = 1
@@ -159,7 +159,7 @@ function live (port) {
   })
   socket.on('message', bytes => splitter.write(bytes))
   socket.bind(0, '127.0.0.1', () => {
-    const heartbeat = makeMessage(minimal.Heartbeat, () => false)
+    const heartbeat = makeMessage(REGISTRY[0], () => false)
     heartbeat.type = 2
     heartbeat.autopilot = 12
     heartbeat.mavlinkVersion = 3
