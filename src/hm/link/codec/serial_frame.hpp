@@ -55,7 +55,8 @@ struct SerialParserCounts {
 };
 
 /// Finds the frames of one direction in a stream. What follows a false start is read again, so no frame that
-/// arrived whole is lost; since type and size are checked first, noise holds up at most two frames.
+/// arrived whole is lost. Start, type and size must fit together (four bytes), so noise rarely holds anything
+/// up.
 class SerialParser {
  public:
   /// The published time without bytes after which an incomplete frame is given up.

@@ -125,7 +125,7 @@ TEST(SerialFrame, ADamagedSizeLosesOneFrameOnly) {
   }
 }
 
-TEST(SerialFrame, ResynchronisesWithinTwoFramesAndLosesNone) {
+TEST(SerialFrame, ResynchronisesWithinTwoFrames) {
   Rng rng(4);
   for (int round = 0; round < 3000; ++round) {
     Bytes noise(rng.below(200));
