@@ -26,7 +26,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
-MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
+MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "npm", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
 HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics",

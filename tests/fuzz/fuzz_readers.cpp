@@ -32,6 +32,8 @@
 #include "hm/io/rgbd/carried_imu_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/link/codec/mavlink_parser.hpp"
+#include "hm/link/codec/serial_frame.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 
 namespace hm::fuzz {
@@ -246,6 +248,37 @@ bool read_depth(Bytes bytes) { return accepted(read_depth_image(as_file("depth.p
 
 bool read_color(Bytes bytes) { return accepted(decode_color_image(bytes, "color.png")); }
 
+/// A stream of bytes from a serial line, of either protocol: every accepted frame can be written and is then
+/// accepted again.
+bool read_link(Bytes bytes) {
+  std::size_t accepted_frames = 0;
+  MavlinkParser parser;
+  const auto use = [&](const MavlinkFrame& frame) {
+    ++accepted_frames;
+    MavlinkBytes written{};
+    const std::size_t count = write_mavlink_frame(frame, written);
+    MavlinkParser again;
+    std::size_t read_again = 0;
+    again.parse(std::span(written).first(count), [&](const MavlinkFrame& other) {
+      HM_CHECK(other.payload == frame.payload && other.message == frame.message, "another frame");
+      ++read_again;
+    });
+    HM_CHECK(read_again == 1, "{} frames of one", read_again);
+  };
+  parser.parse(bytes, use);
+  while (const auto frame = parser.next_at_end()) use(*frame);
+  HM_CHECK(parser.counts().skipped_bytes <= bytes.size(), "{} bytes skipped", parser.counts().skipped_bytes);
+  for (const SerialDirection direction : {SerialDirection::kUp, SerialDirection::kDown}) {
+    SerialParser serial(direction);
+    serial.parse(bytes, [&](const SerialFrame& frame) {
+      ++accepted_frames;
+      SerialBytes written{};
+      HM_CHECK(write_serial_frame(frame, written) > 0, "type {}", frame.type);
+    });
+  }
+  return accepted_frames > 0;
+}
+
 constexpr std::array kReaders{
     Reader{"accelerometer", [](Bytes b) { return read_carried<0>("tum_imu/accelerometer.txt", b, {}); }},
     Reader{"associations",
@@ -276,6 +309,7 @@ constexpr std::array kReaders{
     Reader{"json", read_json_text},
     Reader{"laser_graph",
            [](Bytes b) { return read_laser<LaserRecordingKind::kG2oLaser>("laser_graph/a.log", b); }},
+    Reader{"link", read_link},
     Reader{"map", read_map},
     Reader{"map_header", [](Bytes b) { return accepted(parse_record(text_of(b), "map.hmap")); }},
     Reader{"mesh_dae", [](Bytes b) { return read_mesh_named("mesh.dae", b); }},

@@ -17,6 +17,8 @@
 #include "hm/io/mesh/scene_test_support.hpp"
 #include "hm/io/testing/io_test_support.hpp"
 #include "hm/io/testing/testing_bags.hpp"
+#include "hm/link/codec/mavlink_frame.hpp"
+#include "hm/link/codec/serial_frame.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 
 namespace hm::fuzz {
@@ -114,6 +116,23 @@ void add_maps(Collection& seeds) {
              "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
   seeds.text("occupancy_image", "P5\n# by hand\n3 2\n255\nabcdef");
   seeds.text("occupancy_image", "P2\n3 2\n255\n0 254 205 0 1 2\n");
+}
+
+void add_link(Collection& seeds) {
+  std::vector<std::uint8_t> stream;
+  MavlinkMessages::for_each([&]<class Message>() {
+    MavlinkBytes bytes{};
+    MavlinkFrame frame = make_mavlink_frame(Message{}, {1, 1}, 3);
+    frame.payload[0] = 7;
+    const std::size_t count = write_mavlink_frame(frame, bytes);
+    stream.insert(stream.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+  });
+  seeds.add("link", stream);
+  SerialBytes bytes{};
+  std::size_t count = write_serial_frame(make_serial_frame(SerialHeight{1, 2}, SerialDirection::kUp), bytes);
+  seeds.add("link", {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)});
+  count = write_serial_frame(make_serial_frame(SerialImu{}, SerialDirection::kDown), bytes);
+  seeds.add("link", {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)});
 }
 
 void add_mvog(Collection& seeds) {
@@ -254,6 +273,7 @@ std::vector<Seed> seeds() {
   add_images(collection);
   add_meshes(collection);
   add_maps(collection);
+  add_link(collection);
   add_mvog(collection);
   add_cameras(collection);
   add_poses(collection);

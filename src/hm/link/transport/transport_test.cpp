@@ -1,0 +1,205 @@
+#include "hm/link/transport/transport.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hm/link/transport/serial_port.hpp"
+#include "hm/link/transport/udp_socket.hpp"
+
+namespace hm {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr Duration kPatience{2'000'000'000};
+
+Bytes read_from(Transport& transport) {
+  transport.wait(kPatience);
+  std::array<std::uint8_t, 2048> buffer{};
+  const std::size_t count = transport.read(buffer);
+  return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+/// A device that can be unplugged: a pseudo-terminal behind a symbolic link of a fixed name.
+class PluggedTerminal {
+ public:
+  PluggedTerminal() {
+    std::string pattern = ::testing::TempDir() + "hm_terminal_XXXXXX";
+    folder_ = ::mkdtemp(pattern.data());
+    plug_in();
+  }
+  ~PluggedTerminal() {
+    unplug();
+    std::filesystem::remove_all(folder_);
+  }
+  PluggedTerminal(const PluggedTerminal&) = delete;
+  PluggedTerminal& operator=(const PluggedTerminal&) = delete;
+
+  void plug_in() {
+    other_side_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+    ASSERT_GE(other_side_, 0);
+    ASSERT_EQ(::grantpt(other_side_), 0);
+    ASSERT_EQ(::unlockpt(other_side_), 0);
+    std::filesystem::create_symlink(::ptsname(other_side_), path());
+  }
+  void unplug() {
+    if (other_side_ >= 0) ::close(other_side_);
+    other_side_ = -1;
+    std::filesystem::remove(path());
+  }
+  void send(const Bytes& bytes) const {
+    ASSERT_EQ(::write(other_side_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  }
+  [[nodiscard]] Bytes receive() const {
+    std::array<std::uint8_t, 4096> buffer{};
+    const ssize_t count = ::read(other_side_, buffer.data(), buffer.size());
+    return count > 0 ? Bytes(buffer.begin(), buffer.begin() + count) : Bytes{};
+  }
+  [[nodiscard]] std::string path() const { return folder_ + "/device"; }
+
+ private:
+  std::string folder_;
+  int other_side_ = -1;
+};
+
+/// Every byte, those among them that a terminal would treat (newline, start, stop, end of file, interrupt).
+Bytes every_byte() {
+  Bytes bytes(256);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i);
+  return bytes;
+}
+
+TEST(SerialPort, PassesEveryByteBothWays) {
+  PluggedTerminal device;
+  const auto port = SerialPort::open(device.path(), 460800);
+  ASSERT_TRUE(port) << to_string(port.error());
+  device.send(every_byte());
+  EXPECT_EQ(read_from(**port), every_byte());
+  EXPECT_TRUE((*port)->write(every_byte()));
+  EXPECT_EQ(device.receive(), every_byte());
+}
+
+TEST(SerialPort, ReadingDoesNotWait) {
+  PluggedTerminal device;
+  const auto port = SerialPort::open(device.path(), 9600);
+  ASSERT_TRUE(port);
+  std::array<std::uint8_t, 8> buffer{};
+  EXPECT_EQ((*port)->read(buffer), 0U);
+  EXPECT_FALSE((*port)->wait(Duration{1'000'000}));
+  EXPECT_TRUE((*port)->is_open());
+}
+
+TEST(SerialPort, AFullLineRefusesWholeFramesAndNeverCutsOne) {
+  PluggedTerminal device;
+  const auto port = SerialPort::open(device.path(), 115200);
+  ASSERT_TRUE(port);
+  const Bytes frame(100, 0x55);
+  std::size_t accepted = 0, received = 0;
+  for (int i = 0; i < 100'000 && (*port)->write(frame); ++i) ++accepted;
+  EXPECT_GT(accepted, 0U);
+  EXPECT_LT(accepted, 100'000U);
+  for (int i = 0; i < 1000; ++i) {
+    received += device.receive().size();
+    if ((*port)->write({})) received += device.receive().size();
+  }
+  EXPECT_EQ(received, 100 * accepted);
+}
+
+TEST(SerialPort, UnpluggedAndPluggedInAgainItRecovers) {
+  PluggedTerminal device;
+  const auto port = SerialPort::open(device.path(), 921600);
+  ASSERT_TRUE(port);
+  std::array<std::uint8_t, 8> buffer{};
+  for (int round = 1; round <= 2; ++round) {
+    device.unplug();
+    EXPECT_EQ((*port)->read(buffer), 0U);
+    EXPECT_FALSE((*port)->is_open());
+    EXPECT_FALSE((*port)->write({buffer.data(), 1}));
+    device.plug_in();
+    for (int i = 0; i < 100 && !(*port)->is_open(); ++i) {
+      (*port)->wait(Duration{20'000'000});
+      (*port)->read(buffer);
+    }
+    EXPECT_EQ((*port)->reconnections(), round);
+    device.send({1, 2, 3});
+    EXPECT_EQ(read_from(**port), (Bytes{1, 2, 3}));
+  }
+}
+
+TEST(SerialPort, MistakesAreNamed) {
+  PluggedTerminal device;
+  const auto baud = SerialPort::open(device.path(), 460801);
+  ASSERT_FALSE(baud);
+  EXPECT_EQ(baud.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(baud.error().message, ::testing::HasSubstr("460800, "));
+  EXPECT_EQ(SerialPort::open(device.path() + "_2", 9600).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(SerialPort::open("/dev/null", 9600).error().code, ErrorCode::kUnsupported);
+}
+
+TEST(UdpSocket, AnswersWhoeverSentToIt) {
+  const auto vehicle = UdpSocket::listen("127.0.0.1", 0);
+  const auto station = UdpSocket::listen("127.0.0.1", 0);
+  ASSERT_TRUE(vehicle && station);
+  EXPECT_FALSE((*vehicle)->write(Bytes{1}));  // nobody is known
+  ASSERT_TRUE((*station)->add_peer({"127.0.0.1", (*vehicle)->port()}));
+  EXPECT_TRUE((*station)->write(Bytes{1, 2}));
+  EXPECT_TRUE((*station)->write(Bytes{3}));
+  EXPECT_EQ(read_from(**vehicle), (Bytes{1, 2}));  // a datagram at a time
+  EXPECT_EQ(read_from(**vehicle), Bytes{3});
+  EXPECT_TRUE((*vehicle)->write(Bytes{4}));
+  EXPECT_EQ(read_from(**station), Bytes{4});
+  EXPECT_EQ((*vehicle)->peers().size(), 1U);
+}
+
+TEST(UdpSocket, OfManySendersThoseHeardLastAreRemembered) {
+  const auto vehicle = UdpSocket::listen("127.0.0.1", 0);
+  ASSERT_TRUE(vehicle);
+  ASSERT_TRUE((*vehicle)->add_peer({"127.0.0.1", 9}));
+  std::vector<std::unique_ptr<UdpSocket>> senders;
+  for (std::size_t i = 0; i < UdpSocket::kMaxPeers + 3; ++i) {
+    senders.push_back(std::move(*UdpSocket::listen("127.0.0.1", 0)));
+    ASSERT_TRUE(senders.back()->add_peer({"127.0.0.1", (*vehicle)->port()}));
+    EXPECT_TRUE(senders.back()->write(Bytes{1}));
+    EXPECT_EQ(read_from(**vehicle), Bytes{1});
+  }
+  EXPECT_EQ((*vehicle)->peers().size(), 1 + UdpSocket::kMaxPeers);
+  EXPECT_EQ((*vehicle)->peers().front().port, 9);
+  EXPECT_EQ((*vehicle)->peers().back().port, senders.back()->port());
+}
+
+// The station is started later, or was closed: what the kernel reports of it must not stop anything.
+TEST(UdpSocket, APeerThatDoesNotListenIsNoError) {
+  const auto vehicle = UdpSocket::listen("127.0.0.1", 0);
+  auto station = UdpSocket::listen("127.0.0.1", 0);
+  ASSERT_TRUE(vehicle && station);
+  const std::uint16_t port = (*station)->port();
+  ASSERT_TRUE((*vehicle)->add_peer({"127.0.0.1", port}));
+  station->reset();
+  std::array<std::uint8_t, 8> buffer{};
+  for (int i = 0; i < 3; ++i) {
+    (*vehicle)->write(Bytes{1});
+    EXPECT_EQ((*vehicle)->read(buffer), 0U);
+  }
+  station = UdpSocket::listen("127.0.0.1", port);
+  ASSERT_TRUE(station);
+  EXPECT_TRUE((*vehicle)->write(Bytes{2}));
+  EXPECT_EQ(read_from(**station), Bytes{2});
+}
+
+TEST(UdpSocket, MistakesAreNamed) {
+  EXPECT_EQ(UdpSocket::listen("house", 0).error().code, ErrorCode::kUsage);
+  const auto first = UdpSocket::listen("127.0.0.1", 0);
+  EXPECT_EQ(UdpSocket::listen("127.0.0.1", (*first)->port()).error().code, ErrorCode::kUnreadable);
+  EXPECT_EQ((*first)->add_peer({"1.2.3", 5}).error().code, ErrorCode::kUsage);
+}
+
+}  // namespace
+}  // namespace hm
