@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/io/camera/camera_file.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {
@@ -159,15 +158,6 @@ TEST_F(TumRecording, OptionsComeBeforeFiles) {
   EXPECT_EQ(unscaled.error().where, "--depth-units-per-m");
   EXPECT_EQ(unscaled.error().code, ErrorCode::kUsage);
   EXPECT_FALSE(open_recording(path_, {.kind = RecordingKind::kSevenScenes}));
-}
-
-TEST_F(TumRecording, DepthUnitsThatCannotBeRightAreRefusedByTheFileThatHasThem) {
-  ASSERT_TRUE(write_file_text(path_ / "camera.txt", camera_file_text(kSmallCamera, 1e9)));
-  const auto recording = open_recording(path_);
-  ASSERT_FALSE(recording);
-  EXPECT_EQ(recording.error().where, path_ / "camera.txt");
-  EXPECT_EQ(recording.error().code, ErrorCode::kInvalidValue);
-  EXPECT_TRUE(open_recording(path_, {.depth_units_per_m = 1000}));
 }
 
 TEST_F(TumRecording, IntrinsicsOfAnotherSizeAreScaledOrRefused) {
