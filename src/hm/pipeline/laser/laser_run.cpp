@@ -315,7 +315,7 @@ Result<std::optional<MultiVolumeGrid>> Run::correct() {
 }
 
 Error nowhere_found(const LocalisationSummary& place) {
-  return {ErrorCode::kInternal,
+  return {ErrorCode::kNoResult,
           fmt::format(
               "the vehicle was not found in the map: {} searches, of which {} ambiguous, {} without a place, "
               "{} given up",
