@@ -67,7 +67,7 @@ hm::Result<Outcome> run_mesh(const EvaluateFlags& flags, Session& session) {
   if (!truth) return hm::forward_error(truth);
   const hm::ParallelLoop loop(session.threads());
   const auto& params = parameters.mesh_error;
-  const auto error = hm::evaluate_mesh(*mesh, truth->mesh, params, loop, truth->visible_points);
+  const auto error = hm::evaluate_mesh_file(flags.result, *mesh, *truth, params, loop);
   if (!error) return hm::forward_error(error);
   const hm::MeasuredMesh measured{*error, params};
   Outcome outcome{to_text(measured), to_json(measured), {}, {}};

@@ -30,6 +30,7 @@ int exit_code_of(hm::ErrorCode code) {
     case hm::ErrorCode::kOutOfMemory:
     case hm::ErrorCode::kCancelled:
     case hm::ErrorCode::kInternal:
+    case hm::ErrorCode::kNoResult:
       return kRunFailed;
   }
   return kRunFailed;

@@ -24,6 +24,8 @@ std::string_view to_string(ErrorCode code) {
       return "cancelled";
     case ErrorCode::kInternal:
       return "internal error";
+    case ErrorCode::kNoResult:
+      return "no result";
   }
   return "unknown error";
 }

@@ -66,13 +66,17 @@ std::vector<float> evaluate_function(const SignedDistanceFunction& truth, std::s
   return distances;
 }
 
+Error no_surface(const TriangleMesh& mesh, std::string where) {
+  return {ErrorCode::kInvalidValue,
+          fmt::format("the mesh has no surface to measure ({} vertices, {} triangles)", mesh.vertices.size(),
+                      mesh.triangles.size()),
+          std::move(where)};
+}
+
 Result<std::vector<Vec3>> samples_of(const TriangleMesh& mesh, const MeshErrorParams& params) {
   std::vector<Vec3> samples =
       sample_surface(mesh, static_cast<std::size_t>(params.samples), static_cast<std::uint64_t>(params.seed));
-  if (samples.empty())
-    return fail(ErrorCode::kInvalidValue, {},
-                "the mesh has no surface to measure ({} vertices, {} triangles)", mesh.vertices.size(),
-                mesh.triangles.size());
+  if (samples.empty()) return tl::make_unexpected(no_surface(mesh, {}));
   return samples;
 }
 
@@ -156,17 +160,19 @@ Result<MeshError> evaluate_mesh(const TriangleMesh& reconstruction, const Triang
                                 const MeshErrorParams& params, const ParallelLoop& loop,
                                 std::span<const Vec3> visible_points) {
   const auto surface = SurfaceDistance::build(truth);
-  if (!surface) return fail(surface.error().code, {}, "the true mesh: {}", surface.error().message);
-  auto accuracy = mesh_accuracy(reconstruction, *surface, params, loop);
-  if (!accuracy) return forward_error(accuracy);
+  if (!surface) return fail(surface.error().code, kTrueMesh, "{}", surface.error().message);
   std::vector<Vec3> sampled;
   if (visible_points.empty()) {
     sampled = sample_surface(truth, static_cast<std::size_t>(params.samples),
                              static_cast<std::uint64_t>(params.seed) + 1);
+    if (sampled.empty()) return tl::make_unexpected(no_surface(truth, kTrueMesh));
     visible_points = sampled;
   }
+  auto accuracy = mesh_accuracy(reconstruction, *surface, params, loop);
+  if (!accuracy) return fail(accuracy.error().code, kEvaluatedMesh, "{}", accuracy.error().message);
   auto completeness = mesh_completeness(reconstruction, visible_points, params, loop);
-  if (!completeness) return forward_error(completeness);
+  if (!completeness)
+    return fail(completeness.error().code, kEvaluatedMesh, "{}", completeness.error().message);
   MeshError error{std::move(*accuracy), std::move(*completeness)};
   const double precision = error.accuracy.within_ratio, recall = error.completeness.ratio;
   error.f_score = precision + recall > 0 ? 2 * precision * recall / (precision + recall) : 0;

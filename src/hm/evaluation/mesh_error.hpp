@@ -74,7 +74,11 @@ struct MeshError {
   double f_score = 0;  ///< harmonic mean of precision and recall at threshold_m (Knapitsch et al. 2017)
 };
 
-/// Accuracy and completeness against a true mesh. Empty `visible_points`: the whole true mesh is used.
+/// Names of the two meshes in Error::where of evaluate_mesh().
+inline constexpr const char *kEvaluatedMesh = "the evaluated mesh", *kTrueMesh = "the true mesh";
+
+/// Accuracy and completeness against a true mesh. Empty `visible_points`: the whole true mesh is used. Error
+/// when one of the two has no surface; `where` says which.
 Result<MeshError> evaluate_mesh(const TriangleMesh& reconstruction, const TriangleMesh& truth,
                                 const MeshErrorParams& params, const ParallelLoop& loop,
                                 std::span<const Vec3> visible_points = {});

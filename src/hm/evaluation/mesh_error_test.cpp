@@ -1,5 +1,6 @@
 #include "hm/evaluation/mesh_error.hpp"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -277,6 +278,28 @@ TEST(MeshError, VertexErrorsAndNothingToMeasure) {
   EXPECT_FALSE(mesh_accuracy({}, *truth, {}, ParallelLoop()).has_value());
   EXPECT_FALSE(mesh_completeness(mesh, {}, {}, ParallelLoop()).has_value());
   EXPECT_FALSE(evaluate_mesh(mesh, {}, {}, ParallelLoop()).has_value());
+}
+
+TEST(MeshError, SaysWhichOfTheTwoMeshesCannotBeMeasured) {
+  const TriangleMesh mesh = plane(1, 0, 1);
+  TriangleMesh points = mesh;
+  points.triangles.clear();
+  TriangleMesh flat = mesh;  // every triangle without an area
+  for (auto& vertex : flat.vertices) vertex.setZero();
+  const auto error_of = [](const TriangleMesh& estimate, const TriangleMesh& truth) {
+    const auto error = evaluate_mesh(estimate, truth, {}, ParallelLoop());
+    return error ? Error{} : error.error();
+  };
+  EXPECT_EQ(error_of(mesh, points).where, "the true mesh");
+  EXPECT_EQ(error_of(mesh, flat).where, "the true mesh");
+  EXPECT_EQ(error_of(points, mesh).where, "the evaluated mesh");
+  EXPECT_EQ(error_of(flat, mesh).where, "the evaluated mesh");
+  for (const Error& error : {error_of(mesh, points), error_of(points, mesh)}) {
+    EXPECT_EQ(error.code, ErrorCode::kInvalidValue);
+    EXPECT_NE(error.message.find(fmt::format("{} vertices, 0 triangles", mesh.vertices.size())),
+              std::string::npos)
+        << error.message;
+  }
 }
 
 }  // namespace

@@ -116,7 +116,9 @@ Error too_few_pairs(const Trajectory& truth, const Trajectory& estimate, std::si
                   nearest ? "allow a larger difference (trajectory_error.max_stamp_difference_s)"
                           : "allow a larger gap (trajectory_error.max_truth_gap_s), or use the nearest pose "
                             "(trajectory_error.association=nearest)"),
-      {}};
+      truth.empty()      ? kTrueTrajectory
+      : estimate.empty() ? kEstimatedTrajectory
+                         : ""};
 }
 
 /// Distance along the true path up to each pair, metres.
@@ -263,9 +265,10 @@ Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Traje
 
   std::vector<Vec3> true_positions, positions;
   for (const PosePair& pair : result.matched) {
-    if (!is_rigid(pair.T_world_truth) || !is_rigid(pair.T_world_estimate))
-      return fail(ErrorCode::kInvalidValue, {}, "the pose at {:.6f} s is not a rigid motion",
-                  pair.stamp.seconds());
+    const bool true_is_rigid = is_rigid(pair.T_world_truth);
+    if (!true_is_rigid || !is_rigid(pair.T_world_estimate))
+      return fail(ErrorCode::kInvalidValue, true_is_rigid ? kEstimatedTrajectory : kTrueTrajectory,
+                  "the pose at {:.6f} s is not a rigid motion", pair.stamp.seconds());
     true_positions.push_back(pair.T_world_truth.translation());
     positions.push_back(pair.T_world_estimate.translation());
   }

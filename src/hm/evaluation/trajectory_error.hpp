@@ -140,8 +140,13 @@ SimilarityTransform align_points(std::span<const Vec3> from, std::span<const Vec
 /// (gaps in the recording) are skipped.
 RelativeErrors relative_errors(std::span<const PosePair> pairs, RpeUnit unit, double delta);
 
+/// Names of the two trajectories in Error::where of evaluate_trajectory().
+inline constexpr const char *kEstimatedTrajectory = "the estimated trajectory",
+                            *kTrueTrajectory = "the true trajectory";
+
 /// Absolute and relative error of an estimated trajectory (Sturm et al. 2012, section IV). Error when fewer
-/// than three poses match, or when a scale is requested for a path without motion.
+/// than three poses match, when a pose is not a rigid motion, or when a scale is requested for a path without
+/// motion; `where` says which of the two is at fault where it is one.
 Result<TrajectoryError> evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
                                             const TrajectoryErrorParams& params = {});
 

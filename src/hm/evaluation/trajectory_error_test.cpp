@@ -359,7 +359,14 @@ TEST(TrajectoryError, TheSamePosesInAnotherFrameAreOfOneSource) {
 TEST(TrajectoryError, PosesThatAreNotRigidAreRefused) {
   Trajectory broken = walk(10);
   broken[4].T_world_base = SE3(Mat3::Identity(), Vec3(0, std::nan(""), 0));
-  EXPECT_FALSE(evaluate_trajectory(walk(10), broken).has_value());
+  const auto of_estimate = evaluate_trajectory(walk(10), broken),
+             of_truth = evaluate_trajectory(broken, walk(10));
+  ASSERT_FALSE(of_estimate);
+  ASSERT_FALSE(of_truth);
+  EXPECT_EQ(of_estimate.error().where, "the estimated trajectory");
+  EXPECT_EQ(of_truth.error().where, "the true trajectory");
+  for (const auto* error : {&of_estimate.error(), &of_truth.error()})
+    EXPECT_THAT(error->message, testing::HasSubstr("is not a rigid motion"));
 }
 
 }  // namespace

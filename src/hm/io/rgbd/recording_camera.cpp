@@ -73,8 +73,9 @@ Result<double> choose_camera(RecordingInfo& info, const RecordingOptions& option
   double units_per_m = known.depth_units_per_m;
   if (file && file->depth_units_per_m) units_per_m = *file->depth_units_per_m;
   if (options.depth_units_per_m) units_per_m = *options.depth_units_per_m;
-  if (!(units_per_m >= 1e-3 && units_per_m <= 1e6))
-    return fail(ErrorCode::kUsage, "", "{} depth units per metre cannot be right", units_per_m);
+  if (!(units_per_m >= 1e-3 && units_per_m <= 1e6))  // camera.txt is checked when it is read
+    return fail(ErrorCode::kUsage, "--depth-units-per-m", "{} depth units per metre cannot be right",
+                units_per_m);
   info.depth_unit_m = 1.0 / units_per_m;
   return file && file->rate_hz ? *file->rate_hz : 30.0;
 }

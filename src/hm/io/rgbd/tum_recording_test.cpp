@@ -153,7 +153,10 @@ TEST_F(TumRecording, OptionsComeBeforeFiles) {
   EXPECT_EQ(recording->info().camera_source, "given");
   EXPECT_DOUBLE_EQ(recording->read(0)->depth.unit_m, 1e-3);
   EXPECT_FALSE(open_recording(path_, {.camera = PinholeCamera{}}));
-  EXPECT_FALSE(open_recording(path_, {.depth_units_per_m = 0}));
+  const auto unscaled = open_recording(path_, {.depth_units_per_m = 0});
+  ASSERT_FALSE(unscaled);
+  EXPECT_EQ(unscaled.error().where, "--depth-units-per-m");
+  EXPECT_EQ(unscaled.error().code, ErrorCode::kUsage);
   EXPECT_FALSE(open_recording(path_, {.kind = RecordingKind::kSevenScenes}));
 }
 

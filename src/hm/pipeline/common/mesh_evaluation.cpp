@@ -22,9 +22,10 @@ bool has_mesh_truth(const std::filesystem::path& folder) {
 Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path) {
   std::error_code code;
   const bool is_folder = std::filesystem::is_directory(path, code);
-  auto mesh = read_mesh(is_folder ? path / kTruthMesh : path);
+  const std::filesystem::path file = is_folder ? path / kTruthMesh : path;
+  auto mesh = read_mesh(file);
   if (!mesh) return forward_error(mesh);
-  MeshTruth truth{std::move(*mesh), {}};
+  MeshTruth truth{std::move(*mesh), {}, file};
   if (is_folder && std::filesystem::exists(path / kTruthVisible, code)) {
     const auto points = read_mesh(path / kTruthVisible);
     if (!points) return forward_error(points);
@@ -32,6 +33,14 @@ Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path) {
     for (const auto& point : points->vertices) truth.visible_points.push_back(point.cast<double>());
   }
   return truth;
+}
+
+Result<MeshError> evaluate_mesh_file(const std::filesystem::path& path, const TriangleMesh& mesh,
+                                     const MeshTruth& truth, const MeshErrorParams& params,
+                                     const ParallelLoop& loop) {
+  auto error = evaluate_mesh(mesh, truth.mesh, params, loop, truth.visible_points);
+  if (!error) error.error().where = error.error().where == kTrueMesh ? truth.path : path;
+  return error;
 }
 
 void turn(MeshTruth& truth, const Mat3& R_turned_truth) {

@@ -14,11 +14,17 @@ namespace hm {
 struct MeshTruth {
   TriangleMesh mesh;
   std::vector<Vec3> visible_points;  ///< empty: the whole mesh counts
+  std::filesystem::path path;        ///< file of the mesh
 };
 
 /// Reads a true mesh: a mesh file, or a folder with truth_mesh.ply and (if there is one) truth_visible.ply,
 /// as `hm simulate` writes.
 Result<MeshTruth> read_mesh_truth(const std::filesystem::path& path);
+
+/// evaluate_mesh() of a mesh that was read from `path`; an error names the file that is at fault.
+Result<MeshError> evaluate_mesh_file(const std::filesystem::path& path, const TriangleMesh& mesh,
+                                     const MeshTruth& truth, const MeshErrorParams& params,
+                                     const ParallelLoop& loop);
 
 /// Turns all of it, as into the frame of poses that were levelled.
 void turn(MeshTruth& truth, const Mat3& R_turned_truth);

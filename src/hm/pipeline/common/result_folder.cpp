@@ -1,13 +1,10 @@
 #include "hm/pipeline/common/result_folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <utility>
 
 #include "hm/core/run_context.hpp"
@@ -83,7 +80,9 @@ Result<std::optional<RunRecord>> read_run_record(const fs::path& folder) {
 Result<ResultFolder> ResultFolder::open(const ResultFolderRequest& request) {
   ResultFolder folder(request);
   if (const auto made = folder.make(); !made) return forward_error(made);
-  if (const auto locked = folder.lock(); !locked) return forward_error(locked);
+  auto lock = FolderLock::acquire(request.folder);
+  if (!lock) return forward_error(lock);
+  folder.lock_.emplace(std::move(*lock));
   if (const auto checked = folder.check_existing(); !checked) return forward_error(checked);
   // Of a run that was killed. A link in its place is removed, not followed.
   const fs::path staging = folder.path() / kStagingName;
@@ -101,7 +100,7 @@ ResultFolder::ResultFolder(ResultFolder&& other) noexcept
     : request_(std::move(other.request_)),
       staging_(std::exchange(other.staging_, {})),
       made_(std::exchange(other.made_, {})),
-      lock_(std::exchange(other.lock_, -1)),
+      lock_(std::move(other.lock_)),
       resumed_(std::move(other.resumed_)),
       files_(std::move(other.files_)),
       earlier_files_(std::move(other.earlier_files_)) {}
@@ -111,7 +110,6 @@ ResultFolder::~ResultFolder() {
   if (!staging_.empty()) fs::remove_all(staging_, ignored);
   for (const fs::path& folder : made_)
     if (::rmdir(folder.c_str()) != 0) break;  // only empty ones
-  if (lock_ >= 0) ::close(lock_);
 }
 
 Result<void> ResultFolder::make() {
@@ -120,14 +118,6 @@ Result<void> ResultFolder::make() {
        !fs::exists(path, code) && path.has_relative_path(); path = path.parent_path())
     if (path.has_filename()) made_.push_back(path);
   return make_folder(request_.folder);
-}
-
-Result<void> ResultFolder::lock() {
-  lock_ = ::open(request_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0) return {};
-  if (errno != EWOULDBLOCK) return {};  // a file system without locks
-  return fail(ErrorCode::kUsage, request_.folder.string(),
-              "another run writes into this folder now: wait until it ends, or give another folder with -o");
 }
 
 Result<void> ResultFolder::check_existing() {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/io/bytes/folder_lock.hpp"
 
 namespace hm {
 
@@ -69,7 +70,6 @@ class ResultFolder {
  private:
   explicit ResultFolder(const ResultFolderRequest& request) : request_(request) {}
   Result<void> make();
-  Result<void> lock();
   Result<void> check_existing();
   Result<void> write_record(RunState state) const;
   void forget_earlier_files();
@@ -79,7 +79,7 @@ class ResultFolder {
   ResultFolderRequest request_;
   std::filesystem::path staging_;
   std::vector<std::filesystem::path> made_;  ///< folders that open() made, the innermost first
-  int lock_ = -1;
+  std::optional<FolderLock> lock_;
   std::optional<RunRecord> resumed_;
   std::vector<std::string> files_;          ///< of this run, published; of the one that it continues
   std::vector<std::string> earlier_files_;  ///< of the result that this run replaces

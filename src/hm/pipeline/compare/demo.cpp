@@ -6,6 +6,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/core/text/counted.hpp"
+#include "hm/io/bytes/folder_lock.hpp"
 #include "hm/io/image/image_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
@@ -16,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kRecordingName = "recording";
 constexpr std::size_t kRoomFrames = 100;  // a few seconds of work
 
 /// The walk through the room as the house is scanned, but for its length: a frame every so often.
@@ -60,13 +62,37 @@ Result<void> draw_room(const DemoOptions& options, const fs::path& picture) {
   return {};
 }
 
+/// The second part: the result of an earlier demo may be replaced, no other.
+ReconstructionOptions reconstruction_of(const DemoOptions& options) {
+  ReconstructionOptions reconstruction;
+  reconstruction.recording = options.output / kRecordingName;
+  reconstruction.output = options.output / "result";
+  const auto record = read_run_record(reconstruction.output);
+  if (record && *record && (*record)->is_of({{}, {}, "reconstruct", reconstruction.recording, {}}))
+    reconstruction.existing = ExistingResult::kOverwrite;
+  reconstruction.parameters = options.parameters;
+  reconstruction.run = options.run;
+  return reconstruction;
+}
+
+/// The error that reconstruct() would end with after the simulation, where its folder cannot be used.
+Result<void> check_result(const ReconstructionOptions& options) {
+  const auto folder = ResultFolder::open(
+      {options.output, options.existing, "reconstruct", options.recording, options.run.program_version});
+  return folder ? Result<void>() : forward_error(folder);
+}
+
 }  // namespace
 
 Result<DemoSummary> run_demo(const DemoOptions& options) {
-  SimulationOptions simulation{options.simulation, options.output / "recording", options.run};
+  SimulationOptions simulation{options.simulation, options.output / kRecordingName, options.run};
   if (simulation.params.truth_far_m == 0) simulation.params.truth_far_m = options.parameters.tsdf.far_m;
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
-  remove_simulation(simulation.output);  // what an earlier demo left
+  const auto lock = FolderLock::acquire(options.output);  // until the end: the recording is read, too
+  if (!lock) return forward_error(lock);
+  ReconstructionOptions reconstruction = reconstruction_of(options);
+  if (const auto checked = check_result(reconstruction); !checked) return forward_error(checked);
+  if (const auto removed = remove_simulation(simulation.output); !removed) return forward_error(removed);
   const fs::path picture = options.output / "first_room.png";
   if (options.parameters.reconstruction.pictures)
     if (const auto drawn = draw_room(options, picture); !drawn) return forward_error(drawn);
@@ -81,14 +107,6 @@ Result<DemoSummary> run_demo(const DemoOptions& options) {
     return fail(ErrorCode::kCancelled, {}, "stopped after the simulation; its recording is in {}",
                 simulation.output.string());
 
-  ReconstructionOptions reconstruction;
-  reconstruction.recording = simulation.output;
-  reconstruction.output = options.output / "result";
-  const auto record = read_run_record(reconstruction.output);  // of an earlier demo
-  if (record && *record && (*record)->is_of({{}, {}, "reconstruct", simulation.output, {}}))
-    reconstruction.existing = ExistingResult::kOverwrite;
-  reconstruction.parameters = options.parameters;
-  reconstruction.run = options.run;
   auto summary = reconstruct(reconstruction);
   if (!summary) return forward_error(summary);
   if (fs::exists(picture, ignored)) summary->outputs.push_back(picture);

@@ -173,7 +173,12 @@ Result<TrajectoryComparison> evaluate_trajectory_files(std::span<const fs::path>
     const auto estimated = read_poses(path, PosesOfRecording::kReported, comparison.warnings);
     if (!estimated) return forward_error(estimated);
     auto error = evaluate_trajectory(true_poses->poses, estimated->poses, params);
-    if (!error) return fail(error.error().code, path.string(), "{}", error.error().message);
+    if (!error) {
+      const fs::path& at_fault = error.error().where != kTrueTrajectory ? path
+                                 : true_poses->source.empty()           ? truth
+                                                                        : true_poses->source;
+      return fail(error.error().code, at_fault.string(), "{}", error.error().message);
+    }
     comparison.estimates.push_back({{}, path, std::move(*error)});
     std::string warning =
         one_source_warning(comparison.estimates.back(), estimated->source, true_poses->source);

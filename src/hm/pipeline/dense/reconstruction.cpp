@@ -121,9 +121,11 @@ void Run::level_poses() {
   std::vector<SurfacePatch> patches;
   Trajectory path;
   FramePrefetcher frames(*recording_, range_.begin, range_.end, every, 4);
+  const std::size_t total = (range_.end - range_.begin + every - 1) / every;
+  std::size_t read = 0;
   while (auto frame = frames.next()) {
     if (options_.run.stop.stop_requested()) return;
-    if (options_.run.progress) options_.run.progress({"finding up", path.size(), range_.end / every, {}});
+    if (options_.run.progress) options_.run.progress({"finding up", ++read, total, {}});
     if (!*frame) continue;
     place(**frame);
     const auto& pose = (*frame)->T_world_camera;

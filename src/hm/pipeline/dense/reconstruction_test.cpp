@@ -129,6 +129,34 @@ TEST_F(Reconstruction, RangeOfFrames) {
   EXPECT_THAT(indices, testing::ElementsAre(4, 7, 10, 13, 16));
 }
 
+TEST_F(Reconstruction, ProgressOfFindingUpReachesItsEnd) {
+  for (const bool with_gap : {false, true}) {
+    ReconstructionOptions late = options(with_gap ? "up_gap" : "up_late");
+    late.parameters.reconstruction.level = true;
+    late.parameters.reconstruction.begin_frame = 10;
+    if (with_gap) {  // the last frames have no pose
+      late.poses = *folder_ / "first_poses.txt";
+      std::ifstream all(*folder_ / "recording/groundtruth.txt");
+      std::ofstream first(late.poses);
+      std::string line;
+      for (int lines = 0; lines < 18 && std::getline(all, line); ++lines) first << line << '\n';
+    }
+    std::vector<std::size_t> done;
+    std::size_t total = 0;
+    late.run.progress = [&](const Progress& progress) {
+      if (progress.stage != "finding up") return;
+      done.push_back(progress.done);
+      total = progress.total;
+    };
+    const auto result = reconstruct(late);
+    ASSERT_TRUE(result) << to_string(result.error());
+    ASSERT_FALSE(done.empty());
+    EXPECT_EQ(total, 14u);
+    EXPECT_EQ(done.back(), total);
+    EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  }
+}
+
 TEST_F(Reconstruction, ErrorsSayWhatIsWrong) {
   ReconstructionOptions nowhere = options("errors");
   nowhere.recording = *folder_ / "nowhere";

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
@@ -137,26 +138,69 @@ TEST_F(MapFrameOfLoops, LoopsCorrectTheMapAndLeaveOdomAsItIs) {
 
 TEST_F(MapFrameOfLoops, TheMapIsThatOfTheCorrectedPath) {
   LaserPipeline pipeline({}, kWheeled);
-  std::vector<MappedScan> scans;
+  const TemporaryFolder folder;
+  MappedScanFile scans(folder.path());
   for (const LaserScanRecord& record : run(drive_, pipeline))
-    if (auto mapped = mapped_scan(record.step)) scans.push_back(std::move(*mapped));
+    if (const auto mapped = mapped_scan(record.step)) scans.add(*mapped);
+  EXPECT_EQ(folder.file_count(), 0u) << "the file has no name";
   // Without a correction it is the same map again, to the byte.
   const LaserMapFrame none;
-  const MultiVolumeGrid again = rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, none}, {}, {});
-  EXPECT_EQ(again.serialise(), pipeline.map().serialise());
+  const auto again = rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, none}, {}, {});
+  ASSERT_TRUE(again) << to_string(again.error());
+  EXPECT_EQ(again->serialise(), pipeline.map().serialise());
   // With it, walls that were seen twice are one.
-  const MultiVolumeGrid map =
-      rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, pipeline.map_frame()}, {}, {});
+  const auto map = rebuild_laser_map({drive_.recording, kWheeled.rigs, scans, pipeline.map_frame()}, {}, {});
+  ASSERT_TRUE(map) << to_string(map.error());
   LaserParameters params;
   params.run.poses = LaserPoseSource::kOdometry;
   LaserPipeline ideal(params, kWheeled);
   Drive exact = drive_;
   exact.recording.odometry = drive_.truth;
   run(exact, ideal);
-  const double corrected = share_near_walls(map, ideal.map(), drive_.truth.front().T_world_base);
+  const double corrected = share_near_walls(*map, ideal.map(), drive_.truth.front().T_world_base);
   const double before = share_near_walls(pipeline.map(), ideal.map(), drive_.truth.front().T_world_base);
   EXPECT_GT(corrected, 0.75);
   EXPECT_GT(corrected, before + 0.2);
+}
+
+TEST(MappedScans, ComeBackFromTheirFileAsTheyWere) {
+  const TemporaryFolder folder;
+  MappedScanFile scans(folder.path());
+  std::vector<MappedScan> given;
+  for (std::size_t i = 0; i < 500; ++i) {
+    const auto pose = [i](double x) {
+      return SE3(so3_exp(Vec3(0.1 * x, 0.2, 1e-3 * double(i))), Vec3(x, 1.0 / 3, -0.0));
+    };
+    MappedScan scan{
+        i % 2, Time{std::int64_t(i) * 25'000'000}, Time{std::int64_t(i) * 25'000'000 + 7}, pose(0.1), {}};
+    for (std::size_t beam = 0; beam < 17 + i % 3; ++beam)
+      scan.sweep.push_back({64 * beam, pose(double(beam))});
+    given.push_back(scan);
+    scans.add(scan);
+  }
+  EXPECT_EQ(scans.count(), given.size());
+  for (int times = 0; times < 2; ++times) {
+    std::size_t i = 0;
+    const auto read = scans.for_each([&](const MappedScan& scan) {
+      ASSERT_LT(i, given.size());
+      const MappedScan& wanted = given[i++];
+      EXPECT_EQ(scan.laser, wanted.laser);
+      EXPECT_EQ(scan.scan_stamp, wanted.scan_stamp);
+      EXPECT_EQ(scan.stamp, wanted.stamp);
+      EXPECT_EQ(scan.T_odom_base.matrix(), wanted.T_odom_base.matrix());
+      ASSERT_EQ(scan.sweep.size(), wanted.sweep.size());
+      for (std::size_t knot = 0; knot < scan.sweep.size(); ++knot) {
+        EXPECT_EQ(scan.sweep[knot].beam, wanted.sweep[knot].beam);
+        EXPECT_EQ(scan.sweep[knot].T_odom_base.matrix(), wanted.sweep[knot].T_odom_base.matrix());
+      }
+    });
+    EXPECT_TRUE(read) << to_string(read.error());
+    EXPECT_EQ(i, given.size());
+  }
+  MappedScanFile nowhere(folder / "missing");
+  nowhere.add(given.front());
+  ASSERT_FALSE(nowhere.written());
+  EXPECT_EQ(nowhere.for_each([](const MappedScan&) {}).error().where, folder / "missing");
 }
 
 TEST(MapFrameOfASavedMap, TheVehicleIsFoundAndFollowedInIt) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
@@ -81,7 +82,8 @@ TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   auto mapper = LaserMapper::create(one_laser(), {"laser.poses=scans"});
   ASSERT_TRUE(mapper);
   LaserPipeline pipeline(parameters.laser, one_laser());
-  std::vector<MappedScan> scans;
+  const TemporaryFolder folder;
+  MappedScanFile scans(folder.path());
   for (int i = 0; i < 400; ++i) {
     const LaserScan scan = scan_in_room(i, 6, 5);
     kept.lasers[0].scans.push_back(scan);
@@ -91,10 +93,11 @@ TEST(LaserMapper, LoopsMoveTheMapAsRebuildingItFromTheRecordingDoes) {
   mapper->finish();
   pipeline.finish();
   for (const LaserStep& step : pipeline.take_steps())
-    if (auto mapped = mapped_scan(step)) scans.push_back(std::move(*mapped));
-  const MultiVolumeGrid wanted =
+    if (const auto mapped = mapped_scan(step)) scans.add(*mapped);
+  const auto wanted =
       rebuild_laser_map({kept, one_laser().rigs, scans, pipeline.map_frame()}, parameters.laser, {});
-  EXPECT_EQ(mapper->corrected_map().serialise(), wanted.serialise());
+  ASSERT_TRUE(wanted) << to_string(wanted.error());
+  EXPECT_EQ(mapper->corrected_map().serialise(), wanted->serialise());
   EXPECT_TRUE(mapper->corrects());
   EXPECT_NE(mapper->corrected_map().serialise(), mapper->map().serialise());
 }

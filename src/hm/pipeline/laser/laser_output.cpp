@@ -15,6 +15,7 @@
 #include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_run_report.hpp"
 #include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/pipeline/laser/laser_tables.hpp"
 #include "hm/report/map_figures.hpp"
 #include "hm/report/render/mesh_renderer.hpp"
 
@@ -78,6 +79,10 @@ class Writer {
   }
   Writer& text(const char* name, const std::string& text) {
     return file(name, [&](const auto& path) { return write_file_text(path, text); });
+  }
+  /// Names a file that the run wrote while it went on.
+  Writer& written(const char* name) {
+    return file(name, [](const auto&) { return Result<void>(); });
   }
   [[nodiscard]] Result<void> result() const { return result_; }
 
@@ -207,9 +212,10 @@ Result<void> write_texts(const LaserRunOptions& options, const LaserReportMateri
         .file("trajectory_odom.txt",
               [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory_odom); })
         .text("map_frame.csv", map_frame_csv(summary.map_frame));
-  if (const auto heights = heights_csv(summary.records); !heights.empty())
-    writer.text("height.csv", heights).text("floors.csv", floors_csv(summary.floors));
-  if (const auto states = states_csv(summary.records); !states.empty()) writer.text("states.csv", states);
+  std::error_code code;
+  if (std::filesystem::exists(options.output / kHeightTable, code))
+    writer.written(kHeightTable).text("floors.csv", floors_csv(summary.floors));
+  if (std::filesystem::exists(options.output / kStateTable, code)) writer.written(kStateTable);
   writer.text("parameters.toml", material.parameters_toml);
   if (!writer.result()) return writer.result();
   for (const char* name : {"report.json", "report.html"}) summary.outputs.push_back(options.output / name);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "hm/pipeline/laser/laser_evaluation.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
+#include "hm/pipeline/laser/laser_scan_counts.hpp"
 #include "hm/pipeline/laser/laser_sweep.hpp"
 
 namespace hm {
@@ -258,9 +258,11 @@ TEST(LaserEvents, AreMergedInOrderOfTheirArrival) {
   EXPECT_EQ(fewer.end().ns, 210'000'000);
 }
 
-TEST(LaserEvaluation, HeightErrorLeavesOutAConstant) {
+TEST(LaserScanCounts, HeightErrorLeavesOutAConstant) {
   Trajectory truth;
+  const Trajectory truth_of_nothing;
   std::vector<LaserScanRecord> records;
+  LaserScanCounts counts(truth), without_truth(truth_of_nothing);
   for (int i = 0; i <= 100; ++i) {
     const Time stamp{i * std::int64_t{50'000'000}};
     truth.push_back({stamp, SE3(Mat3::Identity(), Vec3(0, 0, 7.5 + 0.01 * i))});
@@ -271,12 +273,13 @@ TEST(LaserEvaluation, HeightErrorLeavesOutAConstant) {
     record.step.height->height_m = i % 10 == 9 ? 99 : 0.01 * i + (i % 2 == 0 ? 0.02 : -0.02);
     records.push_back(record);
   }
-  const auto error = evaluate_height(truth, records);
+  for (const LaserScanRecord& record : records) counts.add(record), without_truth.add(record);
+  const auto error = counts.height_error();
   ASSERT_TRUE(error);
   EXPECT_EQ(error->pairs, 91U);
   EXPECT_NEAR(error->offset_m, 7.48, 1e-9);  // more even ones than odd ones: their offset is the median
   EXPECT_NEAR(error->max_m, 0.04, 1e-9);
-  EXPECT_FALSE(evaluate_height({}, records));
+  EXPECT_FALSE(without_truth.height_error());
 }
 
 }  // namespace

@@ -15,12 +15,12 @@
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
+#include "hm/pipeline/laser/laser_scan_counts.hpp"
+#include "hm/pipeline/laser/laser_tables.hpp"
 
 namespace hm {
 namespace {
 
-/// Scans of which all is kept, about 300 MB; of longer runs every 2nd, 4th ... is in tables and plots.
-constexpr std::size_t kMostRecords = std::size_t{1} << 18u;
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
 
 /// The sensors of a recording's vehicle.
@@ -118,10 +118,14 @@ class Run {
         folder_(folder),
         recording_(std::move(recording)),
         pipeline_(options.parameters.laser, laser_platform(recording_), saved_map),
-        events_(recording_, pipeline_, options.parameters.laser.run) {}
+        events_(recording_, pipeline_, options.parameters.laser.run),
+        records_(options.most_records),
+        counts_(recording_.truth),
+        tables_(folder.staging()),
+        mapped_(folder.staging()) {}
 
   [[nodiscard]] bool matches_scans() const { return pipeline_.matches_scans(); }
-  void process_all();
+  Result<void> process_all();
   Result<LaserSummary> finish();
 
  private:
@@ -132,7 +136,7 @@ class Run {
   void show_progress() const;
   void describe();
   void count();
-  [[nodiscard]] std::optional<MultiVolumeGrid> correct();
+  [[nodiscard]] Result<std::optional<MultiVolumeGrid>> correct();
   [[nodiscard]] Error nothing_posed() const;
 
   const LaserRunOptions& options_;
@@ -141,8 +145,10 @@ class Run {
   LaserPipeline pipeline_;
   LaserEvents events_;
   LaserSummary summary_;
-  EvenlyThinned<LaserScanRecord> records_{kMostRecords};
-  std::vector<MappedScan> mapped_;  ///< where `map` is not `odom`
+  EvenlyThinned<LaserScanRecord> records_;
+  LaserScanCounts counts_;
+  LaserTables tables_;
+  MappedScanFile mapped_;  ///< where `map` is not `odom`
   RunningSummary match_ms_, insert_ms_;
   double insert_sum_ms_ = 0;
   Stopwatch run_watch_;
@@ -173,7 +179,7 @@ void Run::give(const LaserEvent& event) {
   }
 }
 
-void Run::process_all() {
+Result<void> Run::process_all() {
   const Stopwatch watch;
   for (const LaserEvent& event : events_.all()) {
     if (options_.run.stop.stop_requested()) {
@@ -186,9 +192,11 @@ void Run::process_all() {
     }
     give(event);
     collect();
+    if (const auto written = mapped_.written(); !written) return as_run_failure(written);
   }
   pipeline_.finish();
   collect();
+  return as_run_failure(tables_.finish());
 }
 
 void Run::collect() {
@@ -213,7 +221,8 @@ void Run::show_progress() const {
                    resident_bytes() / 1'000'000)});
 }
 
-/// Keeps what results and report need of a scan: few numbers of every one, all of an even thinning.
+/// Keeps what results and report need of a scan: numbers of every one, all of an even thinning, and on disk
+/// the tables and what a new map needs.
 void Run::note(LaserScanRecord record) {
   const LaserStep& step = record.step;
   if (step.matched_scan) match_ms_.add(step.match_ms);
@@ -231,13 +240,16 @@ void Run::note(LaserScanRecord record) {
     summary_.beams += step.beams.returns + step.beams.no_returns;
     summary_.trajectory_odom.push_back({step.stamp, *step.T_odom_base});
   }
-  if (auto mapped = mapped_scan(step)) mapped_.push_back(std::move(*mapped));
+  if (const auto mapped = mapped_scan(step)) mapped_.add(*mapped);
+  tables_.add(step);
+  counts_.add(record);
   record.step.sweep = {};
   records_.push_back(std::move(record));
 }
 
 void Run::count() {
   summary_.records = records_.take();
+  summary_.height_error = counts_.height_error();
   std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const auto twice =
@@ -279,10 +291,14 @@ Error Run::nothing_posed() const {
 }
 
 /// The path in the frame `map`, and the map of that path where it is another than that of odometry.
-std::optional<MultiVolumeGrid> Run::correct() {
+Result<std::optional<MultiVolumeGrid>> Run::correct() {
   const LaserMapFrame& frame = pipeline_.map_frame();
-  MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame, summary_.records);
-  if (map.localisation) map.localisation->map = options_.saved_map;
+  MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame);
+  if (map.source != MapFrameSource::kOdometry) map.ms = counts_.map_frame_ms();
+  if (map.source == MapFrameSource::kSavedMap) {
+    map.localisation = counts_.localisation();
+    map.localisation->map = options_.saved_map;
+  }
   summary_.trajectory = frame.corrected(summary_.trajectory_odom);
   if (!map.corrected) return std::nullopt;
   for (std::size_t i = 0; i < summary_.trajectory.size(); ++i)
@@ -290,15 +306,16 @@ std::optional<MultiVolumeGrid> Run::correct() {
                                                  summary_.trajectory_odom[i].T_world_base.translation())
                                                     .norm());
   const Stopwatch watch;
-  MultiVolumeGrid grid = rebuild_laser_map({recording_, laser_platform(recording_).rigs, mapped_, frame},
-                                           options_.parameters.laser, options_.run);
+  auto grid = rebuild_laser_map({recording_, laser_platform(recording_).rigs, mapped_, frame},
+                                options_.parameters.laser, options_.run);
+  if (!grid) return forward_error(grid);
   map.rebuild_s = watch.seconds();
   map.mvog_odom = pipeline_.map().size();
-  return grid;
+  return std::optional(std::move(*grid));
 }
 
 Error nowhere_found(const LocalisationSummary& place) {
-  return {ErrorCode::kInternal,
+  return {ErrorCode::kNoResult,
           fmt::format(
               "the vehicle was not found in the map: {} searches, of which {} ambiguous, {} without a place, "
               "{} given up",
@@ -310,7 +327,9 @@ Result<LaserSummary> Run::finish() {
   describe();
   count();
   if (summary_.trajectory_odom.empty()) return tl::make_unexpected(nothing_posed());
-  const std::optional<MultiVolumeGrid> corrected = correct();
+  const auto made = as_run_failure(correct());
+  if (!made) return forward_error(made);
+  const std::optional<MultiVolumeGrid>& corrected = *made;
   if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
     return tl::make_unexpected(nowhere_found(*place));
   summary_.run_s = run_watch_.seconds();
@@ -373,7 +392,7 @@ Result<LaserSummary> run_laser(const LaserRunOptions& options) {
   if (saved_map && !run.matches_scans())
     return fail(ErrorCode::kUsage, options.recording.string(),
                 "a place in a map is found by scan matching, and here poses come from odometry");
-  run.process_all();
+  if (const auto done = run.process_all(); !done) return forward_error(done);
   return run.finish();
 }
 

@@ -17,6 +17,9 @@ struct LaserRunOptions {
   std::filesystem::path saved_map;  ///< find the vehicle in this map of an earlier run; empty: do not
   LaserRunParameters parameters;
   LaserPace pace = LaserPace::kFast;
+  /// Scans of which LaserSummary::records keeps all, about 300 MB; even. Of longer runs it keeps every 2nd,
+  /// 4th ...
+  std::size_t most_records = std::size_t{1} << 18u;
   RunContext run;  ///< stopped early, it finishes with what there is
 };
 

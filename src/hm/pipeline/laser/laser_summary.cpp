@@ -10,59 +10,6 @@
 namespace hm {
 namespace {
 
-void count(LocalisationStatus status, LocalisationSummary& summary) {
-  ++summary.sought;
-  switch (status) {
-    case LocalisationStatus::kLocalised:
-      ++summary.searches, ++summary.found, ++summary.located;
-      return;
-    case LocalisationStatus::kTracking:
-      ++summary.located;
-      return;
-    case LocalisationStatus::kMatchFailed:
-      ++summary.match_failed;
-      return;
-    case LocalisationStatus::kLost:
-      ++summary.lost;
-      return;
-    case LocalisationStatus::kAmbiguous:
-      ++summary.searches, ++summary.ambiguous;
-      return;
-    case LocalisationStatus::kGaveUp:
-      ++summary.searches, ++summary.gave_up;
-      return;
-    case LocalisationStatus::kTooFewPoints:
-      ++summary.too_few_points;
-      return;
-    case LocalisationStatus::kNotFound:
-    case LocalisationStatus::kEmptyMap:
-      ++summary.searches, ++summary.not_found;
-  }
-}
-
-LocalisationSummary summarise_localisation(std::span<const LaserScanRecord> records) {
-  LocalisationSummary summary;
-  std::vector<double> scores, corrections_m;
-  std::optional<SE2> last;
-  for (const LaserScanRecord& record : records) {
-    const auto& place = record.step.map_frame.localisation;
-    if (!place) continue;
-    count(place->status, summary);
-    if (!place->T_map_base) continue;
-    scores.push_back(place->score);
-    const SE2& T_map_odom = record.step.map_frame.T_map_odom;
-    if (!summary.first_fix_s) summary.first_fix_s = record.time_s;
-    if (last)
-      corrections_m.push_back((place->T_map_base->translation() -
-                               *last * (T_map_odom.inverse() * place->T_map_base->translation()))
-                                  .norm());
-    last = T_map_odom;
-  }
-  summary.score = summarise(scores);
-  summary.correction_m = summarise(corrections_m);
-  return summary;
-}
-
 /// Adds mean and deviation of the errors of relative poses.
 void add_relations(SummaryTree& v, const SummaryDoc& doc, double mean, double deviation) {
   v.object(doc.key, [&](SummaryTree& error) {
@@ -178,46 +125,19 @@ void add_place(const MapFrameSummary& map, const LocalisationSummary& place, Sum
            {"median", "p99"});
 }
 
-std::string_view name_of(HeightStatus status) {
-  switch (status) {
-    case HeightStatus::kOk:
-      return "ok";
-    case HeightStatus::kTooFewReadings:
-      return "too_few_readings";
-    case HeightStatus::kSpreadTooWide:
-      return "spread_too_wide";
-    case HeightStatus::kTilted:
-      return "tilted";
-    case HeightStatus::kTimeBackwards:
-      return "time_backwards";
-    case HeightStatus::kInvalidInput:
-      return "invalid_input";
-  }
-  return "unknown";
-}
-
-std::string_view name_of(FloorEvent event) {
-  return event == FloorEvent::kStepUp ? "step_up" : event == FloorEvent::kStepDown ? "step_down" : "";
-}
-
 }  // namespace
 
-MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records) {
+MapFrameSummary summarise_map_frame(const LaserMapFrame& frame) {
   MapFrameSummary summary;
   summary.source = frame.source();
   if (summary.source == MapFrameSource::kOdometry) return summary;
   summary.corrected = frame.corrects();
   summary.history = frame.history();
   if (!summary.history.empty()) summary.T_map_odom = summary.history.back().T_map_odom;
-  std::vector<double> ms;
-  for (const LaserScanRecord& record : records) ms.push_back(record.step.map_frame.ms);
-  summary.ms = summarise(ms);
   if (const LoopCloser* loops = frame.loops()) {
     summary.nodes = loops->graph().size();
     summary.solutions = static_cast<std::size_t>(loops->solutions());
     summary.loops = loops->graph().statistics();
-  } else {
-    summary.localisation = summarise_localisation(records);
   }
   return summary;
 }
@@ -349,45 +269,12 @@ std::string to_text(const LaserSummary& summary) {
   return text + output_lines(summary.outputs);
 }
 
-std::string heights_csv(std::span<const LaserScanRecord> records) {
-  std::string text;
-  for (const LaserScanRecord& record : records) {
-    if (!record.step.height) continue;
-    const HeightEstimate& height = *record.step.height;
-    text += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{},{:.4f}\n", stamp_text(height.stamp),
-                        name_of(height.status), height.height_m, height.height_std_m, height.climb_m_s,
-                        height.clearance_m, height.floor_level_m, height.floor_id, name_of(height.event),
-                        height.step_m);
-  }
-  if (text.empty()) return text;
-  return "stamp_s,status,height_m,height_std_m,climb_m_s,clearance_m,floor_level_m,floor_id,event,step_m\n" +
-         text;
-}
-
 std::string floors_csv(std::span<const FloorLevel> floors) {
   std::string text = "id,level_m,std_m,sightings,first_seen_s,last_seen_s\n";
   for (const FloorLevel& floor : floors)
     text += fmt::format("{},{:.4f},{:.4f},{},{},{}\n", floor.id, floor.level_m, floor.std_m, floor.sightings,
                         stamp_text(floor.first_seen), stamp_text(floor.last_seen));
   return text;
-}
-
-std::string states_csv(std::span<const LaserScanRecord> records) {
-  std::string text;
-  for (const LaserScanRecord& record : records) {
-    if (!record.step.state) continue;
-    const VehicleState& state = *record.step.state;
-    const Vec3 &p = state.position_m, &v = state.velocity_m_s, &rpy = state.roll_pitch_yaw_rad,
-               &w = state.angular_velocity_rad_s;
-    text += fmt::format(
-        "{},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{},{}\n",
-        stamp_text(state.stamp), p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z(), v.x(), v.y(), v.z(), w.x(),
-        w.y(), w.z(), state.planar_ready ? 1 : 0, state.height_ready ? 1 : 0);
-  }
-  if (text.empty()) return text;
-  return "stamp_s,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s,"
-         "planar_ready,height_ready\n" +
-         text;
 }
 
 }  // namespace hm

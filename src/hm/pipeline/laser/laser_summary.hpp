@@ -88,7 +88,7 @@ struct LaserSummary {
   std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
   std::size_t scans_dropped = 0;   ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
-  std::vector<LaserScanRecord> records;  ///< of more than 262,144 scans an even thinning
+  std::vector<LaserScanRecord> records;  ///< of more than LaserRunOptions::most_records an even thinning
   double run_s = 0, recording_s = 0;
   Summary match_ms, insert_ms;
   double insert_us_per_beam = 0;
@@ -111,8 +111,8 @@ struct LaserSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// All of it but rebuild_s, mvog_odom, max_shift_m.
-MapFrameSummary summarise_map_frame(const LaserMapFrame& frame, std::span<const LaserScanRecord> records);
+/// What the frame itself tells: all but ms, localisation, rebuild_s, mvog_odom, max_shift_m.
+MapFrameSummary summarise_map_frame(const LaserMapFrame& frame);
 
 /// T_map_odom over time, as columns.
 JsonValue history_to_json(const MapFrameSummary& summary, Time begin);
@@ -127,11 +127,7 @@ void visit(const MvogSize& size, SummaryTree& v);
 /// A few lines for a terminal.
 std::string to_text(const LaserSummary& summary);
 
-/// Height of every scan with a mirror reading, a line each, with a header; empty when there is none.
-std::string heights_csv(std::span<const LaserScanRecord> records);
 /// The floors that were found, lowest first.
 std::string floors_csv(std::span<const FloorLevel> floors);
-/// The fused state at every scan; empty without an IMU.
-std::string states_csv(std::span<const LaserScanRecord> records);
 
 }  // namespace hm

@@ -6,13 +6,13 @@
 #include "hm/core/parallel.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/folder_lock.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rosbag/bag_writer.hpp"
 #include "hm/pipeline/simulate/simulation_marks.hpp"
-#include "hm/pipeline/simulate/simulation_recording.hpp"
 
 namespace hm {
 namespace {
@@ -170,8 +170,10 @@ Result<LaserSimulationSummary> simulate_laser_recording(const LaserSimulationOpt
   if (auto checked = check_params(options.params); !checked) return forward_error(checked);
   const Stopwatch watch;
   const fs::path &folder = options.output, unfinished = folder / detail::kUnfinishedMark;
+  const auto lock = FolderLock::acquire(folder);
+  if (!lock) return forward_error(lock);
   std::error_code code;
-  if (fs::exists(unfinished, code)) remove_simulation(folder);
+  if (fs::exists(unfinished, code)) detail::remove_simulated_files(folder);
   if (auto free = check_folder(folder); !free) return forward_error(free);
   LaserSimulationParams params = options.params;
   if (const auto marked = as_run_failure(write_file_text(unfinished, list_of(params).to_toml())); !marked)
@@ -183,7 +185,8 @@ Result<LaserSimulationSummary> simulate_laser_recording(const LaserSimulationOpt
       summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
   }
   if (!summary) {
-    remove_simulation(folder);
+    detail::remove_simulated_files(folder);
+    fs::remove(folder, code);  // if nothing else is in it
     return summary;
   }
   summary->outputs.push_back(folder / detail::kFinishedMark);

@@ -162,6 +162,25 @@ TEST_F(LaserSimulationRecording, RefusesBadParametersAndOccupiedFolders) {
   EXPECT_FALSE(fs::exists(folder_ / "a"));
 }
 
+TEST_F(LaserSimulationRecording, ASecondOneIsRefusedWhileTheFirstRuns) {
+  params_.scan_limit = 100;
+  ASSERT_TRUE(simulate_laser_recording(options("whole")));
+  LaserSimulationOptions first = options("a");
+  std::size_t refused = 0, reports = 0;
+  first.run.progress = [&](const Progress&) {
+    ++reports;
+    const auto second = simulate_laser_recording(options("a"));
+    if (second) return;
+    EXPECT_EQ(second.error().code, ErrorCode::kUsage);
+    refused += second.error().message.find("another run writes into this folder now") != std::string::npos;
+  };
+  const auto summary = simulate_laser_recording(first);
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_GE(reports, 2u);
+  EXPECT_EQ(refused, reports);
+  EXPECT_TRUE(contents(folder_ / "a") == contents(folder_ / "whole"));
+}
+
 TEST_F(LaserSimulationRecording, LeavesNothingWhenItIsStoppedAndReplacesWhatAKilledOneLeft) {
   for (const std::string_view stage : {"flying", "writing the truth"}) {
     std::stop_source source;

@@ -5,6 +5,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/folder_lock.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
@@ -180,19 +181,29 @@ Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& wri
 
 }  // namespace
 
-void remove_simulation(const fs::path& folder) {
+void detail::remove_simulated_files(const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : kOwnFiles) fs::remove_all(folder / name, ignored);
+}
+
+Result<void> remove_simulation(const fs::path& folder) {
   std::error_code code;
-  if (!fs::exists(folder / kFinishedMark, code) && !fs::exists(folder / kUnfinishedMark, code)) return;
-  for (const char* name : kOwnFiles) fs::remove_all(folder / name, code);
+  if (!fs::exists(folder / kFinishedMark, code) && !fs::exists(folder / kUnfinishedMark, code)) return {};
+  const auto lock = FolderLock::acquire(folder);
+  if (!lock) return forward_error(lock);
+  detail::remove_simulated_files(folder);
   fs::remove(folder, code);  // fails when something else is in it, as it should
+  return {};
 }
 
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
   if (auto checked = check_params(options.params); !checked) return forward_error(checked);
   const Stopwatch watch;
   const fs::path &folder = options.output, unfinished = folder / kUnfinishedMark;
+  const auto lock = FolderLock::acquire(folder);
+  if (!lock) return forward_error(lock);
   std::error_code code;
-  if (fs::exists(unfinished, code)) remove_simulation(folder);
+  if (fs::exists(unfinished, code)) detail::remove_simulated_files(folder);
   const Simulation simulation(options.params);
   auto writer = as_run_failure(TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
   if (!writer) return forward_error(writer);
@@ -205,7 +216,8 @@ Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
       summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
   }
   if (!summary) {
-    remove_simulation(folder);
+    detail::remove_simulated_files(folder);
+    fs::remove(folder, code);  // if nothing else is in it
     return summary;
   }
   summary->outputs.push_back(folder / kFinishedMark);

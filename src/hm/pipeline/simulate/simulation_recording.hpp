@@ -40,12 +40,13 @@ struct SimulationSummary {
 ///
 /// The folder appears whole: until everything is written the parameters lie in simulation.unfinished.toml. A
 /// run that fails or is stopped (kCancelled) removes what it wrote; what a killed one left is replaced
-/// by the next.
-/// Errors: parameters out of range, a folder that holds a recording (kUsage) or cannot be written.
+/// by the next. The folder is locked (FolderLock) while the run goes on.
+/// Errors: parameters out of range, a folder that holds a recording (kUsage), that another run writes into
+/// (kUsage) or that cannot be written.
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options);
 
 /// Removes a recording that simulate_recording() or simulate_laser_recording() wrote, finished or not, and
-/// its folder when nothing else is in it. Leaves any other folder alone.
-void remove_simulation(const std::filesystem::path& folder);
+/// its folder when nothing else is in it. Leaves any other folder alone. Error (kUsage): it is being written.
+Result<void> remove_simulation(const std::filesystem::path& folder);
 
 }  // namespace hm

@@ -172,6 +172,25 @@ TEST_F(SimulationRecording, ReplacesWhatAKilledOneLeft) {
   EXPECT_TRUE(contents(killed) == contents(folder_ / "whole"));
 }
 
+TEST_F(SimulationRecording, ASecondOneIsRefusedWhileTheFirstRuns) {
+  ASSERT_TRUE(simulate_recording(options("whole")));
+  SimulationOptions first = options("a");
+  std::size_t refused = 0, reports = 0;
+  first.run.progress = [&](const Progress&) {
+    ++reports;
+    const auto second = simulate_recording(options("a"));
+    if (second) return;
+    EXPECT_EQ(second.error().code, ErrorCode::kUsage);
+    EXPECT_FALSE(remove_simulation(folder_ / "a"));
+    refused += second.error().message.find("another run writes into this folder now") != std::string::npos;
+  };
+  const auto summary = simulate_recording(first);
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_GE(reports, 3u);
+  EXPECT_EQ(refused, reports);
+  EXPECT_TRUE(contents(folder_ / "a") == contents(folder_ / "whole"));
+}
+
 TEST_F(SimulationRecording, RemovesOnlyItsOwn) {
   ASSERT_TRUE(simulate_recording(options("a")));
   remove_simulation(folder_ / "a");
