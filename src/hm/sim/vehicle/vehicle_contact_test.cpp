@@ -66,6 +66,17 @@ TEST(VehicleContact, SinksIntoItsFeetByTheWeight) {
   EXPECT_LT(body.state.com_world_m.head<2>().norm(), 1e-9);
 }
 
+TEST(VehicleContact, TheSideThatARayHitsIsTheOutside) {
+  const CastRays floor = cast_into_floor();
+  Body body([floor](std::span<const Ray> rays, std::span<RayHit> hits) {
+    floor(rays, hits);
+    for (RayHit& hit : hits) hit.normal_world = -hit.normal_world;
+  });
+  body.state = body.dynamics.at_rest(SE3(Mat3::Identity(), Vec3(0, 0, kBaseOverGround_m + 0.05)));
+  body.run(2);
+  EXPECT_NEAR(body.state.com_world_m.z(), kBaseOverGround_m, 0.002);
+}
+
 TEST(VehicleContact, LandsOnAChestOfTheRoom) {
   const World world = make_room();
   const Renderer renderer(world);
