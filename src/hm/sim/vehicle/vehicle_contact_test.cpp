@@ -111,6 +111,18 @@ TEST(VehicleContact, SlidingStopsByFriction) {
   EXPECT_LT(body.state.com_velocity_world_m_s.norm(), 1e-3);
 }
 
+TEST(VehicleContact, DoesNotDependOnTheHeading) {
+  const auto landed = [](double yaw_rad) {
+    Body body(cast_into_floor());
+    const Mat3 heading = so3_exp({0, 0, yaw_rad});
+    body.state = body.dynamics.at_rest(SE3(heading * so3_exp({0.2, -0.1, 0}), Vec3(0, 0, 0.3)));
+    body.state.com_velocity_world_m_s = heading * Vec3(0.6, 0.3, -0.5);
+    body.run(0.3);
+    return Vec3(heading.transpose() * body.state.com_world_m);
+  };
+  EXPECT_LT((landed(2) - landed(0)).norm(), 1e-9);
+}
+
 TEST(VehicleContact, CountsOneCollisionWithAWall) {
   const SurfacePlane wall{Vec3(1.5, 0, 0), -Vec3::UnitX()};
   Body body(cast_into_planes({wall}));
