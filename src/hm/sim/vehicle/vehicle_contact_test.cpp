@@ -66,6 +66,17 @@ TEST(VehicleContact, SinksIntoItsFeetByTheWeight) {
   EXPECT_LT(body.state.com_world_m.head<2>().norm(), 1e-9);
 }
 
+TEST(VehicleContact, TheSideThatARayHitsIsTheOutside) {
+  const CastRays floor = cast_into_floor();
+  Body body([floor](std::span<const Ray> rays, std::span<RayHit> hits) {
+    floor(rays, hits);
+    for (RayHit& hit : hits) hit.normal_world = -hit.normal_world;
+  });
+  body.state = body.dynamics.at_rest(SE3(Mat3::Identity(), Vec3(0, 0, kBaseOverGround_m + 0.05)));
+  body.run(2);
+  EXPECT_NEAR(body.state.com_world_m.z(), kBaseOverGround_m, 0.002);
+}
+
 TEST(VehicleContact, LandsOnAChestOfTheRoom) {
   const World world = make_room();
   const Renderer renderer(world);
@@ -98,6 +109,18 @@ TEST(VehicleContact, SlidingStopsByFriction) {
   const double expected = 1 / (2 * 0.6 * kGravity_m_s2);  // v^2 / (2 mu g)
   EXPECT_NEAR(body.state.com_world_m.x(), expected, 0.1 * expected);
   EXPECT_LT(body.state.com_velocity_world_m_s.norm(), 1e-3);
+}
+
+TEST(VehicleContact, DoesNotDependOnTheHeading) {
+  const auto landed = [](double yaw_rad) {
+    Body body(cast_into_floor());
+    const Mat3 heading = so3_exp({0, 0, yaw_rad});
+    body.state = body.dynamics.at_rest(SE3(heading * so3_exp({0.2, -0.1, 0}), Vec3(0, 0, 0.3)));
+    body.state.com_velocity_world_m_s = heading * Vec3(0.6, 0.3, -0.5);
+    body.run(0.3);
+    return Vec3(heading.transpose() * body.state.com_world_m);
+  };
+  EXPECT_LT((landed(2) - landed(0)).norm(), 1e-9);
 }
 
 TEST(VehicleContact, CountsOneCollisionWithAWall) {

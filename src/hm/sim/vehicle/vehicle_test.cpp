@@ -119,13 +119,27 @@ TEST(Vehicle, RefusesCommandsThatAreNotFinite) {
   EXPECT_TRUE(vehicle.state().T_world_base.translation().allFinite());
 }
 
-TEST(Vehicle, MassAndThrustErrorsDisturbTheHover) {
+TEST(Vehicle, ThrustErrorsAndTheCentreOfMassDisturbTheHover) {
+  for (const bool is_thrust : {true, false}) {
+    VehicleSetup setup = calm_vehicle();
+    setup.params.rotor.thrust_mismatch_ratio = is_thrust ? 0.03 : 0;
+    setup.params.airframe.com_offset_m = is_thrust ? 0 : 0.005;
+    Vehicle vehicle(setup, cast_into_nothing());
+    for (int i = 0; i < 400; ++i) (void)vehicle.step(rotors_at(kHover_rad_s));
+    EXPECT_GT(vehicle.state().T_world_base.angle(), 0.02);
+  }
+}
+
+TEST(Vehicle, FliesIntoAWallThatWasFarAway) {
   VehicleSetup setup = calm_vehicle();
-  setup.params.rotor.thrust_mismatch_ratio = 0.03;
-  setup.params.airframe.com_offset_m = 0.005;
-  Vehicle vehicle(setup, cast_into_nothing());
-  for (int i = 0; i < 400; ++i) (void)vehicle.step(rotors_at(kHover_rad_s));
-  EXPECT_GT(vehicle.state().T_world_base.angle(), 0.05);
+  setup.params.inner_loop.inner_loop = InnerLoopKind::kSecondOrder;
+  Vehicle vehicle(setup, cast_into_planes({{Vec3(1.5, 0, 0), -Vec3::UnitX()}}));
+  VehicleCommand command;
+  command.attitude = {0, 0.1, 0, 0.49};
+  for (int i = 0; i < 2500; ++i) (void)vehicle.step(command);
+  ASSERT_GE(vehicle.collisions().size(), 1U);
+  EXPECT_NEAR(vehicle.collisions()[0].position_world.x(), 1.5, 0.03);
+  EXPECT_LT(vehicle.state().T_world_base.translation().x(), 1.2);
 }
 
 TEST(Vehicle, IsPulledToACeilingAndCarriedByAFloor) {
