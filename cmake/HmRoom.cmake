@@ -128,7 +128,11 @@ endfunction()
 # hm_add_tests(PROGRAM LABEL): one test a case; under sanitizers, where a process takes long to start, two for all cases.
 function(hm_add_tests PROGRAM LABEL)
   if(NOT HM_SANITIZE)
-    gtest_discover_tests(${PROGRAM} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${LABEL} TIMEOUT 300)
+    set(timeout 300)
+    if(CMAKE_CROSSCOMPILING)
+      set(timeout 1800)  # an emulated processor takes about ten times as long
+    endif()
+    gtest_discover_tests(${PROGRAM} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${LABEL} TIMEOUT ${timeout})
     return()
   endif()
   foreach(shard 0 1)

@@ -119,7 +119,7 @@ namespace {
 /// Packet of rays of up to 16 pixels or beams; invalid lanes are disabled.
 struct Packet {
   alignas(64) int valid[kPacket] = {};
-  RTCRayHit16 hits;
+  RTCRayHit16 hits{};  // Embree checks lanes that are not valid, too, where it is built with assertions
   Vec3 origin[kPacket], direction[kPacket];
 
   void set(std::size_t lane, const Vec3& from, const Vec3& along, double near_m) {
