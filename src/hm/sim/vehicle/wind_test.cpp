@@ -32,8 +32,8 @@ TEST(Wind, TurbulenceHasItsVarianceAndSpectrum) {
       for (int axis = 0; axis < 3; ++axis) {
         std::complex<double> sum = 0;
         for (int i = 0; i < kSteps; ++i)
-          sum += std::polar(v[static_cast<std::size_t>(i)][axis],
-                            -2 * std::numbers::pi * harmonics[h] * i / kSteps);
+          sum += v[static_cast<std::size_t>(i)][axis] *
+                 std::polar(1.0, -2 * std::numbers::pi * harmonics[h] * i / kSteps);
         power[h] += std::norm(sum) * kStep_s * kStep_s / kSegment_s / 3;
       }
   }
