@@ -66,5 +66,13 @@ Result<BenchResult> bench_vo_every_5th(const BenchOptions& options);
 Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options);
 Result<BenchResult> bench_vo_icl(const BenchOptions& options);
 Result<BenchResult> bench_vo_hour(const BenchOptions& options);
+Result<BenchResult> bench_fly_hover(const BenchOptions& options);
+Result<BenchResult> bench_fly_step(const BenchOptions& options);
+Result<BenchResult> bench_fly_robust(const BenchOptions& options);
+Result<BenchResult> bench_fly_waypoints(const BenchOptions& options);
+Result<BenchResult> bench_fly_failsafes(const BenchOptions& options);
+Result<BenchResult> bench_fly_speed(const BenchOptions& options);
+Result<BenchResult> bench_fly_soak(const BenchOptions& options);
+Result<BenchResult> bench_core_host(const BenchOptions& options);
 
 }  // namespace hm::bench

@@ -119,11 +119,42 @@ ROWS = [
     Row("depth_calibration_3m", "mm", 5, None, "ratio", "depth_calibration", 2, "its RMS at 3 m; peer: uncorrected"),
     Row("depth_chain_time", "ms", 1.0, 0.5, "at_most", "depth_calibration", 2,
         "rectify, correct and register VGA depth, frames of the simulated Xtion in the house, copy included, one thread: mean"),
+    # Flight
+    Row("fly_hover", "cm", 15, 8, "at_most", "fly_hover", 2,
+        "hover of 240 s in the house, laser, gusts: distance from the goal in the plane, against the truth, 95 % of 20 seeds (published: "
+        "20 cm, against its own estimate)", ("fly_hover_z", "fly_hover_collisions")),
+    Row("fly_hover_z", "cm", 4, 3, "at_most", "fly_hover", 2, "the same in height (published: 5 cm)"),
+    Row("fly_hover_collisions", "flights", 0, None, "at_most", "fly_hover", 2, "collisions, and flights that did not land"),
+    Row("fly_step", "s", 3, 2.2, "at_most", "fly_step", 2,
+        "step of 1 m: until the true position stays within 5 cm, 95 % of 20 seeds; peer: PX4's default gains", ("fly_step_overshoot",)),
+    Row("fly_step_overshoot", "percent", 10, 5, "at_most", "fly_step", 2, "its overshoot"),
+    Row("fly_robust", "cm", 25, None, "at_most", "fly_robust", 2,
+        "hover of 30 s with mass +-20 %, motors of 12 and 50 ms, delays of 0 and 80 ms, three inner loops: worst, in the plane",
+        ("fly_robust_crashes",)),
+    Row("fly_robust_crashes", "flights", 0, None, "at_most", "fly_robust", 2, "collisions, and flights that did not land"),
+    Row("fly_waypoints", "cm", 15, None, "at_most", "fly_waypoints", 2,
+        "given way points through the doors of the house at 1 m/s: largest true distance from a way point, 20 seeds",
+        ("fly_waypoints_collisions",)),
+    Row("fly_waypoints_collisions", "cases", 0, None, "at_most", "fly_waypoints", 2,
+        "collisions, way points missed, flights that did not land"),
+    Row("fly_failsafes", "steps", 1, None, "at_most", "fly_failsafes", 1,
+        "faults of laser, IMU and link: largest deviation of a fail-safe from its time-out", ("fly_failsafes_collisions",)),
+    Row("fly_failsafes_collisions", "collisions", 0, None, "at_most", "fly_failsafes", 1, "in all of them"),
+    Row("fly_speed", "times", 2, 4, "at_least", "fly_speed", 1, "simulated hover of 60 s with the laser, against real time"),
+    Row("fly_soak", "percent", 1, None, "at_most", "fly_soak", 1, "an hour of hovering: growth of the memory after the first quarter"),
+    Row("core_host", "us", 10, 6, "at_most", "core_host", 1, "worst step of the autopilot core (each its fastest round)"),
+    Row("core_m4", "instructions", 10_000, None, "at_most", "core_m4", 1,
+        "the autopilot on a Cortex-M4F (emulated), a flight of 27 s with fail-safes: mean of a step",
+        ("core_m4_worst", "core_m4_flash", "core_m4_ram", "core_m4_bits")),
+    Row("core_m4_worst", "instructions", 60_000, None, "at_most", "core_m4", 1, "its worst step"),
+    Row("core_m4_flash", "kB", 64, 48, "at_most", "core_m4", 1, "flash of the firmware (1,024 bytes a kB)"),
+    Row("core_m4_ram", "kB", 16, 12, "at_most", "core_m4", 1, "RAM of the firmware, the stack included"),
+    Row("core_m4_bits", "steps", 0, None, "at_most", "core_m4", 1, "steps whose bits differ from the host's"),
 ]
 NAMES = [row.name for row in ROWS]
 # One table for each; a row belongs to the last one that begins at or before it.
 TABLES = {"Dense reconstruction": "open3d_scalable", "Laser": "plicp_1081", "RGB-D odometry and SLAM": "vo_sevenscenes",
-          "Calibration": "depth_calibration"}
+          "Calibration": "depth_calibration", "Flight": "fly_hover"}
 # The rooms whose code a bench measures (besides core, geometry and sensors, which all use): what --changed looks at.
 ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "threads": ["tsdf"], "carving": ["tsdf"],
          "mesh_incremental": ["tsdf", "mesh"], "mesh_whole": ["tsdf", "mesh"], "tango": ["tsdf"], "steady": ["tsdf"],
@@ -138,7 +169,10 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "places": ["slam/places", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],
          "slam_house": ["odometry", "slam", "tsdf", "mesh", "mapping"],
          "loop_soak": ["slam/rgbd", "slam/pose_graph"], "bundle_soak": ["slam/rgbd"],
-         "depth_calibration": ["calibration", "depth_camera"], "kernel_limit": ["tsdf"]}
+         "depth_calibration": ["calibration", "depth_camera"], "kernel_limit": ["tsdf"],
+         **dict.fromkeys(["fly_hover", "fly_step", "fly_robust", "fly_waypoints", "fly_failsafes", "fly_speed", "fly_soak"],
+                         ["flight", "control", "estimation", "laser", "sim/vehicle", "pipeline/flight"]),
+         "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"]}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 # Benchmarks that need a recording which is not in the repository, and where it is in the folder of data.
 NEED_RECORDING = dict.fromkeys(["scalable", "voxelblock", "simd", "threads", "carving", "steady", "kernel_limit",

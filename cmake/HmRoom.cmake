@@ -125,7 +125,8 @@ function(hm_make_room_test NAME)
   hm_add_tests(hm_${NAME}_test ${NAME})
 endfunction()
 
-# hm_add_tests(PROGRAM LABEL): one test a case; under sanitizers, where a process takes long to start, two for all cases.
+# hm_add_tests(PROGRAM LABEL [FILTER]): one test a case; under sanitizers, where a process takes long to start, two for
+# all cases, or for those of a filter of GoogleTest.
 function(hm_add_tests PROGRAM LABEL)
   if(NOT HM_SANITIZE)
     set(timeout 300)
@@ -135,8 +136,12 @@ function(hm_add_tests PROGRAM LABEL)
     gtest_discover_tests(${PROGRAM} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${LABEL} TIMEOUT ${timeout})
     return()
   endif()
+  set(filter *)
+  if(ARGN)
+    set(filter ${ARGN})
+  endif()
   foreach(shard 0 1)
-    add_test(NAME ${LABEL}.${shard} COMMAND ${PROGRAM} --gtest_brief=1)
+    add_test(NAME ${LABEL}.${shard} COMMAND ${PROGRAM} --gtest_brief=1 --gtest_filter=${filter})
     set_tests_properties(${LABEL}.${shard} PROPERTIES LABELS ${LABEL} TIMEOUT 600 ENVIRONMENT
       "GTEST_TOTAL_SHARDS=2;GTEST_SHARD_INDEX=${shard};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
   endforeach()

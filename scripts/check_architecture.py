@@ -12,7 +12,7 @@ import architecture_rules as rules
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 SOURCE_ENDINGS = {".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".ts"}
-SOURCE_FOLDERS = ["src", "apps", "tests", "bench", "examples", "scripts", "cmake", "python", "web"]
+SOURCE_FOLDERS = ["src", "firmware", "apps", "tests", "bench", "examples", "scripts", "cmake", "python", "web"]
 
 
 def is_test(path):

@@ -8,7 +8,7 @@ files lead somewhere, pictures are small, and names of the code exist.
 
 A block that starts with ```sh is run line by line with `hm` and `./hm` meaning the program. A block ```sh manual
 is not run (it installs, clones or tests); its first words must be known. The folder holds `my_recording` and
-`recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), and after `prepare` also `result`, `tracked`, `whole` and `flown`, their results, as the
+`recording` (a simulated room), `my_flight` and `second_flight` (a laser's flight through it), `tour.txt` and `tour.fly` (way points and a script for a flight), and after `prepare` also `result`, `tracked`, `whole` and `flown`, their results, as the
 texts assume; that of --help also `set`, pictures of calibration boards. A folder of results that a line writes anew is removed before.
 """
 import argparse
@@ -26,12 +26,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
-MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "sudo", "npm", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
+MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "ninja", "qemu-system-arm", "sudo", "npm", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
 HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics",
               "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh",
               "evaluate uncertainty", "evaluate depth-compensation", "convert",
+              "fly", "fly hover", "fly waypoints", "fly go", "fly script", "fly teleop",
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 SET = "calibration_simulation"
@@ -60,6 +61,8 @@ def shortened(line):
         return line + f" --set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.camera_views=12"
     if words[1:3] == ["evaluate", "uncertainty"] and "--frames" not in words:
         return line + " --views 1 --frames 20"
+    if words[1:3] == ["fly", "hover"] and "--duration" not in words:
+        return line + " --duration 4"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
         return line + " --frames 20"
     return line
@@ -104,6 +107,8 @@ def prepared_folder(program):
              "hm slam recording -o whole --quiet --voxel 0.06 --set reconstruction.pictures=false",
              "hm simulate room -o my_flight --sensor laser_mav --frames 200 --quiet", "cp -r my_flight second_flight",
              "hm laser my_flight -o flown --quiet --set laser.pictures=false",
+             "printf '1 0 1.2\\n1 0.3 1.2 90\\n' > tour.txt",
+             "printf 'takeoff 1.2\\ngoto 1 0 1.2\\nwait 1\\nland\\n' > tour.fly",
              "mkdir other", "cp result/parameters.toml other/", f"cp -r {ROOT}/configs configs"]
     for line in lines:
         if wrong := run_line(line, folder):

@@ -73,7 +73,9 @@ std::string text_of(const RunFacts& run, const hm::Result<Outcome>& result, cons
 }  // namespace
 
 int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
-  auto document = json_head(run.verb, result.has_value());
+  const hm::Error* error = result ? nullptr : &result.error();
+  if (result && result->failure) error = &*result->failure;
+  auto document = json_head(run.verb, error == nullptr);
   auto warnings = hm::JsonValue::array(), outputs = hm::JsonValue::array();
   if (result) {
     if (const auto* members = result->json.as_object())
@@ -84,17 +86,17 @@ int print_result(const RunFacts& run, const hm::Result<Outcome>& result) {
         write_message(fmt::format("warning: {}\n", warning));
     }
     for (const auto& path : result->outputs) outputs.push_back(path.string());
-  } else {
-    const hm::Error& error = result.error();
-    write_message(fmt::format("hm: {}\n", hm::to_string(error)));
-    document["error"] = json_error(error);
+  }
+  if (error) {
+    write_message(fmt::format("hm: {}\n", hm::to_string(*error)));
+    document["error"] = json_error(*error);
   }
   document["wall_s"] = run.wall_s;
   document["peak_rss_bytes"] = hm::peak_resident_bytes();
   document["warnings"] = std::move(warnings);
   document["outputs"] = std::move(outputs);
   if (!write_output(text_of(run, result, document))) return kRunFailed;
-  return result ? kDone : exit_code_of(result.error().code);
+  return error ? exit_code_of(error->code) : kDone;
 }
 
 bool write_output(std::string_view text) {

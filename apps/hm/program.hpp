@@ -34,6 +34,7 @@ struct Outcome {
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;  ///< files and folders that were written
   bool warnings_in_text = false;               ///< the text states them already
+  std::optional<hm::Error> failure = {};       ///< the run went to its end, and what it found is a failure
 };
 
 /// Converts a run's summary: its lines, its keys, its warnings, its files.

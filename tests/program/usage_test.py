@@ -3,7 +3,7 @@ import unittest
 
 import support
 
-VERBS = ["demo", "info", "simulate", "reconstruct", "odometry", "slam", "evaluate trajectory", "evaluate mesh",
+VERBS = ["demo", "info", "simulate", "reconstruct", "odometry", "slam", "fly hover", "fly script", "evaluate trajectory", "evaluate mesh",
          "evaluate uncertainty", "evaluate depth-compensation", "convert",
          "params show", "params check", "params explain", "params diff"]
 

@@ -171,6 +171,50 @@ std::optional<SE3> board_pose(const BoardView& view, const BoardParams& board, c
   return pose;
 }
 
+namespace {
+
+/// The camera that fits the views `used`, and how well it fits every view.
+Result<CameraFit> fit_views(std::span<const BoardView> views, std::span<const std::size_t> used,
+                            const BoardParams& board, int width, int height, const CameraFitParams& params) {
+  PointSets sets;
+  for (const std::size_t i : used) add_view(sets, views[i], board);
+  RawFit raw;
+  try {
+    raw = calibrate(sets, width, height, params);
+  } catch (const cv::Exception& error) {
+    return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})", error.err);
+  }
+  if (const auto checked = check_camera(raw.camera); !checked)
+    return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})",
+                checked.error().message);
+  CameraFit fit;
+  fit.camera = raw.camera;
+  fit.sigma = raw.sigma;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto place = std::ranges::find(used, i);
+    const bool is_used = place != used.end();
+    const auto pose = is_used ? std::optional(raw.poses[static_cast<std::size_t>(place - used.begin())])
+                              : board_pose(views[i], board, raw.camera);
+    fit.views.push_back(pose ? judge(views[i], board, raw.camera, *pose) : ViewFit{});
+    fit.views.back().is_outlier = !is_used;
+  }
+  return fit;
+}
+
+/// Over all corners of the views that the fit used.
+double rms_px(const CameraFit& fit) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const ViewFit& view : fit.views) {
+    if (view.is_outlier) continue;
+    sum += view.rms_px * view.rms_px * static_cast<double>(view.corners.size());
+    count += view.corners.size();
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
+}
+
+}  // namespace
+
 Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams& board, int width,
                              int height, const CameraFitParams& params) {
   constexpr std::size_t kFewestViews = 3;
@@ -181,47 +225,20 @@ Result<CameraFit> fit_camera(std::span<const BoardView> views, const BoardParams
     return fail(ErrorCode::kInvalidValue, "",
                 "the board was found in {} images; {} are needed at least, 15 to 30 wanted", used.size(),
                 kFewestViews);
-  CameraFit fit;
-  for (int round = 0; round < 2; ++round) {
-    PointSets sets;
-    for (const std::size_t i : used) add_view(sets, views[i], board);
-    RawFit raw;
-    try {
-      raw = calibrate(sets, width, height, params);
-    } catch (const cv::Exception& error) {
-      return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})", error.err);
-    }
-    if (const auto checked = check_camera(raw.camera); !checked)
-      return fail(ErrorCode::kInvalidValue, "", "the images leave the camera undetermined ({})",
-                  checked.error().message);
-    fit.camera = raw.camera;
-    fit.sigma = raw.sigma;
-    fit.views.clear();
-    std::vector<double> errors;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const auto place = std::ranges::find(used, i);
-      const bool is_used = place != used.end();
-      const auto pose = is_used ? std::optional(raw.poses[static_cast<std::size_t>(place - used.begin())])
-                                : board_pose(views[i], board, raw.camera);
-      fit.views.push_back(pose ? judge(views[i], board, raw.camera, *pose) : ViewFit{});
-      fit.views.back().is_outlier = !is_used;
-      if (is_used) errors.push_back(fit.views.back().rms_px);
-    }
-    // Excludes blurred or misdetected boards once, and refits.
-    const double limit = std::max(params.outlier_ratio * quantile(errors, 0.5), 0.2);
-    const auto left_out = std::erase_if(used, [&](std::size_t i) { return fit.views[i].rms_px > limit; });
-    if (left_out == 0 || used.size() < kFewestViews) break;
+  auto fit = fit_views(views, used, board, width, height, params);
+  if (!fit) return fit;
+  // Excludes blurred or misdetected boards once, and refits.
+  std::vector<double> errors;
+  for (const std::size_t i : used) errors.push_back(fit->views[i].rms_px);
+  const double limit = std::max(params.outlier_ratio * quantile(errors, 0.5), 0.2);
+  const auto left_out = std::erase_if(used, [&](std::size_t i) { return fit->views[i].rms_px > limit; });
+  if (left_out > 0 && used.size() >= kFewestViews) {
+    fit = fit_views(views, used, board, width, height, params);
+    if (!fit) return fit;
   }
-  double sum = 0;
-  std::size_t count = 0;
-  for (const ViewFit& view : fit.views) {
-    if (view.is_outlier) continue;
-    sum += view.rms_px * view.rms_px * static_cast<double>(view.corners.size());
-    count += view.corners.size();
-  }
-  fit.rms_px = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, count)));
-  fit.covered_ratio = coverage(fit.views, width, height);
-  warn(fit);
+  fit->rms_px = rms_px(*fit);
+  fit->covered_ratio = coverage(fit->views, width, height);
+  warn(*fit);
   return fit;
 }
 

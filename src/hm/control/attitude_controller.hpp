@@ -1,7 +1,7 @@
 #pragma once
-#include "hm/control/attitude.hpp"
 #include "hm/control/quadrotor_model.hpp"
 #include "hm/control/signal_limits.hpp"
+#include "hm/geometry/float/attitude.hpp"
 
 namespace hm {
 

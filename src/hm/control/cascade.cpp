@@ -239,7 +239,10 @@ void Cascade::learn(const ControlState& state, const Wanted& wanted, float yaw_r
   const Vec3f given =
       (follows(modes_.vertical) ? share : 1) * wanted_force * direction_of(output_.rpyt, yaw_rad);
   position_.applied(given, follows(modes_.horizontal), follows(modes_.vertical));
-  hover_.step(thrust_n, state.specific_force_m_s2.z());
+  if (state.may_touch_ground)
+    hover_.lag(thrust_n);
+  else
+    hover_.step(thrust_n, state.specific_force_m_s2.z());
 }
 
 const CascadeOutput& Cascade::step(const ControlState& state, const CascadeCommand& command) {
@@ -263,6 +266,7 @@ const CascadeOutput& Cascade::step(const ControlState& state, const CascadeComma
   if (params_.output == CascadeOutputKind::kRotors) thrust_n = drive_rotors(state, yaw_rad);
   learn(state, wanted, yaw_rad, thrust_n);
   output_.hover_thrust_ratio = hover_.hover_thrust_n() / full_thrust_n_;
+  output_.lagged_thrust_ratio = hover_.lagged_thrust_n() / full_thrust_n_;
   return output_;
 }
 

@@ -64,6 +64,9 @@ struct ControlState {
   Vec3f specific_force_m_s2 = Vec3f(0, 0, kGravityF_m_s2);
   /// Off the ground: integrals and hover thrust learn. On the ground they stand.
   bool airborne = false;
+  /// The ground may carry part of the weight: the hover thrust does not learn, since it would take the
+  /// ground's force for the rotors' and hide the touch-down.
+  bool may_touch_ground = false;
 };
 
 /// Roll, pitch, yaw rate, thrust: command of the inner loop. Thrust as a share of what all rotors give at
@@ -99,6 +102,7 @@ struct CascadeOutput {
   MotionReference reference;                  ///< what the position controller follows
   Vec3f specific_force_m_s2 = Vec3f::Zero();  ///< commanded, odom frame, after all limits
   float hover_thrust_ratio = 0;               ///< estimated thrust that carries the vehicle, per full thrust
+  float lagged_thrust_ratio = 0;              ///< thrust that the rotors have by now, per full thrust
   bool tilt_limited = false, thrust_limited = false, yaw_limited = false;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-#include "hm/control/float_math.hpp"
 #include "hm/control/setpoint_shaper.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

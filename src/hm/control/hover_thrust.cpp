@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "hm/control/float_math.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 namespace {
@@ -30,7 +30,7 @@ void HoverThrust::reset() {
 }
 
 void HoverThrust::step(float commanded_thrust_n, float specific_force_z_m_s2) {
-  lagged_thrust_n_ += lag_share_ * (commanded_thrust_n - lagged_thrust_n_);
+  lag(commanded_thrust_n);
   const float walk = params_.walk_ratio_sqrt_s * nominal_;
   const float initial = params_.initial_std_ratio * nominal_;
   variance_ = min_f(variance_ + walk * walk * step_s_, initial * initial);

@@ -41,6 +41,12 @@ class HoverThrust {
   void step(float commanded_thrust_n, float specific_force_z_m_s2);
   /// Sets the thrust that the rotors have, without learning: on the ground, or when something else flies.
   void follow(float commanded_thrust_n) { lagged_thrust_n_ = commanded_thrust_n; }
+  /// One step without learning: the rotors follow the command.
+  void lag(float commanded_thrust_n) {
+    lagged_thrust_n_ += lag_share_ * (commanded_thrust_n - lagged_thrust_n_);
+  }
+  /// Thrust that the rotors have by now.
+  [[nodiscard]] float lagged_thrust_n() const { return lagged_thrust_n_; }
   /// In newtons of commanded thrust; within a half and twice the nominal weight.
   [[nodiscard]] float hover_thrust_n() const;
   [[nodiscard]] float variance() const { return variance_; }  ///< of the specific force per newton

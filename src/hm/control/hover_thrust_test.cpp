@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "hm/control/float_math.hpp"
 #include "hm/core/rng.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "hm/control/float_math.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 namespace {

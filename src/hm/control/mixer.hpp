@@ -2,8 +2,8 @@
 #include <array>
 #include <limits>
 
-#include "hm/control/float_math.hpp"
 #include "hm/control/quadrotor_model.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

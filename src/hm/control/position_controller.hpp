@@ -1,6 +1,6 @@
 #pragma once
-#include "hm/control/float_math.hpp"
 #include "hm/core/param_doc.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

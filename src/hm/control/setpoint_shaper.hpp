@@ -1,8 +1,8 @@
 #pragma once
 #include "hm/control/axis_mode.hpp"
-#include "hm/control/float_math.hpp"
 #include "hm/control/jerk_limited_axis.hpp"
 #include "hm/core/param_doc.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

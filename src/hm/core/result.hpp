@@ -20,7 +20,7 @@ enum class ErrorCode {
   kOutOfMemory,   ///< a memory cap was reached
   kCancelled,     ///< stopped by the user
   kInternal,      ///< unexpected failure, e.g. of an external library
-  kNoResult,      ///< the input is valid, but what was sought was not found in it
+  kNoResult,      ///< the input is valid, but does not contain the result
 };
 std::string_view to_string(ErrorCode code);
 

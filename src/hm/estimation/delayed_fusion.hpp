@@ -48,8 +48,8 @@ struct FusionCapacity {
   std::int64_t moment_ns = 0;
 };
 inline constexpr FusionCapacity kHostCapacity{256, 64, 0};
-/// For a microcontroller at 1 kHz: 192 ms of history.
-inline constexpr FusionCapacity kBoardCapacity{48, 16, 4'000'000};
+/// For a microcontroller at 1 kHz: 190 ms of history.
+inline constexpr FusionCapacity kBoardCapacity{38, 16, 5'000'000};
 
 /// Decoupled filters with biases that apply every measurement at its own time (improves on dissertation
 /// 2.2.4, which corrects the current state with a laser pose 30 to 60 ms old).

@@ -7,12 +7,13 @@
 #include <type_traits>
 
 #include "hm/core/time.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 
 // What the filters compute with, for double and for float. The double functions are those of `geometry` and
-// of the C library. The float ones use only addition, multiplication, division and square root, which every
-// CPU rounds in the same way: they give the same bits on a host and on a microcontroller.
+// of the C library. The float ones are those of geometry/float, which give the same bits on a host and on a
+// microcontroller.
 
 /// Alignment for vector instructions depends on the CPU, and with it Eigen's order of summation: floats have
 /// none.
@@ -33,13 +34,14 @@ inline constexpr Scalar kFilterGravity_m_s2 = Scalar(9.80665);
 double wrap_angle(double angle_rad);
 float wrap_angle(float angle_rad);
 
-/// Sine, cosine and the angle of (x, y); floats: within 2e-7 for angles up to 1,000 rad.
-double filter_sin(double angle_rad);
-double filter_cos(double angle_rad);
-double filter_atan2(double y, double x);
-float filter_sin(float angle_rad);
-float filter_cos(float angle_rad);
-float filter_atan2(float y, float x);
+struct SinCosDouble {
+  double sin, cos;
+};
+inline SinCosDouble filter_sin_cos(double angle_rad) { return {std::sin(angle_rad), std::cos(angle_rad)}; }
+inline SinCos filter_sin_cos(float angle_rad) { return sin_cos_f(angle_rad); }
+/// The angle of (x, y).
+inline double filter_atan2(double y, double x) { return std::atan2(y, x); }
+inline float filter_atan2(float y, float x) { return atan2_f(y, x); }
 
 /// Rotation Rz(yaw) Ry(pitch) Rx(roll), and its angles in radians.
 FilterMatrix<double, 3> rotation_from_angles(const FilterVector<double, 3>& roll_pitch_yaw_rad);
@@ -85,7 +87,7 @@ template <class Scalar>
 /// (cosine, -sine; sine, cosine) of an angle.
 template <class Scalar>
 [[nodiscard]] FilterMatrix<Scalar, 2> planar_rotation(Scalar angle_rad) {
-  const Scalar c = filter_cos(angle_rad), s = filter_sin(angle_rad);
+  const auto [s, c] = filter_sin_cos(angle_rad);
   FilterMatrix<Scalar, 2> rotation;
   rotation << c, -s, s, c;
   return rotation;

@@ -4,10 +4,6 @@
 
 namespace hm {
 
-double filter_sin(double angle_rad) { return std::sin(angle_rad); }
-double filter_cos(double angle_rad) { return std::cos(angle_rad); }
-double filter_atan2(double y, double x) { return std::atan2(y, x); }
-
 Mat3 rotation_from_angles(const Vec3& roll_pitch_yaw_rad) {
   return rotation_from_roll_pitch_yaw(roll_pitch_yaw_rad);
 }

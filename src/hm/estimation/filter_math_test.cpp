@@ -7,30 +7,6 @@
 namespace hm {
 namespace {
 
-TEST(FilterMath, SineAndCosineOfFloats) {
-  double worst = 0, far = 0;
-  for (int i = -200000; i <= 200000; ++i) {
-    const float angle = 5e-5F * static_cast<float>(i);  // +-10 rad
-    worst = std::max(worst, std::abs(filter_sin(angle) - std::sin(static_cast<double>(angle))));
-    worst = std::max(worst, std::abs(filter_cos(angle) - std::cos(static_cast<double>(angle))));
-    const float large = 5e-3F * static_cast<float>(i);
-    far = std::max(far, std::abs(filter_sin(large) - std::sin(static_cast<double>(large))));
-  }
-  EXPECT_LT(worst, 1.5e-7);
-  EXPECT_LT(far, 2e-7);
-}
-
-TEST(FilterMath, AngleOfAVectorOfFloats) {
-  Rng rng(3);
-  for (int i = 0; i < 100000; ++i) {
-    const auto x = static_cast<float>(rng.normal()), y = static_cast<float>(rng.normal());
-    ASSERT_NEAR(filter_atan2(y, x), std::atan2(static_cast<double>(y), static_cast<double>(x)), 4e-7);
-  }
-  EXPECT_EQ(filter_atan2(0.0F, 0.0F), 0.0F);
-  EXPECT_FLOAT_EQ(filter_atan2(1.0F, 0.0F), static_cast<float>(std::numbers::pi / 2));
-  EXPECT_FLOAT_EQ(filter_atan2(0.0F, -1.0F), static_cast<float>(std::numbers::pi));
-}
-
 TEST(FilterMath, WrapsLikeTheDoubleFunction) {
   Rng rng(4);
   for (int i = 0; i < 10000; ++i) {

@@ -9,11 +9,10 @@ namespace {
 template <class Scalar>
 Scalar yaw_rate(const FilterVector<Scalar, 3>& angular_velocity,
                 const FilterVector<Scalar, 3>& roll_pitch_yaw) {
-  const Scalar cosine = filter_cos(roll_pitch_yaw.y());
-  if (std::abs(cosine) < Scalar(1e-3)) return 0;  // nose up: yaw is not defined
-  return (angular_velocity.y() * filter_sin(roll_pitch_yaw.x()) +
-          angular_velocity.z() * filter_cos(roll_pitch_yaw.x())) /
-         cosine;
+  const Scalar level = filter_sin_cos(roll_pitch_yaw.y()).cos;
+  if (std::abs(level) < Scalar(1e-3)) return 0;  // nose up: yaw is not defined
+  const auto [sine, cosine] = filter_sin_cos(roll_pitch_yaw.x());
+  return (angular_velocity.y() * sine + angular_velocity.z() * cosine) / level;
 }
 
 template <class Scalar>
@@ -119,7 +118,7 @@ FusionStatus BasicStateEstimator<Scalar, kCapacity>::step(const BasicFusionInput
   stamp_ = input.stamp;
   if (params_.mode == FusionMode::kDelayAware) return fusion_.add_input(input);
   if (dt_s <= 0) return FusionStatus::kStarted;
-  const Scalar c = filter_cos(thesis_.yaw().yaw_rad()), s = filter_sin(thesis_.yaw().yaw_rad());
+  const auto [s, c] = filter_sin_cos(thesis_.yaw().yaw_rad());
   const Vector3& level = input.acceleration_level_m_s2;
   thesis_.predict({c * level.x() - s * level.y(), s * level.x() + c * level.y(), level.z()},
                   input.yaw_rate_rad_s, dt_s);

@@ -8,6 +8,10 @@ namespace {
 constexpr float kStep_s = 0.001F;
 /// In kTakeOff the vehicle has left the ground when it is so far above home.
 constexpr float kLiftedOff_m = 0.05F;
+/// Of the specific force that the ground gives: vibration is much faster.
+constexpr float kCarriedFilter_s = 0.05F;
+/// IMU samples whose stamp differs more from the step's time have a stamp of a clock that stepped.
+constexpr Duration kMostImuAge{10'000'000};
 
 /// Whether the vehicle goes back to kHold when this action is no longer needed.
 bool ends_in_hold(SafetyAction action, FailSafe reason) {
@@ -34,7 +38,7 @@ bool is_invalid(FusionStatus status) {
 
 }  // namespace
 
-/// The estimator's history holds 192 ms.
+/// The estimator's history holds 190 ms.
 AutopilotParams::AutopilotParams() { estimator.fusion.max_delay_s = 0.18F; }
 
 Autopilot::Autopilot(const AutopilotParams& params)
@@ -71,21 +75,13 @@ const AutopilotOutputs& Autopilot::step(const AutopilotInputs& inputs) {
   respond(fail_safes_.step(safety_inputs(inputs)));
   e_stop_ = false;
   follow_phase();
-  if (action_ != SafetyAction::kHoldMotors) fly(inputs);
+  if (action_ != SafetyAction::kHoldMotors) fly();
   publish(refusal);
   return outputs_;
 }
 
 void Autopilot::estimate(const AutopilotInputs& inputs) {
-  if (inputs.imu) {
-    const FusionStatus status = estimator_.add_imu(*inputs.imu);
-    if (is_invalid(status)) {
-      ++outputs_.invalid_inputs;
-    } else {
-      imu_at_ = now_;
-      specific_force_m_s2_ = R_base_imu_ * inputs.imu->specific_force_m_s2;
-    }
-  }
+  if (inputs.imu) take_imu(*inputs.imu);
   if (inputs.pose) take_pose(*inputs.pose);
   if (inputs.height) {
     const FusionStatus status = estimator_.add_height(*inputs.height);
@@ -100,11 +96,36 @@ void Autopilot::estimate(const AutopilotInputs& inputs) {
     battery_known_ = true;
     battery_ratio_ = *inputs.battery_ratio;
   }
+  clearance_m_ = inputs.clearance_m;
   state_ = estimator_.state();
+  const auto& angles = state_.roll_pitch_yaw_rad;
+  attitude_ = attitude_from({angles.x(), angles.y(), angles.z()});
+}
+
+/// In the air, a sample that repeats the last one to the bit is none: the sensor hangs.
+void Autopilot::take_imu(InertialReading<float> imu) {
+  const Duration age = now_ - imu.stamp;
+  if (age > kMostImuAge || age < Duration{-kMostImuAge.ns}) {
+    imu.stamp = now_;
+    ++outputs_.invalid_inputs;
+  }
+  const Vec3f rates_rad_s = imu.angular_velocity_rad_s;
+  if (machine_.state() == AutopilotState::kOff && is_finite_f(rates_rad_s)) gyro_.add(rates_rad_s);
+  imu.angular_velocity_rad_s -= gyro_.bias_rad_s();
+  const FusionStatus status = estimator_.add_imu(imu);
+  if (is_invalid(status)) {
+    ++outputs_.invalid_inputs;
+    return;
+  }
+  const bool repeats = rates_rad_s == last_rates_rad_s_ && imu.specific_force_m_s2 == last_force_m_s2_;
+  last_rates_rad_s_ = rates_rad_s;
+  last_force_m_s2_ = imu.specific_force_m_s2;
+  if (!repeats || !in_air(machine_.state())) imu_at_ = now_;
+  specific_force_m_s2_ = R_base_imu_ * imu.specific_force_m_s2;
 }
 
 void Autopilot::take_pose(const PoseReading<float>& pose) {
-  const FusionStatus status = estimator_.add_pose(pose);
+  const FusionStatus status = is_doubtful(pose) ? FusionStatus::kRejected : estimator_.add_pose(pose);
   if (is_invalid(status)) ++outputs_.invalid_inputs;
   if (is_used(status)) {
     if (pose.stamp > pose_at_) pose_at_ = pose.stamp;
@@ -115,18 +136,49 @@ void Autopilot::take_pose(const PoseReading<float>& pose) {
     tilt_.add_pose(pose.stamp, pose.x_y_yaw.x(), pose.x_y_yaw.y());
 }
 
+/// The frame of the poses is continuous: a jump beyond what the velocity explains shows that their sensor or
+/// its perception fails, as does a tilt that does not fit their motion. Such poses are refused until the
+/// vehicle is on the ground, or soon comes back to where inertia sees it.
+bool Autopilot::is_doubtful(const PoseReading<float>& pose) {
+  if (!in_air(machine_.state())) {
+    jumped_at_.reset();
+    turned_rad_.reset();
+  } else if (!jumped_at_ && jumps(pose)) {
+    jumped_at_ = now_;
+  } else if (jumped_at_ && now_ - *jumped_at_ < duration_of(limits_.pose_lost_s)) {
+    const float age_s = seconds_of<float>(now_ - pose.stamp);
+    const Vec3f& v = state_.velocity_m_s;
+    const float away_m = norm_f(pose.x_y_yaw.x() - state_.position_m.x() + age_s * v.x(),
+                                pose.x_y_yaw.y() - state_.position_m.y() + age_s * v.y());
+    if (away_m < limits_.pose_jump_m) jumped_at_.reset();
+  }
+  last_pose_ = pose;
+  return jumped_at_ || turned_rad_;
+}
+
+bool Autopilot::jumps(const PoseReading<float>& pose) const {
+  if (!last_pose_) return false;
+  const Duration step = pose.stamp - last_pose_->stamp;
+  if (step <= Duration{} || step > duration_of(limits_.pose_stale_s)) return false;
+  const float dt_s = seconds_of<float>(step);
+  const Vec3f& v = state_.velocity_m_s;
+  const float moved_m = norm_f(pose.x_y_yaw.x() - last_pose_->x_y_yaw.x() - dt_s * v.x(),
+                               pose.x_y_yaw.y() - last_pose_->x_y_yaw.y() - dt_s * v.y());
+  return moved_m > limits_.pose_jump_m;
+}
+
 ControlState Autopilot::control_state() const {
   ControlState state;
   state.position_m = state_.position_m;
   state.velocity_m_s = state_.velocity_m_s;
-  state.attitude = attitude_from(
-      {state_.roll_pitch_yaw_rad.x(), state_.roll_pitch_yaw_rad.y(), state_.roll_pitch_yaw_rad.z()});
+  state.attitude = attitude_;
   state.rates_rad_s = state_.angular_velocity_rad_s;
   state.specific_force_m_s2 = specific_force_m_s2_;
   const bool climbs = machine_.phase() == FlightPhase::kTakeOff;
   const bool lifted = state_.position_m.z() > guidance_.goal_m().z() - takeoff_height_m_ + kLiftedOff_m;
   state.airborne =
       in_air(machine_.state()) && machine_.phase() != FlightPhase::kTouchDown && (!climbs || lifted);
+  state.may_touch_ground = machine_.phase() == FlightPhase::kDescend || action_ == SafetyAction::kSinkSlowly;
   return state;
 }
 
@@ -249,8 +301,8 @@ SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
   safety.stopping_distance_m = norm_f(Vec3f(cascade_.stopping_point() - state_.position_m));
   safety.thrust_saturated = cascade_.output().thrust_limited;
   safety.climb_m_s = state_.velocity_m_s.z();
-  safety.tilt_rad = control_state().attitude.tilt_rad();
-  safety.tilt_mismatch_rad = tilt_.mismatch_rad();
+  safety.tilt_rad = attitude_.tilt_rad();
+  safety.tilt_mismatch_rad = turned_rad_ ? turned_rad_ : tilt_.mismatch_rad();
   if (safety.tilt_mismatch_rad) safety.tilt_mismatch_rad = std::abs(*safety.tilt_mismatch_rad);
   return safety;
 }
@@ -294,7 +346,7 @@ void Autopilot::follow_phase() {
   if (phase_ == FlightPhase::kTouchDown) guidance_.note_thrust(cascade_.output().rpyt.thrust_ratio);
 }
 
-void Autopilot::fly(const AutopilotInputs& inputs) {
+void Autopilot::fly() {
   const ControlState state = control_state();
   check_tilt(state);
   if (machine_.motor_demand() != MotorDemand::kControl) {
@@ -309,31 +361,49 @@ void Autopilot::fly(const AutopilotInputs& inputs) {
   signs.fence_ahead = verdict.has(FailSafe::kFenceAhead);
   signs.hover_thrust_ratio = cascade_.output().hover_thrust_ratio;
   signs.thrust_share = machine_.thrust_share();
+  const auto& speeds = state_.planar_velocity_covariance;
+  signs.speed_std_m_s = std::sqrt(max_f(max_f(speeds(0, 0), speeds(1, 1)), 0));
+  signs.climb_std_m_s = std::sqrt(max_f(state_.climb_variance, 0));
   cascade_.step(state, guidance_.step(machine_.phase(), state, state_.roll_pitch_yaw_rad.z(), signs));
   if (guidance_.arrived() && machine_.phase() == FlightPhase::kTakeOff) machine_.took_off();
   if (guidance_.arrived() && machine_.phase() == FlightPhase::kReturn)
     (void)machine_.act(FlightAction::kLand, {});
-  find_ground(inputs);
+  find_ground();
 }
 
 void Autopilot::check_tilt(const ControlState& state) {
   if (!state.airborne) {
     tilt_.reset();
+    mismatch_since_.reset();
     return;
   }
   const Vec3f force = state.attitude.rotate(state.specific_force_m_s2);
   tilt_.step(force.x(), force.y(), kStep_s);
+  const std::optional<float> mismatch = tilt_.mismatch_rad();
+  if (!mismatch || std::abs(*mismatch) < limits_.tilt_mismatch_rad) {
+    mismatch_since_.reset();
+    return;
+  }
+  if (!mismatch_since_) mismatch_since_ = now_;
+  if (!turned_rad_ && now_ - *mismatch_since_ >= duration_of(limits_.tilt_doubt_s)) turned_rad_ = mismatch;
 }
 
-void Autopilot::find_ground(const AutopilotInputs& inputs) {
-  if (machine_.phase() != FlightPhase::kDescend) return;
+void Autopilot::find_ground() {
   const CascadeOutput& output = cascade_.output();
+  const float hover = max_f(output.hover_thrust_ratio, 0.05F);
+  const float by_rotors_m_s2 = kGravityF_m_s2 * output.lagged_thrust_ratio / hover;
+  carried_m_s2_ += kStep_s / kCarriedFilter_s * (specific_force_m_s2_.z() - by_rotors_m_s2 - carried_m_s2_);
+  const bool flying = machine_.state() == AutopilotState::kFlying;
+  if (machine_.phase() != FlightPhase::kDescend && !(flying && action_ == SafetyAction::kSinkSlowly)) return;
   GroundSigns signs;
+  signs.carried_m_s2 = carried_m_s2_;
   signs.wanted_climb_m_s = guidance_.wanted_climb_m_s();
   signs.climb_m_s = state_.velocity_m_s.z();
-  signs.thrust_per_hover = output.rpyt.thrust_ratio / max_f(output.hover_thrust_ratio, 0.05F);
-  signs.clearance_m = inputs.clearance_m;
-  if (touchdown_.step(now_, signs)) machine_.touched_down();
+  signs.thrust_per_hover = output.rpyt.thrust_ratio / hover;
+  signs.clearance_m = clearance_m_;
+  if (!touchdown_.step(now_, signs)) return;
+  if (flying) machine_.force_landing();  // it sank without a height, until it stood
+  machine_.touched_down();
 }
 
 void Autopilot::publish(Refusal refusal) {
@@ -343,42 +413,15 @@ void Autopilot::publish(Refusal refusal) {
   out.state = machine_.state();
   out.phase = machine_.phase();
   out.safety = fail_safes_.verdict();
-  out.tilt_mismatch_rad = tilt_.mismatch_rad();
+  out.tilt_mismatch_rad = turned_rad_ ? turned_rad_ : tilt_.mismatch_rad();
   out.motors = machine_.motor_demand();
+  out.reference = cascade_.output().reference;
   if (action_ == SafetyAction::kHoldMotors && out.motors == MotorDemand::kControl) return;  // as they are
   const bool controlled = out.motors == MotorDemand::kControl;
   const bool idle = out.motors == MotorDemand::kIdle;
   out.rpyt = controlled ? cascade_.output().rpyt : RpytCommand{};
   out.rotor_speed_rad_s.fill(idle ? idle_speed_rad_s_ : 0);
   if (controlled) out.rotor_speed_rad_s = cascade_.output().rotor_speed_rad_s;
-}
-
-CoreTraceRecord Autopilot::trace(const AutopilotInputs& inputs, std::uint32_t sequence) const {
-  CoreTraceRecord record;
-  record.sequence = sequence;
-  record.stamp = outputs_.stamp;
-  record.state = static_cast<std::uint8_t>(outputs_.state);
-  record.phase = static_cast<std::uint8_t>(outputs_.phase);
-  const auto flag = [](bool set, unsigned bit) { return static_cast<unsigned>(set) << bit; };
-  record.flags = static_cast<std::uint8_t>(
-      flag(inputs.imu.has_value(), 0) | flag(inputs.motors_on, 1) | flag(inputs.rc_enabled, 2) |
-      flag(inputs.computer_alive, 3) | flag(inputs.battery_ratio.has_value(), 4) |
-      flag(inputs.clearance_m.has_value(), 5) | flag(inputs.obstacle_m.has_value(), 6));
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    if (inputs.imu) {
-      record.input[i] = inputs.imu->angular_velocity_rad_s(axis);
-      record.input[3 + i] = inputs.imu->specific_force_m_s2(axis);
-    }
-    record.estimate[i] = state_.position_m(axis);
-    record.estimate[3 + i] = state_.velocity_m_s(axis);
-    record.estimate[6 + i] = state_.roll_pitch_yaw_rad(axis);
-  }
-  record.input[6] = inputs.battery_ratio.value_or(0);
-  record.input[7] = inputs.clearance_m.value_or(0);
-  record.input[8] = inputs.obstacle_m.value_or(0);
-  record.output = outputs_.rotor_speed_rad_s;
-  return record;
 }
 
 }  // namespace hm

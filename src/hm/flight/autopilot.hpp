@@ -6,10 +6,10 @@
 #include "hm/control/cascade.hpp"
 #include "hm/estimation/state_estimator.hpp"
 #include "hm/flight/command_gate.hpp"
-#include "hm/flight/core_trace.hpp"
 #include "hm/flight/fail_safes.hpp"
 #include "hm/flight/flight_state_machine.hpp"
 #include "hm/flight/guidance.hpp"
+#include "hm/flight/gyro_calibration.hpp"
 #include "hm/flight/tilt_check.hpp"
 #include "hm/flight/touchdown_detector.hpp"
 
@@ -57,6 +57,7 @@ struct AutopilotOutputs {
   MotorDemand motors = MotorDemand::kOff;
   std::array<float, 4> rotor_speed_rad_s{};  ///< 0 unless the motors are to turn
   RpytCommand rpyt;                          ///< for vehicles with an inner loop of their own
+  MotionReference reference;                 ///< what the position controller follows, in `odom`
   AutopilotState state = AutopilotState::kOff;
   FlightPhase phase = FlightPhase::kGround;
   SafetyVerdict safety;
@@ -73,16 +74,17 @@ class Autopilot {
   explicit Autopilot(const AutopilotParams& params = {});
   const AutopilotOutputs& step(const AutopilotInputs& inputs);
   [[nodiscard]] const AutopilotOutputs& outputs() const { return outputs_; }
-  [[nodiscard]] BasicVehicleState<float> estimate() const { return estimator_.state(); }
+  [[nodiscard]] const BasicVehicleState<float>& estimate() const { return state_; }
   [[nodiscard]] const CommandGate& gate() const { return gate_; }
   [[nodiscard]] const FlightStateMachine& machine() const { return machine_; }
   [[nodiscard]] const Guidance& guidance() const { return guidance_; }
-  /// Record of the last step, for core.trace.
-  [[nodiscard]] CoreTraceRecord trace(const AutopilotInputs& inputs, std::uint32_t sequence) const;
 
  private:
   void estimate(const AutopilotInputs& inputs);
+  void take_imu(InertialReading<float> imu);
   void take_pose(const PoseReading<float>& pose);
+  [[nodiscard]] bool is_doubtful(const PoseReading<float>& pose);
+  [[nodiscard]] bool jumps(const PoseReading<float>& pose) const;
   void check_tilt(const ControlState& state);
   [[nodiscard]] ControlState control_state() const;
   [[nodiscard]] Refusal may_take_off(const AutopilotInputs& inputs) const;
@@ -92,8 +94,8 @@ class Autopilot {
   [[nodiscard]] SafetyInputs safety_inputs(const AutopilotInputs& inputs) const;
   void respond(const SafetyVerdict& verdict);
   void follow_phase();
-  void fly(const AutopilotInputs& inputs);
-  void find_ground(const AutopilotInputs& inputs);
+  void fly();
+  void find_ground();
   void publish(Refusal refusal);
 
   // The parameters that no part below keeps.
@@ -108,16 +110,23 @@ class Autopilot {
   Guidance guidance_;
   TouchdownDetector touchdown_;
   TiltCheck tilt_;
+  GyroCalibration gyro_;
   Cascade cascade_;
 
   bool started_ = false, e_stop_ = false, computer_seen_ = false;
   Time now_, pose_at_, height_at_, imu_at_, set_point_at_, computer_at_;
-  std::optional<Time> refused_since_;
+  std::optional<Time> refused_since_, jumped_at_, mismatch_since_;
+  std::optional<PoseReading<float>> last_pose_;
+  std::optional<float> turned_rad_;           // by which the poses' sensor is turned; latched in the air
   FlightPhase phase_ = FlightPhase::kGround;  // that guidance has entered
   SafetyAction action_ = SafetyAction::kNone;
   FailSafe action_reason_ = FailSafe::kEStop;
   BasicVehicleState<float> state_;
+  Attitude attitude_;  // of its angles
   Vec3f specific_force_m_s2_ = Vec3f(0, 0, kGravityF_m_s2);
+  Vec3f last_rates_rad_s_ = Vec3f::Zero(), last_force_m_s2_ = Vec3f::Zero();  // of the IMU as it is mounted
+  std::optional<float> clearance_m_;
+  float carried_m_s2_ = 0;
   float takeoff_height_m_ = 0, battery_ratio_ = 1;
   bool battery_known_ = false;
   AutopilotOutputs outputs_;

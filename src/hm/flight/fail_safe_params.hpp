@@ -28,6 +28,8 @@ struct FailSafeParams {
   float overturned_s = 0.1F;
   float tilt_mismatch_rad = 0.785F;
   float tilt_mismatch_s = 3.0F;
+  float tilt_doubt_s = 1.0F;
+  float pose_jump_m = 0.2F;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -53,6 +55,9 @@ struct FailSafeParams {
         self.tilt_mismatch_rad);
     v(ParamDoc{"tilt_mismatch_s", {0.1, 60}, "such a difference for so long: the sensor is turned, land"},
       self.tilt_mismatch_s);
+    v(ParamDoc{"tilt_doubt_s", {0.1, 60}, "such a difference for so long: poses are refused"},
+      self.tilt_doubt_s);
+    v(ParamDoc{"pose_jump_m", {0.02, 100}, "poses that jump further are refused"}, self.pose_jump_m);
   }
   template <class Self, class Visitor>
   static void visit_commands(Self& self, Visitor& v) {

@@ -48,7 +48,7 @@ const SafetyVerdict& FailSafes::step(const SafetyInputs& inputs) {
   verdict_ = {};
   if (inputs.e_stop) activate(FailSafe::kEStop);
   if (!inputs.airborne) {
-    since_ = {};
+    reset();
     return verdict_;
   }
   check_estimate(inputs);
@@ -68,13 +68,15 @@ void FailSafes::activate(FailSafe which) {
 }
 
 void FailSafes::lasting(FailSafe which, bool condition, float after_s, Time now) {
-  std::optional<Time>& since = since_[static_cast<std::size_t>(which)];
+  const std::uint32_t bit = 1U << static_cast<unsigned>(which);
+  Time& since = since_[static_cast<std::size_t>(which)];
   if (!condition) {
-    since.reset();
+    lasting_ &= ~bit;
     return;
   }
-  if (!since) since = now;
-  if (now - *since >= duration_of(after_s)) activate(which);
+  if ((lasting_ & bit) == 0) since = now;
+  lasting_ |= bit;
+  if (now - since >= duration_of(after_s)) activate(which);
 }
 
 void FailSafes::aged(FailSafe which, const std::optional<Duration>& age, float after_s) {

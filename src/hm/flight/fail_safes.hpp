@@ -95,7 +95,7 @@ struct SafetyVerdict {
 class FailSafes {
  public:
   explicit FailSafes(const FailSafeParams& params = {}) : params_(params) {}
-  void reset() { since_ = {}; }
+  void reset() { lasting_ = 0; }
   /// One step; values that are no numbers count as the dangerous ones.
   const SafetyVerdict& step(const SafetyInputs& inputs);
   [[nodiscard]] const SafetyVerdict& verdict() const { return verdict_; }
@@ -111,7 +111,8 @@ class FailSafes {
   void check_vehicle(const SafetyInputs& inputs);
 
   FailSafeParams params_;
-  std::array<std::optional<Time>, kFailSafeCount> since_{};
+  std::array<Time, kFailSafeCount> since_{};  // of those in lasting_
+  std::uint32_t lasting_ = 0;                 // bit per FailSafe whose condition holds
   SafetyVerdict verdict_;
 };
 

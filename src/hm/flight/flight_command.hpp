@@ -1,9 +1,9 @@
 #pragma once
 #include <cstdint>
 
-#include "hm/control/float_math.hpp"
 #include "hm/core/time.hpp"
 #include "hm/flight/flight_state.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

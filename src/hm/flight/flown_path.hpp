@@ -2,8 +2,8 @@
 #include <array>
 #include <cstddef>
 
-#include "hm/control/float_math.hpp"
 #include "hm/core/param_doc.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

@@ -3,6 +3,7 @@
 namespace hm {
 namespace {
 
+constexpr float kGuidanceStep_s = 0.001F;
 constexpr FlightModes kToPosition{AxisMode::kPosition, AxisMode::kPosition, AxisMode::kPosition};
 
 /// A vector of the level frame of the vehicle in the odom frame.
@@ -81,7 +82,7 @@ CascadeCommand Guidance::step(FlightPhase phase, const ControlState& state, floa
       command.limits.tilt_rad = params_.dead_reckoning_tilt_rad;
       break;
     case FlightPhase::kDescend:
-      descend(command, signs);
+      descend(command, state, signs);
       break;
     case FlightPhase::kTouchDown:
       touch_down(command, signs);
@@ -90,11 +91,16 @@ CascadeCommand Guidance::step(FlightPhase phase, const ControlState& state, floa
       follow_goal(command);
       break;
   }
-  if (signs.height_lost && phase != FlightPhase::kTouchDown) sink_slowly(command, state, signs);
+  if (!signs.height_lost) {
+    sink_left_m_ = max_f(state.position_m.z() - home_m_.z(), 0) + params_.flare_height_m;
+    sink_share_ = 1;
+  } else if (phase != FlightPhase::kTouchDown) {
+    descend_blindly(command, phase, state, signs);
+  }
   const bool by_speed = command.modes.vertical == AxisMode::kVelocity;
-  wanted_climb_m_s_ = by_speed                         ? command.goal.velocity_m_s.z()
-                      : phase == FlightPhase::kDescend ? -params_.descend_m_s
-                                                       : 0;
+  wanted_climb_m_s_ = by_speed                                              ? command.goal.velocity_m_s.z()
+                      : signs.height_lost || phase == FlightPhase::kDescend ? -params_.descend_m_s
+                                                                            : 0;
   return command;
 }
 
@@ -145,11 +151,18 @@ void Guidance::fly_directly(CascadeCommand& command) const {
                     set_point_.thrust_ratio};
 }
 
-void Guidance::descend(CascadeCommand& command, const GuidanceSigns& signs) const {
+/// Without a pose it brakes by the velocity that inertia gives, as long as that is worth something, then
+/// stays level; and it hurries, because what is left of velocity and tilt carries it off.
+void Guidance::descend(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs) const {
   follow_goal(command);
   command.modes.vertical = AxisMode::kVelocity;
   command.goal.velocity_m_s = Vec3f(0, 0, -params_.descend_m_s);
-  if (signs.pose_lost) command.modes.horizontal = command.modes.heading = AxisMode::kDisabled;  // level
+  if (!signs.pose_lost) return;
+  const bool inertial = signs.speed_std_m_s < params_.inertial_std_m_s;
+  command.modes.horizontal = inertial ? AxisMode::kVelocity : AxisMode::kDisabled;
+  command.limits.tilt_rad = params_.dead_reckoning_tilt_rad;
+  const bool high = state.position_m.z() - home_m_.z() > params_.flare_height_m;
+  if (high) command.goal.velocity_m_s.z() = -max_f(params_.blind_descend_m_s, params_.descend_m_s);
 }
 
 /// Level, with a thrust that falls from that of the touch-down to none.
@@ -160,13 +173,29 @@ void Guidance::touch_down(CascadeCommand& command, const GuidanceSigns& signs) c
   command.limits.thrust_ratio = thrust;
 }
 
+/// Without a height: a landing goes by the climb rate that inertia gives, as long as that is worth something
+/// and until the ground should have been reached; whatever else is flown sinks slowly.
+void Guidance::descend_blindly(CascadeCommand& command, FlightPhase phase, const ControlState& state,
+                               const GuidanceSigns& signs) {
+  const bool lands = phase == FlightPhase::kDescend;
+  const bool inertial = lands && sink_left_m_ > 0 && signs.climb_std_m_s < params_.inertial_std_m_s;
+  const float sinking_m_s = inertial
+                                ? -command.goal.velocity_m_s.z()
+                                : (1 - params_.sink_thrust_ratio) / max_f(params_.sink_damping_s_m, 0.01F);
+  sink_left_m_ -= kGuidanceStep_s * sinking_m_s;
+  if (!inertial) sink_slowly(command, state, signs);
+}
+
 /// A little less thrust than hovering takes, against what the accelerometer notes of climbing and sinking.
-void Guidance::sink_slowly(CascadeCommand& command, const ControlState& state,
-                           const GuidanceSigns& signs) const {
+/// Once the ground should have been reached the thrust falls: on the ground nothing happens but that the
+/// touch-down is found, in the air the vehicle sinks a little faster.
+void Guidance::sink_slowly(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs) {
   constexpr float kMostChange = 0.15F;  // per hover thrust: the climb rate drifts without a height
+  if (sink_left_m_ < 0) sink_share_ = max_f(sink_share_ - kGuidanceStep_s * params_.sink_fade_per_s, 0.5F);
   const float change = params_.sink_thrust_ratio - 1 - params_.sink_damping_s_m * state.velocity_m_s.z();
   command.modes.vertical = AxisMode::kDirect;
-  command.direct.thrust_ratio = signs.hover_thrust_ratio * (1 + clamp_f(change, -kMostChange, kMostChange));
+  command.direct.thrust_ratio =
+      sink_share_ * signs.hover_thrust_ratio * (1 + clamp_f(change, -kMostChange, kMostChange));
 }
 
 }  // namespace hm

@@ -9,9 +9,13 @@ struct GuidanceParams {
   float takeoff_height_m = 1.3F;
   float takeoff_climb_m_s = 0.5F;
   float descend_m_s = 0.4F;
+  float blind_descend_m_s = 0.7F;
+  float flare_height_m = 0.6F;
   float dead_reckoning_tilt_rad = 0.175F;
   float sink_thrust_ratio = 0.97F;
   float sink_damping_s_m = 0.1F;
+  float sink_fade_per_s = 0.3F;
+  float inertial_std_m_s = 1.5F;
   float arrival_m = 0.2F;
   float fence_radius_m = 50;
   float fence_height_m = 10;
@@ -22,12 +26,26 @@ struct GuidanceParams {
       self.takeoff_height_m);
     v(ParamDoc{"takeoff_climb_m_s", {0.05, 5}, "maximum speed at take-off"}, self.takeoff_climb_m_s);
     v(ParamDoc{"descend_m_s", {0.05, 2}, "sinking speed of landings"}, self.descend_m_s);
+    v(ParamDoc{"blind_descend_m_s",
+               {0.05, 2},
+               "sinking speed without a pose, while the vehicle drifts: down to flare_height_m"},
+      self.blind_descend_m_s);
+    v(ParamDoc{"flare_height_m", {0, 10}, "height above home below which it sinks with descend_m_s"},
+      self.flare_height_m);
     v(ParamDoc{"dead_reckoning_tilt_rad", {0.02, 0.6}, "maximum tilt without a pose"},
       self.dead_reckoning_tilt_rad);
     v(ParamDoc{"sink_thrust_ratio", {0.5, 1}, "thrust without a height, per hover thrust"},
       self.sink_thrust_ratio);
     v(ParamDoc{"sink_damping_s_m", {0, 1}, "reduction of that thrust per climbing speed"},
       self.sink_damping_s_m);
+    v(ParamDoc{"sink_fade_per_s",
+               {0, 1},
+               "reduction of that thrust in a second once the ground should have been reached"},
+      self.sink_fade_per_s);
+    v(ParamDoc{"inertial_std_m_s",
+               {0, 5},
+               "without pose or height, the velocity of inertia is controlled up to this standard deviation"},
+      self.inertial_std_m_s);
     v(ParamDoc{"arrival_m", {0.02, 5}, "distance at which a way point counts as reached"}, self.arrival_m);
     v(ParamDoc{"fence_radius_m", {1, 1e5}, "radius of the fence about home", ParamLevel::kBasic},
       self.fence_radius_m);
@@ -38,9 +56,10 @@ struct GuidanceParams {
 
 /// What the guidance steers by, besides the phase.
 struct GuidanceSigns {
-  bool pose_lost = false;    ///< the position is not known
-  bool height_lost = false;  ///< the height is not known
-  bool fence_ahead = false;  ///< the vehicle would come to rest outside of the fence
+  bool pose_lost = false;                      ///< the position is not known
+  bool height_lost = false;                    ///< the height is not known
+  bool fence_ahead = false;                    ///< the vehicle would come to rest outside of the fence
+  float speed_std_m_s = 0, climb_std_m_s = 0;  ///< standard deviations of the velocity, along an axis
   float hover_thrust_ratio = 0.485F;
   float thrust_share = 1;  ///< in kTouchDown
 };
@@ -82,9 +101,11 @@ class Guidance {
   void fly_velocity(CascadeCommand& command, float yaw_rad, bool fence_ahead) const;
   void fly_path(CascadeCommand& command) const;
   void fly_directly(CascadeCommand& command) const;
-  void descend(CascadeCommand& command, const GuidanceSigns& signs) const;
+  void descend(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs) const;
   void touch_down(CascadeCommand& command, const GuidanceSigns& signs) const;
-  void sink_slowly(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs) const;
+  void descend_blindly(CascadeCommand& command, FlightPhase phase, const ControlState& state,
+                       const GuidanceSigns& signs);
+  void sink_slowly(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs);
 
   GuidanceParams params_;
   FlownPath path_;
@@ -92,6 +113,8 @@ class Guidance {
   float goal_yaw_rad_ = 0, touchdown_thrust_ = 0, wanted_climb_m_s_ = 0;
   FlightCommand set_point_;  // newest of kVelocity, kDirect, kPath
   bool arrived_ = false;
+  float sink_left_m_ = 0,
+        sink_share_ = 1;  // without a height: way to the ground, and what is left of the thrust
   FlightPhase phase_ = FlightPhase::kGround;  // entered last
 };
 

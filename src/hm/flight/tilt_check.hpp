@@ -1,8 +1,8 @@
 #pragma once
 #include <optional>
 
-#include "hm/control/float_math.hpp"
 #include "hm/core/time.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-GroundSigns on_the_ground() { return {-0.4F, -0.02F, 0.5F, 0.05F}; }
+GroundSigns on_the_ground() { return {-0.4F, -0.02F, 0.5F, 0, 0.05F}; }
 
 /// Milliseconds until the touch-down is found; -1 within 2 s.
 int found_after_ms(TouchdownDetector& detector, const GroundSigns& signs, int from_ms = 0) {
@@ -42,6 +42,28 @@ TEST(TouchdownDetector, EachSignCanRuleItOut) {
     change(signs);
     EXPECT_EQ(found_after_ms(detector, signs), -1);
   }
+}
+
+TEST(TouchdownDetector, WhatCarriesBesidesTheRotorsIsTheGroundWhateverTheSpeedSeems) {
+  GroundSigns drifted = on_the_ground();
+  drifted.climb_m_s = -0.3F;
+  drifted.thrust_per_hover = 0.8F;
+  drifted.clearance_m.reset();
+  TouchdownDetector detector;
+  EXPECT_EQ(found_after_ms(detector, drifted), -1);
+  drifted.carried_m_s2 = 0.2F * 9.81F;
+  EXPECT_NEAR(found_after_ms(detector, drifted, 5000), 350, 1);
+  drifted.clearance_m = 0.5F;  // a gust from below
+  detector.reset();
+  EXPECT_EQ(found_after_ms(detector, drifted, 9000), -1);
+}
+
+TEST(TouchdownDetector, AVehicleThatStandsOnATableIsFoundThoughTheFloorIsSeen) {
+  GroundSigns on_a_table = on_the_ground();
+  on_a_table.clearance_m = 0.6F;
+  TouchdownDetector detector;
+  EXPECT_EQ(found_after_ms(detector, on_a_table), -1);
+  EXPECT_TRUE(detector.step(Time{TouchdownDetector::kUnseen.ns}, on_a_table));
 }
 
 TEST(TouchdownDetector, ABounceStartsItAnew) {

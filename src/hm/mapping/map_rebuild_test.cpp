@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "hm/core/testing/memory_limit.hpp"
+#include "hm/core/testing/repetitions.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"
@@ -269,7 +270,7 @@ TEST(MapCorrectionDeathTest, WithoutMemoryALiveCorrectionGivesUp) {
 
 /// The map is corrected while frames are added (at corrected poses) and is complete at any time.
 void correct_while_frames_come(std::size_t first_moved) {
-  constexpr std::size_t kBegin = 60, kFrames = 80;
+  constexpr std::size_t kBegin = test::repetitions(60, 45), kFrames = kBegin + test::repetitions(20, 10);
   const SimulatedFrames recording(kFrames, 3);
   const Poses truth = [&](std::size_t i) { return std::optional(recording.pose(i)); };
   const Poses drifting = [&](std::size_t i) {
@@ -308,7 +309,7 @@ void correct_while_frames_come(std::size_t first_moved) {
   EXPECT_TRUE(done->is_empty());
 }
 
-TEST(LiveMapCorrection, OfAPartWhileFramesCome) { correct_while_frames_come(45); }
+TEST(LiveMapCorrection, OfAPartWhileFramesCome) { correct_while_frames_come(test::repetitions(45, 30)); }
 TEST(LiveMapCorrection, OfTheWholeWhileFramesCome) { correct_while_frames_come(15); }
 
 TEST(LiveMapCorrection, EndsInTheMiddle) {

@@ -8,6 +8,8 @@
 #include <map>
 #include <vector>
 
+#include "hm/core/angle.hpp"
+
 namespace hm {
 namespace {
 
@@ -178,7 +180,7 @@ std::string scale_bar(const Paper& paper) {
       length_m >= 1 ? fmt::format("{:g} m", length_m) : fmt::format("{:g} cm", 100 * length_m));
 }
 
-std::string open_plan(const Paper& paper) {
+std::string open_plan(const Paper& paper, double more_px = 0) {
   return fmt::format(
       "<svg class=\"hm-plan\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0f} {:.0f}\" "
       "width=\"100%\" "
@@ -189,7 +191,7 @@ std::string open_plan(const Paper& paper) {
       "stroke-linecap:round}}.hm-plan .s{{fill:var(--seen);stroke:none}}.hm-plan .d{{stroke-opacity:.55}}"
       ".hm-plan .p{{stroke:var(--way);stroke-width:1.6}}.hm-plan .b{{stroke-width:2}}"
       "@media(prefers-color-scheme:dark){{.hm-plan{{color:#dfe3ea;--seen:#2b3440;--way:#ff8a4f}}}}</style>",
-      std::max(kPlanWidth_px, paper.right() + 10), paper.bottom() + 40);
+      std::max(kPlanWidth_px, paper.right() + 10), paper.bottom() + 40 + more_px);
 }
 
 Line2 path_on_paper(const Trajectory& path, const Mat3& to_scene, const Box3& frame) {
@@ -219,21 +221,31 @@ SceneExtent framed(SceneExtent extent, const Trajectory* path) {
   return extent;
 }
 
-std::string floor_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, const SceneSize& size,
-                           const Trajectory* path) {
-  if (mesh.triangles.empty()) return {};
+namespace {
+
+/// The walls, where the plane of the plan cuts them.
+std::string walls_of(const TriangleMesh& mesh, const SceneExtent& extent, const Paper& paper) {
   const Mat3 to_scene = extent.T_world_scene.rotation().transpose();
-  const Paper paper(framed(extent, path).box);
   double cut_m = extent.floor_m + kCutOverFloor_m;
   if (cut_m > extent.box.max().z()) cut_m = 0.5 * (extent.floor_m + extent.box.max().z());
   std::string walls;
   for (const Line2& line : chains(cut_points(mesh, to_scene, cut_m)))
     if (length_of(line) > 4 * kTolerance_m)
       walls += paper.path(thinned_line(line, std::max(kTolerance_m, 0.4 / paper.scale)));
+  return fmt::format("<path d=\"{}\" stroke-width=\"{:.1f}\"/>", walls,
+                     std::clamp(0.05 * paper.scale, 1.4, 5.0));
+}
+
+}  // namespace
+
+std::string floor_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, const SceneSize& size,
+                           const Trajectory* path) {
+  if (mesh.triangles.empty()) return {};
+  const Mat3 to_scene = extent.T_world_scene.rotation().transpose();
+  const Paper paper(framed(extent, path).box);
   std::string svg = open_plan(paper);
   svg += fmt::format("<path class=\"s\" d=\"{}\"/>", seen_area(mesh, extent, paper));
-  svg += fmt::format("<path d=\"{}\" stroke-width=\"{:.1f}\"/>", walls,
-                     std::clamp(0.05 * paper.scale, 1.4, 5.0));
+  svg += walls_of(mesh, extent, paper);
   if (path != nullptr) {
     const Line2 line = path_on_paper(*path, to_scene, paper.frame);
     if (line.size() > 1) {
@@ -250,6 +262,102 @@ std::string floor_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, 
                      kPlanWidth_px - 10, paper.bottom() + 29, size.area_m2, size.area_m2 < 10 ? 1 : 0,
                      size.ceiling_m ? fmt::format(", ceiling {:.2f} m", *size.ceiling_m) : std::string());
   return svg;
+}
+
+namespace {
+
+constexpr double kStrip_px = 74;  ///< of the height over time, below a plan
+
+/// Where a flying vehicle is on paper, at equal steps of time.
+struct FlightOnPaper {
+  std::vector<Vec2> place;
+  std::vector<double> turn_deg, height_m;  ///< clockwise on paper
+};
+
+FlightOnPaper flight_on_paper(const Trajectory& path, const Mat3& to_scene, const Paper& paper) {
+  constexpr int kSteps = 240;
+  FlightOnPaper flight;
+  const Duration length = path.back().stamp - path.front().stamp;
+  std::size_t next = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const Time now = path.front().stamp + Duration{length.ns / kSteps * i};
+    while (next + 1 < path.size() && path[next].stamp < now) ++next;
+    const SE3& pose = path[next].T_world_base;
+    const Vec3 p = to_scene * pose.translation(), ahead = to_scene * pose.rotation().col(0);
+    flight.place.push_back(paper.at(p.head<2>()));
+    flight.height_m.push_back(p.z());
+    double turn_deg = -std::atan2(ahead.y(), ahead.x()) * kDegreesPerRadian;
+    if (i > 0) turn_deg -= 360 * std::round((turn_deg - flight.turn_deg.back()) / 360);
+    flight.turn_deg.push_back(turn_deg);
+  }
+  return flight;
+}
+
+/// An endless animation of a transform through these values.
+std::string moved(const char* type, const std::vector<std::string>& values, double playback_s) {
+  return fmt::format(
+      "<animateTransform attributeName=\"transform\" type=\"{}\" dur=\"{:.1f}s\" repeatCount=\"indefinite\" "
+      "values=\"{}\"/>",
+      type, playback_s, fmt::join(values, ";"));
+}
+
+/// The vehicle from above, its front to the right, about 0.7 m large.
+std::string vehicle(const FlightOnPaper& flight, const Paper& paper, double playback_s) {
+  std::vector<std::string> places, turns;
+  for (std::size_t i = 0; i < flight.place.size(); ++i) {
+    places.push_back(fmt::format("{:.1f} {:.1f}", flight.place[i].x(), flight.place[i].y()));
+    turns.push_back(fmt::format("{:.0f}", flight.turn_deg[i]));
+  }
+  const double arm = std::max(5.0, 0.25 * paper.scale), rotor = 0.55 * arm;
+  std::string rotors;
+  for (const auto& [x, y] : {std::pair{1, 0}, {0, 1}, {-1, 0}, {0, -1}})
+    rotors += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>", x * arm, y * arm, rotor);
+  return fmt::format(
+      "<g transform=\"translate({0})\">{1}<g transform=\"rotate({2})\">{3}<g fill=\"var(--way)\" "
+      "fill-opacity=\".45\" stroke=\"var(--way)\">{4}</g><path d=\"M{5:.1f} 0l{6:.1f} {7:.1f}v-{8:.1f}z\" "
+      "style=\"fill:var(--way);stroke:none\"/></g></g>",
+      places.front(), moved("translate", places, playback_s), turns.front(),
+      moved("rotate", turns, playback_s), rotors, 1.9 * arm, -0.5 * arm, 0.35 * arm, 0.7 * arm);
+}
+
+/// Height over time, with a point that runs along.
+std::string height_strip(const FlightOnPaper& flight, const Paper& paper, double playback_s) {
+  const double top = paper.bottom() + 52, bottom = top + kStrip_px - 24, width = paper.right() - paper.left();
+  const double highest = std::max(0.5, *std::ranges::max_element(flight.height_m));
+  std::string line;
+  std::vector<std::string> places;
+  for (std::size_t i = 0; i < flight.height_m.size(); ++i) {
+    const double x =
+        paper.left() + width * static_cast<double>(i) / static_cast<double>(flight.height_m.size() - 1);
+    const double y = bottom - (bottom - top) * std::max(0.0, flight.height_m[i]) / highest;
+    places.push_back(fmt::format("{:.1f} {:.1f}", x, y));
+    line += (i == 0 ? "M" : "L") + places.back();
+  }
+  return fmt::format(
+      "<path class=\"d\" d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><path class=\"p\" d=\"{3}\"/><circle r=\"4\" "
+      "fill=\"var(--way)\" transform=\"translate({4})\">{5}</circle><text x=\"{6:.1f}\" y=\"{7:.1f}\" "
+      "text-anchor=\"end\">{8:.1f}</text><text x=\"{6:.1f}\" y=\"{1:.1f}\" text-anchor=\"end\">0</text>",
+      paper.left(), bottom, paper.right(), line, places.front(), moved("translate", places, playback_s),
+      paper.left() - 6, top + 8, highest);
+}
+
+}  // namespace
+
+std::string flight_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, const PlanFlight& flight) {
+  if (mesh.triangles.empty() || flight.path == nullptr || flight.path->size() < 2) return {};
+  const Mat3 to_scene = extent.T_world_scene.rotation().transpose();
+  const Paper paper(framed(extent, flight.path).box);
+  std::string svg = open_plan(paper, kStrip_px + 16) + walls_of(mesh, extent, paper);
+  for (const Vec3& goal : flight.way_points) {
+    const Vec2 p = paper.at((to_scene * goal).head<2>());
+    svg += fmt::format("<path class=\"b\" d=\"M{:.1f} {:.1f}l8 8m0 -8l-8 8\"/>", p.x() - 4, p.y() - 4);
+  }
+  const Line2 line = path_on_paper(*flight.path, to_scene, paper.frame);
+  if (line.size() > 1)
+    svg += fmt::format("<path class=\"p\" d=\"{}\"/>", paper.path(thinned_line(line, 0.3 / paper.scale)));
+  const FlightOnPaper on_paper = flight_on_paper(*flight.path, to_scene, paper);
+  svg += scale_bar(paper) + height_strip(on_paper, paper, flight.playback_s);
+  return svg + vehicle(on_paper, paper, flight.playback_s) + "</svg>";
 }
 
 }  // namespace hm

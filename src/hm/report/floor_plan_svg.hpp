@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "hm/geometry/trajectory.hpp"
 #include "hm/geometry/triangle_mesh.hpp"
@@ -18,5 +19,17 @@ SceneExtent framed(SceneExtent extent, const Trajectory* path);
 /// area, ceiling height. Empty for an empty mesh.
 std::string floor_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, const SceneSize& size,
                            const Trajectory* path);
+
+/// A flight over a floor plan.
+struct PlanFlight {
+  const Trajectory* path = nullptr;  ///< T_world_base; at least two poses
+  double playback_s = 15;            ///< of the whole flight
+  std::vector<Vec3> way_points;      ///< world; may be empty
+};
+
+/// The walls as floor_plan_svg() draws them, and a vehicle that flies between them again and again (SMIL):
+/// its path, its heading, and below the plan its height over time (metres). A picture where nothing moves.
+/// Empty for an empty mesh or less than two poses.
+std::string flight_plan_svg(const TriangleMesh& mesh, const SceneExtent& extent, const PlanFlight& flight);
 
 }  // namespace hm

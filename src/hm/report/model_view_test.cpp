@@ -108,6 +108,27 @@ TEST(FloorPlan, WallsAreChainedAndTheScenesSizeIsWritten) {
   EXPECT_EQ(floor_plan_svg({}, extent, {}, nullptr), "");
 }
 
+TEST(FloorPlan, AVehicleFliesOverIt) {
+  const TriangleMesh mesh = open_box(Vec3(4, 3, 2.5), 0.1);
+  const SceneExtent extent = scene_extent(mesh);
+  Trajectory path;
+  for (int i = 0; i <= 10; ++i)
+    path.push_back(
+        {Time{std::int64_t{1'000'000'000} * i}, SE3(Mat3::Identity(), Vec3(0.2 * i, 0, 1 + 0.01 * i))});
+  PlanFlight flight{&path, 5, {Vec3(1, 0, 1)}};
+  const std::string svg = flight_plan_svg(mesh, extent, flight);
+  EXPECT_NE(svg.find("dur=\"5.0s\" repeatCount=\"indefinite\""), std::string::npos);
+  std::size_t moving = 0;
+  for (std::size_t at = svg.find("<animateTransform"); at != std::string::npos;
+       at = svg.find("<animateTransform", at + 1))
+    ++moving;
+  EXPECT_EQ(moving, 3U) << "place, heading, point of the height";
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_EQ(flight_plan_svg({}, extent, flight), "");
+  path.resize(1);
+  EXPECT_EQ(flight_plan_svg(mesh, extent, flight), "");
+}
+
 TEST(FloorPlan, FrameHoldsThePathButNotOneThatWentAstray) {
   const TriangleMesh mesh = open_box(Vec3(4, 3, 2.5), 0.1);
   const SceneExtent extent = scene_extent(mesh);

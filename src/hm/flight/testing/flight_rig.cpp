@@ -7,7 +7,7 @@ namespace hm {
 namespace {
 
 constexpr int kSensorPeriod_ms = 25, kPoseDelay_ms = 20, kMotorsTake_ms = 300;
-constexpr double kPoseNoise_m = 0.005, kHeightNoise_m = 0.005, kYawNoise_rad = 0.003;
+constexpr double kPoseNoise_m = 0.005, kHeightNoise_m = 0.005, kYawNoise_rad = 0.003, kForceNoise_m_s2 = 0.01;
 
 }  // namespace
 
@@ -29,9 +29,10 @@ void FlightRig::sense() {
   if (clearance) inputs.clearance_m = static_cast<float>(body.position.z() - kFeet_m);
   if (imu) {
     InertialReading<float> reading;
-    reading.stamp = now;
+    reading.stamp = now + Duration::from_seconds(imu_ahead_s);
     reading.angular_velocity_rad_s = truth.rates_rad_s;
     reading.specific_force_m_s2 = stands() ? Vec3f(0, 0, kGravityF_m_s2) : truth.specific_force_m_s2;
+    reading.specific_force_m_s2.z() += static_cast<float>(imu_rng_.normal(0, kForceNoise_m_s2));
     reading.R_world_imu = body.rotation.cast<float>();
     inputs.imu = reading;
   }
@@ -63,8 +64,7 @@ void FlightRig::turn_motors(MotorDemand demand) {
   if (motors_work && motor_steps_ > kMotorsTake_ms) motors_on_ = starts;
 }
 
-void FlightRig::move() {
-  const AutopilotOutputs& outputs = autopilot->outputs();
+void FlightRig::move(const AutopilotOutputs& outputs) {
   turn_motors(outputs.motors);
   CascadeOutput command;
   command.rpyt = outputs.rpyt;
@@ -81,13 +81,18 @@ void FlightRig::move() {
   largest_tilt_rad = std::max(largest_tilt_rad, body.tilt());
 }
 
+void FlightRig::step() {
+  autopilot->step(inputs);
+  if (after_step) after_step(*this);
+  move(drive ? drive(inputs) : autopilot->outputs());
+  ++steps_;
+}
+
 void FlightRig::run_ms(int count) {
   for (int i = 0; i < count; ++i) {
     now = now + Duration{1'000'000};
     sense();
-    autopilot->step(inputs);
-    move();
-    ++steps_;
+    step();
   }
 }
 
@@ -97,10 +102,8 @@ Refusal FlightRig::send(FlightCommand command) {
   command.stamp = now;
   if (command.pilot == 0) command.pilot = 1;
   inputs.command = command;
-  const Refusal refusal = autopilot->step(inputs).refusal;
-  move();
-  ++steps_;
-  return refusal;
+  step();
+  return autopilot->outputs().refusal;
 }
 
 Refusal FlightRig::send(CommandKind kind) {

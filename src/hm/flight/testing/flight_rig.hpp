@@ -1,5 +1,6 @@
 #pragma once
 #include <deque>
+#include <functional>
 #include <memory>
 
 #include "hm/control/testing/quadrotor_body.hpp"
@@ -34,12 +35,17 @@ class FlightRig {
   }
 
   std::unique_ptr<Autopilot> autopilot;
+  /// Called after each step of the autopilot, before the vehicle moves.
+  std::function<void(const FlightRig&)> after_step;
+  /// Another autopilot that drives the vehicle in place of this one, which still sees the same inputs.
+  std::function<AutopilotOutputs(const AutopilotInputs&)> drive;
   QuadrotorBody body;
   Time now{1'000'000'000};
   AutopilotInputs inputs;  ///< of the last step
   bool imu = true, pose = true, height = true, motors_work = true, rc = true, alive = true, clearance = true;
   std::optional<float> battery_ratio, obstacle_m;
   float pose_turned_rad = 0, pose_shift_m = 0;
+  double imu_ahead_s = 0;  ///< of the clock that stamps the IMU's samples
   double largest_tilt_rad = 0, hardest_touch_m_s = 0;
   Time last_pose, last_height;  ///< stamps of the last ones that were sent
 
@@ -48,9 +54,10 @@ class FlightRig {
 
  private:
   void sense();
-  void move();
+  void step();
+  void move(const AutopilotOutputs& outputs);
   void turn_motors(MotorDemand demand);
-  Rng rng_{7};
+  Rng rng_{7}, imu_rng_{8};
   int steps_ = 0, motor_steps_ = 0;
   bool motors_on_ = false;
   std::deque<Eigen::Vector4d> past_;  // position and yaw of the last milliseconds

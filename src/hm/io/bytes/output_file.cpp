@@ -88,6 +88,13 @@ void OutputFile::flush() {
   buffer_.clear();
 }
 
+void OutputFile::hand_over() {
+  if (failure_ != 0) return;
+  flush();
+  errno = 0;
+  if (failure_ == 0 && std::fflush(file_.get()) != 0) note_failure();
+}
+
 void OutputFile::rewrite(std::uint64_t offset, std::string_view bytes) {
   if (failure_ != 0) return;
   flush();

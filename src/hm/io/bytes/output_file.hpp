@@ -53,6 +53,8 @@ class OutputFile {
   }
   /// Overwrites bytes already written, at `offset` from the beginning; later writes append again.
   void rewrite(std::uint64_t offset, std::string_view bytes);
+  /// Hands everything so far to the operating system: a kill of the process then leaves it in `PATH.partial`.
+  void hand_over();
   /// Flushes, syncs (kBeforeRename) and renames the file; returns the first error.
   Result<void> finish();
 

@@ -127,61 +127,92 @@ std::string plain(std::string_view text) {
   return first == std::string::npos ? "" : result.substr(first, last - first + 1);
 }
 
-Result<MapDescription> read_description(const std::filesystem::path& path) {
-  const auto file = TextFile::read(path);
-  if (!file) return forward_error(file);
-  std::map<std::string, Value, std::less<>> values;
-  Value* last = nullptr;
-  for (const TextLine& line : file->lines()) {
-    if (line.text.starts_with('-') && last) {  // a list, one entry a line
-      last->text += ' ' + plain(line.text.substr(1));
-      continue;
+/// The keys of a map's YAML file, `key: value` a line, and what errors say about them.
+class MapYaml {
+ public:
+  static Result<MapYaml> read(const std::filesystem::path& path) {
+    const auto file = TextFile::read(path);
+    if (!file) return forward_error(file);
+    MapYaml yaml;
+    yaml.where_ = file->where();
+    Value* last = nullptr;
+    for (const TextLine& line : file->lines()) {
+      if (line.text.starts_with('-') && last) {  // a list, one entry a line
+        last->text += ' ' + plain(line.text.substr(1));
+        continue;
+      }
+      const std::size_t colon = line.text.find(':');
+      if (colon == std::string_view::npos)
+        return fail(ErrorCode::kCorrupted, file->where(line), "is not 'key: value'");
+      last = &yaml.values_[std::string(line.text.substr(0, colon))];
+      *last = {plain(line.text.substr(colon + 1)), line.number};
     }
-    const std::size_t colon = line.text.find(':');
-    if (colon == std::string_view::npos)
-      return fail(ErrorCode::kCorrupted, file->where(line), "is not 'key: value'");
-    last = &values[std::string(line.text.substr(0, colon))];
-    *last = {plain(line.text.substr(colon + 1)), line.number};
+    return yaml;
   }
-  MapDescription map;
-  const auto where = [&](const Value& value) { return fmt::format("{}:{}", file->where(), value.line); };
-  const auto number = [&](std::string_view key, double& target, bool needed) -> Result<void> {
-    const auto value = values.find(key);
-    if (value == values.end())
-      return needed ? Result<void>(fail(ErrorCode::kNotFound, file->where(), "has no '{}'", key))
-                    : Result<void>();
-    const auto parsed = parse_number(value->second.text);
-    if (!parsed || !std::isfinite(*parsed))
-      return fail(ErrorCode::kInvalidValue, where(value->second), "{}: '{}' is no number", key,
-                  value->second.text);
-    target = *parsed;
+
+  [[nodiscard]] std::string text(std::string_view key, std::string otherwise) const {
+    const auto value = values_.find(key);
+    return value == values_.end() ? std::move(otherwise) : value->second.text;
+  }
+  /// Place of a key, or of the file without it.
+  [[nodiscard]] std::string where(std::string_view key) const {
+    const auto value = values_.find(key);
+    return value == values_.end() ? where_ : fmt::format("{}:{}", where_, value->second.line);
+  }
+  /// The numbers of a key, separated by spaces. Error: one of them is none.
+  [[nodiscard]] Result<std::vector<double>> numbers(std::string_view key) const {
+    std::vector<double> result;
+    const std::string all = text(key, "");
+    for (const std::string_view word : words(all)) {
+      const auto parsed = parse_number(word);
+      if (!parsed || !std::isfinite(*parsed))
+        return fail(ErrorCode::kInvalidValue, where(key), "{}: '{}' is no number", key, word);
+      result.push_back(*parsed);
+    }
+    return result;
+  }
+  /// Leaves `target` as it is where the key is missing.
+  [[nodiscard]] Result<void> number(std::string_view key, double& target) const {
+    if (!values_.contains(key)) return {};
+    const auto values = numbers(key);
+    if (!values) return forward_error(values);
+    if (values->size() != 1)
+      return fail(ErrorCode::kInvalidValue, where(key), "{}: one number is needed", key);
+    target = values->front();
     return {};
-  };
+  }
+
+ private:
+  std::string where_;
+  std::map<std::string, Value, std::less<>> values_;
+};
+
+Result<MapDescription> read_description(const std::filesystem::path& path) {
+  const auto yaml = MapYaml::read(path);
+  if (!yaml) return forward_error(yaml);
+  MapDescription map;
   double negate = 0;
   for (const auto& done :
-       {number("resolution", map.resolution_m, true), number("negate", negate, false),
-        number("occupied_thresh", map.occupied_thresh, false), number("free_thresh", map.free_thresh, false)})
+       {yaml->number("resolution", map.resolution_m), yaml->number("negate", negate),
+        yaml->number("occupied_thresh", map.occupied_thresh), yaml->number("free_thresh", map.free_thresh)})
     if (!done) return forward_error(done);
   map.negate = negate != 0;
+  map.image = yaml->text("image", "");
+  map.mode = yaml->text("mode", map.mode);
+  if (yaml->text("resolution", "").empty())
+    return fail(ErrorCode::kNotFound, yaml->where(""), "has no 'resolution'");
   if (!(map.resolution_m > 0))
-    return fail(ErrorCode::kInvalidValue, where(values.at("resolution")), "a resolution of {}",
-                map.resolution_m);
-  if (const auto image = values.find("image"); image != values.end()) map.image = image->second.text;
-  if (map.image.empty()) return fail(ErrorCode::kNotFound, file->where(), "names no image");
-  if (const auto mode = values.find("mode"); mode != values.end()) map.mode = mode->second.text;
+    return fail(ErrorCode::kInvalidValue, yaml->where("resolution"), "a resolution of {}", map.resolution_m);
+  if (map.image.empty()) return fail(ErrorCode::kNotFound, yaml->where(""), "names no image");
   if (map.mode != "trinary" && map.mode != "scale" && map.mode != "raw")
-    return fail(ErrorCode::kUnsupported, where(values.at("mode")), "mode '{}'", map.mode);
-  const auto origin = values.find("origin");
-  const auto word = origin == values.end() ? std::vector<std::string_view>{} : words(origin->second.text);
-  if (word.size() != 3) return fail(ErrorCode::kInvalidValue, file->where(), "'origin' is not [x, y, yaw]");
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto parsed = parse_number(word[i]);
-    if (!parsed || !std::isfinite(*parsed))
-      return fail(ErrorCode::kInvalidValue, where(origin->second), "origin: '{}' is no number", word[i]);
-    map.origin[i] = *parsed;
-  }
+    return fail(ErrorCode::kUnsupported, yaml->where("mode"), "mode '{}'", map.mode);
+  const auto origin = yaml->numbers("origin");
+  if (!origin) return forward_error(origin);
+  if (origin->size() != 3)
+    return fail(ErrorCode::kInvalidValue, yaml->where("origin"), "'origin' is not [x, y, yaw]");
+  std::ranges::copy(*origin, map.origin.begin());
   if (map.origin[2] != 0)
-    return fail(ErrorCode::kUnsupported, where(origin->second), "a map turned by {} rad", map.origin[2]);
+    return fail(ErrorCode::kUnsupported, yaml->where("origin"), "a map turned by {} rad", map.origin[2]);
   return map;
 }
 

@@ -258,6 +258,11 @@ void BagWriter::write_pose(const BagTopic& topic, Time received, const StampedPo
   impl_->add(topic, received, message.pose(pose.T_world_base));
 }
 
+void BagWriter::flush() {
+  impl_->close_chunk();
+  impl_->file.hand_over();
+}
+
 Result<void> BagWriter::finish() {
   impl_->close_chunk();
   const std::uint64_t index_position = impl_->position;

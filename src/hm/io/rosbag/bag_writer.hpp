@@ -48,6 +48,9 @@ class BagWriter {
   /// Writes geometry_msgs/PoseStamped.
   void write_pose(const BagTopic& topic, Time received, const StampedPose& pose);
 
+  /// Closes the chunk and hands everything to the operating system: a kill of the process then leaves a bag
+  /// without index under the name `PATH.partial`, whose messages can be read.
+  void flush();
   /// Writes the index and renames the file to its final name; returns the first error.
   Result<void> finish();
 

@@ -84,6 +84,24 @@ TEST(BagWriter, UnfinishedLeavesNothing) {
   EXPECT_FALSE(nowhere.finish());
 }
 
+TEST(BagWriter, WhatWasFlushedCanBeReadBeforeItIsFinished) {
+  const TemporaryFolder folder;
+  BagWriter bag(folder / "a.bag");
+  const auto write = [&](std::size_t i) {
+    bag.write_scan({"/scan", "laser"}, small_scan(i).stamp, small_scan(i));
+  };
+  write(0), write(1);
+  bag.flush();
+  write(2);
+  const LaserRecording killed = opened(folder / "a.bag.partial");
+  ASSERT_EQ(killed.lasers.size(), 1U);
+  EXPECT_EQ(killed.lasers[0].scans.size(), 2U);
+  bag.flush();
+  bag.flush();  // nothing new
+  ASSERT_TRUE(bag.finish());
+  EXPECT_EQ(opened(folder / "a.bag").lasers[0].scans.size(), 3U);
+}
+
 TEST(BagWriter, MarkersForNoReturnAreToldApart) {
   const TemporaryFolder folder;
   LaserScan scan = small_scan(0);

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "hm/core/bytes/little_endian.hpp"
 #include "hm/link/codec/crc16.hpp"
 #include "hm/link/codec/wire_fields.hpp"
 
@@ -120,7 +121,7 @@ struct MavlinkStore {
   std::size_t index = 0;
   template <class Field>
   constexpr void field(std::string_view, const Field& value) {
-    store_field(payload + kMavlinkLayout<Message>.list.fields[index++].offset, value);
+    store_little_endian(payload + kMavlinkLayout<Message>.list.fields[index++].offset, value);
   }
   template <class Field>
   constexpr void extension(std::string_view name, const Field& value) {
@@ -134,7 +135,7 @@ struct MavlinkLoad {
   std::size_t index = 0;
   template <class Field>
   constexpr void field(std::string_view, Field& value) {
-    load_field(payload + kMavlinkLayout<Message>.list.fields[index++].offset, value);
+    load_little_endian(payload + kMavlinkLayout<Message>.list.fields[index++].offset, value);
   }
   template <class Field>
   constexpr void extension(std::string_view name, Field& value) {

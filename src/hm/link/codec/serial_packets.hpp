@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "hm/core/bytes/little_endian.hpp"
 #include "hm/link/codec/wire_fields.hpp"
 
 /// Packets of the dissertation's serial protocol between the computer on board ("up": from it) and the
@@ -304,7 +305,7 @@ struct SerialStore {
   std::uint8_t* to;
   template <class Field>
   constexpr void field(std::string_view, const Field& value) {
-    store_field(to, value);
+    store_little_endian(to, value);
     to += sizeof(value);
   }
 };
@@ -312,7 +313,7 @@ struct SerialLoad {
   const std::uint8_t* from;
   template <class Field>
   constexpr void field(std::string_view, Field& value) {
-    load_field(from, value);
+    load_little_endian(from, value);
     from += sizeof(value);
   }
 };

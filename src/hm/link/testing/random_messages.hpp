@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hm/core/bytes/little_endian.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/link/codec/mavlink_frame.hpp"
 #include "hm/link/codec/mavlink_parser.hpp"
@@ -19,7 +20,7 @@ struct RandomFields {
   void field(std::string_view, Field& value) {
     std::uint8_t bytes[sizeof(Field)];
     for (auto& byte : bytes) byte = static_cast<std::uint8_t>(rng.next_u32());
-    load_field(bytes, value);
+    load_little_endian(bytes, value);
   }
   template <class Field>
   void extension(std::string_view name, Field& value) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hm/link/transport/serial_port.hpp"
+#include "hm/link/transport/transport_url.hpp"
 #include "hm/link/transport/udp_socket.hpp"
 
 namespace hm {
@@ -199,6 +200,31 @@ TEST(UdpSocket, MistakesAreNamed) {
   const auto first = UdpSocket::listen("127.0.0.1", 0);
   EXPECT_EQ(UdpSocket::listen("127.0.0.1", (*first)->port()).error().code, ErrorCode::kUnreadable);
   EXPECT_EQ((*first)->add_peer({"1.2.3", 5}).error().code, ErrorCode::kUsage);
+}
+
+TEST(OpenTransport, OpensWhatATextNames) {
+  auto there = UdpSocket::listen("127.0.0.1", 0);
+  ASSERT_TRUE(there);
+  const auto here = open_transport("udp:127.0.0.1:" + std::to_string((*there)->port()));
+  ASSERT_TRUE(here) << here.error().message;
+  ASSERT_TRUE((*here)->write(Bytes{1, 2, 3}));
+  EXPECT_EQ(read_from(**there), (Bytes{1, 2, 3}));
+  ASSERT_TRUE((*there)->write(Bytes{4}));
+  EXPECT_EQ(read_from(**here), Bytes{4});
+  PluggedTerminal terminal;
+  EXPECT_TRUE(open_transport("serial:" + terminal.path() + ":115200"));
+}
+
+TEST(OpenTransport, MistakesAreNamed) {
+  for (const char* text : {"", "udp", "udp:14550", "tcp:127.0.0.1:1", "udp:127.0.0.1:", "udp:127.0.0.1:x"}) {
+    const auto opened = open_transport(text);
+    ASSERT_FALSE(opened) << text;
+    EXPECT_EQ(opened.error().code, ErrorCode::kUsage) << text;
+    EXPECT_THAT(opened.error().message, testing::HasSubstr("udp:ADDRESS:PORT")) << text;
+  }
+  EXPECT_THAT(open_transport("udp:127.0.0.1:70000").error().message, testing::HasSubstr("70000"));
+  EXPECT_THAT(open_transport("udp:nowhere:14550").error().message, testing::HasSubstr("IPv4"));
+  EXPECT_EQ(open_transport("serial:/dev/hm_not_there:115200").error().code, ErrorCode::kNotFound);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ struct SlamMap::Impl {
   SE3 T_turned_map;  ///< about the origin
   std::vector<LiveCorrection> corrections;
   std::string out_of_memory;
-  bool gave_up = false;  ///< live rebuilding ran out of memory
+  bool live_stopped = false;  ///< live rebuilding ran out of memory
   /// The frames of an earlier run: not in the map, being brought into it, or in it.
   enum class Earlier { kMissing, kUnderWay, kInMap } earlier = Earlier::kInMap;
 
@@ -114,10 +114,10 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
 /// True unless a rebuild is running or live rebuilding ran out of memory, which is logged once.
 bool SlamMap::Impl::can_rebuild() {
   if (!live) return true;
-  if (live->busy() || gave_up) return false;
+  if (live->busy() || live_stopped) return false;
   const std::string why = live->out_of_memory();
   if (why.empty()) return true;
-  gave_up = true;
+  live_stopped = true;
   if (run.log) run.log(LogLevel::kWarning, why + "; the map is not rebuilt any more while frames come in");
   return false;
 }

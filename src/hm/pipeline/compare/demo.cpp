@@ -10,6 +10,7 @@
 #include "hm/io/image/image_file.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/mesh_output.hpp"
+#include "hm/pipeline/simulate/simulation_folder.hpp"
 #include "hm/report/mesh_figures.hpp"
 
 namespace hm {

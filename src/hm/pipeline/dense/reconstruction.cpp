@@ -44,6 +44,7 @@ class Run {
            state_.next_frame >= range_.end;
   }
   Result<void> integrate_all();
+  void summarise();
   Result<ReconstructionSummary> finish();
 
  private:
@@ -338,16 +339,8 @@ Result<void> Run::note_up_in_map() {
   return as_run_failure(map->commit(with_up));
 }
 
-Result<ReconstructionSummary> Run::finish() {
-  if (state_.frames_integrated == 0 && summary_.interrupted)
-    return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
-  if (state_.frames_integrated == 0)
-    return fail(ErrorCode::kInvalidValue, options_.recording.string(),
-                "not one of {} could be integrated ({}); `hm info` may show why",
-                counted(range_.count(), "frame"), commonest_reason(state_.skipped));
-  auto saved = begin_save();
-  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
-  if (!saved) return forward_error(saved);
+/// Puts into the summary what was integrated, and how long it took.
+void Run::summarise() {
   summary_.run_s = run_watch_.seconds();
   summary_.recording = recording_->info();
   summary_.pose_source =
@@ -375,13 +368,26 @@ Result<ReconstructionSummary> Run::finish() {
     summary_.alignment->not_accepted_by_status = std::move(not_accepted_by_status_);
   }
   summary_.volumes = pipeline_.grid().volume_count();
+  summary_.volumes_refused = state_.volumes_refused;
   summary_.map_bytes = pipeline_.grid().map_bytes();
   summary_.map_file_bytes = saver_->file().file_bytes();
+}
+
+Result<ReconstructionSummary> Run::finish() {
+  if (state_.frames_integrated == 0 && summary_.interrupted)
+    return fail(ErrorCode::kCancelled, {}, "stopped before the first frame was integrated");
+  if (state_.frames_integrated == 0)
+    return fail(ErrorCode::kInvalidValue, options_.recording.string(),
+                "not one of {} could be integrated ({}); `hm info` may show why",
+                counted(range_.count(), "frame"), commonest_reason(state_.skipped));
+  auto saved = begin_save();
+  if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
+  if (!saved) return forward_error(saved);
+  summarise();
   saver_.reset();
   std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};
   if (const auto published = folder_.publish(map, RunState::kRunning); !published)
     return forward_error(published);
-  summary_.volumes_refused = state_.volumes_refused;
   const auto written = write_results(pipeline_, options_, folder_.staging(), summary_);
   if (!written) return forward_error(written);
   if (const auto noted = note_up_in_map(); !noted) return forward_error(noted);

@@ -72,8 +72,8 @@ MapFrameStep LaserMapFrame::process(const PlanarScan& scan, const OdometryStep& 
 
 /// A search of the whole map is dear: not with every scan.
 std::optional<Localisation> LaserMapFrame::localise(const PlanarScan& scan, const SE2& T_odom_base) {
-  if (!found_ && last_sought_ && scan.stamp - *last_sought_ < seek_interval_) return std::nullopt;
-  last_sought_ = scan.stamp;
+  if (!found_ && last_search_ && scan.stamp - *last_search_ < seek_interval_) return std::nullopt;
+  last_search_ = scan.stamp;
   Localisation place = localiser_->process(scan, T_odom_last_.inverse() * T_odom_base);
   T_odom_last_ = T_odom_base;
   if (place.T_map_base)
@@ -102,7 +102,7 @@ void LaserMapFrame::finish() {
 bool LaserMapFrame::corrects() const {
   if (!loops_) return !history_.empty();
   const ScanGraphStatistics& loops = loops_->graph().statistics();
-  return loops.accepted > loops.taken_out;
+  return loops.accepted > loops.removed;
 }
 
 SE2 LaserMapFrame::T_map_odom_at(Time stamp, const SE2& T_odom_base) const {

@@ -28,7 +28,7 @@ struct LaserMapFrameParams {
 struct MapFrameStep {
   SE2 T_map_odom;                            ///< as it was known after this scan
   std::optional<ScanGraphStep> loop;         ///< the scan became a node of the graph
-  std::optional<Localisation> localisation;  ///< the scan was sought in the saved map
+  std::optional<Localisation> localisation;  ///< the scan was searched for in the saved map
   double ms = 0;
 };
 
@@ -44,7 +44,7 @@ class LaserMapFrame {
  public:
   LaserMapFrame() = default;  ///< `map` is `odom`
   static LaserMapFrame from_loops(const LaserMapFrameParams& params);
-  /// While the place is not known, it is sought every `seek_interval_s`.
+  /// While the place is not known, it is searched for every `seek_interval_s`.
   static LaserMapFrame from_saved_map(const OccupancyGrid2D& grid, const LaserMapFrameParams& params);
 
   /// Takes the scan and its odometry into account.
@@ -73,7 +73,7 @@ class LaserMapFrame {
   std::unique_ptr<GridLocaliser> localiser_;
   Duration seek_interval_;
   bool found_ = false;  // the place in the saved map is being followed
-  std::optional<Time> last_sought_;
+  std::optional<Time> last_search_;
   SE2 T_odom_last_;  // at the scan that was given to the localiser last
   SE2 T_map_odom_;
   std::vector<MapFrameChange> history_;

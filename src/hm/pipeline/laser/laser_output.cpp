@@ -6,9 +6,6 @@
 #include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/io/map/occupancy_grid_file.hpp"
-#include "hm/io/map/octomap_file.hpp"
-#include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/map_export.hpp"
 #include "hm/pipeline/laser/laser_evaluation.hpp"
@@ -46,7 +43,7 @@ void add_warnings(LaserSummary& summary) {
     summary.warnings.push_back(fmt::format(
         "the place in the map is doubtful: {} of {} located, lost {}, median score {:.2f} (reliable: {:g} or "
         "more)",
-        with_thousands(place->located), counted(place->sought, "scan"), counted(place->lost, "time"),
+        with_thousands(place->located), counted(place->scans, "scan"), counted(place->lost, "time"),
         place->score.median, LocalisationSummary::kSureScore));
   if (summary.scans_dropped > 0)
     summary.warnings.push_back(fmt::format("{} of {} dropped: they came faster than they could be processed",
@@ -55,45 +52,6 @@ void add_warnings(LaserSummary& summary) {
   if (summary.interrupted)
     summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(summary.scans_read),
                                            counted(summary.scans_total, "scan")));
-}
-
-/// Written, and named in the summary.
-class Writer {
- public:
-  Writer(const std::filesystem::path& folder, LaserSummary& summary) : folder_(folder), summary_(summary) {}
-  template <class Write>
-  Writer& file(const char* name, Write&& write) {
-    if (!result_) return *this;
-    result_ = write(folder_ / name);
-    if (result_) summary_.outputs.push_back(folder_ / name);
-    return *this;
-  }
-  /// Writes a file, or adds a warning to the summary where its format cannot hold the map.
-  template <class Write>
-  Writer& file_that_fits(const char* name, Write&& write) {
-    if (!result_) return *this;
-    const auto written = written_unless_too_large(folder_ / name, write(folder_ / name), summary_.warnings);
-    if (!written) result_ = forward_error(written);
-    if (written && *written) summary_.outputs.push_back(folder_ / name);
-    return *this;
-  }
-  Writer& text(const char* name, const std::string& text) {
-    return file(name, [&](const auto& path) { return write_file_text(path, text); });
-  }
-  /// Names a file that the run wrote while it went on.
-  Writer& written(const char* name) {
-    return file(name, [](const auto&) { return Result<void>(); });
-  }
-  [[nodiscard]] Result<void> result() const { return result_; }
-
- private:
-  std::filesystem::path folder_;
-  LaserSummary& summary_;
-  Result<void> result_;
-};
-
-Result<void> write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
-  return write_file_bytes(path, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
 Trajectory truth_in_map_of(const LaserSummary& summary) {
@@ -172,39 +130,26 @@ std::vector<Figure> draw_figures(const MapDrawing& map, const LaserSummary& summ
 
 Result<void> write_map(const LaserMaps& maps, const LaserRunOptions& options, LaserReportMaterial& material,
                        LaserSummary& summary) {
-  const MultiVolumeGrid& map = maps.map;
-  const double size_m = summary.parameters.laser.mvog.resolution_m;
-  const auto voxels = map.voxels();
-  const TriangleMesh faces = occupied_faces(voxels, size_m);
-  const auto slice = laser_slice(map, options.parameters.laser.run);
   MeshWriteOptions write;
   write.frame = summary.map_frame.corrected ? "map" : "odom",
   write.program = "housemartin " + options.run.program_version;
-  Writer writer(options.output, summary);
-  writer.file("map.mvog", [&](const auto& path) { return write_bytes(path, map.serialise()); })
-      .file_that_fits("map.bt", [&](const auto& path) { return write_octomap(path, voxels, size_m); })
-      .file("map.ply", [&](const auto& path) { return write_mesh(path, faces, write); });
-  if (!slice)
-    summary.warnings.push_back("no map.pgm: " + to_string(slice.error()));
-  else if (slice->cells.empty())
-    summary.warnings.emplace_back("no map.pgm: the map is empty");
-  else
-    writer.file("map.yaml", [&](const auto& path) { return write_occupancy_grid(path, *slice); });
-  if (!writer.result()) return writer.result();
-  if (slice && !slice->cells.empty()) summary.outputs.push_back(options.output / "map.pgm");
+  ResultFiles files(options.output, summary.outputs, summary.warnings);
+  const auto slice = laser_slice(maps.map, options.parameters.laser.run);
+  const auto layers = write_map_files(maps.map, slice, write, files);
+  if (!layers) return forward_error(layers);
   if (!options.parameters.laser.run.pictures || !slice) return {};
   say(options, "drawing figures");
   std::optional<OccupancyGrid2D> slice_odom;
   if (maps.map_odom)
     if (auto odom = laser_slice(*maps.map_odom, options.parameters.laser.run)) slice_odom = std::move(*odom);
-  material.figures =
-      draw_figures({*slice, slice_odom, voxels, faces}, summary, ParallelLoop(options.run.threads));
+  material.figures = draw_figures({*slice, slice_odom, layers->voxels, layers->faces}, summary,
+                                  ParallelLoop(options.run.threads));
   return write_figures(options.output, material.figures, summary.outputs);
 }
 
 Result<void> write_texts(const LaserRunOptions& options, const LaserReportMaterial& material,
                          LaserSummary& summary) {
-  Writer writer(options.output, summary);
+  ResultFiles writer(options.output, summary.outputs, summary.warnings);
   writer.file("trajectory.txt",
               [&](const auto& path) { return write_tum_trajectory(path, summary.trajectory); });
   if (summary.map_frame.source != MapFrameSource::kOdometry)

@@ -30,7 +30,7 @@ struct LaserRunParams {
   bool search_motion = true;
   double search_gap_s = 0.3;
   bool close_loops = true;
-  /// --localise: a lost vehicle is sought in the whole map this often.
+  /// --localise: a lost vehicle is searched for in the whole map this often.
   static constexpr double kSeekInterval_s = 0.5;
   /// Odometry further apart is not interpolated between.
   static constexpr double kMaxOdometryGap_s = 1.0;

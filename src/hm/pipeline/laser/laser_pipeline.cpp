@@ -240,6 +240,8 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   if (status != OdometryStatus::kTimeBackwards && status != OdometryStatus::kTooFewPoints)
     motion.remember(scan.stamp);
   step.map_frame = map_frame.process(scan, step.odometry);
+  if (step.odometry.T_keyframe_base && step.odometry.match.ok() && params.matcher.matcher.compute_covariance)
+    step.planar_covariance = in_odom(step.odometry);
   if (step.odometry.T_odom_base) return true;
   step.status = status == OdometryStatus::kTimeBackwards ? LaserScanStatus::kTimeBackwards
                                                          : LaserScanStatus::kNotMatched;
@@ -266,10 +268,7 @@ MatchedSweep LaserPipeline::State::sweep_of(const LaserStep& step) const {
 
 void LaserPipeline::State::fuse(LaserStep& step) {
   if (!motion.any_imu()) return;
-  PlanarPose pose{step.stamp, *step.odometry.T_odom_base, std::nullopt};
-  if (step.odometry.T_keyframe_base && step.odometry.match.ok() && params.matcher.matcher.compute_covariance)
-    pose.covariance = in_odom(step.odometry);
-  motion.estimator().add_pose(pose);
+  motion.estimator().add_pose({step.stamp, *step.odometry.T_odom_base, step.planar_covariance});
   if (step.height && step.height->status == HeightStatus::kOk)
     motion.estimator().add_height({step.height->stamp, step.height->height_m, step.height->height_std_m});
   step.state = motion.estimator().state();

@@ -36,16 +36,17 @@ struct LaserStep {
   Time scan_stamp;  ///< of the scan, as it was given
   Time stamp;       ///< the moment of the pose
   LaserScanStatus status = LaserScanStatus::kNotMatched;
-  std::string reason;                    ///< in words, where there is no pose
-  std::optional<SE3> T_odom_base;        ///< never corrected: for control
-  MapFrameStep map_frame;                ///< where `odom` lies in `map`, as it was known then
-  OdometryStep odometry;                 ///< of scan matching; empty where poses are the recording's odometry
-  bool matched_scan = false;             ///< `odometry` is filled
-  std::optional<HeightEstimate> height;  ///< where the rig has a mirror towards the floor
-  std::optional<VehicleState> state;     ///< fused with the IMU, at the newest sample of it
-  Vec3 velocity_base = Vec3::Zero();     ///< vx, vy (m/s), yaw rate (rad/s) from scan matching
-  BeamScanStats beams;                   ///< what went into the map
-  std::vector<SweepKnot> sweep;          ///< how it went there, where `map` is not `odom`
+  std::string reason;              ///< in words, where there is no pose
+  std::optional<SE3> T_odom_base;  ///< never corrected: for control
+  MapFrameStep map_frame;          ///< where `odom` lies in `map`, as it was known then
+  OdometryStep odometry;           ///< of scan matching; empty where poses are the recording's odometry
+  bool matched_scan = false;       ///< `odometry` is filled
+  std::optional<Mat3> planar_covariance;  ///< of its (x, y, yaw) along the axes of `odom`, where it is known
+  std::optional<HeightEstimate> height;   ///< where the rig has a mirror towards the floor
+  std::optional<VehicleState> state;      ///< fused with the IMU, at the newest sample of it
+  Vec3 velocity_base = Vec3::Zero();      ///< vx, vy (m/s), yaw rate (rad/s) from scan matching
+  BeamScanStats beams;                    ///< what went into the map
+  std::vector<SweepKnot> sweep;           ///< how it went there, where `map` is not `odom`
   double project_ms = 0, match_ms = 0, insert_ms = 0;
 };
 

@@ -4,9 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
+
+#include "hm/geometry/state_bytes.hpp"
 
 namespace hm {
 namespace {
@@ -21,28 +22,6 @@ const LaserScan* find_scan(const LaserRecording& recording, const MappedScan& ma
 }
 
 constexpr std::size_t kFileBufferBytes = std::size_t{1} << 16u;
-using PoseNumbers = std::array<double, 12>;
-
-PoseNumbers numbers_of(const SE3& pose) {
-  PoseNumbers numbers;
-  Eigen::Map<Mat3>(numbers.data()) = pose.rotation();
-  Eigen::Map<Vec3>(numbers.data() + 9) = pose.translation();
-  return numbers;
-}
-SE3 pose_from(const PoseNumbers& numbers) {
-  return {Mat3(Eigen::Map<const Mat3>(numbers.data())), Vec3(Eigen::Map<const Vec3>(numbers.data() + 9))};
-}
-
-/// What precedes the knots of a scan in the file.
-struct ScanHead {
-  std::uint64_t laser = 0, knots = 0;
-  std::int64_t scan_stamp_ns = 0, stamp_ns = 0;
-  PoseNumbers T_odom_base{};
-};
-struct KnotNumbers {
-  std::uint64_t beam = 0;
-  PoseNumbers T_odom_base{};
-};
 
 }  // namespace
 
@@ -74,16 +53,14 @@ void MappedScanFile::write(const void* bytes, std::size_t count) {
   if (failure_ == 0 && std::fwrite(bytes, 1, count, file_.get()) != count) note_failure();
 }
 
-void MappedScanFile::add(const MappedScan& scan) {
+void MappedScanFile::add(MappedScan scan) {
   if (!file_ && failure_ == 0) open();
   if (failure_ != 0) return;
-  const ScanHead head{scan.laser, scan.sweep.size(), scan.scan_stamp.ns, scan.stamp.ns,
-                      numbers_of(scan.T_odom_base)};
-  write(&head, sizeof head);
-  for (const SweepKnot& knot : scan.sweep) {
-    const KnotNumbers numbers{knot.beam, numbers_of(knot.T_odom_base)};
-    write(&numbers, sizeof numbers);
-  }
+  StateWriter record;
+  record(scan);
+  const std::uint64_t size = record.bytes().size();
+  write(&size, sizeof size);
+  write(record.bytes().data(), record.bytes().size());
   ++count_;
 }
 
@@ -101,14 +78,19 @@ Result<void> MappedScanFile::for_each(const std::function<void(const MappedScan&
     if (failure_ == 0 && std::fread(bytes, 1, count, file_.get()) != count) note_failure();
     return failure_ == 0;
   };
-  ScanHead head;
-  KnotNumbers numbers;
-  for (std::size_t i = 0; i < count_ && read(&head, sizeof head); ++i) {
-    MappedScan scan{
-        head.laser, Time{head.scan_stamp_ns}, Time{head.stamp_ns}, pose_from(head.T_odom_base), {}};
-    for (std::size_t knot = 0; knot < head.knots && read(&numbers, sizeof numbers); ++knot)
-      scan.sweep.push_back({numbers.beam, pose_from(numbers.T_odom_base)});
-    if (failure_ == 0) take(scan);
+  std::vector<std::uint8_t> bytes;
+  std::uint64_t size = 0;
+  for (std::size_t i = 0; i < count_ && read(&size, sizeof size); ++i) {
+    bytes.resize(size);
+    if (!read(bytes.data(), bytes.size())) break;
+    MappedScan scan;
+    StateReader record(bytes);
+    record(scan);
+    if (!record.ok()) {
+      note_failure();
+      break;
+    }
+    take(scan);
   }
   if (file_ && failure_ == 0 && std::fseek(file_.get(), 0, SEEK_END) != 0) note_failure();
   return written();

@@ -17,6 +17,11 @@ struct MappedScan {
   Time scan_stamp, stamp;  ///< of the scan; of its pose
   SE3 T_odom_base;
   std::vector<SweepKnot> sweep;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(laser, scan_stamp, stamp, T_odom_base, sweep);
+  }
 };
 /// The scan of a step; nothing where it is not in the map.
 std::optional<MappedScan> mapped_scan(const LaserStep& step);
@@ -28,7 +33,7 @@ class MappedScanFile {
   /// The file is made in `folder`, at the first scan.
   explicit MappedScanFile(std::filesystem::path folder) : folder_(std::move(folder)) {}
   /// After a failure nothing more is written.
-  void add(const MappedScan& scan);
+  void add(MappedScan scan);
   [[nodiscard]] std::size_t count() const { return count_; }
   /// Error (kUnreadable): the file could not be made or written.
   [[nodiscard]] Result<void> written() const;

@@ -240,7 +240,7 @@ void Run::note(LaserScanRecord record) {
     summary_.beams += step.beams.returns + step.beams.no_returns;
     summary_.trajectory_odom.push_back({step.stamp, *step.T_odom_base});
   }
-  if (const auto mapped = mapped_scan(step)) mapped_.add(*mapped);
+  if (auto mapped = mapped_scan(step)) mapped_.add(std::move(*mapped));
   tables_.add(step);
   counts_.add(record);
   record.step.sweep = {};
@@ -314,12 +314,12 @@ Result<std::optional<MultiVolumeGrid>> Run::correct() {
   return std::optional(std::move(*grid));
 }
 
-Error nowhere_found(const LocalisationSummary& place) {
+Error not_localised(const LocalisationSummary& place) {
   return {ErrorCode::kNoResult,
           fmt::format(
               "the vehicle was not found in the map: {} searches, of which {} ambiguous, {} without a place, "
-              "{} given up",
-              place.searches, place.ambiguous, place.not_found, place.gave_up),
+              "{} ended by the search limit",
+              place.searches, place.ambiguous, place.not_found, place.limit_reached),
           place.map.string()};
 }
 
@@ -331,7 +331,7 @@ Result<LaserSummary> Run::finish() {
   if (!made) return forward_error(made);
   const std::optional<MultiVolumeGrid>& corrected = *made;
   if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
-    return tl::make_unexpected(nowhere_found(*place));
+    return tl::make_unexpected(not_localised(*place));
   summary_.run_s = run_watch_.seconds();
   const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
   summary_.floors = pipeline_.floors();

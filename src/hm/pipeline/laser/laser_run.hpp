@@ -31,7 +31,7 @@ struct LaserRunOptions {
 /// are in `map`, made anew at the end from the recording's scans where that changes them.
 ///
 /// Errors: recording, relations, saved map or output folder unusable, no scans in it, poses neither from
-/// scans nor from odometry, nothing posed at all, a vehicle that was nowhere found in the saved map. A scan
+/// scans nor from odometry, nothing posed at all, a vehicle that was not found in the saved map. A scan
 /// that cannot be used is none: it is counted with its reason.
 Result<LaserSummary> run_laser(const LaserRunOptions& options);
 

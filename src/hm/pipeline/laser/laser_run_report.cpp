@@ -123,7 +123,7 @@ void add_key_numbers(HtmlReport& report, const SummaryTree& summary) {
              {"height error", "{height_rmse_m}", "RMSE"},
              {"scans", "{scans.posed}", "of {scans.total} have a pose"},
              {"path", "{path_length_m}", "in {recording_s}[; true path {truth_path}]"},
-             {"located", "{localisation.located}", "of {localisation.sought|scan} in the saved map"},
+             {"located", "{localisation.located}", "of {localisation.scans|scan} in the saved map"},
              {"loops", "{loops.closed}", "closed, of {loops.candidates|candidate}"},
              {"relations", "{relation_error_m.mean}", "mean error of {relations.used|relative pose}"},
              {"map", "{mvog.area_m2}", "{mvog.bytes}; {insert_us_per_beam} a beam"},

@@ -67,7 +67,7 @@ TEST_F(LaserRun, NumbersOfALongRunAreThoseOfAllItsScans) {
   const auto &place = whole->map_frame.localisation, &same = thinned->map_frame.localisation;
   ASSERT_TRUE(place && same);
   EXPECT_GT(place->located, kScans / 2);
-  EXPECT_EQ(same->sought, place->sought);
+  EXPECT_EQ(same->scans, place->scans);
   EXPECT_EQ(same->located, place->located);
   EXPECT_EQ(same->searches, place->searches);
   EXPECT_EQ(same->found, place->found);

@@ -9,7 +9,7 @@ namespace {
 constexpr double kTruthMaxGap_s = 0.1;
 
 void count(LocalisationStatus status, LocalisationSummary& summary) {
-  ++summary.sought;
+  ++summary.scans;
   switch (status) {
     case LocalisationStatus::kLocalised:
       ++summary.searches, ++summary.found, ++summary.located;
@@ -26,8 +26,8 @@ void count(LocalisationStatus status, LocalisationSummary& summary) {
     case LocalisationStatus::kAmbiguous:
       ++summary.searches, ++summary.ambiguous;
       return;
-    case LocalisationStatus::kGaveUp:
-      ++summary.searches, ++summary.gave_up;
+    case LocalisationStatus::kLimitReached:
+      ++summary.searches, ++summary.limit_reached;
       return;
     case LocalisationStatus::kTooFewPoints:
       ++summary.too_few_points;

@@ -95,13 +95,13 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"solutions", "times solved"}, map.solutions);
   v({"candidates", "candidates"}, loops.candidates);
   v({"accepted", "accepted"}, loops.accepted);
-  v.shown("closed", "closed", loops.accepted - loops.taken_out);
+  v.shown("closed", "closed", loops.accepted - loops.removed);
   v({"rejected", "rejected"}, loops.rejected());
-  v({"no_match", "the scan fits nowhere"}, loops.no_match);
+  v({"no_match", "no match"}, loops.no_match);
   v({"ambiguous", "it fits several places"}, loops.ambiguous);
-  v({"gave_up", "search given up"}, loops.gave_up);
+  v({"limit_reached", "search limit reached"}, loops.limit_reached);
   v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
-  v({"taken_out", "removed again: contradicted by others"}, loops.taken_out);
+  v({"removed", "removed again: contradicted by others"}, loops.removed);
 }
 
 void add_place(const MapFrameSummary& map, const LocalisationSummary& place, SummaryTree& v) {
@@ -109,12 +109,12 @@ void add_place(const MapFrameSummary& map, const LocalisationSummary& place, Sum
   v({"map", "map"}, place.map.string());
   v({"sure", "sure"}, place.is_sure());
   v({"located", "scans located"}, place.located);
-  v({"sought", "scans sought"}, place.sought);
+  v({"scans", "scans to be located"}, place.scans);
   v({"searches", "searches of the whole map"}, place.searches);
   v({"found", "found"}, place.found);
   v({"ambiguous", "ambiguous"}, place.ambiguous);
-  v({"not_found", "nowhere"}, place.not_found);
-  v({"gave_up", "given up"}, place.gave_up);
+  v({"not_found", "not found"}, place.not_found);
+  v({"limit_reached", "search limit reached"}, place.limit_reached);
   v({"match_failed", "not matched"}, place.match_failed);
   v({"lost", "lost"}, place.lost);
   v({"too_few_points", "too few points"}, place.too_few_points);
@@ -219,6 +219,33 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
   add_errors_of_odom(summary, v);
 }
 
+namespace {
+
+/// Loops, localisation and the correction of the map.
+std::string map_frame_text(const LaserSummary& summary, const SummaryTree& tree) {
+  std::string text = tree.lines(
+      {"loops     {loops.closed} of {loops.candidates|candidate} closed; {loops.nodes|node}, solved "
+       "{loops.solutions|time}",
+       "place     in {localisation.map}: {localisation.located} of {localisation.scans|scan} located[, "
+       "first after {localisation.first_fix_s}], score {localisation.score.median} (median), against "
+       "odometry "
+       "{localisation.correction_m.median} (median) {localisation.correction_m.p99} (99 %)",
+       "          {localisation.searches|search|searches} of the whole map ({localisation.found} found, "
+       "{localisation.ambiguous} ambiguous, {localisation.not_found} not found, {localisation.limit_reached} "
+       "given "
+       "up), lost {localisation.lost|time}"});
+  const char* source = summary.map_frame.localisation ? "localisation" : "loops";
+  if (summary.map_frame.corrected)
+    text +=
+        tree.lines({fmt::format("          correction at the end (T_map_odom): ({{{0}.T_map_odom.x_m}}, "
+                                "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
+                                "{{{0}.rebuild_s}}",
+                                source)});
+  return text;
+}
+
+}  // namespace
+
 std::string to_text(const LaserSummary& summary) {
   const SummaryTree tree = describe(summary);
   std::string text;
@@ -232,23 +259,7 @@ std::string to_text(const LaserSummary& summary) {
     text +=
         tree.lines({"search    {scans.searched|scan} searched for among the last keyframes, "
                     "{scans.found} located only by this"});
-  text += tree.lines(
-      {"loops     {loops.closed} of {loops.candidates|candidate} closed; {loops.nodes|node}, solved "
-       "{loops.solutions|time}",
-       "place     in {localisation.map}: {localisation.located} of {localisation.sought|scan} located[, "
-       "first after "
-       "{localisation.first_fix_s}], score {localisation.score.median} (median), against odometry "
-       "{localisation.correction_m.median} (median) {localisation.correction_m.p99} (99 %)",
-       "          {localisation.searches|search|searches} of the whole map ({localisation.found} found, "
-       "{localisation.ambiguous} ambiguous, {localisation.not_found} not found, {localisation.gave_up} given "
-       "up), lost {localisation.lost|time}"});
-  const char* source = summary.map_frame.localisation ? "localisation" : "loops";
-  if (summary.map_frame.corrected)
-    text +=
-        tree.lines({fmt::format("          correction at the end (T_map_odom): ({{{0}.T_map_odom.x_m}}, "
-                                "{{{0}.T_map_odom.y_m}}) m, {{{0}.T_map_odom.yaw_rad}}; map rebuilt in "
-                                "{{{0}.rebuild_s}}",
-                                source)});
+  text += map_frame_text(summary, tree);
   text += tree.lines(
       {"map       {mvog.area_m2}, {mvog.volumes_positive} occupied and {mvog.volumes_negative} free "
        "volumes, {mvog.bytes}; {insert_us_per_beam} a beam"});

@@ -41,9 +41,9 @@ struct LocalisationSummary {
   static constexpr double kSureScore = 0.8;
   std::filesystem::path map;
   std::size_t located = 0;   ///< scans whose place was found or followed
-  std::size_t sought = 0;    ///< scans that were to be located
+  std::size_t scans = 0;     ///< scans that were to be located
   std::size_t searches = 0;  ///< of these, in the whole map
-  std::size_t found = 0, ambiguous = 0, not_found = 0, gave_up = 0;  ///< what became of the searches
+  std::size_t found = 0, ambiguous = 0, not_found = 0, limit_reached = 0;  ///< what became of the searches
   std::size_t match_failed = 0, lost = 0, too_few_points = 0;
   std::optional<double> first_fix_s;  ///< since the start of the recording
   Summary score;                      ///< mean likelihood of the points, of the located scans
@@ -52,7 +52,7 @@ struct LocalisationSummary {
 
   /// Never lost, nearly always located, and the scans fit the map.
   [[nodiscard]] bool is_sure() const {
-    return lost == 0 && 10 * located >= 9 * sought && score.median >= kSureScore;
+    return lost == 0 && 10 * located >= 9 * scans && score.median >= kSureScore;
   }
 };
 
@@ -83,7 +83,7 @@ struct LaserSummary {
   std::vector<std::string> choices;  ///< what was used of the recording, and why
 
   std::size_t scans_total = 0, scans_read = 0, scans_matched = 0, scans_failed = 0, keyframes = 0;
-  std::size_t scans_searched = 0;  ///< sought among the last keyframes, for want of a good prediction
+  std::size_t scans_searched = 0;  ///< searched for among the last keyframes, for want of a good prediction
   std::size_t scans_found = 0;     ///< of these, with a pose from there, as matching gave none
   std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
   std::size_t scans_dropped = 0;   ///< live: came too fast

@@ -19,6 +19,11 @@ using SweepPose = std::function<std::optional<SE3>(Time stamp)>;
 struct SweepKnot {
   std::size_t beam = 0;
   SE3 T_odom_base;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(beam, T_odom_base);
+  }
 };
 
 /// The end points of a scan's beams in `odom`, every one from the vehicle's pose at its own time. Beams in

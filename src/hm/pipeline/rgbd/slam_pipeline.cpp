@@ -16,6 +16,7 @@
 #include "hm/mapping/dense_pipeline.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/parameters.hpp"
+#include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
@@ -105,7 +106,7 @@ struct SlamPipeline::Impl {
   std::optional<SlamAlignment> alignment;
   Trajectory aligned;  ///< instead of the tracking's, with alignment; and its keyframes
   std::vector<std::shared_ptr<const Keyframe>> aligned_keyframes;
-  std::vector<double> frame_ms;
+  RunningSummary frame_ms;
   std::size_t frames_added = 0, frames_not_kept = 0;
   bool finished = false;
   std::size_t first_frame = 0;  ///< of the recording, for track_and_map()
@@ -201,7 +202,7 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
       keep(*frame);
       is_mapped = map.add(*frame, tracked);
     }
-    frame_ms.push_back(watch.milliseconds());
+    frame_ms.add(watch.milliseconds());
   }
   last = tracking.last();
   last.is_mapped = is_mapped;
@@ -315,7 +316,7 @@ Result<void> SlamPipeline::resume(const SavedSlam& saved) {
   std::vector<Observation> observations;
   for (const TrackedRecord& record : saved.records) {
     if (record.keyframe) keyframes.push_back(record.keyframe);
-    if (record.was_read) impl.frame_ms.push_back(record.frame_ms);
+    if (record.was_read) impl.frame_ms.add(record.frame_ms);
     if (record.is_mapped)
       observations.push_back({record.index, record.stamp, record.submap, *record.T_odom_camera, {}});
   }
@@ -354,7 +355,7 @@ Trajectory SlamPipeline::trajectory_now() const {
 }
 
 void SlamPipeline::Impl::conclude_tracking() {
-  state.frame_ms = summarise(frame_ms);
+  state.frame_ms = frame_ms.summary();
   state.live_corrections = map.corrections();
 }
 

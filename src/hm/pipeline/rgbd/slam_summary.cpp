@@ -17,7 +17,7 @@ void visit(const RgbdLoopStatistics& loops, SummaryTree& v) {
   v({"too_far", "further off than odometry can be"}, loops.too_far);
   v({"ambiguous", "ambiguous"}, loops.ambiguous);
   v({"unconfirmed", "not confirmed by another"}, loops.unconfirmed);
-  v({"taken_out", "taken out again"}, loops.taken_out);
+  v({"removed", "taken out again"}, loops.removed);
   v.shown("submaps", "submaps", loops.submaps);
   v({"maps", "maps after connecting"}, loops.maps);
   v({"solutions", "times solved"}, loops.solutions);

@@ -6,13 +6,12 @@
 #include "hm/core/parallel.hpp"
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/bytes/folder_lock.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rosbag/bag_writer.hpp"
-#include "hm/pipeline/simulate/simulation_marks.hpp"
+#include "hm/pipeline/simulate/simulation_folder.hpp"
 
 namespace hm {
 namespace {
@@ -36,7 +35,7 @@ Result<void> check_params(LaserSimulationParams params) {
 
 Result<void> check_folder(const fs::path& folder) {
   std::error_code code;
-  for (const char* name : {"recording.bag", "depth.txt", "groundtruth.txt", detail::kFinishedMark})
+  for (const char* name : {"recording.bag", "depth.txt", "groundtruth.txt", kSimulationFile})
     if (fs::exists(folder / name, code))
       return fail(ErrorCode::kUsage, folder.string(),
                   "there is a recording already ({}); choose another folder", name);
@@ -169,28 +168,13 @@ Result<LaserSimulationSummary> write_all(const LaserSimulation& simulation,
 Result<LaserSimulationSummary> simulate_laser_recording(const LaserSimulationOptions& options) {
   if (auto checked = check_params(options.params); !checked) return forward_error(checked);
   const Stopwatch watch;
-  const fs::path &folder = options.output, unfinished = folder / detail::kUnfinishedMark;
-  const auto lock = FolderLock::acquire(folder);
-  if (!lock) return forward_error(lock);
-  std::error_code code;
-  if (fs::exists(unfinished, code)) detail::remove_simulated_files(folder);
-  if (auto free = check_folder(folder); !free) return forward_error(free);
+  const auto folder = SimulationFolder::acquire(options.output);
+  if (!folder) return forward_error(folder);
+  if (auto free = check_folder(options.output); !free) return forward_error(free);
   LaserSimulationParams params = options.params;
-  if (const auto marked = as_run_failure(write_file_text(unfinished, list_of(params).to_toml())); !marked)
-    return forward_error(marked);
-  auto summary = as_run_failure(write_all(LaserSimulation(options.params), options));
-  if (summary) {
-    fs::rename(unfinished, folder / detail::kFinishedMark, code);
-    if (code)
-      summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
-  }
-  if (!summary) {
-    detail::remove_simulated_files(folder);
-    fs::remove(folder, code);  // if nothing else is in it
-    return summary;
-  }
-  summary->outputs.push_back(folder / detail::kFinishedMark);
-  summary->wall_s = watch.seconds();
+  if (const auto marked = folder->mark(list_of(params).to_toml()); !marked) return forward_error(marked);
+  auto summary = folder->finish(as_run_failure(write_all(LaserSimulation(options.params), options)));
+  if (summary) summary->wall_s = watch.seconds();
   return summary;
 }
 

@@ -11,6 +11,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/io/laser/laser_rig_file.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/pipeline/simulate/simulation_folder.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 
 namespace hm {

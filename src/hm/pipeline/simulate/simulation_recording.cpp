@@ -1,15 +1,13 @@
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
-#include "hm/io/bytes/folder_lock.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
-#include "hm/pipeline/simulate/simulation_marks.hpp"
+#include "hm/pipeline/simulate/simulation_folder.hpp"
 #include "hm/sim/world/room_scene.hpp"
 
 namespace hm {
@@ -18,34 +16,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFrameBatch = 16;
-using detail::kFinishedMark, detail::kUnfinishedMark;
 
-/// All that simulate_recording() and simulate_laser_recording() may write; the marks last, so that a removal
-/// that is cut short can be repeated.
-constexpr std::array kOwnFiles{"depth",
-                               "rgb",
-                               "depth.txt",
-                               "rgb.txt",
-                               "associations.txt",
-                               "camera.txt",
-                               "groundtruth.txt",
-                               "poses.txt",
-                               "imu.csv",
-                               "imu.toml",
-                               "truth_mesh.ply",
-                               "truth_visible.ply",
-                               "truth_scene.json",
-                               "recording.bag",
-                               "recording.bag.partial",
-                               "rig.toml",
-                               "truth_floor.txt",
-                               kFinishedMark,
-                               kUnfinishedMark};
-
-Result<void> check_params(SimulationParams params) {
+ParamList list_of(SimulationParams& params) {
   ParamList list;
   list.add("simulation", params);
-  return list.check();
+  return list;
 }
 
 double valid_share(const DepthImage& depth) {
@@ -142,12 +117,6 @@ Result<void> write_truth(const Simulation& simulation, const fs::path& folder, c
   return {};
 }
 
-Result<void> write_parameters(SimulationParams params, const fs::path& path) {
-  ParamList list;
-  list.add("simulation", params);
-  return write_file_text(path, list.to_toml());
-}
-
 /// Everything but the mark that it is finished.
 Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& writer,
                                     const SimulationOptions& options) {
@@ -181,47 +150,20 @@ Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& wri
 
 }  // namespace
 
-void detail::remove_simulated_files(const fs::path& folder) {
-  std::error_code ignored;
-  for (const char* name : kOwnFiles) fs::remove_all(folder / name, ignored);
-}
-
-Result<void> remove_simulation(const fs::path& folder) {
-  std::error_code code;
-  if (!fs::exists(folder / kFinishedMark, code) && !fs::exists(folder / kUnfinishedMark, code)) return {};
-  const auto lock = FolderLock::acquire(folder);
-  if (!lock) return forward_error(lock);
-  detail::remove_simulated_files(folder);
-  fs::remove(folder, code);  // fails when something else is in it, as it should
-  return {};
-}
-
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
-  if (auto checked = check_params(options.params); !checked) return forward_error(checked);
+  SimulationParams params = options.params;
+  const ParamList list = list_of(params);
+  if (auto checked = list.check(); !checked) return forward_error(checked);
   const Stopwatch watch;
-  const fs::path &folder = options.output, unfinished = folder / kUnfinishedMark;
-  const auto lock = FolderLock::acquire(folder);
-  if (!lock) return forward_error(lock);
-  std::error_code code;
-  if (fs::exists(unfinished, code)) detail::remove_simulated_files(folder);
-  const Simulation simulation(options.params);
-  auto writer = as_run_failure(TumWriter::create(folder, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
+  const auto folder = SimulationFolder::acquire(options.output);
+  if (!folder) return forward_error(folder);
+  const Simulation simulation(params);
+  auto writer =
+      as_run_failure(TumWriter::create(options.output, simulation.camera(), 1.0 / kSimulatedDepthUnit_m));
   if (!writer) return forward_error(writer);
-  if (const auto marked = as_run_failure(write_parameters(options.params, unfinished)); !marked)
-    return forward_error(marked);
-  auto summary = as_run_failure(write_all(simulation, *writer, options));
-  if (summary) {
-    fs::rename(unfinished, folder / kFinishedMark, code);
-    if (code)
-      summary = fail(ErrorCode::kInternal, unfinished.string(), "cannot be renamed: {}", code.message());
-  }
-  if (!summary) {
-    detail::remove_simulated_files(folder);
-    fs::remove(folder, code);  // if nothing else is in it
-    return summary;
-  }
-  summary->outputs.push_back(folder / kFinishedMark);
-  summary->wall_s = watch.seconds();
+  if (const auto marked = folder->mark(list.to_toml()); !marked) return forward_error(marked);
+  auto summary = folder->finish(as_run_failure(write_all(simulation, *writer, options)));
+  if (summary) summary->wall_s = watch.seconds();
   return summary;
 }
 

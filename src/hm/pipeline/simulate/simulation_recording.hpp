@@ -45,8 +45,4 @@ struct SimulationSummary {
 /// (kUsage) or that cannot be written.
 Result<SimulationSummary> simulate_recording(const SimulationOptions& options);
 
-/// Removes a recording that simulate_recording() or simulate_laser_recording() wrote, finished or not, and
-/// its folder when nothing else is in it. Leaves any other folder alone. Error (kUsage): it is being written.
-Result<void> remove_simulation(const std::filesystem::path& folder);
-
 }  // namespace hm

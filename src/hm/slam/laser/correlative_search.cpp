@@ -90,12 +90,12 @@ class Search {
     return sum / (255.0 * static_cast<double>(points_));
   }
   [[nodiscard]] std::size_t evaluations() const { return evaluations_; }
-  [[nodiscard]] bool gave_up() const { return evaluations_ > params_.max_evaluations; }
+  [[nodiscard]] bool limit_reached() const { return evaluations_ > params_.max_evaluations; }
 
  private:
   template <class List>
   void add(int level, Candidate candidate, List& list) {
-    if (gave_up() || is_same_place(level, candidate)) return;
+    if (limit_reached() || is_same_place(level, candidate)) return;
     ++evaluations_;
     const Eigen::Vector2i* cell = &cells_[static_cast<std::size_t>(candidate.angle + angles_) * points_];
     for (std::size_t i = 0; i < points_; ++i)
@@ -116,7 +116,7 @@ class Search {
   }
 
   void descend(int level, const Candidate& node) {
-    if (gave_up() || node.sum < least_ || (best_ && node.sum <= best_->sum)) return;
+    if (limit_reached() || node.sum < least_ || (best_ && node.sum <= best_->sum)) return;
     if (level == 0) {
       if (beside_ && seen_score(node) < params_.ambiguity_ratio * seen_score(*beside_)) return;
       best_ = node;
@@ -175,8 +175,8 @@ std::string_view to_string(CorrelativeStatus status) {
       return "nothing";
     case CorrelativeStatus::kAmbiguous:
       return "ambiguous";
-    case CorrelativeStatus::kGaveUp:
-      return "gave up";
+    case CorrelativeStatus::kLimitReached:
+      return "search limit reached";
   }
   return "";
 }
@@ -192,8 +192,8 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   Search search(map, usable, window, params);
   const auto best = search.run(std::max(1U, search.sum_of(params.min_score)), {});
   match.evaluations = search.evaluations();
-  if (search.gave_up()) match.status = CorrelativeStatus::kGaveUp;
-  if (search.gave_up() || !best) return match;
+  if (search.limit_reached()) match.status = CorrelativeStatus::kLimitReached;
+  if (search.limit_reached() || !best) return match;
   match.score = search.score_of(best->sum);
   SearchWindow wide = window;
   wide.half_x_m *= params.other_window_ratio;
@@ -203,7 +203,7 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   match.evaluations += beside.evaluations();
   match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
   match.status = CorrelativeStatus::kFound;
-  if (beside.gave_up()) match.status = CorrelativeStatus::kGaveUp;
+  if (beside.limit_reached()) match.status = CorrelativeStatus::kLimitReached;
   if (other) {
     match.status = CorrelativeStatus::kAmbiguous;
     match.other_score = search.score_of(other->sum);

@@ -30,14 +30,14 @@ struct CorrelativeSearchParams {
   double min_overlap_ratio = 0.5;
   /// Score penalty for the squared offset of a candidate from the centre of the window.
   double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;
-  std::size_t max_evaluations = 2'000'000;  ///< maximum number of candidates; beyond: kGaveUp
+  std::size_t max_evaluations = 2'000'000;  ///< maximum number of candidates; beyond: kLimitReached
 };
 
 enum class CorrelativeStatus {
   kFound,
-  kNothing,    ///< no pose of the window reaches min_score
-  kAmbiguous,  ///< another pose in the search for alternatives fits nearly as well
-  kGaveUp,     ///< the window was too large for max_evaluations
+  kNothing,       ///< no pose of the window reaches min_score
+  kAmbiguous,     ///< another pose in the search for alternatives fits nearly as well
+  kLimitReached,  ///< the window was too large for max_evaluations
 };
 std::string_view to_string(CorrelativeStatus status);
 

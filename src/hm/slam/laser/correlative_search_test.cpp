@@ -151,7 +151,7 @@ TEST(CorrelativeSearch, BoundedAndDeterministic) {
   CorrelativeSearchParams params;
   params.max_evaluations = 500;
   const CorrelativeMatch bounded = search_correlative(map, other, {SE2(), 3, 3, 3}, params);
-  EXPECT_EQ(bounded.status, CorrelativeStatus::kGaveUp);
+  EXPECT_EQ(bounded.status, CorrelativeStatus::kLimitReached);
   EXPECT_LE(bounded.evaluations, 502U);
   const SearchWindow window{SE2(0.1, 0, 0), 1, 1, 0.5};
   const auto scan = seen_from(SE2(0.3, -0.2, 0.2), world);

@@ -33,8 +33,8 @@ std::string_view to_string(LocalisationStatus status) {
       return "not found";
     case LocalisationStatus::kAmbiguous:
       return "ambiguous";
-    case LocalisationStatus::kGaveUp:
-      return "gave up";
+    case LocalisationStatus::kLimitReached:
+      return "search limit reached";
     case LocalisationStatus::kTooFewPoints:
       return "too few points";
     case LocalisationStatus::kEmptyMap:
@@ -78,8 +78,8 @@ Localisation GridLocaliser::seek(std::span<const Vec2> points_m) {
       return {LocalisationStatus::kLocalised, T_map_base_, match.score};
     case CorrelativeStatus::kAmbiguous:
       return {LocalisationStatus::kAmbiguous, {}, match.score};
-    case CorrelativeStatus::kGaveUp:
-      return {LocalisationStatus::kGaveUp, {}, match.score};
+    case CorrelativeStatus::kLimitReached:
+      return {LocalisationStatus::kLimitReached, {}, match.score};
     case CorrelativeStatus::kNothing:
       break;
   }

@@ -52,7 +52,7 @@ enum class LocalisationStatus {
   kLost,          ///< tracking failed `max_failures` times; the next scan is searched in the whole map
   kNotFound,      ///< no match in the whole map
   kAmbiguous,     ///< several matches in the whole map; a scan from another position may resolve it
-  kGaveUp,        ///< the search exceeded `global_max_evaluations`
+  kLimitReached,  ///< the search exceeded `global_max_evaluations`
   kTooFewPoints,  ///< the scan has fewer than kMinPoints points in range
   kEmptyMap,      ///< the map has no occupied cell
 };

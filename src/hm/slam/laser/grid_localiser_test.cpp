@@ -102,7 +102,7 @@ TEST(GridLocaliser, NothingToGoBy) {
   GridLocaliserParams params;
   params.global_max_evaluations = 1000;
   EXPECT_EQ(GridLocaliser(grid_of(room_world(), {SE2()}), params).process(scan).status,
-            LocalisationStatus::kGaveUp);
+            LocalisationStatus::kLimitReached);
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ LoopOutcome outcome_of(CorrelativeStatus status) {
   switch (status) {
     case CorrelativeStatus::kAmbiguous:
       return LoopOutcome::kAmbiguous;
-    case CorrelativeStatus::kGaveUp:
-      return LoopOutcome::kGaveUp;
+    case CorrelativeStatus::kLimitReached:
+      return LoopOutcome::kLimitReached;
     case CorrelativeStatus::kFound:
     case CorrelativeStatus::kNothing:
       break;
@@ -60,8 +60,8 @@ std::string_view to_string(LoopOutcome outcome) {
       return "no match";
     case LoopOutcome::kAmbiguous:
       return "ambiguous";
-    case LoopOutcome::kGaveUp:
-      return "gave up";
+    case LoopOutcome::kLimitReached:
+      return "search limit reached";
     case LoopOutcome::kNotVerified:
       return "not verified";
   }
@@ -229,7 +229,7 @@ void ScanGraph2D::count(LoopOutcome outcome) {
   if (outcome == LoopOutcome::kAccepted) ++statistics_.accepted;
   if (outcome == LoopOutcome::kNoMatch) ++statistics_.no_match;
   if (outcome == LoopOutcome::kAmbiguous) ++statistics_.ambiguous;
-  if (outcome == LoopOutcome::kGaveUp) ++statistics_.gave_up;
+  if (outcome == LoopOutcome::kLimitReached) ++statistics_.limit_reached;
   if (outcome == LoopOutcome::kNotVerified) ++statistics_.not_verified;
 }
 
@@ -256,7 +256,7 @@ bool ScanGraph2D::take_out_contradictions(GraphPart<PoseGraph2D>& part) {
     for (std::size_t later = e; later < part.edges.size(); ++later) --part.edges[later];
     ++removed;
   }
-  statistics_.taken_out += removed;
+  statistics_.removed += removed;
   return removed > 0;
 }
 

@@ -17,10 +17,10 @@ namespace hm {
 
 enum class LoopOutcome {
   kAccepted,
-  kNoMatch,      ///< no pose in the window fits the scan
-  kAmbiguous,    ///< several poses fit nearly as well
-  kGaveUp,       ///< the search exceeded its limit
-  kNotVerified,  ///< PL-ICP does not confirm the match
+  kNoMatch,       ///< no pose in the window fits the scan
+  kAmbiguous,     ///< several poses fit nearly as well
+  kLimitReached,  ///< the search exceeded its limit
+  kNotVerified,   ///< PL-ICP does not confirm the match
 };
 std::string_view to_string(LoopOutcome outcome);
 
@@ -42,9 +42,9 @@ struct ScanGraphStep {
 /// Numbers of loop searches by outcome; `candidates` is the sum of the five after it.
 struct ScanGraphStatistics {
   std::size_t candidates = 0;
-  std::size_t accepted = 0, no_match = 0, ambiguous = 0, gave_up = 0, not_verified = 0;
-  std::size_t taken_out = 0;  ///< accepted, but removed after optimisation as inconsistent
-  [[nodiscard]] std::size_t rejected() const { return candidates - accepted + taken_out; }
+  std::size_t accepted = 0, no_match = 0, ambiguous = 0, limit_reached = 0, not_verified = 0;
+  std::size_t removed = 0;  ///< accepted, but removed after optimisation as inconsistent
+  [[nodiscard]] std::size_t rejected() const { return candidates - accepted + removed; }
 };
 
 /// Corrects the drift of 2D odometry by loop closure: a pose graph of keyframe scans, with loops found by

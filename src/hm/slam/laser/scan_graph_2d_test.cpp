@@ -79,8 +79,8 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
   EXPECT_LT(std::abs(error.angle()), 0.01);
   const ScanGraphStatistics& counts = graph.statistics();
   EXPECT_GT(counts.accepted, 20U);
-  EXPECT_EQ(counts.candidates,
-            counts.accepted + counts.no_match + counts.ambiguous + counts.gave_up + counts.not_verified);
+  EXPECT_EQ(counts.candidates, counts.accepted + counts.no_match + counts.ambiguous + counts.limit_reached +
+                                   counts.not_verified);
   // Every loop is correct.
   for (const PoseEdge2D& edge : graph.graph().edges) {
     if (edge.kind != PoseEdgeKind::kLoop) continue;

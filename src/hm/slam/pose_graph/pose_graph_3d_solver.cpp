@@ -100,12 +100,12 @@ ContradictionResult solve_without_contradictions(PoseGraph3D& graph, double max_
     if (worst.empty()) break;
     for (auto at = worst.rbegin(); at != worst.rend(); ++at) {
       const auto place = static_cast<std::ptrdiff_t>(*at);
-      result.taken_out.push_back(original[*at]);
+      result.removed.push_back(original[*at]);
       graph.edges.erase(graph.edges.begin() + place);
       original.erase(original.begin() + place);
     }
   }
-  std::sort(result.taken_out.begin(), result.taken_out.end());
+  std::sort(result.removed.begin(), result.removed.end());
   return result;
 }
 

@@ -15,11 +15,11 @@ PoseGraphSolution solve_pose_graph(PoseGraph3D& graph, const PoseGraphSolverPara
                                    std::size_t held = 1);
 
 /// Optimises the graph, removes loops whose chi2 exceeds `max_loop_chi2` (worst first, at most a tenth of the
-/// loops at a time) and repeats until none is left. `taken_out`: ascending indices of the removed edges in
+/// loops at a time) and repeats until none is left. `removed`: ascending indices of the removed edges in
 /// the original graph.
 struct ContradictionResult {
   PoseGraphSolution solution;  ///< of the last optimisation
-  std::vector<std::size_t> taken_out;
+  std::vector<std::size_t> removed;
 };
 ContradictionResult solve_without_contradictions(PoseGraph3D& graph, double max_loop_chi2,
                                                  const PoseGraphSolverParams& params = {},

@@ -164,7 +164,7 @@ TEST(PoseGraphSolver3D, FalseLoopIsTakenOut) {
   solve_pose_graph(robust, {200, 1});
   EXPECT_LT(worst_error(robust, truth), 0.1);
   const ContradictionResult result = solve_without_contradictions(graph, 40, {200, 9});
-  EXPECT_EQ(result.taken_out, std::vector<std::size_t>{60});
+  EXPECT_EQ(result.removed, std::vector<std::size_t>{60});
   EXPECT_EQ(graph.edges.size(), plain.edges.size() - 1);
   EXPECT_LT(worst_error(graph, truth), 1e-4);
 }

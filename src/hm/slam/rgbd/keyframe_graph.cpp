@@ -73,9 +73,9 @@ KeyframeGraphSolution KeyframeGraph::solve(std::size_t first) {
       solve_without_contradictions(part.graph, params_.max_loop_chi2, params_.solver, part.held);
   put_back(part, graph_);
   KeyframeGraphSolution solution{std::move(result.solution), {}};
-  for (auto taken = result.taken_out.rbegin(); taken != result.taken_out.rend(); ++taken) {
+  for (auto taken = result.removed.rbegin(); taken != result.removed.rend(); ++taken) {
     const auto edge = graph_.edges.begin() + static_cast<std::ptrdiff_t>(part.edges[*taken]);
-    solution.taken_out.push_back(*edge);
+    solution.removed.push_back(*edge);
     paths_.remove_loop(*edge);
     graph_.edges.erase(edge);
   }

@@ -16,7 +16,7 @@ namespace hm {
 /// A solution, and the loops that it has taken out.
 struct KeyframeGraphSolution {
   PoseGraphSolution solution;
-  std::vector<PoseEdge3D> taken_out;
+  std::vector<PoseEdge3D> removed;
 };
 
 /// The keyframes of a recording as a pose graph: odometry between those of a submap, loops between any, and

@@ -122,10 +122,10 @@ void RgbdLoopCloser::Impl::count(const LoopDecision& decision) {
 void RgbdLoopCloser::Impl::solve(bool whole) {
   const KeyframeGraphSolution result = graph.solve(window.next(graph.size(), whole));
   last_solution = result.solution;
-  for (const PoseEdge3D& edge : result.taken_out)
+  for (const PoseEdge3D& edge : result.removed)
     std::erase_if(links,
                   [&](const FeatureLink& l) { return l.keyframe_a == edge.from && l.keyframe_b == edge.to; });
-  statistics.taken_out += result.taken_out.size();
+  statistics.removed += result.removed.size();
   ++statistics.solutions;
   new_loops = 0;
   large_correction = false;

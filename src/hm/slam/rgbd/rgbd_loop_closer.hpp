@@ -23,7 +23,7 @@ struct RgbdLoopStatistics {
   std::size_t too_far = 0;            ///< further off than odometry can be
   std::size_t ambiguous = 0;          ///< another place, or another motion, explains as much
   std::size_t unconfirmed = 0;        ///< no other loop agreed in time
-  std::size_t taken_out = 0;          ///< of the accepted: the solved graph contradicts them
+  std::size_t removed = 0;            ///< of the accepted: the solved graph contradicts them
   std::size_t submaps = 0, maps = 0;  ///< seen; left apart after connecting
   std::size_t solutions = 0;
 };

@@ -1,5 +1,5 @@
 #pragma once
-#include "hm/control/float_math.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 

@@ -1,4 +1,4 @@
-#include "hm/control/float_math.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 #include <bit>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "hm/control/attitude.hpp"
+#include "hm/geometry/float/attitude.hpp"
 
 #include <gtest/gtest.h>
 

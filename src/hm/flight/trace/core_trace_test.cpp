@@ -1,7 +1,8 @@
-#include "hm/flight/core_trace.hpp"
+#include "hm/flight/trace/core_trace.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -14,7 +15,7 @@ CoreTraceRecord random_record(Rng& rng) {
   CoreTraceRecord record;
   record.sequence = rng.below(1U << 31);
   record.stamp.ns = static_cast<std::int64_t>(rng.uniform(-1e18, 1e18));
-  record.kind = static_cast<CoreTraceRecord::Kind>(rng.below(4));
+  record.kind = static_cast<CoreTraceRecord::Kind>(rng.below(CoreTraceRecord::kKinds));
   record.state = static_cast<std::uint8_t>(rng.below(256));
   record.phase = static_cast<std::uint8_t>(rng.below(256));
   record.flags = static_cast<std::uint8_t>(rng.below(256));
@@ -96,6 +97,58 @@ TEST(CoreTrace, ACutFileIsReadableToItsLastWholeRecord) {
     ASSERT_EQ(records, length / CoreTraceRecord::kBytes);
     ASSERT_EQ(reader.bytes_left(), length % CoreTraceRecord::kBytes);
   }
+}
+
+TEST(CoreTraceParser, FindsEveryWholeFrameBetweenDamagedBytes) {
+  Rng rng(4);
+  CoreTraceParser parser;
+  std::vector<std::uint8_t> stream;
+  std::vector<std::uint32_t> sent, found;
+  for (int i = 0; i < 2000; ++i) {
+    CoreTraceRecord record = random_record(rng);
+    if (rng.below(2) == 0) record.output = {}, record.estimate = {};  // shorter
+    const CoreTraceFrame frame = frame_of(record);
+    const auto bytes = std::span(frame.bytes).first(frame.size);
+    const std::uint32_t kind = rng.below(3);
+    for (std::uint32_t at = 0; kind == 0 && at < rng.below(200); ++at)
+      stream.push_back(rng.below(2) == 0 ? std::uint8_t{'H'} : static_cast<std::uint8_t>(rng.below(256)));
+    const auto size = kind == 1
+                          ? static_cast<std::ptrdiff_t>(rng.below(static_cast<std::uint32_t>(frame.size)))
+                          : bytes.end() - bytes.begin();
+    stream.insert(stream.end(), bytes.begin(), std::min(bytes.end(), bytes.begin() + size));
+    if (kind != 1) sent.push_back(record.sequence);
+  }
+  stream.insert(stream.end(), 256, 0);  // a false start waits for its last byte
+  for (const std::uint8_t byte : stream) {
+    parser.push(byte);
+    while (const auto record = parser.next()) found.push_back(record->sequence);
+  }
+  EXPECT_GT(sent.size(), 1000u);
+  EXPECT_EQ(found, sent);
+  EXPECT_GT(parser.skipped(), 10000u);
+}
+
+TEST(CoreTraceParser, FramesComeBackBitByBitAndAreShort) {
+  Rng rng(5);
+  CoreTraceParser parser;
+  for (int i = 0; i < 1000; ++i) {
+    CoreTraceRecord record = random_record(rng);
+    const std::size_t inputs = rng.below(14);
+    for (std::size_t at = inputs; at < 13; ++at) record.input[at] = 0;
+    if (inputs < 13) record.output = {}, record.estimate = {};
+    const CoreTraceFrame frame = frame_of(record);
+    if (inputs < 13) {
+      EXPECT_LE(frame.size, 22 + 4 * inputs);
+    }
+    for (std::size_t at = 0; at < frame.size; ++at) {
+      EXPECT_FALSE(parser.next());
+      parser.push(frame.bytes[at]);
+    }
+    const auto back = parser.next();
+    ASSERT_TRUE(back);
+    EXPECT_EQ(encode(*back), encode(record));
+  }
+  EXPECT_EQ(parser.skipped(), 0u);
 }
 
 }  // namespace

@@ -1,0 +1,26 @@
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "hm/pipeline/flight/mission/flight_mission.hpp"
+#include "program.hpp"
+
+/// Options of `hm fly`; the last ones belong to one mission each.
+struct FlyFlags {
+  OutputFlags output;
+  std::string world = "house", autopilot = "core", firmware = "build/firmware/flight.elf";
+  std::vector<std::string> faults;
+  int seed = -1;
+  bool realtime = false;
+  std::string mavlink;  ///< way to a ground station; empty: none
+  std::string file;
+  std::array<double, 3> goal{};
+  double height_m = 1.3, duration_s = 20;
+
+  /// Adds the options that all missions have.
+  void add_to(CLI::App& command);
+  /// What these options ask for, before --params and --set. Error (kUsage): a fault that there is not.
+  [[nodiscard]] hm::Result<hm::FlightMissionOptions> mission(const std::string& name,
+                                                             hm::FlightScript script) const;
+};

@@ -1,0 +1,31 @@
+#include "hm/pipeline/flight/flight_messages.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kFrame = 8, kStamp = 8, kNumber = 4;
+
+struct UpLength {
+  std::size_t operator()(std::monostate) const { return 1; }
+  std::size_t operator()(const PoseMessage& m) const {
+    return kStamp + (m.pose.covariance ? 9 : 3) * kNumber;
+  }
+  std::size_t operator()(const HeightMessage&) const { return kStamp + 3 * kNumber; }
+  std::size_t operator()(const FlightCommand&) const { return kStamp + 4 + 14 * kNumber; }
+  std::size_t operator()(const TimeQuestion&) const { return kStamp; }
+};
+
+struct DownLength {
+  std::size_t operator()(const ImuSample& sample) const {
+    return kStamp + (sample.R_world_imu ? 10 : 6) * kNumber;  // the orientation as a quaternion
+  }
+  std::size_t operator()(const StateMessage&) const { return kStamp + 6 * kNumber; }
+  std::size_t operator()(const TimeAnswer&) const { return 2 * kStamp; }
+};
+
+}  // namespace
+
+std::size_t bytes_on_wire(const UpMessage& message) { return kFrame + std::visit(UpLength{}, message); }
+std::size_t bytes_on_wire(const DownMessage& message) { return kFrame + std::visit(DownLength{}, message); }
+
+}  // namespace hm

@@ -1,0 +1,79 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "hm/flight/flight_command.hpp"
+#include "hm/link/mavlink_peer.hpp"
+#include "hm/link/vehicle_messages.hpp"
+#include "hm/link/vehicle_server.hpp"
+#include "hm/pipeline/flight/flight_run.hpp"
+
+namespace hm {
+
+struct GroundStationParams {
+  double stick_speed_m_s = 1, stick_climb_m_s = 0.5, stick_turn_rad_s = 1;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"stick_speed_m_s", {0.1, 10}, "speed at full stick of a ground station's gamepad"},
+      self.stick_speed_m_s);
+    v(ParamDoc{"stick_climb_m_s", {0.1, 5}, "climb rate at full stick"}, self.stick_climb_m_s);
+    v(ParamDoc{"stick_turn_rad_s", {0.1, 5}, "rate of turn at full stick"}, self.stick_turn_rad_s);
+  }
+};
+
+/// The flying vehicle as QGroundControl sees it (MAVLink 2): heartbeat, attitude, position, battery, states
+/// and the words of fail-safes and refusals; and what a ground station asks for as FlightCommand of a pilot
+/// of its own: arm and disarm (param2 21196: emergency stop), take-off, land, and MANUAL_CONTROL as
+/// velocities. The first button takes control over from another pilot. Sends what the vehicle estimates,
+/// nothing of a simulation. The world is AutopilotWorld::kLocalFrd.
+class GroundStation {
+ public:
+  /// Its identity among pilots.
+  static constexpr std::uint8_t kPilot = 2;
+  /// Sticks farther from their middle than this fly; all in the middle for kStickRest hold the position.
+  static constexpr double kStickDeadBand = 0.05;
+  static constexpr Duration kStickRest{500'000'000};
+
+  /// The transport must outlive it.
+  GroundStation(Transport& transport, const GroundStationParams& params = {});
+
+  /// Called after each step of the flight: sends what is due and reads what came. The next command of the
+  /// ground station, if there is one, for the next step.
+  std::optional<FlightCommand> step(const FlightMoment& moment);
+  [[nodiscard]] const MavlinkPeer& peer() const { return peer_; }
+
+ private:
+  void send_telemetry(const FlightMoment& moment);
+  void send_news(const FlightMoment& moment);
+  void note_heartbeat(const FlightMoment& moment);
+  [[nodiscard]] std::uint8_t obey(const MavCommandLong& command);
+  [[nodiscard]] std::uint8_t arm(bool on, bool by_force);
+  void take_sticks(const MavManualControl& message);
+  void fly_by_sticks();
+  FlightCommand& order(CommandKind kind);
+  [[nodiscard]] bool is_due(std::size_t stream, Time now, Duration period);
+
+  MavlinkPeer peer_;
+  VehicleServer server_;
+  GroundStationParams params_;
+  std::optional<Time> boot_;
+  const FlightMoment* moment_ = nullptr;  // of the step that runs
+  std::deque<FlightCommand> queue_;
+  Time last_stamp_{INT64_MIN};
+  std::array<Time, 3> sent_at_{};  // of the telemetry's streams
+  std::optional<LinkSticks> sticks_;
+  std::optional<Time> deflected_at_;  // sticks that fly, last
+  std::uint16_t buttons_ = 0;
+  bool in_control_ = false;  // by the answers to its commands
+  AutopilotState told_state_ = AutopilotState::kOff;
+  std::uint32_t told_fail_safes_ = 0;
+};
+
+/// What the vehicle estimates, for messages.
+[[nodiscard]] LinkState link_state(const BasicVehicleState<float>& estimate);
+
+}  // namespace hm

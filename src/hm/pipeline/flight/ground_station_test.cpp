@@ -1,0 +1,178 @@
+#include "hm/pipeline/flight/ground_station.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hm/link/testing/pipe_transport.hpp"
+
+namespace hm {
+namespace {
+
+/// A ground station at the other end of a way in memory, and what it heard.
+class Flown : public testing::Test {
+ protected:
+  Flown() : site_(WorldKind::kRoom, 1) {
+    here_.other = &there_;
+    there_.other = &here_;
+    MavlinkPeerOptions options;
+    options.address = {255, 190};
+    options.heartbeat.type = kMavTypeGroundStation;
+    options.heartbeat.autopilot = kMavAutopilotInvalid;
+    station_.emplace(there_, options);
+    FlightRunParams params;
+    start_in(WorldKind::kRoom, params.run);
+    run_.emplace(site_, params);
+    link_.emplace(here_);
+  }
+
+  void hear(const MavlinkFrame& frame) {
+    ++heard_[frame.message];
+    if (const auto position = read_mavlink_message<MavLocalPositionNed>(frame)) position_ = *position;
+    if (const auto value = read_mavlink_message<MavParamValue>(frame)) parameters_.push_back(*value);
+    if (const auto state = read_mavlink_message<MavExtendedSysState>(frame)) landed_ = state->landed_state;
+    if (const auto text = read_mavlink_message<MavStatusText>(frame))
+      texts_.emplace_back(text->text.data(), strnlen(text->text.data(), text->text.size()));
+  }
+  /// Flies until a condition holds; false after `limit_s`.
+  bool fly_until(double limit_s, const std::function<bool()>& done) {
+    const Duration end = run_->elapsed() + Duration::from_seconds(limit_s);
+    while (run_->elapsed() < end) {
+      if (done()) return true;
+      if (sticks_ && run_->elapsed().ns % 50'000'000 == 0) station_->send(*sticks_);
+      const FlightMoment& moment = run_->step(next_);
+      next_ = link_->step(moment);
+      station_->step([&] { return moment.stamp; }, [this](const MavlinkFrame& frame) { hear(frame); });
+      if (const auto command = station_->commands().poll(moment.stamp)) station_->send(*command);
+    }
+    return done();
+  }
+  /// Result of a command.
+  std::uint8_t ask(std::uint16_t command, float param1 = 0, float param7 = 0, float param2 = 0) {
+    MavCommandLong message;
+    message.target_system = message.target_component = 1;
+    message.command = command;
+    message.param1 = param1;
+    message.param2 = param2;
+    message.param7 = param7;
+    EXPECT_TRUE(station_->commands().send(message));
+    EXPECT_TRUE(
+        fly_until(5, [&] { return station_->commands().state() == CommandSender::State::kAnswered; }));
+    return station_->commands().result();
+  }
+  [[nodiscard]] AutopilotState state() const { return run_->moment().autopilot.state; }
+  [[nodiscard]] FlightPhase phase() const { return run_->moment().autopilot.phase; }
+  bool take_off(float height_m) {
+    const auto ready = [&] {
+      return run_->moment().estimate.planar_ready && run_->moment().estimate.height_ready;
+    };
+    if (!fly_until(10, ready) || ask(kMavCommandArmDisarm, 1) != kMavAccepted) return false;
+    if (!fly_until(5, [&] { return state() == AutopilotState::kIdle; })) return false;
+    return ask(kMavCommandTakeoff, 0, height_m) == kMavAccepted &&
+           fly_until(10, [&] { return phase() == FlightPhase::kPosition; });
+  }
+
+  FlightSite site_;
+  link_testing::PipeTransport here_, there_;
+  std::optional<MavlinkPeer> station_;
+  std::optional<FlightRun> run_;
+  std::optional<GroundStation> link_;
+  std::optional<FlightCommand> next_;
+  std::optional<MavManualControl> sticks_;
+  std::map<std::uint32_t, int> heard_;
+  std::vector<MavParamValue> parameters_;
+  std::vector<std::string> texts_;
+  MavLocalPositionNed position_;
+  int landed_ = 0;
+};
+
+TEST_F(Flown, AGroundStationSeesTheVehicleAndItsParameters) {
+  station_->send(MavParamRequestList{});
+  fly_until(3, [] { return false; });
+  ASSERT_NE(station_->autopilot(run_->now()), nullptr);
+  EXPECT_EQ(station_->autopilot(run_->now())->heartbeat.type, kMavTypeQuadrotor);
+  EXPECT_EQ(station_->autopilot(run_->now())->lost_frames, 0u);
+  EXPECT_THAT(parameters_, testing::SizeIs(3));
+  EXPECT_THAT(heard_[MavAttitude::kId], testing::AllOf(testing::Ge(25), testing::Le(30)));
+  EXPECT_GE(heard_[MavLocalPositionNed::kId], 10);
+  EXPECT_GE(heard_[MavBatteryStatus::kId], 2);
+  EXPECT_EQ(landed_, kMavOnGround);
+}
+
+TEST_F(Flown, ItArmsTakesOffFliesBySticksAndLands) {
+  ASSERT_TRUE(take_off(1));
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 0), kMavTemporarilyRejected) << "motors stop on the ground only";
+  fly_until(2, [] { return false; });
+  const Vec3 before = run_->moment().T_odom_base.translation();
+  sticks_.emplace();
+  sticks_->target = 1;
+  sticks_->x = -300;  // backward
+  sticks_->z = 500;   // in the middle
+  fly_until(2.5, [] { return false; });
+  EXPECT_EQ(phase(), FlightPhase::kVelocity);
+  sticks_->x = 0;
+  ASSERT_TRUE(fly_until(3, [&] { return phase() == FlightPhase::kHold; }));
+  sticks_.reset();
+  fly_until(2, [] { return false; });
+  const Vec3 moved = run_->moment().T_odom_base.translation() - before;
+  EXPECT_NEAR(moved.x(), -0.7, 0.2);
+  EXPECT_NEAR(moved.y(), 0, 0.15);
+  EXPECT_NEAR(moved.z(), 0, 0.1);
+  // Forward, right, down.
+  const Vec3 truth = run_->moment().T_odom_base.translation();
+  EXPECT_NEAR(position_.x, truth.x(), 0.1);
+  EXPECT_NEAR(position_.y, -truth.y(), 0.1);
+  EXPECT_NEAR(position_.z, -truth.z(), 0.1);
+  EXPECT_EQ(landed_, kMavInAir);
+  ASSERT_EQ(ask(kMavCommandLand), kMavAccepted);
+  ASSERT_TRUE(fly_until(20, [&] { return state() == AutopilotState::kIdle; }));
+  ASSERT_EQ(ask(kMavCommandArmDisarm, 0), kMavAccepted);
+  EXPECT_TRUE(fly_until(5, [&] { return state() == AutopilotState::kOff; }));
+  EXPECT_EQ(run_->moment().collisions, 0u);
+}
+
+TEST_F(Flown, AGamepadThatFallsSilentEndsInHold) {
+  ASSERT_TRUE(take_off(1));
+  sticks_.emplace();
+  sticks_->target = 1;
+  sticks_->x = 300;
+  sticks_->z = 500;
+  ASSERT_TRUE(fly_until(3, [&] { return phase() == FlightPhase::kVelocity; }));
+  sticks_.reset();
+  EXPECT_TRUE(fly_until(1, [&] { return phase() == FlightPhase::kHold; }));
+}
+
+TEST_F(Flown, RefusalsAreToldInWords) {
+  next_.emplace();
+  next_->stamp = run_->now();
+  next_->pilot = 1;
+  next_->kind = CommandKind::kTakeOver;
+  fly_until(0.2, [] { return false; });
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavAccepted);
+  fly_until(0.5, [] { return false; });
+  EXPECT_EQ(state(), AutopilotState::kOff);
+  EXPECT_THAT(texts_, testing::Contains(testing::HasSubstr("take over")));
+  // The first button takes control.
+  MavManualControl pressed;
+  pressed.target = 1;
+  pressed.z = 500;
+  pressed.buttons = 1;
+  station_->send(pressed);
+  fly_until(0.2, [] { return false; });
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavAccepted);
+  EXPECT_TRUE(fly_until(5, [&] { return state() == AutopilotState::kIdle; }));
+}
+
+TEST_F(Flown, TheEmergencyStopWorksInFlight) {
+  ASSERT_TRUE(take_off(0.5F));
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 0, 0, 21196), kMavAccepted);
+  EXPECT_TRUE(fly_until(0.5, [&] { return state() == AutopilotState::kError; }));
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,142 @@
+#include "hm/pipeline/flight/onboard_computer.hpp"
+
+#include <algorithm>
+
+namespace hm {
+namespace {
+
+/// Whether a periodic task is due; notes when it was.
+bool is_due(std::optional<Time>& last, Duration period, Time now) {
+  if (last && now - *last < period) return false;
+  last = now;
+  return true;
+}
+
+/// How much larger than by the noise of ranges the variances are: with the residuals of the match. A match
+/// that fits badly (a place seen anew, a wrong minimum) is uncertain in proportion.
+double variance_scale(const ScanMatch& match) {
+  constexpr double kMeanPerSigma = 0.798;  // mean of |x| of a normal distribution
+  if (match.range_sigma_m <= 0) return 1;
+  const double excess = match.mean_error_m / (kMeanPerSigma * match.range_sigma_m);
+  return std::max(1.0, excess * excess);
+}
+
+PoseMessage pose_message(const LaserStep& step) {
+  PoseMessage message;
+  message.pose.stamp = step.stamp;
+  message.pose.x_y_yaw = step.odometry.T_odom_base->vector().cast<float>();
+  if (step.planar_covariance) {
+    FilterMatrix<float, 3> covariance =
+        (variance_scale(step.odometry.match) * *step.planar_covariance).cast<float>();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < row; ++column) covariance(row, column) = covariance(column, row);
+    message.pose.covariance = covariance;
+  }
+  return message;
+}
+
+HeightMessage height_message(const HeightEstimate& height) {
+  HeightMessage message;
+  message.height = {height.stamp, static_cast<float>(height.height_m),
+                    static_cast<float>(height.height_std_m)};
+  message.clearance_m = static_cast<float>(height.clearance_m);
+  return message;
+}
+
+}  // namespace
+
+OnboardComputer::OnboardComputer(const LaserParameters& params, LaserPlatform platform, Duration perception,
+                                 FlightObserver* observer)
+    : perception_(params, std::move(platform)), delay_(perception), observer_(observer) {}
+
+void OnboardComputer::add_scan(const Received<LaserScan>& scan) {
+  if (observer_ != nullptr) observer_->on_scan(scan);
+  ++scans_.in;
+  sweep_ = scan.measured.stamp_of(scan.measured.size() - 1) - scan.measured.stamp;
+  perception_.add_scan(scan.measured);
+  process(scan.at);
+}
+
+void OnboardComputer::add(Time now, const DownMessage& message) {
+  if (const auto* sample = std::get_if<ImuSample>(&message)) return add_imu(now, *sample);
+  if (const auto* state = std::get_if<StateMessage>(&message)) return add_state(now, *state);
+  const auto& answer = std::get<TimeAnswer>(message);
+  sync_.add(answer.sent, answer.remote, now);
+}
+
+/// A plausible stamp of the board on the computer's clock.
+std::optional<Time> OnboardComputer::on_computer(Time now, Time remote) const {
+  const std::optional<Time> stamp = sync_.to_local(remote);
+  if (!stamp || now - *stamp > kMostImuAge || now - *stamp < kLeastImuAge) return std::nullopt;
+  return stamp;
+}
+
+void OnboardComputer::add_state(Time now, const StateMessage& state) {
+  const std::optional<Time> stamp = on_computer(now, state.stamp);
+  if (!stamp) return;
+  perception_.add_odometry(
+      {*stamp, SE3(rotation_from_roll_pitch_yaw(state.roll_pitch_yaw_rad), state.position_m)});
+  process(now);
+}
+
+void OnboardComputer::add_imu(Time now, const ImuSample& sample) {
+  ++imu_.in;
+  const std::optional<Time> stamp = on_computer(now, sample.stamp);
+  if (!stamp) {
+    ++imu_.dropped;
+    return;
+  }
+  ++imu_.out;
+  Received<ImuSample> received{now, sample};
+  received.measured.stamp = *stamp;
+  if (observer_ != nullptr) observer_->on_imu(received);
+  perception_.add_imu(received.measured);
+  process(now);
+}
+
+void OnboardComputer::process(Time now) {
+  for (const LaserStep& step : perception_.take_steps()) {
+    if (observer_ != nullptr) observer_->on_laser_step(step);
+    send_results(step, now + delay_);
+  }
+}
+
+void OnboardComputer::send_results(const LaserStep& step, Time ready) {
+  const bool posed = step.matched_scan && step.odometry.T_odom_base;
+  ++(posed ? scans_.out : scans_.dropped);
+  if (posed) {
+    PoseMessage message = pose_message(step);
+    message.scan_end = step.scan_stamp + sweep_;
+    outbox_.push_back({ready, message});
+  }
+  if (step.height && step.height->status == HeightStatus::kOk)
+    outbox_.push_back({ready, height_message(*step.height)});
+}
+
+std::vector<UpMessage> OnboardComputer::take_messages(Time now) {
+  std::vector<UpMessage> messages;
+  std::erase_if(outbox_, [&](Pending& pending) {
+    if (pending.ready > now) return false;
+    if (auto* pose = std::get_if<PoseMessage>(&pending.message)) {
+      scan_to_pose_.add(now - pose->scan_end);
+      pose->pose.stamp = on_board(pose->pose.stamp);
+    }
+    if (auto* height = std::get_if<HeightMessage>(&pending.message))
+      height->height.stamp = on_board(height->height.stamp);
+    messages.push_back(std::move(pending.message));
+    return true;
+  });
+  if (is_due(sync_sent_, kSyncPeriod, now)) messages.emplace_back(TimeQuestion{now});
+  if (is_due(life_sent_, kLifePeriod, now)) messages.emplace_back(std::monostate{});
+  return messages;
+}
+
+void OnboardComputer::finish() {
+  perception_.finish();
+  for (const LaserStep& step : perception_.take_steps())
+    if (observer_ != nullptr) observer_->on_laser_step(step);
+}
+
+std::vector<StageCounts> OnboardComputer::counts() const { return {imu_, scans_}; }
+
+}  // namespace hm

@@ -1,0 +1,61 @@
+#pragma once
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "hm/link/time_sync.hpp"
+#include "hm/pipeline/flight/flight_messages.hpp"
+#include "hm/pipeline/flight/flight_observer.hpp"
+#include "hm/pipeline/flight/flight_statistics.hpp"
+#include "hm/pipeline/laser/laser_pipeline.hpp"
+
+namespace hm {
+
+/// The vehicle's on-board computer: scans and IMU samples become poses and heights (dissertation 2.2), which
+/// it sends to the board, as it does with commands of pilots. It keeps the board's clock by TIMESYNC.
+class OnboardComputer {
+ public:
+  static constexpr Duration kLifePeriod{50'000'000}, kSyncPeriod{100'000'000};
+  /// IMU samples and states whose age is not within these bounds have a stamp of a clock that stepped.
+  static constexpr Duration kMostImuAge{100'000'000}, kLeastImuAge{-5'000'000};
+
+  /// `perception`: time from a scan's arrival to its results.
+  OnboardComputer(const LaserParameters& params, LaserPlatform platform, Duration perception,
+                  FlightObserver* observer);
+
+  void add_scan(const Received<LaserScan>& scan);
+  void add(Time now, const DownMessage& message);
+  void add_command(const FlightCommand& command) { outbox_.push_back({Time{INT64_MIN}, command}); }
+  /// What is to be sent by now.
+  std::vector<UpMessage> take_messages(Time now);
+  void finish();
+
+  [[nodiscard]] const LaserPipeline& perception() const { return perception_; }
+  [[nodiscard]] std::vector<StageCounts> counts() const;
+  /// From the last beam of a scan until its pose is sent.
+  [[nodiscard]] const LatencyHistogram& scan_to_pose() const { return scan_to_pose_; }
+
+ private:
+  struct Pending {
+    Time ready;
+    UpMessage message;
+  };
+  void add_imu(Time now, const ImuSample& sample);
+  void add_state(Time now, const StateMessage& state);
+  [[nodiscard]] std::optional<Time> on_computer(Time now, Time remote) const;
+  void process(Time now);
+  void send_results(const LaserStep& step, Time ready);
+  [[nodiscard]] Time on_board(Time local) const { return sync_.to_remote(local).value_or(local); }
+
+  LaserPipeline perception_;
+  Duration delay_;
+  FlightObserver* observer_;
+  TimeSync sync_;
+  std::deque<Pending> outbox_;
+  std::optional<Time> life_sent_, sync_sent_;
+  StageCounts scans_{"perception", 0, 0, 0}, imu_{"imu of the computer", 0, 0, 0};
+  LatencyHistogram scan_to_pose_;
+  Duration sweep_;
+};
+
+}  // namespace hm

@@ -1,0 +1,328 @@
+#include "hm/pipeline/flight/script_pilot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "hm/flight/flight_text.hpp"
+#include "hm/geometry/float/float_math.hpp"
+
+namespace hm {
+namespace {
+
+using Kind = FlightOrder::Kind;
+
+constexpr double kRepeat_s = 0.2;      ///< of commands that were not carried out yet
+constexpr double kToggleRepeat_s = 1;  ///< of those that a second one would undo
+constexpr double kVelocityPeriod_s = 0.05;
+constexpr double kSignOfLife_s = 0.5;
+
+/// Why an order that needs a flying vehicle cannot go on.
+std::string not_flying(const PilotView& view) {
+  const std::string state(text_of(view.state));
+  return view.reason ? fmt::format("the vehicle is {}: {}", state, text_of(*view.reason))
+                     : fmt::format("the vehicle is {}", state);
+}
+
+bool is_hopeless(Refusal refusal) {
+  return refusal == Refusal::kOutOfRange || refusal == Refusal::kNotANumber;
+}
+
+}  // namespace
+
+std::string_view to_string(OrderOutcome outcome) {
+  switch (outcome) {
+    case OrderOutcome::kWaiting:
+      return "waiting";
+    case OrderOutcome::kRunning:
+      return "running";
+    case OrderOutcome::kDone:
+      return "done";
+    case OrderOutcome::kMissed:
+      return "missed";
+    case OrderOutcome::kSkipped:
+      return "skipped";
+  }
+  return "unknown";
+}
+
+ScriptPilot::ScriptPilot(const PilotParams& params, std::uint8_t identity)
+    : params_(params), identity_(identity) {}
+
+void ScriptPilot::add(const FlightOrder& order) {
+  if (!closed_) records_.push_back({order, OrderOutcome::kWaiting, {}, {}, 0, {}});
+}
+
+void ScriptPilot::interrupt(const FlightOrder& order) {
+  if (closed_) return;
+  skip_rest("interrupted", last_stamp_.value_or(Time{}));
+  add(order);
+}
+
+void ScriptPilot::land_now(const std::string& reason) {
+  closed_ = true;
+  stop_reason_ = reason;
+}
+
+const OrderRecord* ScriptPilot::current() const {
+  const bool runs = next_ < records_.size() && record().outcome == OrderOutcome::kRunning;
+  return runs ? &record() : nullptr;
+}
+
+FlightCommand ScriptPilot::command_of(CommandKind kind) const {
+  FlightCommand command;
+  command.kind = kind;
+  return command;
+}
+
+std::optional<FlightCommand> ScriptPilot::step(const PilotView& view) {
+  if (released_ || (last_stamp_ && view.now <= *last_stamp_)) return {};
+  note_answer(view);
+  if (stop_reason_ && !ends_) skip_rest(*stop_reason_, view.now);
+  stop_reason_.reset();
+  std::optional<FlightCommand> command;
+  if (in_control_) {
+    command = fly(view);
+  } else {
+    command = command_of(CommandKind::kTakeOver);
+    in_control_ = true;
+  }
+  const bool silent = last_stamp_ && (view.now - *last_stamp_).seconds() >= kSignOfLife_s;
+  if (!command && silent) command = command_of(CommandKind::kSignOfLife);
+  if (!command) return {};
+  command->stamp = view.now;
+  command->pilot = identity_;
+  last_stamp_ = view.now;
+  return command;
+}
+
+void ScriptPilot::note_answer(const PilotView& view) {
+  if (!view.answered) return;
+  if (view.refusal == Refusal::kOtherPilot) in_control_ = false;
+  if (*view.answered != sent_) return;  // of an order before
+  if (view.refusal != Refusal::kNone) refusal_ = view.refusal;
+  if (*view.answered == CommandKind::kGoTo) accepted_ = view.refusal == Refusal::kNone;
+}
+
+std::optional<FlightCommand> ScriptPilot::fly(const PilotView& view) {
+  if (next_ < records_.size() && view.state == AutopilotState::kError && record().order.kind != Kind::kEStop)
+    skip_rest("an error is latched", view.now);
+  if (next_ == records_.size()) return closed_ ? end_flight(view) : std::nullopt;
+  if (record().outcome == OrderOutcome::kWaiting) begin(view);
+  return carry_out(view);
+}
+
+std::optional<FlightCommand> ScriptPilot::carry_out(const PilotView& view) {
+  switch (record().order.kind) {
+    case Kind::kTakeOff:
+      return take_off(view);
+    case Kind::kGoTo:
+      return go_to(view);
+    case Kind::kVelocity:
+      return fly_velocity(view);
+    case Kind::kWait:
+      if (running_s(view) >= record().order.duration.seconds()) finish(view, OrderOutcome::kDone);
+      return {};
+    case Kind::kHold:
+      return hold(view);
+    case Kind::kLand:
+      return land(view);
+    case Kind::kEStop:
+      break;
+  }
+  if (view.state == AutopilotState::kError) {
+    finish(view, OrderOutcome::kDone);
+    return {};
+  }
+  return again(command_of(CommandKind::kEStop), view, kRepeat_s);
+}
+
+void ScriptPilot::begin(const PilotView& view) {
+  OrderRecord& now = record();
+  now.outcome = OrderOutcome::kRunning;
+  now.begin = view.now;
+  sent_.reset();
+  since_.reset();
+  accepted_ = false;
+  refusal_ = Refusal::kNone;
+  const double leg_m = now.order.kind == Kind::kGoTo
+                           ? (now.order.position_m - view.position_m.cast<double>()).norm()
+                           : now.order.height_m;
+  time_limit_s_ = leg_m / params_.leg_speed_m_s + PilotParams::kSpare_s;
+  goal_yaw_rad_ = now.order.yaw_rad ? wrap_angle_f(static_cast<float>(*now.order.yaw_rad)) : view.yaw_rad;
+}
+
+void ScriptPilot::finish(const PilotView& view, OrderOutcome outcome, std::string reason) {
+  OrderRecord& now = record();
+  now.outcome = outcome;
+  now.end = view.now;
+  now.reason = std::move(reason);
+  if (now.order.kind == Kind::kGoTo)
+    now.distance_m = (now.order.position_m - view.position_m.cast<double>()).norm();
+  ++next_;
+}
+
+void ScriptPilot::skip_rest(const std::string& reason, Time now) {
+  for (; next_ < records_.size(); ++next_) {
+    OrderRecord& skipped = record();
+    if (skipped.outcome == OrderOutcome::kWaiting) skipped.begin = now;
+    skipped.outcome = OrderOutcome::kSkipped;
+    skipped.end = now;
+    skipped.reason = reason;
+  }
+}
+
+std::optional<FlightCommand> ScriptPilot::again(const FlightCommand& command, const PilotView& view,
+                                                double period_s) {
+  if (sent_ == command.kind && (view.now - sent_at_).seconds() < period_s) return {};
+  sent_ = command.kind;
+  sent_at_ = view.now;
+  return command;
+}
+
+std::optional<FlightCommand> ScriptPilot::take_off(const PilotView& view) {
+  const bool climbs = view.phase == FlightPhase::kTakeOff;
+  if (view.state == AutopilotState::kFlying && !climbs) {
+    const bool took_off = sent_ == CommandKind::kTakeOff;
+    finish(view, took_off ? OrderOutcome::kDone : OrderOutcome::kMissed, took_off ? "" : "it flies already");
+    return {};
+  }
+  if (view.state == AutopilotState::kLanding) {
+    miss(view, not_flying(view));
+    return {};
+  }
+  if (running_s(view) > (climbs ? time_limit_s_ + params_.ready_s : params_.ready_s)) {
+    const std::string reason = climbs ? "not at the height after its time"
+                                      : fmt::format("no take-off in {:g} s{}{}", params_.ready_s,
+                                                    refusal_ == Refusal::kNone ? "" : ": ",
+                                                    refusal_ == Refusal::kNone ? "" : text_of(refusal_));
+    miss(view, reason);
+    if (!climbs) skip_rest("the vehicle did not take off", view.now);
+    return {};
+  }
+  if (view.state == AutopilotState::kOff)
+    return again(command_of(CommandKind::kToggleEngage), view, kToggleRepeat_s);
+  if (view.state != AutopilotState::kIdle) return {};
+  FlightCommand command = command_of(CommandKind::kTakeOff);
+  command.position_m.z() = static_cast<float>(record().order.height_m);
+  return again(command, view, kRepeat_s);
+}
+
+bool ScriptPilot::is_there(const PilotView& view) const {
+  const double distance_m = (record().order.position_m - view.position_m.cast<double>()).norm();
+  if (distance_m > params_.arrival_m) return false;
+  const bool passes = next_ + 1 < records_.size() && records_[next_ + 1].order.kind == Kind::kGoTo;
+  if (passes) return true;
+  const float turn = wrap_angle_f(view.yaw_rad - goal_yaw_rad_);
+  return view.velocity_m_s.norm() <= params_.arrival_speed_m_s && std::abs(turn) <= params_.arrival_yaw_rad;
+}
+
+std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
+  if (view.state != AutopilotState::kFlying) {
+    miss(view, not_flying(view));
+    return {};
+  }
+  if (is_hopeless(refusal_)) {
+    miss(view, std::string(text_of(refusal_)));
+    return {};
+  }
+  if (running_s(view) > time_limit_s_) {
+    miss(view, fmt::format("not there after {:.0f} s", running_s(view)));
+    return {};
+  }
+  const bool in_position = view.phase == FlightPhase::kPosition;
+  if (accepted_ && in_position) {
+    if (is_there(view)) finish(view, OrderOutcome::kDone);
+    return {};
+  }
+  if (in_position || view.phase == FlightPhase::kHold) {
+    accepted_ = false;
+    FlightCommand command = command_of(CommandKind::kGoTo);
+    command.position_m = record().order.position_m.cast<float>();
+    command.yaw_rad = goal_yaw_rad_;
+    return again(command, view, kRepeat_s);
+  }
+  const bool by_pilot = view.phase == FlightPhase::kVelocity || view.phase == FlightPhase::kDirect ||
+                        view.phase == FlightPhase::kPath;
+  return by_pilot ? again(command_of(CommandKind::kHold), view, kRepeat_s) : std::nullopt;
+}
+
+std::optional<FlightCommand> ScriptPilot::fly_velocity(const PilotView& view) {
+  const double duration_s = record().order.duration.seconds();
+  if (view.state != AutopilotState::kFlying) {
+    miss(view, not_flying(view));
+    return {};
+  }
+  if (is_hopeless(refusal_)) {
+    miss(view, std::string(text_of(refusal_)));
+    return command_of(CommandKind::kHold);
+  }
+  if (!since_ && running_s(view) > PilotParams::kSpare_s) {
+    miss(view, "velocities are not accepted");
+    return {};
+  }
+  if (since_ && (view.now - *since_).seconds() >= duration_s) {
+    finish(view, OrderOutcome::kDone);
+    return command_of(CommandKind::kHold);
+  }
+  if (view.phase != FlightPhase::kVelocity) {
+    FlightCommand command = command_of(CommandKind::kMode);
+    command.mode = FlightPhase::kVelocity;
+    return again(command, view, kRepeat_s);
+  }
+  if (!since_) since_ = view.now;
+  FlightCommand command = command_of(CommandKind::kVelocity);
+  command.velocity_m_s = record().order.velocity_m_s.cast<float>();
+  command.yaw_rad = static_cast<float>(record().order.yaw_rate_rad_s);
+  return again(command, view, kVelocityPeriod_s);
+}
+
+std::optional<FlightCommand> ScriptPilot::hold(const PilotView& view) {
+  if (!in_air(view.state)) {
+    miss(view, not_flying(view));
+    return {};
+  }
+  const bool holds = view.phase == FlightPhase::kHold;
+  if (holds && view.velocity_m_s.norm() <= params_.arrival_speed_m_s) {
+    finish(view, OrderOutcome::kDone);
+    return {};
+  }
+  if (running_s(view) > PilotParams::kSettle_s) {
+    miss(view, fmt::format("not at rest after {:g} s", PilotParams::kSettle_s));
+    return {};
+  }
+  return holds ? std::nullopt : again(command_of(CommandKind::kHold), view, kRepeat_s);
+}
+
+std::optional<FlightCommand> ScriptPilot::land(const PilotView& view) {
+  constexpr double kLongestLanding_s = 120;
+  if (view.state == AutopilotState::kOff) {
+    finish(view, OrderOutcome::kDone);
+    return {};
+  }
+  if (running_s(view) > kLongestLanding_s) {
+    miss(view, fmt::format("not on the ground after {:g} s", kLongestLanding_s));
+    return {};
+  }
+  if (view.state == AutopilotState::kFlying) return again(command_of(CommandKind::kLand), view, kRepeat_s);
+  if (view.state == AutopilotState::kIdle)
+    return again(command_of(CommandKind::kToggleEngage), view, kToggleRepeat_s);
+  return {};
+}
+
+/// Lands once, if that is still to be done, and then gives control up.
+std::optional<FlightCommand> ScriptPilot::end_flight(const PilotView& view) {
+  const bool rests = view.state == AutopilotState::kOff || view.state == AutopilotState::kError;
+  if (!rests && !ends_) {
+    ends_ = true;
+    FlightOrder order;
+    order.kind = Kind::kLand;
+    order.text = "land";
+    records_.push_back({order, OrderOutcome::kWaiting, {}, {}, 0, {}});
+    return fly(view);
+  }
+  released_ = true;
+  return command_of(CommandKind::kRelease);
+}
+
+}  // namespace hm

@@ -1,0 +1,141 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hm/core/params.hpp"
+#include "hm/flight/fail_safes.hpp"
+#include "hm/flight/flight_command.hpp"
+#include "hm/pipeline/flight/flight_script.hpp"
+
+namespace hm {
+
+struct PilotParams {
+  double arrival_m = 0.1;
+  double arrival_speed_m_s = 0.15;
+  double arrival_yaw_rad = 0.1;
+  double leg_speed_m_s = 0.25;
+  double ready_s = 15;
+  /// Beyond the time that a leg or a climb takes at `leg_speed_m_s`.
+  static constexpr double kSpare_s = 10;
+  /// For stopping the motors, or coming to rest.
+  static constexpr double kSettle_s = 10;
+
+  template <class Self, class Visitor>
+  static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"arrival_m", {0.02, 5}, "distance at which a way point is reached", ParamLevel::kBasic},
+      self.arrival_m);
+    v(ParamDoc{"arrival_speed_m_s", {0.02, 5}, "slower than this the vehicle has come to rest"},
+      self.arrival_speed_m_s);
+    v(ParamDoc{"arrival_yaw_rad", {0.01, 3.2}, "error of the heading at which a way point is reached"},
+      self.arrival_yaw_rad);
+    v(ParamDoc{"leg_speed_m_s", {0.01, 5}, "a way point that takes longer than at this speed is missed"},
+      self.leg_speed_m_s);
+    v(ParamDoc{"ready_s", {1, 600}, "a vehicle that cannot take off for so long ends the script"},
+      self.ready_s);
+  }
+};
+
+/// What a pilot sees of the vehicle.
+struct PilotView {
+  Time now;  ///< on the vehicle's clock
+  AutopilotState state = AutopilotState::kOff;
+  FlightPhase phase = FlightPhase::kGround;
+  std::optional<FailSafe> reason;    ///< of the fail-safe that acts
+  Vec3f position_m = Vec3f::Zero();  ///< estimate, in `odom`
+  Vec3f velocity_m_s = Vec3f::Zero();
+  float yaw_rad = 0;
+  std::optional<CommandKind> answered;  ///< the pilot's command that reached the vehicle since the last step
+  Refusal refusal = Refusal::kNone;     ///< valid with `answered`
+};
+
+enum class OrderOutcome { kWaiting, kRunning, kDone, kMissed, kSkipped };
+[[nodiscard]] std::string_view to_string(OrderOutcome outcome);
+
+/// What became of an order.
+struct OrderRecord {
+  FlightOrder order;
+  OrderOutcome outcome = OrderOutcome::kWaiting;
+  Time begin, end;          ///< valid where it was begun, ended
+  double distance_m = 0;    ///< kGoTo: from the goal at the end, by the estimate
+  std::string reason = {};  ///< kMissed, kSkipped
+};
+
+/// Flies orders, one after the other: takes control, engages, takes off, repeats velocity commands and signs
+/// of life, waits until a place is reached by the estimate, and gives up after a time-out. A way point is
+/// passed where the next order is one too; otherwise the vehicle comes to rest there. At the end it lands, if
+/// it flies, stops the motors and releases control.
+///
+/// What fails (a time-out, a refusal, a fail-safe that lands) is missed with the reason, and the next order
+/// follows; after an error of the autopilot, or where it cannot take off, all others are skipped. Knows what
+/// the vehicle sends, nothing of a simulation. Deterministic.
+class ScriptPilot {
+ public:
+  explicit ScriptPilot(const PilotParams& params = {}, std::uint8_t identity = 1);
+
+  void add(const FlightOrder& order);
+  /// Skips what runs and what waits, and carries this out at once.
+  void interrupt(const FlightOrder& order);
+  /// No more orders will come; what was added is carried out.
+  void close() { closed_ = true; }
+  /// Ends the flight: skips what runs and what waits, and lands. No orders are accepted afterwards.
+  void land_now(const std::string& reason);
+
+  /// The command to send now, if any. Called each millisecond.
+  std::optional<FlightCommand> step(const PilotView& view);
+  /// No order is left, the motors stand (or an error is latched), control is released.
+  [[nodiscard]] bool is_over() const { return released_; }
+  [[nodiscard]] std::span<const OrderRecord> records() const { return records_; }
+  /// The order that is carried out, null: none.
+  [[nodiscard]] const OrderRecord* current() const;
+
+ private:
+  std::optional<FlightCommand> fly(const PilotView& view);
+  std::optional<FlightCommand> carry_out(const PilotView& view);
+  std::optional<FlightCommand> take_off(const PilotView& view);
+  std::optional<FlightCommand> go_to(const PilotView& view);
+  std::optional<FlightCommand> fly_velocity(const PilotView& view);
+  std::optional<FlightCommand> hold(const PilotView& view);
+  std::optional<FlightCommand> land(const PilotView& view);
+  std::optional<FlightCommand> end_flight(const PilotView& view);
+
+  void note_answer(const PilotView& view);
+  void begin(const PilotView& view);
+  void finish(const PilotView& view, OrderOutcome outcome, std::string reason = {});
+  void miss(const PilotView& view, std::string reason) {
+    finish(view, OrderOutcome::kMissed, std::move(reason));
+  }
+  void skip_rest(const std::string& reason, Time now);
+  [[nodiscard]] bool is_there(const PilotView& view) const;
+  [[nodiscard]] FlightCommand command_of(CommandKind kind) const;
+  /// The command, unless the same kind was sent less than `period_s` ago.
+  std::optional<FlightCommand> again(const FlightCommand& command, const PilotView& view, double period_s);
+  [[nodiscard]] double running_s(const PilotView& view) const {
+    return (view.now - record().begin).seconds();
+  }
+  [[nodiscard]] OrderRecord& record() { return records_[next_]; }
+  [[nodiscard]] const OrderRecord& record() const { return records_[next_]; }
+
+  PilotParams params_;
+  std::uint8_t identity_;
+  std::vector<OrderRecord> records_;
+  std::size_t next_ = 0;  // record that runs or waits
+  bool closed_ = false, in_control_ = false, released_ = false, ends_ = false;
+  std::optional<std::string> stop_reason_;  // of land_now(), until the next step
+
+  // Of the order that runs.
+  std::optional<CommandKind> sent_;
+  Time sent_at_;
+  std::optional<Time> since_;  // kVelocity: when the vehicle was in that mode
+  bool accepted_ = false;      // kGoTo: the vehicle has this goal
+  Refusal refusal_ = Refusal::kNone;
+  float goal_yaw_rad_ = 0;
+  double time_limit_s_ = 0;
+
+  std::optional<Time> last_stamp_;  // of the newest command
+};
+
+}  // namespace hm
