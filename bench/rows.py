@@ -113,6 +113,11 @@ ROWS = [
         "bundle adjustment of 4,000 keyframes that circle through a ring of corridors", ("bundle_growth",)),
     Row("bundle_growth", "times", 1.5, 1.2, "at_most", "bundle_soak", 1, 
         "cost of an observation, relative to that with a quarter of the keyframes; the same in one room, 2,000 keyframes against 250"),
+    Row("verdict", "percent", 1, 0, "at_most", "verdicts", 2,
+        "some 280 results, good and damaged, simulated and real, laser and depth camera: torn ones called ok",
+        ("verdict_broken", "verdict_doubtful")),
+    Row("verdict_broken", "percent", 2, 1, "at_most", "verdicts", 2, "good ones called broken"),
+    Row("verdict_doubtful", "percent", 10, 5, "at_most", "verdicts", 2, "good ones called doubtful"),
     # Calibration
     Row("depth_calibration", "times the allowed", 1, None, "at_most", "depth_calibration", 2,
         "simulated Xtion, bias to 10 cm at 4 m: RMS of held-out boards by 1.2 sigma + 1 mm of 30 averaged images, worst distance", ("depth_calibration_3m", "depth_chain_time")),
@@ -172,6 +177,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "depth_calibration": ["calibration", "depth_camera"], "kernel_limit": ["tsdf"],
          **dict.fromkeys(["fly_hover", "fly_step", "fly_robust", "fly_waypoints", "fly_failsafes", "fly_speed", "fly_soak"],
                          ["flight", "control", "estimation", "laser", "sim/vehicle", "pipeline/flight"]),
+         "verdicts": ["slam/laser", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"]}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 # Benchmarks that need a recording which is not in the repository, and where it is in the folder of data.

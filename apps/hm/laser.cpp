@@ -23,7 +23,7 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_of(hm::run_laser(options));
+  return outcome_with_verdict(hm::run_laser(options), flags.output.strict);
 }
 
 void add_laser(Program& program) {
@@ -40,6 +40,7 @@ void add_laser(Program& program) {
                   "laser recording: ROS 1 bag; CARMEN, g2o-like, Wean Hall, MOOS or BreezySLAM log")
       ->required();
   flags->output.add_to(command, "NAME_laser");
+  flags->output.add_strict_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_laser); });
   command.add_option("--relations", flags->relations,
                      "file with known relative poses to compare with (t1 t2 x y z roll pitch yaw)");

@@ -27,7 +27,7 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.force = flags.of_recording.force;
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_of(hm::run_odometry(options));
+  return outcome_with_verdict(hm::run_odometry(options), flags.output.strict);
 }
 
 void add_odometry(Program& program) {
@@ -41,6 +41,7 @@ void add_odometry(Program& program) {
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_odometry");
+  flags->output.add_strict_to(command);
   command.add_option("--method", flags->method, "method (odometry.method; default: tracker)")
       ->check(CLI::IsMember(
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));

@@ -79,6 +79,10 @@ void OutputFlags::add_to(CLI::App& command, const std::string& by_default) {
   command.add_flag("--overwrite", overwrite, "replace an existing result in this folder");
 }
 
+void OutputFlags::add_strict_to(CLI::App& command) {
+  command.add_flag("--strict", strict, "fail (exit code 1) unless the verdict of the run is ok");
+}
+
 void OutputFlags::add_resume_to(CLI::App& command, const std::string& help) {
   command.add_flag("--resume", resume, help)->excludes("--overwrite");
 }

@@ -14,6 +14,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 
 /// The options that every verb has.
 struct CommonOptions {
@@ -44,13 +45,23 @@ hm::Result<Outcome> outcome_of(const hm::Result<Summary>& summary) {
   return Outcome{to_text(*summary), to_json(*summary), summary->warnings, summary->outputs};
 }
 
+/// The same for a run with a verdict; `strict`: one that is not ok is a failure of the run.
+template <class Summary>
+hm::Result<Outcome> outcome_with_verdict(const hm::Result<Summary>& summary, bool strict) {
+  auto outcome = outcome_of(summary);
+  if (outcome && strict) outcome->failure = hm::strict_failure(summary->verdict);
+  return outcome;
+}
+
 /// The folder of results of a verb, and what happens to a result that lies there.
 struct OutputFlags {
   std::string folder_given;
-  bool overwrite = false, resume = false;
+  bool overwrite = false, resume = false, strict = false;
 
   /// Adds -o and --overwrite; `by_default` says in the help which folder is taken without -o.
   void add_to(CLI::App& command, const std::string& by_default);
+  /// Adds --strict.
+  void add_strict_to(CLI::App& command);
   /// Adds --resume, with these words.
   void add_resume_to(CLI::App& command, const std::string& help);
   /// The folder that was asked for; otherwise NAME_suffix in the current folder, after the recording's name

@@ -42,7 +42,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
     if (!complete) return hm::forward_error(complete);
     if (*complete) return std::move(**complete);
   }
-  return outcome_of(summary);
+  return outcome_with_verdict(summary, flags.output.strict);
 }
 
 void add_reconstruct(Program& program) {
@@ -58,6 +58,7 @@ void add_reconstruct(Program& program) {
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_reconstruction");
+  flags->output.add_strict_to(command);
   command.add_option(
       "--poses", flags->poses,
       "trajectory to use instead of the poses of the recording (TUM, EuRoC): T_world_camera at the time "

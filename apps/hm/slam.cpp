@@ -41,7 +41,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.force = flags.of_recording.force;
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_of(hm::run_slam(options));
+  return outcome_with_verdict(hm::run_slam(options), flags.output.strict);
 }
 
 void add_slam(Program& program) {
@@ -56,6 +56,7 @@ void add_slam(Program& program) {
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
       ->required();
   flags->output.add_to(command, "NAME_slam");
+  flags->output.add_strict_to(command);
   flags->output.add_resume_to(
       command,
       "continue an interrupted run in the same folder where its last save stood, with its parameters");

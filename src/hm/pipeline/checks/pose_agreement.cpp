@@ -15,6 +15,8 @@ constexpr int kTile_px = 80;
 /// Fewer points than this are not compared.
 constexpr std::size_t kMinPoints = 50;
 constexpr double kMinOverlap = 0.1;
+/// A point lies on what the other view measured within this distance, which grows with depth (noise, edges).
+constexpr double kTolerance_m = 0.05, kToleranceRatio = 0.02;
 
 SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
   if (hypothesis.poses_ignored) return {};
@@ -55,6 +57,22 @@ class TileMeans {
   std::vector<Tile> tiles_;
 };
 
+/// Points that the other view could see: on what it measured, or in front of it.
+struct VisibleCounts {
+  std::size_t agree = 0, seen_through = 0;
+  void add(double z_predicted, double z_measured) {
+    const double behind = z_predicted - z_measured, tolerance = kTolerance_m + kToleranceRatio * z_measured;
+    if (behind < -tolerance)
+      ++seen_through;
+    else if (behind <= tolerance)
+      ++agree;
+  }
+  [[nodiscard]] double contradicted_ratio() const {
+    const auto all = static_cast<double>(agree + seen_through);
+    return all > 0 ? static_cast<double>(seen_through) / all : 0;
+  }
+};
+
 }  // namespace
 
 std::string to_string(const ReadingHypothesis& hypothesis) {
@@ -76,6 +94,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
   const SE3 T_to_from = motion_between(pair, hypothesis);
   std::vector<double> errors, relative;
   TileMeans tiles(camera);
+  VisibleCounts visible;
   std::size_t moved = 0;
   for (int y = kPixelStep / 2; y < camera.height; y += kPixelStep) {
     for (int x = kPixelStep / 2; x < camera.width; x += kPixelStep) {
@@ -93,6 +112,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
       errors.push_back(std::fabs(p_to.z() - z_to));
       relative.push_back(errors.back() / z_to);
       tiles.add(u, v, (p_to.z() - z_to) / z_to);
+      visible.add(p_to.z(), z_to);
     }
   }
   Agreement result;
@@ -101,6 +121,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
   result.median_m = middle_value(std::span(errors));
   result.relative = middle_value(std::span(relative));
   result.systematic = tiles.median();
+  result.contradicted_ratio = visible.contradicted_ratio();
   return result;
 }
 
@@ -119,7 +140,7 @@ Agreement median_of(const std::vector<Agreement>& agreements) {
     return quantile(std::move(values), 0.5);
   };
   return {median(&Agreement::median_m), median(&Agreement::relative), median(&Agreement::systematic),
-          median(&Agreement::overlap_ratio)};
+          median(&Agreement::overlap_ratio), median(&Agreement::contradicted_ratio)};
 }
 
 std::vector<ReadingHypothesis> reading_hypotheses(double units_per_m) {

@@ -32,6 +32,9 @@ struct Agreement {
   /// of the difference when the noise of single pixels is averaged out. 1 when nothing overlaps.
   double systematic = 1;
   double overlap_ratio = 0;  ///< share of the points moved that met a valid depth
+  /// Share of the points that the other view saw through: they stand clearly in front of what it measured.
+  /// Of those only that it could have seen (points behind are hidden). 0 when nothing overlaps.
+  double contradicted_ratio = 0;
 };
 
 /// Moves every sixth pixel of one depth image into the other frame by the poses, and compares. `camera`

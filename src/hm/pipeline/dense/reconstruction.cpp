@@ -20,6 +20,7 @@
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
+#include "hm/pipeline/verdict/depth_visits.hpp"
 
 namespace hm {
 namespace {
@@ -384,6 +385,7 @@ Result<ReconstructionSummary> Run::finish() {
   if (saved) saved = as_run_failure(saver_->finish_save(pipeline_.grid()));
   if (!saved) return forward_error(saved);
   summarise();
+  judge_depth_visits(*recording_, summary_.trajectory, options_.run, summary_.verdict);
   saver_.reset();
   std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};
   if (const auto published = folder_.publish(map, RunState::kRunning); !published)

@@ -12,6 +12,7 @@
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/report/summary_tree.hpp"
 #include "hm/tsdf/alignment/dense_alignment.hpp"
 
@@ -87,6 +88,7 @@ struct ReconstructionSummary {
   SE3 T_level_given;
   std::optional<AlignmentSummary> alignment;  ///< with reconstruction.align
   std::optional<MeshError> error;             ///< for a recording with a true mesh
+  RunVerdict verdict;
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };

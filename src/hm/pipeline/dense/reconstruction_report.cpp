@@ -135,14 +135,12 @@ void add_skipped(HtmlReport& report, const ReconstructionSummary& summary) {
 }  // namespace
 
 std::string report_html(const ReconstructionSummary& summary, const ReportMaterial& material) {
-  using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
   HtmlReport report(folder_title(summary.recording.path), "Reconstruction");
   const bool empty = summary.triangles == 0;
-  report.set_verdict(empty                      ? Verdict::kBad
-                     : summary.warnings.empty() ? Verdict::kGood
-                                                : Verdict::kDoubtful,
-                     empty ? "No surface was found." : verdict_of(tree, material.scene.size));
+  report.set_verdict(empty ? HtmlReport::Verdict::kBad : report_verdict(summary.verdict),
+                     empty ? "No surface was found."
+                           : verdict_sentence(summary.verdict, verdict_of(tree, material.scene.size)));
   report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);

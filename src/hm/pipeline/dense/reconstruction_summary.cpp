@@ -13,6 +13,7 @@ void visit(const SkippedFrame& frame, SummaryTree& v) {
 }
 
 void visit(const ReconstructionSummary& summary, SummaryTree& v) {
+  v.group("verdict", summary.verdict);
   v.object("frames", [&](SummaryTree& frames) {
     frames({"total"}, summary.frames_total);
     frames({"read"}, summary.frames_read);
@@ -63,7 +64,8 @@ std::string to_text(const ReconstructionSummary& summary) {
                     "{frames.skipped} skipped"});
   return text +
          tree.lines(
-             {"map          {volumes|block} of 8 x 8 x 8 voxels of {voxel_size_m}, {map_bytes}",
+             {"verdict      {verdict.text}",
+              "map          {volumes|block} of 8 x 8 x 8 voxels of {voxel_size_m}, {map_bytes}",
               "mesh         {vertices|vertex|vertices}, {triangles|triangle}; pieces under "
               "{min_piece_size_m} are left "
               "out",

@@ -1,5 +1,7 @@
 #include "hm/pipeline/laser/laser_evaluation.hpp"
 
+#include <algorithm>
+
 #include "hm/core/text/counted.hpp"
 #include "hm/io/pose/relations_file.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
@@ -32,7 +34,47 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
   if (odom) summary.relation_error_odom = std::move(*odom);
 }
 
+constexpr VisitLimits kVisitLimits{0.25, 0.6, 0.4};
+/// Shares of the scans without a pose.
+constexpr double kDoubtfulFailures_ratio = 0.05, kBrokenFailures_ratio = 0.3;
+
+std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const LaserMapFrame& frame,
+                                            Time begin) {
+  std::vector<VisitComparison> comparisons;
+  const auto T_map_base = [&](Time stamp, const SE2& T_odom_base) {
+    return frame.T_map_odom_at(stamp, T_odom_base) * T_odom_base;
+  };
+  for (const VisitAgreement& agreement : visits.compare(T_map_base))
+    comparisons.push_back({(agreement.stamp - begin).seconds(), agreement.contradicted_ratio()});
+  return comparisons;
+}
+
+void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
+  const double ratio = static_cast<double>(summary.scans_failed) /
+                       static_cast<double>(std::max<std::size_t>(1, summary.scans_read));
+  if (ratio > kDoubtfulFailures_ratio)
+    verdict.add(ratio > kBrokenFailures_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+                fmt::format("{:.0f} % of the scans have no pose", 100 * ratio));
+  if (summary.restarts > 0)
+    verdict.add(MapVerdict::kDoubtful,
+                fmt::format("scan matching was lost and restarted {}", counted(summary.restarts, "time")));
+  if (const auto& place = summary.map_frame.localisation; place && !place->is_sure())
+    verdict.add(MapVerdict::kDoubtful,
+                fmt::format("the place in the saved map is doubtful (median score {:.2f}, lost {})",
+                            place->score.median, counted(place->lost, "time")));
+}
+
 }  // namespace
+
+RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits,
+                           const LaserMapFrame& frame) {
+  RunVerdict verdict;
+  if (!summary.trajectory_odom.empty())
+    judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kVisitLimits, "scans",
+                 verdict);
+  judge_failures(summary, verdict);
+  return verdict;
+}
 
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary) {

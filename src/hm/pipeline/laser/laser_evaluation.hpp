@@ -9,4 +9,8 @@ namespace hm {
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary);
 
+/// What speaks against the result, without truth: contradictions between visits of a place, scans without a
+/// pose, matching that was lost, a doubtful place in a saved map.
+RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits, const LaserMapFrame& frame);
+
 }  // namespace hm

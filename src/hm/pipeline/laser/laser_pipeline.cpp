@@ -68,6 +68,7 @@ struct LaserPipeline::State {
   void process(const LaserScan& scan, LaserStep& step);
   void process_matched(const LaserScan& scan, LaserStep& step);
   void process_with_odometry(const LaserScan& scan, LaserStep& step);
+  void note_visit(const LaserScan& scan, const LaserStep& step);
   void estimate_height(const LaserScan& scan, LaserStep& step);
   ProjectedScan project(const LaserScan& scan, LaserStep& step);
   [[nodiscard]] MotionPrediction prediction_for(Time stamp);
@@ -92,6 +93,7 @@ struct LaserPipeline::State {
   std::optional<Time> last_match;
   int scans_without_velocity = 0;  // so many more
   LaserMapFrame map_frame;
+  ScanVisits visits;
   HeightEstimator floor, ceiling;
   MultiVolumeGrid grid;
   SweepPoints points;
@@ -151,12 +153,20 @@ void LaserPipeline::State::process(const LaserScan& scan, LaserStep& step) {
     process_with_odometry(scan, step);
 }
 
+/// A scan whose pose is the recording's odometry, for the comparison of visits.
+void LaserPipeline::State::note_visit(const LaserScan& scan, const LaserStep& step) {
+  if (step.laser != 0 || !scans_horizontally(rig())) return;
+  const ProjectedScan projected = projector.project(scan, {});
+  if (projected.status == ProjectionStatus::kOk)
+    visits.add(projected.scan, SE2::from_se3(*step.T_odom_base), step.T_odom_base->translation().z());
+}
+
 void LaserPipeline::State::process_with_odometry(const LaserScan& scan, LaserStep& step) {
   step.stamp = scan.stamp_of(scan.size() / 2);
   step.T_odom_base = motion.odometry_at(step.stamp);
   step.status = LaserScanStatus::kPosed;
   if (step.T_odom_base) insert(scan, step, [this](Time time) { return motion.odometry_at(time); });
-  if (step.T_odom_base && step.status == LaserScanStatus::kPosed) return;
+  if (step.T_odom_base && step.status == LaserScanStatus::kPosed) return note_visit(scan, step);
   step.T_odom_base.reset();
   step.status = LaserScanStatus::kNoOdometry;
   step.reason = "the odometry does not reach its time";
@@ -240,6 +250,8 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   if (status != OdometryStatus::kTimeBackwards && status != OdometryStatus::kTooFewPoints)
     motion.remember(scan.stamp);
   step.map_frame = map_frame.process(scan, step.odometry);
+  if (step.odometry.T_odom_base)
+    visits.add(scan, *step.odometry.T_odom_base, step.height ? step.height->height_m : 0);
   if (step.odometry.T_keyframe_base && step.odometry.match.ok() && params.matcher.matcher.compute_covariance)
     step.planar_covariance = in_odom(step.odometry);
   if (step.odometry.T_odom_base) return true;
@@ -327,6 +339,7 @@ bool LaserPipeline::matches_scans() const { return state_->matches_scans; }
 bool LaserPipeline::uses(std::size_t laser) const { return !state_->matches_scans || laser == 0; }
 const MultiVolumeGrid& LaserPipeline::map() const { return state_->grid; }
 const LaserMapFrame& LaserPipeline::map_frame() const { return state_->map_frame; }
+const ScanVisits& LaserPipeline::visits() const { return state_->visits; }
 std::vector<FloorLevel> LaserPipeline::floors() const {
   return state_->rig().down ? state_->floor.profile() : std::vector<FloorLevel>{};
 }

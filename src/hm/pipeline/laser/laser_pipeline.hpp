@@ -16,6 +16,7 @@
 #include "hm/pipeline/laser/laser_sweep.hpp"
 #include "hm/sensors/imu.hpp"
 #include "hm/sensors/laser_rig.hpp"
+#include "hm/slam/laser/scan_visits.hpp"
 
 namespace hm {
 
@@ -83,6 +84,9 @@ class LaserPipeline {
   [[nodiscard]] bool uses(std::size_t laser) const;
   [[nodiscard]] const MultiVolumeGrid& map() const;
   [[nodiscard]] const LaserMapFrame& map_frame() const;
+  /// Scans along the path (of the first laser, if it is horizontal), to be compared with those of other
+  /// visits.
+  [[nodiscard]] const ScanVisits& visits() const;
   /// The floors found so far, lowest first; empty without a mirror towards the floor.
   [[nodiscard]] std::vector<FloorLevel> floors() const;
 

@@ -12,6 +12,7 @@
 #include "hm/io/pose/relations_file.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/run_records.hpp"
+#include "hm/pipeline/laser/laser_evaluation.hpp"
 #include "hm/pipeline/laser/laser_events.hpp"
 #include "hm/pipeline/laser/laser_output.hpp"
 #include "hm/pipeline/laser/laser_rebuild.hpp"
@@ -332,6 +333,7 @@ Result<LaserSummary> Run::finish() {
   const std::optional<MultiVolumeGrid>& corrected = *made;
   if (const auto& place = summary_.map_frame.localisation; place && place->located == 0)
     return tl::make_unexpected(not_localised(*place));
+  summary_.verdict = judge_laser_run(summary_, pipeline_.visits(), pipeline_.map_frame());
   summary_.run_s = run_watch_.seconds();
   const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
   summary_.floors = pipeline_.floors();

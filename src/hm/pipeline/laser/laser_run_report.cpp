@@ -238,13 +238,15 @@ void add_failures(HtmlReport& report, const SummaryTree& summary) {
 }  // namespace
 
 std::string laser_report_html(const LaserSummary& summary, const LaserReportMaterial& material) {
-  using Verdict = HtmlReport::Verdict;
   const SummaryTree tree = describe(summary);
   HtmlReport report(folder_title(summary.recording), "Laser");
   report.set_verdict(
-      summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-      *tree.sentence("{scans.posed} of {scans.total|scan} have a pose over {path_length_m}; the map covers "
-                     "{mvog.area_m2}[; the path is off by {ate_rmse_m} (rmse)]."));
+      report_verdict(summary.verdict),
+      verdict_sentence(
+          summary.verdict,
+          *tree.sentence(
+              "{scans.posed} of {scans.total|scan} have a pose over {path_length_m}; the map covers "
+              "{mvog.area_m2}[; the path is off by {ate_rmse_m} (rmse)].")));
   add_key_numbers(report, tree);
   add_warnings_section(report, summary.warnings);
   set_lead_figure(report, material.figures, "plan");

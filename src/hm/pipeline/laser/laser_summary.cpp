@@ -175,6 +175,7 @@ void visit(const FloorLevel& floor, SummaryTree& v) {
 }
 
 void visit(const LaserSummary& summary, SummaryTree& v) {
+  v.group("verdict", summary.verdict);
   v({"kind"}, summary.kind);
   v({"laser"}, summary.laser);
   v({"poses"}, summary.matched_scans ? "scans" : "odometry");
@@ -251,10 +252,10 @@ std::string to_text(const LaserSummary& summary) {
   std::string text;
   for (const std::string& choice : summary.choices)
     if (std::ranges::find(summary.warnings, choice) == summary.warnings.end()) text += "  " + choice + "\n";
-  text +=
-      tree.lines({"{scans.posed} of {scans.total|scan} have a pose, {scans.failed} without; "
-                  "{scans.keyframes|keyframe}, path {path_length_m}[ (true path {truth_path})]",
-                  "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
+  text += tree.lines({"verdict   {verdict.text}",
+                      "{scans.posed} of {scans.total|scan} have a pose, {scans.failed} without; "
+                      "{scans.keyframes|keyframe}, path {path_length_m}[ (true path {truth_path})]",
+                      "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
   if (summary.scans_searched > 0)
     text +=
         tree.lines({"search    {scans.searched|scan} searched for among the last keyframes, "

@@ -14,6 +14,7 @@
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/laser/laser_map_frame.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {
@@ -107,6 +108,7 @@ struct LaserSummary {
   std::optional<HeightError> height_error;
   std::optional<RelationErrors> relation_error;       ///< of `trajectory`
   std::optional<RelationErrors> relation_error_odom;  ///< of `trajectory_odom`, where it is another
+  RunVerdict verdict;
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };

@@ -194,15 +194,16 @@ JsonValue tracking_series_json(const VisualTrack& track) {
 }
 
 std::string odometry_report_html(const OdometrySummary& summary, const OdometryReportMaterial& material) {
-  using Verdict = HtmlReport::Verdict;
   const VisualTrack& track = summary.track;
   HtmlReport report(folder_title(summary.recording.path), "Odometry");
   const SummaryTree tree = describe(summary);
   report.set_verdict(
-      track.frames_lost == 0 && summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-      *tree.sentence(
-          "{frames.tracked} of {frames.total|frame} have a pose, over a path of {path_length_m}[; it is "
-          "off by {ate_rmse_m} (rmse against the recording's own poses)]."));
+      report_verdict(summary.verdict),
+      verdict_sentence(
+          summary.verdict,
+          *tree.sentence(
+              "{frames.tracked} of {frames.total|frame} have a pose, over a path of {path_length_m}[; it is "
+              "off by {ate_rmse_m} (rmse against the recording's own poses)].")));
   add_error_cards(report, tree);
   add_tracking_cards(report, tree);
   add_warnings_section(report, summary.warnings);

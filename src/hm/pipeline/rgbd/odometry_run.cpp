@@ -9,6 +9,7 @@
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
+#include "hm/pipeline/verdict/depth_visits.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {
@@ -58,6 +59,18 @@ Result<void> write_odometry_results(const OdometryRunOptions& options, const std
 
 }  // namespace
 
+namespace {
+
+void judge_odometry(const Recording& recording, const OdometryRunOptions& options, OdometrySummary& summary) {
+  judge_depth_visits(recording, summary.track.trajectory, options.run, summary.verdict);
+  judge_tracking(summary.track, summary.verdict);
+  if (summary.track.submaps > 1)
+    summary.verdict.add(MapVerdict::kBroken,
+                        fmt::format("the trajectory has {} disconnected pieces", summary.track.submaps));
+}
+
+}  // namespace
+
 SE3 level_camera() {
   Mat3 R_odom_camera;  // x right, y down, z forward as seen from x forward, y left, z up
   R_odom_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -96,6 +109,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
     summary.warnings.push_back(fmt::format("stopped after {} of {}",
                                            with_thousands(summary.track.frames_read),
                                            counted(summary.track.frames_total, "frame")));
+  judge_odometry(**recording, options, summary);
   summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
                                      summary.warnings);
   const auto written = as_run_failure(write_odometry_results(options, folder->staging(), summary));
@@ -107,6 +121,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
 }
 
 void visit(const OdometrySummary& summary, SummaryTree& v) {
+  v.group("verdict", summary.verdict);
   v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
   visit(summary.track, v);
   v.json("loops", JsonValue::object({{"candidates", 0}, {"accepted", 0}}));  // odometry looks for none
@@ -118,7 +133,8 @@ void visit(const OdometrySummary& summary, SummaryTree& v) {
 std::string to_text(const OdometrySummary& summary) {
   const SummaryTree tree = describe(summary);
   return tracking_lines(tree) +
-         tree.lines({"error     ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and "
+         tree.lines({"verdict   {verdict.text}",
+                     "error     ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and "
                      "{rpe_second_rad} a second]"}) +
          output_lines(summary.outputs);
 }

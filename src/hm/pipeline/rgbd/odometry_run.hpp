@@ -29,6 +29,7 @@ struct OdometrySummary {
   double run_s = 0;
   VisualTrack track;
   std::optional<TrajectoryError> error;  ///< for a recording with poses
+  RunVerdict verdict;
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };

@@ -181,12 +181,11 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
 }
 
 std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material) {
-  using Verdict = HtmlReport::Verdict;
   const SlamPipeline::State& state = summary.state;
   const SummaryTree tree = describe(summary);
   HtmlReport report(folder_title(summary.recording.path), "SLAM");
-  report.set_verdict(summary.warnings.empty() ? Verdict::kGood : Verdict::kDoubtful,
-                     verdict_of(summary, tree, material.scene.size));
+  report.set_verdict(report_verdict(summary.verdict),
+                     verdict_sentence(summary.verdict, verdict_of(summary, tree, material.scene.size)));
   report.set_model(material.scene.model_html);
   add_key_numbers(report, tree);
   if (const auto resumed = tree.sentence("The run was resumed at frame {resumed_at_frame}."))

@@ -11,6 +11,7 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
+#include "hm/pipeline/verdict/depth_visits.hpp"
 
 namespace hm {
 namespace {
@@ -61,6 +62,17 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
   if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
     summary.warnings.emplace_back(
         "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
+}
+
+void judge_slam(const Recording& recording, const SlamRunOptions& options, SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  judge_depth_visits(recording, state.corrected, options.run, summary.verdict);
+  judge_tracking(state.track, summary.verdict);
+  if (state.frames_disconnected > 0)
+    summary.verdict.add(
+        MapVerdict::kDoubtful,
+        fmt::format("{} not in the map: nothing joins that part of the trajectory with its start",
+                    counted(state.frames_disconnected, "frame")));
 }
 
 /// Where the run begins: the saved state of an earlier one, if it is resumed and has one.
@@ -154,6 +166,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   summary.run_s = watch.seconds();
   compare_trajectories(summary);
   add_warnings(options, summary);
+  judge_slam(**recording, options, summary);
   SlamRunOptions staged = options;
   staged.output = folder->staging();
   if (const auto written = write_slam_results(pipeline, **recording, before, staged, summary); !written)

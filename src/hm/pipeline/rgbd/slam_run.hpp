@@ -39,6 +39,7 @@ struct SlamSummary {
   std::optional<MeshError> odometry_mesh_error, mesh_error;  ///< for one with a true mesh: before, after
   std::size_t volumes = 0, map_bytes = 0, vertices = 0, triangles = 0;
   Box3 bounds_m;
+  RunVerdict verdict;
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };

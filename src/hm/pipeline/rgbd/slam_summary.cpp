@@ -63,6 +63,7 @@ void visit(const LiveCorrection& live, SummaryTree& v) {
 
 void visit(const SlamSummary& summary, SummaryTree& v) {
   const SlamPipeline::State& state = summary.state;
+  v.group("verdict", summary.verdict);
   v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
   if (summary.resumed_at_frame)
     v({"resumed_at_frame", "resumed at frame", "{:d}"}, *summary.resumed_at_frame);
@@ -109,7 +110,8 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
 
 std::string to_text(const SlamSummary& summary) {
   const SummaryTree tree = describe(summary);
-  return tree.lines({"resumed at frame {resumed_at_frame}"}) + tracking_lines(tree) +
+  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) +
+         tracking_lines(tree) +
          tree.lines(
              {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
               "{largest_correction_m}",

@@ -133,6 +133,16 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
   return warnings;
 }
 
+void judge_tracking(const VisualTrack& track, RunVerdict& verdict) {
+  constexpr double kDoubtful_ratio = 0.05, kBroken_ratio = 0.3;
+  const std::size_t without = track.frames_lost + track.unused.size();
+  const double ratio = static_cast<double>(without) /
+                       static_cast<double>(std::max<std::size_t>(1, track.frames_read + track.unused.size()));
+  if (ratio > kDoubtful_ratio)
+    verdict.add(ratio > kBroken_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+                fmt::format("{:.0f} % of the frames have no pose", 100 * ratio));
+}
+
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> reasons;
   for (const UnusedFrame& frame : track.unused) ++reasons[frame.reason];

@@ -11,6 +11,7 @@
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/pipeline/rgbd/resume/tracked_record.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {
@@ -99,6 +100,8 @@ class VisualTracking {
 
 /// Warnings about frames that are unused or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
+/// Adds what speaks against a trajectory: frames without a pose.
+void judge_tracking(const VisualTrack& track, RunVerdict& verdict);
 /// Explains in words that there is no pose at all.
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings = {});
 /// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,

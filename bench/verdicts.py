@@ -1,0 +1,118 @@
+"""Judges the verdict of runs (docs/verdict.md) on good and on damaged results, simulated and real: how many that are torn
+are called ok, how many that are good are called broken or doubtful."""
+import json
+import math
+import subprocess
+from pathlib import Path
+
+LASER_LOGS = ("laser/flirt_fr079.log", "laser/flirt_intel-lab.log")
+RGBD_FOLDERS = ("rgbd/sevenscenes_a", "rgbd/tum_fr1_xyz", "rgbd/tum_fr1_rpy")
+# Noise of wheel odometry (wheel_noise.*), and shares of it: the poses of a laser map, uncorrected.
+NOISE = {"along_ratio": 0.05, "across_ratio": 0.02, "angle_ratio": 0.05, "angle_rad_per_m": 0.02, "scale_sigma_ratio": 0.01,
+         "drift_sigma_rad_per_m": 0.01}
+NOISE_SHARES = (0, 0.005, 0.01, 0.1, 0.3, 1)
+# Errors of laser maps between the two are neither good nor torn, and are not judged.
+LASER_GOOD_M, LASER_TORN_M = 0.1, 0.5
+# Bends of a camera's path, from a share of it on: turn about an axis through the camera (degrees), shift (m).
+GOOD_BENDS = ((0, 0), (0.15, 0.002), (0.3, 0.005))
+TORN_BENDS = ((6, 0), (10, 0), (0, 0.25), (0, 0.5), (8, 0.2))
+BEND_AT = (0.3, 0.5, 0.7)
+
+
+def run_hm(program, *words):
+    done = subprocess.run([program, *map(str, words), "--quiet", "--json"], capture_output=True, text=True, check=False)
+    document = json.loads(done.stdout)
+    if not document["ok"]:
+        raise RuntimeError(f"hm {' '.join(map(str, words))}: {document['error']['message']}")
+    return document
+
+
+def rotation_product(a, b):
+    (ax, ay, az, aw), (bx, by, bz, bw) = a, b
+    return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
+
+
+def rotated(rotation, point):
+    x, y, z, w = rotation
+    inverse = (-x, -y, -z, w)
+    return rotation_product(rotation_product(rotation, (*point, 0)), inverse)[:3]
+
+
+def bent(rows, share, turn_deg, shift_m, axis):
+    """Rows of a TUM file, those from `share` on turned about the camera's place there, and shifted, along an axis."""
+    first = int(share * len(rows))
+    pivot = rows[first][1:4]
+    half = math.radians(turn_deg) / 2
+    turn = (*(math.sin(half) * c for c in axis), math.cos(half))
+    result = []
+    for i, row in enumerate(rows):
+        if i >= first:
+            moved = rotated(turn, [p - q for p, q in zip(row[1:4], pivot)])
+            place = [p + q + shift_m * c for p, q, c in zip(moved, pivot, axis)]
+            row = (row[0], *place, *rotation_product(turn, row[4:8]))
+        result.append(" ".join(f"{value:.9f}" for value in row))
+    return "\n".join(result) + "\n"
+
+
+def laser_cases(program, recording, seeds, work):
+    """("good" or "torn", verdict) for maps from damaged odometry, by their error."""
+    for share in NOISE_SHARES:
+        for seed in seeds if share else seeds[:1]:
+            noise = [word for name, value in NOISE.items() for word in ("--set", f"wheel_noise.{name}={value * share}")]
+            run = run_hm(program, "laser", recording, "-o", work / "laser", "--overwrite", "--set", "laser.poses=odometry", "--set",
+                         "laser.degraded_odometry=true", "--set", f"wheel_noise.seed={seed}", *noise)
+            if run["ate_rmse_m"] <= LASER_GOOD_M:
+                yield "good", run["verdict"]["value"]
+            elif run["ate_rmse_m"] >= LASER_TORN_M:
+                yield "torn", run["verdict"]["value"]
+
+
+def rgbd_cases(program, recording, work):
+    """The same for maps from bent poses, by the bend."""
+    path = work / "poses.tum"
+    run_hm(program, "reconstruct", recording, "-o", work / "given", "--overwrite")
+    text = (work / "given" / "trajectory.tum").read_text()
+    rows = [tuple(map(float, row.split())) for row in text.splitlines() if row and row[0] != "#"]
+    for name, bends in (("good", GOOD_BENDS), ("torn", TORN_BENDS)):
+        for k, (turn, shift) in enumerate(bends):
+            for share in BEND_AT:
+                for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+                    path.write_text(bent(rows, share, turn, shift, axis))
+                    run = run_hm(program, "reconstruct", recording, "-o", work / "bent", "--overwrite", "--poses", path,
+                                 "--set", "reconstruction.frame_stride=3")
+                    yield name, run["verdict"]["value"], f"{name} {k} {share} {axis} {run['verdict'].get('visits')}"
+
+
+def percent(verdicts, *values):
+    return 100 * sum(verdict in values for verdict in verdicts) / max(1, len(verdicts))
+
+
+def judge(program, data, work, say=lambda text: None):
+    """(rows, details) of bench/run."""
+    work = Path(work)
+    verdicts = {"good": [], "torn": []}
+
+    def take(source, cases):
+        for kind, verdict, *more in cases:
+            verdicts[kind].append(verdict)
+            if (kind == "torn") == (verdict == "ok"):
+                say(f"{source}: {kind}, {verdict} {more}")
+
+    for seed in (1, 2, 3):
+        flight = work / f"flight_{seed}"
+        run_hm(program, "simulate", "house", "--sensor", "laser_mav", "--frames", 2000, "--seed", seed, "-o", flight)
+        take(flight.name, laser_cases(program, flight, range(1, 4), work))
+    run_hm(program, "simulate", "room", "-o", work / "room")
+    take("room", rgbd_cases(program, work / "room", work))
+    for name in LASER_LOGS:
+        if (data / name).exists():
+            take(name, laser_cases(program, data / name, range(1, 11), work))
+    for name in RGBD_FOLDERS:
+        if (data / name).exists():
+            take(name, rgbd_cases(program, data / name, work))
+    good, torn = verdicts["good"], verdicts["torn"]
+    values = {"verdict": percent(torn, "ok"), "verdict_broken": percent(good, "broken"),
+              "verdict_doubtful": percent(good, "doubtful")}
+    return ([{"name": name, "ours": value, "peer": None} for name, value in values.items()],
+            {"good": len(good), "torn": len(torn)})

@@ -1,0 +1,22 @@
+#pragma once
+#include <vector>
+
+#include "hm/core/run_context.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/io/rgbd/recording.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
+
+namespace hm {
+
+/// Compares depth images of a recording with those of earlier visits of their place, as `T_world_camera` (at
+/// stamps of depth images) places them: surfaces of one view must not stand in the free space of another.
+/// Reads at most forty pairs of images again, spread over the recording; a pair looks the same way, from
+/// close by, two seconds apart or more. Images that cannot be read are left out.
+std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
+                                                  const Trajectory& T_world_camera, const RunContext& run);
+
+/// Adds what compare_depth_visits() says of a trajectory.
+void judge_depth_visits(const Recording& recording, const Trajectory& T_world_camera, const RunContext& run,
+                        RunVerdict& verdict);
+
+}  // namespace hm

@@ -1,0 +1,68 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hm/core/result.hpp"
+#include "hm/report/html_report.hpp"
+#include "hm/report/summary_tree.hpp"
+
+namespace hm {
+
+/// What the result of a run is worth, from what the run knows without truth.
+enum class MapVerdict {
+  kOk,        ///< nothing speaks against it
+  kDoubtful,  ///< parts of it may be wrong
+  kBroken,    ///< it contradicts itself: not to be used as a whole
+};
+std::string_view to_string(MapVerdict verdict);
+
+/// One view or scan compared with those of other visits of its place.
+struct VisitComparison {
+  double time_s = 0;  ///< since the start of the recording
+  /// Share of the points in common that stand in the free space of another visit.
+  double contradicted_ratio = 0;
+};
+
+/// Comparisons along a run, by the median of a window of kWindow that moves along it.
+struct VisitConsistency {
+  static constexpr std::size_t kWindow = 9;
+  std::size_t places = 0;   ///< comparisons
+  double worst_ratio = 0;   ///< largest median of a window (of all comparisons, where there are less)
+  double worst_time_s = 0;  ///< of the middle of that window
+  double p95_ratio = 0;     ///< 95 % of the windows have a smaller median
+};
+VisitConsistency summarise_visits(std::span<const VisitComparison> comparisons);
+void visit(const VisitConsistency& visits, SummaryTree& v);
+
+/// Verdict of a run, with what speaks against its result, the gravest first.
+struct RunVerdict {
+  MapVerdict value = MapVerdict::kOk;
+  std::vector<std::string> reasons;
+  std::optional<VisitConsistency> visits;  ///< where visits were compared
+  /// The verdict is the gravest of all that were added. kOk adds nothing.
+  void add(MapVerdict verdict, std::string reason);
+};
+
+/// "value", "reasons", "visits{}"; the key "text" for sentences: "doubtful: why; why".
+void visit(const RunVerdict& verdict, SummaryTree& v);
+/// First sentence of a report: the verdict and its gravest reason, then what the result is.
+std::string verdict_sentence(const RunVerdict& verdict, const std::string& result);
+/// Colour of that sentence.
+HtmlReport::Verdict report_verdict(const RunVerdict& verdict);
+/// The failure of a run that was asked to fail unless its verdict is ok.
+std::optional<Error> strict_failure(const RunVerdict& verdict);
+
+/// Shares of contradicted points from which on a result is doubtful or broken, by sensor.
+struct VisitLimits {
+  double doubtful_ratio;    ///< in the worst window
+  double broken_ratio;      ///< in the worst window
+  double broken_p95_ratio;  ///< in 5 % of the windows
+};
+/// Adds what the comparisons say. Less than a window of them cannot call a result broken. `what`: "scans".
+void judge_visits(std::span<const VisitComparison> comparisons, const VisitLimits& limits,
+                  std::string_view what, RunVerdict& verdict);
+
+}  // namespace hm

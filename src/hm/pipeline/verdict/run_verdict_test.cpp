@@ -1,0 +1,73 @@
+#include "hm/pipeline/verdict/run_verdict.hpp"
+
+#include <gtest/gtest.h>
+
+namespace hm {
+namespace {
+
+constexpr VisitLimits kLimits{0.25, 0.6, 0.4};
+
+std::vector<VisitComparison> comparisons(std::size_t count, double ratio) {
+  std::vector<VisitComparison> all;
+  for (std::size_t i = 0; i < count; ++i) all.push_back({static_cast<double>(i), ratio});
+  return all;
+}
+
+RunVerdict judged(const std::vector<VisitComparison>& all) {
+  RunVerdict verdict;
+  judge_visits(all, kLimits, "scans", verdict);
+  return verdict;
+}
+
+TEST(RunVerdict, IsTheGravestOfAllAndLeadsWithItsReason) {
+  RunVerdict verdict;
+  EXPECT_EQ(verdict.value, MapVerdict::kOk);
+  EXPECT_FALSE(strict_failure(verdict));
+  verdict.add(MapVerdict::kOk, "nothing");
+  verdict.add(MapVerdict::kDoubtful, "first");
+  verdict.add(MapVerdict::kBroken, "second");
+  verdict.add(MapVerdict::kDoubtful, "third");
+  EXPECT_EQ(verdict.value, MapVerdict::kBroken);
+  EXPECT_EQ(verdict.reasons, (std::vector<std::string>{"second", "first", "third"}));
+  EXPECT_EQ(verdict_sentence(verdict, "A map."), "Broken: second. A map.");
+  EXPECT_EQ(report_verdict(verdict), HtmlReport::Verdict::kBad);
+  EXPECT_EQ(strict_failure(verdict)->message, "the verdict is broken: second; first; third");
+  EXPECT_EQ(describe(verdict).sentence("{text}"), "broken: second; first; third");
+}
+
+TEST(RunVerdict, NothingSeenTwiceIsNoReason) {
+  EXPECT_EQ(judged({}).value, MapVerdict::kOk);
+  EXPECT_EQ(judged({}).visits->places, 0u);
+}
+
+TEST(RunVerdict, ATornStretchIsFoundAndNamed) {
+  auto all = comparisons(400, 0.05);
+  for (std::size_t i = 200; i < 209; ++i) all[i].contradicted_ratio = 0.8;
+  const RunVerdict verdict = judged(all);
+  EXPECT_EQ(verdict.value, MapVerdict::kBroken);
+  EXPECT_NEAR(verdict.visits->worst_time_s, 204, 3);
+  EXPECT_NE(verdict.reasons.front().find("80 %"), std::string::npos) << verdict.reasons.front();
+  EXPECT_NEAR(verdict.visits->p95_ratio, 0.05, 1e-9);
+}
+
+TEST(RunVerdict, SinglePlacesAmongGoodOnesAreOutliers) {
+  auto all = comparisons(400, 0.05);
+  for (std::size_t i = 0; i < all.size(); i += 7) all[i].contradicted_ratio = 0.9;
+  EXPECT_EQ(judged(all).value, MapVerdict::kOk);
+}
+
+TEST(RunVerdict, ModerateContradictionsAreDoubtfulAndBrokenWhenWidespread) {
+  auto all = comparisons(400, 0.05);
+  for (std::size_t i = 200; i < 212; ++i) all[i].contradicted_ratio = 0.45;
+  EXPECT_EQ(judged(all).value, MapVerdict::kDoubtful);
+  for (std::size_t i = 200; i < 260; ++i) all[i].contradicted_ratio = 0.45;
+  EXPECT_EQ(judged(all).value, MapVerdict::kBroken);
+}
+
+TEST(RunVerdict, FewComparisonsCallNothingBroken) {
+  EXPECT_EQ(judged(comparisons(3, 0.9)).value, MapVerdict::kDoubtful);
+  EXPECT_EQ(judged(comparisons(3, 0.1)).value, MapVerdict::kOk);
+}
+
+}  // namespace
+}  // namespace hm
