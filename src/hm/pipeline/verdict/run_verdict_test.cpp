@@ -45,7 +45,7 @@ TEST(RunVerdict, ATornStretchIsFoundAndNamed) {
   for (std::size_t i = 200; i < 209; ++i) all[i].contradicted_ratio = 0.8;
   const RunVerdict verdict = judged(all);
   EXPECT_EQ(verdict.value, MapVerdict::kBroken);
-  EXPECT_NEAR(verdict.visits->worst_time_s, 204, 3);
+  EXPECT_NEAR(verdict.visits->worst_time_s, 204, 5);  // within half a window
   EXPECT_NE(verdict.reasons.front().find("80 %"), std::string::npos) << verdict.reasons.front();
   EXPECT_NEAR(verdict.visits->p95_ratio, 0.05, 1e-9);
 }
