@@ -149,6 +149,7 @@ std::string report_html(const ReconstructionSummary& summary, const ReportMateri
   for (const Figure& figure : material.figures) add_figure(report, figure);
   if (summary.error) add_error_histogram(report, *summary.error);
   add_alignment_section(report, summary);
+  add_visits_section(report, summary.verdict);
   add_time_section(report, summary);
   add_memory_section(report, summary);
   add_recording_section(report, summary);

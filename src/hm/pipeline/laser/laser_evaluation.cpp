@@ -45,7 +45,8 @@ std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const Lase
     return frame.T_map_odom_at(stamp, T_odom_base) * T_odom_base;
   };
   for (const VisitAgreement& agreement : visits.compare(T_map_base))
-    comparisons.push_back({(agreement.stamp - begin).seconds(), agreement.contradicted_ratio()});
+    comparisons.push_back(
+        {(agreement.stamp - begin).seconds(), agreement.contradicted_ratio(), agreement.place_m});
   return comparisons;
 }
 

@@ -255,6 +255,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
   for (const Figure& figure : material.figures)
     if (more) add_figure(report, figure);
   add_path_section(report, summary);
+  add_visits_section(report, summary.verdict);
   add_map_frame_section(report, summary, tree);
   add_height_section(report, summary);
   add_motion_section(report, summary);

@@ -208,6 +208,7 @@ std::string odometry_report_html(const OdometrySummary& summary, const OdometryR
   add_tracking_cards(report, tree);
   add_warnings_section(report, summary.warnings);
   add_path_section(report, summary);
+  add_visits_section(report, summary.verdict);
   add_tracking_sections(report, track, tree);
   add_rgbd_recording_section(report, summary.recording);
   return page_with_parameters(report, material.parameters_toml, material.program_version);

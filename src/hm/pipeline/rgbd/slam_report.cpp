@@ -193,6 +193,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   add_warnings_section(report, summary.warnings);
   add_map(report, summary, tree, material);
   add_path(report, summary);
+  add_visits_section(report, summary.verdict);
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
   add_loops(report, tree, material);
   add_tracking_sections(report, state.track, tree);

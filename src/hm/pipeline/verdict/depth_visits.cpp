@@ -85,7 +85,8 @@ std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
     if (!earlier) continue;
     if (run.progress) run.progress({"comparing visits", k, wanted, {}});
     if (const auto agreement = compare_frames(recording, frames[of], frames[*earlier]))
-      comparisons.push_back({frames[of].time_s, agreement->contradicted_ratio});
+      comparisons.push_back({frames[of].time_s, agreement->contradicted_ratio,
+                             frames[of].T_world_camera.translation().head<2>()});
   }
   return comparisons;
 }

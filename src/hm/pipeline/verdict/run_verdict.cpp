@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "hm/core/statistics.hpp"
+#include "hm/report/plot.hpp"
 
 namespace hm {
 
@@ -71,22 +73,21 @@ std::optional<Error> strict_failure(const RunVerdict& verdict) {
   return Error{ErrorCode::kNoResult, "the verdict is " + text_of(verdict), "--strict"};
 }
 
-VisitConsistency summarise_visits(std::span<const VisitComparison> comparisons) {
+VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons) {
   VisitConsistency result;
   result.places = comparisons.size();
-  if (comparisons.empty()) return result;
   const std::size_t window = std::min(VisitConsistency::kWindow, comparisons.size());
-  std::vector<double> medians;
-  for (std::size_t first = 0; first + window <= comparisons.size(); ++first) {
+  for (std::size_t i = 0; i < comparisons.size(); ++i) {
+    const std::size_t first = std::min(i - std::min(i, window / 2), comparisons.size() - window);
     std::vector<double> ratios;
-    for (const VisitComparison& comparison : comparisons.subspan(first, window))
-      ratios.push_back(comparison.contradicted_ratio);
-    medians.push_back(quantile(std::move(ratios), 0.5));
-    if (medians.back() <= result.worst_ratio && first > 0) continue;
-    result.worst_ratio = medians.back();
-    result.worst_time_s = comparisons[first + window / 2].time_s;
+    for (std::size_t k = first; k < first + window; ++k) ratios.push_back(comparisons[k].contradicted_ratio);
+    result.medians.push_back(quantile(std::move(ratios), 0.5));
+    if (result.medians.back() <= result.worst_ratio && i > 0) continue;
+    result.worst_ratio = result.medians.back();
+    result.worst_time_s = comparisons[i].time_s;
   }
-  result.p95_ratio = quantile(std::move(medians), 0.95);
+  if (!result.medians.empty()) result.p95_ratio = quantile(result.medians, 0.95);
+  result.comparisons = std::move(comparisons);
   return result;
 }
 
@@ -98,20 +99,51 @@ void visit(const VisitConsistency& visits, SummaryTree& v) {
     visits.p95_ratio);
 }
 
-void judge_visits(std::span<const VisitComparison> comparisons, const VisitLimits& limits,
-                  std::string_view what, RunVerdict& verdict) {
-  verdict.visits = summarise_visits(comparisons);
+void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
+                  RunVerdict& verdict) {
+  verdict.visits = summarise_visits(std::move(comparisons));
+  verdict.doubtful_ratio = limits.doubtful_ratio;
   const VisitConsistency& visits = *verdict.visits;
   if (visits.places == 0 || visits.worst_ratio <= limits.doubtful_ratio) return;
   const bool broken =
       visits.places >= VisitConsistency::kWindow &&
       (visits.worst_ratio > limits.broken_ratio || visits.p95_ratio > limits.broken_p95_ratio);
-  verdict.add(
-      broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
-      fmt::format("around {:.1f} s after the start, {:.0f} % of what {} of one visit show stands in the "
-                  "free space of another (of all {} places seen again, 95 % have less than {:.0f} %)",
-                  visits.worst_time_s, 100 * visits.worst_ratio, what, visits.places,
-                  100 * visits.p95_ratio));
+  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+              fmt::format("around {:.1f} s after the start, {:.0f} % of what {} show stands in the free "
+                          "space of another visit",
+                          visits.worst_time_s, 100 * visits.worst_ratio, what));
+}
+
+void add_visits_section(HtmlReport& report, const RunVerdict& verdict) {
+  if (!verdict.visits || verdict.visits->places == 0) return;
+  const VisitConsistency& visits = *verdict.visits;
+  report.begin_section(
+      "Places seen again",
+      "Share of what one visit of a place saw that stands in the free space of another: what a wrong path "
+      "leads to. Judged is the median of nine neighbouring places.");
+  PlotSeries single{"one place", {}, {}, SeriesStyle::kScatter}, medians{"median", {}, visits.medians};
+  PlotSeries consistent{"consistent", {}, {}, SeriesStyle::kScatter, "#4c78a8"};
+  PlotSeries contradicted{"contradicted", {}, {}, SeriesStyle::kScatter, "#d65420"};
+  for (std::size_t i = 0; i < visits.places; ++i) {
+    const VisitComparison& comparison = visits.comparisons[i];
+    single.x.push_back(comparison.time_s);
+    medians.x.push_back(comparison.time_s);
+    single.y.push_back(comparison.contradicted_ratio);
+    PlotSeries& place = visits.medians[i] > verdict.doubtful_ratio ? contradicted : consistent;
+    place.x.push_back(comparison.place_m.x());
+    place.y.push_back(comparison.place_m.y());
+  }
+  PlotOptions over_time;
+  over_time.x.label = "time (s)", over_time.y.label = "contradicted";
+  over_time.y.min = 0, over_time.y.max = 1;
+  over_time.marks.push_back({PlotMark::Direction::kHorizontal, verdict.doubtful_ratio, "doubtful"});
+  const std::array<PlotSeries, 2> in_time{std::move(single), std::move(medians)};
+  report.add_svg(plot_svg(in_time, over_time), "When.");
+  PlotOptions from_above;
+  from_above.x.label = "x (m)", from_above.y.label = "y (m)";
+  from_above.equal_aspect = true;
+  const std::array<PlotSeries, 2> places{std::move(consistent), std::move(contradicted)};
+  report.add_svg(plot_svg(places, from_above), "Where, from above.");
 }
 
 }  // namespace hm

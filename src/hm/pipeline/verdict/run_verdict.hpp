@@ -1,11 +1,11 @@
 #pragma once
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "hm/core/result.hpp"
+#include "hm/geometry/se2.hpp"
 #include "hm/report/html_report.hpp"
 #include "hm/report/summary_tree.hpp"
 
@@ -24,6 +24,7 @@ struct VisitComparison {
   double time_s = 0;  ///< since the start of the recording
   /// Share of the points in common that stand in the free space of another visit.
   double contradicted_ratio = 0;
+  Vec2 place_m = Vec2::Zero();  ///< from above, in the frame of the map
 };
 
 /// Comparisons along a run, by the median of a window of kWindow that moves along it.
@@ -33,8 +34,10 @@ struct VisitConsistency {
   double worst_ratio = 0;   ///< largest median of a window (of all comparisons, where there are less)
   double worst_time_s = 0;  ///< of the middle of that window
   double p95_ratio = 0;     ///< 95 % of the windows have a smaller median
+  std::vector<VisitComparison> comparisons;
+  std::vector<double> medians;  ///< of the window around each comparison
 };
-VisitConsistency summarise_visits(std::span<const VisitComparison> comparisons);
+VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons);
 void visit(const VisitConsistency& visits, SummaryTree& v);
 
 /// Verdict of a run, with what speaks against its result, the gravest first.
@@ -42,6 +45,7 @@ struct RunVerdict {
   MapVerdict value = MapVerdict::kOk;
   std::vector<std::string> reasons;
   std::optional<VisitConsistency> visits;  ///< where visits were compared
+  double doubtful_ratio = 1;               ///< from here on a window speaks against the result
   /// The verdict is the gravest of all that were added. kOk adds nothing.
   void add(MapVerdict verdict, std::string reason);
 };
@@ -62,7 +66,10 @@ struct VisitLimits {
   double broken_p95_ratio;  ///< in 5 % of the windows
 };
 /// Adds what the comparisons say. Less than a window of them cannot call a result broken. `what`: "scans".
-void judge_visits(std::span<const VisitComparison> comparisons, const VisitLimits& limits,
-                  std::string_view what, RunVerdict& verdict);
+void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
+                  RunVerdict& verdict);
+
+/// Adds where and when visits contradict each other; nothing where none were compared.
+void add_visits_section(HtmlReport& report, const RunVerdict& verdict);
 
 }  // namespace hm

@@ -48,6 +48,7 @@ TEST(RunVerdict, ATornStretchIsFoundAndNamed) {
   EXPECT_NEAR(verdict.visits->worst_time_s, 204, 5);  // within half a window
   EXPECT_NE(verdict.reasons.front().find("80 %"), std::string::npos) << verdict.reasons.front();
   EXPECT_NEAR(verdict.visits->p95_ratio, 0.05, 1e-9);
+  EXPECT_EQ(verdict.visits->medians.size(), all.size());
 }
 
 TEST(RunVerdict, SinglePlacesAmongGoodOnesAreOutliers) {

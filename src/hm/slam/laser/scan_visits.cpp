@@ -121,7 +121,7 @@ std::vector<VisitAgreement> ScanVisits::compare(const Correction& T_map_base) co
           (poses[j].translation() - poses[i].translation()).norm() < kNear_m)
         others.push_back(j);
     });
-    VisitAgreement sum{visit.scan.stamp, visit.path_m};
+    VisitAgreement sum{visit.scan.stamp, poses[i].translation()};
     for (const std::size_t j : thinned(std::move(others), kMaxPartners)) {
       const SE2 T_other_this = poses[j].inverse() * poses[i];
       compare_points(visit.scan, visits_[j].scan, T_other_this, sum);

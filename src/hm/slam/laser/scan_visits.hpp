@@ -12,7 +12,7 @@ namespace hm {
 /// How well a scan agrees with those of other visits of the same place.
 struct VisitAgreement {
   Time stamp;              ///< of the scan
-  double path_m = 0;       ///< length of the path before it
+  Vec2 place_m;            ///< of the vehicle, corrected
   std::size_t agrees = 0;  ///< points of one scan that lie on what another measured in their direction
   /// Points that another scan saw through: its beam in their direction ended clearly behind them.
   std::size_t seen_through = 0;
