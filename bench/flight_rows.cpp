@@ -151,8 +151,8 @@ FlightScript house_course() {
   const auto inside = [](const RoomPlan& room) {
     return room.y1 < kHallCenter_y ? kHallLow_y - 0.9 : kHallHigh_y + 0.9;
   };
-  for (const std::size_t index : {std::size_t{0}, std::size_t{1}, std::size_t{3}, std::size_t{8},
-                                  std::size_t{7}, std::size_t{6}, std::size_t{4}}) {
+  // East along the rooms in the south, back along those in the north: 60 m.
+  for (const std::size_t index : {0, 1, 2, 3, 8, 7, 6, 5, 4}) {
     const RoomPlan& room = house_rooms()[index];
     go(room.door_x, kHallCenter_y);
     go(room.door_x, inside(room));
