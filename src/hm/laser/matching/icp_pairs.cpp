@@ -74,6 +74,13 @@ std::uint32_t published_line(const ReferenceLines& reference, std::uint32_t near
   return distance2(before) < distance2(after) ? before : nearest;
 }
 
+/// True when the ray to the sensed point (qx, qy) meets the line on the other side than the reference's ray
+/// did: the two faces of a wall between rooms are less than kMaxCorrespondenceDistance_m apart.
+bool is_seen_from_behind(const ReferenceLines& reference, std::uint32_t line, float qx, float qy) {
+  const float nx = reference.nx[line], ny = reference.ny[line];
+  return (nx * reference.ux[line] + ny * reference.uy[line]) * (nx * qx + ny * qy) < 0;
+}
+
 }  // namespace
 
 void IcpPairs::begin(std::size_t sensed_points, std::size_t reference_points) {
@@ -104,6 +111,7 @@ std::size_t IcpPairs::find(const ReferenceLines& reference, const ScanPoints& se
     // The end of a scan need not be the end of the surface.
     if (!reference.closed && (nearest.index == 0 || nearest.index + 1 == n)) continue;
     const std::uint32_t line = published ? published_line(reference, nearest.index, x, y) : nearest.index;
+    if (!published && is_seen_from_behind(reference, line, qx, qy)) continue;
     const float error = reference.d[line] - reference.nx[line] * x - reference.ny[line] * y;
     pairs_.push_back({static_cast<std::uint32_t>(i), line, qx, qy, error, nearest.distance2});
   }
@@ -170,6 +178,12 @@ std::uint64_t IcpPairs::fingerprint() const {
   Fnv1a hash;
   for (const Pair& pair : pairs_) hash.add(static_cast<std::uint64_t>(pair.point) << 32 | pair.line);
   return hash.value();
+}
+
+std::size_t IcpPairs::count_within(double error_m) const {
+  const auto limit = static_cast<float>(error_m);
+  return static_cast<std::size_t>(std::count_if(
+      pairs_.begin(), pairs_.end(), [&](const Pair& pair) { return std::abs(pair.error) <= limit; }));
 }
 
 double IcpPairs::mean_error_m() const {

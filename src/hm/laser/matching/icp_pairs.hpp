@@ -32,6 +32,8 @@ class IcpPairs {
   /// Hash of the set of pairs, to detect repeated sets.
   [[nodiscard]] std::uint64_t fingerprint() const;
   [[nodiscard]] double mean_error_m() const;
+  /// Number of pairs with an error of at most so many metres.
+  [[nodiscard]] std::size_t count_within(double error_m) const;
 
   /// Weight of a pair: inverse variance of its error, in units of the range variance.
   [[nodiscard]] static float weight(const ReferenceLines& reference, std::uint32_t line,

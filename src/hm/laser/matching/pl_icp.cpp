@@ -18,8 +18,15 @@ constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than thi
 constexpr double kCertainInformation = 0.15;   // share of the pairs that noise cannot reach
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
+constexpr double kPoorError = 1.5;   // mean error of a suspicious result, in standard deviations of a range
+constexpr double kFarFromGuess = 4;  // correction of a suspicious result, in the same unit
+constexpr double kNearError = 3;     // error of a pair that supports a result, in the same unit
+constexpr double kNarrowTrim = 6;    // least trimming limit of a start from a good guess
 
 }  // namespace
+
+/// What is known of the guess: it may be off by as much as points are paired, or only by little.
+enum class Start { kWide, kNarrow };
 
 struct PlIcp::State {
   explicit State(const PlIcpParams& given) : params(given) {}
@@ -39,6 +46,7 @@ struct PlIcp::State {
   SE2 X, X_guess;  // sensed to reference points, each relative to its own origin
   FreeDirections free;
   PointToLineSums sums;
+  IcpPairs other_pairs;  // of the result that was not kept
   bool matched = false;
   double range_sigma_m = 0.01;
   std::vector<float> scratch;
@@ -48,8 +56,12 @@ struct PlIcp::State {
     return params.range_sigma_m > 0 ? params.range_sigma_m : estimate_range_sigma(points, scratch);
   }
   void fit_reference();
-  [[nodiscard]] bool iterate(std::size_t stride, ScanMatch& match, Vec3& step);
-  void run(ScanMatch& match);
+  [[nodiscard]] double trimming_floor_m(Start start, int iteration) const;
+  [[nodiscard]] bool iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step);
+  void run(Start start, ScanMatch& match);
+  [[nodiscard]] bool is_suspicious(const ScanMatch& match) const;
+  [[nodiscard]] std::size_t support() const;
+  void try_narrow(ScanMatch& match);
   void judge(const SE2& guess, ScanMatch& match);
   void add_covariance(ScanMatch& match);
   void apply_pending(int max_scans);
@@ -63,15 +75,20 @@ void PlIcp::State::fit_reference() {
   pending_scans = 0;
 }
 
+/// Pairs with smaller errors are not trimmed: while the guess may be far off, those few that constrain a
+/// direction have large ones.
+double PlIcp::State::trimming_floor_m(Start start, int iteration) const {
+  if (!(params.line_half_length_m > 0)) return 0;  // as published
+  const double first_m =
+      start == Start::kWide ? params.kMaxCorrespondenceDistance_m : kNarrowTrim * range_sigma_m;
+  return first_m * std::pow(kTrimShrink, iteration);
+}
+
 /// One iteration: pairs, trims, solves. False when there are too few pairs or no constrained direction; the
 /// match has the status.
-bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
+bool PlIcp::State::iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step) {
   pairs.find(reference, sensed, X, stride, params);
-  // While the guess may be far off, the few pairs with large errors must not be trimmed.
-  const bool published = !(params.line_half_length_m > 0);
-  const double floor_m =
-      published ? 0 : params.kMaxCorrespondenceDistance_m * std::pow(kTrimShrink, match.iterations);
-  match.pairs = pairs.trim(params, range_sigma_m, floor_m);
+  match.pairs = pairs.trim(params, range_sigma_m, trimming_floor_m(start, match.iterations));
   ++match.iterations;
   const double smaller =
       static_cast<double>(std::min(sensed.size(), reference.size())) / static_cast<double>(stride);
@@ -102,7 +119,8 @@ bool PlIcp::State::iterate(std::size_t stride, ScanMatch& match, Vec3& step) {
   return true;
 }
 
-void PlIcp::State::run(ScanMatch& match) {
+void PlIcp::State::run(Start start, ScanMatch& match) {
+  X = X_guess;
   const auto coarse = static_cast<std::size_t>(std::max(1, params.coarse_stride));
   std::size_t stride = sensed.size() / coarse >= kMinCoarsePoints ? coarse : 1;
   seen.clear();
@@ -110,7 +128,7 @@ void PlIcp::State::run(ScanMatch& match) {
   while (match.iterations < params.max_iterations) {
     if (match.iterations + 1 == params.max_iterations) stride = 1;
     Vec3 step;
-    if (!iterate(stride, match, step)) return;
+    if (!iterate(start, stride, match, step)) return;
     const double shift = step.head<2>().norm(), turn = std::abs(step.z());
     if (stride > 1) {
       if (shift + turn * sums.arm_m() < kCoarseStep_m) stride = 1;
@@ -127,6 +145,38 @@ void PlIcp::State::run(ScanMatch& match) {
     }
     seen.push_back(fingerprint);
   }
+}
+
+/// True when the pairs do not fit within the noise, or the points moved far from the guess: a minimum that
+/// wrong pairs hold up looks like this, but a cluttered place or a bad guess too.
+bool PlIcp::State::is_suspicious(const ScanMatch& match) const {
+  if (match.status != MatchStatus::kMatched || pairs.mean_error_m() > kPoorError * range_sigma_m) return true;
+  const double turn = std::abs(wrap_angle(X.angle() - X_guess.angle()));
+  const double moved_m = (X.translation() - X_guess.translation()).norm() + turn * sums.arm_m();
+  return moved_m > kFarFromGuess * range_sigma_m;
+}
+
+/// Number of pairs that fit within the noise.
+std::size_t PlIcp::State::support() const { return pairs.count_within(kNearError * range_sigma_m); }
+
+/// Iterates once more from the guess, without the pairs that are far off there, and keeps the result with
+/// more support.
+void PlIcp::State::try_narrow(ScanMatch& match) {
+  const SE2 first_X = X;
+  const FreeDirections first_free = free;
+  const PointToLineSums first_sums = sums;
+  const std::size_t first_support = match.status == MatchStatus::kMatched ? support() : 0;
+  std::swap(pairs, other_pairs);
+  pairs.begin(sensed.size(), reference.size());
+  ScanMatch other = match;
+  other.iterations = 0;
+  run(Start::kNarrow, other);
+  if (other.status == MatchStatus::kMatched && support() > first_support) {
+    match = other;
+    return;
+  }
+  std::swap(pairs, other_pairs);
+  X = first_X, free = first_free, sums = first_sums;
 }
 
 void PlIcp::State::judge(const SE2& guess, ScanMatch& match) {
@@ -201,8 +251,9 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   }
   match.range_sigma_m = s.range_sigma_m = s.sigma_of(s.sensed);
   s.pairs.begin(s.sensed.size(), s.reference.size());
-  s.X = s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
-  s.run(match);
+  s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
+  s.run(Start::kWide, match);
+  if (s.params.line_half_length_m > 0 && s.is_suspicious(match)) s.try_narrow(match);
   if (match.status == MatchStatus::kMatched) s.judge(T_reference_sensed_guess, match);
   s.matched = match.ok();
   return match;

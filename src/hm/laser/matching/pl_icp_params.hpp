@@ -32,7 +32,7 @@ struct PlIcpParams {
   /// The first iterations use every n-th point; 1: all.
   int coarse_stride = 4;
   /// A direction constrained by less than this share of the pairs is free.
-  double min_information_ratio = 0.02;
+  double min_information_ratio = 0.005;
   /// A direction is free unless its information is this many times that expected from noise of the normals.
   double information_over_noise = 5;
   bool compute_covariance = true;

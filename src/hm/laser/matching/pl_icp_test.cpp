@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "hm/laser/matching/icp_pairs.hpp"
 #include "hm/laser/matching/reference_lines.hpp"
@@ -259,6 +260,52 @@ TEST(PlIcp, FittedLinesBeatThePublishedOnesInNoise) {
     published2 += std::pow(distance_m(*theirs.T_reference_sensed, motion), 2);
   }
   EXPECT_LT(std::sqrt(fitted2), 0.8 * std::sqrt(published2));
+}
+
+/// A hallway and a room, and between them a wall of 12 cm with a door of 1 m at x = 0.
+PlanarWorld door_world() {
+  PlanarWorld world;
+  world.add_polygon(std::vector<Vec2>{{-6, -1.6},
+                                      {6, -1.6},
+                                      {6, 0},
+                                      {0.5, 0},
+                                      {0.5, 0.12},
+                                      {4, 0.12},
+                                      {4, 5},
+                                      {-4, 5},
+                                      {-4, 0.12},
+                                      {-0.5, 0.12},
+                                      {-0.5, 0},
+                                      {-6, 0}});
+  return world;
+}
+
+/// The two faces of a wall are nearer to each other than points are paired: seen from the room, its points
+/// must not be paired with the face that the reference saw from the hallway.
+TEST(PlIcp, APassedDoorDoesNotPairTheFacesOfItsWall) {
+  const PlanarWorld world = door_world();
+  const SE2 hallway(Vec2(0, -0.8), std::numbers::pi / 2);
+  for (const double y : {0.0, 0.06, 0.2, 0.3, 0.4, 0.6, 0.9}) {
+    const SE2 room(Vec2(0.02, y), std::numbers::pi / 2), motion = hallway.inverse() * room;
+    const ScanMatch match =
+        PlIcp().match(scan_of(world, hallway, 0.01, 3), scan_of(world, room, 0.01, 4), motion);
+    ASSERT_TRUE(match.ok()) << y;
+    EXPECT_LT(distance_m(*match.T_reference_sensed, motion), 0.01) << y;
+  }
+}
+
+/// Of two walls that face each other one has moved by 20 cm: both pull, and meet halfway. From a good guess
+/// the other walls decide.
+TEST(PlIcp, AGoodGuessIsKeptAgainstAWallThatMoved) {
+  PlanarWorld before, after;
+  before.add_box({-4, -3}, {4, 3});
+  after.add_box({-4, -3}, {3.8, 3});
+  const SE2 start(Vec2::Zero(), std::numbers::pi / 2), motion(Vec2(0.05, 0.02), 0.01);
+  const ScanMatch match =
+      PlIcp().match(scan_of(before, start, 0.01, 1), scan_of(after, start * motion, 0.01, 2),
+                    motion * SE2(Vec2(0.01, -0.01), 0));
+  ASSERT_TRUE(match.ok());
+  EXPECT_LT(distance_m(*match.T_reference_sensed, motion), 0.01);
 }
 
 TEST(PlIcp, DissertationModeFindsTheMotionToo) {

@@ -68,6 +68,17 @@ FlightSite::FlightSite(World generated) : world(std::move(generated)), renderer(
 FlightSite::FlightSite(WorldKind kind, int seed)
     : FlightSite(make_world(kind, static_cast<std::uint64_t>(seed))) {}
 
+BasicVehicleState<float> estimate_in_map(const FlightMoment& moment) {
+  BasicVehicleState<float> state = moment.estimate;
+  const SE2& T = moment.T_map_odom;
+  state.position_m.head<2>() = (T * Vec2(moment.estimate.position_m.head<2>().cast<double>())).cast<float>();
+  state.velocity_m_s.head<2>() =
+      (T.rotation() * moment.estimate.velocity_m_s.head<2>().cast<double>()).cast<float>();
+  state.roll_pitch_yaw_rad.z() =
+      wrap_angle_f(moment.estimate.roll_pitch_yaw_rad.z() + static_cast<float>(T.angle()));
+  return state;
+}
+
 struct FlightRun::Impl {
   Impl(const FlightSite& site, const FlightRunParams& parameters, const FaultSchedule& faults,
        FlightObserver* observer, std::unique_ptr<FlightCore> core);
@@ -158,6 +169,7 @@ void FlightRun::Impl::run_board(const std::optional<ImuSample>& sample) {
   moment.autopilot = outputs;
   moment.estimate = board.core().estimate();
   moment.answer = board.answer();
+  moment.T_map_odom = computer.T_map_odom();
 }
 
 void FlightRun::Impl::note_moment() {

@@ -29,6 +29,7 @@ struct FlightMoment {
   Time stamp;  ///< true time, and the core's
   AutopilotOutputs autopilot;
   BasicVehicleState<float> estimate;    ///< of the core, in `odom`
+  SE2 T_map_odom;                       ///< by the loops that the computer has closed so far
   std::optional<CommandAnswer> answer;  ///< to a command that reached the core in this step
   double battery_ratio = 1;             ///< as the board measures it
   // For the log only; nothing of it reaches perception or core.
@@ -37,6 +38,9 @@ struct FlightMoment {
   std::size_t collisions = 0;  ///< so far
   int feet_down = 0;           ///< feet that touch something
 };
+
+/// The core's estimate in `map`, where pilots give their goals.
+[[nodiscard]] BasicVehicleState<float> estimate_in_map(const FlightMoment& moment);
 
 /// A flight in closed loop (dissertation Fig. 2.2) on a virtual clock: vehicle and sensors -> links ->
 /// laser perception (projection, scan matching, height) on the on-board computer -> serial link -> core at

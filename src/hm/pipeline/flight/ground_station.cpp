@@ -119,7 +119,7 @@ void GroundStation::note_heartbeat(const FlightMoment& moment) {
 void GroundStation::send_telemetry(const FlightMoment& moment) {
   const Time now = moment.stamp;
   if (is_due(kFastStream, now, kFast)) {
-    const LinkState state = link_state(moment.estimate);
+    const LinkState state = link_state(estimate_in_map(moment));
     peer_.send(to_attitude(state, *boot_, AutopilotWorld::kLocalFrd));
     peer_.send(to_attitude_quaternion(state, *boot_, AutopilotWorld::kLocalFrd));
     if (moment.estimate.planar_ready && moment.estimate.height_ready)

@@ -57,6 +57,25 @@ void OnboardComputer::add_scan(const Received<LaserScan>& scan) {
   process(scan.at);
 }
 
+FlightCommand in_odom(const FlightCommand& command, const SE2& T_map_odom) {
+  if (command.kind != CommandKind::kGoTo && command.kind != CommandKind::kPath) return command;
+  FlightCommand result = command;
+  const SE2 T_odom_map = T_map_odom.inverse();
+  const auto turned = [&](const Vec3f& v) -> Eigen::Vector2f {
+    return (T_odom_map.rotation() * v.head<2>().cast<double>()).cast<float>();
+  };
+  result.position_m.head<2>() =
+      (T_odom_map * Vec2(command.position_m.head<2>().cast<double>())).cast<float>();
+  result.velocity_m_s.head<2>() = turned(command.velocity_m_s);
+  result.acceleration_m_s2.head<2>() = turned(command.acceleration_m_s2);
+  result.yaw_rad = static_cast<float>(wrap_angle(static_cast<double>(command.yaw_rad) + T_odom_map.angle()));
+  return result;
+}
+
+void OnboardComputer::add_command(const FlightCommand& command) {
+  outbox_.push_back({Time{INT64_MIN}, in_odom(command, T_map_odom_)});
+}
+
 void OnboardComputer::add(Time now, const DownMessage& message) {
   if (const auto* sample = std::get_if<ImuSample>(&message)) return add_imu(now, *sample);
   if (const auto* state = std::get_if<StateMessage>(&message)) return add_state(now, *state);
@@ -97,6 +116,7 @@ void OnboardComputer::add_imu(Time now, const ImuSample& sample) {
 void OnboardComputer::process(Time now) {
   for (const LaserStep& step : perception_.take_steps()) {
     if (observer_ != nullptr) observer_->on_laser_step(step);
+    if (step.matched_scan) T_map_odom_ = step.map_frame.T_map_odom;
     send_results(step, now + delay_);
   }
 }

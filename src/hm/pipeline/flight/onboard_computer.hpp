@@ -11,6 +11,10 @@
 
 namespace hm {
 
+/// A pilot's command with its goal in `odom` instead of `map`, for the board: kGoTo and kPath; others as they
+/// are.
+[[nodiscard]] FlightCommand in_odom(const FlightCommand& command, const SE2& T_map_odom);
+
 /// The vehicle's on-board computer: scans and IMU samples become poses and heights (dissertation 2.2), which
 /// it sends to the board, as it does with commands of pilots. It keeps the board's clock by TIMESYNC.
 class OnboardComputer {
@@ -25,12 +29,15 @@ class OnboardComputer {
 
   void add_scan(const Received<LaserScan>& scan);
   void add(Time now, const DownMessage& message);
-  void add_command(const FlightCommand& command) { outbox_.push_back({Time{INT64_MIN}, command}); }
+  /// Goals of pilots are in `map`; the board gets them in `odom`.
+  void add_command(const FlightCommand& command);
   /// What is to be sent by now.
   std::vector<UpMessage> take_messages(Time now);
   void finish();
 
   [[nodiscard]] const LaserPipeline& perception() const { return perception_; }
+  /// By the loops closed so far; the identity before.
+  [[nodiscard]] const SE2& T_map_odom() const { return T_map_odom_; }
   [[nodiscard]] std::vector<StageCounts> counts() const;
   /// From the last beam of a scan until its pose is sent.
   [[nodiscard]] const LatencyHistogram& scan_to_pose() const { return scan_to_pose_; }
@@ -52,6 +59,7 @@ class OnboardComputer {
   FlightObserver* observer_;
   TimeSync sync_;
   std::deque<Pending> outbox_;
+  SE2 T_map_odom_;
   std::optional<Time> life_sent_, sync_sent_;
   StageCounts scans_{"perception", 0, 0, 0}, imu_{"imu of the computer", 0, 0, 0};
   LatencyHistogram scan_to_pose_;

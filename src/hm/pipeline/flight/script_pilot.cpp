@@ -217,6 +217,13 @@ bool ScriptPilot::is_there(const PilotView& view) const {
   return view.velocity_m_s.norm() <= params_.arrival_speed_m_s && std::abs(turn) <= params_.arrival_yaw_rad;
 }
 
+/// The map was corrected since the goal was sent: where it lies for the vehicle has changed.
+bool ScriptPilot::is_moved(const PilotView& view) const {
+  constexpr double kLeast_m = 2e-3;
+  const Vec2 goal_m = record().order.position_m.head<2>();
+  return (T_map_odom_sent_.inverse() * goal_m - view.T_map_odom.inverse() * goal_m).norm() > kLeast_m;
+}
+
 std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
   if (view.state != AutopilotState::kFlying) {
     miss(view, not_flying(view));
@@ -231,12 +238,13 @@ std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
     return {};
   }
   const bool in_position = view.phase == FlightPhase::kPosition;
-  if (accepted_ && in_position) {
+  if (accepted_ && in_position && !is_moved(view)) {
     if (is_there(view)) finish(view, OrderOutcome::kDone);
     return {};
   }
   if (in_position || view.phase == FlightPhase::kHold) {
     accepted_ = false;
+    T_map_odom_sent_ = view.T_map_odom;
     FlightCommand command = command_of(CommandKind::kGoTo);
     command.position_m = record().order.position_m.cast<float>();
     command.yaw_rad = goal_yaw_rad_;

@@ -9,6 +9,7 @@
 #include "hm/core/params.hpp"
 #include "hm/flight/fail_safes.hpp"
 #include "hm/flight/flight_command.hpp"
+#include "hm/geometry/se2.hpp"
 #include "hm/pipeline/flight/flight_script.hpp"
 
 namespace hm {
@@ -45,11 +46,12 @@ struct PilotView {
   AutopilotState state = AutopilotState::kOff;
   FlightPhase phase = FlightPhase::kGround;
   std::optional<FailSafe> reason;    ///< of the fail-safe that acts
-  Vec3f position_m = Vec3f::Zero();  ///< estimate, in `odom`
+  Vec3f position_m = Vec3f::Zero();  ///< estimate, in `map`
   Vec3f velocity_m_s = Vec3f::Zero();
   float yaw_rad = 0;
   std::optional<CommandKind> answered;  ///< the pilot's command that reached the vehicle since the last step
   Refusal refusal = Refusal::kNone;     ///< valid with `answered`
+  SE2 T_map_odom = {};                  ///< a goal given in `map` moves for the vehicle with it
 };
 
 enum class OrderOutcome { kWaiting, kRunning, kDone, kMissed, kSkipped };
@@ -110,6 +112,7 @@ class ScriptPilot {
   }
   void skip_rest(const std::string& reason, Time now);
   [[nodiscard]] bool is_there(const PilotView& view) const;
+  [[nodiscard]] bool is_moved(const PilotView& view) const;
   [[nodiscard]] FlightCommand command_of(CommandKind kind) const;
   /// The command, unless the same kind was sent less than `period_s` ago.
   std::optional<FlightCommand> again(const FlightCommand& command, const PilotView& view, double period_s);
@@ -131,6 +134,7 @@ class ScriptPilot {
   Time sent_at_;
   std::optional<Time> since_;  // kVelocity: when the vehicle was in that mode
   bool accepted_ = false;      // kGoTo: the vehicle has this goal
+  SE2 T_map_odom_sent_;        // kGoTo: when the goal was sent
   Refusal refusal_ = Refusal::kNone;
   float goal_yaw_rad_ = 0;
   double time_limit_s_ = 0;

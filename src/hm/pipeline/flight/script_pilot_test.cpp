@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 
 #include <map>
+#include <numbers>
 
 #include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
 #include "hm/flight/testing/flight_rig.hpp"
+#include "hm/pipeline/flight/onboard_computer.hpp"
 
 namespace hm {
 namespace {
@@ -31,7 +33,7 @@ class Flight {
     answered_.reset();
     if (!command) return rig.run_ms(1);
     ++sent[command->kind];
-    refusal_ = rig.send(*command);
+    refusal_ = rig.send(in_odom(*command, T_map_odom));
     answered_ = command->kind;
   }
   /// Until the pilot has released control, or so many seconds are over.
@@ -58,14 +60,18 @@ class Flight {
   ScriptPilot pilot;
   std::map<CommandKind, int> sent;
   bool drop_commands = false;
+  SE2 T_map_odom;
 
  private:
   [[nodiscard]] PilotView view() const {
     const AutopilotOutputs& outputs = rig.autopilot->outputs();
     const BasicVehicleState<float> estimate = rig.autopilot->estimate();
-    PilotView view{rig.now + Duration{1'000'000}, outputs.state, outputs.phase, {}, {}, {}, 0, {}, {}};
+    PilotView view{
+        rig.now + Duration{1'000'000}, outputs.state, outputs.phase, {}, {}, {}, 0, {}, {}, T_map_odom};
     if (outputs.safety.action != SafetyAction::kNone) view.reason = outputs.safety.reason;
     view.position_m = estimate.position_m;
+    view.position_m.head<2>() =
+        (T_map_odom * Vec2(estimate.position_m.head<2>().cast<double>())).cast<float>();
     view.velocity_m_s = estimate.velocity_m_s;
     view.yaw_rad = estimate.roll_pitch_yaw_rad.z();
     view.answered = answered_;
@@ -107,6 +113,30 @@ TEST(ScriptPilot, PassesWayPointsAndRestsAtTheLast) {
   EXPECT_LT(flight.pilot.records()[3].distance_m, 0.1);
   flight.run();
   EXPECT_EQ(flight.pilot.records().back().outcome, OrderOutcome::kDone);
+}
+
+/// A loop that is closed on the way moves the goal in `odom`; the vehicle arrives where the goal is in `map`.
+TEST(ScriptPilot, AGoalFollowsTheCorrectionsOfTheMap) {
+  Flight flight("takeoff 1.3\ngoto 2 1 1.3 0\nwait 3\nland");
+  ASSERT_TRUE(flight.run_until([&] { return flight.rig.autopilot->estimate().position_m.x() > 1; }));
+  flight.T_map_odom = SE2(Vec2(0.2, -0.1), 0.03);
+  ASSERT_TRUE(flight.run_until([&] { return flight.outputs().state == AutopilotState::kLanding; }));
+  EXPECT_EQ(flight.pilot.records()[1].outcome, OrderOutcome::kDone);
+  EXPECT_EQ(flight.sent[CommandKind::kGoTo], 2);
+  const Vec2 expected_m = flight.T_map_odom.inverse() * Vec2(2, 1);
+  const Vec2 flown_m = flight.rig.autopilot->estimate().position_m.head<2>().cast<double>();
+  EXPECT_LT((flown_m - expected_m).norm(), 0.05);
+}
+
+TEST(ScriptPilot, GoalsReachTheBoardInItsFrame) {
+  FlightCommand command;
+  command.kind = CommandKind::kGoTo;
+  command.position_m = {1, 0, 1.3F};
+  const FlightCommand sent = in_odom(command, SE2(Vec2(1, 2), std::numbers::pi / 2));
+  EXPECT_LT((sent.position_m - Vec3f(-2, 0, 1.3F)).norm(), 1e-6F);
+  EXPECT_NEAR(sent.yaw_rad, -std::numbers::pi / 2, 1e-6);
+  command.kind = CommandKind::kVelocity;  // in the frame of the vehicle
+  EXPECT_EQ(in_odom(command, SE2(Vec2(1, 2), 1)).position_m, command.position_m);
 }
 
 TEST(ScriptPilot, RepeatsVelocitiesAndThenHolds) {

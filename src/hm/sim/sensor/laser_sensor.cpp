@@ -83,7 +83,8 @@ const SE3* LaserSensor::mount_of(std::size_t beam) const {
                                                                                      : nullptr;
 }
 
-/// Casts rays, through transparent surfaces. Non-reflecting surfaces are no hit.
+/// Casts rays, through transparent surfaces. Non-reflecting surfaces are no hit. Beyond a surface seen at a
+/// grazing angle the renderer may find the same surface again, whose distance is computed more precisely.
 std::vector<RayHit> LaserSensor::cast(const std::vector<Ray>& rays) const {
   std::vector<RayHit> hits(rays.size());
   renderer_.cast(rays, hits);
@@ -91,7 +92,7 @@ std::vector<RayHit> LaserSensor::cast(const std::vector<Ray>& rays) const {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     Ray ray = rays[i];
     while (hits[i].is_hit() && world_.parts[hits[i].part].material.clear) {
-      ray.near_m = hits[i].range_m + 1e-4;
+      ray.near_m = std::max(ray.near_m, hits[i].range_m) + 1e-4;
       renderer_.cast({&ray, 1}, {&hits[i], 1});
     }
     if (hits[i].is_hit() && world_.parts[hits[i].part].material.reflectance == Reflectance::kNoReturn)

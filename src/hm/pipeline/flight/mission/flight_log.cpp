@@ -34,8 +34,9 @@ FlightMotion true_motion(const FlightMoment& moment) {
 }
 
 FlightMotion estimated_motion(const FlightMoment& moment) {
-  FlightMotion motion{moment.estimate.position_m.cast<double>(), moment.estimate.velocity_m_s.cast<double>(),
-                      static_cast<double>(moment.estimate.roll_pitch_yaw_rad.z())};
+  const BasicVehicleState<float> estimate = estimate_in_map(moment);
+  FlightMotion motion{estimate.position_m.cast<double>(), estimate.velocity_m_s.cast<double>(),
+                      static_cast<double>(estimate.roll_pitch_yaw_rad.z())};
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   if (!moment.estimate.planar_ready) {
     motion.position_m.head<2>().fill(kUnknown);
@@ -52,9 +53,11 @@ PilotView pilot_view(const FlightMoment& moment) {
   view.state = moment.autopilot.state;
   view.phase = moment.autopilot.phase;
   if (moment.autopilot.safety.action != SafetyAction::kNone) view.reason = moment.autopilot.safety.reason;
-  view.position_m = moment.estimate.position_m;
-  view.velocity_m_s = moment.estimate.velocity_m_s;
-  view.yaw_rad = moment.estimate.roll_pitch_yaw_rad.z();
+  const BasicVehicleState<float> estimate = estimate_in_map(moment);
+  view.T_map_odom = moment.T_map_odom;
+  view.position_m = estimate.position_m;
+  view.velocity_m_s = estimate.velocity_m_s;
+  view.yaw_rad = estimate.roll_pitch_yaw_rad.z();
   if (moment.answer) {
     view.answered = moment.answer->command.kind;
     view.refusal = moment.answer->refusal;
@@ -154,9 +157,12 @@ void FlightLog::follow_goal(const FlightMoment& moment) {
   if (phase_ != FlightPhase::kPosition && phase_ != FlightPhase::kTakeOff) goal_m_.reset();
   if (!moment.answer || moment.answer->refusal != Refusal::kNone) return;
   const FlightCommand& command = moment.answer->command;
-  if (command.kind == CommandKind::kGoTo) goal_m_ = command.position_m.cast<double>();
+  if (command.kind == CommandKind::kGoTo) {
+    goal_m_ = command.position_m.cast<double>();
+    goal_m_->head<2>() = moment.T_map_odom * Vec2(goal_m_->head<2>());
+  }
   if (command.kind == CommandKind::kTakeOff && command.position_m.z() > 0)
-    goal_m_ = (moment.estimate.position_m + Vec3f(0, 0, command.position_m.z())).cast<double>();
+    goal_m_ = (estimate_in_map(moment).position_m + Vec3f(0, 0, command.position_m.z())).cast<double>();
 }
 
 void FlightLog::measure(const FlightMoment& moment, const ScriptPilot& pilot) {

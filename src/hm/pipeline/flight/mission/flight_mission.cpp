@@ -145,7 +145,7 @@ void Mission::note_poses() {
   const FlightMoment& moment = run_.moment();
   truth_.push_back({moment.stamp, moment.truth.T_world_base});
   if (!moment.estimate.planar_ready || !moment.estimate.height_ready) return;
-  estimate_.push_back({moment.stamp, link_state(moment.estimate).T_odom_base});
+  estimate_.push_back({moment.stamp, link_state(estimate_in_map(moment)).T_odom_base});
 }
 
 std::string Mission::end_state() const {
