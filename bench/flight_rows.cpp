@@ -240,13 +240,19 @@ Result<BenchResult> bench_fly_hover(const BenchOptions& options) {
 }
 
 Result<BenchResult> bench_fly_step(const BenchOptions& options) {
-  const StepResponse ours =
-      worst_step(fly_seeds(options, step_script(), [](FlightRunParams&, std::size_t) {}));
-  const StepResponse px4 = worst_step(fly_seeds(
-      options, step_script(), [](FlightRunParams& params, std::size_t) { take_px4_gains(params); }));
+  const auto fly_with = [&](void (*change)(FlightRunParams&)) {
+    return worst_step(
+        fly_seeds(options, step_script(), [&](FlightRunParams& params, std::size_t) { change(params); }));
+  };
+  const StepResponse ours = fly_with([](FlightRunParams&) {});
+  const StepResponse px4 = fly_with(take_px4_gains);
+  const StepResponse author =
+      fly_with([](FlightRunParams& params) { params.autopilot.law = ControlLaw::kPublished; });
   BenchResult result;
   result.rows = {{"fly_step", ours.settle_s, px4.settle_s},
-                 {"fly_step_overshoot", 100 * ours.overshoot_ratio, 100 * px4.overshoot_ratio}};
+                 {"fly_step_overshoot", 100 * ours.overshoot_ratio, 100 * px4.overshoot_ratio},
+                 {"fly_step_author", ours.settle_s, author.settle_s},
+                 {"fly_step_author_overshoot", 100 * ours.overshoot_ratio, 100 * author.overshoot_ratio}};
   return result;
 }
 
