@@ -54,7 +54,7 @@ struct AutopilotInputs {
   bool computer_alive = false;         ///< a sign of life of the on-board computer arrived
   std::optional<float> battery_ratio;  ///< remaining charge, 0 to 1
   std::optional<float> clearance_m;    ///< feet above the ground
-  std::optional<float> obstacle_m;     ///< distance ahead
+  std::optional<float> obstacle_m;     ///< free way in the direction of flight
 };
 
 struct AutopilotOutputs {
