@@ -122,6 +122,41 @@ StepResponse worst_step(const std::vector<Flown>& flown) {
   return {quantile(settle_s, 0.95), quantile(overshoot, 0.95)};
 }
 
+/// True tilt after an attitude command of 20 degrees: time from 10 to 90 % of it, and overshoot.
+struct AttitudeResponse {
+  double rise_s = std::numeric_limits<double>::infinity(), overshoot_ratio = 0;
+};
+
+/// Hovers, then flies the command for half a second. `pitch`: about y, otherwise about x.
+AttitudeResponse attitude_response(const FlightSite& site, const FlightRunParams& params, bool pitch) {
+  constexpr double kTilt_rad = 0.349066, kHovering_s = 9, kCommand_s = 0.5;
+  FlightRun run(site, params);
+  ScriptPilot pilot;
+  for (const FlightOrder& order : script_of("takeoff 1.5\nwait 60\nland").orders) pilot.add(order);
+  while (run.elapsed().seconds() < kHovering_s) run.step(pilot.step(pilot_view(run.moment())));
+  FlightCommand command;
+  command.pilot = 1;  // as the script
+  command.kind = CommandKind::kMode;
+  command.mode = FlightPhase::kDirect;
+  AttitudeResponse response;
+  std::optional<double> from_10_s;
+  const double begin_s = run.elapsed().seconds();
+  for (int step = 0; run.elapsed().seconds() - begin_s < kCommand_s; ++step) {
+    command.stamp = run.now();
+    const FlightMoment& moment = run.step(step % 20 == 0 ? std::optional(command) : std::nullopt);
+    command.kind = CommandKind::kDirect;
+    command.thrust_ratio = 0.485F;
+    (pitch ? command.pitch_rad : command.roll_rad) = static_cast<float>(kTilt_rad);
+    const Mat3 rotation = moment.truth.T_world_base.rotation();
+    const double angle = pitch ? std::asin(-rotation(2, 0)) : std::atan2(rotation(2, 1), rotation(2, 2));
+    const double share = angle / kTilt_rad, now_s = run.elapsed().seconds();
+    if (!from_10_s && share > 0.1) from_10_s = now_s;
+    if (from_10_s && share > 0.9 && std::isinf(response.rise_s)) response.rise_s = now_s - *from_10_s;
+    response.overshoot_ratio = std::max(response.overshoot_ratio, share - 1);
+  }
+  return response;
+}
+
 /// One way in which a vehicle differs from what the autopilot assumes.
 struct Variation {
   const char* name;
@@ -241,13 +276,36 @@ Result<BenchResult> bench_fly_hover(const BenchOptions& options) {
 }
 
 Result<BenchResult> bench_fly_step(const BenchOptions& options) {
-  const StepResponse ours =
-      worst_step(fly_seeds(options, step_script(), [](FlightRunParams&, std::size_t) {}));
-  const StepResponse px4 = worst_step(fly_seeds(
-      options, step_script(), [](FlightRunParams& params, std::size_t) { take_px4_gains(params); }));
+  const auto fly_with = [&](void (*change)(FlightRunParams&)) {
+    return worst_step(
+        fly_seeds(options, step_script(), [&](FlightRunParams& params, std::size_t) { change(params); }));
+  };
+  const StepResponse ours = fly_with([](FlightRunParams&) {});
+  const StepResponse px4 = fly_with(take_px4_gains);
+  const StepResponse author =
+      fly_with([](FlightRunParams& params) { params.autopilot.law = ControlLaw::kPublished; });
   BenchResult result;
   result.rows = {{"fly_step", ours.settle_s, px4.settle_s},
-                 {"fly_step_overshoot", 100 * ours.overshoot_ratio, 100 * px4.overshoot_ratio}};
+                 {"fly_step_overshoot", 100 * ours.overshoot_ratio, 100 * px4.overshoot_ratio},
+                 {"fly_step_author", ours.settle_s, author.settle_s},
+                 {"fly_step_author_overshoot", 100 * ours.overshoot_ratio, 100 * author.overshoot_ratio}};
+  return result;
+}
+
+Result<BenchResult> bench_fly_attitude(const BenchOptions& options) {
+  const FlightSite site(WorldKind::kHouse, 1);
+  std::vector<double> rise_s(2 * static_cast<std::size_t>(seeds_of(options))), overshoot(rise_s.size());
+  ParallelLoop(options.threads).for_ranges(rise_s.size(), 1, [&](std::size_t i, std::size_t) {
+    FlightRunParams params;
+    params.run.seed = static_cast<int>(i / 2) + 1;
+    params.run.start_x_m = 4, params.run.start_y_m = 3;  // in the largest room
+    const AttitudeResponse response = attitude_response(site, params, i % 2 == 0);
+    rise_s[i] = response.rise_s;
+    overshoot[i] = response.overshoot_ratio;
+  });
+  BenchResult result;
+  result.rows = {{"fly_attitude", quantile(rise_s, 0.95), {}},
+                 {"fly_attitude_overshoot", 100 * quantile(overshoot, 0.95), {}}};
   return result;
 }
 

@@ -59,12 +59,14 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"vo_published", hm::bench::bench_vo_published},
                                               {"fly_hover", hm::bench::bench_fly_hover},
                                               {"fly_step", hm::bench::bench_fly_step},
+                                              {"fly_attitude", hm::bench::bench_fly_attitude},
                                               {"fly_robust", hm::bench::bench_fly_robust},
                                               {"fly_waypoints", hm::bench::bench_fly_waypoints},
                                               {"fly_failsafes", hm::bench::bench_fly_failsafes},
                                               {"fly_speed", hm::bench::bench_fly_speed},
                                               {"fly_soak", hm::bench::bench_fly_soak},
-                                              {"core_host", hm::bench::bench_core_host}});
+                                              {"core_host", hm::bench::bench_core_host},
+                                              {"link_noise", hm::bench::bench_link_noise}});
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

@@ -68,6 +68,8 @@ Result<BenchResult> bench_vo_icl(const BenchOptions& options);
 Result<BenchResult> bench_vo_hour(const BenchOptions& options);
 Result<BenchResult> bench_fly_hover(const BenchOptions& options);
 Result<BenchResult> bench_fly_step(const BenchOptions& options);
+Result<BenchResult> bench_fly_attitude(const BenchOptions& options);
+Result<BenchResult> bench_link_noise(const BenchOptions& options);
 Result<BenchResult> bench_fly_robust(const BenchOptions& options);
 Result<BenchResult> bench_fly_waypoints(const BenchOptions& options);
 Result<BenchResult> bench_fly_failsafes(const BenchOptions& options);

@@ -114,11 +114,11 @@ struct CascadeOutput {
 /// command), and is counted.
 class Cascade {
  public:
-  Cascade(const CascadeParams& params, const QuadrotorModel& model, float step_s = 0.001F);
+  [[gnu::cold]] Cascade(const CascadeParams& params, const QuadrotorModel& model, float step_s = 0.001F);
   /// As constructed: rotors stopped, nothing learned.
-  void reset();
+  [[gnu::cold]] void reset();
   /// Tells what another controller commands, so that the next step continues from there.
-  void start_from(const ControlState& state, const RpytCommand& current);
+  [[gnu::cold]] void start_from(const ControlState& state, const RpytCommand& current);
   const CascadeOutput& step(const ControlState& state, const CascadeCommand& command);
   [[nodiscard]] const CascadeOutput& output() const { return output_; }
   [[nodiscard]] Vec3f stopping_point() const { return shaper_.stopping_point(); }

@@ -18,16 +18,21 @@ bool all_finite(const ControlState& state, const PublishedCommand& command) {
          all_finite(command.manual);
 }
 
-/// Output of an axis: by its law, or passed through.
-float axis_output(PiD* law, AxisMode mode, float error, float velocity, const std::array<float, 2>& passed) {
-  if (law) return law->step(error, velocity);
-  return mode == AxisMode::kDirect ? passed[0] : passed[1];
+/// Gains of a law in a mode.
+const PiDGains& gains_in(AxisMode mode, const PiDGains& position, const PiDGains& velocity) {
+  return mode == AxisMode::kPosition ? position : velocity;
 }
 
 }  // namespace
 
-PiD::PiD(const PiDGains& gains, float step_s)
-    : gains_(gains), step_s_(step_s), log_base_(log_f(gains.d_base)), fade_(1 - step_s / kFade_s) {}
+PiD::PiD(const PiDGains& gains, float step_s) : step_s_(step_s), fade_(1 - step_s / kFade_s) {
+  change_gains(gains);
+}
+
+void PiD::change_gains(const PiDGains& gains) {
+  gains_ = gains;
+  log_base_ = log_f(gains.d_base);
+}
 
 void PiD::reset() {
   integral_ = error_ = output_ = offset_ = start_ = 0;
@@ -66,30 +71,24 @@ PublishedModes published_velocity_modes() {
   return {AxisMode::kVelocity, AxisMode::kVelocity, AxisMode::kPosition, AxisMode::kVelocity};
 }
 
-PiD* PublishedController::Axis::law(AxisMode of) {
-  if (of == AxisMode::kPosition) return &position;
-  return of == AxisMode::kVelocity ? &velocity : nullptr;
-}
-
-void PublishedController::Axis::change_mode(AxisMode now, float output) {
+void PublishedController::Axis::change_mode(AxisMode now, const PiDGains& gains, float output) {
   if (now == mode) return;
   mode = now;
-  if (PiD* changed = law(now)) changed->continue_from(output);
+  if (!has_law()) return;
+  law.change_gains(gains);
+  law.continue_from(output);
 }
 
 PublishedController::PublishedController(const PublishedControlParams& params, float step_s)
     : params_(params),
       step_s_(step_s),
-      x_(params.position_xy, params.velocity_x, step_s),
-      y_(params.position_xy, params.velocity_y, step_s),
-      z_(params.position_z, params.velocity_z, step_s),
-      yaw_(params.yaw, {}, step_s) {}
+      x_{{params.position_xy, step_s}},
+      y_{{params.position_xy, step_s}},
+      z_{{params.position_z, step_s}},
+      yaw_{{params.yaw, step_s}} {}
 
 void PublishedController::reset() {
-  for (Axis* axis : {&x_, &y_, &z_, &yaw_}) {
-    axis->position.reset();
-    axis->velocity.reset();
-  }
+  for (Axis* axis : {&x_, &y_, &z_, &yaw_}) axis->law.reset();
   start_from({});
 }
 
@@ -107,14 +106,15 @@ void PublishedController::start_from(const RpytCommand& current) {
 }
 
 std::array<float, 4> PublishedController::integrals() const {
-  return {x_.position.integral(), y_.position.integral(), z_.position.integral(), yaw_.position.integral()};
+  return {x_.law.integral(), y_.law.integral(), z_.law.integral(), yaw_.law.integral()};
 }
 
 void PublishedController::change_modes(const PublishedModes& modes) {
-  x_.change_mode(modes.x, output_.pitch_rad);
-  y_.change_mode(modes.y, -output_.roll_rad);
-  z_.change_mode(modes.z, thrust_percent_.value());
-  yaw_.change_mode(modes.yaw, output_.yaw_rate_rad_s);
+  const PublishedControlParams& p = params_;
+  x_.change_mode(modes.x, gains_in(modes.x, p.position_xy, p.velocity_x), output_.pitch_rad);
+  y_.change_mode(modes.y, gains_in(modes.y, p.position_xy, p.velocity_y), -output_.roll_rad);
+  z_.change_mode(modes.z, gains_in(modes.z, p.position_z, p.velocity_z), thrust_percent_.value());
+  yaw_.change_mode(modes.yaw, p.yaw, output_.yaw_rate_rad_s);
 }
 
 RpytCommand PublishedController::wanted(const ControlState& state, const PublishedCommand& command) {
@@ -126,22 +126,22 @@ RpytCommand PublishedController::wanted(const ControlState& state, const Publish
   const Vec3f position_error = level(command.goal.position_m - state.position_m);
   const Vec3f velocity = level(state.velocity_m_s);
   const Vec3f velocity_error = command.goal.velocity_m_s - velocity;
-  const auto output = [&](Axis& axis, int i, const std::array<float, 2>& passed) {
+  const auto output = [&](Axis& axis, int i, float passed) {
+    if (!axis.has_law()) return passed;
     const bool position = axis.mode == AxisMode::kPosition;
-    return axis_output(axis.law(axis.mode), axis.mode, position ? position_error[i] : velocity_error[i],
-                       position ? velocity[i] : 0, passed);
+    return axis.law.step(position ? position_error[i] : velocity_error[i], position ? velocity[i] : 0);
   };
-  const RpytCommand& direct = command.direct;
-  const RpytCommand& manual = command.manual;
+  const auto passed = [&](const Axis& axis) -> const RpytCommand& {
+    return axis.mode == AxisMode::kDirect ? command.direct : command.manual;
+  };
   RpytCommand wanted;
-  wanted.pitch_rad = output(x_, 0, {direct.pitch_rad, manual.pitch_rad});
-  wanted.roll_rad = -output(y_, 1, {-direct.roll_rad, -manual.roll_rad});
-  wanted.thrust_ratio = 0.01F * output(z_, 2, {100 * direct.thrust_ratio, 100 * manual.thrust_ratio});
+  wanted.pitch_rad = output(x_, 0, passed(x_).pitch_rad);
+  wanted.roll_rad = -output(y_, 1, -passed(y_).roll_rad);
+  wanted.thrust_ratio = 0.01F * output(z_, 2, 100 * passed(z_).thrust_ratio);
   wanted.yaw_rate_rad_s = command.goal.yaw_rate_rad_s;  // kVelocity passes it through
-  if (yaw_.mode != AxisMode::kVelocity)
-    wanted.yaw_rate_rad_s =
-        axis_output(yaw_.law(yaw_.mode), yaw_.mode, wrap_angle_f(command.goal.yaw_rad - yaw),
-                    state.rates_rad_s.z(), {direct.yaw_rate_rad_s, manual.yaw_rate_rad_s});
+  if (yaw_.mode == AxisMode::kPosition)
+    wanted.yaw_rate_rad_s = yaw_.law.step(wrap_angle_f(command.goal.yaw_rad - yaw), state.rates_rad_s.z());
+  if (!yaw_.has_law()) wanted.yaw_rate_rad_s = passed(yaw_).yaw_rate_rad_s;
   return wanted;
 }
 
@@ -165,13 +165,34 @@ const RpytCommand& PublishedController::step(const ControlState& state, const Pu
   change_modes(command.modes);
   limit(wanted(state, command));
   const auto learn = [](Axis& axis, float output) {
-    if (PiD* law = axis.law(axis.mode)) law->applied(output);
+    if (axis.has_law()) axis.law.applied(output);
   };
   learn(x_, output_.pitch_rad);
   learn(y_, -output_.roll_rad);
   learn(z_, thrust_percent_.value());
   if (yaw_.mode == AxisMode::kPosition) learn(yaw_, output_.yaw_rate_rad_s);
   return output_;
+}
+
+CascadeCommand flown_by(PublishedController& controller, const ControlState& state,
+                        const CascadeCommand& command) {
+  const FlightModes& modes = command.modes;
+  if (modes.vertical == AxisMode::kDisabled) {
+    controller.reset();
+    return command;
+  }
+  PublishedCommand published;
+  published.modes = {modes.horizontal, modes.horizontal, modes.vertical, modes.heading};
+  published.goal = command.goal;
+  published.direct = command.direct;
+  const SinCos turn = sin_cos_f(euler_angles(state.attitude).yaw_rad);
+  const Vec3f& v = command.goal.velocity_m_s;
+  published.goal.velocity_m_s = {turn.cos * v.x() + turn.sin * v.y(), turn.cos * v.y() - turn.sin * v.x(),
+                                 v.z()};
+  CascadeCommand direct = command;
+  direct.modes = {AxisMode::kDirect, AxisMode::kDirect, AxisMode::kDirect};
+  direct.direct = controller.step(state, published);
+  return direct;
 }
 
 }  // namespace hm

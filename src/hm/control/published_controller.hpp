@@ -37,14 +37,15 @@ struct PiDGains {
 /// velocity and yaw by the same law with kd = 0 (PI).
 ///
 /// Against windup, the integral stops as long as it would drive the output further beyond what left the
-/// limits
-/// (`applied`), besides its own limit. continue_from() makes the next output equal to a given one; what the
-/// integral may not hold of the difference fades with kFade_s.
+/// limits (`applied`), besides its own limit. continue_from() makes the next output equal to a given one;
+/// what the integral may not hold of the difference fades with kFade_s.
 class PiD {
  public:
   static constexpr float kFade_s = 0.3F;
   PiD(const PiDGains& gains, float step_s);
   void reset();
+  /// Another law from the next step on; continue_from() keeps its output from jumping.
+  void change_gains(const PiDGains& gains);
   /// Output for this error and measured velocity; numbers only.
   float step(float error, float velocity);
   /// Ends the step: the output after limits.
@@ -123,18 +124,16 @@ class PublishedController {
   const RpytCommand& step(const ControlState& state, const PublishedCommand& command);
   [[nodiscard]] const RpytCommand& output() const { return output_; }
   [[nodiscard]] std::uint32_t bad_inputs() const { return bad_inputs_; }
-  /// Integrals of the position laws of x, y, z, and of yaw.
+  /// Integrals of the laws in force of x, y, z, and of yaw.
   [[nodiscard]] std::array<float, 4> integrals() const;
 
  private:
-  /// Position and velocity law of an axis, and its output in the direction of the error.
+  /// The law of an axis in its mode; its output is in the direction of the error.
   struct Axis {
-    Axis(const PiDGains& position_gains, const PiDGains& velocity_gains, float step_s)
-        : position(position_gains, step_s), velocity(velocity_gains, step_s) {}
-    [[nodiscard]] PiD* law(AxisMode mode);
-    void change_mode(AxisMode now, float output);
-    PiD position, velocity;
+    PiD law;
     AxisMode mode = AxisMode::kDisabled;
+    [[nodiscard]] bool has_law() const { return mode == AxisMode::kPosition || mode == AxisMode::kVelocity; }
+    void change_mode(AxisMode now, const PiDGains& gains, float output);
   };
   [[nodiscard]] RpytCommand wanted(const ControlState& state, const PublishedCommand& command);
   void limit(const RpytCommand& wanted);
@@ -147,5 +146,15 @@ class PublishedController {
   RpytCommand output_;
   std::uint32_t bad_inputs_ = 0;
 };
+
+/// Which controller turns goals into attitude and thrust.
+enum class ControlLaw : std::uint8_t { kCascade, kPublished };
+inline constexpr std::array<std::string_view, 2> kControlLawNames{"cascade", "published"};
+
+/// Lets the published controller fly what the cascade was to fly: returns the command with its output as a
+/// direct one, whose attitude and thrust the cascade's inner loop follows within the same limits. Goals are
+/// taken as they are, without the set-point shaper. Stopped rotors (vertical kDisabled) reset it.
+[[nodiscard]] CascadeCommand flown_by(PublishedController& controller, const ControlState& state,
+                                      const CascadeCommand& command);
 
 }  // namespace hm

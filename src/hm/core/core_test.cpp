@@ -202,6 +202,18 @@ TEST(Time, SecondsRoundToNanoseconds) {
   EXPECT_EQ((Time::from_seconds(1.5) - Time::from_seconds(2.0)).seconds(), -0.5);
 }
 
+TEST(Time, APeriodicTaskIsDueAtFirstAfterItsPeriodAndWhenTheClockRanBack) {
+  std::optional<Time> last;
+  const Duration period{100};
+  EXPECT_TRUE(is_due(last, period, Time{1000}));
+  EXPECT_FALSE(is_due(last, period, Time{1099}));
+  EXPECT_EQ(last, Time{1000});
+  EXPECT_TRUE(is_due(last, period, Time{1100}));
+  EXPECT_FALSE(is_due(last, period, Time{1199}));
+  EXPECT_TRUE(is_due(last, period, Time{500}));
+  EXPECT_EQ(last, Time{500});
+}
+
 TEST(JsonValue, KeepsOrderAndOverwrites) {
   JsonValue value;
   value["b"] = 1;

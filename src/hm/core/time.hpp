@@ -2,6 +2,7 @@
 #include <cmath>
 #include <compare>
 #include <cstdint>
+#include <optional>
 
 namespace hm {
 
@@ -28,5 +29,13 @@ constexpr Duration operator-(Time a, Time b) { return {a.ns - b.ns}; }
 constexpr Time operator+(Time t, Duration d) { return {t.ns + d.ns}; }
 constexpr Time operator-(Time t, Duration d) { return {t.ns - d.ns}; }
 constexpr Duration operator+(Duration a, Duration b) { return {a.ns + b.ns}; }
+
+/// Whether a periodic task is due: at first, from a period after the last time on, and when the clock ran
+/// backwards. If so, `last` becomes `now`.
+constexpr bool is_due(std::optional<Time>& last, Duration period, Time now) {
+  if (last && now >= *last && now - *last < period) return false;
+  last = now;
+  return true;
+}
 
 }  // namespace hm

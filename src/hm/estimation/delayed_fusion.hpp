@@ -67,7 +67,7 @@ class BasicDelayedFusion {
   using State = BasicFusionState<Scalar>;
   using Vector3 = FilterVector<Scalar, 3>;
 
-  explicit BasicDelayedFusion(const Params& params) : params_(params) {}
+  [[gnu::cold]] explicit BasicDelayedFusion(const Params& params) : params_(params) {}
 
   /// Adds the next IMU interval.
   FusionStatus add_input(const Input& input);

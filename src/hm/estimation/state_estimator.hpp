@@ -58,7 +58,8 @@ class BasicStateEstimator {
   using Params = BasicStateEstimatorParams<Scalar>;
   using Vector3 = FilterVector<Scalar, 3>;
 
-  explicit BasicStateEstimator(const Params& params = {}, const ImuMounting<Scalar>& mounting = {});
+  [[gnu::cold]] explicit BasicStateEstimator(const Params& params = {},
+                                             const ImuMounting<Scalar>& mounting = {});
 
   /// Adds an IMU sample, valid for the interval since the previous sample.
   FusionStatus add_imu(const InertialReading<Scalar>& sample);

@@ -42,7 +42,8 @@ bool is_invalid(FusionStatus status) {
 AutopilotParams::AutopilotParams() { estimator.fusion.max_delay_s = 0.18F; }
 
 Autopilot::Autopilot(const AutopilotParams& params)
-    : battery_per_m_ratio_(params.battery_per_m_ratio),
+    : law_(params.law),
+      battery_per_m_ratio_(params.battery_per_m_ratio),
       idle_speed_rad_s_(params.vehicle.idle_speed_rad_s),
       limits_(params.fail_safes),
       R_base_imu_(params.imu.R_base_imu),
@@ -52,6 +53,7 @@ Autopilot::Autopilot(const AutopilotParams& params)
       gate_(params.commands),
       guidance_(params.guidance, params.path),
       touchdown_(params.touchdown),
+      published_(params.published, kStep_s),
       cascade_(params.cascade, params.vehicle, kStep_s) {}
 
 const AutopilotOutputs& Autopilot::step(const AutopilotInputs& inputs) {
@@ -351,6 +353,7 @@ void Autopilot::fly() {
   check_tilt(state);
   if (machine_.motor_demand() != MotorDemand::kControl) {
     cascade_.step(state, {});  // rotors stopped
+    published_.reset();
     return;
   }
   const SafetyVerdict& verdict = fail_safes_.verdict();
@@ -364,7 +367,9 @@ void Autopilot::fly() {
   const auto& speeds = state_.planar_velocity_covariance;
   signs.speed_std_m_s = std::sqrt(max_f(max_f(speeds(0, 0), speeds(1, 1)), 0));
   signs.climb_std_m_s = std::sqrt(max_f(state_.climb_variance, 0));
-  cascade_.step(state, guidance_.step(machine_.phase(), state, state_.roll_pitch_yaw_rad.z(), signs));
+  CascadeCommand command = guidance_.step(machine_.phase(), state, state_.roll_pitch_yaw_rad.z(), signs);
+  if (law_ == ControlLaw::kPublished) command = flown_by(published_, state, command);
+  cascade_.step(state, command);
   if (guidance_.arrived() && machine_.phase() == FlightPhase::kTakeOff) machine_.took_off();
   if (guidance_.arrived() && machine_.phase() == FlightPhase::kReturn)
     (void)machine_.act(FlightAction::kLand, {});

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "hm/control/cascade.hpp"
+#include "hm/control/published_controller.hpp"
 #include "hm/estimation/state_estimator.hpp"
 #include "hm/flight/command_gate.hpp"
 #include "hm/flight/fail_safes.hpp"
@@ -16,6 +17,7 @@
 namespace hm {
 
 struct AutopilotParams {
+  ControlLaw law = ControlLaw::kCascade;
   float battery_per_m_ratio = 0.001F;
   StateMachineParams machine;
   TouchdownParams touchdown;
@@ -25,13 +27,16 @@ struct AutopilotParams {
   FailSafeParams fail_safes;
   BasicStateEstimatorParams<float> estimator;
   CascadeParams cascade;
+  PublishedControlParams published;
   QuadrotorModel vehicle;
   ImuMounting<float> imu;
 
-  AutopilotParams();
+  [[gnu::cold]] AutopilotParams();
   /// Only its own members; the parts are sections of their own.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
+    v(ParamDoc{"law", {}, "controller of position and velocity: the default one, or the dissertation's"},
+      self.law, kControlLawNames);
     v(ParamDoc{"battery_per_m_ratio", {0, 1}, "charge that a metre of the way home takes"},
       self.battery_per_m_ratio);
   }
@@ -49,7 +54,7 @@ struct AutopilotInputs {
   bool computer_alive = false;         ///< a sign of life of the on-board computer arrived
   std::optional<float> battery_ratio;  ///< remaining charge, 0 to 1
   std::optional<float> clearance_m;    ///< feet above the ground
-  std::optional<float> obstacle_m;     ///< distance ahead
+  std::optional<float> obstacle_m;     ///< free way in the direction of flight
 };
 
 struct AutopilotOutputs {
@@ -66,12 +71,12 @@ struct AutopilotOutputs {
   std::uint32_t invalid_inputs = 0;        ///< ignored so far: no numbers, stamps backward or twice
 };
 
-/// The autopilot: estimator, state machine, fail-safes, guidance and cascade. One call of `step` each
+/// The autopilot: estimator, state machine, fail-safes, guidance and controllers. One call of `step` each
 /// millisecond; no clock, heap, input or output of its own, the same bits on a host and on a microcontroller.
 /// Invalid input is ignored and counted; no output is ever anything but a finite number.
 class Autopilot {
  public:
-  explicit Autopilot(const AutopilotParams& params = {});
+  [[gnu::cold]] explicit Autopilot(const AutopilotParams& params = {});
   const AutopilotOutputs& step(const AutopilotInputs& inputs);
   [[nodiscard]] const AutopilotOutputs& outputs() const { return outputs_; }
   [[nodiscard]] const BasicVehicleState<float>& estimate() const { return state_; }
@@ -99,6 +104,7 @@ class Autopilot {
   void publish(Refusal refusal);
 
   // The parameters that no part below keeps.
+  ControlLaw law_;
   float battery_per_m_ratio_, idle_speed_rad_s_;
   FailSafeParams limits_;
   FilterMatrix<float, 3> R_base_imu_;
@@ -111,6 +117,7 @@ class Autopilot {
   TouchdownDetector touchdown_;
   TiltCheck tilt_;
   GyroCalibration gyro_;
+  PublishedController published_;
   Cascade cascade_;
 
   bool started_ = false, e_stop_ = false, computer_seen_ = false;

@@ -66,7 +66,7 @@ struct SafetyInputs {
 
   float stop_outside_m = 0;         ///< how far outside of the fence the vehicle would come to rest; 0 inside
   float outside_m = 0;              ///< how far outside of the fence it is
-  std::optional<float> obstacle_m;  ///< distance ahead
+  std::optional<float> obstacle_m;  ///< free way in the direction of flight
   float stopping_distance_m = 0;
 
   bool thrust_saturated = false;

@@ -82,17 +82,9 @@ void MavlinkPeer::step(const std::function<Time()>& clock,
 }
 
 void MavlinkPeer::send_due(Time now) {
-  const auto is_due = [&](const std::optional<Time>& last, Duration period) {
-    return !last || now - *last >= period || now < *last;
-  };
-  if (is_due(last_heartbeat_, options_.heartbeat_period)) {
-    last_heartbeat_ = now;
-    send(options_.heartbeat);
-  }
-  if (options_.timesync_period > Duration{} && is_due(last_timesync_, options_.timesync_period)) {
-    last_timesync_ = now;
+  if (is_due(last_heartbeat_, options_.heartbeat_period, now)) send(options_.heartbeat);
+  if (options_.timesync_period > Duration{} && is_due(last_timesync_, options_.timesync_period, now))
     send(MavTimesync{0, now.ns});
-  }
   if (const auto command = commands_.poll(now)) send(*command);
 }
 

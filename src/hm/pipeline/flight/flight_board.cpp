@@ -62,11 +62,29 @@ void FlightBoard::receive(Time now, const UpMessage& message) {
   } else if (const auto* height = std::get_if<HeightMessage>(&message)) {
     enqueue(heights_, {now, *height}, measured_);
     if (observer_ != nullptr) observer_->on_height({now, *height});
+  } else if (const auto* obstacles = std::get_if<ObstacleMessage>(&message)) {
+    obstacles_ = *obstacles;
   } else if (const auto* command = std::get_if<FlightCommand>(&message)) {
     enqueue(commands_, *command, commanded_);
   } else if (const auto* question = std::get_if<TimeQuestion>(&message)) {
     questions_.push_back(*question);
   }
+}
+
+/// Distance of the first obstacle on the way that the vehicle flies, less what it flew since the scan. Only
+/// where a pilot steers by velocity or attitude: whoever gives goals knows how near to things they are.
+std::optional<float> FlightBoard::obstacle_ahead_m(Time now) const {
+  const bool steered = outputs_.phase == FlightPhase::kVelocity || outputs_.phase == FlightPhase::kDirect;
+  if (!steered || !obstacles_ || now - obstacles_->stamp > kObstaclesValid) return std::nullopt;
+  const BasicVehicleState<float> estimate = core_->estimate();
+  const float speed_m_s = norm_f(estimate.velocity_m_s.x(), estimate.velocity_m_s.y());
+  if (!(speed_m_s > kLeastSpeed_m_s)) return std::nullopt;
+  const float course_rad = atan2_f(estimate.velocity_m_s.y(), estimate.velocity_m_s.x());
+  const auto free_m =
+      obstacles_->free.towards(static_cast<double>(course_rad - estimate.roll_pitch_yaw_rad.z()));
+  if (!free_m) return std::nullopt;
+  const float flown_m = speed_m_s * static_cast<float>((now - obstacles_->stamp).seconds());
+  return max_f(static_cast<float>(*free_m) - flown_m, 0);
 }
 
 AutopilotInputs FlightBoard::gather(const BoardReadings& readings) {
@@ -79,8 +97,8 @@ AutopilotInputs FlightBoard::gather(const BoardReadings& readings) {
   if (const auto pose = dequeue(poses_, measured_)) {
     inputs.pose = pose->measured.pose;
     inputs.pose->stamp = inputs.pose->stamp - readings.clock_step;
-    pose_age_.add(readings.now - inputs.pose->stamp);
-    scan_to_core_.add(readings.now - pose->measured.scan_end);
+    pose_age_s_.add((readings.now - inputs.pose->stamp).seconds());
+    scan_to_core_s_.add((readings.now - pose->measured.scan_end).seconds());
   }
   if (const auto height = dequeue(heights_, measured_)) {
     inputs.height = height->measured.height;
@@ -89,6 +107,7 @@ AutopilotInputs FlightBoard::gather(const BoardReadings& readings) {
   }
   if (clearance_ && readings.now - clearance_->at < kClearanceValid)
     inputs.clearance_m = clearance_->measured.clearance_m - static_cast<float>(kBaseOverGround_m);
+  inputs.obstacle_m = obstacle_ahead_m(readings.now + readings.clock_step);
   inputs.command = dequeue(commands_, commanded_);
   return inputs;
 }

@@ -26,6 +26,10 @@ class FlightBoard {
  public:
   /// Distances to the ground count for so long.
   static constexpr Duration kClearanceValid{200'000'000};
+  /// Distances of obstacles count for so long after their scan, and above this speed (m/s): a vehicle that
+  /// hovers flies towards nothing.
+  static constexpr Duration kObstaclesValid{200'000'000};
+  static constexpr float kLeastSpeed_m_s = 0.1F;
   /// Measurements that wait for their step; more are dropped, oldest first.
   static constexpr std::size_t kWaiting = 8;
 
@@ -40,11 +44,12 @@ class FlightBoard {
   [[nodiscard]] const FlightCore& core() const { return *core_; }
   [[nodiscard]] std::vector<StageCounts> counts() const;
   /// Age of a pose at the step that uses it, and from the last beam of its scan until then.
-  [[nodiscard]] const LatencyHistogram& pose_age() const { return pose_age_; }
-  [[nodiscard]] const LatencyHistogram& scan_to_core() const { return scan_to_core_; }
+  [[nodiscard]] Summary pose_age_s() const { return pose_age_s_.summary(); }
+  [[nodiscard]] Summary scan_to_core_s() const { return scan_to_core_s_.summary(); }
 
  private:
   [[nodiscard]] AutopilotInputs gather(const BoardReadings& readings);
+  [[nodiscard]] std::optional<float> obstacle_ahead_m(Time now) const;
   void pass_on(const BoardReadings& readings);
 
   std::unique_ptr<FlightCore> core_;
@@ -56,13 +61,14 @@ class FlightBoard {
   std::vector<TimeQuestion> questions_;
   bool heard_ = false;  ///< anything of the computer since the last step
   std::optional<Received<HeightMessage>> clearance_;
+  std::optional<ObstacleMessage> obstacles_;  ///< stamped with the clock
   std::vector<DownMessage> outbox_;
   std::optional<CommandAnswer> answer_;
   AutopilotOutputs outputs_;
   int imu_period_ = 5;
   std::vector<ImuSample> imu_;  ///< since the last one that was passed on
   StageCounts measured_{"measurements of the core", 0, 0, 0}, commanded_{"commands", 0, 0, 0};
-  LatencyHistogram pose_age_, scan_to_core_;
+  RunningSummary pose_age_s_, scan_to_core_s_;
 };
 
 }  // namespace hm

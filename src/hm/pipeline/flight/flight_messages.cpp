@@ -11,6 +11,7 @@ struct UpLength {
     return kStamp + (m.pose.covariance ? 9 : 3) * kNumber;
   }
   std::size_t operator()(const HeightMessage&) const { return kStamp + 3 * kNumber; }
+  std::size_t operator()(const ObstacleMessage& m) const { return kStamp + m.free.units.size(); }
   std::size_t operator()(const FlightCommand&) const { return kStamp + 4 + 14 * kNumber; }
   std::size_t operator()(const TimeQuestion&) const { return kStamp; }
 };

@@ -5,6 +5,7 @@
 
 #include "hm/estimation/filter_types.hpp"
 #include "hm/flight/autopilot.hpp"
+#include "hm/pipeline/flight/free_distances.hpp"
 #include "hm/sensors/imu.hpp"
 
 namespace hm {
@@ -19,6 +20,12 @@ struct PoseMessage {
 struct HeightMessage {
   BasicHeightReading<float> height;
   float clearance_m = 0;
+};
+
+/// How far the way is free, by the newest scan.
+struct ObstacleMessage {
+  Time stamp;  ///< of the middle of the scan
+  FreeDistances free;
 };
 
 /// Question of TIMESYNC, and its answer.
@@ -38,7 +45,8 @@ struct StateMessage {
 };
 
 /// On-board computer to board. Without any other content it is a sign of life.
-using UpMessage = std::variant<std::monostate, PoseMessage, HeightMessage, FlightCommand, TimeQuestion>;
+using UpMessage =
+    std::variant<std::monostate, PoseMessage, HeightMessage, ObstacleMessage, FlightCommand, TimeQuestion>;
 /// Board to on-board computer. Stamps are those of the board's clock.
 using DownMessage = std::variant<ImuSample, StateMessage, TimeAnswer>;
 

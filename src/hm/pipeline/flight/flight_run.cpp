@@ -99,8 +99,8 @@ struct FlightRun::Impl {
   StreamLink<DownMessage> down;
   StreamLink<MotorMessage> to_motors;
   std::uint64_t up_received = 0, down_received = 0, motors_received = 0;
-  Time last_gauge{INT64_MIN / 2};
-  LatencyHistogram core_to_motor;
+  std::optional<Time> last_gauge;
+  RunningSummary core_to_motor_s;
   FlightMoment moment;
 };
 
@@ -111,7 +111,8 @@ FlightRun::Impl::Impl(const FlightSite& site, const FlightRunParams& parameters,
       sensors(site.world, site.renderer, sensors_setup(parameters)),
       vehicle(vehicle_setup(parameters, sensors.rig(), faults), cast_into(site.renderer)),
       computer(parameters.perception, LaserPlatform{{sensors.rig()}, true, true},
-               Duration::from_seconds(parameters.run.perception_s), observer),
+               Duration::from_seconds(parameters.run.perception_s),
+               parameters.vehicle.airframe.arm_m + parameters.vehicle.rotor.radius_m, observer),
       board(core ? std::move(core) : make_host_core(core_params(parameters, sensors.rig())),
             parameters.run.imu_down_hz, observer),
       up(parameters.links.serial_up, static_cast<std::uint64_t>(parameters.run.seed) + 10),
@@ -125,7 +126,7 @@ FlightRun::Impl::Impl(const FlightSite& site, const FlightRunParams& parameters,
 void FlightRun::Impl::drive_motors() {
   while (const auto arrival = to_motors.receive(vehicle.now())) {
     ++motors_received;
-    core_to_motor.add(arrival->at - arrival->message.computed);
+    core_to_motor_s.add((arrival->at - arrival->message.computed).seconds());
     motors.receive(arrival->message);
   }
 }
@@ -155,8 +156,7 @@ void FlightRun::Impl::run_board(const std::optional<ImuSample>& sample) {
   if (vehicle.has_fault(FaultKind::kClockStep)) readings.clock_step = Vehicle::kFaultClockStep;
   readings.imu = sample;
   readings.motors_on = motors.motors_on();
-  if (now - last_gauge >= Duration::from_seconds(1 / params.run.battery_gauge_hz)) {
-    last_gauge = now;
+  if (is_due(last_gauge, Duration::from_seconds(1 / params.run.battery_gauge_hz), now)) {
     moment.battery_ratio = static_cast<double>(gauge(vehicle.battery(), params.vehicle.battery));
     readings.battery_ratio = static_cast<float>(moment.battery_ratio);
   }
@@ -222,10 +222,10 @@ std::vector<StageCounts> FlightRun::counts() const {
 }
 
 std::vector<StageLatency> FlightRun::latencies() const {
-  return {{"scan to pose", impl_->computer.scan_to_pose()},
-          {"scan to core", impl_->board.scan_to_core()},
-          {"age of poses in the core", impl_->board.pose_age()},
-          {"core to motors", impl_->core_to_motor}};
+  return {{"scan to pose", impl_->computer.scan_to_pose_s()},
+          {"scan to core", impl_->board.scan_to_core_s()},
+          {"age of poses in the core", impl_->board.pose_age_s()},
+          {"core to motors", impl_->core_to_motor_s.summary()}};
 }
 
 }  // namespace hm

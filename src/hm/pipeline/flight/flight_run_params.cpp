@@ -25,6 +25,13 @@ void add_core(ParamList& list, AutopilotParams& core) {
   list.add("attitude_control", core.cascade.attitude);
   list.add("hover_thrust", core.cascade.hover);
   list.add("quadrotor", core.vehicle);
+  list.add("published", core.published);
+  list.add("published_position_xy", core.published.position_xy);
+  list.add("published_velocity_x", core.published.velocity_x);
+  list.add("published_velocity_y", core.published.velocity_y);
+  list.add("published_position_z", core.published.position_z);
+  list.add("published_velocity_z", core.published.velocity_z);
+  list.add("published_yaw", core.published.yaw);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@ namespace hm {
 namespace {
 
 constexpr Duration kFast{100'000'000}, kSlow{1'000'000'000}, kLifePeriod{500'000'000};
-constexpr std::size_t kFastStream = 0, kSlowStream = 1, kLifeStream = 2;
 constexpr float kDisarmByForce = 21196;
 constexpr std::uint16_t kTakeOverButton = 1;
 constexpr std::uint16_t kUnknownVoltage = 65535;
@@ -68,18 +67,12 @@ FlightCommand& GroundStation::order(CommandKind kind) {
   return queue_.back();
 }
 
-bool GroundStation::is_due(std::size_t stream, Time now, Duration period) {
-  if (now - sent_at_[stream] < period) return false;
-  sent_at_[stream] = now;
-  return true;
-}
-
 std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
   moment_ = &moment;
   const Time now = moment.stamp;
   if (!boot_) {
     boot_ = now;
-    sent_at_.fill(now);
+    fast_at_ = slow_at_ = life_at_ = now;
   }
   note_heartbeat(moment);
   peer_.step([now] { return now; },
@@ -94,7 +87,7 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
   send_news(moment);
   fly_by_sticks();
   const bool heard = !peer_.remotes(now).empty();
-  if (queue_.empty() && heard && in_control_ && is_due(kLifeStream, now, kLifePeriod))
+  if (queue_.empty() && heard && in_control_ && is_due(life_at_, kLifePeriod, now))
     order(CommandKind::kSignOfLife);
   if (queue_.empty() || now <= last_stamp_) return std::nullopt;
   FlightCommand command = queue_.front();
@@ -118,14 +111,14 @@ void GroundStation::note_heartbeat(const FlightMoment& moment) {
 
 void GroundStation::send_telemetry(const FlightMoment& moment) {
   const Time now = moment.stamp;
-  if (is_due(kFastStream, now, kFast)) {
+  if (is_due(fast_at_, kFast, now)) {
     const LinkState state = link_state(estimate_in_map(moment));
     peer_.send(to_attitude(state, *boot_, AutopilotWorld::kLocalFrd));
     peer_.send(to_attitude_quaternion(state, *boot_, AutopilotWorld::kLocalFrd));
     if (moment.estimate.planar_ready && moment.estimate.height_ready)
       peer_.send(to_local_position(state, *boot_, AutopilotWorld::kLocalFrd));
   }
-  if (!is_due(kSlowStream, now, kSlow)) return;
+  if (!is_due(slow_at_, kSlow, now)) return;
   const auto percent = static_cast<std::int8_t>(std::lround(100 * moment.battery_ratio));
   MavSysStatus status;
   constexpr std::uint32_t kSensors = kMavSensorGyro | kMavSensorAccelerometer | kMavSensorLaserPosition |

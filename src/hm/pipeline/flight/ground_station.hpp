@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -55,7 +54,6 @@ class GroundStation {
   void take_sticks(const MavManualControl& message);
   void fly_by_sticks();
   FlightCommand& order(CommandKind kind);
-  [[nodiscard]] bool is_due(std::size_t stream, Time now, Duration period);
 
   MavlinkPeer peer_;
   VehicleServer server_;
@@ -64,7 +62,7 @@ class GroundStation {
   const FlightMoment* moment_ = nullptr;  // of the step that runs
   std::deque<FlightCommand> queue_;
   Time last_stamp_{INT64_MIN};
-  std::array<Time, 3> sent_at_{};  // of the telemetry's streams
+  std::optional<Time> fast_at_, slow_at_, life_at_;  // when the streams of the telemetry were sent
   std::optional<LinkSticks> sticks_;
   std::optional<Time> deflected_at_;  // sticks that fly, last
   std::uint16_t buttons_ = 0;

@@ -5,13 +5,6 @@
 namespace hm {
 namespace {
 
-/// Whether a periodic task is due; notes when it was.
-bool is_due(std::optional<Time>& last, Duration period, Time now) {
-  if (last && now - *last < period) return false;
-  last = now;
-  return true;
-}
-
 /// How much larger than by the noise of ranges the variances are: with the residuals of the match. A match
 /// that fits badly (a place seen anew, a wrong minimum) is uncertain in proportion.
 double variance_scale(const ScanMatch& match) {
@@ -45,9 +38,13 @@ HeightMessage height_message(const HeightEstimate& height) {
 
 }  // namespace
 
-OnboardComputer::OnboardComputer(const LaserParameters& params, LaserPlatform platform, Duration perception,
-                                 FlightObserver* observer)
-    : perception_(params, std::move(platform)), delay_(perception), observer_(observer) {}
+OnboardComputer::OnboardComputer(const LaserParameters& params, const LaserPlatform& platform,
+                                 Duration perception, double hull_m, FlightObserver* observer)
+    : perception_(params, platform),
+      rig_(platform.rigs.front()),
+      delay_(perception),
+      hull_m_(hull_m),
+      observer_(observer) {}
 
 void OnboardComputer::add_scan(const Received<LaserScan>& scan) {
   if (observer_ != nullptr) observer_->on_scan(scan);
@@ -55,6 +52,16 @@ void OnboardComputer::add_scan(const Received<LaserScan>& scan) {
   sweep_ = scan.measured.stamp_of(scan.measured.size() - 1) - scan.measured.stamp;
   perception_.add_scan(scan.measured);
   process(scan.at);
+  send_obstacles(scan);
+}
+
+/// Needs the core's tilt and height, not a pose: also where scan matching finds none.
+void OnboardComputer::send_obstacles(const Received<LaserScan>& scan) {
+  if (!state_) return;
+  const Vec3& angles = state_->roll_pitch_yaw_rad;
+  const HullPose hull{angles.x(), angles.y(), state_->position_m.z(), hull_m_};
+  const Time middle = scan.measured.stamp_of(scan.measured.size() / 2);
+  outbox_.push_back({scan.at + delay_, ObstacleMessage{middle, free_distances(scan.measured, rig_, hull)}});
 }
 
 FlightCommand in_odom(const FlightCommand& command, const SE2& T_map_odom) {
@@ -93,6 +100,7 @@ std::optional<Time> OnboardComputer::on_computer(Time now, Time remote) const {
 void OnboardComputer::add_state(Time now, const StateMessage& state) {
   const std::optional<Time> stamp = on_computer(now, state.stamp);
   if (!stamp) return;
+  state_ = state;
   perception_.add_odometry(
       {*stamp, SE3(rotation_from_roll_pitch_yaw(state.roll_pitch_yaw_rad), state.position_m)});
   process(now);
@@ -138,11 +146,13 @@ std::vector<UpMessage> OnboardComputer::take_messages(Time now) {
   std::erase_if(outbox_, [&](Pending& pending) {
     if (pending.ready > now) return false;
     if (auto* pose = std::get_if<PoseMessage>(&pending.message)) {
-      scan_to_pose_.add(now - pose->scan_end);
+      scan_to_pose_s_.add((now - pose->scan_end).seconds());
       pose->pose.stamp = on_board(pose->pose.stamp);
     }
     if (auto* height = std::get_if<HeightMessage>(&pending.message))
       height->height.stamp = on_board(height->height.stamp);
+    if (auto* obstacle = std::get_if<ObstacleMessage>(&pending.message))
+      obstacle->stamp = on_board(obstacle->stamp);
     messages.push_back(std::move(pending.message));
     return true;
   });

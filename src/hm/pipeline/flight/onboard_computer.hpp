@@ -15,17 +15,18 @@ namespace hm {
 /// are.
 [[nodiscard]] FlightCommand in_odom(const FlightCommand& command, const SE2& T_map_odom);
 
-/// The vehicle's on-board computer: scans and IMU samples become poses and heights (dissertation 2.2), which
-/// it sends to the board, as it does with commands of pilots. It keeps the board's clock by TIMESYNC.
+/// The vehicle's on-board computer: scans and IMU samples become poses, heights (dissertation 2.2) and
+/// distances to obstacles, which it sends to the board, as it does with commands of pilots. It keeps the
+/// board's clock by TIMESYNC.
 class OnboardComputer {
  public:
   static constexpr Duration kLifePeriod{50'000'000}, kSyncPeriod{100'000'000};
   /// IMU samples and states whose age is not within these bounds have a stamp of a clock that stepped.
   static constexpr Duration kMostImuAge{100'000'000}, kLeastImuAge{-5'000'000};
 
-  /// `perception`: time from a scan's arrival to its results.
-  OnboardComputer(const LaserParameters& params, LaserPlatform platform, Duration perception,
-                  FlightObserver* observer);
+  /// `perception`: time from a scan's arrival to its results. `hull_m`: radius of the vehicle.
+  OnboardComputer(const LaserParameters& params, const LaserPlatform& platform, Duration perception,
+                  double hull_m, FlightObserver* observer);
 
   void add_scan(const Received<LaserScan>& scan);
   void add(Time now, const DownMessage& message);
@@ -40,7 +41,7 @@ class OnboardComputer {
   [[nodiscard]] const SE2& T_map_odom() const { return T_map_odom_; }
   [[nodiscard]] std::vector<StageCounts> counts() const;
   /// From the last beam of a scan until its pose is sent.
-  [[nodiscard]] const LatencyHistogram& scan_to_pose() const { return scan_to_pose_; }
+  [[nodiscard]] Summary scan_to_pose_s() const { return scan_to_pose_s_.summary(); }
 
  private:
   struct Pending {
@@ -51,18 +52,22 @@ class OnboardComputer {
   void add_state(Time now, const StateMessage& state);
   [[nodiscard]] std::optional<Time> on_computer(Time now, Time remote) const;
   void process(Time now);
+  void send_obstacles(const Received<LaserScan>& scan);
   void send_results(const LaserStep& step, Time ready);
   [[nodiscard]] Time on_board(Time local) const { return sync_.to_remote(local).value_or(local); }
 
   LaserPipeline perception_;
+  LaserRig rig_;
   Duration delay_;
+  double hull_m_;
   FlightObserver* observer_;
   TimeSync sync_;
+  std::optional<StateMessage> state_;  // the core's newest
   std::deque<Pending> outbox_;
   SE2 T_map_odom_;
   std::optional<Time> life_sent_, sync_sent_;
   StageCounts scans_{"perception", 0, 0, 0}, imu_{"imu of the computer", 0, 0, 0};
-  LatencyHistogram scan_to_pose_;
+  RunningSummary scan_to_pose_s_;
   Duration sweep_;
 };
 

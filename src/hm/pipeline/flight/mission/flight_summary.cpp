@@ -50,10 +50,10 @@ void add_fail_safe(const FailSafeEpisode& episode, SummaryTree& v) {
 void add_latency(const StageLatency& stage, SummaryTree& v) {
   constexpr double kMs = 1e3;
   v({"stage", "stage"}, stage.stage);
-  v({"count", "messages"}, stage.latency.count());
-  v({"mean_s", "mean", "{:.1f} ms", kMs}, stage.latency.mean_s());
-  v({"p99_s", "99 %", "{:.1f} ms", kMs}, stage.latency.quantile_s(0.99));
-  v({"max_s", "most", "{:.1f} ms", kMs}, stage.latency.max_s());
+  v({"count", "messages"}, stage.latency_s.count);
+  v({"mean_s", "mean", "{:.1f} ms", kMs}, stage.latency_s.mean);
+  v({"p99_s", "99 %", "{:.1f} ms", kMs}, stage.latency_s.p99);
+  v({"max_s", "most", "{:.1f} ms", kMs}, stage.latency_s.max);
 }
 
 }  // namespace
