@@ -34,7 +34,7 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
   if (odom) summary.relation_error_odom = std::move(*odom);
 }
 
-constexpr VisitLimits kVisitLimits{0.25, 0.6, 0.4};
+constexpr VisitLimits kVisitLimits{9, 0.25, 0.6, 0.4};
 /// Shares of the scans without a pose.
 constexpr double kDoubtfulFailures_ratio = 0.05, kBrokenFailures_ratio = 0.3;
 

@@ -11,8 +11,8 @@
 namespace hm {
 namespace {
 
-constexpr std::size_t kMaxPairs = 40;
-constexpr VisitLimits kLimits{0.25, 0.5, 0.4};
+constexpr std::size_t kMaxFrames = 60;
+constexpr VisitLimits kLimits{3, 0.25, 0.5, 0.4};
 constexpr double kApart_s = 2, kNear_m = 1, kNear_rad = std::numbers::pi / 6;
 /// Views with less of their points in common say nothing.
 constexpr double kMinOverlapRatio = 0.3;
@@ -42,20 +42,21 @@ double view_distance(const SE3& a, const SE3& b) {
   return std::max((a.translation() - b.translation()).norm() / kNear_m, std::acos(forward) / kNear_rad);
 }
 
-/// An earlier view of the same place: near it, and rather long before.
-std::optional<std::size_t> earlier_visit(const std::vector<VisitedFrame>& frames, std::size_t of) {
+/// Earlier views of the same place: the last one that lies kApart_s back, which shows a sudden error of the
+/// path, and the first one of all, which shows what has added up. None, one or two.
+std::vector<std::size_t> earlier_visits(const std::vector<VisitedFrame>& frames, std::size_t of) {
   const VisitedFrame& frame = frames[of];
-  std::optional<std::size_t> best;
-  double best_score = 1;
-  for (std::size_t j = 0; j < of && frame.time_s - frames[j].time_s >= kApart_s; ++j) {
-    const double distance = view_distance(frame.T_world_camera, frames[j].T_world_camera);
-    if (distance >= 1) continue;
-    const double score = distance + 0.5 * frames[j].time_s / frame.time_s;
-    if (best && score >= best_score) continue;
-    best = j;
-    best_score = score;
-  }
-  return best;
+  const auto is_visit = [&](std::size_t j) {
+    return view_distance(frame.T_world_camera, frames[j].T_world_camera) < 1;
+  };
+  std::vector<std::size_t> visits;
+  std::size_t end = of;
+  while (end > 0 && frame.time_s - frames[end - 1].time_s < kApart_s) --end;
+  for (std::size_t j = end; j-- > 0 && visits.empty();)
+    if (is_visit(j)) visits.push_back(j);
+  for (std::size_t j = 0; !visits.empty() && j < visits.front(); ++j)
+    if (is_visit(j)) return {visits.front(), j};
+  return visits;
 }
 
 std::optional<Agreement> compare_frames(const Recording& recording, const VisitedFrame& from,
@@ -78,15 +79,17 @@ std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
                                                   const Trajectory& T_world_camera, const RunContext& run) {
   const std::vector<VisitedFrame> frames = visited_frames(recording.info(), T_world_camera);
   std::vector<VisitComparison> comparisons;
-  const std::size_t wanted = std::min(kMaxPairs, frames.size());
+  const std::size_t wanted = std::min(kMaxFrames, frames.size());
   for (std::size_t k = 0; k < wanted; ++k) {
     const std::size_t of = (k + 1) * frames.size() / wanted - 1;
-    const auto earlier = earlier_visit(frames, of);
-    if (!earlier) continue;
     if (run.progress) run.progress({"comparing visits", k, wanted, {}});
-    if (const auto agreement = compare_frames(recording, frames[of], frames[*earlier]))
-      comparisons.push_back({frames[of].time_s, agreement->contradicted_ratio,
-                             frames[of].T_world_camera.translation().head<2>()});
+    std::optional<double> contradicted;
+    for (const std::size_t earlier : earlier_visits(frames, of))
+      if (const auto agreement = compare_frames(recording, frames[of], frames[earlier]))
+        contradicted = std::max(contradicted.value_or(0), agreement->contradicted_ratio);
+    if (contradicted)
+      comparisons.push_back(
+          {frames[of].time_s, *contradicted, frames[of].T_world_camera.translation().head<2>()});
   }
   return comparisons;
 }

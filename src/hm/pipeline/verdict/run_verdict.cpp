@@ -73,10 +73,10 @@ std::optional<Error> strict_failure(const RunVerdict& verdict) {
   return Error{ErrorCode::kNoResult, "the verdict is " + text_of(verdict), "--strict"};
 }
 
-VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons) {
+VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons, std::size_t window) {
   VisitConsistency result;
   result.places = comparisons.size();
-  const std::size_t window = std::min(VisitConsistency::kWindow, comparisons.size());
+  window = std::min(window, comparisons.size());
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
     const std::size_t first = std::min(i - std::min(i, window / 2), comparisons.size() - window);
     std::vector<double> ratios;
@@ -99,15 +99,16 @@ void visit(const VisitConsistency& visits, SummaryTree& v) {
     visits.p95_ratio);
 }
 
+constexpr std::size_t kEnoughToBreak = 9;
+
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict) {
-  verdict.visits = summarise_visits(std::move(comparisons));
+  verdict.visits = summarise_visits(std::move(comparisons), limits.window);
   verdict.doubtful_ratio = limits.doubtful_ratio;
   const VisitConsistency& visits = *verdict.visits;
   if (visits.places == 0 || visits.worst_ratio <= limits.doubtful_ratio) return;
-  const bool broken =
-      visits.places >= VisitConsistency::kWindow &&
-      (visits.worst_ratio > limits.broken_ratio || visits.p95_ratio > limits.broken_p95_ratio);
+  const bool broken = visits.places >= kEnoughToBreak && (visits.worst_ratio > limits.broken_ratio ||
+                                                          visits.p95_ratio > limits.broken_p95_ratio);
   verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
               fmt::format("around {:.1f} s after the start, {:.0f} % of what {} show stands in the free "
                           "space of another visit",
@@ -120,7 +121,7 @@ void add_visits_section(HtmlReport& report, const RunVerdict& verdict) {
   report.begin_section(
       "Places seen again",
       "Share of what one visit of a place saw that stands in the free space of another: what a wrong path "
-      "leads to. Judged is the median of nine neighbouring places.");
+      "leads to. Judged is the median of neighbouring places.");
   PlotSeries single{"one place", {}, {}, SeriesStyle::kScatter}, medians{"median", {}, visits.medians};
   PlotSeries consistent{"consistent", {}, {}, SeriesStyle::kScatter, "#4c78a8"};
   PlotSeries contradicted{"contradicted", {}, {}, SeriesStyle::kScatter, "#d65420"};

@@ -27,9 +27,8 @@ struct VisitComparison {
   Vec2 place_m = Vec2::Zero();  ///< from above, in the frame of the map
 };
 
-/// Comparisons along a run, by the median of a window of kWindow that moves along it.
+/// Comparisons along a run, by the median of a window of some of them that moves along it.
 struct VisitConsistency {
-  static constexpr std::size_t kWindow = 9;
   std::size_t places = 0;   ///< comparisons
   double worst_ratio = 0;   ///< largest median of a window (of all comparisons, where there are less)
   double worst_time_s = 0;  ///< of the middle of that window
@@ -37,7 +36,7 @@ struct VisitConsistency {
   std::vector<VisitComparison> comparisons;
   std::vector<double> medians;  ///< of the window around each comparison
 };
-VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons);
+VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons, std::size_t window);
 void visit(const VisitConsistency& visits, SummaryTree& v);
 
 /// Verdict of a run, with what speaks against its result, the gravest first.
@@ -61,11 +60,12 @@ std::optional<Error> strict_failure(const RunVerdict& verdict);
 
 /// Shares of contradicted points from which on a result is doubtful or broken, by sensor.
 struct VisitLimits {
+  std::size_t window;       ///< comparisons
   double doubtful_ratio;    ///< in the worst window
   double broken_ratio;      ///< in the worst window
   double broken_p95_ratio;  ///< in 5 % of the windows
 };
-/// Adds what the comparisons say. Less than a window of them cannot call a result broken. `what`: "scans".
+/// Adds what the comparisons say. Less than nine of them cannot call a result broken. `what`: "scans".
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict);
 

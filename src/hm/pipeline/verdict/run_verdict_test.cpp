@@ -5,7 +5,7 @@
 namespace hm {
 namespace {
 
-constexpr VisitLimits kLimits{0.25, 0.6, 0.4};
+constexpr VisitLimits kLimits{9, 0.25, 0.6, 0.4};
 
 std::vector<VisitComparison> comparisons(std::size_t count, double ratio) {
   std::vector<VisitComparison> all;
