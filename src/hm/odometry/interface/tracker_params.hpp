@@ -23,6 +23,8 @@ struct TrackerParams {
   bool motion_filter = true;
   /// Largest standard deviation of a valid position; beyond it the frame is lost.
   static constexpr double kLostSigma_m = 0.05;
+  bool estimate_row_times = true;
+  double readout_s = 0, color_delay_s = 0;
   int submap_after_frames = 60;
   /// Time after which a new submap starts when lost, if earlier than submap_after_frames.
   static constexpr double kSubmapAfter_s = 2;
@@ -45,6 +47,20 @@ struct TrackerParams {
         ParamDoc{
             "motion_filter", {}, "smooth the output poses by the depth surfaces' motion from frame to frame"},
         self.motion_filter);
+    v(ParamDoc{"estimate_row_times",
+               {},
+               "estimate readout_s and color_delay_s from the images; otherwise they are used as given"},
+      self.estimate_row_times);
+    v(
+        ParamDoc{
+            "readout_s",
+            {-0.1, 0.1},
+            "time from the first row of a colour image to the last; 0: global shutter, or a known sensor's"},
+        self.readout_s);
+    v(ParamDoc{"color_delay_s",
+               {-0.1, 0.1},
+               "time from the depth image of a frame to the middle row of its colour image"},
+      self.color_delay_s);
     v(ParamDoc{"submap_after_frames", {1, 1e6}, "number of lost frames after which a new submap starts"},
       self.submap_after_frames);
   }

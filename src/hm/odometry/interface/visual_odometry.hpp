@@ -39,14 +39,16 @@ struct TrackingNumbers {
   double depth_coverage_ratio = 0;  ///< pixels with a depth reading
   bool turn_given = false;          ///< the prediction used a gyroscope
   GravityUse gravity = GravityUse::kNone;
-  std::size_t model_points = 0;  ///< in the persistent model after the frame
+  double readout_s = 0, color_delay_s = 0;  ///< of the colour image, as used (TrackerParams)
+  std::size_t model_points = 0;             ///< in the persistent model after the frame
   double features_ms = 0, prediction_ms = 0, registration_ms = 0, model_ms = 0, total_ms = 0;  ///< Fig. 3.14
 
   template <class Archive>
   void visit_state(Archive& archive) {
     archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given);
     archive.choice(gravity, 3);
-    archive(model_points, features_ms, prediction_ms, registration_ms, model_ms, total_ms);
+    archive(readout_s, color_delay_s, model_points, features_ms, prediction_ms, registration_ms, model_ms,
+            total_ms);
   }
 };
 

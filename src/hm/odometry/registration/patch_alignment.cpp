@@ -180,10 +180,10 @@ std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyra
   PatchMatch match;
   match.pixel = guess;
   Template reference;
-  for (int level = std::min(search.first_level, current.levels() - 1); level >= 0; --level) {
+  for (int level = std::min(search.first_level, current.levels() - 1); level >= search.last_level; --level) {
     const Vec2 centre = pixel_in_level(source.pixel, level);
     if (!make_template(source.pyramid->level(level), centre, source.ref_from_cur, reference)) {
-      if (level > 0) continue;  // near the border or flat there: the finer one decides
+      if (level > search.last_level) continue;  // near the border or flat there: the finer one decides
       return std::nullopt;
     }
     const auto aligned =
@@ -191,13 +191,13 @@ std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyra
     if (!aligned) return std::nullopt;
     match.pixel = pixel_from_level(aligned->centre.cast<double>(), level);
     if ((match.pixel - guess).norm() > search.max_shift_px) return std::nullopt;
-    if (level > 0) continue;
+    if (level > search.last_level) continue;
     match.correlation = static_cast<double>(aligned->correlation);
     if (match.correlation < search.min_correlation) return std::nullopt;
     const double noise = kMinNoise * kMinNoise + static_cast<double>(aligned->noise_variance);
     const Mat2 covariance =
         noise * reference.gradients.inverse() + Mat2::Identity() * kMinSigma_px * kMinSigma_px;
-    match.information = covariance.inverse();
+    match.information = covariance.inverse() / std::pow(4.0, level);
   }
   return match;
 }

@@ -26,17 +26,19 @@ struct PatchMatch {
 std::optional<Mat2> plane_warp(const PinholeCamera& camera, const SE3& T_ref_cur, const Vec3& p_cur,
                                const Vec3& normal_cur);
 
-/// Parameters of align_patch(): coarsest pyramid level, limit of the shift from the guess, least correlation.
+/// Parameters of align_patch(): coarsest and finest pyramid level, limit of the shift from the guess, least
+/// correlation.
 struct PatchSearch {
   int first_level = 1;
+  int last_level = 0;  ///< above 0 for blurred images, whose finest levels show nothing
   double max_shift_px = 10;
   double min_correlation = 0.8;
 };
 
 /// Finds a patch of an earlier image in a new one with subpixel accuracy: inverse compositional alignment of
 /// a warped patch with gain and offset of brightness (Baker and Matthews 2004), from level `first_level` to
-/// 0. Nothing when it leaves the image, moves farther than `max_shift_px` from the guess, does not converge
-/// or correlates less than `min_correlation`.
+/// `last_level`. Nothing when it leaves the image, moves farther than `max_shift_px` from the guess, does not
+/// converge or correlates less than `min_correlation`.
 std::optional<PatchMatch> align_patch(const PatchSource& source, const ImagePyramid& current,
                                       const Vec2& guess, const PatchSearch& search);
 

@@ -27,6 +27,7 @@ std::optional<PointResidual> point_residual(const PointObservation& observation,
   // T <- T exp(step): the point moves by -translation - rotation x p in the camera.
   out.by_pose.leftCols<3>() = -by_camera_point;
   out.by_pose.rightCols<3>() = by_camera_point * skew(p);
+  if (observation.pose_gain != 1) out.by_pose.topRows<2>() *= observation.pose_gain;
   out.by_point = by_camera_point * R_camera_odom;
   Mat3 covariance = out.by_point * observation.covariance * out.by_point.transpose();
   covariance.topLeftCorner<2, 2>() += observation.pixel_covariance;

@@ -16,6 +16,14 @@ struct PointObservation {
   Mat2 pixel_covariance = Mat2::Identity();
   double depth_m = 0;  ///< reading at the pixel; 0: none
   double depth_variance_m2 = 0;
+  /// Motion of the point relative to the pixel per motion of the camera; not 1 if the pixel's time differs
+  /// from the pose's, since the velocity in between follows from the pose.
+  double pose_gain = 1;
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(p_odom, covariance, pixel, pixel_covariance, depth_m, depth_variance_m2, pose_gain);
+  }
 };
 
 /// Residual of an observation (pixel x, y and depth; without depth its row is zero), its information (of

@@ -158,7 +158,7 @@ bool LocalMap::reanchor(std::size_t index) {
     for (const Sighting& sighting : keyframe->sightings)
       if (sighting.landmark == index) {
         landmarks_[index].anchor = keyframe->identity;
-        landmarks_[index].anchor_pixel = sighting.pixel;
+        landmarks_[index].anchor_pixel = sighting.image_pixel;
         return true;
       }
   return false;

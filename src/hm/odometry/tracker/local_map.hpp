@@ -10,6 +10,7 @@
 #include "hm/odometry/feature/keyframe.hpp"
 #include "hm/odometry/registration/patch_alignment.hpp"
 #include "hm/odometry/registration/surface_grid.hpp"
+#include "hm/odometry/tracker/row_motion.hpp"
 
 namespace hm {
 
@@ -20,10 +21,11 @@ struct Sighting {
   Mat2 pixel_covariance = Mat2::Identity();
   double depth_m = 0;  ///< 0: none
   double depth_variance_m2 = 0;
+  Vec2 image_pixel = Vec2::Zero();  ///< in the colour image; `pixel` is at the time of its middle row
 
   template <class Archive>
   void visit_state(Archive& archive) {
-    archive(landmark, pixel, pixel_covariance, depth_m, depth_variance_m2);
+    archive(landmark, pixel, pixel_covariance, depth_m, depth_variance_m2, image_pixel);
   }
 };
 
@@ -33,8 +35,8 @@ struct MapLandmark {
   Vec3 p_odom = Vec3::Zero();
   Mat3 covariance = Mat3::Zero();  ///< m^2, odom
   Vec3 normal_odom = Vec3::Zero();
-  std::size_t anchor = 0;  ///< identity of the keyframe
-  Vec2 anchor_pixel = Vec2::Zero();
+  std::size_t anchor = 0;            ///< identity of the keyframe
+  Vec2 anchor_pixel = Vec2::Zero();  ///< in its colour image
   int looked_for = 0, found = 0;
   int sightings = 0;
   bool alive = false;
@@ -68,6 +70,8 @@ struct MapKeyframe {
   SurfaceGrid surface;  ///< cleared when the keyframe is no longer recent
   std::vector<Sighting> sightings;
   std::vector<SurfaceFactor> factors;
+  std::optional<Vec6> twist_s;        ///< velocity of the camera [m/s; rad/s], if known
+  std::optional<SE3> T_camera_depth;  ///< pose at the time of the depth image, if not the same
   std::shared_ptr<const Keyframe> record;
 
   /// All but the images and the record, of which only the frame index is kept: LocalMap::restore() gives the
@@ -75,7 +79,7 @@ struct MapKeyframe {
   template <class Archive>
   void visit_state(Archive& archive) {
     std::size_t frame_index = record ? record->frame_index : 0;
-    archive(identity, T_odom_camera, covariance, sightings, factors, frame_index);
+    archive(identity, T_odom_camera, covariance, sightings, factors, twist_s, T_camera_depth, frame_index);
     if constexpr (Archive::kReads) {
       Keyframe named;
       named.frame_index = frame_index;

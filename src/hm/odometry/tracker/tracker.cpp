@@ -10,6 +10,7 @@
 #include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/interface/frame_check.hpp"
 #include "hm/odometry/registration/relocalisation.hpp"
+#include "hm/odometry/tracker/color_time_estimator.hpp"
 #include "hm/odometry/tracker/motion_filter.hpp"
 #include "hm/odometry/tracker/tracker_attempt.hpp"
 #include "hm/odometry/tracker/tracker_inertia.hpp"
@@ -43,6 +44,8 @@ class Tracker final : public VisualOdometry {
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
         inertia_(params.gravity_sigma_rad),
+        color_times_({params.tracker.readout_s, params.tracker.color_delay_s},
+                     params.tracker.estimate_row_times),
         T_odom_start_(T_odom_first_camera) {
     attempts_.matching.limit = static_cast<std::size_t>(params.tracker.kTargetLandmarks);
     attempts_.matching.max_depth_m = params.max_depth_m;
@@ -78,6 +81,8 @@ class Tracker final : public VisualOdometry {
     inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
     if (out.T_odom_camera) move_to_odom(out);
     out.submap = submap_;
+    out.numbers.readout_s = color_times_.in_use().readout_s;
+    out.numbers.color_delay_s = color_times_.in_use().delay_s;
     out.numbers.model_points = map_.landmark_count();
     out.numbers.total_ms = total.milliseconds();
     return out;
@@ -116,7 +121,7 @@ class Tracker final : public VisualOdometry {
   template <class Archive>
   void visit_state(Archive& archive) {
     archive(T_odom_start_, T_odom_last_, covariance_last_, velocity_, last_stamp_, posed_stamp_, posed_frame_,
-            lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, map_);
+            lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, color_times_, timed_, map_);
   }
 
   [[nodiscard]] Result<RgbdFrame> read_again(std::size_t frame_index, const OdometryHistory& history) const {
@@ -186,6 +191,7 @@ class Tracker final : public VisualOdometry {
     add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
                  out);
     filter_.restart(view.grid, T_odom_last_);
+    timed_ = TimedFrame{0, T_odom_last_, {}, true, {}};  // to be retimed
     out.status = TrackingStatus::kStarted;
     out.T_odom_camera = T_odom_last_;
     out.covariance = covariance_last_;
@@ -194,11 +200,13 @@ class Tracker final : public VisualOdometry {
   void follow(TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
     Stopwatch watch;
     const SE3 T_predicted = predict(view);
+    view.motion = row_motion(view);
     out.numbers.turn_given = inertia_.R_posed_current().has_value();
     out.numbers.gravity = inertia_.weigh(T_predicted, hint, view);
     out.numbers.prediction_ms = watch.milliseconds();
     watch.restart();
     Attempt attempt = attempt_pose(map_, view, T_predicted, camera_, attempts_);
+    if (!attempt.refusal.empty()) attempt_by_velocity(view, attempt);
     if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out.numbers);
@@ -214,10 +222,25 @@ class Tracker final : public VisualOdometry {
   [[nodiscard]] SE3 motion_by_velocity(const TrackerFrame& view) const {
     return velocity_.motion(since_posed_s(view));
   }
+  /// Motion of the frame's rows; unknown after a long gap.
+  [[nodiscard]] RowMotionModel row_motion(const TrackerFrame& view) const {
+    const double since_s = since_posed_s(view);
+    return {camera_, color_times_.in_use(), T_odom_last_, since_s > kLongGap_s ? 0 : since_s,
+            velocity_.twist_s()};
+  }
   [[nodiscard]] SE3 predict(const TrackerFrame& view) const {
     MotionGuess guess{motion_by_velocity(view), inertia_.R_posed_current(), false};
     guess.may_have_turned_far = since_posed_s(view) > kLongGap_s;
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
+  }
+
+  /// Repeats the attempt from the last velocity with a wide search, when a fast turn blurs the image and the
+  /// photometric prediction fails.
+  void attempt_by_velocity(const TrackerFrame& view, Attempt& attempt) const {
+    if (since_posed_s(view) > kLongGap_s || !velocity_.twist_s()) return;
+    Attempt next =
+        attempt_pose(map_, view, T_odom_last_ * motion_by_velocity(view), camera_, attempts_.widened());
+    if (next.refusal.empty()) attempt = std::move(next);
   }
 
   /// Repeats the attempt from the motion of the depth surfaces, when the photometric prediction was wrong.
@@ -239,6 +262,12 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
+    const Vec6 twist_s = (T_odom_last_.inverse() * T).log() / since_posed_s(view);
+    const bool at_known_velocity = status == TrackingStatus::kTracked && view.motion.since_last_s > 0;
+    if (at_known_velocity && timed_) settle_times(*timed_, twist_s);
+    timed_.reset();
+    if (at_known_velocity)
+      timed_ = TimedFrame{map_.keyframes().back().identity, T, twist_s, false, attempt.matches};
     if (status == TrackingStatus::kTracked && !lost_.lost())
       velocity_.update(T_odom_last_.inverse() * T, since_posed_s(view));
     else
@@ -252,13 +281,13 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     if (keyframe_due(T, attempt.registration.inliers)) {
-      add_keyframe(
-          {&view, detector_.detect(view.pyramid.level(0), view.frame->depth), std::move(attempt.matches), T,
-           covariance_last_, covariance_in_camera(attempt.registration), submap_},
-          out);
+      add_keyframe({&view, detect_features(view, T), std::move(attempt.matches), T, covariance_last_,
+                    covariance_in_camera(attempt.registration), submap_},
+                   out);
       map_.forget_unproven();
+      if (timed_) timed_->is_keyframe = true;
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
-      filter_.model_moved(T_odom_last_);
+      filter_.model_moved(T_odom_last_ * view.motion.steady_depth_motion(T));
     } else {
       fuse_depths(map_, attempt.matches, T, camera_, noise());
     }
@@ -268,8 +297,11 @@ class Tracker final : public VisualOdometry {
 
   SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
     if (!params_.tracker.motion_filter) return T;
-    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T);
-    return status == TrackingStatus::kTracked ? filter_.update(view.grid, T) : T;
+    const SE3 T_camera_depth = view.motion.steady_depth_motion(T);
+    const SE3 T_odom_depth = T * T_camera_depth;
+    if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T_odom_depth);
+    if (status != TrackingStatus::kTracked) return T;
+    return filter_.update(view.grid, T_odom_depth) * T_camera_depth.inverse();
   }
 
   bool keyframe_due(const SE3& T, int inliers) {
@@ -279,6 +311,37 @@ class Tracker final : public VisualOdometry {
     return inliers < params_.tracker.kKeyframeInlierRatio * best_inliers_ ||
            motion.angle() > params_.tracker.keyframe_angle_rad ||
            motion.translation().norm() > params_.tracker.kKeyframeDistanceRatio * keyframe_depth_m_;
+  }
+
+  /// Uses the last frame now that the velocity after it is known: the mean of those before and after is less
+  /// noisy than the extrapolated one, which was the best at its own time.
+  void settle_times(const TimedFrame& frame, const Vec6& twist_after_s) {
+    const Vec6 twist_s = 0.5 * (frame.twist_before_s.value_or(twist_after_s) + twist_after_s);
+    if (const MapKeyframe* reference = map_.find(frame.reference))
+      color_times_.add(*reference, frame, reference_.grid, twist_s, camera_, noise());
+    if (frame.is_keyframe) retime_keyframe(map_, twist_s, color_times_.in_use(), camera_);
+  }
+
+  /// Detects features and places them at the time of the middle row.
+  FeatureSet detect_features(const TrackerFrame& view, const SE3& T_odom_camera) {
+    FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
+    const RowMotion rows = view.motion.rows_at(T_odom_camera);
+    if (rows.is_zero()) return features;
+    for (Feature& feature : features) {
+      const double depth_m = feature.has_depth ? feature.p_camera.z() : keyframe_depth_m_;
+      feature.pixel = rows.at_middle_row(feature.pixel, depth_m);
+      Feature in_depth_image = feature;
+      in_depth_image.pixel = rows.in_depth_image(feature.pixel, depth_m);
+      place_in_space(in_depth_image, view.frame->depth, camera_, params_.features,
+                     {params_.max_depth_m, params_.max_depth_sigma_m});
+      feature.has_depth = in_depth_image.has_depth;
+      if (!feature.has_depth) continue;
+      feature.p_camera = camera_.unproject(
+          feature.pixel, rows.depth_at_middle_row(in_depth_image.pixel, in_depth_image.p_camera.z()));
+      feature.covariance = in_depth_image.covariance;
+    }
+    std::erase_if(features, [this](const Feature& f) { return !camera_.contains(f.pixel); });
+    return features;
   }
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
@@ -337,13 +400,15 @@ class Tracker final : public VisualOdometry {
   PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
   TrackerInertia inertia_;
+  ColorTimeEstimator color_times_;
   SE3 T_odom_start_;  ///< transforms output poses; those below are in the first camera's frame
   SE3 T_odom_last_;   ///< pose in the model
   Mat6 covariance_last_ = Mat6::Zero();
   ConstantVelocity velocity_;
   std::optional<Time> last_stamp_;
   Time posed_stamp_;
-  std::size_t posed_frame_ = 0;  ///< index of the frame that `reference_` shows
+  std::size_t posed_frame_ = 0;      ///< index of the frame that `reference_` shows
+  std::optional<TimedFrame> timed_;  ///< the last frame with a pose
   LostState lost_;
   int submap_ = 0;
   int best_inliers_ = 0;  ///< since the last keyframe

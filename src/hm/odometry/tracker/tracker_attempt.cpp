@@ -50,8 +50,18 @@ AttemptParams AttemptParams::widened() const {
   return wide;
 }
 
-Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
-                     const PinholeCamera& camera, const AttemptParams& params) {
+AttemptParams AttemptParams::for_blur() const {
+  AttemptParams coarse = *this;
+  coarse.matching.search.first_level = 3;
+  coarse.matching.search.last_level = 1;
+  coarse.matching.search.max_shift_px = kWideShift_px;
+  return coarse;
+}
+
+namespace {
+
+Attempt attempt_at_scale(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                         const PinholeCamera& camera, const AttemptParams& params) {
   Attempt attempt = look_from(map, frame, T_odom_guess, camera, params);
   if (attempt.registration.inliers >= kMinForSecondLook && few_were_found(attempt)) {
     Attempt again = look_from(map, frame, attempt.registration.T_odom_camera, camera, params);
@@ -65,6 +75,16 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
   }
   attempt.refusal = refusal_of(attempt, params);
   return attempt;
+}
+
+}  // namespace
+
+Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
+                     const PinholeCamera& camera, const AttemptParams& params) {
+  Attempt attempt = attempt_at_scale(map, frame, T_odom_guess, camera, params);
+  if (attempt.refusal.empty()) return attempt;
+  Attempt coarse = attempt_at_scale(map, frame, T_odom_guess, camera, params.for_blur());
+  return coarse.refusal.empty() ? coarse : attempt;
 }
 
 void note(const Attempt& attempt, TrackingNumbers& numbers) {

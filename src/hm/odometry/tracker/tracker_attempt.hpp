@@ -16,6 +16,8 @@ struct AttemptParams {
   double max_sigma_m = 0.05;  ///< standard deviation of the position in its least certain direction
   /// Parameters for a guess that may be wrong by many pixels.
   [[nodiscard]] AttemptParams widened() const;
+  /// Parameters for an image blurred by motion: patches are matched at half the resolution.
+  [[nodiscard]] AttemptParams for_blur() const;
 };
 
 /// Registration of a frame to the model, and the reason if it is not accepted (else empty).
@@ -28,7 +30,7 @@ struct Attempt {
 
 /// Searches for the model's landmarks around their predicted positions and registers the frame. When few are
 /// found, since the guess was wrong (repeating structures, fast rotation), the search is repeated from the
-/// registered pose. The model is not changed.
+/// registered pose; when the pose is refused, with patches for a blurred image. The model is not changed.
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
 

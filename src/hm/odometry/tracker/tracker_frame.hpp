@@ -4,6 +4,7 @@
 #include "hm/odometry/feature/image_pyramid.hpp"
 #include "hm/odometry/registration/pose_refinement.hpp"
 #include "hm/odometry/registration/surface_grid.hpp"
+#include "hm/odometry/tracker/row_motion.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
@@ -21,13 +22,20 @@ struct TrackerFrame {
   ImagePyramid pyramid;
   DepthGrid grid;
   std::optional<UpPrior> up;
+  RowMotionModel motion;  ///< of the rows of the colour image
 };
 
 /// Match of a landmark in a frame.
 struct LandmarkMatch {
   std::size_t landmark = 0;
-  PointObservation observation;
+  PointObservation observation;  ///< its pixel and depth are at the time of the middle row
   bool inlier = false;
+  Vec2 image_pixel = Vec2::Zero();  ///< in the colour image
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(landmark, observation, inlier, image_pixel);
+  }
 };
 
 }  // namespace hm

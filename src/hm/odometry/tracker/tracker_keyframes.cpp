@@ -42,7 +42,8 @@ Vec3 normal_at(const MapKeyframe& keyframe, const Feature& feature) {
   return -feature.p_camera.normalized();
 }
 
-void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, const PinholeCamera& camera) {
+void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, const PinholeCamera& camera,
+                  const RowMotion& rows) {
   const Mat3& R = keyframe.T_odom_camera.rotation();
   const DepthGaussian depth{feature.p_camera.z(), feature.covariance(2, 2)};
   MapLandmark landmark;
@@ -50,12 +51,13 @@ void add_landmark(LocalMap& map, MapKeyframe& keyframe, const Feature& feature, 
   landmark.covariance = R * feature_covariance(camera, feature.pixel, depth, kAnchorSigma_px) * R.transpose();
   landmark.normal_odom = R * normal_at(keyframe, feature);
   landmark.anchor = keyframe.identity;
-  landmark.anchor_pixel = feature.pixel;
+  landmark.anchor_pixel = rows.in_image(feature.pixel, depth.mean_m);
   landmark.sightings = 1;
   const auto index = map.add_landmark(landmark);
   if (!index) return;
   const Mat2 pixel_covariance = Mat2::Identity() * kAnchorSigma_px * kAnchorSigma_px;
-  keyframe.sightings.push_back({*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2});
+  keyframe.sightings.push_back(
+      {*index, feature.pixel, pixel_covariance, depth.mean_m, depth.variance_m2, landmark.anchor_pixel});
 }
 
 /// Observations of the landmarks of a keyframe with the refined depths so far.
@@ -85,23 +87,43 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   keyframe.pyramid = parts.frame->pyramid;
   keyframe.surface = make_surface_grid(parts.frame->grid, params.noise);
   keyframe.record = record;
+  const RowMotion rows = parts.frame->motion.rows_at(parts.T_odom_camera);
+  keyframe.twist_s = parts.frame->motion.twist_at(parts.T_odom_camera);
+  if (!rows.is_zero()) keyframe.T_camera_depth = rows.T_camera_depth();
   for (const LandmarkMatch& match : parts.matches) {
     const PointObservation& o = match.observation;
     if (match.inlier)
       keyframe.sightings.push_back(
-          {match.landmark, o.pixel, o.pixel_covariance, o.depth_m, o.depth_variance_m2});
+          {match.landmark, o.pixel, o.pixel_covariance, o.depth_m, o.depth_variance_m2, match.image_pixel});
   }
   if (!map.empty()) {
     const MapKeyframe& before = map.keyframes().back();
     record->before = {before.record->frame_index, observations_of(map, before)};
-    keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, params));
+    keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, rows, params));
   }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
   MapKeyframe& added = map.add_keyframe(std::move(keyframe));
-  for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera);
+  for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera, rows);
   record->observations = observations_of(map, added);
   return record;
+}
+
+void retime_keyframe(LocalMap& map, const Vec6& twist_s, const ColorTimes& times,
+                     const PinholeCamera& camera) {
+  MapKeyframe& keyframe = map.keyframes().back();
+  keyframe.twist_s = twist_s;
+  const RowMotion rows(camera, times, twist_s);
+  if (rows.is_zero()) return;
+  keyframe.T_camera_depth = rows.T_camera_depth();
+  for (Sighting& sighting : keyframe.sightings) {
+    MapLandmark& landmark = map.landmark(sighting.landmark);
+    const double depth_m =
+        sighting.depth_m > 0 ? sighting.depth_m : (keyframe.T_odom_camera.inverse() * landmark.p_odom).z();
+    sighting.pixel = rows.at_middle_row(sighting.image_pixel, depth_m);
+    if (landmark.anchor == keyframe.identity && landmark.sightings == 1 && sighting.depth_m > 0)
+      landmark.p_odom = keyframe.T_odom_camera * camera.unproject(sighting.pixel, depth_m);
+  }
 }
 
 void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera,

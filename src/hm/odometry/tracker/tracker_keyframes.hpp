@@ -22,6 +22,11 @@ struct KeyframeParts {
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
                                           const RegistrationParams& params, std::size_t target_landmarks);
 
+/// Replaces the velocity of the newest keyframe's camera [m/s; rad/s] and moves its sightings, and the
+/// landmarks seen by it alone, to the time of its middle row accordingly.
+void retime_keyframe(LocalMap& map, const Vec6& twist_s, const ColorTimes& times,
+                     const PinholeCamera& camera);
+
 /// Fuses depth readings of a non-keyframe into the depths of the newest keyframe's sightings of the same
 /// landmarks (weighted by inverse variance; the standard deviation is limited from below by a share of a
 /// single reading's, since depth errors are correlated over time).

@@ -24,6 +24,10 @@ class ConstantVelocity {
   /// Updates with the camera's motion T_last_current over `duration_s`.
   void update(const SE3& T_last_current, double duration_s);
   void reset() { twist_ = Vec6::Zero(); }
+  /// Mean velocity of the last motion [m/s; rad/s], camera frame; nothing if it is unknown.
+  [[nodiscard]] std::optional<Vec6> twist_s() const {
+    return twist_.isZero(0) ? std::nullopt : std::optional(twist_);
+  }
   /// Predicted motion over the next `duration_s`, at most that of half a second, since the velocity is not
   /// constant for longer.
   [[nodiscard]] SE3 motion(double duration_s) const;

@@ -18,17 +18,43 @@ constexpr double kSharedErrors =
     2.5;                           // errors of landmarks in one frame are correlated; calibrated over seeds
 constexpr double kDamping = 1e-3;  // keeps the system regular in unobserved directions
 
+/// Equations of a pose from those of another that moves by `by_pose` times as much.
+PoseEquations carried_over(PoseEquations equations, const Mat6& by_pose) {
+  equations.information = (by_pose.transpose() * equations.information * by_pose).eval();
+  equations.gradient = (by_pose.transpose() * equations.gradient).eval();
+  return equations;
+}
+
+/// `rows`: motion during the frame, with its `gain` until the time of the depth image.
 PoseEquations weighted_surface(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
-                               const RegistrationParams& params, double extra_gate_m) {
+                               const RegistrationParams& params, double extra_gate_m,
+                               const RowMotion& rows = {}, double gain = 0) {
   SurfaceMatching matching;
   matching.noise = params.noise;
   matching.extra_gate_m = extra_gate_m;
-  PoseEquations equations =
-      surface_equations(reference.surface, grid, reference.T_odom_camera.inverse() * T_odom_camera, matching);
+  SE3 T_ref_cur = reference.T_odom_camera.inverse() * T_odom_camera;
+  const bool moves = !rows.is_zero() || reference.T_camera_depth;
+  if (moves)
+    T_ref_cur = reference.T_camera_depth.value_or(SE3{}).inverse() * T_ref_cur * rows.T_camera_depth();
+  PoseEquations equations = surface_equations(reference.surface, grid, T_ref_cur, matching);
+  if (moves) equations = carried_over(equations, (1 + gain) * adjoint(rows.T_camera_depth().inverse()));
   equations.information *= params.surface_weight_ratio;
   equations.gradient *= params.surface_weight_ratio;
   equations.cost *= params.surface_weight_ratio;
   return equations;
+}
+
+/// Updates the observations' pixels with the velocity that follows from the pose.
+void move_to_middle_row(std::span<const LandmarkMatch> matches, const RowMotionModel& motion,
+                        const SE3& T_odom_camera, std::span<PointObservation> observations) {
+  const RowMotion rows = motion.rows_at(T_odom_camera);
+  if (rows.is_zero()) return;
+  const SE3 T_camera_odom = T_odom_camera.inverse();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const Vec2& image_pixel = matches[i].image_pixel;
+    observations[i].pixel = rows.at_middle_row(image_pixel, (T_camera_odom * observations[i].p_odom).z());
+    observations[i].pose_gain = 1 + motion.gain(rows.time_s(image_pixel.y()));
+  }
 }
 
 double variance_scale(std::span<const PointObservation> observations, const SE3& T_odom_camera,
@@ -47,11 +73,14 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
   const MapKeyframe& reference = map.keyframes().back();
   Registration result{T_odom_camera_guess};
   for (int iteration = 0; iteration < params.max_iterations; ++iteration) {
+    move_to_middle_row(matches, frame.motion, result.T_odom_camera, observations);
     const double scale = variance_scale(observations, result.T_odom_camera, camera, params);
     PoseEquations equations = point_equations(observations, result.T_odom_camera, camera, scale);
     if (params.surface_weight_ratio > 0)
       equations += weighted_surface(reference, frame.grid, result.T_odom_camera, params,
-                                    iteration < kWideGateIterations ? kWideGate_m : 0.0);
+                                    iteration < kWideGateIterations ? kWideGate_m : 0.0,
+                                    frame.motion.rows_at(result.T_odom_camera),
+                                    frame.motion.gain(-frame.motion.times.delay_s));
     if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera);
     result.information = equations.information;
     Mat6 damped = equations.information;
@@ -61,6 +90,8 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     result.T_odom_camera = result.T_odom_camera * SE3::exp(step);
     if (iteration >= kWideGateIterations && step.lpNorm<Eigen::Infinity>() < kConverged) break;
   }
+  move_to_middle_row(matches, frame.motion, result.T_odom_camera, observations);
+  for (std::size_t i = 0; i < matches.size(); ++i) matches[i].observation.pixel = observations[i].pixel;
   result.variance_scale = residual_variance_scale(observations, result.T_odom_camera, camera);
   const double limit =
       kOutlierSquaredMahalanobis * variance_scale(observations, result.T_odom_camera, camera, params);
@@ -106,8 +137,8 @@ PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera) {
 }
 
 SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
-                             const RegistrationParams& params) {
-  const PoseEquations equations = weighted_surface(reference, grid, T_odom_camera, params, 0.0);
+                             const RowMotion& rows, const RegistrationParams& params) {
+  const PoseEquations equations = weighted_surface(reference, grid, T_odom_camera, params, 0.0, rows);
   return {reference.identity, reference.T_odom_camera.inverse() * T_odom_camera, equations.information,
           equations.gradient};
 }

@@ -41,8 +41,8 @@ Mat6 covariance_in_odom(const Registration& registration);
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera);
 
 /// Creates a factor between a keyframe's surface and another frame's depth readings, linearised at its
-/// current pose.
+/// current pose. `rows`: motion of the other frame.
 SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
-                             const RegistrationParams& params);
+                             const RowMotion& rows, const RegistrationParams& params);
 
 }  // namespace hm

@@ -9,6 +9,7 @@
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
+#include "hm/pipeline/rgbd/sensor_prior.hpp"
 #include "hm/pipeline/verdict/depth_visits.hpp"
 #include "hm/report/run_report.hpp"
 
@@ -89,7 +90,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);
   VisualTracking tracking(options.parameters.odometry, info.camera.without_distortion(),
-                          {range.count(), level_camera(), info.imu});
+                          {range.count(), level_camera(), info.imu, is_from_kinect(info)});
   OdometrySummary summary;
   const Stopwatch watch;
   summary.interrupted = track_all(**recording, options, tracking);

@@ -22,6 +22,7 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
+#include "hm/pipeline/rgbd/sensor_prior.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 
@@ -40,7 +41,8 @@ std::optional<SE3> first_camera(const RecordingInfo& info, std::size_t first_fra
 
 VisualTracking::Start start_of(const Recording& recording, const FrameRange& range,
                                const std::optional<SE3>& T_map_first_camera) {
-  return {range.count(), T_map_first_camera.value_or(level_camera()), recording.info().imu};
+  return {range.count(), T_map_first_camera.value_or(level_camera()), recording.info().imu,
+          is_from_kinect(recording.info())};
 }
 
 Trajectory turned(const Trajectory& path, const SE3& T_turned_map) {

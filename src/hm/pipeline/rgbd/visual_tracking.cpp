@@ -11,14 +11,15 @@
 #include "hm/core/text/counted.hpp"
 #include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/make_odometry.hpp"
+#include "hm/pipeline/rgbd/sensor_prior.hpp"
 
 namespace hm {
 
 VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
                                const Start& start)
-    : parameters_(parameters),
+    : parameters_(start.is_from_kinect ? with_kinect_prior(parameters) : parameters),
       camera_(camera),
-      odometry_(make_visual_odometry(parameters, camera, start.T_odom_first_camera)),
+      odometry_(make_visual_odometry(parameters_, camera, start.T_odom_first_camera)),
       hints_(start.imu, parameters.use_imu) {
   if (start.imu && parameters.use_imu != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
     track_.imu_source = start.imu->source;
@@ -78,6 +79,8 @@ void VisualTracking::note(const TrackedRecord& record) {
   track_.gravity_rejected += record.numbers.gravity == GravityUse::kRejected;
   track_.relocalised += record.status == TrackingStatus::kRelocalised;
   if (record.keyframe) track_.keyframes.push_back(record.keyframe);
+  track_.readout_s = record.numbers.readout_s;
+  track_.color_delay_s = record.numbers.color_delay_s;
   track_.model_points = record.numbers.model_points;
 }
 
@@ -184,6 +187,11 @@ void visit(const VisualTrack& track, SummaryTree& v) {
   v({"model_points", "points in the model"}, track.model_points);
   v({"submaps", "submaps"}, track.submaps);
   v({"relocalised", "relocalised"}, track.relocalised);
+  if (track.readout_s != 0 || track.color_delay_s != 0)
+    v.object("rolling_shutter", [&](SummaryTree& shutter) {
+      shutter({"readout_s", "rows of a colour image are read out in", "{:.1f} ms", 1e3}, track.readout_s);
+      shutter({"color_delay_s", "colour is later than depth by", "{:.1f} ms", 1e3}, track.color_delay_s);
+    });
   if (!track.imu_source.empty())
     v.object("imu", [&](SummaryTree& imu) {
       imu({"source", "readings"}, track.imu_source);
@@ -215,6 +223,8 @@ std::string tracking_lines(const SummaryTree& summary) {
        "used",
        "path      {path_length_m}[ (true path {truth_path_m})], {keyframes|keyframe}, "
        "{model_points|point} in the model",
+       "shutter   rolling, {rolling_shutter.readout_s} from the first row to the last; colour "
+       "{rolling_shutter.color_delay_s} after depth",
        "inertial  {imu.source}: gyroscope used in {imu.turns_given|frame}, gravity in {imu.gravity_used}, "
        "gravity rejected in {imu.gravity_rejected}",
        "tracking  median {track_ms.median}, mean {track_ms.mean}, 99 % under {track_ms.p99} a frame"});

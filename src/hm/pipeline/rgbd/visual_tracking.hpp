@@ -53,7 +53,8 @@ struct VisualTrack {
   Summary track_ms;
   std::size_t model_points = 0, relocalised = 0, memory_bytes = 0;
   int submaps = 0;
-  std::string imu_source;  ///< empty: no inertial device was used
+  double readout_s = 0, color_delay_s = 0;  ///< of the colour images, as found in the end
+  std::string imu_source;                   ///< empty: no inertial device was used
   std::size_t turns_given = 0, gravity_used = 0, gravity_rejected = 0;  ///< frames
 };
 
@@ -64,6 +65,7 @@ class VisualTracking {
     std::size_t frames_total = 0;  ///< that are to come
     SE3 T_odom_first_camera;
     std::shared_ptr<const CarriedImu> imu = nullptr;
+    bool is_from_kinect = false;  ///< start from a Kinect's row times (sensor_prior.hpp)
   };
   /// The camera must be free of lens distortion.
   VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera, const Start& start);

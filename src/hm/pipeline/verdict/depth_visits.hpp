@@ -10,8 +10,8 @@ namespace hm {
 
 /// Compares depth images of a recording with those of earlier visits of their place, as `T_world_camera` (at
 /// stamps of depth images) places them: surfaces of one view must not stand in the free space of another.
-/// Reads at most forty pairs of images again, spread over the recording; a pair looks the same way, from
-/// close by, two seconds apart or more. Images that cannot be read are left out.
+/// Takes at most sixty images, spread over the recording, each with the first and the last earlier one that
+/// looks the same way from close by, two seconds before or more. Images that cannot be read are left out.
 std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
                                                   const Trajectory& T_world_camera, const RunContext& run);
 

@@ -15,7 +15,7 @@ namespace hm {
 namespace {
 
 constexpr std::string_view kStateMagic = "hmslamst";
-constexpr std::uint32_t kStateFileVersion = 1;
+constexpr std::uint32_t kStateFileVersion = 2;
 
 template <class T>
 tl::unexpected<Error> with_remedy(const Result<T>& result) {

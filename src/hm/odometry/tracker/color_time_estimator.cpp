@@ -1,0 +1,169 @@
+#include "hm/odometry/tracker/color_time_estimator.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "hm/geometry/solvers/small_solvers.hpp"
+#include "hm/odometry/feature/depth_uncertainty.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kSharedErrors = 20;  // landmarks keep their errors from frame to frame
+constexpr double kPriorSigma_s = 0.02, kPriorDelaySigma_s = 0.01;
+constexpr double kLeastSigma_s = 0.0012;  // of the readout: older frames are forgotten
+constexpr double kSignificance = 3;       // standard deviations
+constexpr double kLeastReadout_s = 0.004, kLeastDelay_s = 0.004;  // shorter ones are not worth it
+constexpr double kDamping = 1e-3;
+constexpr double kReadingWeight = 0.1;  // readings of one surface are correlated
+constexpr double kReferenceSigma_px = 0.3;
+constexpr std::size_t kMinPairs = 20;
+constexpr int kIterations = 3;
+using Mat62 = Eigen::Matrix<double, 6, 2>;
+
+/// Derivative of a row's time by [readout; delay].
+Vec2 time_derivative(double row, const PinholeCamera& camera) { return {row / (camera.height - 1) - 0.5, 1}; }
+
+/// Velocity of a point that is fixed in the world, moved to a later time by the motion of the camera, across
+/// its ray at fixed depth: what an error of its row's time does to it, m/s.
+Vec3 shift_across_ray(const Vec3& p_camera, const Vec6& twist_s) {
+  const Vec3 velocity = twist_s.tail<3>().cross(p_camera) + twist_s.head<3>();
+  return velocity - velocity.z() / p_camera.z() * p_camera;
+}
+
+/// A landmark seen in the reference keyframe and in the frame, by its pixels in both colour images.
+struct Pair {
+  const Sighting* reference = nullptr;
+  const LandmarkMatch* match = nullptr;
+};
+
+std::vector<Pair> pairs_of(const MapKeyframe& reference, std::span<const LandmarkMatch> matches) {
+  std::vector<std::pair<std::size_t, const LandmarkMatch*>> by_landmark;
+  for (const LandmarkMatch& match : matches)
+    if (match.inlier) by_landmark.emplace_back(match.landmark, &match);
+  std::sort(by_landmark.begin(), by_landmark.end());
+  std::vector<Pair> pairs;
+  for (const Sighting& sighting : reference.sightings) {
+    if (!(sighting.depth_m > 0)) continue;
+    const auto at =
+        std::lower_bound(by_landmark.begin(), by_landmark.end(),
+                         std::pair(sighting.landmark, static_cast<const LandmarkMatch*>(nullptr)));
+    if (at != by_landmark.end() && at->first == sighting.landmark) pairs.push_back({&sighting, at->second});
+  }
+  return pairs;
+}
+
+/// Normal equations of the motion T_ref_cur and the times [readout; delay].
+struct TimeEquations {
+  PoseEquations pose;
+  Mat62 cross = Mat62::Zero();
+  Mat2 information = Mat2::Zero();
+  Vec2 gradient = Vec2::Zero();
+};
+
+/// The two frames and what is assumed of them.
+struct TwoViews {
+  const PinholeCamera& camera;
+  RowMotion ref_rows, cur_rows;
+  Vec6 ref_twist_s, cur_twist_s;
+};
+
+Vec2 at_depth_time(const RowMotion& rows, const Vec2& image_pixel, double depth_m) {
+  return rows.in_depth_image(rows.at_middle_row(image_pixel, depth_m), depth_m);
+}
+
+void add_pair(const TwoViews& views, const Pair& pair, const SE3& T_ref_cur, TimeEquations& equations) {
+  const PinholeCamera& camera = views.camera;
+  const Sighting& sighting = *pair.reference;
+  const Vec2 ref_pixel = at_depth_time(views.ref_rows, sighting.image_pixel, sighting.depth_m);
+  PointObservation observation = pair.match->observation;
+  observation.p_odom = camera.unproject(ref_pixel, sighting.depth_m);
+  observation.covariance = feature_covariance(
+      camera, ref_pixel, {sighting.depth_m, sighting.depth_variance_m2}, kReferenceSigma_px);
+  const Vec3 p_cur = T_ref_cur.inverse() * observation.p_odom;
+  observation.pixel = at_depth_time(views.cur_rows, pair.match->image_pixel, p_cur.z());
+  observation.pose_gain = 1;
+  const auto residual = point_residual(observation, T_ref_cur, camera);
+  if (!residual) return;
+  // by_point maps the reference to pixels and depth; a row's time does not change the depth at its pixel.
+  const Eigen::Matrix<double, 3, 2> by_times =
+      residual->by_point * shift_across_ray(observation.p_odom, views.ref_twist_s) *
+          time_derivative(sighting.image_pixel.y(), camera).transpose() -
+      residual->by_point * (T_ref_cur.rotation() * shift_across_ray(p_cur, views.cur_twist_s)) *
+          time_derivative(pair.match->image_pixel.y(), camera).transpose();
+  const Mat3 weighted = robust_weight(residual->squared_mahalanobis) * residual->information;
+  equations.pose.information += residual->by_pose.transpose() * weighted * residual->by_pose;
+  equations.pose.gradient += residual->by_pose.transpose() * weighted * residual->value;
+  equations.cross += residual->by_pose.transpose() * weighted * by_times;
+  equations.information += by_times.transpose() * weighted * by_times;
+  equations.gradient += by_times.transpose() * weighted * residual->value;
+}
+
+}  // namespace
+
+ColorTimeEstimator::ColorTimeEstimator(const ColorTimes& prior, bool estimates)
+    : prior_(prior), estimates_(estimates) {
+  prior_information_ =
+      Vec2(1 / (kPriorSigma_s * kPriorSigma_s), 1 / (kPriorDelaySigma_s * kPriorDelaySigma_s)).asDiagonal();
+  prior_vector_ = prior_information_ * Vec2(prior.readout_s, prior.delay_s);
+}
+
+bool ColorTimeEstimator::differs_from_zero() const {
+  const ColorTimes estimate = times(), deviation = sigma();
+  return std::abs(estimate.readout_s) > std::max(kLeastReadout_s, kSignificance * deviation.readout_s) ||
+         std::abs(estimate.delay_s) > std::max(kLeastDelay_s, kSignificance * deviation.delay_s);
+}
+
+ColorTimes ColorTimeEstimator::in_use() const {
+  if (!estimates_) return prior_;
+  return significant_ || !prior_.is_zero() ? times() : ColorTimes{};
+}
+
+void ColorTimeEstimator::add(const MapKeyframe& reference, const TimedFrame& frame, const DepthGrid& grid,
+                             const Vec6& twist_s, const PinholeCamera& camera, const DepthNoise& noise) {
+  if (!estimates_ || !reference.twist_s || reference.surface.elements.empty()) return;
+  const std::vector<Pair> pairs = pairs_of(reference, frame.matches);
+  if (pairs.size() < kMinPairs) return;
+  const ColorTimes now = in_use();
+  const TwoViews views{
+      camera, {camera, now, *reference.twist_s}, {camera, now, twist_s}, *reference.twist_s, twist_s};
+  SE3 T_ref_cur = (reference.T_odom_camera * views.ref_rows.T_camera_depth()).inverse() *
+                  frame.T_odom_camera * views.cur_rows.T_camera_depth();
+  TimeEquations equations;
+  Mat62 by_times;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    equations = {};
+    equations.pose = surface_equations(reference.surface, grid, T_ref_cur, {noise, 2, 4, 0.0});
+    equations.pose.information *= kReadingWeight;
+    equations.pose.gradient *= kReadingWeight;
+    for (const Pair& pair : pairs) add_pair(views, pair, T_ref_cur, equations);
+    equations.pose.information.diagonal().array() += kDamping;
+    const Mat6 covariance = inverse_of(equations.pose.information);
+    by_times = covariance * equations.cross;
+    const Vec6 step = -covariance * equations.pose.gradient;
+    if (!step.allFinite() || step.norm() > 0.2) return;
+    if (iteration + 1 < kIterations) T_ref_cur = T_ref_cur * SE3::exp(step);
+  }
+  const Mat2 information = (equations.information - equations.cross.transpose() * by_times) / kSharedErrors;
+  const Vec2 gradient = (equations.gradient - by_times.transpose() * equations.pose.gradient) / kSharedErrors;
+  information_ += information;
+  vector_ += information * Vec2(now.readout_s, now.delay_s) - gradient;
+  const double kept = std::min(1.0, 1 / (kLeastSigma_s * kLeastSigma_s * information_(0, 0)));
+  information_ *= kept;
+  vector_ *= kept;
+  significant_ = significant_ || differs_from_zero();
+}
+
+ColorTimes ColorTimeEstimator::times() const {
+  const Vec2 estimate = (information_ + prior_information_).inverse() * (vector_ + prior_vector_);
+  return {estimate.x(), estimate.y()};
+}
+
+ColorTimes ColorTimeEstimator::sigma() const {
+  const Mat2 covariance = (information_ + prior_information_).inverse();
+  return {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1))};
+}
+
+}  // namespace hm

@@ -1,0 +1,84 @@
+#include "hm/odometry/tracker/row_motion.hpp"
+
+namespace hm {
+namespace {
+
+constexpr int kRowIterations = 3;       // a row's time depends on the row: contracts by its motion, below 0.1
+constexpr double kLeastDepth_m = 0.05;  // of a point in front of the camera
+constexpr double kExtrapolation = 0.5;  // from the middle of an interval to its end, in intervals
+
+}  // namespace
+
+RowMotion::RowMotion(const PinholeCamera& camera, const ColorTimes& times, const Vec6& twist_s)
+    : camera_(camera),
+      readout_s_(times.readout_s),
+      twist_s_(twist_s),
+      is_zero_(times.is_zero() || twist_s.isZero(0)) {
+  if (times.delay_s != 0) T_camera_depth_ = SE3::exp(-times.delay_s * twist_s);
+}
+
+double RowMotion::time_s(double row) const {
+  if (is_zero_) return 0;
+  return (row / (camera_.height - 1) - 0.5) * readout_s_;
+}
+
+Vec2 RowMotion::at_middle_row(const Vec2& image_pixel, double depth_m) const {
+  if (is_zero_ || readout_s_ == 0) return image_pixel;
+  const SE3 T_middle_row = SE3::exp(time_s(image_pixel.y()) * twist_s_);
+  const Vec3 p = T_middle_row * camera_.unproject(image_pixel, depth_m);
+  return p.z() > 0.05 ? camera_.project(p) : image_pixel;
+}
+
+Vec2 RowMotion::in_image(const Vec2& pixel, double depth_m) const {
+  if (is_zero_ || readout_s_ == 0) return pixel;
+  const Vec3 p = camera_.unproject(pixel, depth_m);
+  Vec2 out = pixel;
+  for (int i = 0; i < kRowIterations; ++i) {
+    const Vec3 p_row = SE3::exp(-time_s(out.y()) * twist_s_) * p;
+    if (!(p_row.z() > kLeastDepth_m)) return pixel;
+    out = camera_.project(p_row);
+  }
+  return out;
+}
+
+Vec2 RowMotion::in_depth_image(const Vec2& pixel, double depth_m) const {
+  if (is_zero_) return pixel;
+  const Vec3 p = T_camera_depth_.inverse() * camera_.unproject(pixel, depth_m);
+  return p.z() > kLeastDepth_m ? camera_.project(p) : pixel;
+}
+
+double RowMotion::depth_at_middle_row(const Vec2& depth_pixel, double reading_m) const {
+  if (is_zero_) return reading_m;
+  return (T_camera_depth_ * camera_.unproject(depth_pixel, reading_m)).z();
+}
+
+std::optional<Vec6> RowMotionModel::twist_at(const SE3& T_odom_camera) const {
+  if (!(since_last_s > 0)) return std::nullopt;
+  Vec6 twist_s = (T_odom_last.inverse() * T_odom_camera).log() / since_last_s;
+  if (twist_before_s) twist_s += kExtrapolation * (twist_s - *twist_before_s);
+  return twist_s;
+}
+
+RowMotion RowMotionModel::rows_at(const SE3& T_odom_camera) const {
+  if (is_zero()) return {};
+  return {camera, times, *twist_at(T_odom_camera)};
+}
+
+SE3 RowMotionModel::steady_depth_motion(const SE3& T_odom_camera) const {
+  if (is_zero() || times.delay_s == 0) return {};
+  const Vec6 twist_s = (T_odom_last.inverse() * T_odom_camera).log() / since_last_s;
+  return SE3::exp(-times.delay_s * 0.5 * (twist_s + twist_before_s.value_or(twist_s)));
+}
+
+double RowMotionModel::gain(double time_s) const {
+  if (is_zero()) return 0;
+  return (twist_before_s ? 1 + kExtrapolation : 1) * time_s / since_last_s;
+}
+
+double RowMotionModel::turn_sigma_rad_s(const SE3& T_odom_camera) const {
+  if (is_zero() || !twist_before_s) return 0;
+  const Vec6 twist_s = (T_odom_last.inverse() * T_odom_camera).log() / since_last_s;
+  return kExtrapolation * (twist_s - *twist_before_s).tail<3>().norm();
+}
+
+}  // namespace hm
