@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMinCoarsePoints = 120;  // no coarse iterations below this
 constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than this ends the coarse part
+constexpr double kWeakInformation = 0.02;      // share of the pairs that may only correct a good guess ...
+constexpr double kWeakReach_m = 0.05;          // ... by so much
 constexpr double kCertainInformation = 0.15;   // share of the pairs that noise cannot reach
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
@@ -49,6 +51,7 @@ struct PlIcp::State {
   IcpPairs other_pairs;  // of the result that was not kept
   bool matched = false;
   double range_sigma_m = 0.01;
+  double least_information = 0;  ///< share of the pairs that constrains a direction, in this run
   std::vector<float> scratch;
   std::vector<std::uint64_t> seen;  // fingerprints of the match's pairs
 
@@ -59,6 +62,7 @@ struct PlIcp::State {
   [[nodiscard]] double trimming_floor_m(Start start, int iteration) const;
   [[nodiscard]] bool iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step);
   void run(Start start, ScanMatch& match);
+  [[nodiscard]] bool moved_along_weak_direction() const;
   [[nodiscard]] bool is_suspicious(const ScanMatch& match) const;
   [[nodiscard]] std::size_t support() const;
   void try_narrow(ScanMatch& match);
@@ -102,8 +106,7 @@ bool PlIcp::State::iterate(Start start, std::size_t stride, ScanMatch& match, Ve
   free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
   if (free.count > 0) {
     const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
-    free =
-        find_free_directions(sums, of_noise, {params.min_information_ratio, params.information_over_noise});
+    free = find_free_directions(sums, of_noise, {least_information, params.information_over_noise});
   }
   if (free.count == 3) {
     match.status = MatchStatus::kNoInformation;
@@ -145,6 +148,19 @@ void PlIcp::State::run(Start start, ScanMatch& match) {
     }
     seen.push_back(fingerprint);
   }
+}
+
+/// True when few pairs alone moved the result far from the guess. Few pairs may hold a direction (the reveals
+/// of doors along a hallway), but after a strong tilt those few lie on floor or ceiling: the guess is better.
+bool PlIcp::State::moved_along_weak_direction() const {
+  const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
+  const FreeDirections weak =
+      find_free_directions(sums, of_noise, {kWeakInformation, params.information_over_noise});
+  const Vec2 shift = X.translation() - X_guess.translation();
+  const Vec3 moved(shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle()) * weak.arm_m);
+  for (int k = 0; k < weak.count; ++k)
+    if (std::abs(weak.directions[static_cast<std::size_t>(k)].dot(moved)) > kWeakReach_m) return true;
+  return false;
 }
 
 /// True when the pairs do not fit within the noise, or the points moved far from the guess: a minimum that
@@ -252,7 +268,13 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   match.range_sigma_m = s.range_sigma_m = s.sigma_of(s.sensed);
   s.pairs.begin(s.sensed.size(), s.reference.size());
   s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
+  s.least_information = s.params.min_information_ratio;
   s.run(Start::kWide, match);
+  if (s.least_information > 0 && s.least_information < kWeakInformation && s.moved_along_weak_direction()) {
+    s.least_information = kWeakInformation;
+    match.iterations = 0;
+    s.run(Start::kWide, match);
+  }
   if (s.params.line_half_length_m > 0 && s.is_suspicious(match)) s.try_narrow(match);
   if (match.status == MatchStatus::kMatched) s.judge(T_reference_sensed_guess, match);
   s.matched = match.ok();
