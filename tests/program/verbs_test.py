@@ -104,8 +104,9 @@ class Verbs(support.ProgramTest):
         self.assertGreaterEqual(len(presets), 3)
         for preset in presets:
             self.run_hm("params", "check", preset)
-            self.assertNotEqual(self.run_json("params", "show", "--params", preset)["parameters"],
-                                self.run_json("params", "show")["parameters"])
+            if preset.stem != "pelican":  # the vehicle of the defaults
+                self.assertNotEqual(self.run_json("params", "show", "--params", preset)["parameters"],
+                                    self.run_json("params", "show")["parameters"], preset.name)
         reference = (support.SOURCE / "docs/parameters.md").read_text()
         self.assertTrue(reference.endswith(self.run_hm("params", "show", "--markdown").stdout),
                         "docs/parameters.md is old: see its first lines")
