@@ -16,7 +16,7 @@ constexpr int kTile_px = 80;
 constexpr std::size_t kMinPoints = 50;
 constexpr double kMinOverlap = 0.1;
 /// A point lies on what the other view measured within this distance, which grows with depth (noise, edges).
-constexpr double kTolerance_m = 0.05, kToleranceRatio = 0.02;
+constexpr double kTolerance_m = 0.08, kToleranceRatio = 0.04;
 
 SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
   if (hypothesis.poses_ignored) return {};

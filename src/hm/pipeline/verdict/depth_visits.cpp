@@ -12,7 +12,8 @@ namespace hm {
 namespace {
 
 constexpr std::size_t kMaxFrames = 60;
-constexpr VisitLimits kLimits{3, 0.25, 0.5, 0.4};
+constexpr VisitLimits kLimits{3, 0.2, 0.5, 0.4};
+constexpr double kMaxTurning_rad_s = 1;
 constexpr double kApart_s = 2, kNear_m = 1, kNear_rad = std::numbers::pi / 6;
 /// Views with less of their points in common say nothing.
 constexpr double kMinOverlapRatio = 0.3;
@@ -36,6 +37,16 @@ std::vector<VisitedFrame> visited_frames(const RecordingInfo& info, const Trajec
   return frames;
 }
 
+/// Angular velocity between a frame's neighbours. Where a camera turns fast, rows and depth image are of
+/// other moments than the stamp, and even the true pose does not place them rightly.
+double turning_rad_s(const std::vector<VisitedFrame>& frames, std::size_t of) {
+  const VisitedFrame &before = frames[of - std::min<std::size_t>(of, 1)],
+                     &after = frames[std::min(of + 1, frames.size() - 1)];
+  const double elapsed_s = after.time_s - before.time_s;
+  if (!(elapsed_s > 0)) return 0;
+  return (before.T_world_camera.inverse() * after.T_world_camera).log().tail<3>().norm() / elapsed_s;
+}
+
 /// Distance and angle of two views, as shares of what is near; beyond 1 they do not show the same.
 double view_distance(const SE3& a, const SE3& b) {
   const double forward = std::clamp(a.rotation().col(2).dot(b.rotation().col(2)), -1.0, 1.0);
@@ -47,7 +58,8 @@ double view_distance(const SE3& a, const SE3& b) {
 std::vector<std::size_t> earlier_visits(const std::vector<VisitedFrame>& frames, std::size_t of) {
   const VisitedFrame& frame = frames[of];
   const auto is_visit = [&](std::size_t j) {
-    return view_distance(frame.T_world_camera, frames[j].T_world_camera) < 1;
+    return view_distance(frame.T_world_camera, frames[j].T_world_camera) < 1 &&
+           turning_rad_s(frames, j) < kMaxTurning_rad_s;
   };
   std::vector<std::size_t> visits;
   std::size_t end = of;
@@ -82,6 +94,7 @@ std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
   const std::size_t wanted = std::min(kMaxFrames, frames.size());
   for (std::size_t k = 0; k < wanted; ++k) {
     const std::size_t of = (k + 1) * frames.size() / wanted - 1;
+    if (turning_rad_s(frames, of) >= kMaxTurning_rad_s) continue;
     if (run.progress) run.progress({"comparing visits", k, wanted, {}});
     std::optional<double> contradicted;
     for (const std::size_t earlier : earlier_visits(frames, of))
