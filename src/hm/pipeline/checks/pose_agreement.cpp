@@ -18,9 +18,8 @@ constexpr double kMinOverlap = 0.1;
 /// A point lies on what the other view measured within this distance, which grows with depth (noise, edges).
 constexpr double kTolerance_m = 0.08, kToleranceRatio = 0.04;
 
-SE3 motion_between(const FramePair& pair, const ReadingHypothesis& hypothesis) {
+SE3 motion_between(const SE3& from, const SE3& to, const ReadingHypothesis& hypothesis) {
   if (hypothesis.poses_ignored) return {};
-  const SE3 &from = *pair.from.T_world_camera, &to = *pair.to.T_world_camera;
   return hypothesis.poses_inverted ? to * from.inverse() : to.inverse() * from;
 }
 
@@ -88,17 +87,18 @@ std::string to_string(const ReadingHypothesis& hypothesis) {
   return text.empty() ? "as given" : text;
 }
 
-Agreement compare(const FramePair& pair, const PinholeCamera& given, const ReadingHypothesis& hypothesis) {
+Agreement compare(const RgbdFrame& from, const RgbdFrame& to, const PinholeCamera& given,
+                  const ReadingHypothesis& hypothesis) {
   PinholeCamera camera = given;
   if (hypothesis.fy_flipped) camera.fy = -camera.fy;
-  const SE3 T_to_from = motion_between(pair, hypothesis);
+  const SE3 T_to_from = motion_between(*from.T_world_camera, *to.T_world_camera, hypothesis);
   std::vector<double> errors, relative;
   TileMeans tiles(camera);
   VisibleCounts visible;
   std::size_t moved = 0;
   for (int y = kPixelStep / 2; y < camera.height; y += kPixelStep) {
     for (int x = kPixelStep / 2; x < camera.width; x += kPixelStep) {
-      const double z_from = pair.from.depth.depth_m(x, y) * hypothesis.depth_factor;
+      const double z_from = from.depth.depth_m(x, y) * hypothesis.depth_factor;
       if (z_from <= 0) continue;
       ++moved;
       const Vec3 p_to = T_to_from * camera.unproject(Vec2(x, y), z_from);
@@ -107,7 +107,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
       if (!camera.contains(pixel)) continue;
       const int u = std::clamp(static_cast<int>(std::floor(pixel.x() + 0.5)), 0, camera.width - 1);
       const int v = std::clamp(static_cast<int>(std::floor(pixel.y() + 0.5)), 0, camera.height - 1);
-      const double z_to = pair.to.depth.depth_m(u, v) * hypothesis.depth_factor;
+      const double z_to = to.depth.depth_m(u, v) * hypothesis.depth_factor;
       if (z_to <= 0) continue;
       errors.push_back(std::fabs(p_to.z() - z_to));
       relative.push_back(errors.back() / z_to);
@@ -128,7 +128,7 @@ Agreement compare(const FramePair& pair, const PinholeCamera& given, const Readi
 std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const PinholeCamera& camera,
                                    const ReadingHypothesis& hypothesis) {
   std::vector<Agreement> agreements;
-  for (const FramePair& pair : pairs) agreements.push_back(compare(pair, camera, hypothesis));
+  for (const FramePair& pair : pairs) agreements.push_back(compare(pair.from, pair.to, camera, hypothesis));
   return agreements;
 }
 

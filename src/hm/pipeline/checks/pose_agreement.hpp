@@ -37,9 +37,10 @@ struct Agreement {
   double contradicted_ratio = 0;
 };
 
-/// Moves every sixth pixel of one depth image into the other frame by the poses, and compares. `camera`
-/// has no distortion.
-Agreement compare(const FramePair& pair, const PinholeCamera& camera, const ReadingHypothesis& hypothesis);
+/// Moves every sixth pixel of one depth image into the other frame by the poses, and compares. Both frames
+/// have poses; `camera` has no distortion.
+Agreement compare(const RgbdFrame& from, const RgbdFrame& to, const PinholeCamera& camera,
+                  const ReadingHypothesis& hypothesis);
 
 /// Compares many pairs, each as compare(); median_of() gives the medians over them.
 std::vector<Agreement> compare_all(const std::vector<FramePair>& pairs, const PinholeCamera& camera,

@@ -279,15 +279,15 @@ TEST(PoseAgreement, IsExactForAWallSeenFromTwoPlaces) {
     frame.T_world_camera = pose;
     return frame;
   };
-  const FramePair pair{wall(3.0, SE3()), wall(2.5, SE3(Mat3::Identity(), Vec3(0.1, 0, 0.5)))};
-  const Agreement given = compare(pair, kCamera, {});
+  const RgbdFrame from = wall(3.0, SE3()), to = wall(2.5, SE3(Mat3::Identity(), Vec3(0.1, 0, 0.5)));
+  const Agreement given = compare(from, to, kCamera, {});
   EXPECT_NEAR(given.median_m, 0, 1e-9);
   EXPECT_NEAR(given.systematic, 0, 1e-9);
   EXPECT_GT(given.overlap_ratio, 0.5);
-  EXPECT_NEAR(compare(pair, kCamera, {.poses_ignored = true}).median_m, 0.5, 1e-9);
-  EXPECT_NEAR(compare(pair, kCamera, {.poses_inverted = true}).median_m, 1.0, 1e-9);
-  EXPECT_NEAR(compare(pair, kCamera, {.depth_factor = 2}).median_m, 0.5, 1e-9);
-  EXPECT_NEAR(compare(pair, kCamera, {.depth_factor = 2}).relative, 0.1, 1e-9);
+  EXPECT_NEAR(compare(from, to, kCamera, {.poses_ignored = true}).median_m, 0.5, 1e-9);
+  EXPECT_NEAR(compare(from, to, kCamera, {.poses_inverted = true}).median_m, 1.0, 1e-9);
+  EXPECT_NEAR(compare(from, to, kCamera, {.depth_factor = 2}).median_m, 0.5, 1e-9);
+  EXPECT_NEAR(compare(from, to, kCamera, {.depth_factor = 2}).relative, 0.1, 1e-9);
 }
 
 }  // namespace

@@ -35,8 +35,6 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
 }
 
 constexpr VisitLimits kVisitLimits{9, 0.25, 0.6, 0.4};
-/// Shares of the scans without a pose.
-constexpr double kDoubtfulFailures_ratio = 0.05, kBrokenFailures_ratio = 0.3;
 
 std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const LaserMapFrame& frame,
                                             Time begin) {
@@ -51,11 +49,7 @@ std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const Lase
 }
 
 void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
-  const double ratio = static_cast<double>(summary.scans_failed) /
-                       static_cast<double>(std::max<std::size_t>(1, summary.scans_read));
-  if (ratio > kDoubtfulFailures_ratio)
-    verdict.add(ratio > kBrokenFailures_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
-                fmt::format("{:.0f} % of the scans have no pose", 100 * ratio));
+  judge_missing_poses(summary.scans_failed, summary.scans_read, "scans", verdict);
   if (summary.restarts > 0)
     verdict.add(MapVerdict::kDoubtful,
                 fmt::format("scan matching was lost and restarted {}", counted(summary.restarts, "time")));

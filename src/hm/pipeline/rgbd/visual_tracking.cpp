@@ -137,13 +137,8 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
 }
 
 void judge_tracking(const VisualTrack& track, RunVerdict& verdict) {
-  constexpr double kDoubtful_ratio = 0.05, kBroken_ratio = 0.3;
-  const std::size_t without = track.frames_lost + track.unused.size();
-  const double ratio = static_cast<double>(without) /
-                       static_cast<double>(std::max<std::size_t>(1, track.frames_read + track.unused.size()));
-  if (ratio > kDoubtful_ratio)
-    verdict.add(ratio > kBroken_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
-                fmt::format("{:.0f} % of the frames have no pose", 100 * ratio));
+  judge_missing_poses(track.frames_lost + track.unused.size(), track.frames_read + track.unused.size(),
+                      "frames", verdict);
 }
 
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings) {

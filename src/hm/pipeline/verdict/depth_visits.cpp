@@ -71,18 +71,34 @@ std::vector<std::size_t> earlier_visits(const std::vector<VisitedFrame>& frames,
   return visits;
 }
 
-std::optional<Agreement> compare_frames(const Recording& recording, const VisitedFrame& from,
-                                        const VisitedFrame& to) {
-  auto first = recording.read(from.index), second = recording.read(to.index);
-  if (!first || !second) return std::nullopt;
-  FramePair pair{std::move(*first), std::move(*second)};
-  pair.from.T_world_camera = from.T_world_camera;
-  pair.to.T_world_camera = to.T_world_camera;
-  const Agreement there = compare(pair, recording.camera(), {});
+std::optional<RgbdFrame> read(const Recording& recording, const VisitedFrame& visited) {
+  auto frame = recording.read(visited.index);
+  if (!frame) return std::nullopt;
+  frame->T_world_camera = visited.T_world_camera;
+  return std::move(*frame);
+}
+
+/// Share of either view's points that stand in the free space of the other, the larger of both.
+std::optional<double> contradicted_ratio(const RgbdFrame& a, const RgbdFrame& b,
+                                         const PinholeCamera& camera) {
+  const Agreement there = compare(a, b, camera, {});
   if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
-  std::swap(pair.from, pair.to);
-  const Agreement back = compare(pair, recording.camera(), {});
-  return back.contradicted_ratio > there.contradicted_ratio ? back : there;
+  return std::max(there.contradicted_ratio, compare(b, a, camera, {}).contradicted_ratio);
+}
+
+/// Of a frame and the earlier visits of its place, the most contradicted; none where no view overlaps.
+std::optional<double> contradicted_ratio(const Recording& recording, const std::vector<VisitedFrame>& frames,
+                                         std::size_t of) {
+  const std::vector<std::size_t> visits = earlier_visits(frames, of);
+  if (visits.empty()) return std::nullopt;
+  const auto frame = read(recording, frames[of]);
+  if (!frame) return std::nullopt;
+  std::optional<double> worst;
+  for (const std::size_t visit : visits)
+    if (const auto earlier = read(recording, frames[visit]))
+      if (const auto ratio = contradicted_ratio(*frame, *earlier, recording.camera()))
+        worst = std::max(worst.value_or(0), *ratio);
+  return worst;
 }
 
 }  // namespace
@@ -96,13 +112,8 @@ std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
     const std::size_t of = (k + 1) * frames.size() / wanted - 1;
     if (turning_rad_s(frames, of) >= kMaxTurning_rad_s) continue;
     if (run.progress) run.progress({"comparing visits", k, wanted, {}});
-    std::optional<double> contradicted;
-    for (const std::size_t earlier : earlier_visits(frames, of))
-      if (const auto agreement = compare_frames(recording, frames[of], frames[earlier]))
-        contradicted = std::max(contradicted.value_or(0), agreement->contradicted_ratio);
-    if (contradicted)
-      comparisons.push_back(
-          {frames[of].time_s, *contradicted, frames[of].T_world_camera.translation().head<2>()});
+    if (const auto ratio = contradicted_ratio(recording, frames, of))
+      comparisons.push_back({frames[of].time_s, *ratio, frames[of].T_world_camera.translation().head<2>()});
   }
   return comparisons;
 }

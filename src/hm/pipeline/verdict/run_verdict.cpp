@@ -115,6 +115,15 @@ void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& l
                           visits.worst_time_s, 100 * visits.worst_ratio, what));
 }
 
+void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view what, RunVerdict& verdict) {
+  constexpr double kDoubtful_ratio = 0.05, kBroken_ratio = 0.3;
+  if (all == 0) return;
+  const double ratio = static_cast<double>(missing) / static_cast<double>(all);
+  if (ratio > kDoubtful_ratio)
+    verdict.add(ratio > kBroken_ratio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+                fmt::format("{:.0f} % of the {} have no pose", 100 * ratio, what));
+}
+
 void add_visits_section(HtmlReport& report, const RunVerdict& verdict) {
   if (!verdict.visits || verdict.visits->places == 0) return;
   const VisitConsistency& visits = *verdict.visits;

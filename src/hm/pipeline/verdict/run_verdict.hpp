@@ -69,6 +69,9 @@ struct VisitLimits {
 void judge_visits(std::vector<VisitComparison> comparisons, const VisitLimits& limits, std::string_view what,
                   RunVerdict& verdict);
 
+/// Adds how many of the frames or scans have no pose, where they are many. `what`: "scans".
+void judge_missing_poses(std::size_t missing, std::size_t all, std::string_view what, RunVerdict& verdict);
+
 /// Adds where and when visits contradict each other; nothing where none were compared.
 void add_visits_section(HtmlReport& report, const RunVerdict& verdict);
 

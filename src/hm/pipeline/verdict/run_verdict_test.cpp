@@ -70,5 +70,18 @@ TEST(RunVerdict, FewComparisonsCallNothingBroken) {
   EXPECT_EQ(judged(comparisons(3, 0.1)).value, MapVerdict::kOk);
 }
 
+TEST(RunVerdict, ManyMissingPosesSpeakAgainstAResult) {
+  const auto judged = [](std::size_t missing, std::size_t all) {
+    RunVerdict verdict;
+    judge_missing_poses(missing, all, "scans", verdict);
+    return verdict;
+  };
+  EXPECT_EQ(judged(0, 0).value, MapVerdict::kOk);
+  EXPECT_EQ(judged(5, 100).value, MapVerdict::kOk);
+  EXPECT_EQ(judged(6, 100).value, MapVerdict::kDoubtful);
+  EXPECT_EQ(judged(31, 100).value, MapVerdict::kBroken);
+  EXPECT_EQ(judged(31, 100).reasons, std::vector<std::string>{"31 % of the scans have no pose"});
+}
+
 }  // namespace
 }  // namespace hm
