@@ -60,6 +60,7 @@ struct PlIcp::State {
   }
   void fit_reference();
   [[nodiscard]] double trimming_floor_m(Start start, int iteration) const;
+  [[nodiscard]] FreeDirections free_directions(double information_ratio) const;
   [[nodiscard]] bool iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step);
   void run(Start start, ScanMatch& match);
   [[nodiscard]] bool moved_along_weak_direction() const;
@@ -88,6 +89,14 @@ double PlIcp::State::trimming_floor_m(Start start, int iteration) const {
   return first_m * std::pow(kTrimShrink, iteration);
 }
 
+/// Directions that less than this share of the pairs constrains, or no more of them than noise would.
+FreeDirections PlIcp::State::free_directions(double information_ratio) const {
+  const FreeDirections uncertain = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  if (uncertain.count == 0) return uncertain;
+  const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
+  return find_free_directions(sums, of_noise, {information_ratio, params.information_over_noise});
+}
+
 /// One iteration: pairs, trims, solves. False when there are too few pairs or no constrained direction; the
 /// match has the status.
 bool PlIcp::State::iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step) {
@@ -103,11 +112,7 @@ bool PlIcp::State::iterate(Start start, std::size_t stride, ScanMatch& match, Ve
     return false;
   }
   sums = pairs.sums(reference, sensed, params.weight_by_incidence);
-  free = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
-  if (free.count > 0) {
-    const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
-    free = find_free_directions(sums, of_noise, {least_information, params.information_over_noise});
-  }
+  free = free_directions(least_information);
   if (free.count == 3) {
     match.status = MatchStatus::kNoInformation;
     return false;
@@ -153,9 +158,7 @@ void PlIcp::State::run(Start start, ScanMatch& match) {
 /// True when few pairs alone moved the result far from the guess. Few pairs may hold a direction (the reveals
 /// of doors along a hallway), but after a strong tilt those few lie on floor or ceiling: the guess is better.
 bool PlIcp::State::moved_along_weak_direction() const {
-  const Mat3 of_noise = pairs.noise_information(reference, sensed, params.weight_by_incidence);
-  const FreeDirections weak =
-      find_free_directions(sums, of_noise, {kWeakInformation, params.information_over_noise});
+  const FreeDirections weak = free_directions(kWeakInformation);
   const Vec2 shift = X.translation() - X_guess.translation();
   const Vec3 moved(shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle()) * weak.arm_m);
   for (int k = 0; k < weak.count; ++k)
