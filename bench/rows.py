@@ -190,7 +190,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "depth_calibration": ["calibration", "depth_camera"], "kernel_limit": ["tsdf"],
          **dict.fromkeys(["fly_hover", "fly_step", "fly_attitude", "fly_robust", "fly_waypoints", "fly_failsafes", "fly_speed", "fly_soak"],
                          ["flight", "control", "estimation", "laser", "sim/vehicle", "pipeline/flight"]),
-         "verdicts": ["slam/laser", "pipeline/verdict", "pipeline/laser"],
+         "verdicts": ["slam/laser", "pipeline/checks", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"],
          "link_noise": ["link"]}
 SHARED_ROOMS = ["core", "geometry", "sensors"]

@@ -1,9 +1,13 @@
 """Judges the verdict of runs (docs/verdict.md) on good and on damaged results, simulated and real: how many that are torn
 are called ok, how many that are good are called broken or doubtful."""
 import json
-import math
 import subprocess
+import sys
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "program"))
+
+from bent_poses import bent, read_rows  # noqa: E402
 
 LASER_LOGS = ("laser/flirt_fr079.log", "laser/flirt_intel-lab.log")
 RGBD_FOLDERS = ("rgbd/sevenscenes_a", "rgbd/tum_fr1_xyz", "rgbd/tum_fr1_rpy")
@@ -27,34 +31,6 @@ def run_hm(program, *words):
     return document
 
 
-def rotation_product(a, b):
-    (ax, ay, az, aw), (bx, by, bz, bw) = a, b
-    return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
-
-
-def rotated(rotation, point):
-    x, y, z, w = rotation
-    inverse = (-x, -y, -z, w)
-    return rotation_product(rotation_product(rotation, (*point, 0)), inverse)[:3]
-
-
-def bent(rows, share, turn_deg, shift_m, axis):
-    """Rows of a TUM file, those from `share` on turned about the camera's place there, and shifted, along an axis."""
-    first = int(share * len(rows))
-    pivot = rows[first][1:4]
-    half = math.radians(turn_deg) / 2
-    turn = (*(math.sin(half) * c for c in axis), math.cos(half))
-    result = []
-    for i, row in enumerate(rows):
-        if i >= first:
-            moved = rotated(turn, [p - q for p, q in zip(row[1:4], pivot)])
-            place = [p + q + shift_m * c for p, q, c in zip(moved, pivot, axis)]
-            row = (row[0], *place, *rotation_product(turn, row[4:8]))
-        result.append(" ".join(f"{value:.9f}" for value in row))
-    return "\n".join(result) + "\n"
-
-
 def laser_cases(program, recording, seeds, work):
     """("good" or "torn", verdict) for maps from damaged odometry, by their error."""
     for share in NOISE_SHARES:
@@ -72,8 +48,7 @@ def rgbd_cases(program, recording, work):
     """The same for maps from bent poses, by the bend."""
     path = work / "poses.tum"
     run_hm(program, "reconstruct", recording, "-o", work / "given", "--overwrite")
-    text = (work / "given" / "trajectory.tum").read_text()
-    rows = [tuple(map(float, row.split())) for row in text.splitlines() if row and row[0] != "#"]
+    rows = read_rows(work / "given" / "trajectory.tum")
     for name, bends in (("good", GOOD_BENDS), ("torn", TORN_BENDS)):
         for k, (turn, shift) in enumerate(bends):
             for share in BEND_AT:

@@ -1,21 +1,6 @@
 """The verdict of a run: good results are ok, bent ones are not; --strict; console, JSON and report agree."""
-import math
-
 import support
-
-
-def quaternion_product(a, b):
-    (ax, ay, az, aw), (bx, by, bz, bw) = a, b
-    return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
-
-
-def turned(row, angle_rad, shift_m):
-    """A TUM row turned about the z axis of the world, and moved along x."""
-    stamp, x, y, z, *rotation = (float(word) for word in row.split())
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
-    rotation = quaternion_product((0, 0, math.sin(angle_rad / 2), math.cos(angle_rad / 2)), rotation)
-    return " ".join(map(repr, (stamp, c * x - s * y + shift_m, s * x + c * y, z, *rotation)))
+from bent_poses import bent, read_rows
 
 
 FEWER = ("--set", "reconstruction.frame_stride=2")
@@ -26,11 +11,9 @@ class Verdict(support.SharedFolderTest):
     def prepare(cls, keeper):
         keeper.run_hm("simulate", "room", "-o", "room", "--quiet")
         Verdict.room, Verdict.bent = keeper.folder / "room", keeper.folder
-        rows = [row for row in (Verdict.room / "groundtruth.txt").read_text().splitlines() if not row.startswith("#")]
-        half = len(rows) // 2
-        for name, angle_rad, shift_m in (("twist", 0.14, 0), ("shift", 0, 0.25)):
-            bent = rows[:half] + [turned(row, angle_rad, shift_m) for row in rows[half:]]
-            (keeper.folder / f"{name}.txt").write_text("\n".join(bent) + "\n")
+        rows = read_rows(Verdict.room / "groundtruth.txt")
+        for name, bend in (("twist", {"turn_deg": 8}), ("shift", {"shift_m": 0.25, "axis": (1, 0, 0)})):
+            (keeper.folder / f"{name}.txt").write_text(bent(rows, 0.5, **bend))
 
     def test_true_poses_are_ok_and_strict_passes(self):
         run = self.run_json("reconstruct", self.room, "-o", "good", "--strict", *FEWER)
