@@ -92,7 +92,8 @@ hm::ExistingResult OutputFlags::existing() const {
   return overwrite ? hm::ExistingResult::kOverwrite : hm::ExistingResult::kRefuse;
 }
 
-hm::Result<std::optional<Outcome>> OutputFlags::complete_result(const hm::ResultFolderRequest& request) {
+hm::Result<std::optional<Outcome>> OutputFlags::complete_result(
+    const hm::ResultFolderRequest& request) const {
   const auto& folder = request.folder;
   const auto record = hm::read_run_record(folder);
   if (!record) return hm::forward_error(record);
@@ -107,6 +108,7 @@ hm::Result<std::optional<Outcome>> OutputFlags::complete_result(const hm::Result
   outcome.text = fmt::format("{}: already complete; --overwrite runs it again\n", folder.string());
   outcome.json = std::move(*report);
   outcome.json["complete"] = true;
+  if (strict) outcome.failure = hm::strict_failure(hm::verdict_of_report(outcome.json));
   for (const std::string& name : (*record)->files) outcome.outputs.push_back(folder / name);
   return outcome;
 }

@@ -69,9 +69,10 @@ struct OutputFlags {
   [[nodiscard]] std::filesystem::path folder(const std::filesystem::path& recording,
                                              const std::string& suffix) const;
   [[nodiscard]] hm::ExistingResult existing() const;
-  /// Outcome of `--resume` on a complete run: its existing report. Nothing where frames remain, or where the
-  /// request differs from that run.
-  static hm::Result<std::optional<Outcome>> complete_result(const hm::ResultFolderRequest& request);
+  /// Outcome of `--resume` on a complete run: its existing report, judged as that of a new run. Nothing where
+  /// frames remain, or where the request differs from that run.
+  [[nodiscard]] hm::Result<std::optional<Outcome>> complete_result(
+      const hm::ResultFolderRequest& request) const;
 };
 
 /// Runs a verb that writes its results at its end, into the folder that it is given; they appear in the

@@ -38,7 +38,7 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.run = session.interruptible_context("writing the results so far");
   const auto summary = hm::reconstruct(options);
   if (summary && summary->already_complete) {
-    auto complete = OutputFlags::complete_result({options.output, {}, "reconstruct", options.recording, {}});
+    auto complete = flags.output.complete_result({options.output, {}, "reconstruct", options.recording, {}});
     if (!complete) return hm::forward_error(complete);
     if (*complete) return std::move(**complete);
   }

@@ -27,7 +27,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.output = flags.output.folder(flags.recording, "slam");
   options.existing = flags.output.existing();
   if (flags.output.resume) {
-    auto complete = OutputFlags::complete_result({options.output, {}, "slam", options.recording, {}});
+    auto complete = flags.output.complete_result({options.output, {}, "slam", options.recording, {}});
     if (!complete) return hm::forward_error(complete);
     if (*complete) return std::move(**complete);
     if (const auto read = read_saved_parameters(options); !read) return hm::forward_error(read);

@@ -37,6 +37,9 @@ class Verdict(support.SharedFolderTest):
         run = self.bent_run("twist", "--strict", expect=1)
         self.assertIn("the verdict is", run["error"]["message"])
         self.assertTrue((self.folder / "twist" / "mesh.ply").exists())
+        again = self.run_json("reconstruct", self.room, "-o", "twist", "--poses", self.bent / "twist.txt", *FEWER, "--resume",
+                              "--strict", expect=1)
+        self.assertEqual(again["error"]["message"], run["error"]["message"])
 
 
 if __name__ == "__main__":

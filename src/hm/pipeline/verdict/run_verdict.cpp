@@ -50,6 +50,20 @@ void visit(const RunVerdict& verdict, SummaryTree& v) {
   v.group("visits", verdict.visits);
 }
 
+RunVerdict verdict_of_report(const JsonValue& report) {
+  RunVerdict verdict;
+  const JsonValue* written = report.find("verdict");
+  const JsonValue* value = written ? written->find("value") : nullptr;
+  if (!value || !value->as_string()) return verdict;
+  for (const MapVerdict known : {MapVerdict::kDoubtful, MapVerdict::kBroken})
+    if (*value->as_string() == to_string(known)) verdict.value = known;
+  const JsonValue* reasons = written->find("reasons");
+  if (reasons && reasons->as_array())
+    for (const JsonValue& reason : *reasons->as_array())
+      if (reason.as_string()) verdict.reasons.push_back(*reason.as_string());
+  return verdict;
+}
+
 std::string verdict_sentence(const RunVerdict& verdict, const std::string& result) {
   if (verdict.value == MapVerdict::kOk) return result;
   const bool broken = verdict.value == MapVerdict::kBroken;

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hm/core/json_value.hpp"
 #include "hm/core/result.hpp"
 #include "hm/geometry/se2.hpp"
 #include "hm/report/html_report.hpp"
@@ -51,6 +52,8 @@ struct RunVerdict {
 
 /// "value", "reasons", "visits{}"; the key "text" for sentences: "doubtful: why; why".
 void visit(const RunVerdict& verdict, SummaryTree& v);
+/// The verdict that a report in JSON has, without its comparisons; ok where it has none.
+RunVerdict verdict_of_report(const JsonValue& report);
 /// First sentence of a report: the verdict and its gravest reason, then what the result is.
 std::string verdict_sentence(const RunVerdict& verdict, const std::string& result);
 /// Colour of that sentence.

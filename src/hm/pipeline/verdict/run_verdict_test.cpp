@@ -35,6 +35,18 @@ TEST(RunVerdict, IsTheGravestOfAllAndLeadsWithItsReason) {
   EXPECT_EQ(describe(verdict).sentence("{text}"), "broken: second; first; third");
 }
 
+TEST(RunVerdict, IsReadBackFromAReport) {
+  RunVerdict verdict;
+  verdict.add(MapVerdict::kBroken, "first");
+  verdict.add(MapVerdict::kDoubtful, "second");
+  JsonValue report;
+  report["verdict"] = to_json(verdict);
+  const RunVerdict again = verdict_of_report(report);
+  EXPECT_EQ(again.value, verdict.value);
+  EXPECT_EQ(again.reasons, verdict.reasons);
+  EXPECT_EQ(verdict_of_report({}).value, MapVerdict::kOk);
+}
+
 TEST(RunVerdict, NothingSeenTwiceIsNoReason) {
   EXPECT_EQ(judged({}).value, MapVerdict::kOk);
   EXPECT_EQ(judged({}).visits->places, 0u);
