@@ -28,15 +28,16 @@ std::vector<Figure> make_mesh_figures(const TriangleMesh& mesh, const MeshFigure
   std::vector<Figure> figures;
   if (mesh.triangles.empty()) return figures;
   const SceneExtent extent = extent_of(mesh, options);
-  const auto draw = [&](std::string name, std::string caption, RenderStyle style) {
-    const RenderOptions render = render_options(options, style);
-    figures.push_back({std::move(name), std::move(caption),
-                       render_mesh(mesh, dollhouse_view(extent, render), render, loop),
-                       HtmlReport::Place::kStill});
+  std::vector<RenderOptions> styles;
+  const auto add = [&](std::string name, std::string caption, RenderStyle style) {
+    styles.push_back(render_options(options, style));
+    figures.push_back({std::move(name), std::move(caption), {}, HtmlReport::Place::kStill});
   };
-  draw("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
-  if (mesh.has_colors()) draw("color", "With the colours that the camera saw.", RenderStyle::kColor);
-  draw("height", "By height.", RenderStyle::kHeight);
+  add("shaded", "The surface, shaded; the ceiling is cut away.", RenderStyle::kShaded);
+  if (mesh.has_colors()) add("color", "With the colours that the camera saw.", RenderStyle::kColor);
+  add("height", "By height.", RenderStyle::kHeight);
+  std::vector<Image<Rgb8>> images = render_styles(mesh, dollhouse_view(extent, styles.front()), styles, loop);
+  for (std::size_t i = 0; i < figures.size(); ++i) figures[i].image = std::move(images[i]);
   if (options.T_world_camera) {
     const RenderOptions render =
         render_options(options, mesh.has_colors() ? RenderStyle::kColor : RenderStyle::kShaded);

@@ -19,8 +19,9 @@ class Painter {
 
   /// Colour (components 0..1) of a sample with this ambient light.
   [[nodiscard]] Vec3 paint(int x, int y, double ambient) const {
-    const SurfaceSample sample = surface_sample(mesh_, figure_.buffer, figure_.projection, Vec2(x, y));
-    const Vec3 viewer = figure_.projection.towards_viewer(sample.p_world);
+    const SurfaceSample sample =
+        surface_sample(mesh_, figure_.lit.buffer, figure_.lit.projection, Vec2(x, y));
+    const Vec3 viewer = figure_.lit.projection.towards_viewer(sample.p_world);
     double light = brightness(sample, viewer, view_.up) * (0.35 + 0.65 * ambient);
     if (sample.seen_from_behind) light *= 0.6;
     // Colours that encode values are shaded only slightly.
@@ -86,11 +87,11 @@ void choose_range(const RenderView& view, const RenderOptions& options, SurfaceF
     figure.low = -limit;
     figure.high = limit;
   } else if (options.style == RenderStyle::kHeight) {
-    for (int y = 0; y < figure.buffer.triangle.height(); y += 8)
-      for (int x = 0; x < figure.buffer.triangle.width(); x += 8)
-        if (figure.buffer.hit(x, y))
+    for (int y = 0; y < figure.lit.buffer.triangle.height(); y += 8)
+      for (int x = 0; x < figure.lit.buffer.triangle.width(); x += 8)
+        if (figure.lit.buffer.hit(x, y))
           values.push_back(view.up.dot(
-              figure.projection.unproject(x, y, static_cast<double>(figure.buffer.nearness(x, y)))));
+              figure.lit.projection.unproject(x, y, static_cast<double>(figure.lit.buffer.nearness(x, y)))));
     figure.low = quantile(values, 0.01);
     figure.high = std::max(figure.low + 1e-3, quantile(values, 0.99));
   }
@@ -105,7 +106,7 @@ Vec3 resolve_pixel(const Painter& painter, const SurfaceFigure& figure, const Ve
   std::uint32_t last_triangle = kNoTriangle;
   for (int sample = 0; sample < 4; ++sample) {
     const int sx = 2 * x + (sample & 1), sy = 2 * y + (sample >> 1);
-    const std::uint32_t triangle = figure.buffer.triangle(sx, sy);
+    const std::uint32_t triangle = figure.lit.buffer.triangle(sx, sy);
     if (triangle == kNoTriangle) {
       sum += background;
       continue;
@@ -121,9 +122,9 @@ std::vector<Vec2> screen_path(const SurfaceFigure& figure, const Trajectory& tra
                               std::vector<double>& nearness) {
   std::vector<Vec2> path;
   for (const StampedPose& pose : trajectory) {
-    const Vec3 p_camera = figure.projection.to_camera(pose.T_world_base.translation());
-    if (!(p_camera.z() > figure.projection.near_m())) continue;
-    const Vec3 screen = figure.projection.project(p_camera);
+    const Vec3 p_camera = figure.lit.projection.to_camera(pose.T_world_base.translation());
+    if (!(p_camera.z() > figure.lit.projection.near_m())) continue;
+    const Vec3 screen = figure.lit.projection.project(p_camera);
     const Vec2 pixel = (screen.head<2>() - Vec2::Constant(0.5)) / 2;
     if (!path.empty() && (pixel - path.back()).norm() < 1.5) continue;
     path.push_back(pixel);
@@ -141,21 +142,27 @@ std::string tick_text(double value, double step) {
 
 }  // namespace
 
+LitSurface light_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& size,
+                         const ParallelLoop& loop) {
+  RenderOptions samples = size;
+  samples.width = 2 * size.width;
+  samples.height = 2 * size.height;
+  const ViewProjection projection(view, size.width, size.height, 2);
+  LitSurface lit{rasterise(mesh, view, projection, samples, loop), projection, {}};
+  lit.light = ambient_light(mesh, lit.buffer, projection, loop);
+  return lit;
+}
+
 SurfaceFigure draw_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
-                           const ParallelLoop& loop, Image<Rgb8> background) {
-  RenderOptions samples = options;
-  samples.width = 2 * options.width;
-  samples.height = 2 * options.height;
-  const ViewProjection projection(view, options.width, options.height, 2);
-  SurfaceFigure figure{std::move(background), rasterise(mesh, view, projection, samples, loop), projection};
+                           const LitSurface& lit, const ParallelLoop& loop, Image<Rgb8> background) {
+  SurfaceFigure figure{std::move(background), lit};
   choose_range(view, options, figure);
-  const Image<float> ambient = ambient_light(mesh, figure.buffer, projection, loop);
   const Painter painter(mesh, view, options, figure);
   loop.for_ranges(static_cast<std::size_t>(options.height), 8, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
       for (int x = 0; x < options.width; ++x)
         figure.image(x, y) =
-            to_rgb8(resolve_pixel(painter, figure, Vec2(x, y), static_cast<double>(ambient(x, y))));
+            to_rgb8(resolve_pixel(painter, figure, Vec2(x, y), static_cast<double>(lit.light(x, y))));
   });
   return figure;
 }
@@ -172,8 +179,8 @@ void draw_trajectory(SurfaceFigure& figure, const RenderView& view, const Trajec
     if (!is_near) continue;  // a jump, or around the edge
     const int x = 2 * static_cast<int>(std::clamp(path[i].x(), -1e6, 1e6));
     const int y = 2 * static_cast<int>(std::clamp(path[i].y(), -1e6, 1e6));
-    const bool hidden = !from_above && figure.buffer.triangle.contains(x, y) &&
-                        nearness[i] < static_cast<double>(figure.buffer.nearness(x, y));
+    const bool hidden = !from_above && figure.lit.buffer.triangle.contains(x, y) &&
+                        nearness[i] < static_cast<double>(figure.lit.buffer.nearness(x, y));
     draw_line(figure.image, path[i - 1], path[i], width, {line, hidden ? 0.25 : 1.0});
   }
   const double dot = 2.2 * width;

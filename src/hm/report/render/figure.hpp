@@ -4,15 +4,24 @@
 
 namespace hm {
 
-/// Surface drawn without labels, with the data for drawing on top of it; internal to this room.
-struct SurfaceFigure {
-  Image<Rgb8> image;
+/// What is seen of a mesh, and the light on it: what a view has in every style. Internal to this room.
+struct LitSurface {
   VisibilityBuffer buffer;  ///< two samples along each side of a pixel
   ViewProjection projection;
+  Image<float> light;  ///< of a pixel, see ambient_light
+};
+/// `size`: its width and height are used.
+LitSurface light_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& size,
+                         const ParallelLoop& loop);
+
+/// Surface drawn without labels, with the data for drawing on top of it.
+struct SurfaceFigure {
+  Image<Rgb8> image;
+  const LitSurface& lit;
   double low = 0, high = 1;  ///< values at the ends of the colour map, metres
 };
 SurfaceFigure draw_surface(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
-                           const ParallelLoop& loop, Image<Rgb8> background);
+                           const LitSurface& lit, const ParallelLoop& loop, Image<Rgb8> background);
 
 /// Draws the camera's path; parts hidden by the surface are faint.
 void draw_trajectory(SurfaceFigure& figure, const RenderView& view, const Trajectory& trajectory);

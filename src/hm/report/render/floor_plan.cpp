@@ -84,19 +84,20 @@ Image<Rgb8> wall_coverage(const TriangleMesh& mesh, const RenderView& view, cons
   const int width = figure.image.width(), height = figure.image.height();
   Image<Rgb8> lines(width, height, {0, 0, 0});
   const double line_px = std::max(1.6, kWallLine_m * view.pixels_per_m);
-  for (const auto& [from, to] : cut_lines(mesh, view, figure.projection))
+  for (const auto& [from, to] : cut_lines(mesh, view, figure.lit.projection))
     draw_line(lines, from, to, line_px, {{255, 255, 255}, 1});
   Mask walls(width, height, 0), behind(width, height, 0);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       walls(x, y) = lines(x, y).r > 127 ? 1 : 0;
-      if (walls(x, y) == 0 && figure.buffer.hit(2 * x, 2 * y))
-        behind(x, y) =
-            surface_sample(mesh, figure.buffer, figure.projection, Vec2(2 * x, 2 * y)).seen_from_behind;
+      if (walls(x, y) == 0 && figure.lit.buffer.hit(2 * x, 2 * y))
+        behind(x, y) = surface_sample(mesh, figure.lit.buffer, figure.lit.projection, Vec2(2 * x, 2 * y))
+                           .seen_from_behind;
     }
   fill_solids(walls, behind);
   const int longest = static_cast<int>(kWallInside_m * view.pixels_per_m) + 1;
-  for (int pass = 0; pass < 2; ++pass) fill_unseen(walls, figure.buffer, longest);  // then where walls meet
+  for (int pass = 0; pass < 2; ++pass)
+    fill_unseen(walls, figure.lit.buffer, longest);  // then where walls meet
   for (std::size_t i = 0; i < walls.size(); ++i)
     if (walls.pixels()[i] != 0) lines.pixels()[i] = {255, 255, 255};
   return lines;
@@ -157,7 +158,8 @@ Image<Rgb8> render_floor_plan(const TriangleMesh& mesh, const SceneExtent& exten
   const RenderView view = plan_view(extent, options);
   RenderView both = view;
   both.faces = Faces::kBoth;
-  SurfaceFigure figure = draw_surface(mesh, both, options, loop, page_with_grid(options, view, extent));
+  const LitSurface lit = light_surface(mesh, both, options, loop);
+  SurfaceFigure figure = draw_surface(mesh, both, options, lit, loop, page_with_grid(options, view, extent));
   const Image<Rgb8> walls = wall_coverage(mesh, view, figure);
   for (int y = 0; y < options.height; ++y)
     for (int x = 0; x < options.width; ++x)

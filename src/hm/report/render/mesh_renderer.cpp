@@ -20,15 +20,29 @@ Image<Rgb8> gradient_background(const RenderOptions& options) {
 
 }  // namespace
 
+std::vector<Image<Rgb8>> render_styles(const TriangleMesh& mesh, const RenderView& view,
+                                       std::span<const RenderOptions> styles, const ParallelLoop& loop) {
+  std::vector<Image<Rgb8>> images;
+  if (styles.empty()) return images;
+  const RenderOptions& size = styles.front();
+  HM_CHECK(size.width > 0 && size.height > 0, "{} x {}", size.width, size.height);
+  const LitSurface lit = light_surface(mesh, view, size, loop);
+  for (const RenderOptions& options : styles) {
+    HM_CHECK(options.width == size.width && options.height == size.height, "{} x {}", options.width,
+             options.height);
+    HM_CHECK(options.style != RenderStyle::kScalar || options.vertex_values.size() == mesh.vertices.size(),
+             "{} values for {} vertices", options.vertex_values.size(), mesh.vertices.size());
+    SurfaceFigure figure = draw_surface(mesh, view, options, lit, loop, gradient_background(options));
+    if (options.trajectory != nullptr) draw_trajectory(figure, view, *options.trajectory);
+    draw_legend(figure, options);
+    images.push_back(std::move(figure.image));
+  }
+  return images;
+}
+
 Image<Rgb8> render_mesh(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
                         const ParallelLoop& loop) {
-  HM_CHECK(options.width > 0 && options.height > 0, "{} x {}", options.width, options.height);
-  HM_CHECK(options.style != RenderStyle::kScalar || options.vertex_values.size() == mesh.vertices.size(),
-           "{} values for {} vertices", options.vertex_values.size(), mesh.vertices.size());
-  SurfaceFigure figure = draw_surface(mesh, view, options, loop, gradient_background(options));
-  if (options.trajectory != nullptr) draw_trajectory(figure, view, *options.trajectory);
-  draw_legend(figure, options);
-  return std::move(figure.image);
+  return std::move(render_styles(mesh, view, {&options, 1}, loop).front());
 }
 
 }  // namespace hm

@@ -67,6 +67,9 @@ RenderView camera_view(const SE3& T_world_camera, const RenderOptions& options);
 /// invalid triangles are skipped; an empty mesh gives the background.
 Image<Rgb8> render_mesh(const TriangleMesh& mesh, const RenderView& view, const RenderOptions& options,
                         const ParallelLoop& loop);
+/// The same in several styles, all of one size: what is seen, and the light on it, is found once.
+std::vector<Image<Rgb8>> render_styles(const TriangleMesh& mesh, const RenderView& view,
+                                       std::span<const RenderOptions> styles, const ParallelLoop& loop);
 
 /// Draws a floor plan: plan_view with cut walls in dark, a grid of metres and a scale bar.
 Image<Rgb8> render_floor_plan(const TriangleMesh& mesh, const SceneExtent& extent,

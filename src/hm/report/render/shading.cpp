@@ -11,14 +11,29 @@ constexpr double kReach_m = 0.6;  // of ambient occlusion
 constexpr int kTaps = 16;
 
 /// Tap directions and radii in a spiral, turned differently at each pixel of a 4 x 4 tile.
-Vec2 tap_offset(int tap, int x, int y) {
-  constexpr double kGoldenAngle = 2.39996322972865332;
-  static constexpr std::array<int, 16> kOrder{0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
-  const double turn = 2 * M_PI / kTaps * kOrder[static_cast<std::size_t>((y & 3) * 4 + (x & 3))] / 16.0 * 5;
-  const double radius = std::pow((tap + 0.5) / kTaps, 0.75);
-  const double angle = kGoldenAngle * tap + turn;
-  return {radius * std::cos(angle), radius * std::sin(angle)};
-}
+class TapOffsets {
+ public:
+  TapOffsets() {
+    constexpr double kGoldenAngle = 2.39996322972865332;
+    constexpr std::array<int, kPixels> kOrder{0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+    for (std::size_t pixel = 0; pixel < kPixels; ++pixel)
+      for (int tap = 0; tap < kTaps; ++tap) {
+        const double turn = 2 * M_PI / kTaps * kOrder[pixel] / 16.0 * 5;
+        const double radius = std::pow((tap + 0.5) / kTaps, 0.75);
+        const double angle = kGoldenAngle * tap + turn;
+        of_pixel_[pixel][static_cast<std::size_t>(tap)] = {radius * std::cos(angle),
+                                                           radius * std::sin(angle)};
+      }
+  }
+  /// Of a pixel, in units of the reach.
+  [[nodiscard]] const std::array<Vec2, kTaps>& at(int x, int y) const {
+    return of_pixel_[static_cast<std::size_t>((y & 3) * 4 + (x & 3))];
+  }
+
+ private:
+  static constexpr std::size_t kPixels = 16;
+  std::array<std::array<Vec2, kTaps>, kPixels> of_pixel_;
+};
 
 double free_share(const Vec3& p, const Vec3& normal, const Vec3& other) {
   const Vec3 offset = other - p;
@@ -51,13 +66,13 @@ struct Pixel {
 
 /// Share of the hemisphere not occluded near this pixel, 0 to 1.
 double open_share(const TriangleMesh& mesh, const VisibilityBuffer& buffer, const ViewProjection& projection,
-                  const Pixel& pixel) {
+                  const TapOffsets& taps, const Pixel& pixel) {
   const SurfaceSample here = surface_sample(mesh, buffer, projection, Vec2(2 * pixel.x, 2 * pixel.y));
   const auto own_nearness = static_cast<double>(buffer.nearness(2 * pixel.x, 2 * pixel.y));
   const double reach_samples = std::min(400.0, kReach_m * projection.samples_per_m(own_nearness));
   double light = 0;
-  for (int tap = 0; tap < kTaps; ++tap) {
-    const Vec2 offset = reach_samples * tap_offset(tap, pixel.x, pixel.y);
+  for (const Vec2& tap : taps.at(pixel.x, pixel.y)) {
+    const Vec2 offset = reach_samples * tap;
     const int tx = 2 * pixel.x + static_cast<int>(std::lround(offset.x()));
     const int ty = 2 * pixel.y + static_cast<int>(std::lround(offset.y()));
     if (!buffer.triangle.contains(tx, ty) || !buffer.hit(tx, ty)) {
@@ -123,8 +138,10 @@ Image<float> ambient_light(const TriangleMesh& mesh, const VisibilityBuffer& buf
           if (buffer.hit(2 * x, 2 * y)) body(Pixel{x, y});
     });
   };
-  for_seen_pixels(
-      [&](const Pixel& p) { raw(p.x, p.y) = static_cast<float>(open_share(mesh, buffer, projection, p)); });
+  const TapOffsets taps;
+  for_seen_pixels([&](const Pixel& p) {
+    raw(p.x, p.y) = static_cast<float>(open_share(mesh, buffer, projection, taps, p));
+  });
   for_seen_pixels(
       [&](const Pixel& p) { smooth(p.x, p.y) = tile_mean(raw, buffer, p) * outline(buffer, p.x, p.y); });
   return smooth;
