@@ -53,6 +53,8 @@ def blocks_of(text):
 
 
 def shortened(line):
+    line = re.sub(r"simulation\.frame_limit=\d+", "simulation.frame_limit=25", line)
+    line = re.sub(r"--voxel 0\.0[12]\b", "--voxel 0.03", line)
     words = shlex.split(line)
     if len(words) > 1 and words[0] in ("hm", "./hm") and words[1] in SHORT:
         if "simulation.frame_limit" not in line:
