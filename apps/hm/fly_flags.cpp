@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "hm/link/transport/transport_url.hpp"
 #include "hm/pipeline/flight/emulated_board.hpp"
+#include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
 
 namespace {
 
@@ -13,6 +15,29 @@ hm::Result<std::unique_ptr<hm::FlightCore>> start_board(const hm::FlightRunParam
   auto board = hm::EmulatedBoard::start({image});
   if (!board) return hm::forward_error(board);
   return std::unique_ptr<hm::FlightCore>(std::move(*board));
+}
+
+constexpr std::string_view kMavlink = "mavlink:";
+
+hm::Result<std::unique_ptr<hm::FlightCore>> start_external(const hm::FlightRunParams& parameters,
+                                                           const std::string& url) {
+  if (parameters.vehicle.inner_loop.inner_loop != hm::InnerLoopKind::kMotors)
+    return hm::fail(hm::ErrorCode::kUsage, "vehicle.inner_loop",
+                    "an autopilot behind MAVLink turns the motors itself: it needs motors");
+  auto transport = hm::open_transport(url);
+  if (!transport) return hm::forward_error(transport);
+  hm::MavlinkAutopilotSetup setup;
+  setup.commands = parameters.autopilot.commands;
+  setup.takeoff_height_m = parameters.autopilot.guidance.takeoff_height_m;
+  setup.max_rotor_speed_rad_s = static_cast<float>(parameters.vehicle.rotor.max_speed_rad_s);
+  return std::unique_ptr<hm::FlightCore>(
+      std::make_unique<hm::MavlinkAutopilot>(std::move(*transport), setup));
+}
+
+/// A usage error of --autopilot; empty: none.
+std::string check_autopilot(const std::string& text) {
+  if (text == "core" || text == "qemu" || text.starts_with(kMavlink)) return {};
+  return fmt::format("'{}' is neither core, qemu nor mavlink:URL", text);
 }
 
 hm::Result<void> add_faults(const std::vector<std::string>& texts, hm::FlightScript& script) {
@@ -34,9 +59,9 @@ void FlyFlags::add_to(CLI::App& command) {
   command
       .add_option(
           "--autopilot", autopilot,
-          "who flies: core, the autopilot of this library (default), or qemu, the same as firmware on an "
-          "emulated board, in lock-step")
-      ->check(CLI::IsMember({"core", "qemu"}));
+          "who flies: core, the autopilot of this library (default); qemu, the same as firmware on an "
+          "emulated board, in lock-step; or mavlink:URL, another autopilot (PX4), URL as of --mavlink")
+      ->check(check_autopilot);
   command
       .add_option("--firmware", firmware,
                   "with --autopilot qemu: its image (default: build/firmware/flight.elf)")
@@ -68,6 +93,10 @@ hm::Result<hm::FlightMissionOptions> FlyFlags::mission(const std::string& name,
   if (autopilot == "qemu")
     options.make_core = [image = firmware](const hm::FlightRunParams& parameters) {
       return start_board(parameters, image);
+    };
+  if (autopilot.starts_with(kMavlink))
+    options.make_core = [url = autopilot.substr(kMavlink.size())](const hm::FlightRunParams& parameters) {
+      return start_external(parameters, url);
     };
   options.output = output.folder(file.empty() ? name : file, "flight");
   options.existing = output.existing();

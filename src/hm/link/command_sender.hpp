@@ -18,6 +18,8 @@ class CommandSender {
 
   /// False while another command waits.
   bool send(const MavCommandLong& command);
+  /// Gives up what waits, for something more urgent.
+  void cancel() { state_ = State::kIdle; }
   /// What is to be sent now, if anything.
   std::optional<MavCommandLong> poll(Time now);
   /// An answer of `from` to `us`; true if it ends or prolongs the command that waits. Answers to others, and

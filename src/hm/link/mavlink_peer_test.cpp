@@ -14,18 +14,13 @@
 namespace hm {
 namespace {
 
+using link_testing::station_options;
+
 MavlinkPeerOptions vehicle_options() {
   MavlinkPeerOptions options;
   options.address = {1, 1};
   options.heartbeat.type = kMavTypeQuadrotor;
   options.heartbeat.autopilot = kMavAutopilotPx4;
-  return options;
-}
-MavlinkPeerOptions station_options() {
-  MavlinkPeerOptions options;
-  options.address = {255, 190};
-  options.heartbeat.type = kMavTypeGroundStation;
-  options.heartbeat.autopilot = kMavAutopilotInvalid;
   return options;
 }
 
@@ -34,10 +29,7 @@ class MavlinkPeers : public ::testing::Test {
  protected:
   MavlinkPeers() : MavlinkPeers(vehicle_options(), station_options()) {}
   MavlinkPeers(const MavlinkPeerOptions& vehicle_is, const MavlinkPeerOptions& station_is)
-      : vehicle(vehicle_way, vehicle_is), station(station_way, station_is) {
-    vehicle_way.other = &station_way;
-    station_way.other = &vehicle_way;
-  }
+      : vehicle(way.vehicle, vehicle_is), station(way.station, station_is) {}
   /// Both ends every 10 ms.
   void run(double seconds) {
     for (int i = 0; i < std::lround(seconds * 100); ++i) {
@@ -61,7 +53,7 @@ class MavlinkPeers : public ::testing::Test {
 
   static constexpr std::int64_t kAhead = 100'000'000'000;
   Time now;
-  link_testing::PipeTransport vehicle_way, station_way;
+  link_testing::PipePair way;
   MavlinkPeer vehicle, station;
   int commands_done = 0;
   VehicleServer server{vehicle,
@@ -85,12 +77,12 @@ TEST_F(MavlinkPeers, FindEachOtherByHeartbeats) {
 
 TEST_F(MavlinkPeers, ASilentOneIsGoneAfterItsTimeAndComesBack) {
   run(2.0);
-  vehicle_way.lose = 1'000'000;
+  way.vehicle.lose = 1'000'000;
   run(1.9);  // the last one came at 1.01 s
   EXPECT_NE(station.autopilot(now), nullptr);
   run(0.2);
   EXPECT_EQ(station.autopilot(now), nullptr);
-  vehicle_way.lose = 0;
+  way.vehicle.lose = 0;
   run(1.1);
   EXPECT_NE(station.autopilot(now), nullptr);
   EXPECT_GT(station.autopilot(now)->lost_frames, 0U);
@@ -112,7 +104,7 @@ TEST_F(MavlinkPeers, ACommandWhoseAnswerIsLostIsRepeatedAndDoneOnce) {
   takeoff.param7 = 1.3F;
   ASSERT_TRUE(station.commands().send(takeoff));
   station.step([&] { return now; }, [](const MavlinkFrame&) {});
-  vehicle_way.lose = 1;  // the first answer
+  way.vehicle.lose = 1;  // the first answer
   run(1.0);
   EXPECT_EQ(station.commands().state(), CommandSender::State::kAnswered);
   EXPECT_EQ(station.commands().result(), kMavAccepted);
@@ -212,7 +204,7 @@ TEST_F(MavlinkPeers, AFrameThatARouterSendsBackIsNotSomebodyElse) {
   const auto echo = make_mavlink_frame(vehicle.heartbeat(), {1, 1}, 9);
   MavlinkBytes bytes{};
   const std::size_t count = write_mavlink_frame(echo, bytes);
-  vehicle_way.arrived.emplace_back(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+  way.vehicle.arrived.emplace_back(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
   run(0.1);
   EXPECT_EQ(vehicle.remotes(now + Duration{kAhead}).size(), 1U);
 }
@@ -231,7 +223,7 @@ TEST_F(SignedMavlinkPeers, OnlyThoseWithTheKeyAreHeard) {
   station.set_signing_time(1'800'000'000'000'000);
   run(2.0);
   EXPECT_NE(station.autopilot(now), nullptr);
-  MavlinkPeer stranger(station_way, with_key(vehicle_options(), 2));
+  MavlinkPeer stranger(way.station, with_key(vehicle_options(), 2));
   stranger.set_signing_time(1'800'000'000'000'000);
   MavCommandLong takeoff;
   takeoff.command = kMavCommandTakeoff;

@@ -10,8 +10,10 @@ namespace {
 constexpr double kStepMargin_s = 1e-3;
 /// Round trips closer than this to the least are equally good.
 constexpr double kJitterFloor_s = 100e-6;
-/// A line through exchanges over less time says more about the delays than about the clocks.
-constexpr double kMinLineSpan_s = 5;
+/// Deviation of the difference of two quartz clocks before anything is known of it.
+constexpr double kDriftPrior = 50e-6;
+/// What the drift changes by in the root of a second: 0.15 ppm in a minute, as quartz does while it warms.
+constexpr double kDriftWalk = 0.02e-6;
 
 }  // namespace
 
@@ -39,49 +41,66 @@ TimeSync::Update TimeSync::add(Time sent, Time remote, Time received) {
   exchanges_[next_] = exchange;
   next_ = (next_ + 1) % kWindow;
   count_ = std::min(count_ + 1, kWindow);
-  fit();
+  best_ = 0;
+  for (std::size_t i = 1; i < count_; ++i)
+    if (exchanges_[i].round_trip < exchanges_[best_].round_trip) best_ = i;
+  if (count_ == 1) {
+    start(exchange);
+  } else {
+    predict(exchange.local);
+    correct(exchange);
+  }
   return step ? Update::kClockStep : Update::kUsed;
 }
 
-void TimeSync::fit() {
-  best_ = 0;
-  Time first = exchanges_[0].local, last = first;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (exchanges_[i].round_trip < exchanges_[best_].round_trip) best_ = i;
-    first = std::min(first, exchanges_[i].local);
-    last = std::max(last, exchanges_[i].local);
-  }
-  drift_ = 0;
-  if ((last - first).seconds() < kMinLineSpan_s) return;
-  const Exchange& best = exchanges_[best_];
-  double sum_w = 0, sum_t = 0, sum_o = 0, sum_tt = 0, sum_to = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double excess_s =
-        Duration{exchanges_[i].round_trip.ns - best.round_trip.ns}.seconds() + kJitterFloor_s;
-    const double w = 1 / (excess_s * excess_s);  // half the excess is the standard deviation of the offset
-    const double t = (exchanges_[i].local - best.local).seconds();
-    const double o = static_cast<double>(exchanges_[i].offset.ns - best.offset.ns) * 1e-9;
-    sum_w += w;
-    sum_t += w * t;
-    sum_o += w * o;
-    sum_tt += w * t * t;
-    sum_to += w * t * o;
-  }
-  const double spread = sum_w * sum_tt - sum_t * sum_t;
-  if (spread > 0) drift_ = std::clamp((sum_w * sum_to - sum_t * sum_o) / spread, -kMaxDrift, kMaxDrift);
+/// The first exchange: nothing is known of its delays but that both are within its round trip.
+void TimeSync::start(const Exchange& exchange) {
+  at_ = exchange.local;
+  start_ = exchange.offset;
+  offset_s_ = drift_ = cov_s_ = 0;
+  const double deviation_s = exchange.round_trip.seconds() / 2 + kJitterFloor_s;
+  var_offset_s2_ = deviation_s * deviation_s;
+  var_drift_ = kDriftPrior * kDriftPrior;
 }
+
+void TimeSync::predict(Time local) {
+  const double dt_s = (local - at_).seconds();
+  const double walk = kDriftWalk * kDriftWalk;
+  offset_s_ += drift_ * dt_s;
+  var_offset_s2_ += dt_s * (2 * cov_s_ + dt_s * var_drift_) + walk * dt_s * dt_s * dt_s / 3;
+  cov_s_ += dt_s * var_drift_ + walk * dt_s * dt_s / 2;
+  var_drift_ += walk * dt_s;
+  at_ = local;
+}
+
+void TimeSync::correct(const Exchange& exchange) {
+  const Duration least = exchanges_[best_].round_trip;
+  const double excess_s = Duration{exchange.round_trip.ns - least.ns}.seconds();
+  // The least of n round trips is taken to exceed what is possible by an n-th of itself: without that, two
+  // slow exchanges at the start would count as exact.
+  const double unseen_s = least.seconds() / static_cast<double>(count_);
+  const double deviation_s = (excess_s + unseen_s + kJitterFloor_s) / 2;
+  const double innovation_s = Duration{exchange.offset.ns - start_.ns}.seconds() - offset_s_;
+  const double variance_s2 = var_offset_s2_ + deviation_s * deviation_s;
+  const double gain = var_offset_s2_ / variance_s2, drift_gain = cov_s_ / variance_s2;
+  offset_s_ += gain * innovation_s;
+  drift_ += drift_gain * innovation_s;
+  var_drift_ -= drift_gain * cov_s_;
+  cov_s_ *= 1 - gain;
+  var_offset_s2_ *= 1 - gain;
+}
+
+double TimeSync::drift() const { return std::clamp(drift_, -kMaxDrift, kMaxDrift); }
 
 std::optional<Duration> TimeSync::offset_at(Time local) const {
   if (count_ == 0) return std::nullopt;
-  const Exchange& best = exchanges_[best_];
-  return best.offset + Duration::from_seconds(drift_ * (local - best.local).seconds());
+  return start_ + Duration::from_seconds(offset_s_ + drift() * (local - at_).seconds());
 }
 
 std::optional<Time> TimeSync::to_local(Time remote) const {
   if (count_ == 0) return std::nullopt;
-  const Exchange& best = exchanges_[best_];
-  const double remote_since_s = static_cast<double>(remote.ns - best.local.ns - best.offset.ns) * 1e-9;
-  return best.local + Duration::from_seconds(remote_since_s / (1 + drift_));
+  const double remote_since_s = (remote - (at_ + start_)).seconds() - offset_s_;
+  return at_ + Duration::from_seconds(remote_since_s / (1 + drift()));
 }
 
 std::optional<Time> TimeSync::to_remote(Time local) const {

@@ -8,9 +8,9 @@
 
 namespace hm {
 
-/// Relates another clock to ours from exchanges (TIMESYNC): offset from the exchange with the least round
-/// trip of the last 32, drift by a weighted line through them. A difference that no delay explains is a step
-/// of a clock: the exchanges before it are forgotten.
+/// Relates another clock to ours from exchanges (TIMESYNC). A Kalman filter of offset and drift takes every
+/// exchange with the deviation that its round trip gives it: half of what it exceeds the least of the last
+/// 32 by. A difference that no delay explains is a step of a clock: the exchanges before it are forgotten.
 class TimeSync {
  public:
   static constexpr std::size_t kWindow = 32;
@@ -30,7 +30,7 @@ class TimeSync {
   [[nodiscard]] std::optional<Time> to_local(Time remote) const;
   [[nodiscard]] std::optional<Time> to_remote(Time local) const;
   /// Seconds that the remote clock gains in a second.
-  [[nodiscard]] double drift() const { return drift_; }
+  [[nodiscard]] double drift() const;
   /// Half the least round trip: the offset is not worse than this.
   [[nodiscard]] std::optional<Duration> uncertainty() const;
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
@@ -41,11 +41,17 @@ class TimeSync {
     Duration offset, round_trip;
   };
   [[nodiscard]] bool is_step(const Exchange& exchange) const;
-  void fit();
+  void start(const Exchange& exchange);
+  void predict(Time local);
+  void correct(const Exchange& exchange);
 
   std::array<Exchange, kWindow> exchanges_{};
   std::size_t count_ = 0, next_ = 0, best_ = 0;
-  double drift_ = 0;
+  // The filter: offset beyond start_, drift, and their covariance at at_.
+  Time at_;
+  Duration start_;
+  double offset_s_ = 0, drift_ = 0;
+  double var_offset_s2_ = 0, cov_s_ = 0, var_drift_ = 0;
   std::uint64_t steps_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hm/core/rng.hpp"
+#include "hm/core/statistics.hpp"
 
 namespace hm {
 namespace {
@@ -48,6 +49,43 @@ TEST(TimeSync, FollowsClocksThatDifferBy50PpmWithinHalfAMillisecond) {
     EXPECT_LT(worst_s, 0.5e-3) << drift;
     EXPECT_NEAR(sync.drift(), drift, 20e-6);
   }
+}
+
+TEST(TimeSync, TenMinutesOfManySeedsStayWithinHalfAMillisecond) {
+  constexpr int kSeeds = 20;
+  std::vector<double> worst_s;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    ClockPair clocks;
+    clocks.rng = Rng(seed);
+    TimeSync sync;
+    double worst = 0;
+    for (int second = 0; second < 600; ++second) {
+      clocks.exchange(sync, second);
+      if (second < static_cast<int>(TimeSync::kWindow)) continue;
+      const double t = second + 0.9;
+      worst =
+          std::max(worst, std::abs((*sync.to_remote(Time::from_seconds(t)) - clocks.remote(t)).seconds()));
+    }
+    worst_s.push_back(worst);
+  }
+  EXPECT_LT(quantile(worst_s, 0.95), 0.4e-3);
+}
+
+TEST(TimeSync, ADriftThatChangesAsQuartzWarmsIsFollowed) {
+  ClockPair clocks;
+  clocks.drift = 0;
+  TimeSync sync;
+  double gained_s = 0, worst_s = 0;
+  for (int second = 0; second < 1200; ++second) {
+    gained_s += 10e-6 * second / 1200;  // 10 ppm in twenty minutes
+    clocks.offset_s = 1000 + gained_s;
+    EXPECT_EQ(clocks.exchange(sync, second), TimeSync::Update::kUsed);
+    if (second < 64) continue;
+    const double t = second + 0.5;
+    worst_s =
+        std::max(worst_s, std::abs((*sync.to_remote(Time::from_seconds(t)) - clocks.remote(t)).seconds()));
+  }
+  EXPECT_LT(worst_s, 0.5e-3);
 }
 
 TEST(TimeSync, ConvertsThereAndBack) {

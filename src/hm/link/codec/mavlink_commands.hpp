@@ -284,4 +284,22 @@ struct MavTimesync {
   }
 };
 
+/// What an autopilot gives its motors, to a simulation that flies them (hardware or software in the loop).
+struct MavHilActuatorControls {
+  static constexpr std::uint32_t kId = 93;
+  static constexpr std::string_view kName = "HIL_ACTUATOR_CONTROLS";
+  std::uint64_t time_usec = 0;
+  std::array<float, 16> controls{};  ///< 0 to 1 for motors
+  std::uint8_t mode = 0;             ///< bits of MavModeFlag
+  std::uint64_t flags = 0;           ///< 1: in lock-step
+
+  template <class Self, class Visitor>
+  static constexpr void visit(Self& self, Visitor&& v) {
+    v.field("time_usec", self.time_usec);
+    v.field("controls", self.controls);
+    v.field("mode", self.mode);
+    v.field("flags", self.flags);
+  }
+};
+
 }  // namespace hm

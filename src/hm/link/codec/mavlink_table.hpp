@@ -21,13 +21,12 @@ struct MavlinkMessageList {
 };
 
 /// Every message that we speak, ordered by number.
-using MavlinkMessages =
-    MavlinkMessageList<MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue,
-                       MavParamSet, MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed,
-                       MavMissionRequestList, MavMissionCount, MavSetGpsGlobalOrigin, MavManualControl,
-                       MavCommandLong, MavCommandAck, MavSetAttitudeTarget, MavSetPositionTargetLocalNed,
-                       MavVisionPositionEstimate, MavTimesync, MavBatteryStatus, MavAutopilotVersion,
-                       MavExtendedSysState, MavStatusText, MavOdometry>;
+using MavlinkMessages = MavlinkMessageList<
+    MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue, MavParamSet,
+    MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed, MavMissionRequestList, MavMissionCount,
+    MavSetGpsGlobalOrigin, MavManualControl, MavCommandLong, MavCommandAck, MavSetAttitudeTarget,
+    MavSetPositionTargetLocalNed, MavHilActuatorControls, MavVisionPositionEstimate, MavHilSensor,
+    MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState, MavStatusText, MavOdometry>;
 
 /// What the frame needs to know of a message.
 struct MavlinkTableEntry {
@@ -96,6 +95,8 @@ static_assert(detail::mavlink_message_is<MavCommandAck>(143, 10));
 static_assert(detail::mavlink_message_is<MavSetAttitudeTarget>(49, 51));
 static_assert(detail::mavlink_message_is<MavSetPositionTargetLocalNed>(143, 53));
 static_assert(detail::mavlink_message_is<MavVisionPositionEstimate>(158, 117));
+static_assert(detail::mavlink_message_is<MavHilActuatorControls>(47, 81));
+static_assert(detail::mavlink_message_is<MavHilSensor>(108, 65));
 static_assert(detail::mavlink_message_is<MavTimesync>(34, 18));
 static_assert(detail::mavlink_message_is<MavBatteryStatus>(154, 54));
 static_assert(detail::mavlink_message_is<MavAutopilotVersion>(178, 78));

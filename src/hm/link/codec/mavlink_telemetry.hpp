@@ -239,6 +239,39 @@ struct MavExtendedSysState {
   }
 };
 
+/// Sensors of a simulated vehicle for its autopilot; the frame is BODY_FRD.
+struct MavHilSensor {
+  static constexpr std::uint32_t kId = 107;
+  static constexpr std::string_view kName = "HIL_SENSOR";
+  std::uint64_t time_usec = 0;
+  float xacc = 0, yacc = 0, zacc = 0;                                            ///< specific force, m/s^2
+  float xgyro = 0, ygyro = 0, zgyro = 0;                                         ///< rad/s
+  float xmag = 0, ymag = 0, zmag = 0;                                            ///< gauss
+  float abs_pressure = 0, diff_pressure = 0, pressure_alt = 0, temperature = 0;  ///< hPa, hPa, m, deg C
+  std::uint32_t fields_updated = 0;  ///< bits of the fields above, that of xacc first
+  std::uint8_t id = 0;
+
+  template <class Self, class Visitor>
+  static constexpr void visit(Self& self, Visitor&& v) {
+    v.field("time_usec", self.time_usec);
+    v.field("xacc", self.xacc);
+    v.field("yacc", self.yacc);
+    v.field("zacc", self.zacc);
+    v.field("xgyro", self.xgyro);
+    v.field("ygyro", self.ygyro);
+    v.field("zgyro", self.zgyro);
+    v.field("xmag", self.xmag);
+    v.field("ymag", self.ymag);
+    v.field("zmag", self.zmag);
+    v.field("abs_pressure", self.abs_pressure);
+    v.field("diff_pressure", self.diff_pressure);
+    v.field("pressure_alt", self.pressure_alt);
+    v.field("temperature", self.temperature);
+    v.field("fields_updated", self.fields_updated);
+    v.extension("id", self.id);
+  }
+};
+
 /// A line for the pilot, at most 50 letters.
 struct MavStatusText {
   static constexpr std::uint32_t kId = 253;

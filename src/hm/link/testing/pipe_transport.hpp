@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hm/link/mavlink_peer.hpp"
 #include "hm/link/transport/transport.hpp"
 
 namespace hm::link_testing {
@@ -39,5 +40,23 @@ class PipeTransport : public Transport {
   [[nodiscard]] bool is_open() const override { return other != nullptr; }
   [[nodiscard]] std::string name() const override { return "memory"; }
 };
+
+/// Both ends of a way in memory.
+struct PipePair {
+  PipeTransport vehicle, station;
+  PipePair() {
+    vehicle.other = &station;
+    station.other = &vehicle;
+  }
+};
+
+/// What a ground station says it is.
+inline MavlinkPeerOptions station_options() {
+  MavlinkPeerOptions options;
+  options.address = {255, 190};
+  options.heartbeat.type = kMavTypeGroundStation;
+  options.heartbeat.autopilot = kMavAutopilotInvalid;
+  return options;
+}
 
 }  // namespace hm::link_testing

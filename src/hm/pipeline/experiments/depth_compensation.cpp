@@ -49,9 +49,9 @@ MapAgreement agreement(std::span<const Vec3> points, double near_m, const Surfac
 }
 
 /// One run of compare_depth_compensation().
-class Experiment {
+class CompensationExperiment {
  public:
-  explicit Experiment(const DepthCompensationOptions& options)
+  explicit CompensationExperiment(const DepthCompensationOptions& options)
       : options_(options), parameters_(options.parameters), loop_(options.run.threads) {}
   Result<DepthCompensationSummary> run();
 
@@ -75,7 +75,7 @@ class Experiment {
 };
 
 /// The same calibration without its depth correction: cameras and registration stay what they are.
-Result<void> Experiment::make_calibrations() {
+Result<void> CompensationExperiment::make_calibrations() {
   with_ = options_.recording_options.calibration;
   if (with_.empty()) with_ = options_.recording / kCalibrationFileName;
   std::error_code code;
@@ -90,7 +90,7 @@ Result<void> Experiment::make_calibrations() {
   return as_run_failure(write_calibration(without_, *calibration));
 }
 
-Result<void> Experiment::read_truth() {
+Result<void> CompensationExperiment::read_truth() {
   if (!has_mesh_truth(options_.recording)) return {};
   auto truth = read_mesh_truth(options_.recording);
   if (!truth) return forward_error(truth);
@@ -101,8 +101,8 @@ Result<void> Experiment::read_truth() {
   return {};
 }
 
-Result<void> Experiment::make_maps(const fs::path& folder, const RecordingOptions& how,
-                                   CompensationSide& side, CompensationMaterial::Side& material) {
+Result<void> CompensationExperiment::make_maps(const fs::path& folder, const RecordingOptions& how,
+                                               CompensationSide& side, CompensationMaterial::Side& material) {
   const auto recording = open_recording(options_.recording, how);
   if (!recording) return forward_error(recording);
   const CorrectedKeyframes chosen = choose_keyframes((*recording)->info(), parameters_.reconstruction);
@@ -134,8 +134,8 @@ Result<void> Experiment::make_maps(const fs::path& folder, const RecordingOption
   return {};
 }
 
-Result<void> Experiment::run_side(const char* name, const fs::path& calibration, CompensationSide& side,
-                                  CompensationMaterial::Side& material) {
+Result<void> CompensationExperiment::run_side(const char* name, const fs::path& calibration,
+                                              CompensationSide& side, CompensationMaterial::Side& material) {
   ReconstructionOptions options;
   options.recording = options_.recording;
   options.recording_options = options_.recording_options;
@@ -159,7 +159,7 @@ Result<void> Experiment::run_side(const char* name, const fs::path& calibration,
   return {};
 }
 
-Result<void> Experiment::write_results() {
+Result<void> CompensationExperiment::write_results() {
   material_.program_version = options_.run.program_version;
   material_.parameters_toml = list_slam(parameters_).to_toml();
   if (truth_) material_.surface = &*surface_;
@@ -173,7 +173,7 @@ Result<void> Experiment::write_results() {
   return write_file_text(summary_.outputs.back(), html);
 }
 
-Result<DepthCompensationSummary> Experiment::run() {
+Result<DepthCompensationSummary> CompensationExperiment::run() {
   if (parameters_.slam.maps.empty()) parameters_.slam.maps = "points,octomap";
   parameters_.reconstruction.mesh_formats = "ply";
   if (auto made = make_calibrations(); !made) return forward_error(made);
@@ -189,7 +189,7 @@ Result<DepthCompensationSummary> Experiment::run() {
 }  // namespace
 
 Result<DepthCompensationSummary> compare_depth_compensation(const DepthCompensationOptions& options) {
-  return Experiment(options).run();
+  return CompensationExperiment(options).run();
 }
 
 }  // namespace hm

@@ -8,6 +8,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/odometry/feature/feature_params.hpp"
+#include "hm/report/html_report.hpp"
 #include "hm/sim/recording/simulation.hpp"
 
 namespace hm {
@@ -92,8 +93,15 @@ Result<UncertaintyResult> record_uncertainty(const std::filesystem::path& record
 Result<std::vector<std::filesystem::path>> write_uncertainty(const UncertaintyResult& result,
                                                              const std::filesystem::path& output,
                                                              const RunContext& run);
+/// Adds a page's plots over depth and the deviations of a view.
+void add_uncertainty_figures(HtmlReport& report, const UncertaintyResult& result);
 /// rms_error_mm by model and set of pixels, better_than_quadratic_percent ...
 JsonValue to_json(const UncertaintyResult& result);
 std::string to_text(const UncertaintyResult& result);
+
+struct ExperimentOptions;
+struct ExperimentFindings;
+/// simulate_uncertainty() of a Kinect as an entry of experiments().
+Result<ExperimentFindings> run_uncertainty_experiment(const ExperimentOptions& options);
 
 }  // namespace hm

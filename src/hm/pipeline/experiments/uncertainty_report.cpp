@@ -1,7 +1,10 @@
+#include <memory>
+
 #include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
+#include "hm/pipeline/experiments/experiment.hpp"
 #include "hm/pipeline/experiments/uncertainty_experiment.hpp"
 #include "hm/report/mesh_figures.hpp"
 #include "hm/report/plot.hpp"
@@ -74,6 +77,14 @@ void add_plots(HtmlReport& report, const UncertaintyResult& result, PixelSet whi
                  fmt::format("Actual and predicted deviation: {}.", kSetWords[set]));
 }
 
+void add_all_figures(HtmlReport& report, const UncertaintyResult& result,
+                     const std::vector<Figure>& figures) {
+  for (const PixelSet set : {PixelSet::kAll, PixelSet::kFeatures, PixelSet::kEdges})
+    if (result.models[0].error_m[static_cast<std::size_t>(set)].count > 0) add_plots(report, result, set);
+  report.begin_section("One of the views");
+  for (const Figure& figure : figures) add_figure(report, figure);
+}
+
 std::string to_html(const UncertaintyResult& result, const std::vector<Figure>& figures,
                     const std::string& program_version) {
   const double quadratic = result.error_m(0, PixelSet::kEdges), ours = result.error_m(1, PixelSet::kEdges),
@@ -105,15 +116,45 @@ std::string to_html(const UncertaintyResult& result, const std::vector<Figure>& 
       rows[m].push_back(fmt::format("{:.2f}", 1e3 * result.models[m].error_m[set].value()));
   }
   report.add_table(header, rows);
-  for (const PixelSet set : {PixelSet::kAll, PixelSet::kFeatures, PixelSet::kEdges})
-    if (result.models[0].error_m[static_cast<std::size_t>(set)].count > 0) add_plots(report, result, set);
-  report.begin_section("One of the views");
-  for (const Figure& figure : figures) add_figure(report, figure);
+  add_all_figures(report, result, figures);
   if (!program_version.empty()) report.set_footer("housemartin " + program_version);
   return report.html();
 }
 
+/// Rows of the experiment's page: errors at all pixels and at depth edges.
+std::vector<ExperimentRow> rows_of(const UncertaintyResult& result) {
+  std::vector<ExperimentRow> rows;
+  for (const PixelSet set : {PixelSet::kAll, PixelSet::kEdges})
+    for (std::size_t m = 0; m < kUncertaintyModelCount; ++m)
+      rows.push_back({fmt::format("{}: error of the predicted deviation, {}", kModelWords[m],
+                                  kSetWords[static_cast<std::size_t>(set)]),
+                      {},
+                      1e3 * result.error_m(m, set),
+                      "mm"});
+  return rows;
+}
+
 }  // namespace
+
+void add_uncertainty_figures(HtmlReport& report, const UncertaintyResult& result) {
+  report.begin_section("Deviation over depth");
+  add_all_figures(report, result, draw_figures(result));
+}
+
+Result<ExperimentFindings> run_uncertainty_experiment(const ExperimentOptions& options) {
+  SimulationParams simulation = options.parameters.simulation;
+  simulation.sensor = SensorPreset::kKinect;
+  UncertaintyExperimentParams params;
+  if (options.tiny) params.views = 1, params.frames = 20;
+  auto simulated = simulate_uncertainty(simulation, options.parameters.features, params, options.run);
+  if (!simulated) return forward_error(simulated);
+  const auto result = std::make_shared<const UncertaintyResult>(std::move(*simulated));
+  ExperimentFindings findings;
+  findings.rows = rows_of(*result);
+  findings.warnings = result->warnings;
+  findings.add_figures = [result](HtmlReport& report) { add_uncertainty_figures(report, *result); };
+  return findings;
+}
 
 Result<std::vector<std::filesystem::path>> write_uncertainty(const UncertaintyResult& result,
                                                              const std::filesystem::path& output,

@@ -86,6 +86,26 @@ TEST(FlightFaults, ALaserThatTurnsIsRefusedAndItLands) {
   EXPECT_LT(test.flight.position().head<2>().norm(), 0.5);
 }
 
+/// Few points of the turned scans still pair with those before, or matching begins anew: poses that followed
+/// would be turned, and position control spirals on them.
+TEST(FlightFaults, PosesAreWithheldWhereTrackingGoesOnByChance) {
+  for (const int seed : {1, 6, 7}) {
+    FlightRunParams params;
+    params.run.seed = seed;
+    FaultFlight test("fault sensor_turned at 7 for 60", params);
+    ASSERT_TRUE(test.flies);
+    const double stale_s = test.seconds_until(FailSafe::kPoseStale, 1);
+    EXPECT_GE(stale_s, 0) << seed;
+    EXPECT_LE(stale_s, 0.4) << seed;
+    double fastest_m_s = 0;
+    test.flight.watched = [&](const FlightMoment& m) {
+      fastest_m_s = std::max(fastest_m_s, m.truth.velocity_world_m_s.head<2>().norm());
+    };
+    EXPECT_TRUE(test.lands(8)) << seed;
+    EXPECT_LT(fastest_m_s, 0.45) << seed;
+  }
+}
+
 TEST(FlightFaults, AGapOfTheImuHoldsTheMotorsThenItHolds) {
   FaultFlight test("fault imu_gap at 7 for 0.05");
   ASSERT_TRUE(test.flies);

@@ -26,6 +26,11 @@ struct DownLength {
 
 }  // namespace
 
+bool is_goal_moved(const Vec2& goal_map_m, const SE2& T_map_odom_then, const SE2& T_map_odom_now) {
+  constexpr double kLeast_m = 2e-3;
+  return (T_map_odom_then.inverse() * goal_map_m - T_map_odom_now.inverse() * goal_map_m).norm() > kLeast_m;
+}
+
 std::size_t bytes_on_wire(const UpMessage& message) { return kFrame + std::visit(UpLength{}, message); }
 std::size_t bytes_on_wire(const DownMessage& message) { return kFrame + std::visit(DownLength{}, message); }
 

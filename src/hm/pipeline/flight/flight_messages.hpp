@@ -5,6 +5,7 @@
 
 #include "hm/estimation/filter_types.hpp"
 #include "hm/flight/autopilot.hpp"
+#include "hm/geometry/se2.hpp"
 #include "hm/pipeline/flight/free_distances.hpp"
 #include "hm/sensors/imu.hpp"
 
@@ -49,6 +50,10 @@ using UpMessage =
     std::variant<std::monostate, PoseMessage, HeightMessage, ObstacleMessage, FlightCommand, TimeQuestion>;
 /// Board to on-board computer. Stamps are those of the board's clock.
 using DownMessage = std::variant<ImuSample, StateMessage, TimeAnswer>;
+
+/// Whether a goal given in `map` lies elsewhere in `odom` since the map was corrected, by more than noise.
+[[nodiscard]] bool is_goal_moved(const Vec2& goal_map_m, const SE2& T_map_odom_then,
+                                 const SE2& T_map_odom_now);
 
 /// Length on the wire: start, size, type, flag and checksum (8 bytes), and the content with stamps of 8 and
 /// numbers of 4 bytes.

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include "hm/geometry/se2.hpp"
+
 namespace hm {
 namespace {
 

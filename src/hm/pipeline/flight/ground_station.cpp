@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
 #include "hm/geometry/se3.hpp"
 
@@ -79,6 +80,8 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
              [this, now](const MavlinkFrame& frame) {
                if (const auto sticks = read_mavlink_message<MavManualControl>(frame))
                  take_sticks(*sticks);
+               else if (const auto goal = read_mavlink_message<MavSetPositionTargetLocalNed>(frame))
+                 take_goal(*goal);
                else
                  server_.receive(frame, now);
              });
@@ -86,6 +89,7 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
   send_telemetry(moment);
   send_news(moment);
   fly_by_sticks();
+  follow_goal();
   const bool heard = !peer_.remotes(now).empty();
   if (queue_.empty() && heard && in_control_ && is_due(life_at_, kLifePeriod, now))
     order(CommandKind::kSignOfLife);
@@ -154,6 +158,10 @@ void GroundStation::send_news(const FlightMoment& moment) {
   if (!moment.answer || moment.answer->command.pilot != kPilot) return;
   const auto& [command, refusal] = *moment.answer;
   in_control_ = refusal != Refusal::kOtherPilot && command.kind != CommandKind::kRelease;
+  if (command.kind == CommandKind::kGoTo && goal_) {
+    goal_->accepted = refusal == Refusal::kNone;
+    if (!goal_->accepted) goal_.reset();
+  }
   if (refusal != Refusal::kNone && command.kind != CommandKind::kSignOfLife)
     peer_.send_text(kMavWarning, text_of(refusal));
 }
@@ -192,6 +200,37 @@ void GroundStation::take_sticks(const MavManualControl& message) {
   sticks_ = from_manual_control(message);
   if ((sticks_->buttons & ~buttons_ & kTakeOverButton) != 0) order(CommandKind::kTakeOver);
   buttons_ = sticks_->buttons;
+}
+
+void GroundStation::take_goal(const MavSetPositionTargetLocalNed& message) {
+  constexpr double kSame_m = 1e-3, kSame_rad = 1e-3;
+  if (message.target_system != peer_.address().system) return;
+  const auto asked = from_position_target(message, AutopilotWorld::kLocalFrd);
+  if (!asked || !asked->position_m) return;
+  const FlightPhase phase = moment_->autopilot.phase;
+  if (phase != FlightPhase::kPosition && phase != FlightPhase::kHold) return;  // those that take goals
+  const double yaw_rad = asked->yaw_rad.value_or(
+      goal_ ? goal_->yaw_rad : static_cast<double>(estimate_in_map(*moment_).roll_pitch_yaw_rad.z()));
+  const bool same = goal_ && (goal_->position_m - *asked->position_m).norm() < kSame_m &&
+                    std::abs(wrap_angle(goal_->yaw_rad - yaw_rad)) < kSame_rad;
+  if (same) return;
+  goal_ = Goal{*asked->position_m, yaw_rad, {}, false};
+  send_goal();
+}
+
+void GroundStation::send_goal() {
+  goal_->T_map_odom = moment_->T_map_odom;
+  FlightCommand& command = order(CommandKind::kGoTo);
+  command.position_m = goal_->position_m.cast<float>();
+  command.yaw_rad = static_cast<float>(goal_->yaw_rad);
+}
+
+/// The goal lies elsewhere for the vehicle when the map was corrected. One that the vehicle has left (a
+/// fail-safe, sticks, another pilot) is forgotten.
+void GroundStation::follow_goal() {
+  if (!goal_ || !goal_->accepted) return;
+  if (!in_control_ || moment_->autopilot.phase != FlightPhase::kPosition) return goal_.reset();
+  if (is_goal_moved(goal_->position_m.head<2>(), goal_->T_map_odom, moment_->T_map_odom)) send_goal();
 }
 
 /// A message of sticks makes at most one command, so that a gamepad that falls silent lets the set-point age.

@@ -26,9 +26,11 @@ struct GroundStationParams {
 
 /// The flying vehicle as QGroundControl sees it (MAVLink 2): heartbeat, attitude, position, battery, states
 /// and the words of fail-safes and refusals; and what a ground station asks for as FlightCommand of a pilot
-/// of its own: arm and disarm (param2 21196: emergency stop), take-off, land, and MANUAL_CONTROL as
-/// velocities. The first button takes control over from another pilot. Sends what the vehicle estimates,
-/// nothing of a simulation. The world is AutopilotWorld::kLocalFrd.
+/// of its own: arm and disarm (param2 21196: emergency stop), take-off, land, goals
+/// (SET_POSITION_TARGET_LOCAL_NED with a position, in `map`; one that comes again is the same goal, and it is
+/// sent on again when the map was corrected), and MANUAL_CONTROL as velocities. The first button takes
+/// control over from another pilot. Sends what the vehicle estimates, nothing of a simulation. The world is
+/// AutopilotWorld::kLocalFrd.
 class GroundStation {
  public:
   /// Its identity among pilots.
@@ -52,6 +54,9 @@ class GroundStation {
   [[nodiscard]] std::uint8_t obey(const MavCommandLong& command);
   [[nodiscard]] std::uint8_t arm(bool on, bool by_force);
   void take_sticks(const MavManualControl& message);
+  void take_goal(const MavSetPositionTargetLocalNed& message);
+  void follow_goal();
+  void send_goal();
   void fly_by_sticks();
   FlightCommand& order(CommandKind kind);
 
@@ -66,6 +71,14 @@ class GroundStation {
   std::optional<LinkSticks> sticks_;
   std::optional<Time> deflected_at_;  // sticks that fly, last
   std::uint16_t buttons_ = 0;
+  /// A goal of the ground station, and the correction of the map with which it was sent.
+  struct Goal {
+    Vec3 position_m = Vec3::Zero();  // in `map`
+    double yaw_rad = 0;
+    SE2 T_map_odom;
+    bool accepted = false;
+  };
+  std::optional<Goal> goal_;
   bool in_control_ = false;  // by the answers to its commands
   AutopilotState told_state_ = AutopilotState::kOff;
   std::uint32_t told_fail_safes_ = 0;

@@ -18,17 +18,11 @@ namespace {
 class Flown : public testing::Test {
  protected:
   Flown() : site_(WorldKind::kRoom, 1) {
-    here_.other = &there_;
-    there_.other = &here_;
-    MavlinkPeerOptions options;
-    options.address = {255, 190};
-    options.heartbeat.type = kMavTypeGroundStation;
-    options.heartbeat.autopilot = kMavAutopilotInvalid;
-    station_.emplace(there_, options);
+    station_.emplace(way_.station, link_testing::station_options());
     FlightRunParams params;
     start_in(WorldKind::kRoom, params.run);
     run_.emplace(site_, params);
-    link_.emplace(here_);
+    link_.emplace(way_.vehicle);
   }
 
   void hear(const MavlinkFrame& frame) {
@@ -78,7 +72,7 @@ class Flown : public testing::Test {
   }
 
   FlightSite site_;
-  link_testing::PipeTransport here_, there_;
+  link_testing::PipePair way_;
   std::optional<MavlinkPeer> station_;
   std::optional<FlightRun> run_;
   std::optional<GroundStation> link_;
@@ -145,6 +139,73 @@ TEST_F(Flown, AGamepadThatFallsSilentEndsInHold) {
   ASSERT_TRUE(fly_until(3, [&] { return phase() == FlightPhase::kVelocity; }));
   sticks_.reset();
   EXPECT_TRUE(fly_until(1, [&] { return phase() == FlightPhase::kHold; }));
+}
+
+/// A goal of a ground station: forward, right, down.
+MavSetPositionTargetLocalNed goal_of(const Vec3& position_m) {
+  LinkSetPoint goal;
+  goal.position_m = position_m;
+  goal.yaw_rad = 0;
+  auto message = to_position_target(goal, {}, {}, AutopilotWorld::kLocalFrd).value();
+  message.target_system = message.target_component = 1;
+  return message;
+}
+
+TEST_F(Flown, AGoalIsFlownToOnceHoweverOftenItIsSent) {
+  ASSERT_TRUE(take_off(1));
+  const Vec3 goal(-0.8, 0.3, 1.1);
+  int orders = 0;
+  for (int i = 0; i < 100; ++i) {  // at 20 Hz, as offboard programs send
+    station_->send(goal_of(goal));
+    fly_until(0.05, [&] {
+      orders += next_ && next_->kind == CommandKind::kGoTo ? 1 : 0;
+      return false;
+    });
+  }
+  EXPECT_EQ(orders, 1);
+  EXPECT_EQ(phase(), FlightPhase::kPosition);
+  EXPECT_LT((run_->moment().T_odom_base.translation() - goal).norm(), 0.1);
+}
+
+/// The vehicle's side alone: what it makes of a moment.
+TEST(GroundStationGoal, MovesWithTheMapWhileTheVehicleKeepsIt) {
+  link_testing::PipePair way;
+  MavlinkPeer station(way.station, link_testing::station_options());
+  GroundStation link(way.vehicle);
+  FlightMoment moment;
+  moment.stamp = Time{1'000'000'000};
+  moment.autopilot.state = AutopilotState::kFlying;
+  moment.autopilot.phase = FlightPhase::kPosition;
+  const auto step = [&] {
+    moment.stamp = moment.stamp + Duration{1'000'000};
+    const auto command = link.step(moment);
+    moment.answer.reset();
+    if (command) moment.answer = CommandAnswer{*command, Refusal::kNone};
+    return command;
+  };
+  const auto goals_in = [&](int steps) {
+    std::vector<FlightCommand> goals;
+    for (int i = 0; i < steps; ++i)
+      if (const auto command = step(); command && command->kind == CommandKind::kGoTo)
+        goals.push_back(*command);
+    return goals;
+  };
+  station.send(goal_of({1, 2, 1}));
+  const auto first = goals_in(500);
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_LT((first[0].position_m - Vec3f(1, 2, 1)).norm(), 1e-5F);
+  moment.T_map_odom = SE2(Vec2(0.2, -0.1), 0.03);  // a place seen again
+  const auto again = goals_in(500);
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_LT((again[0].position_m - Vec3f(1, 2, 1)).norm(), 1e-5F) << "in the map it is the same";
+  moment.T_map_odom = SE2(Vec2(0.2001, -0.1), 0.03);  // less than counts
+  EXPECT_TRUE(goals_in(500).empty());
+  // A fail-safe took the goal away: the correction must not bring it back.
+  moment.autopilot.phase = FlightPhase::kHold;
+  EXPECT_TRUE(goals_in(10).empty());
+  moment.autopilot.phase = FlightPhase::kPosition;
+  moment.T_map_odom = SE2(Vec2(0.5, -0.1), 0.03);
+  EXPECT_TRUE(goals_in(500).empty());
 }
 
 TEST_F(Flown, RefusalsAreToldInWords) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "hm/sim/motion/flight.hpp"
+
 namespace hm {
 namespace {
 
@@ -129,8 +131,29 @@ void OnboardComputer::process(Time now) {
   }
 }
 
+/// Scan matching that begins anew at a predicted pose, or takes the few points that pair by chance, goes on
+/// with poses as smooth as before, though their sensor may have turned on its mounting: the motion they show
+/// is then turned too, and position control on them spirals outwards. Such poses are not sent until the place
+/// is found in earlier scans, or the vehicle stands on the ground.
+void OnboardComputer::judge_tracking(const LaserStep& step) {
+  const OdometryStep& odometry = step.odometry;
+  const bool poorly_paired =
+      odometry.status == OdometryStatus::kTracking && odometry.searched &&
+      static_cast<double>(odometry.match.pairs) <
+          ScanOdometryParams::kFindMinPairsRatio * static_cast<double>(odometry.match.sensed_points);
+  if (odometry.status == OdometryStatus::kRestarted || poorly_paired) tracking_lost_ = true;
+  if (odometry.status == OdometryStatus::kFound) tracking_lost_ = false;
+  if (!step.height || step.height->status != HeightStatus::kOk) return;
+  if (step.height->clearance_m > kBaseOverGround_m + kStanding_m)
+    standing_since_.reset();
+  else if (!standing_since_)
+    standing_since_ = step.height->stamp;
+  if (standing_since_ && step.height->stamp - *standing_since_ > kStandingFor) tracking_lost_ = false;
+}
+
 void OnboardComputer::send_results(const LaserStep& step, Time ready) {
-  const bool posed = step.matched_scan && step.odometry.T_odom_base;
+  if (step.matched_scan) judge_tracking(step);
+  const bool posed = step.matched_scan && step.odometry.T_odom_base && !tracking_lost_;
   ++(posed ? scans_.out : scans_.dropped);
   if (posed) {
     PoseMessage message = pose_message(step);

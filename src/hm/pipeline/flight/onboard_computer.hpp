@@ -22,6 +22,9 @@ class OnboardComputer {
  public:
   static constexpr Duration kLifePeriod{50'000'000}, kSyncPeriod{100'000'000};
   /// IMU samples and states whose age is not within these bounds have a stamp of a clock that stepped.
+  /// A vehicle whose base is so near to where it stands, for so long, stands.
+  static constexpr double kStanding_m = 0.05;
+  static constexpr Duration kStandingFor{1'000'000'000};
   static constexpr Duration kMostImuAge{100'000'000}, kLeastImuAge{-5'000'000};
 
   /// `perception`: time from a scan's arrival to its results. `hull_m`: radius of the vehicle.
@@ -54,6 +57,7 @@ class OnboardComputer {
   void process(Time now);
   void send_obstacles(const Received<LaserScan>& scan);
   void send_results(const LaserStep& step, Time ready);
+  void judge_tracking(const LaserStep& step);
   [[nodiscard]] Time on_board(Time local) const { return sync_.to_remote(local).value_or(local); }
 
   LaserPipeline perception_;
@@ -65,6 +69,8 @@ class OnboardComputer {
   std::optional<StateMessage> state_;  // the core's newest
   std::deque<Pending> outbox_;
   SE2 T_map_odom_;
+  bool tracking_lost_ = false;          // poses no longer continue those before
+  std::optional<Time> standing_since_;  // on the ground
   std::optional<Time> life_sent_, sync_sent_;
   StageCounts scans_{"perception", 0, 0, 0}, imu_{"imu of the computer", 0, 0, 0};
   RunningSummary scan_to_pose_s_;

@@ -6,6 +6,7 @@
 
 #include "hm/flight/flight_text.hpp"
 #include "hm/geometry/float/float_math.hpp"
+#include "hm/pipeline/flight/flight_messages.hpp"
 
 namespace hm {
 namespace {
@@ -217,13 +218,6 @@ bool ScriptPilot::is_there(const PilotView& view) const {
   return view.velocity_m_s.norm() <= params_.arrival_speed_m_s && std::abs(turn) <= params_.arrival_yaw_rad;
 }
 
-/// The map was corrected since the goal was sent: where it lies for the vehicle has changed.
-bool ScriptPilot::is_moved(const PilotView& view) const {
-  constexpr double kLeast_m = 2e-3;
-  const Vec2 goal_m = record().order.position_m.head<2>();
-  return (T_map_odom_sent_.inverse() * goal_m - view.T_map_odom.inverse() * goal_m).norm() > kLeast_m;
-}
-
 std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
   if (view.state != AutopilotState::kFlying) {
     miss(view, not_flying(view));
@@ -238,7 +232,8 @@ std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
     return {};
   }
   const bool in_position = view.phase == FlightPhase::kPosition;
-  if (accepted_ && in_position && !is_moved(view)) {
+  const bool moved = is_goal_moved(record().order.position_m.head<2>(), T_map_odom_sent_, view.T_map_odom);
+  if (accepted_ && in_position && !moved) {
     if (is_there(view)) finish(view, OrderOutcome::kDone);
     return {};
   }

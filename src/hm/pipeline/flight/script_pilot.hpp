@@ -112,7 +112,6 @@ class ScriptPilot {
   }
   void skip_rest(const std::string& reason, Time now);
   [[nodiscard]] bool is_there(const PilotView& view) const;
-  [[nodiscard]] bool is_moved(const PilotView& view) const;
   [[nodiscard]] FlightCommand command_of(CommandKind kind) const;
   /// The command, unless the same kind was sent less than `period_s` ago.
   std::optional<FlightCommand> again(const FlightCommand& command, const PilotView& view, double period_s);

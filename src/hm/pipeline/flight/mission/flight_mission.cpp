@@ -197,7 +197,8 @@ Result<FlightSummary> fly_mission(const FlightMissionOptions& options) {
   auto recorder = as_run_failure(FlightRecorder::create(folder->staging()));
   if (!recorder) return forward_error(recorder);
   const FlightRunSettings& settings = options.parameters.flight.run;
-  const FlightSite site(settings.world, settings.seed);
+  std::optional<FlightSite> generated;
+  const FlightSite& site = options.site ? *options.site : generated.emplace(settings.world, settings.seed);
   Mission mission(options, site, *recorder, std::move(core));
   if (const auto flown = as_run_failure(mission.fly()); !flown) return forward_error(flown);
   FlightSummary summary = mission.summarise();

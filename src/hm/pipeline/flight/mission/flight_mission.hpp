@@ -24,6 +24,8 @@ struct FlightMissionOptions {
   std::function<Result<std::unique_ptr<FlightCore>>(const FlightRunParams&)> make_core;
   /// A way to a MAVLink ground station, which sees the vehicle and may fly it (GroundStation). Null: none.
   Transport* ground_station = nullptr;
+  /// Where it flies; null: the world of the parameters. It must outlive the flight.
+  const FlightSite* site = nullptr;
   bool realtime = false;  ///< not faster than the clock on the wall
   std::filesystem::path output;
   ExistingResult existing = ExistingResult::kRefuse;

@@ -18,13 +18,6 @@ namespace {
 constexpr Rgb8 kEstimateColor{214, 84, 32}, kTruthColor{36, 110, 200};
 constexpr double kShortestPlayback_s = 6, kLongestPlayback_s = 20, kPlaybackSpeed = 5;
 
-Trajectory in_odom(const FlightSummary& summary) {
-  Trajectory path = summary.truth;
-  const SE3 T_odom_world = summary.T_world_odom.inverse();
-  for (StampedPose& pose : path) pose.T_world_base = T_odom_world * pose.T_world_base;
-  return path;
-}
-
 void add_warnings(FlightSummary& summary) {
   const auto missed = std::ranges::count(summary.orders, OrderOutcome::kMissed, &OrderRecord::outcome);
   if (missed > 0) summary.warnings.push_back(fmt::format("{} missed", counted(missed, "order")));
@@ -54,7 +47,7 @@ Result<void> write_maps(const FlownMission& flown, FlightReportMaterial& materia
   const auto layers = write_map_files(map, laser_slice(map, params), write, files);
   if (!layers) return forward_error(layers);
   if (!params.pictures || !layers->slice) return {};
-  const Trajectory truth = in_odom(summary);
+  const Trajectory truth = truth_in_odom(summary);
   const std::vector<MapOverlay> paths{{"truth", &truth, kTruthColor},
                                       {"estimate", &summary.trajectory, kEstimateColor}};
   auto plan = draw_occupancy_grid(*layers->slice, paths);
@@ -77,7 +70,6 @@ Result<void> write_flight_results(const FlownMission& flown, FlightSummary& summ
   material.program_version = run.program_version;
   material.parameters_toml = list_flight_mission(parameters).to_toml();
   material.flight_svg = flight_picture(flown, summary);
-  material.truth = in_odom(summary);
   ResultFiles files(flown.folder, summary.outputs, summary.warnings);
   files.written("recording.bag")
       .file("rig.toml", [&](const auto& path) { return write_laser_rig(path, flown.run.rig()); })

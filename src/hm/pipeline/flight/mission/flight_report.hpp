@@ -12,7 +12,6 @@ struct FlightReportMaterial {
   std::string program_version;
   std::string parameters_toml;
   std::string flight_svg;  ///< the flight over the floor plan
-  Trajectory truth;        ///< T_odom_base
   std::vector<Figure> figures;
 };
 

@@ -77,6 +77,13 @@ std::string mishap_of(const FlightSummary& summary) {
   return "";
 }
 
+Trajectory truth_in_odom(const FlightSummary& summary) {
+  Trajectory path = summary.truth;
+  const SE3 T_odom_world = summary.T_world_odom.inverse();
+  for (StampedPose& pose : path) pose.T_world_base = T_odom_world * pose.T_world_base;
+  return path;
+}
+
 void visit(const FlightSummary& summary, SummaryTree& v) {
   const FlightLog& log = summary.log;
   v({"mission"}, summary.mission);

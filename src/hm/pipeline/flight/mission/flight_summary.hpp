@@ -53,6 +53,9 @@ struct FlightSummary {
 /// one without.
 [[nodiscard]] std::string mishap_of(const FlightSummary& summary);
 
+/// The true path as T_odom_base.
+[[nodiscard]] Trajectory truth_in_odom(const FlightSummary& summary);
+
 /// collisions, hover{max_xy_m,max_z_m,rms_m}, waypoints{reached,missed}, failsafes[], realtime_ratio,
 /// end_state ... (the keys of `hm fly --json`).
 void visit(const FlightSummary& summary, SummaryTree& v);

@@ -1,0 +1,263 @@
+#include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "hm/link/transport/udp_socket.hpp"
+#include "hm/pipeline/flight/flight_run.hpp"
+#include "hm/pipeline/flight/mission/flight_log.hpp"
+#include "hm/pipeline/flight/script_pilot.hpp"
+
+namespace hm {
+namespace {
+
+/// An autopilot of its own behind MAVLink, which knows nothing but its messages: HIL_SENSOR and ODOMETRY in,
+/// HIL_ACTUATOR_CONTROLS out, by the rules of PX4: ODOMETRY in LOCAL_FRD and BODY_FRD of the type VISION,
+/// offboard mode after a second of set-points, arming in offboard mode. The first order to arm gets lost.
+class PeerAutopilot {
+ public:
+  explicit PeerAutopilot(UdpSocket& socket) : socket_(socket), peer_(socket, options()) {}
+
+  void run() {
+    while (!stop) {
+      if (!socket_.wait(Duration{5'000'000})) continue;
+      peer_.step([this] { return now_; }, [this](const MavlinkFrame& frame) { receive(frame); });
+    }
+  }
+
+  std::atomic<bool> stop = false;
+  // Read when the thread has ended.
+  std::uint64_t poses = 0, faulty_poses = 0, refused_early = 0, repeated_orders = 0;
+  bool armed_in_offboard = false;
+  double worst_clock_s = 0;
+
+ private:
+  static MavlinkPeerOptions options() {
+    MavlinkPeerOptions options;
+    options.address = {1, 1};
+    options.heartbeat.type = kMavTypeQuadrotor;
+    options.heartbeat.autopilot = kMavAutopilotPx4;
+    return options;
+  }
+
+  void receive(const MavlinkFrame& frame) {
+    if (const auto sensor = read_mavlink_message<MavHilSensor>(frame)) fly(*sensor);
+    if (const auto pose = read_mavlink_message<MavOdometry>(frame)) take(*pose);
+    if (const auto order = read_mavlink_message<MavCommandLong>(frame)) obey(*order, frame.from);
+    if (const auto target = read_mavlink_message<MavSetPositionTargetLocalNed>(frame)) {
+      if (!first_target_) first_target_ = now_;
+      if (const auto point = from_position_target(*target, AutopilotWorld::kLocalFrd)) target_ = *point;
+    }
+  }
+
+  void take(const MavOdometry& message) {
+    ++poses;
+    const auto state = from_odometry(message);
+    if (!state || message.frame_id != kMavFrameLocalFrd || message.child_frame_id != kMavFrameBodyFrd ||
+        message.estimator_type != kMavEstimatorVision) {
+      ++faulty_poses;
+      return;
+    }
+    const Vec3 p = state->T_odom_base.translation();
+    const Mat3 R = state->T_odom_base.rotation();
+    pose_.emplace();
+    pose_->stamp = state->stamp;
+    pose_->x_y_yaw = Vec3(p.x(), p.y(), std::atan2(R(1, 0), R(0, 0))).cast<float>();
+    height_ = BasicHeightReading<float>{state->stamp, static_cast<float>(p.z()), {}};
+  }
+
+  std::uint8_t answer(const MavCommandLong& order) {
+    switch (order.command) {
+      case kMavCommandSetMode:
+        if (!first_target_ || now_ - *first_target_ < Duration{1'000'000'000}) {
+          ++refused_early;
+          return kMavDenied;
+        }
+        offboard_ = true;
+        return kMavAccepted;
+      case kMavCommandArmDisarm:
+        if (order.param1 > 0 && !offboard_) return kMavDenied;
+        armed_in_offboard = offboard_;
+        if (is_on() != (order.param1 > 0)) give(CommandKind::kToggleEngage);
+        return kMavAccepted;
+      case kMavCommandLand:
+        give(CommandKind::kLand);
+        return kMavAccepted;
+      default:
+        return kMavAccepted;
+    }
+  }
+
+  void obey(const MavCommandLong& order, MavlinkAddress from) {
+    if (order.command == kMavCommandArmDisarm && order.confirmation == 0 && order.param1 > 0) return;  // lost
+    repeated_orders += order.confirmation > 0 ? 1U : 0U;
+    peer_.send(MavCommandAck{order.command, answer(order), 0, 0, from.system, from.component});
+  }
+
+  void give(CommandKind kind, const Vec3f& position = Vec3f::Zero(), float yaw_rad = 0) {
+    command_.emplace();
+    command_->kind = kind;
+    command_->position_m = position;
+    command_->yaw_rad = yaw_rad;
+  }
+  [[nodiscard]] bool is_on() const { return core_.outputs().state != AutopilotState::kOff; }
+
+  /// Follows the position that offboard mode asks for.
+  void follow_target() {
+    if (!offboard_ || !target_.position_m || command_) return;
+    const Vec3f goal = target_.position_m->cast<float>();
+    const AutopilotOutputs& out = core_.outputs();
+    const float up_m = goal.z() - core_.estimate().position_m.z();
+    if (out.state == AutopilotState::kIdle && up_m > 0.2F && !landed_) {
+      give(CommandKind::kTakeOff, {0, 0, up_m});
+    } else if (out.phase == FlightPhase::kPosition && (!goal_ || *goal_ != goal)) {
+      goal_ = goal;
+      give(CommandKind::kGoTo, goal, static_cast<float>(target_.yaw_rad.value_or(0)));
+    }
+    landed_ |= out.state == AutopilotState::kLanding;
+    if (landed_ && out.state == AutopilotState::kIdle) give(CommandKind::kToggleEngage);  // disarms itself
+  }
+
+  void fly(const MavHilSensor& sensor) {
+    const Time sensed{static_cast<std::int64_t>(sensor.time_usec) * 1000};
+    constexpr int kSteps = 4;
+    for (int i = 1; i <= kSteps; ++i) {
+      AutopilotInputs inputs;
+      now_ = inputs.now = sensed - Duration{(kSteps - i) * std::int64_t{1'000'000}};
+      inputs.imu.emplace();
+      inputs.imu->stamp = inputs.now;
+      inputs.imu->specific_force_m_s2 = {sensor.xacc, -sensor.yacc, -sensor.zacc};
+      inputs.imu->angular_velocity_rad_s = {sensor.xgyro, -sensor.ygyro, -sensor.zgyro};
+      inputs.pose = std::exchange(pose_, {});
+      inputs.height = std::exchange(height_, {});
+      inputs.computer_alive = true;
+      inputs.motors_on = on_since_ && now_ - *on_since_ > Duration{400'000'000};
+      follow_target();
+      if (!command_ && is_on()) command_.emplace();  // sign of life
+      if (command_) {
+        command_->stamp = now_;
+        command_->pilot = 1;
+        inputs.command = std::exchange(command_, {});
+      }
+      core_.step(inputs);
+      const bool runs =
+          core_.outputs().motors != MotorDemand::kOff && core_.outputs().motors != MotorDemand::kStop;
+      if (!runs) on_since_.reset();
+      if (runs && !on_since_) on_since_ = now_;
+    }
+    tell();
+    if (const auto offset = peer_.time_sync().offset_at(now_))
+      worst_clock_s = std::max(worst_clock_s, std::abs(offset->seconds()));
+  }
+
+  void tell() {
+    const AutopilotOutputs& out = core_.outputs();
+    const BasicVehicleState<float> estimate = core_.estimate();
+    LinkState state;
+    state.stamp = now_;
+    const Mat3 R = rotation_from_roll_pitch_yaw(estimate.roll_pitch_yaw_rad.cast<double>());
+    state.T_odom_base = SE3(R, estimate.position_m.cast<double>());
+    state.velocity_body = R.transpose() * estimate.velocity_m_s.cast<double>();
+    peer_.send(to_attitude(state, {}, AutopilotWorld::kLocalFrd));
+    if (estimate.planar_ready && estimate.height_ready)
+      peer_.send(to_local_position(state, {}, AutopilotWorld::kLocalFrd));
+    MavExtendedSysState landed;
+    landed.landed_state = in_air(out.state) ? kMavInAir : kMavOnGround;
+    peer_.send(landed);
+    const bool armed = is_on();
+    if (armed != ((peer_.heartbeat().base_mode & kMavModeArmed) != 0)) {
+      peer_.heartbeat().base_mode = armed ? kMavModeArmed : 0;
+      peer_.send(peer_.heartbeat());
+    }
+    MavHilActuatorControls controls;
+    controls.time_usec = static_cast<std::uint64_t>(now_.ns / 1000);
+    for (std::size_t i = 0; i < 4; ++i) controls.controls[i] = out.rotor_speed_rad_s[i] / 838;
+    peer_.send(controls);
+  }
+
+  UdpSocket& socket_;
+  MavlinkPeer peer_;
+  Autopilot core_;
+  Time now_;
+  std::optional<Time> first_target_, on_since_;
+  std::optional<PoseReading<float>> pose_;
+  std::optional<BasicHeightReading<float>> height_;
+  std::optional<FlightCommand> command_;
+  std::optional<Vec3f> goal_;
+  LinkSetPoint target_;
+  bool offboard_ = false, landed_ = false;
+};
+
+/// A socket of the loopback and one that sends to it.
+std::pair<std::unique_ptr<UdpSocket>, std::unique_ptr<UdpSocket>> socket_pair() {
+  auto theirs = UdpSocket::listen("127.0.0.1", 0).value();
+  auto ours = UdpSocket::listen("127.0.0.1", 0).value();
+  EXPECT_TRUE(ours->add_peer({"127.0.0.1", theirs->port()}).has_value());
+  return {std::move(ours), std::move(theirs)};
+}
+
+TEST(MavlinkAutopilot, PerceptionFliesAnotherAutopilotOverUdp) {
+  auto [ours, theirs] = socket_pair();
+  PeerAutopilot peer(*theirs);
+  std::thread thread([&peer] { peer.run(); });
+  MavlinkAutopilotSetup setup;
+  setup.answer_limit = Duration{2'000'000'000};  // lock-step, however slow the machine is
+  auto made = std::make_unique<MavlinkAutopilot>(std::move(ours), setup);
+  const MavlinkAutopilot& autopilot = *made;
+  FlightRunParams params;
+  const FlightSite site(WorldKind::kRoom, 1);
+  start_in(WorldKind::kRoom, params.run);
+  FlightRun run(site, params, {}, nullptr, std::move(made));
+  ScriptPilot pilot;
+  const FlightScript script =
+      parse_flight_script("takeoff 1.2\ngoto -0.8 0.3 1.3 30\nwait 2\nland", "test").value();
+  for (const FlightOrder& order : script.orders) pilot.add(order);
+  pilot.close();
+  double nearest_m = 1e9;
+  const Vec3 goal(-0.8, 0.3, 1.3);
+  while (!pilot.is_over() && run.elapsed() < Duration{90'000'000'000}) {
+    run.step(pilot.step(pilot_view(run.moment())));
+    nearest_m = std::min(nearest_m, (run.moment().T_odom_base.translation() - goal).norm());
+  }
+  peer.stop = true;
+  thread.join();
+  EXPECT_FALSE(autopilot.failure()) << autopilot.failure()->message;
+  ASSERT_TRUE(pilot.is_over());
+  for (const OrderRecord& record : pilot.records())
+    EXPECT_EQ(record.outcome, OrderOutcome::kDone) << record.order.text << ": " << record.reason;
+  EXPECT_LT(nearest_m, 0.1);
+  EXPECT_TRUE(run.collisions().empty());
+  EXPECT_EQ(run.moment().autopilot.state, AutopilotState::kOff);
+  EXPECT_GT(run.moment().feet_down, 2);
+  EXPECT_GT(peer.poses, 200U);
+  EXPECT_EQ(peer.faulty_poses, 0U);
+  EXPECT_TRUE(peer.armed_in_offboard);
+  EXPECT_GE(peer.repeated_orders, 1U) << "the order to arm was lost and must come again";
+  ASSERT_TRUE(autopilot.peer().time_sync().offset_at(run.now()));
+  EXPECT_NEAR(autopilot.peer().time_sync().offset_at(run.now())->seconds(), 0, 0.01);
+}
+
+TEST(MavlinkAutopilot, AnAutopilotThatNeverAnswersIsNamed) {
+  auto [ours, theirs] = socket_pair();
+  MavlinkAutopilotSetup setup;
+  setup.answer_limit = Duration{1'000'000};
+  setup.most_unanswered = 20;
+  MavlinkAutopilot autopilot(std::move(ours), setup);
+  AutopilotInputs inputs;
+  inputs.imu.emplace();
+  for (int i = 1; i <= 20 * MavlinkAutopilot::kSensorSteps; ++i) {
+    EXPECT_FALSE(autopilot.failure());
+    inputs.now = Time{i * std::int64_t{1'000'000}};
+    autopilot.step(inputs);
+  }
+  ASSERT_TRUE(autopilot.failure());
+  EXPECT_NE(autopilot.failure()->message.find("does not answer"), std::string::npos);
+  inputs.now = inputs.now + Duration{1'000'000};
+  EXPECT_EQ(autopilot.step(inputs).state, AutopilotState::kError);
+}
+
+}  // namespace
+}  // namespace hm
