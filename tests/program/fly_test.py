@@ -63,6 +63,17 @@ class Fly(support.ProgramTest):
         self.assertNotEqual(first, other)
         self.assertEqual((self.folder / "a/core.trace").read_bytes(), (self.folder / "b/core.trace").read_bytes())
 
+    def test_another_autopilot(self):
+        wrong = self.run_hm("fly", "hover", "--autopilot", "px5", "-o", "x", expect=2)
+        self.assertIn("neither core, qemu nor mavlink:URL", wrong.stderr)
+        self.run_hm("fly", "hover", "--autopilot", "mavlink:tcp:1", "-o", "x", expect=2)
+        inner = self.run_hm("fly", "hover", "--autopilot", "mavlink:udp:127.0.0.1:9", "--set",
+                            "vehicle.inner_loop=second-order", "-o", "x", expect=2)
+        self.assertIn("it needs motors", inner.stderr)
+        # Nobody answers there: a failure, said by name, after ten seconds.
+        silent = self.run_json("fly", "hover", "--autopilot", "mavlink:udp:127.0.0.1:9", "-o", "silent", *QUICK, expect=1)
+        self.assertIn("does not answer", json.dumps(silent))
+
     def test_script_with_a_fault(self):
         self.write("tour.fly", "takeoff 1.2  # up\nfault laser_off at 3.2 for 0.6\ngoto 1.5 0 1.2\nwait 1\n"
                                "velocity 0 0.2 0 0 for 1\nhold\nland\n")

@@ -42,6 +42,23 @@ struct FaultFlight {
     const auto idle = [](const auto& m) { return m.autopilot.state == AutopilotState::kIdle; };
     return flight.seconds_until(idle, most_s) >= 0;
   }
+  /// It lands within the time, on its feet, and touches nothing else.
+  void expect_good_landing(double most_s) {
+    EXPECT_TRUE(lands(most_s));
+    EXPECT_GE(flight.now().feet_down, 3);
+    EXPECT_EQ(flight.now().collisions, 0u);
+  }
+  /// It flies on, stays near the start, and touches nothing.
+  void expect_flies_on(double within_m) {
+    EXPECT_EQ(flight.now().autopilot.state, AutopilotState::kFlying);
+    EXPECT_LT(flight.position().head<2>().norm(), within_m);
+    EXPECT_EQ(flight.now().collisions, 0u);
+  }
+  /// It holds its position after something that passed.
+  void expect_holds(double within_m) {
+    EXPECT_EQ(flight.now().autopilot.phase, FlightPhase::kHold);
+    expect_flies_on(within_m);
+  }
   [[nodiscard]] bool saw(FailSafe which) const { return (seen >> static_cast<unsigned>(which) & 1U) != 0; }
   /// Age of a pose or height at the time when the fault begins: it counts from the measurement.
   static constexpr double kOldest_s = 0.07;
@@ -62,9 +79,7 @@ TEST(FlightFaults, ALaserThatEndsMeansDeadReckoningThenADescent) {
   EXPECT_LE(test.seconds_until(FailSafe::kHeightStale, 1), 0.502);
   EXPECT_LE(test.seconds_until(FailSafe::kPoseLost, 1), 1.002);
   EXPECT_EQ(test.flight.now().autopilot.state, AutopilotState::kLanding);
-  EXPECT_TRUE(test.lands(6));
-  EXPECT_GE(test.flight.now().feet_down, 3);
-  EXPECT_EQ(test.flight.now().collisions, 0u);
+  test.expect_good_landing(6);
 }
 
 TEST(FlightFaults, AShortSilenceOfTheLaserEndsInHold) {
@@ -73,8 +88,7 @@ TEST(FlightFaults, AShortSilenceOfTheLaserEndsInHold) {
   test.flight.run_s(3);
   EXPECT_TRUE(test.saw(FailSafe::kPoseStale));
   EXPECT_FALSE(test.saw(FailSafe::kPoseLost));
-  EXPECT_EQ(test.flight.now().autopilot.phase, FlightPhase::kHold);
-  EXPECT_LT(test.flight.position().head<2>().norm(), 0.1);
+  test.expect_holds(0.1);
 }
 
 TEST(FlightFaults, ALaserThatTurnsIsRefusedAndItLands) {
@@ -112,8 +126,7 @@ TEST(FlightFaults, AGapOfTheImuHoldsTheMotorsThenItHolds) {
   const double gap_s = test.seconds_until(FailSafe::kImuGap, 0.1);
   EXPECT_NEAR(gap_s, 0.02, 0.0021);
   test.flight.run_s(3);
-  EXPECT_EQ(test.flight.now().autopilot.phase, FlightPhase::kHold);
-  EXPECT_EQ(test.flight.now().collisions, 0u);
+  test.expect_holds(0.2);
 }
 
 TEST(FlightFaults, AnImuThatEndsOrHangsCutsTheMotors) {
@@ -142,21 +155,18 @@ TEST(FlightFaults, ACutLinkMeansADescentAndAShortOneHold) {
   const double silent_s = test.seconds_until(FailSafe::kComputerSilent, 2);
   EXPECT_GT(silent_s, 0.95);
   EXPECT_LE(silent_s, 1.002);
-  EXPECT_TRUE(test.lands(6));
-  EXPECT_EQ(test.flight.now().collisions, 0u);
+  test.expect_good_landing(6);
 
   FaultFlight brief("fault link_cut at 7 for 0.5");
   brief.flight.run_s(3);
-  EXPECT_EQ(brief.flight.now().autopilot.phase, FlightPhase::kHold);
-  EXPECT_EQ(brief.flight.now().collisions, 0u);
+  brief.expect_holds(0.2);
 }
 
 TEST(FlightFaults, NoiseOnTheLinkLosesMessagesNotTheVehicle) {
   FaultFlight test("fault link_noise at 7 for 5");
   ASSERT_TRUE(test.flies);
   test.flight.run_s(6);
-  EXPECT_EQ(test.flight.now().autopilot.state, AutopilotState::kFlying);
-  EXPECT_LT(test.flight.position().head<2>().norm(), 0.15);
+  test.expect_flies_on(0.15);
   for (const StageCounts& stage : test.flight.run.counts())
     if (stage.stage == "serial up") {
       EXPECT_GT(stage.dropped, 20u);
@@ -167,9 +177,7 @@ TEST(FlightFaults, AClockThatStepsIsNoticedByNobodyButTheTimeSync) {
   FaultFlight test("fault clock_step at 7 for 2");
   ASSERT_TRUE(test.flies);
   test.flight.run_s(4);
-  EXPECT_EQ(test.flight.now().autopilot.state, AutopilotState::kFlying);
-  EXPECT_LT(test.flight.position().head<2>().norm(), 0.1);
-  EXPECT_EQ(test.flight.now().collisions, 0u);
+  test.expect_flies_on(0.1);
 }
 
 TEST(FlightFaults, ALostCellMeansALandingAfterASecond) {
@@ -178,9 +186,7 @@ TEST(FlightFaults, ALostCellMeansALandingAfterASecond) {
   const double empty_s = test.seconds_until(FailSafe::kBatteryEmpty, 2);
   EXPECT_GE(empty_s, 1.0);
   EXPECT_LE(empty_s, 1.102);  // the gauge measures ten times a second
-  EXPECT_TRUE(test.lands(10));
-  EXPECT_GE(test.flight.now().feet_down, 3);
-  EXPECT_EQ(test.flight.now().collisions, 0u);
+  test.expect_good_landing(10);
 }
 
 TEST(FlightFaults, AStrongGustMovesItLittle) {
@@ -208,9 +214,8 @@ TEST(FlightFaults, APilotWhoFallsSilentMeansHoldThenHome) {
   ASSERT_GE(test.seconds_until(FailSafe::kPilotGone, 9), 0);
   EXPECT_NEAR(since_s(), 10, 0.003);
   EXPECT_EQ(test.flight.now().autopilot.phase, FlightPhase::kReturn);
-  EXPECT_TRUE(test.lands(20));
+  test.expect_good_landing(20);
   EXPECT_LT(test.flight.position().head<2>().norm(), 0.4);  // at home
-  EXPECT_EQ(test.flight.now().collisions, 0u);
 }
 
 TEST(FlightFaults, AnEmergencyStopCutsInItsStep) {

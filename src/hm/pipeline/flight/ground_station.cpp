@@ -158,10 +158,8 @@ void GroundStation::send_news(const FlightMoment& moment) {
   if (!moment.answer || moment.answer->command.pilot != kPilot) return;
   const auto& [command, refusal] = *moment.answer;
   in_control_ = refusal != Refusal::kOtherPilot && command.kind != CommandKind::kRelease;
-  if (command.kind == CommandKind::kGoTo && goal_) {
-    goal_->accepted = refusal == Refusal::kNone;
-    if (!goal_->accepted) goal_.reset();
-  }
+  // A refused goal is kept, so that its repetitions are not refused again and again.
+  if (command.kind == CommandKind::kGoTo && goal_) goal_->accepted = refusal == Refusal::kNone;
   if (refusal != Refusal::kNone && command.kind != CommandKind::kSignOfLife)
     peer_.send_text(kMavWarning, text_of(refusal));
 }
@@ -198,7 +196,10 @@ std::uint8_t GroundStation::obey(const MavCommandLong& command) {
 void GroundStation::take_sticks(const MavManualControl& message) {
   if (message.target != peer_.address().system) return;
   sticks_ = from_manual_control(message);
-  if ((sticks_->buttons & ~buttons_ & kTakeOverButton) != 0) order(CommandKind::kTakeOver);
+  if ((sticks_->buttons & ~buttons_ & kTakeOverButton) != 0) {
+    order(CommandKind::kTakeOver);
+    goal_.reset();
+  }
   buttons_ = sticks_->buttons;
 }
 

@@ -208,6 +208,27 @@ TEST(GroundStationGoal, MovesWithTheMapWhileTheVehicleKeepsIt) {
   EXPECT_TRUE(goals_in(500).empty());
 }
 
+TEST_F(Flown, AGoalWhileAnotherPilotFliesIsRefusedOnce) {
+  next_.emplace();
+  next_->stamp = run_->now();
+  next_->pilot = 1;
+  next_->kind = CommandKind::kTakeOver;
+  fly_until(0.2, [] { return false; });
+  FlightMoment flying = run_->moment();
+  flying.autopilot.state = AutopilotState::kFlying;
+  flying.autopilot.phase = FlightPhase::kPosition;
+  int orders = 0;
+  for (int i = 0; i < 20; ++i) {
+    station_->send(goal_of({1, 0, 1}));
+    flying.stamp = flying.stamp + Duration{50'000'000};
+    const auto command = link_->step(flying);
+    flying.answer.reset();
+    if (command && command->kind == CommandKind::kGoTo) ++orders;
+    if (command) flying.answer = CommandAnswer{*command, Refusal::kOtherPilot};
+  }
+  EXPECT_EQ(orders, 1);
+}
+
 TEST_F(Flown, RefusalsAreToldInWords) {
   next_.emplace();
   next_->stamp = run_->now();

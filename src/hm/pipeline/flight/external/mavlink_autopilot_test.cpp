@@ -1,9 +1,13 @@
 #include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <thread>
 
 #include "hm/link/transport/udp_socket.hpp"
@@ -199,45 +203,90 @@ std::pair<std::unique_ptr<UdpSocket>, std::unique_ptr<UdpSocket>> socket_pair() 
   return {std::move(ours), std::move(theirs)};
 }
 
+/// A flight of a script in the room, by an autopilot behind MAVLink.
+struct ExternalFlight {
+  ExternalFlight(std::unique_ptr<Transport> transport, const MavlinkAutopilotSetup& setup) {
+    auto made = std::make_unique<MavlinkAutopilot>(std::move(transport), setup);
+    autopilot = made.get();
+    FlightRunParams params;
+    start_in(WorldKind::kRoom, params.run);
+    run.emplace(site, params, FaultSchedule{}, nullptr, std::move(made));
+  }
+  /// Until the script is over; the least distance from a place.
+  double fly(const char* text, const Vec3& goal, double limit_s) {
+    const FlightScript script = parse_flight_script(text, "test").value();
+    for (const FlightOrder& order : script.orders) pilot.add(order);
+    pilot.close();
+    double nearest_m = 1e9;
+    while (!pilot.is_over() && run->elapsed().seconds() < limit_s && !autopilot->failure()) {
+      run->step(pilot.step(pilot_view(run->moment())));
+      nearest_m = std::min(nearest_m, (run->moment().T_odom_base.translation() - goal).norm());
+    }
+    return nearest_m;
+  }
+  void expect_done() const {
+    EXPECT_FALSE(autopilot->failure()) << autopilot->failure()->message;
+    ASSERT_TRUE(pilot.is_over());
+    for (const OrderRecord& record : pilot.records())
+      EXPECT_EQ(record.outcome, OrderOutcome::kDone) << record.order.text << ": " << record.reason;
+    EXPECT_TRUE(run->collisions().empty());
+    EXPECT_EQ(run->moment().autopilot.state, AutopilotState::kOff);
+    EXPECT_GT(run->moment().feet_down, 2);
+  }
+  FlightSite site{WorldKind::kRoom, 1};
+  std::optional<FlightRun> run;
+  ScriptPilot pilot;
+  const MavlinkAutopilot* autopilot = nullptr;
+};
+
 TEST(MavlinkAutopilot, PerceptionFliesAnotherAutopilotOverUdp) {
   auto [ours, theirs] = socket_pair();
   PeerAutopilot peer(*theirs);
   std::thread thread([&peer] { peer.run(); });
   MavlinkAutopilotSetup setup;
   setup.answer_limit = Duration{2'000'000'000};  // lock-step, however slow the machine is
-  auto made = std::make_unique<MavlinkAutopilot>(std::move(ours), setup);
-  const MavlinkAutopilot& autopilot = *made;
-  FlightRunParams params;
-  const FlightSite site(WorldKind::kRoom, 1);
-  start_in(WorldKind::kRoom, params.run);
-  FlightRun run(site, params, {}, nullptr, std::move(made));
-  ScriptPilot pilot;
-  const FlightScript script =
-      parse_flight_script("takeoff 1.2\ngoto -0.8 0.3 1.3 30\nwait 2\nland", "test").value();
-  for (const FlightOrder& order : script.orders) pilot.add(order);
-  pilot.close();
-  double nearest_m = 1e9;
-  const Vec3 goal(-0.8, 0.3, 1.3);
-  while (!pilot.is_over() && run.elapsed() < Duration{90'000'000'000}) {
-    run.step(pilot.step(pilot_view(run.moment())));
-    nearest_m = std::min(nearest_m, (run.moment().T_odom_base.translation() - goal).norm());
-  }
+  ExternalFlight flight(std::move(ours), setup);
+  const double nearest_m =
+      flight.fly("takeoff 1.2\ngoto -0.8 0.3 1.3 30\nwait 2\nland", {-0.8, 0.3, 1.3}, 90);
   peer.stop = true;
   thread.join();
-  EXPECT_FALSE(autopilot.failure()) << autopilot.failure()->message;
-  ASSERT_TRUE(pilot.is_over());
-  for (const OrderRecord& record : pilot.records())
-    EXPECT_EQ(record.outcome, OrderOutcome::kDone) << record.order.text << ": " << record.reason;
+  flight.expect_done();
   EXPECT_LT(nearest_m, 0.1);
-  EXPECT_TRUE(run.collisions().empty());
-  EXPECT_EQ(run.moment().autopilot.state, AutopilotState::kOff);
-  EXPECT_GT(run.moment().feet_down, 2);
   EXPECT_GT(peer.poses, 200U);
   EXPECT_EQ(peer.faulty_poses, 0U);
   EXPECT_TRUE(peer.armed_in_offboard);
   EXPECT_GE(peer.repeated_orders, 1U) << "the order to arm was lost and must come again";
-  ASSERT_TRUE(autopilot.peer().time_sync().offset_at(run.now()));
-  EXPECT_NEAR(autopilot.peer().time_sync().offset_at(run.now())->seconds(), 0, 0.01);
+  const auto offset = flight.autopilot->peer().time_sync().offset_at(flight.run->now());
+  ASSERT_TRUE(offset);
+  EXPECT_NEAR(offset->seconds(), 0, 0.01);
+  EXPECT_LT(peer.worst_clock_s, 0.01);
+}
+
+/// HM_PX4 names a program that starts PX4 in the foreground, which sends to UDP port 14550 (docs/link.md).
+TEST(MavlinkAutopilot, FliesPx4WhereThereIsOne) {
+  const char* program = std::getenv("HM_PX4");
+  if (program == nullptr || *program == 0) GTEST_SKIP() << "HM_PX4 names no PX4: it is not flown";
+  constexpr std::uint16_t kPort = 14550;
+  auto socket = UdpSocket::listen("127.0.0.1", kPort);
+  ASSERT_TRUE(socket) << to_string(socket.error());
+  const pid_t process = fork();
+  if (process == 0) {
+    execl(program, program, nullptr);
+    _exit(127);
+  }
+  ASSERT_GT(process, 0);
+  const bool sends = (*socket)->wait(Duration{60'000'000'000});
+  double nearest_m = 0;
+  MavlinkAutopilotSetup setup;
+  setup.answer_limit = Duration{1'000'000'000};
+  setup.most_unanswered = 60;
+  ExternalFlight flight(std::move(*socket), setup);
+  if (sends) nearest_m = flight.fly("takeoff 1.2\ngoto -0.8 0 1.2 0\nwait 2\nland", {-0.8, 0, 1.2}, 180);
+  kill(process, SIGTERM);
+  waitpid(process, nullptr, 0);
+  ASSERT_TRUE(sends) << program << " sends nothing to UDP port " << kPort;
+  flight.expect_done();
+  EXPECT_LT(nearest_m, 0.25);
 }
 
 TEST(MavlinkAutopilot, AnAutopilotThatNeverAnswersIsNamed) {

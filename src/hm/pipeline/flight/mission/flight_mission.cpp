@@ -176,8 +176,10 @@ FlightSummary Mission::summarise() {
   summary.T_world_odom = run_.T_world_odom();
   summary.start = summary.truth.front().stamp;
   summary.map = run_.perception().map().size();
-  if (const auto failure = run_.core().failure())
-    summary.warnings.push_back("the autopilot failed: " + to_string(*failure));
+  if (const auto failure = run_.core().failure()) {
+    summary.core_failure = to_string(*failure);
+    summary.warnings.push_back("the autopilot failed: " + *summary.core_failure);
+  }
   return summary;
 }
 

@@ -71,6 +71,7 @@ Result<void> check_parameters(const FlightParameters& parameters) {
 }
 
 std::string mishap_of(const FlightSummary& summary) {
+  if (summary.core_failure) return "the autopilot failed: " + *summary.core_failure;
   if (summary.collisions > 0) return counted(summary.collisions, "collision") + " with the surroundings";
   if (summary.end_state == "flying") return "the flight ended in the air";
   if (summary.end_state == "fallen") return "the vehicle does not stand on its feet in the end";

@@ -33,7 +33,8 @@ struct FlightSummary {
   double flight_s = 0;  ///< simulated
   double run_s = 0;     ///< what it took
   std::size_t collisions = 0;
-  std::string end_state;  ///< "landed", "flying", "error", "fallen"
+  std::string end_state;                    ///< "landed", "flying", "error", "fallen"
+  std::optional<std::string> core_failure;  ///< why the autopilot did not work to the end
   std::size_t scans = 0;
   FlightLog log;
   std::vector<OrderRecord> orders;
@@ -49,8 +50,8 @@ struct FlightSummary {
   std::vector<std::filesystem::path> outputs;
 };
 
-/// What makes the flight a failure, in words: collisions, or an end in the air or not on the feet; empty for
-/// one without.
+/// What makes the flight a failure, in words: an autopilot that failed, collisions, or an end in the air or
+/// not on the feet; empty for one without.
 [[nodiscard]] std::string mishap_of(const FlightSummary& summary);
 
 /// The true path as T_odom_base.
