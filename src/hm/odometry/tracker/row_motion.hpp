@@ -52,6 +52,9 @@ class RowMotion {
   bool is_zero_ = true;
 };
 
+/// Mean velocity between two poses, in the camera's frame [m/s; rad/s].
+Vec6 mean_twist_s(const SE3& T_odom_before, const SE3& T_odom_now, double interval_s);
+
 /// Velocity at the end of the motion from the last pose, from the motions over the last two intervals.
 struct RowMotionModel {
   PinholeCamera camera;
@@ -73,6 +76,9 @@ struct RowMotionModel {
   [[nodiscard]] double gain(double time_s) const;
   /// Standard deviation of the angular velocity, from its change over the last two intervals (rad/s).
   [[nodiscard]] double turn_sigma_rad_s(const SE3& T_odom_camera) const;
+
+ private:
+  [[nodiscard]] Vec6 mean_twist_until_s(const SE3& T_odom_camera) const;
 };
 
 }  // namespace hm

@@ -262,7 +262,7 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    const Vec6 twist_s = (T_odom_last_.inverse() * T).log() / since_posed_s(view);
+    const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     const bool at_known_velocity = status == TrackingStatus::kTracked && view.motion.since_last_s > 0;
     if (at_known_velocity && timed_) settle_times(*timed_, twist_s);
     timed_.reset();
