@@ -16,12 +16,12 @@ std::optional<Vec2> pixel_in(const SE3& T_image_camera, const Vec3& p_camera, co
 
 }  // namespace
 
-RowMotion::RowMotion(const PinholeCamera& camera, const ColorTimes& times, const Vec6& twist_s)
+RowMotion::RowMotion(const PinholeCamera& camera, const ColorTimes& times, const InstantMotion& motion)
     : camera_(camera),
       readout_s_(times.readout_s),
-      twist_s_(twist_s),
-      is_zero_(times.is_zero() || twist_s.isZero(0)) {
-  if (times.delay_s != 0) T_camera_depth_ = SE3::exp(-times.delay_s * twist_s);
+      motion_(motion),
+      is_zero_(times.is_zero() || motion.is_zero()) {
+  if (times.delay_s != 0) T_camera_depth_ = motion.until(-times.delay_s);
 }
 
 double RowMotion::time_s(double row) const {
@@ -31,7 +31,7 @@ double RowMotion::time_s(double row) const {
 
 Vec2 RowMotion::at_middle_row(const Vec2& image_pixel, double depth_m) const {
   if (is_zero_ || readout_s_ == 0) return image_pixel;
-  const SE3 T_middle_row = SE3::exp(time_s(image_pixel.y()) * twist_s_);
+  const SE3 T_middle_row = motion_.until(time_s(image_pixel.y()));
   return pixel_in(T_middle_row, camera_.unproject(image_pixel, depth_m), camera_).value_or(image_pixel);
 }
 
@@ -40,7 +40,7 @@ Vec2 RowMotion::in_image(const Vec2& pixel, double depth_m) const {
   const Vec3 p = camera_.unproject(pixel, depth_m);
   Vec2 out = pixel;
   for (int i = 0; i < kRowIterations; ++i) {
-    const auto moved = pixel_in(SE3::exp(-time_s(out.y()) * twist_s_), p, camera_);
+    const auto moved = pixel_in(motion_.until(time_s(out.y())).inverse(), p, camera_);
     if (!moved) return pixel;
     out = *moved;
   }
@@ -65,16 +65,17 @@ Vec6 RowMotionModel::mean_twist_until_s(const SE3& T_odom_camera) const {
   return mean_twist_s(T_odom_last, T_odom_camera, since_last_s);
 }
 
-std::optional<Vec6> RowMotionModel::twist_at(const SE3& T_odom_camera) const {
+std::optional<InstantMotion> RowMotionModel::motion_at(const SE3& T_odom_camera) const {
   if (!(since_last_s > 0)) return std::nullopt;
-  Vec6 twist_s = mean_twist_until_s(T_odom_camera);
-  if (twist_before_s) twist_s += kExtrapolation * (twist_s - *twist_before_s);
-  return twist_s;
+  const Vec6 mean_s = mean_twist_until_s(T_odom_camera);
+  const Vec6 change_s2 =
+      twist_before_s ? Vec6((mean_s - *twist_before_s) / since_last_s) : Vec6(Vec6::Zero());
+  return InstantMotion{mean_s + kExtrapolation * since_last_s * change_s2, change_s2};
 }
 
 RowMotion RowMotionModel::rows_at(const SE3& T_odom_camera) const {
   if (is_zero()) return {};
-  return {camera, times, *twist_at(T_odom_camera)};
+  return {camera, times, *motion_at(T_odom_camera)};
 }
 
 SE3 RowMotionModel::steady_depth_motion(const SE3& T_odom_camera) const {
@@ -85,7 +86,8 @@ SE3 RowMotionModel::steady_depth_motion(const SE3& T_odom_camera) const {
 
 double RowMotionModel::gain(double time_s) const {
   if (is_zero()) return 0;
-  return (twist_before_s ? 1 + kExtrapolation : 1) * time_s / since_last_s;
+  const double ratio = time_s / since_last_s;
+  return twist_before_s ? ratio * (1 + kExtrapolation + 0.5 * ratio) : ratio;
 }
 
 double RowMotionModel::turn_sigma_rad_s(const SE3& T_odom_camera) const {
