@@ -82,6 +82,13 @@ ROWS = [
     Row("vo_sevenscenes_rpe", "cm", 3.5, 2.5, "at_most", "vo_sevenscenes", 1, "RPE per second"),
     Row("vo_every_5th", "cm", 6, 4, "at_most", "vo_every_5th", 1, "every 5th frame of it: ATE"),
     Row("vo_tum_xyz", "cm", 1.5, 1.0, "at_most", "vo_tum_xyz", 1, "TUM fr1/xyz part: ATE"),
+    Row("vo_tum_rpy", "cm", 2.0, 1.2, "at_most", "vo_tum_rpy", 1,
+        "TUM fr1/rpy part, fast turns (its row times come from it, too): ATE", ("vo_tum_rpy_lost",)),
+    Row("vo_tum_rpy_lost", "frames", 0, None, "at_most", "vo_tum_rpy", 1, "without a pose"),
+    Row("vo_rolling", "times", 1.3, 1.1, "at_most", "vo_rolling", 1,
+        "simulated, 26 ms readout, depth 15 ms earlier, stamps late by 0 to 14 ms, blur, noise, turning by 60 deg/s before a wall at 3 m: "
+        "position error against that with a synchronous global shutter, medians of five seeds", ("vo_rolling_times",)),
+    Row("vo_rolling_times", "ms", 3, None, "at_most", "vo_rolling", 1, "error of readout and delay as found, the worst of these seeds"),
     Row("vo_icl", "cm", 1.0, 0.5, "at_most", "vo_icl", 1, "ICL-NUIM office part: ATE"),
     Row("vo_time", "ms of CPU a frame", 12, 8, "at_most", "vo_sevenscenes", 1, "default odometry, VGA, sevenscenes_a", ("vo_time_p99",)),
     Row("vo_time_p99", "ms of CPU a frame", 33, None, "at_most", "vo_sevenscenes", 1, "99 % of it"),
@@ -102,6 +109,12 @@ ROWS = [
     Row("align_sevenscenes", "cm", 2.5, 1.5, "at_most", "align_sevenscenes", 1,
         "sevenscenes_a: ATE of visual odometry with dense alignment to the growing map", ("align_sevenscenes_time",)),
     Row("align_sevenscenes_time", "ms", 6, 3, "at_most", "align_sevenscenes", 1, "alignment per frame, mean"),
+    Row("slam_tum_rpy", "cm", 1.7, 1.0, "at_most", "slam_recordings", 2, "TUM fr1/rpy part: ATE after loops; peer: odometry"),
+    Row("slam_tum_xyz", "cm", 0.9, 0.8, "at_most", "slam_recordings", 2, "TUM fr1/xyz part: ATE after loops; peer: odometry"),
+    Row("slam_sevenscenes", "cm", 2.2, 1.5, "at_most", "slam_recordings", 2,
+        "sevenscenes_a, with slam.align: ATE after loops; peer: its odometry"),
+    Row("slam_never_harms", "times", 1.02, 1.0, "at_most", "slam_recordings", 2,
+        "ATE after loops against odometry's, with and without slam.align: the worst of the four real recordings"),
     Row("slam_house", "percent", 1, 0.4, "at_most", "slam_house", 2,
         "walk through the simulated house, VGA, 30 Hz, Kinect noise: final error of odometry, relative to the path", ("slam_house_ate",)),
     Row("slam_house_ate", "cm", 5, 2, "at_most", "slam_house", 2, "ATE after global alignment; peer: odometry alone"),
@@ -183,6 +196,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "height": ["laser/height"], "late_laser": ["estimation"], "fusion_step": ["estimation"],
          "intel_relations": ["laser", "slam/laser", "slam/pose_graph"], "mvog": ["mvog"],
          "vo_sevenscenes": ["odometry"], "vo_every_5th": ["odometry"], "vo_tum_xyz": ["odometry"], "vo_icl": ["odometry"],
+         "vo_tum_rpy": ["odometry"], "vo_rolling": ["odometry"], "slam_recordings": ["odometry", "slam", "tsdf", "pipeline/rgbd"],
          "vo_hour": ["odometry"], "vo_vs_opencv": ["odometry"], "vo_published": ["odometry"], "covariance": ["odometry/feature"],
          "places": ["slam/places", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],
          "slam_house": ["odometry", "slam", "tsdf", "mesh", "mapping"],
@@ -201,6 +215,7 @@ NEED_RECORDING["align_sevenscenes"] = "rgbd/sevenscenes_a"
 NEED_RECORDING["vo_vs_opencv"] = NEED_RECORDING["vo_published"] = "rgbd/sevenscenes_a"
 NEED_RECORDING["vo_sevenscenes"] = NEED_RECORDING["vo_every_5th"] = NEED_RECORDING["vo_hour"] = "rgbd/sevenscenes_a"
 NEED_RECORDING["vo_tum_xyz"] = "rgbd/tum_fr1_xyz"
+NEED_RECORDING["vo_tum_rpy"] = NEED_RECORDING["slam_recordings"] = "rgbd/tum_fr1_rpy"
 NEED_RECORDING["vo_icl"] = "rgbd/icl_of_kt3"
 NEED_RECORDING["intel_relations"] = "laser/flirt_intel-lab.log"
 NEED_RECORDING["plicp_bag"] = "bags/scan_tools_laser_demo.bag"

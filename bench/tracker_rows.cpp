@@ -1,12 +1,17 @@
 // Rows about the default visual odometry: its error on real recordings, its time, its drift on a walk through
 // the simulated house and its memory over an hour.
 #include <algorithm>
+#include <cmath>
 #include <ctime>
+#include <span>
 
 #include "hm/core/process_memory.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/odometry/make_odometry.hpp"
+#include "hm/odometry/testing/swinging_camera.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 
@@ -29,9 +34,9 @@ struct Run {
   int lost = 0;
 };
 
-Result<Run> track_all(FrameSource& source) {
+Result<Run> track_all(FrameSource& source, const OdometryParams& params) {
   Run run;
-  const auto odometry = make_visual_odometry({}, source.camera());
+  const auto odometry = make_visual_odometry(params, source.camera());
   while (true) {
     const auto chunk = source.next_chunk();
     if (!chunk) return forward_error(chunk);
@@ -63,10 +68,14 @@ JsonValue details_of(const Run& run, const TrajectoryError& error) {
                             {"rpe_mm", error.relative.translation_m.rmse * 1e3}});
 }
 
-Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options) {
+/// The parameters with which `hm odometry` tracks recordings of a Kinect.
+OdometryParams of_kinect() { return with_kinect_prior({}); }
+
+Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options,
+                            const OdometryParams& params = {}) {
   const auto source = open_frames(name, {static_cast<std::size_t>(options.frame_limit), stride, 40});
   if (!source) return forward_error(source);
-  return track_all(**source);
+  return track_all(**source, params);
 }
 
 double resident_mb() { return static_cast<double>(resident_bytes()) * 1e-6; }
@@ -74,7 +83,7 @@ double resident_mb() { return static_cast<double>(resident_bytes()) * 1e-6; }
 }  // namespace
 
 Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options) {
-  const auto run = track_recording(kRoom, 1, options);
+  const auto run = track_recording(kRoom, 1, options, of_kinect());
   if (!run) return forward_error(run);
   const auto error = judge(*run, RpeUnit::kSeconds);
   if (!error) return forward_error(error);
@@ -93,7 +102,7 @@ Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options) {
 }
 
 Result<BenchResult> bench_vo_every_5th(const BenchOptions& options) {
-  const auto run = track_recording(kRoom, 5, options);
+  const auto run = track_recording(kRoom, 5, options, of_kinect());
   if (!run) return forward_error(run);
   const auto error = judge(*run, RpeUnit::kFrames);
   if (!error) return forward_error(error);
@@ -105,7 +114,7 @@ Result<BenchResult> bench_vo_every_5th(const BenchOptions& options) {
 }
 
 Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options) {
-  const auto run = track_recording("tum_fr1_xyz", 1, options);
+  const auto run = track_recording("tum_fr1_xyz", 1, options, of_kinect());
   if (!run) return forward_error(run);
   const auto error = judge(*run, RpeUnit::kSeconds);
   if (!error) return forward_error(error);
@@ -113,6 +122,37 @@ Result<BenchResult> bench_vo_tum_xyz(const BenchOptions& options) {
   result.rows = {{"vo_tum_xyz", error->position_m.rmse * 100, {}},
                  {"vo_tum_xyz_rpe", error->relative.translation_m.rmse * 100, {}}};
   result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_tum_rpy(const BenchOptions& options) {
+  const auto run = track_recording("tum_fr1_rpy", 1, options, of_kinect());
+  if (!run) return forward_error(run);
+  const auto error = judge(*run, RpeUnit::kSeconds);
+  if (!error) return forward_error(error);
+  BenchResult result;
+  result.rows = {{"vo_tum_rpy", error->position_m.rmse * 100, {}},
+                 {"vo_tum_rpy_lost", static_cast<double>(run->lost), {}}};
+  result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_rolling(const BenchOptions&) {
+  const SwingingCamera rolling{{0.026, 0.015}, 0.014, 0.008, true};
+  SwingingCamera global = rolling;
+  global.color = {};
+  std::vector<double> ours_mm, peer_mm, off_ms;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const SwingRun with = track_swing(rolling, seed), without = track_swing(global, seed);
+    ours_mm.push_back(1e3 * with.rms_m);
+    peer_mm.push_back(1e3 * without.rms_m);
+    off_ms.push_back(1e3 * std::max(std::abs(with.last.readout_s - rolling.color.readout_s),
+                                    std::abs(with.last.color_delay_s - rolling.color.delay_s)));
+  }
+  const double ours = middle_value(std::span(ours_mm)), peer = middle_value(std::span(peer_mm));
+  BenchResult result;
+  result.rows = {{"vo_rolling", ours / peer, {}}, {"vo_rolling_times", std::ranges::max(off_ms), {}}};
+  result.details = JsonValue::object({{"rolling_mm", ours}, {"global_mm", peer}});
   return result;
 }
 

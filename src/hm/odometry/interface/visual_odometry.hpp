@@ -66,6 +66,7 @@ struct TrackedFrame {
   TrackingStatus status = TrackingStatus::kLost;
   std::string reason;  ///< explanation when there is no pose
   std::optional<SE3> T_odom_camera;
+  SE3 T_camera_depth;              ///< pose when the depth image was taken, relative to that of the frame
   Mat6 covariance = Mat6::Zero();  ///< of [translation; rotation] of a left perturbation exp(xi) T in `odom`
   int submap = 0;
   TrackingNumbers numbers;

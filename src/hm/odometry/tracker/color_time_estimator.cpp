@@ -19,6 +19,7 @@ constexpr double kLeastReadout_s = 0.004, kLeastDelay_s = 0.004;  // shorter one
 constexpr double kDamping = 1e-3;
 constexpr double kReadingWeight = 0.1;  // readings of one surface are correlated
 constexpr double kReferenceSigma_px = 0.3;
+constexpr double kLeastIncidence = 0.2;  // cosine between a ray and the surface's normal
 constexpr std::size_t kMinPairs = 20;
 constexpr int kIterations = 3;
 using Mat62 = Eigen::Matrix<double, 6, 2>;
@@ -26,11 +27,30 @@ using Mat62 = Eigen::Matrix<double, 6, 2>;
 /// Derivative of a row's time by [readout; delay].
 Vec2 time_derivative(double row, const PinholeCamera& camera) { return {row / (camera.height - 1) - 0.5, 1}; }
 
-/// Velocity of a point that is fixed in the world, moved to a later time by the motion of the camera, across
-/// its ray at fixed depth: what an error of its row's time does to it, m/s.
-Vec3 shift_across_ray(const Vec3& p_camera, const Vec6& twist_s) {
+/// Velocity of the point where a ray, moved to a later time by the motion of the camera, meets the plane of
+/// its point with this normal: what an error of its row's time does to it, m/s.
+Vec3 shift_in_plane(const Vec3& p_camera, const Vec3& normal, const Vec6& twist_s) {
   const Vec3 velocity = twist_s.tail<3>().cross(p_camera) + twist_s.head<3>();
-  return velocity - velocity.z() / p_camera.z() * p_camera;
+  return velocity - normal.dot(velocity) / normal.dot(p_camera) * p_camera;
+}
+
+/// Point of a surface on a ray.
+struct RayHit {
+  Vec3 p_camera = Vec3::Zero(), normal = Vec3::UnitZ();
+  double variance_m2 = 0;  ///< of the depth
+};
+
+std::optional<RayHit> hit(const SurfaceGrid& surface, const Vec2& pixel, const PinholeCamera& camera) {
+  const Vec2 cell = pixel_in_level(pixel, 2);
+  const int x = static_cast<int>(std::lround(cell.x())), y = static_cast<int>(std::lround(cell.y()));
+  if (!surface.elements.contains(x, y) || !(surface.elements(x, y).sigma_m > 0)) return std::nullopt;
+  const SurfaceElement& element = surface.elements(x, y);
+  const Vec3 normal = element.normal.cast<double>(), ray = camera.unproject(pixel, 1);
+  const double along_ray = normal.dot(ray);
+  if (along_ray > -kLeastIncidence * ray.norm()) return std::nullopt;
+  const double depth_m = normal.dot(element.point.cast<double>()) / along_ray;
+  const double sigma_m = static_cast<double>(element.sigma_m) / along_ray;
+  return RayHit{depth_m * ray, normal, sigma_m * sigma_m};
 }
 
 /// A landmark seen in the reference keyframe and in the frame, by its pixels in both colour images.
@@ -66,6 +86,7 @@ struct TimeEquations {
 /// The two frames and what is assumed of them.
 struct TwoViews {
   const PinholeCamera& camera;
+  const SurfaceGrid& surface;  ///< of the reference
   RowMotion ref_rows, cur_rows;
   Vec6 ref_twist_s, cur_twist_s;
 };
@@ -74,24 +95,28 @@ Vec2 at_depth_time(const RowMotion& rows, const Vec2& image_pixel, double depth_
   return rows.in_depth_image(rows.at_middle_row(image_pixel, depth_m), depth_m);
 }
 
+/// The landmark's point is that of the reference's surface on its ray, which moves with the times; the depth
+/// image of the frame is compared with that surface as a whole (surface_equations).
 void add_pair(const TwoViews& views, const Pair& pair, const SE3& T_ref_cur, TimeEquations& equations) {
   const PinholeCamera& camera = views.camera;
   const Sighting& sighting = *pair.reference;
   const Vec2 ref_pixel = at_depth_time(views.ref_rows, sighting.image_pixel, sighting.depth_m);
+  const auto seen = hit(views.surface, ref_pixel, camera);
+  if (!seen) return;
   PointObservation observation = pair.match->observation;
-  observation.p_odom = camera.unproject(ref_pixel, sighting.depth_m);
-  observation.covariance = feature_covariance(
-      camera, ref_pixel, {sighting.depth_m, sighting.depth_variance_m2}, kReferenceSigma_px);
+  observation.depth_m = 0;
+  observation.p_odom = seen->p_camera;
+  observation.covariance =
+      feature_covariance(camera, ref_pixel, {seen->p_camera.z(), seen->variance_m2}, kReferenceSigma_px);
   const Vec3 p_cur = T_ref_cur.inverse() * observation.p_odom;
   observation.pixel = at_depth_time(views.cur_rows, pair.match->image_pixel, p_cur.z());
   observation.pose_gain = 1;
   const auto residual = point_residual(observation, T_ref_cur, camera);
   if (!residual) return;
-  // by_point maps the reference to pixels and depth; a row's time does not change the depth at its pixel.
   const Eigen::Matrix<double, 3, 2> by_times =
-      residual->by_point * shift_across_ray(observation.p_odom, views.ref_twist_s) *
+      residual->by_point * shift_in_plane(observation.p_odom, seen->normal, views.ref_twist_s) *
           time_derivative(sighting.image_pixel.y(), camera).transpose() -
-      residual->by_point * (T_ref_cur.rotation() * shift_across_ray(p_cur, views.cur_twist_s)) *
+      residual->by_point * (T_ref_cur.rotation() * shift_in_plane(p_cur, Vec3::UnitZ(), views.cur_twist_s)) *
           time_derivative(pair.match->image_pixel.y(), camera).transpose();
   const Mat3 weighted = robust_weight(residual->squared_mahalanobis) * residual->information;
   equations.pose.information += residual->by_pose.transpose() * weighted * residual->by_pose;
@@ -122,13 +147,18 @@ ColorTimes ColorTimeEstimator::in_use() const {
 }
 
 void ColorTimeEstimator::add(const MapKeyframe& reference, const TimedFrame& frame, const DepthGrid& grid,
-                             const Vec6& twist_s, const PinholeCamera& camera, const DepthNoise& noise) {
-  if (!estimates_ || !reference.twist_s || reference.surface.elements.empty()) return;
+                             const InstantMotion& motion, const PinholeCamera& camera,
+                             const DepthNoise& noise) {
+  if (!estimates_ || !reference.motion || reference.surface.elements.empty()) return;
   const std::vector<Pair> pairs = pairs_of(reference, frame.matches);
   if (pairs.size() < kMinPairs) return;
   const ColorTimes now = in_use();
-  const TwoViews views{
-      camera, {camera, now, *reference.twist_s}, {camera, now, twist_s}, *reference.twist_s, twist_s};
+  const TwoViews views{camera,
+                       reference.surface,
+                       {camera, now, *reference.motion},
+                       {camera, now, motion},
+                       reference.motion->twist_s,
+                       motion.twist_s};
   SE3 T_ref_cur = (reference.T_odom_camera * views.ref_rows.T_camera_depth()).inverse() *
                   frame.T_odom_camera * views.cur_rows.T_camera_depth();
   TimeEquations equations;

@@ -28,9 +28,9 @@ class ColorTimeEstimator {
   /// Starts from a prior; without `estimates` it is used as it is.
   ColorTimeEstimator(const ColorTimes& prior, bool estimates);
 
-  /// Adds a registered frame with its depth grid and its velocity [m/s; rad/s].
-  void add(const MapKeyframe& reference, const TimedFrame& frame, const DepthGrid& grid, const Vec6& twist_s,
-           const PinholeCamera& camera, const DepthNoise& noise);
+  /// Adds a registered frame with its depth grid and its motion.
+  void add(const MapKeyframe& reference, const TimedFrame& frame, const DepthGrid& grid,
+           const InstantMotion& motion, const PinholeCamera& camera, const DepthNoise& noise);
   /// Times to be used: the prior if it is not 0, and the estimate once it clearly differs from 0. Frames of
   /// synchronous global shutters are tracked as if there were no estimate, to the bit.
   [[nodiscard]] ColorTimes in_use() const;

@@ -70,8 +70,8 @@ struct MapKeyframe {
   SurfaceGrid surface;  ///< cleared when the keyframe is no longer recent
   std::vector<Sighting> sightings;
   std::vector<SurfaceFactor> factors;
-  std::optional<Vec6> twist_s;        ///< velocity of the camera [m/s; rad/s], if known
-  std::optional<SE3> T_camera_depth;  ///< pose at the time of the depth image, if not the same
+  std::optional<InstantMotion> motion;  ///< of the camera, if known
+  std::optional<SE3> T_camera_depth;    ///< pose at the time of the depth image, if not the same
   std::shared_ptr<const Keyframe> record;
 
   /// All but the images and the record, of which only the frame index is kept: LocalMap::restore() gives the
@@ -79,7 +79,7 @@ struct MapKeyframe {
   template <class Archive>
   void visit_state(Archive& archive) {
     std::size_t frame_index = record ? record->frame_index : 0;
-    archive(identity, T_odom_camera, covariance, sightings, factors, twist_s, T_camera_depth, frame_index);
+    archive(identity, T_odom_camera, covariance, sightings, factors, motion, T_camera_depth, frame_index);
     if constexpr (Archive::kReads) {
       Keyframe named;
       named.frame_index = frame_index;

@@ -18,16 +18,32 @@ struct ColorTimes {
   }
 };
 
-/// Motion of the camera during a frame at constant velocity. Moves pixels and depths between the images and
+/// Motion of the camera around the time of a frame, at constant acceleration.
+struct InstantMotion {
+  Vec6 twist_s = Vec6::Zero();    ///< velocity at that time, in the camera's frame [m/s; rad/s]
+  Vec6 change_s2 = Vec6::Zero();  ///< its change [m/s^2; rad/s^2]
+
+  [[nodiscard]] bool is_zero() const { return twist_s.isZero(0) && change_s2.isZero(0); }
+  /// Pose of the camera at a time after the frame's (negative: before), relative to that at its time.
+  [[nodiscard]] SE3 until(double time_s) const {
+    return SE3::exp(time_s * (twist_s + 0.5 * time_s * change_s2));
+  }
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(twist_s, change_s2);
+  }
+};
+
+/// Motion of the camera during a frame. Moves pixels and depths between the images and
 /// the camera's pose at the time of the middle row of the colour image, to which the tracker's poses and
 /// landmarks refer.
 class RowMotion {
  public:
   /// No motion: pixels and depths stay as they are, to the bit.
   RowMotion() = default;
-  /// `twist_s`: velocity in the camera's frame [m/s; rad/s], T(t) = T(0) exp(t twist_s). `camera` has no lens
-  /// distortion.
-  RowMotion(const PinholeCamera& camera, const ColorTimes& times, const Vec6& twist_s);
+  /// `camera` has no lens distortion.
+  RowMotion(const PinholeCamera& camera, const ColorTimes& times, const InstantMotion& motion);
 
   [[nodiscard]] bool is_zero() const { return is_zero_; }
   /// Time of exposure of a row after the middle one.
@@ -47,12 +63,16 @@ class RowMotion {
  private:
   PinholeCamera camera_;
   double readout_s_ = 0;
-  Vec6 twist_s_ = Vec6::Zero();
+  InstantMotion motion_;
   SE3 T_camera_depth_;
   bool is_zero_ = true;
 };
 
-/// Velocity at the end of the motion from the last pose, from the motions over the last two intervals.
+/// Mean velocity between two poses, in the camera's frame [m/s; rad/s].
+Vec6 mean_twist_s(const SE3& T_odom_before, const SE3& T_odom_now, double interval_s);
+
+/// Motion at the end of the interval since the last pose, from the mean velocities over the last two
+/// intervals.
 struct RowMotionModel {
   PinholeCamera camera;
   ColorTimes times;
@@ -61,8 +81,8 @@ struct RowMotionModel {
   std::optional<Vec6> twist_before_s;  ///< mean velocity over the interval before
 
   [[nodiscard]] bool is_zero() const { return !(since_last_s > 0) || times.is_zero(); }
-  /// Velocity at the time of the frame [m/s; rad/s], if the camera is here then; nothing if unknown.
-  [[nodiscard]] std::optional<Vec6> twist_at(const SE3& T_odom_camera) const;
+  /// Motion at the time of the frame, if the camera is here then; nothing if unknown.
+  [[nodiscard]] std::optional<InstantMotion> motion_at(const SE3& T_odom_camera) const;
   /// Motion during the frame if the camera is here.
   [[nodiscard]] RowMotion rows_at(const SE3& T_odom_camera) const;
   /// T_camera_depth from the mean velocity over both intervals: late by a frame, but with a quarter of the
@@ -73,6 +93,9 @@ struct RowMotionModel {
   [[nodiscard]] double gain(double time_s) const;
   /// Standard deviation of the angular velocity, from its change over the last two intervals (rad/s).
   [[nodiscard]] double turn_sigma_rad_s(const SE3& T_odom_camera) const;
+
+ private:
+  [[nodiscard]] Vec6 mean_twist_until_s(const SE3& T_odom_camera) const;
 };
 
 }  // namespace hm

@@ -11,6 +11,7 @@
 #include "hm/odometry/interface/frame_check.hpp"
 #include "hm/odometry/registration/relocalisation.hpp"
 #include "hm/odometry/tracker/color_time_estimator.hpp"
+#include "hm/odometry/tracker/frame_clock.hpp"
 #include "hm/odometry/tracker/motion_filter.hpp"
 #include "hm/odometry/tracker/tracker_attempt.hpp"
 #include "hm/odometry/tracker/tracker_inertia.hpp"
@@ -64,6 +65,7 @@ class Tracker final : public VisualOdometry {
     out.reason = reason_to_skip(frame, camera_, last_stamp_);
     if (out.reason.empty()) {
       last_stamp_ = frame.stamp;
+      clock_.add(frame.stamp);
       TrackerFrame view = make_view(frame, out);
       if (map_.empty())
         begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
@@ -120,8 +122,9 @@ class Tracker final : public VisualOdometry {
  private:
   template <class Archive>
   void visit_state(Archive& archive) {
-    archive(T_odom_start_, T_odom_last_, covariance_last_, velocity_, last_stamp_, posed_stamp_, posed_frame_,
-            lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, color_times_, timed_, map_);
+    archive(T_odom_start_, T_odom_last_, covariance_last_, velocity_, last_stamp_, clock_, posed_stamp_,
+            posed_frame_, lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, color_times_,
+            timed_, map_);
   }
 
   [[nodiscard]] Result<RgbdFrame> read_again(std::size_t frame_index, const OdometryHistory& history) const {
@@ -217,7 +220,7 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] double since_posed_s(const TrackerFrame& view) const {
-    return (view.frame->stamp - posed_stamp_).seconds();
+    return clock_.interval_s(posed_stamp_, view.frame->stamp);
   }
   [[nodiscard]] SE3 motion_by_velocity(const TrackerFrame& view) const {
     return velocity_.motion(since_posed_s(view));
@@ -262,9 +265,9 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
-    const Vec6 twist_s = (T_odom_last_.inverse() * T).log() / since_posed_s(view);
+    const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     const bool at_known_velocity = status == TrackingStatus::kTracked && view.motion.since_last_s > 0;
-    if (at_known_velocity && timed_) settle_times(*timed_, twist_s);
+    if (at_known_velocity && timed_) settle_times(*timed_, twist_s, since_posed_s(view));
     timed_.reset();
     if (at_known_velocity)
       timed_ = TimedFrame{map_.keyframes().back().identity, T, twist_s, false, attempt.matches};
@@ -277,7 +280,8 @@ class Tracker final : public VisualOdometry {
       map_.landmark(match.landmark).found += match.inlier ? 1 : 0;
     T_odom_last_ = T;
     covariance_last_ = covariance_of(map_, attempt);
-    out.T_odom_camera = publish(view, T, status);
+    out.T_camera_depth = view.motion.steady_depth_motion(T);
+    out.T_odom_camera = publish(view, T, out.T_camera_depth, status);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     if (keyframe_due(T, attempt.registration.inliers)) {
@@ -295,9 +299,8 @@ class Tracker final : public VisualOdometry {
     out.numbers.model_ms = watch.milliseconds();
   }
 
-  SE3 publish(const TrackerFrame& view, const SE3& T, TrackingStatus status) {
+  SE3 publish(const TrackerFrame& view, const SE3& T, const SE3& T_camera_depth, TrackingStatus status) {
     if (!params_.tracker.motion_filter) return T;
-    const SE3 T_camera_depth = view.motion.steady_depth_motion(T);
     const SE3 T_odom_depth = T * T_camera_depth;
     if (status != TrackingStatus::kTracked) filter_.restart(view.grid, T_odom_depth);
     if (status != TrackingStatus::kTracked) return T;
@@ -315,11 +318,13 @@ class Tracker final : public VisualOdometry {
 
   /// Uses the last frame now that the velocity after it is known: the mean of those before and after is less
   /// noisy than the extrapolated one, which was the best at its own time.
-  void settle_times(const TimedFrame& frame, const Vec6& twist_after_s) {
-    const Vec6 twist_s = 0.5 * (frame.twist_before_s.value_or(twist_after_s) + twist_after_s);
+  void settle_times(const TimedFrame& frame, const Vec6& twist_after_s, double interval_s) {
+    const Vec6 twist_before_s = frame.twist_before_s.value_or(twist_after_s);
+    const InstantMotion motion{0.5 * (twist_before_s + twist_after_s),
+                               (twist_after_s - twist_before_s) / interval_s};
     if (const MapKeyframe* reference = map_.find(frame.reference))
-      color_times_.add(*reference, frame, reference_.grid, twist_s, camera_, noise());
-    if (frame.is_keyframe) retime_keyframe(map_, twist_s, color_times_.in_use(), camera_);
+      color_times_.add(*reference, frame, reference_.grid, motion, camera_, noise());
+    if (frame.is_keyframe) retime_keyframe(map_, motion, color_times_.in_use(), camera_);
   }
 
   /// Detects features and places them at the time of the middle row.
@@ -406,6 +411,7 @@ class Tracker final : public VisualOdometry {
   Mat6 covariance_last_ = Mat6::Zero();
   ConstantVelocity velocity_;
   std::optional<Time> last_stamp_;
+  FrameClock clock_;
   Time posed_stamp_;
   std::size_t posed_frame_ = 0;      ///< index of the frame that `reference_` shows
   std::optional<TimedFrame> timed_;  ///< the last frame with a pose

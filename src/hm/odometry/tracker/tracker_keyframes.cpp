@@ -88,7 +88,7 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   keyframe.surface = make_surface_grid(parts.frame->grid, params.noise);
   keyframe.record = record;
   const RowMotion rows = parts.frame->motion.rows_at(parts.T_odom_camera);
-  keyframe.twist_s = parts.frame->motion.twist_at(parts.T_odom_camera);
+  keyframe.motion = parts.frame->motion.motion_at(parts.T_odom_camera);
   if (!rows.is_zero()) keyframe.T_camera_depth = rows.T_camera_depth();
   for (const LandmarkMatch& match : parts.matches) {
     const PointObservation& o = match.observation;
@@ -109,12 +109,15 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   return record;
 }
 
-void retime_keyframe(LocalMap& map, const Vec6& twist_s, const ColorTimes& times,
+void retime_keyframe(LocalMap& map, const InstantMotion& motion, const ColorTimes& times,
                      const PinholeCamera& camera) {
   MapKeyframe& keyframe = map.keyframes().back();
-  keyframe.twist_s = twist_s;
-  const RowMotion rows(camera, times, twist_s);
+  keyframe.motion = motion;
+  const RowMotion rows(camera, times, motion);
   if (rows.is_zero()) return;
+  // What the surfaces have shown is the motion between the depth images.
+  const SE3 T_old_new = keyframe.T_camera_depth.value_or(SE3{}) * rows.T_camera_depth().inverse();
+  for (SurfaceFactor& factor : keyframe.factors) factor.linearised_at = factor.linearised_at * T_old_new;
   keyframe.T_camera_depth = rows.T_camera_depth();
   for (Sighting& sighting : keyframe.sightings) {
     MapLandmark& landmark = map.landmark(sighting.landmark);

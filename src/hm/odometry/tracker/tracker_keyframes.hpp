@@ -24,7 +24,7 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
 
 /// Replaces the velocity of the newest keyframe's camera [m/s; rad/s] and moves its sightings, and the
 /// landmarks seen by it alone, to the time of its middle row accordingly.
-void retime_keyframe(LocalMap& map, const Vec6& twist_s, const ColorTimes& times,
+void retime_keyframe(LocalMap& map, const InstantMotion& motion, const ColorTimes& times,
                      const PinholeCamera& camera);
 
 /// Fuses depth readings of a non-keyframe into the depths of the newest keyframe's sightings of the same

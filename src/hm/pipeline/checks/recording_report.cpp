@@ -2,6 +2,7 @@
 
 #include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/recording_check.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 
 namespace hm {
 namespace {
@@ -107,6 +108,11 @@ void visit(const RecordingReport& report, SummaryTree& v) {
   v({"has_own_stamps"}, info.has_own_stamps);
   if (!report.streams.empty()) v.list("streams", report.streams);
   v.object("camera", [&](SummaryTree& camera) { add_camera(info, camera); });
+  if (is_from_kinect(info))
+    v.object("rolling_shutter", [](SummaryTree& shutter) {
+      shutter({"readout_s", {}, "{:.0f} ms", 1e3}, kinect_row_times().readout_s);
+      shutter({"color_delay_s", {}, "{:.0f} ms", 1e3}, kinect_row_times().color_delay_s);
+    });
   v.object("depth", [&](SummaryTree& depth) { add_depth(report, depth); });
   v({"path_length_m", {}, "{:.2f} m"}, report.path_length_m);
   v.json("pose_extent_m", vector_json(extent));
@@ -144,6 +150,9 @@ std::string to_text(const RecordingReport& report) {
                   "{camera.cx_px} cy "
                   "{camera.cy_px} ({camera.source})"});
   text += calibration_lines(info);
+  text += tree.lines(
+      {"shutter    rolling, as of a Kinect: {rolling_shutter.readout_s} from the first row of colour to the "
+       "last, {rolling_shutter.color_delay_s} after depth; odometry starts from these and estimates them"});
   text +=
       tree.lines({"depth      {depth.units_per_m} units per metre; {depth.min_m} to {depth.max_m}, median "
                   "{depth.median_m}, 90 % within {depth.p05_m} to {depth.p95_m}; {depth.valid_ratio} of the "

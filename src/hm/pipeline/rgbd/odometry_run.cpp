@@ -7,9 +7,9 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
-#include "hm/pipeline/rgbd/sensor_prior.hpp"
 #include "hm/pipeline/verdict/depth_visits.hpp"
 #include "hm/report/run_report.hpp"
 

@@ -94,11 +94,11 @@ void SlamAlignment::align(const RgbdFrame& frame, TrackedFrame& tracked) {
   Impl& impl = *impl_;
   if (tracked.submap != impl.submap) impl.begin_submap(tracked.submap);
   const bool first = impl.grid.volume_count() == 0;
-  const SE3 before = impl.aligner.T_map_odom() * *tracked.T_odom_camera, odometry = *tracked.T_odom_camera;
-  const AlignmentResult found =
-      impl.aligner.align(impl.grid, frame.depth, *tracked.T_odom_camera, tracked.covariance);
+  const SE3 odometry = *tracked.T_odom_camera * tracked.T_camera_depth;
+  const SE3 before = impl.aligner.T_map_odom() * odometry;
+  const AlignmentResult found = impl.aligner.align(impl.grid, frame.depth, odometry, tracked.covariance);
   if (!first) impl.note({frame.index, odometry, before}, found);
-  tracked.T_odom_camera = found.T_world_camera;
+  tracked.T_odom_camera = found.T_world_camera * tracked.T_camera_depth.inverse();
   if (tracked.new_keyframe) {
     auto keyframe = std::make_shared<Keyframe>(*tracked.new_keyframe);
     keyframe->T_odom_camera = impl.aligner.T_map_odom() * keyframe->T_odom_camera;

@@ -18,11 +18,11 @@
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
-#include "hm/pipeline/rgbd/sensor_prior.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 

@@ -11,7 +11,7 @@
 #include "hm/core/text/counted.hpp"
 #include "hm/geometry/state_bytes.hpp"
 #include "hm/odometry/make_odometry.hpp"
-#include "hm/pipeline/rgbd/sensor_prior.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 
 namespace hm {
 

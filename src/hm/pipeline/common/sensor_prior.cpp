@@ -1,4 +1,4 @@
-#include "hm/pipeline/rgbd/sensor_prior.hpp"
+#include "hm/pipeline/common/sensor_prior.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,6 +27,8 @@ bool is_from_kinect(const RecordingInfo& info) {
                   std::abs(info.camera.fy - known[1]) < kSame_px;
          });
 }
+
+RowTimesPrior kinect_row_times() { return {kKinectReadout_s, kKinectDelay_s}; }
 
 OdometryParams with_kinect_prior(OdometryParams params) {
   TrackerParams& tracker = params.tracker;
