@@ -64,8 +64,7 @@ void add_experiment(Program& program) {
       {"experiment",
        "Remake a figure of the dissertation, with the published numbers beside the measured ones.",
        "  hm experiment list\n"
-       "  hm experiment hover -o fig_2_8\n"
-       "  hm experiment all --tiny -o seen_to_work",
+       "  hm experiment height -o fig_2_5",
        [flags](Session& session) { return run_experiment(*flags, session); }});
   command.add_option("name", flags->name, "list, all, or a name of the list")->required();
   flags->output.add_to(command, "NAME_experiment");
