@@ -1,5 +1,7 @@
 #include "hm/pipeline/verdict/depth_visits.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,6 +15,8 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 60;
 constexpr VisitLimits kLimits{3, 0.2, 0.5, 0.4};
+/// Relative differences of depth, in the worst window. True poses of real recordings reach 0.024.
+constexpr double kDoubtfulOffsetRatio = 0.03, kBrokenOffsetRatio = 0.06;
 constexpr double kMaxTurning_rad_s = 1;
 constexpr double kApart_s = 2, kNear_m = 1, kNear_rad = std::numbers::pi / 6;
 /// Views with less of their points in common say nothing.
@@ -78,49 +82,74 @@ std::optional<RgbdFrame> read(const Recording& recording, const VisitedFrame& vi
   return std::move(*frame);
 }
 
-/// Share of either view's points that stand in the free space of the other, the larger of both.
-std::optional<double> contradicted_ratio(const RgbdFrame& a, const RgbdFrame& b,
+/// How far two views of a place differ.
+struct ViewDifference {
+  double contradicted_ratio = 0;  ///< of either view's points, in the free space of the other: the larger
+  double offset_ratio = 0;        ///< of depth, averaged over tiles of the image, either way: the smaller
+};
+
+std::optional<ViewDifference> difference(const RgbdFrame& a, const RgbdFrame& b,
                                          const PinholeCamera& camera) {
   const Agreement there = compare(a, b, camera, {});
   if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
-  return std::max(there.contradicted_ratio, compare(b, a, camera, {}).contradicted_ratio);
+  const Agreement back = compare(b, a, camera, {});
+  return ViewDifference{std::max(there.contradicted_ratio, back.contradicted_ratio),
+                        std::min(there.systematic, back.systematic)};
 }
 
-/// Of a frame and the earlier visits of its place, the most contradicted; none where no view overlaps.
-std::optional<double> contradicted_ratio(const Recording& recording, const std::vector<VisitedFrame>& frames,
+/// Of a frame and the earlier visits of its place, the largest; none where no view overlaps.
+std::optional<ViewDifference> difference(const Recording& recording, const std::vector<VisitedFrame>& frames,
                                          std::size_t of) {
   const std::vector<std::size_t> visits = earlier_visits(frames, of);
   if (visits.empty()) return std::nullopt;
   const auto frame = read(recording, frames[of]);
   if (!frame) return std::nullopt;
-  std::optional<double> worst;
-  for (const std::size_t visit : visits)
-    if (const auto earlier = read(recording, frames[visit]))
-      if (const auto ratio = contradicted_ratio(*frame, *earlier, recording.camera()))
-        worst = std::max(worst.value_or(0), *ratio);
+  std::optional<ViewDifference> worst;
+  for (const std::size_t visit : visits) {
+    const auto earlier = read(recording, frames[visit]);
+    const auto found = earlier ? difference(*frame, *earlier, recording.camera()) : std::nullopt;
+    if (!found) continue;
+    if (!worst) worst.emplace();
+    worst->contradicted_ratio = std::max(worst->contradicted_ratio, found->contradicted_ratio);
+    worst->offset_ratio = std::max(worst->offset_ratio, found->offset_ratio);
+  }
   return worst;
+}
+
+/// Adds what a systematic difference of depth says: turns of a few degrees move hardly a point into free
+/// space, but tilt what is seen.
+void judge_offsets(const std::vector<VisitComparison>& comparisons, const std::vector<double>& offset_ratios,
+                   RunVerdict& verdict) {
+  if (comparisons.empty()) return;
+  const WindowMedians windows = window_medians(offset_ratios, kLimits.window);
+  verdict.visits->worst_offset_ratio = windows.worst;
+  if (windows.worst <= kDoubtfulOffsetRatio) return;
+  verdict.add(windows.worst > kBrokenOffsetRatio ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+              fmt::format("around {:.1f} s after the start, depth images differ by {:.1f} % from those of "
+                          "another visit",
+                          comparisons[windows.worst_index].time_s, 100 * windows.worst));
 }
 
 }  // namespace
 
-std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
-                                                  const Trajectory& T_world_camera, const RunContext& run) {
+void judge_depth_visits(const Recording& recording, const Trajectory& T_world_camera, const RunContext& run,
+                        RunVerdict& verdict) {
   const std::vector<VisitedFrame> frames = visited_frames(recording.info(), T_world_camera);
   std::vector<VisitComparison> comparisons;
+  std::vector<double> offset_ratios;
   const std::size_t wanted = std::min(kMaxFrames, frames.size());
   for (std::size_t k = 0; k < wanted; ++k) {
     const std::size_t of = (k + 1) * frames.size() / wanted - 1;
     if (turning_rad_s(frames, of) >= kMaxTurning_rad_s) continue;
     if (run.progress) run.progress({"comparing visits", k, wanted, {}});
-    if (const auto ratio = contradicted_ratio(recording, frames, of))
-      comparisons.push_back({frames[of].time_s, *ratio, frames[of].T_world_camera.translation().head<2>()});
+    const auto found = difference(recording, frames, of);
+    if (!found) continue;
+    comparisons.push_back(
+        {frames[of].time_s, found->contradicted_ratio, frames[of].T_world_camera.translation().head<2>()});
+    offset_ratios.push_back(found->offset_ratio);
   }
-  return comparisons;
-}
-
-void judge_depth_visits(const Recording& recording, const Trajectory& T_world_camera, const RunContext& run,
-                        RunVerdict& verdict) {
-  judge_visits(compare_depth_visits(recording, T_world_camera, run), kLimits, "depth images", verdict);
+  judge_visits(comparisons, kLimits, "depth images", verdict);
+  judge_offsets(comparisons, offset_ratios, verdict);
 }
 
 }  // namespace hm

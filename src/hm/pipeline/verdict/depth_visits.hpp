@@ -1,6 +1,4 @@
 #pragma once
-#include <vector>
-
 #include "hm/core/run_context.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/io/rgbd/recording.hpp"
@@ -8,14 +6,11 @@
 
 namespace hm {
 
-/// Compares depth images of a recording with those of earlier visits of their place, as `T_world_camera` (at
-/// stamps of depth images) places them: surfaces of one view must not stand in the free space of another.
+/// Adds what earlier visits of a place say of a trajectory: compares depth images of a recording with those
+/// of earlier visits, as `T_world_camera` (at stamps of depth images) places them. Surfaces of one view must
+/// not stand in the free space of another, and must not be tilted or shifted against it.
 /// Takes at most sixty images, spread over the recording, each with the first and the last earlier one that
 /// looks the same way from close by, two seconds before or more. Images that cannot be read are left out.
-std::vector<VisitComparison> compare_depth_visits(const Recording& recording,
-                                                  const Trajectory& T_world_camera, const RunContext& run);
-
-/// Adds what compare_depth_visits() says of a trajectory.
 void judge_depth_visits(const Recording& recording, const Trajectory& T_world_camera, const RunContext& run,
                         RunVerdict& verdict);
 

@@ -87,20 +87,32 @@ std::optional<Error> strict_failure(const RunVerdict& verdict) {
   return Error{ErrorCode::kNoResult, "the verdict is " + text_of(verdict), "--strict"};
 }
 
+WindowMedians window_medians(const std::vector<double>& values, std::size_t window) {
+  WindowMedians result;
+  window = std::min(window, values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t first = std::min(i - std::min(i, window / 2), values.size() - window);
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+    result.medians.push_back(
+        quantile(std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(window)), 0.5));
+    if (result.medians.back() <= result.worst && i > 0) continue;
+    result.worst = result.medians.back();
+    result.worst_index = i;
+  }
+  return result;
+}
+
 VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons, std::size_t window) {
   VisitConsistency result;
   result.places = comparisons.size();
-  window = std::min(window, comparisons.size());
-  for (std::size_t i = 0; i < comparisons.size(); ++i) {
-    const std::size_t first = std::min(i - std::min(i, window / 2), comparisons.size() - window);
-    std::vector<double> ratios;
-    for (std::size_t k = first; k < first + window; ++k) ratios.push_back(comparisons[k].contradicted_ratio);
-    result.medians.push_back(quantile(std::move(ratios), 0.5));
-    if (result.medians.back() <= result.worst_ratio && i > 0) continue;
-    result.worst_ratio = result.medians.back();
-    result.worst_time_s = comparisons[i].time_s;
-  }
-  if (!result.medians.empty()) result.p95_ratio = quantile(result.medians, 0.95);
+  if (comparisons.empty()) return result;
+  std::vector<double> ratios;
+  for (const VisitComparison& comparison : comparisons) ratios.push_back(comparison.contradicted_ratio);
+  WindowMedians windows = window_medians(ratios, window);
+  result.worst_ratio = windows.worst;
+  result.worst_time_s = comparisons[windows.worst_index].time_s;
+  result.p95_ratio = quantile(windows.medians, 0.95);
+  result.medians = std::move(windows.medians);
   result.comparisons = std::move(comparisons);
   return result;
 }
@@ -111,6 +123,8 @@ void visit(const VisitConsistency& visits, SummaryTree& v) {
   v({"worst_time_s", "worst place, time", "{:.1f} s"}, visits.worst_time_s);
   v({"p95_contradicted_ratio", "95 % of the places, contradicted less than", "{:.0f} %", 100},
     visits.p95_ratio);
+  if (visits.worst_offset_ratio)
+    v({"worst_offset_ratio", "worst place, depth differs by", "{:.1f} %", 100}, *visits.worst_offset_ratio);
 }
 
 constexpr std::size_t kEnoughToBreak = 9;

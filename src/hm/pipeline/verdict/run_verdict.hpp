@@ -28,12 +28,22 @@ struct VisitComparison {
   Vec2 place_m = Vec2::Zero();  ///< from above, in the frame of the map
 };
 
+/// Medians of a window of values that moves along them.
+struct WindowMedians {
+  std::vector<double> medians;  ///< of the window around each value
+  double worst = 0;             ///< largest of them (of all values, where there are less than a window)
+  std::size_t worst_index = 0;  ///< middle of that window
+};
+WindowMedians window_medians(const std::vector<double>& values, std::size_t window);
+
 /// Comparisons along a run, by the median of a window of some of them that moves along it.
 struct VisitConsistency {
   std::size_t places = 0;   ///< comparisons
   double worst_ratio = 0;   ///< largest median of a window (of all comparisons, where there are less)
   double worst_time_s = 0;  ///< of the middle of that window
   double p95_ratio = 0;     ///< 95 % of the windows have a smaller median
+  /// Depth cameras: largest median of a window of the relative difference of depth.
+  std::optional<double> worst_offset_ratio;
   std::vector<VisitComparison> comparisons;
   std::vector<double> medians;  ///< of the window around each comparison
 };
