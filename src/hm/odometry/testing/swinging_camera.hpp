@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "hm/odometry/testing/textured_room.hpp"
+#include "hm/odometry/tracker/row_motion.hpp"
 #include "hm/odometry/tracker/tracker.hpp"
 
 namespace hm {
