@@ -120,7 +120,11 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   T_base_predicted_ = T_base_predicted_ * predicted_motion(motion_s, prediction);
   step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
   unmatched_s_ += motion_s;
+  const Vec3 before = velocity_.velocity();
   match(scan, prediction, step);
+  // A vehicle goes on as it went before it turned or waited, where the search finds out when it did not.
+  if (step.after_gap && step.T_odom_base && prediction.confirms)
+    velocity_.reset(*step.T_odom_base, {before.x(), before.y(), 0});
   return step;
 }
 
@@ -136,9 +140,9 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
     // Along a corridor the prediction counts: there must be one.
     const bool predicted = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
                            !velocity_.velocity().isZero();
-    if (fits(step.match) && predicted &&
-        (!prediction.confirms ||
-         prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed)))
+    if (fits(step.match) && (!prediction.confirms ||
+                             (predicted && step.match.mean_error_m <= params_.kFindMaxError_m &&
+                              prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed))))
       return track(step);
   }
   if (!prediction.find) return lose(scan, step);
@@ -159,35 +163,32 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
 /// uncertain.
 void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction,
                                       OdometryStep& step) {
-  if (prediction.T_last_now) {
+  if (prediction.confirms && prediction.T_last_now) {
     const double sigma_m = kUnsureShift_m + kUnsureRatio * T_base_predicted_.translation().norm();
     const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(T_base_predicted_.angle());
     const Vec3 variances(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad);
     return adopt(scan, {step.T_odom_base_predicted, variances.asDiagonal()}, step);
   }
   if (!step.match.ok()) return lose(scan, step);
-  step.match.covariance.diagonal() +=
-      Vec3(kUnsure_m * kUnsure_m, kUnsure_m * kUnsure_m, kUnsure_rad * kUnsure_rad);
+  if (prediction.confirms)
+    step.match.covariance.diagonal() +=
+        Vec3(kUnsure_m * kUnsure_m, kUnsure_m * kUnsure_m, kUnsure_rad * kUnsure_rad);
   track(step);
 }
 
 bool ScanOdometry::fits(const ScanMatch& match) const {
-  return match.ok() && match.mean_error_m <= params_.kFindMaxError_m &&
-         static_cast<double>(match.pairs) >=
-             params_.kFindMinPairsRatio * static_cast<double>(match.sensed_points);
+  return match.ok() && static_cast<double>(match.pairs) >=
+                           params_.kFindMinPairsRatio * static_cast<double>(match.sensed_points);
 }
 
 /// Sets the pose of this scan: updates the velocity and resets the failure count.
 void ScanOdometry::conclude(const SE2& T_odom_base) {
   T_odom_base_ = T_odom_base;
   T_base_predicted_ = {};
-  if (unmatched_s_ > params_.max_gap_s) {
-    // A vehicle goes on as it went before it turned or waited, where nothing shows how.
-    const Vec3 before = velocity_.velocity();
-    velocity_.reset(T_odom_base_, {before.x(), before.y(), 0});
-  } else {
+  if (unmatched_s_ > params_.max_gap_s)
+    velocity_.reset(T_odom_base_);
+  else
     velocity_.update(T_odom_base_, unmatched_s_);
-  }
   unmatched_s_ = 0;
   failures_ = 0;
 }

@@ -12,6 +12,8 @@
 namespace hm {
 namespace {
 
+constexpr int kScansForVelocity = 4;
+constexpr double kSlowScan_s = 0.2;
 /// Headings that are searched: any after a long gap, else about what wheels predict or what a vehicle may
 /// turn.
 constexpr double kAnyHeading_rad = 4, kWheelTurn_rad = 0.6, kTurnRate_rad_s = 1, kLeastTurn_rad = 0.3;
@@ -93,6 +95,7 @@ struct LaserPipeline::State {
   ScanOdometry odometry;
   MotionSearch search;
   std::optional<Time> last_match;
+  int scans_without_velocity = 0;  // so many more
   LaserMapFrame map_frame;
   ScanVisits visits;
   HeightEstimator floor, ceiling;
@@ -230,11 +233,18 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
     if (!found) return std::nullopt;
     return FoundPose{found->T_odom_base, found->covariance};
   };
-  prediction.confirms = [this](const PlanarScan& scan, const SE2& T_odom_base) {
-    return search.agrees(scan, T_odom_base);
-  };
-  // A vehicle may do anything between scans that far apart.
-  prediction.find_first = long_gap;
+  // The yaw of an IMU leaves little to confirm, and a tilted scan shows floor and ceiling, which agree with
+  // nothing.
+  if (!uses_imu)
+    prediction.confirms = [this](const PlanarScan& scan, const SE2& T_odom_base) {
+      return search.agrees(scan, T_odom_base);
+    };
+  // A vehicle may do anything between scans that far apart. Where it may have moved on by more than the
+  // matcher corrects, a velocity must first be learned.
+  if (long_gap || !last_match) scans_without_velocity = kScansForVelocity;
+  const bool slow = scans_without_velocity > 0 && elapsed_s > kSlowScan_s && !prediction.T_last_now;
+  if (scans_without_velocity > 0) --scans_without_velocity;
+  prediction.find_first = long_gap || slow;
   return prediction;
 }
 

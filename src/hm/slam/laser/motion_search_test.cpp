@@ -71,7 +71,7 @@ TEST(MotionSearch, AfterFailuresItLooksFurther) {
   Rng rng(4);
   MotionSearch search = after_a_drive(world, 12, rng);
   const SE2 truth = office_loop(12);
-  const SE2 predicted = truth * SE2(-2.6, 0, 0.3);  // beyond the first window of 1.4 m
+  const SE2 predicted = truth * SE2(-3.5, 0, 0.3);  // beyond the first window of 1.4 m
   const PlanarScan scan = planar_scan_of_world(world, truth, kHalfTurn, rng);
   int tries = 1;
   std::optional<FoundScan> found = search.find(scan, {predicted, 4, 3});
