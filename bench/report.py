@@ -97,12 +97,12 @@ def merged(stored, found, details, when):
 
 
 def table_lines(name, entries, measured, letters):
-    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | measured | on |",
-             "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = ["", f"## {name}", "", "| row | ours | peer | ratio | bar | aim | unit | | judges | measured | on |",
+             "|---|---|---|---|---|---|---|---|---|---|---|"]
     for e in entries:
         when = measured[e["name"]]
         lines.append(f"| `{e['name']}` | {number(e['ours'])} | {number(e['peer'])} | {number(e['ratio'])} | {number(e['bar'])} | "
-                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {when['date']} {when['commit']} | {letters[when['machine']]} |")
+                     f"{number(e['aim'])} | {e['unit']} | {verdict(e)} | {e['judges']} | {when['date']} {when['commit']} | {letters[when['machine']]} |")
     return lines if entries else []
 
 
@@ -132,7 +132,8 @@ def document(stored):
         lines += ["", f"Not measured: {', '.join(f'`{name}`' for name in missing)}."]
     lines += ["", "`bar` is the required value, `aim` the desired one. `ratio` is peer divided by ours (more is better); without a peer,",
               "`ours` is compared with the bar. `measured`: day and commit (with a +: plus uncommitted changes),",
-              "`on`: the machine. Some rows belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
+              "`on`: the machine. `judges`: simulation, or the part of the recordings (`bench/recordings.json`: tuning halves choose constants,",
+              "judging halves do not; what closes loops needs the whole). Some rows belong together, as `slam_house` and `slam_house_ate`: the first holds only if the others hold.", "", "## How it is measured", "",
               "Recordings are read from `$HM_DATA`, else from `../shared/data`. Integration uses 600 frames of `sevenscenes_a`, 640x480,",
               "with voxels of 2 cm, a truncation band of 8 cm and depth up to 4 m for all programs. Frames are loaded in chunks of 40.",
               "The programs integrate each chunk in turn, several rounds, each round into a separate map. The time of a frame is that",

@@ -5,12 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import recordings
+
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "program"))
 
 from bent_poses import bent, read_rows  # noqa: E402
 
-LASER_LOGS = ("laser/flirt_fr079.log", "laser/flirt_intel-lab.log")
-RGBD_FOLDERS = ("rgbd/sevenscenes_a", "rgbd/tum_fr1_xyz", "rgbd/tum_fr1_rpy")
 # Noise of wheel odometry (wheel_noise.*), and shares of it: the poses of a laser map, uncorrected.
 NOISE = {"along_ratio": 0.05, "across_ratio": 0.02, "angle_ratio": 0.05, "angle_rad_per_m": 0.02, "scale_sigma_ratio": 0.01,
          "drift_sigma_rad_per_m": 0.01}
@@ -80,10 +80,10 @@ def judge(program, data, work, say=lambda text: None):
         take(flight.name, laser_cases(program, flight, range(1, 4), work))
     run_hm(program, "simulate", "room", "-o", work / "room")
     take("room", rgbd_cases(program, work / "room", work))
-    for name in LASER_LOGS:
+    for name in recordings.used("verdicts", "laser"):
         if (data / name).exists():
             take(name, laser_cases(program, data / name, range(1, 11), work))
-    for name in RGBD_FOLDERS:
+    for name in recordings.used("verdicts", "rgbd"):
         if (data / name).exists():
             take(name, rgbd_cases(program, data / name, work))
     good, torn = verdicts["good"], verdicts["torn"]

@@ -8,6 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
 sys.dont_write_bytecode = True
+import recordings  # noqa: E402
 import report  # noqa: E402
 import rows  # noqa: E402
 
@@ -71,8 +72,8 @@ assert second["rows"]["simd"] == {"ours": 1.0, "peer": 4.0, **day_one}
 assert second["rows"]["carving"] == {"ours": 1.2, "peer": None, **day_two}
 assert second["details"]["carving"] == {"c": 5} and first["details"]["carving"] == {"c": 3}
 page = report.document(second)
-assert "| `simd` | 1 | 4 | 4 | 3 | 6 | ms a frame | holds | 2026-01-02 aaaaaaa |" in page, page
-assert "| `carving` | 1.2 | - | - | 1.1 | 1.05 | times the time without | DOES NOT HOLD | 2026-02-03 bbbbbbb+ |" in page
+assert "| `simd` | 1 | 4 | 4 | 3 | 6 | ms a frame | holds | whole | 2026-01-02 aaaaaaa |" in page, page
+assert "| `carving` | 1.2 | - | - | 1.1 | 1.05 | times the time without | DOES NOT HOLD | whole | 2026-02-03 bbbbbbb+ |" in page
 assert "1 rows: old box, load 0.3 to 0.3" in page and "1 rows: new box, load 1.5 to 1.5" in page
 assert "Not measured: `open3d_scalable`" in page and "`simd`" not in page[page.index("Not measured"):page.index("`measured`:")]
 assert "## The integration kernel" not in page
@@ -90,3 +91,11 @@ page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
 for name, row in stored["rows"].items():
     assert f"| `{name}` | {report.number(row['ours'])} | {report.number(row['peer'])} |" in page, name
 print("bench rows: good")
+
+# The split of the recordings: every bench of it exists, and every recording that a bench uses has a split.
+assert set(recordings.BENCHES) <= {row.bench for row in rows.ROWS} | {"kernel_limit"}
+for bench, entry in recordings.BENCHES.items():
+    assert entry["part"] in recordings.PARTS and recordings.used(bench), bench
+    assert set(recordings.used(bench)) <= set(recordings.SPLITS), bench
+assert fast["judges"] == "whole" and drift["judges"] == "simulation"
+assert recordings.laser_part("laser/flirt_fr079.log", "judging")[1] == f"laser.begin_s={recordings.SPLITS['laser/flirt_fr079.log']}"

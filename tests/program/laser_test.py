@@ -221,14 +221,16 @@ class Laser(support.SharedFolderTest):
                          run["loops"]["accepted"] - run["loops"]["removed"] + run["loops"]["rejected"])
         self.assertLess(run["relation_error_m"]["mean"], 0.022)
         self.assertLess(run["relation_error_odom_m"]["mean"], 0.10)
-        self.assertLess(run["ate_rmse_m"], 0.5 * run["ate_rmse_odom_m"])
+        self.assertLess(run["ate_rmse_m"], min(0.2, run["ate_rmse_odom_m"]))
         # Walls that were seen twice are one wall.
         self.assertLess(run["mvog"]["volumes_positive"], 0.9 * run["loops"]["mvog_odom"]["volumes_positive"])
         self.check_files("wheels", FILES + ["trajectory_odom.txt", "map_frame.csv"])
         alone = self.intel(data, "alone")
-        self.assertGreater(alone["scans"]["searched"], 2000)
-        self.assertGreaterEqual(alone["scans"]["posed"], 2640)
-        self.assertLess(alone["relation_error_m"]["mean"], 0.3)
+        self.assertGreater(alone["scans"]["searched"], 500)
+        self.assertGreaterEqual(alone["scans"]["posed"], 2660)
+        self.assertLess(alone["relation_error_m"]["mean"], 0.05)
+        # A wrong map is not presented as right.
+        self.assertTrue(alone["ate_rmse_m"] < 0.5 or alone["verdict"]["value"] != "ok")
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
 namespace hm {
 
-void BodyVelocity::reset(const SE2& T_odom_base) {
+void BodyVelocity::reset(const SE2& T_odom_base, const Vec3& velocity) {
   T_odom_filtered_ = T_odom_base;
-  velocity_.setZero();
+  velocity_ = velocity;
 }
 
 void BodyVelocity::update(const SE2& T_odom_base, double dt_s) {

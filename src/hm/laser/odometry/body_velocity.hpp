@@ -8,8 +8,8 @@ namespace hm {
 class BodyVelocity {
  public:
   BodyVelocity(double alpha, double beta) : alpha_(alpha), beta_(beta) {}
-  /// Resets to rest at this pose.
-  void reset(const SE2& T_odom_base);
+  /// Restarts at this pose, at rest or with a velocity.
+  void reset(const SE2& T_odom_base, const Vec3& velocity = Vec3::Zero());
   /// Updates with a pose measured dt_s (> 0) after the last one.
   void update(const SE2& T_odom_base, double dt_s);
   /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the body frame.

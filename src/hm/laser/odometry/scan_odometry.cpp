@@ -1,5 +1,6 @@
 #include "hm/laser/odometry/scan_odometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hm {
@@ -25,6 +26,11 @@ std::string_view to_string(OdometryStatus status) {
 }
 
 namespace {
+
+constexpr double kLeastSpacingRatio = 0.5, kSpacingGain = 0.05;
+/// Deviations of wheel odometry where nothing confirms it, and of a match that nothing confirms.
+constexpr double kUnsureShift_m = 0.05, kUnsureTurn_rad = 0.05, kUnsureRatio = 0.2;
+constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
 
 /// Covariance of (x, y, angle) of T_a_b * T_b_c for independent factors, each along its left frame's axes.
 Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, const Mat3& covariance_b_c) {
@@ -56,6 +62,7 @@ void ScanOdometry::start(const SE2& T_odom_base) {
   keyframes_ = 0;
   failures_ = 0;
   velocity_.reset(T_odom_base);
+  unmatched_s_ = spacing_s_ = 0;
 }
 
 OdometryStep ScanOdometry::begin(const PlanarScan& scan) {
@@ -86,6 +93,15 @@ SE2 ScanOdometry::predicted_motion(double dt_s, const MotionPrediction& predicti
   return motion;
 }
 
+/// The time in which a vehicle moved between two scans. Stamps of recordings may be those of a computer that
+/// had other things to do: scans much closer than usual were not taken so close.
+double ScanOdometry::motion_time(double dt_s) {
+  const double time_s = std::max(dt_s, kLeastSpacingRatio * spacing_s_);
+  if (dt_s <= params_.max_gap_s)
+    spacing_s_ = spacing_s_ == 0 ? dt_s : spacing_s_ + kSpacingGain * (dt_s - spacing_s_);
+  return time_s;
+}
+
 OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPrediction& prediction) {
   if (!last_stamp_) return begin(scan);
   OdometryStep step;
@@ -100,35 +116,67 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   last_stamp_ = scan.stamp;
   step.after_gap = dt_s > params_.max_gap_s;
   // The motion since the last scan, in that scan's body frame: composed on the right.
-  T_base_predicted_ = T_base_predicted_ * predicted_motion(dt_s, prediction);
+  const double motion_s = motion_time(dt_s);
+  T_base_predicted_ = T_base_predicted_ * predicted_motion(motion_s, prediction);
   step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
-  unmatched_s_ += dt_s;
+  unmatched_s_ += motion_s;
+  const Vec3 before = velocity_.velocity();
   match(scan, prediction, step);
+  // A vehicle goes on as it went before it turned or waited, where the search finds out when it did not.
+  if (step.after_gap && step.T_odom_base && prediction.confirms)
+    velocity_.reset(*step.T_odom_base, {before.x(), before.y(), 0});
   return step;
 }
 
-/// Matches from the prediction, or from the found pose; if the reference overlaps too little with the scan,
-/// the found pose is used.
+/// Matches from the prediction; where the match is not confirmed, from the found pose, which itself is used
+/// if the reference does not confirm it.
 void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step) {
   const auto match_from = [&](const SE2& T_odom_base) {
     step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * T_odom_base);
   };
   if (!prediction.find || !prediction.find_first) {
     match_from(step.T_odom_base_predicted);
-    if (is_well_paired(step.match) || (step.match.ok() && !prediction.find)) return track(step);
+    if (step.match.ok() && !prediction.find) return track(step);
+    // Along a corridor the prediction counts: there must be one.
+    const bool predicted = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
+                           !velocity_.velocity().isZero();
+    if (fits(step.match) && (!prediction.confirms ||
+                             (predicted && step.match.mean_error_m <= params_.kFindMaxError_m &&
+                              prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed))))
+      return track(step);
   }
-  std::optional<FoundPose> found;
-  if (prediction.find) {
-    step.searched = true;
-    found = prediction.find(scan, step.T_odom_base_predicted);
-    match_from(found ? found->T_odom_base : step.T_odom_base_predicted);
+  if (!prediction.find) return lose(scan, step);
+  step.searched = true;
+  if (const auto found = prediction.find(scan, step.T_odom_base_predicted)) {
+    match_from(found->T_odom_base);
+    if (!fits(step.match)) return adopt(scan, *found, step);
+    const SE2 change = found->T_odom_base.inverse() * (T_odom_keyframe_ * *step.match.T_reference_sensed);
+    const bool stays = change.translation().norm() <= params_.kFoundMaxShift_m &&
+                       std::abs(change.angle()) <= params_.kFoundMaxTurn_rad;
+    return stays ? track(step) : adopt(scan, *found, step);
   }
-  if (found && !is_well_paired(step.match)) return adopt(scan, *found, step);
-  if (step.match.ok()) return track(step);
-  lose(scan, step);
+  if (prediction.find_first) match_from(step.T_odom_base_predicted);
+  accept_unconfirmed(scan, prediction, step);
 }
 
-bool ScanOdometry::is_well_paired(const ScanMatch& match) const {
+/// Neither the last scans nor the reference confirm a pose: odometry counts, or else the match, but as
+/// uncertain.
+void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction,
+                                      OdometryStep& step) {
+  if (prediction.confirms && prediction.T_last_now) {
+    const double sigma_m = kUnsureShift_m + kUnsureRatio * T_base_predicted_.translation().norm();
+    const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(T_base_predicted_.angle());
+    const Vec3 variances(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad);
+    return adopt(scan, {step.T_odom_base_predicted, variances.asDiagonal()}, step);
+  }
+  if (!step.match.ok()) return lose(scan, step);
+  if (prediction.confirms)
+    step.match.covariance.diagonal() +=
+        Vec3(kUnsure_m * kUnsure_m, kUnsure_m * kUnsure_m, kUnsure_rad * kUnsure_rad);
+  track(step);
+}
+
+bool ScanOdometry::fits(const ScanMatch& match) const {
   return match.ok() && static_cast<double>(match.pairs) >=
                            params_.kFindMinPairsRatio * static_cast<double>(match.sensed_points);
 }

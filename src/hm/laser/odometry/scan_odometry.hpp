@@ -23,8 +23,12 @@ struct ScanOdometryParams {
   int reference_scans = 100;
   double max_gap_s = 1.0;
   int max_failures = 5;
-  /// A match with a smaller share of paired points triggers MotionPrediction::find.
+  /// A match with a smaller share of paired points triggers MotionPrediction::find,
   static constexpr double kFindMinPairsRatio = 0.3;
+  /// and so does one with a larger mean distance from the lines.
+  static constexpr double kFindMaxError_m = 0.05;
+  /// A found pose must stay this close when it is matched with the reference.
+  static constexpr double kFoundMaxShift_m = 0.15, kFoundMaxTurn_rad = 0.1;
 
   /// The odometry of 2.2.1 with the dissertation's example thresholds (0.2 m, 20 degrees).
   static ScanOdometryParams dissertation() {
@@ -77,6 +81,8 @@ struct FoundPose {
 /// Searches for a scan in earlier data, given its predicted pose; returns nothing if not found.
 using PoseFinder =
     std::function<std::optional<FoundPose>(const PlanarScan& scan, const SE2& T_odom_base_predicted)>;
+/// Whether other data than the reference confirm the pose of a scan.
+using PoseJudge = std::function<bool(const PlanarScan& scan, const SE2& T_odom_base)>;
 
 /// Prediction of the motion since the last processed scan, from other sources. Precedence for each component:
 /// yaw_change_rad, odometry, velocity, the estimator's own velocity, none.
@@ -84,8 +90,10 @@ struct MotionPrediction {
   std::optional<SE2> T_last_now;  ///< from wheel odometry: current base in the base frame of the last scan
   std::optional<Vec3> velocity_base;     ///< vx, vy (m/s), yaw rate (rad/s) in the base frame
   std::optional<double> yaw_change_rad;  ///< from an IMU
-  /// Called when matching from the prediction fails or has too few pairs; with `find_first`, before matching.
+  /// Called when matching from the prediction fails, fits poorly or is not confirmed; with `find_first`,
+  /// before matching.
   PoseFinder find = {};
+  PoseJudge confirms = {};  ///< judges matches; needs `find`
   bool find_first = false;
 };
 
@@ -137,8 +145,10 @@ class ScanOdometry {
  private:
   OdometryStep begin(const PlanarScan& scan);
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
+  double motion_time(double dt_s);
   void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
-  [[nodiscard]] bool is_well_paired(const ScanMatch& match) const;
+  void accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
+  [[nodiscard]] bool fits(const ScanMatch& match) const;
   void track(OdometryStep& step);
   void adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step);
   void conclude(const SE2& T_odom_base);
@@ -154,6 +164,7 @@ class ScanOdometry {
   SE2 T_base_predicted_;  // motion predicted since T_odom_base_ was matched, over failed scans
   Mat3 keyframe_covariance_ = Mat3::Zero();
   double unmatched_s_ = 0;  // since T_odom_base_ was matched
+  double spacing_s_ = 0;    // between scans, running mean
   std::size_t keyframes_ = 0;
   int failures_ = 0;
 };

@@ -84,5 +84,49 @@ TEST(ScanOdometryFinder, TheFinderCanComeFirst) {
   }
 }
 
+/// What nothing confirms is not certain: wheels count where there are any, else the match, with a large
+/// covariance.
+TEST(ScanOdometryFinder, UnconfirmedMatchesAreUncertain) {
+  const PlanarWorld world = laser_testing::office_world();
+  const SE2 start = laser_testing::office_loop(5);
+  const std::vector<PlanarScan> scans = scans_from(world, {start, start * SE2(0.1, 0, 0.05)});
+  for (const bool wheels : {true, false}) {
+    MotionPrediction prediction;
+    prediction.confirms = [](const PlanarScan&, const SE2&) { return false; };
+    prediction.find = [](const PlanarScan&, const SE2&) { return std::optional<FoundPose>(); };
+    const SE2 wheel_motion(0.12, 0.01, 0.06);
+    if (wheels) prediction.T_last_now = wheel_motion;
+    ScanOdometry odometry;
+    odometry.process(scans[0], prediction);
+    const OdometryStep step = odometry.process(scans[1], prediction);
+    EXPECT_TRUE(step.searched);
+    ASSERT_TRUE(step.T_odom_base);
+    if (wheels)
+      EXPECT_EQ(step.T_odom_base->vector(), wheel_motion.vector());
+    else
+      EXPECT_LT((step.T_odom_base->translation() - Vec2(0.1, 0)).norm(), 0.02);
+    EXPECT_GT(step.match.covariance(0, 0), wheels ? 0.05 * 0.05 : 0.2 * 0.2);
+    EXPECT_GT(step.match.covariance(2, 2), wheels ? 0.05 * 0.05 : 0.2 * 0.2);
+  }
+}
+
+/// Two scans with almost the same stamp, as a busy computer writes them, are not a motion of many metres a
+/// second.
+TEST(ScanOdometryFinder, StampsThatBunchDoNotMakeAVelocity) {
+  const PlanarWorld world = laser_testing::office_world();
+  std::vector<SE2> path;
+  for (int i = 0; i < 40; ++i) path.push_back(laser_testing::office_loop(5 + 0.02 * i));
+  std::vector<PlanarScan> scans = scans_from(world, path);
+  scans[30].stamp = scans[29].stamp + Duration::from_seconds(1e-4);
+  ScanOdometry odometry;
+  double fastest_m_s = 0;
+  for (const PlanarScan& scan : scans) {
+    const OdometryStep step = odometry.process(scan);
+    EXPECT_TRUE(step.T_odom_base);
+    fastest_m_s = std::max(fastest_m_s, odometry.velocity_base().head<2>().norm());
+  }
+  EXPECT_LT(fastest_m_s, 2);  // 0.8 m/s
+}
+
 }  // namespace
 }  // namespace hm

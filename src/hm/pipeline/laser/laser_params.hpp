@@ -28,7 +28,7 @@ struct LaserRunParams {
   bool use_odometry = true;
   bool degraded_odometry = false;
   bool search_motion = true;
-  double search_gap_s = 0.3;
+  double search_gap_s = 1.0;
   bool close_loops = true;
   /// --localise: a lost vehicle is searched for in the whole map this often.
   static constexpr double kSeekInterval_s = 0.5;

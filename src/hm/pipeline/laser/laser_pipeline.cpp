@@ -12,7 +12,11 @@
 namespace hm {
 namespace {
 
-constexpr int kScansForVelocity = 10;  // in quick succession, before a velocity is used
+constexpr int kScansForVelocity = 4;
+constexpr double kSlowScan_s = 0.2;
+/// Headings that are searched: any after a long gap, else about what wheels predict or what a vehicle may
+/// turn.
+constexpr double kAnyHeading_rad = 4, kWheelTurn_rad = 0.6, kTurnRate_rad_s = 1, kLeastTurn_rad = 0.3;
 
 /// Time at which the last beam of a scan was measured.
 Time end_of(const LaserScan& scan) { return scan.stamp_of(scan.size()); }
@@ -219,19 +223,28 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
   MotionPrediction prediction = motion.since_last(stamp);
   if (!params.run.search_motion) return prediction;
   const double elapsed_s = last_match ? (stamp - *last_match).seconds() : 0;
-  prediction.find = [this, elapsed_s](const PlanarScan& scan,
-                                      const SE2& T_odom_base) -> std::optional<FoundPose> {
-    const auto found = search.find(scan, T_odom_base, elapsed_s);
+  const bool long_gap = elapsed_s > params.run.search_gap_s && !prediction.T_last_now;
+  const double half_angle_rad = long_gap                ? kAnyHeading_rad
+                                : prediction.T_last_now ? kWheelTurn_rad
+                                                        : kTurnRate_rad_s * elapsed_s + kLeastTurn_rad;
+  prediction.find = [this, elapsed_s, half_angle_rad](const PlanarScan& scan,
+                                                      const SE2& T_odom_base) -> std::optional<FoundPose> {
+    const auto found = search.find(scan, {T_odom_base, half_angle_rad, elapsed_s});
     if (!found) return std::nullopt;
     return FoundPose{found->T_odom_base, found->covariance};
   };
-  // A vehicle may do anything between scans that far apart: its velocity predicts nothing, nor does one that
-  // was learned from such scans.
-  if (elapsed_s > params.run.search_gap_s) scans_without_velocity = kScansForVelocity;
-  const bool slow = scans_without_velocity > 0;
-  if (slow) --scans_without_velocity;
-  prediction.find_first = slow && !prediction.T_last_now;
-  if (prediction.find_first) prediction.T_last_now = SE2();
+  // The yaw of an IMU leaves little to confirm, and a tilted scan shows floor and ceiling, which agree with
+  // nothing.
+  if (!uses_imu)
+    prediction.confirms = [this](const PlanarScan& scan, const SE2& T_odom_base) {
+      return search.agrees(scan, T_odom_base);
+    };
+  // A vehicle may do anything between scans that far apart. Where it may have moved on by more than the
+  // matcher corrects, a velocity must first be learned.
+  if (long_gap || !last_match) scans_without_velocity = kScansForVelocity;
+  const bool slow = scans_without_velocity > 0 && elapsed_s > kSlowScan_s && !prediction.T_last_now;
+  if (scans_without_velocity > 0) --scans_without_velocity;
+  prediction.find_first = long_gap || slow;
   return prediction;
 }
 

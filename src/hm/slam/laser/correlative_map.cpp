@@ -42,16 +42,28 @@ void CorrelativeMap::splat(std::span<const Vec2> points_m, double sigma_m) {
   base.width = static_cast<unsigned>(size.x());
   base.height = static_cast<unsigned>(size.y());
   base.values.assign(static_cast<std::size_t>(base.width) * base.height, 0);
+  // The likelihood is a product of one factor along x and one along y.
+  const auto factors = [&](double point, double origin, int first, int last) {
+    std::vector<double> values;
+    for (int i = first; i <= last; ++i) {
+      const double distance_m = origin + resolution_m_ * (i + 0.5) - point;
+      values.push_back(std::exp(-0.5 * distance_m * distance_m / (sigma_m * sigma_m)));
+    }
+    return values;
+  };
   for (const Vec2& point : points_m) {
     const Eigen::Vector2i cell = cell_of(point);
-    for (int y = std::max(0, cell.y() - radius); y <= std::min(size.y() - 1, cell.y() + radius); ++y)
-      for (int x = std::max(0, cell.x() - radius); x <= std::min(size.x() - 1, cell.x() + radius); ++x) {
-        const Vec2 centre = origin_m_ + resolution_m_ * Vec2(x + 0.5, y + 0.5);
-        const double likelihood = std::exp(-0.5 * (centre - point).squaredNorm() / (sigma_m * sigma_m));
-        std::uint8_t& value =
-            base.values[static_cast<std::size_t>(y) * base.width + static_cast<std::size_t>(x)];
-        value = std::max(value, static_cast<std::uint8_t>(std::lround(255 * likelihood)));
-      }
+    const Eigen::Vector2i first = (cell.array() - radius).max(0),
+                          last = (cell.array() + radius).min(size.array() - 1);
+    const std::vector<double> along_x = factors(point.x(), origin_m_.x(), first.x(), last.x());
+    const std::vector<double> along_y = factors(point.y(), origin_m_.y(), first.y(), last.y());
+    for (int y = first.y(); y <= last.y(); ++y) {
+      std::uint8_t* row =
+          &base.values[static_cast<std::size_t>(y) * base.width + static_cast<std::size_t>(first.x())];
+      const double factor = 255 * along_y[static_cast<std::size_t>(y - first.y())];
+      for (std::size_t x = 0; x < along_x.size(); ++x)
+        row[x] = std::max(row[x], static_cast<std::uint8_t>(factor * along_x[x] + 0.5));
+    }
   }
 }
 

@@ -195,14 +195,15 @@ CorrelativeMatch search_correlative(const CorrelativeMap& map, std::span<const V
   if (search.limit_reached()) match.status = CorrelativeStatus::kLimitReached;
   if (search.limit_reached() || !best) return match;
   match.score = search.score_of(best->sum);
+  match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
+  match.status = CorrelativeStatus::kFound;
+  if (params.ambiguity_ratio > 1) return match;
   SearchWindow wide = window;
   wide.half_x_m *= params.other_window_ratio;
   wide.half_y_m *= params.other_window_ratio;
   Search beside(map, usable, wide, params);
   const auto other = beside.run(beside.least_beside(*best), best);
   match.evaluations += beside.evaluations();
-  match.T_map_scan = refine_on_map(map, usable, search.pose(*best));
-  match.status = CorrelativeStatus::kFound;
   if (beside.limit_reached()) match.status = CorrelativeStatus::kLimitReached;
   if (other) {
     match.status = CorrelativeStatus::kAmbiguous;

@@ -17,7 +17,9 @@ struct SearchWindow {
 struct CorrelativeSearchParams {
   double min_score = 0.55;
   double angle_step_rad = 0;  ///< 0: so that no point moves by more than a cell per step
-  /// The match is ambiguous if a pose at least this far away scores `ambiguity_ratio` of the best score.
+  /// The match is ambiguous if a pose at least this far away scores `ambiguity_ratio` of the best score;
+  /// kNoAlternatives: they are not looked for.
+  static constexpr double kNoAlternatives = 2;
   double other_place_m = 0.4, other_angle_rad = 0.3, ambiguity_ratio = 0.92;
   /// Width of the search for alternative poses relative to the window. In a repetitive structure whose true
   /// match is missing from the map, a wrong match is detected only by the next repetition, which may lie

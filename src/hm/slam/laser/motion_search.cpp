@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 
 #include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
@@ -10,11 +12,37 @@
 namespace hm {
 namespace {
 
-constexpr double kResolution_m = 0.05;
+constexpr double kResolution_m = 0.1, kAngleStep_rad = 0.02;
 constexpr int kLevels = 6;
+/// Each sector of headings has a best place of its own.
+constexpr double kSector_rad = 0.26;
+/// Places that score less than this share of the best one are not looked at.
+constexpr double kMinScoreRatio = 0.6;
+constexpr std::size_t kMaxPlaces = 8;
+/// The window grows so fast with the time since the last pose.
+constexpr double kWander_m_s = 0.2;
 constexpr double kLeastTime_s = 0.25;  // shorter times do not increase the penalty further
 /// Rotation by one radian reduces the overlap of two scans like a translation by this distance.
 constexpr double kSearchApartPerTurn_m = 0.7;
+/// PL-ICP must not leave the place that the search found.
+constexpr double kMaxRefinement_m = 0.3, kMaxRefinement_rad = 0.2;
+/// Scans a few tenths of a second apart agree more closely than visits do.
+constexpr ScanAgreementLimits kAgreementLimits{0.12, 0.02, 12, 60};
+/// A point that was seen through weighs so much more than one that agrees.
+constexpr double kSeenThroughWeight = 3;
+/// Agreement of few points is worth less: the share of all points that halves it.
+constexpr double kPriorRatio = 0.1;
+constexpr double kMinAgreement = 0.85;
+/// A place needs this merit. It is certain with more, when no other place comes near it.
+constexpr double kMinMerit = 0.2, kSureMerit = 0.4, kRivalRatio = 0.75;
+constexpr double kOtherPlace_m = 0.4, kOtherPlace_rad = 0.2;
+/// Deviations of a place that PL-ICP does not refine, and of one that another place rivals.
+constexpr double kCoarse_m = 0.1, kCoarse_rad = 0.05, kUncertain_m = 0.5, kUncertain_rad = 0.5;
+constexpr std::size_t kMinPointsInCommon = 40, kKeyframesToAgree = 6;
+
+Mat3 covariance_of(double sigma_m, double sigma_rad) {
+  return Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
 
 }  // namespace
 
@@ -51,47 +79,109 @@ const CorrelativeMap& MotionSearch::raster() {
   return *raster_;
 }
 
-std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const SE2& T_odom_base_predicted,
-                                            double elapsed_s) {
+ScanAgreement MotionSearch::agreement(const PlanarScan& scan, const SE2& T_odom_base,
+                                      std::size_t max_keyframes) const {
+  ScanAgreement sum;
+  const std::size_t step = std::max<std::size_t>(1, (keyframes_.size() + max_keyframes - 1) / max_keyframes);
+  for (std::size_t i = keyframes_.size(); i > 0; i -= std::min(i, step))
+    compare_scans(keyframes_[i - 1].scan, scan, keyframes_[i - 1].T_odom_base.inverse() * T_odom_base,
+                  kAgreementLimits, sum);
+  return sum;
+}
+
+bool MotionSearch::agrees(const PlanarScan& scan, const SE2& T_odom_base) const {
+  const ScanAgreement sum = agreement(scan, T_odom_base, kKeyframesToAgree);
+  return sum.agrees + sum.seen_through < kMinPointsInCommon || 1 - sum.contradicted_ratio() >= kMinAgreement;
+}
+
+/// The best place of each sector of headings, best first.
+std::vector<MotionSearch::Place> MotionSearch::places(const std::vector<Vec2>& points_m,
+                                                      const MotionSearchStart& start) {
+  const double half_m =
+      std::min(params_.max_window_m, (1 + failures_) * params_.window_m + kWander_m_s * start.elapsed_s);
+  const double half_rad = std::min(start.half_angle_rad, std::numbers::pi);
+  const int sectors = std::max(1, static_cast<int>(std::ceil(2 * half_rad / kSector_rad)));
+  const double sector_rad = 2 * half_rad / sectors;
+  CorrelativeSearchParams search;
+  search.min_score = params_.min_score;
+  search.ambiguity_ratio = CorrelativeSearchParams::kNoAlternatives;
+  search.angle_step_rad = kAngleStep_rad;
+  std::vector<Place> found;
+  for (int sector = 0; sector < sectors; ++sector) {
+    const double turn = (sector + 0.5) * sector_rad - half_rad;
+    const SE2 centre(start.T_odom_base.translation(), start.T_odom_base.angle() + turn);
+    const CorrelativeMatch match =
+        search_correlative(raster(), points_m, {centre, half_m, half_m, sector_rad / 2}, search);
+    if (match.status != CorrelativeStatus::kFound) continue;
+    found.push_back({match.T_map_scan, match.score});
+    search.min_score = std::max(search.min_score, kMinScoreRatio * match.score);
+  }
+  std::ranges::stable_sort(found, std::ranges::greater{}, &Place::score);
+  if (found.size() > kMaxPlaces) found.resize(kMaxPlaces);
+  return found;
+}
+
+std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const MotionSearchStart& start) {
   const std::vector<Vec2> points_m =
       points_within(scan, params_.kMaxPointRange_m, static_cast<std::size_t>(params_.kMaxPoints));
   if (keyframes_.empty() || points_m.size() < static_cast<std::size_t>(params_.kMinPoints))
     return std::nullopt;
-  const double half_m = std::min(params_.max_window_m, (1 + failures_) * params_.window_m);
-  CorrelativeSearchParams search;
-  search.min_score = params_.min_score;
-  search.ambiguity_ratio = 1;
-  const double time_s = std::max(kLeastTime_s, elapsed_s);
-  search.shift_penalty_per_m2 = params_.kShiftPenaltyS2PerM2 / (time_s * time_s);
-  search.turn_penalty_per_rad2 = params_.kTurnPenaltyS2PerRad2 / (time_s * time_s);
-  const CorrelativeMatch match = search_correlative(
-      raster(), points_m, {T_odom_base_predicted, half_m, half_m, params_.kWindow_rad}, search);
+  std::vector<Place> found = places(points_m, start);
   ++failures_;
-  if (match.status != CorrelativeStatus::kFound && match.status != CorrelativeStatus::kAmbiguous)
-    return std::nullopt;
-  auto found = confirmed(scan, match.T_map_scan);
-  if (!found) return std::nullopt;
+  for (Place& place : found) {
+    refine(scan, place);
+    place.merit = merit(scan, points_m, place.T_odom_base, start);
+  }
+  const auto best = std::ranges::max_element(found, {}, &Place::merit);
+  if (best == found.end() || best->merit < kMinMerit) return std::nullopt;
   failures_ = 0;
-  found->score = match.score;
-  return found;
+  const bool rivalled = std::ranges::any_of(found, [&](const Place& other) {
+    const SE2 apart = best->T_odom_base.inverse() * other.T_odom_base;
+    return other.merit > kRivalRatio * best->merit &&
+           (apart.translation().norm() > kOtherPlace_m || std::abs(apart.angle()) > kOtherPlace_rad);
+  });
+  if (rivalled || best->merit < kSureMerit) best->covariance += covariance_of(kUncertain_m, kUncertain_rad);
+  return FoundScan{best->T_odom_base, best->covariance, best->score};
 }
 
-std::optional<FoundScan> MotionSearch::confirmed(const PlanarScan& scan, const SE2& T_odom_base) {
+/// How well a scan fits there: its score on the raster times its agreement with the keyframes, less the
+/// penalty for the deviation from the prediction.
+double MotionSearch::merit(const PlanarScan& scan, const std::vector<Vec2>& points_m, const SE2& T_odom_base,
+                           const MotionSearchStart& start) {
+  const ScanAgreement sum = agreement(scan, T_odom_base, keyframes_.size());
+  const auto agrees = static_cast<double>(sum.agrees), through = static_cast<double>(sum.seen_through);
+  const double points = static_cast<double>(keyframes_.size() * kAgreementLimits.max_points * 2);
+  const SE2 deviation = start.T_odom_base.inverse() * T_odom_base;
+  const double time_s = std::max(kLeastTime_s, start.elapsed_s);
+  const double speed_m_s = deviation.translation().norm() / time_s, rate_rad_s = deviation.angle() / time_s;
+  return raster().score(points_m, T_odom_base) * agrees /
+             (agrees + kSeenThroughWeight * through + kPriorRatio * points) -
+         params_.kShiftPenaltyS2PerM2 * speed_m_s * speed_m_s -
+         params_.kTurnPenaltyS2PerRad2 * rate_rad_s * rate_rad_s;
+}
+
+/// Improves a place by PL-ICP against the nearest keyframe, where that confirms it.
+void MotionSearch::refine(const PlanarScan& scan, Place& place) {
+  place.covariance = covariance_of(kCoarse_m, kCoarse_rad);
   const Keyframe* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const Keyframe& keyframe : keyframes_) {
-    const SE2 T = keyframe.T_odom_base.inverse() * T_odom_base;
+    const SE2 T = keyframe.T_odom_base.inverse() * place.T_odom_base;
     const double apart = T.translation().norm() + kSearchApartPerTurn_m * std::abs(T.angle());
     if (apart < least) least = apart, nearest = &keyframe;
   }
-  const ScanMatch match = matcher_.match(nearest->scan, scan, nearest->T_odom_base.inverse() * T_odom_base);
+  const ScanMatch match =
+      matcher_.match(nearest->scan, scan, nearest->T_odom_base.inverse() * place.T_odom_base);
   if (!match.ok() || match.mean_error_m > params_.max_error_m ||
       static_cast<double>(match.pairs) < params_.min_pairs_ratio * static_cast<double>(match.sensed_points))
-    return std::nullopt;
+    return;
+  const SE2 refined = nearest->T_odom_base * *match.T_reference_sensed;
+  const SE2 change = place.T_odom_base.inverse() * refined;
+  if (change.translation().norm() > kMaxRefinement_m || std::abs(change.angle()) > kMaxRefinement_rad) return;
   Mat3 turn = Mat3::Identity();
   turn.topLeftCorner<2, 2>() = nearest->T_odom_base.rotation();
-  return FoundScan{nearest->T_odom_base * *match.T_reference_sensed,
-                   turn * match.covariance * turn.transpose(), 0};
+  place.T_odom_base = refined;
+  place.covariance = turn * match.covariance * turn.transpose();
 }
 
 }  // namespace hm

@@ -1,17 +1,19 @@
 #pragma once
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "hm/core/params.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/correlative_map.hpp"
+#include "hm/slam/laser/scan_agreement.hpp"
 
 namespace hm {
 
 struct MotionSearchParams {
   int keyframes = 12;
   double keyframe_distance_m = 0.3, keyframe_angle_rad = 0.35;
-  double sigma_m = 0.08;
+  double sigma_m = 0.15;
   /// Maximum range of the points used.
   static constexpr double kMaxPointRange_m = 12;
   /// Maximum number of points used per scan.
@@ -19,14 +21,12 @@ struct MotionSearchParams {
   /// Minimum number of points of a scan.
   static constexpr int kMinPoints = 30;
   double window_m = 0.8, max_window_m = 4;
-  /// Half width of the window in angle.
-  static constexpr double kWindow_rad = 3.15;
   double min_score = 0.5;
-  /// Score penalty for the deviation from the predicted velocity, per (m/s)^2.
+  /// Penalty for the deviation from the predicted velocity, per (m/s)^2.
   static constexpr double kShiftPenaltyS2PerM2 = 0.1;
-  /// Score penalty for the deviation from the predicted angular velocity, per (rad/s)^2.
+  /// Penalty for the deviation from the predicted angular velocity, per (rad/s)^2.
   static constexpr double kTurnPenaltyS2PerRad2 = 0.03;
-  double min_pairs_ratio = 0.4, max_error_m = 0.06;
+  double min_pairs_ratio = 0.1, max_error_m = 0.06;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -53,19 +53,32 @@ struct FoundScan {
   double score = 0;
 };
 
-/// Finds the pose of a scan when its motion prediction is inaccurate or missing: correlative search in the
-/// last keyframes (Olson, ICRA 2009) with a penalty on the distance from the prediction, then verification by
-/// PL-ICP against the nearest keyframe. Deterministic; not thread safe.
+/// Where a scan is searched for.
+struct MotionSearchStart {
+  SE2 T_odom_base;            ///< predicted
+  double half_angle_rad = 4;  ///< largest deviation of the heading; more than pi: any heading
+  /// Time since the pose that the prediction is based on: the penalty on the deviation decreases with it.
+  double elapsed_s = 1;
+};
+
+/// Finds the pose of a scan when its motion prediction is inaccurate or missing, and judges poses found
+/// otherwise.
+///
+/// Correlative search in the last keyframes (Olson, ICRA 2009), separately for each sector of headings. The
+/// best places are refined by PL-ICP against the nearest keyframe and compared by their score, by what the
+/// scan and the keyframes show of each other (ScanAgreement: overlap that is no agreement counts against a
+/// place), and by the distance from the prediction. Deterministic; not thread safe.
 class MotionSearch {
  public:
   explicit MotionSearch(const MotionSearchParams& params = {}, const PlIcpParams& matcher = {});
 
   /// Adds a scan with known pose.
   void add(const PlanarScan& scan, const SE2& T_odom_base);
-  /// Finds the pose of a scan; nothing if no match is found or PL-ICP does not confirm it. `elapsed_s`: time
-  /// since the pose that the prediction is based on; the penalty decreases with it.
-  std::optional<FoundScan> find(const PlanarScan& scan, const SE2& T_odom_base_predicted,
-                                double elapsed_s = 1);
+  /// Finds the pose of a scan; nothing if no match is found or PL-ICP does not confirm it.
+  std::optional<FoundScan> find(const PlanarScan& scan, const MotionSearchStart& start);
+  /// Whether a scan at this pose and the last keyframes agree about walls and free space. True where they
+  /// have too little in common to tell.
+  [[nodiscard]] bool agrees(const PlanarScan& scan, const SE2& T_odom_base) const;
   void clear();
 
  private:
@@ -73,8 +86,18 @@ class MotionSearch {
     PlanarScan scan;
     SE2 T_odom_base;
   };
+  struct Place {
+    SE2 T_odom_base;
+    double score = 0, merit = 0;
+    Mat3 covariance = Mat3::Zero();
+  };
   const CorrelativeMap& raster();
-  std::optional<FoundScan> confirmed(const PlanarScan& scan, const SE2& T_odom_base);
+  std::vector<Place> places(const std::vector<Vec2>& points_m, const MotionSearchStart& start);
+  void refine(const PlanarScan& scan, Place& place);
+  double merit(const PlanarScan& scan, const std::vector<Vec2>& points_m, const SE2& T_odom_base,
+               const MotionSearchStart& start);
+  [[nodiscard]] ScanAgreement agreement(const PlanarScan& scan, const SE2& T_odom_base,
+                                        std::size_t max_keyframes) const;
 
   MotionSearchParams params_;
   PlIcp matcher_;

@@ -30,8 +30,7 @@ TEST(MotionSearch, FindsAScanThatIsTurnedAndMovedFarFromThePrediction) {
     MotionSearch search = after_a_drive(world, at_m, rng);
     for (const double turn_rad : {-1.0, -0.4, 0.6, 1.1}) {
       const SE2 truth = office_loop(at_m) * SE2(0.25, -0.1, turn_rad);
-      const auto found =
-          search.find(planar_scan_of_world(world, truth, kHalfTurn, rng), office_loop(at_m), 1.0);
+      const auto found = search.find(planar_scan_of_world(world, truth, kHalfTurn, rng), {office_loop(at_m)});
       ASSERT_TRUE(found) << at_m << " " << turn_rad;
       EXPECT_LT((found->T_odom_base.translation() - truth.translation()).norm(), 0.04) << at_m << turn_rad;
       EXPECT_LT(turn_between(found->T_odom_base, truth), 0.015) << at_m << " " << turn_rad;
@@ -44,10 +43,10 @@ TEST(MotionSearch, WhatWasNeverSeenIsNotFound) {
   const PlanarWorld office = office_world(), room = room_world();
   Rng rng(2);
   MotionSearch search = after_a_drive(office, 12, rng);
-  EXPECT_FALSE(search.find(planar_scan_of_world(room, SE2(1, 0.5, 0.7), kHalfTurn, rng), office_loop(12)));
-  EXPECT_FALSE(search.find(PlanarScan{}, office_loop(12)));
+  EXPECT_FALSE(search.find(planar_scan_of_world(room, SE2(1, 0.5, 0.7), kHalfTurn, rng), {office_loop(12)}));
+  EXPECT_FALSE(search.find(PlanarScan{}, {office_loop(12)}));
   search.clear();
-  EXPECT_FALSE(search.find(planar_scan_of_world(office, office_loop(12), kHalfTurn, rng), office_loop(12)));
+  EXPECT_FALSE(search.find(planar_scan_of_world(office, office_loop(12), kHalfTurn, rng), {office_loop(12)}));
 }
 
 /// A square room looks the same after each quarter turn: the less time has passed, the smaller the rotation.
@@ -59,9 +58,11 @@ TEST(MotionSearch, OfEqualPlacesTheOneNearThePredictionCounts) {
   MotionSearch search;
   search.add(planar_scan_of_world(world, SE2(), laser, rng), SE2());
   for (const double predicted_rad : {-1.5, 0.1, 1.6, 3.1}) {
-    const auto found = search.find(planar_scan_of_world(world, SE2(), laser, rng), SE2(0, 0, predicted_rad));
+    const auto found =
+        search.find(planar_scan_of_world(world, SE2(), laser, rng), {SE2(0, 0, predicted_rad)});
     ASSERT_TRUE(found);
     EXPECT_LT(turn_between(found->T_odom_base, SE2(0, 0, predicted_rad)), 0.15) << predicted_rad;
+    EXPECT_GT(found->covariance(2, 2), 0.1);  // another place rivals this one
   }
 }
 
@@ -70,15 +71,31 @@ TEST(MotionSearch, AfterFailuresItLooksFurther) {
   Rng rng(4);
   MotionSearch search = after_a_drive(world, 12, rng);
   const SE2 truth = office_loop(12);
-  const SE2 predicted = truth * SE2(-1.7, 0, 0.3);  // beyond the first window of 0.8 m
+  const SE2 predicted = truth * SE2(-3.5, 0, 0.3);  // beyond the first window of 1.4 m
   const PlanarScan scan = planar_scan_of_world(world, truth, kHalfTurn, rng);
   int tries = 1;
-  std::optional<FoundScan> found = search.find(scan, predicted, 3);
+  std::optional<FoundScan> found = search.find(scan, {predicted, 4, 3});
   while ((!found || (found->T_odom_base.translation() - truth.translation()).norm() > 0.1) && ++tries < 6)
-    found = search.find(scan, predicted, 3);
+    found = search.find(scan, {predicted, 4, 3});
   EXPECT_GT(tries, 1);
   ASSERT_TRUE(found);
   EXPECT_LT((found->T_odom_base.translation() - truth.translation()).norm(), 0.04);
+}
+
+/// Half a turn later a laser that sees half of the surroundings shares little with any earlier scan; what it
+/// sees at the true pose agrees all the same, and what it would see elsewhere does not.
+TEST(MotionSearch, AgreementTellsTheTruePoseFromOthers) {
+  const PlanarWorld world = office_world();
+  Rng rng(5);
+  const MotionSearch search = after_a_drive(world, 15, rng);
+  for (const double turn_rad : {0.0, 0.8, 2.0, 3.0}) {
+    const SE2 truth = office_loop(15) * SE2(0.1, 0, turn_rad);
+    const PlanarScan scan = planar_scan_of_world(world, truth, kHalfTurn, rng);
+    EXPECT_TRUE(search.agrees(scan, truth)) << turn_rad;
+    EXPECT_FALSE(search.agrees(scan, truth * SE2(0.6, 0.3, 0.2))) << turn_rad;
+    EXPECT_FALSE(search.agrees(scan, truth * SE2(0, 0, 0.4))) << turn_rad;
+  }
+  EXPECT_TRUE(MotionSearch().agrees(planar_scan_of_world(world, SE2(), kHalfTurn, rng), SE2()));
 }
 
 }  // namespace

@@ -15,6 +15,10 @@ constexpr double kApartPerTurn_m = 0.7;
 /// Standard deviation of odometry's motion in directions that the matcher does not determine.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
+/// A loop that PL-ICP pairs less is verified by all scans of the submap, from this share of pairs on.
+constexpr double kPairsRatioInSubmap = 0.3, kMaxContradictedInSubmap = 0.08;
+constexpr std::size_t kMinPointsInSubmap = 300;
+constexpr ScanAgreementLimits kSubmapLimits{0.15, 0.02, 12, 90};
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
@@ -214,14 +218,29 @@ std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const 
   const ScanMatch match = matcher_.match(keyframes_[nearest].scan, keyframes_.back().scan, guess);
   if (!match.ok()) return std::nullopt;
   const SE2 correction = guess.inverse() * *match.T_reference_sensed;
-  const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
   if (correction.translation().norm() > params_.kVerifyMaxTranslation_m ||
       std::abs(correction.angle()) > params_.kVerifyMaxRotation_rad ||
-      paired < params_.kVerifyMinPairsRatio || match.mean_error_m > params_.kVerifyMaxError_m)
+      match.mean_error_m > params_.kVerifyMaxError_m)
+    return std::nullopt;
+  const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
+  const SE2 T_odom_base = keyframes_[nearest].T_odom_base * *match.T_reference_sensed;
+  if (paired < params_.kVerifyMinPairsRatio &&
+      (paired < kPairsRatioInSubmap || !agrees_with(submap, T_odom_base)))
     return std::nullopt;
   const Mat3 covariance = honest_covariance(match.covariance, params_);
   return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,
                     edge_information(*match.T_reference_sensed, covariance), PoseEdgeKind::kLoop};
+}
+
+/// Whether the whole submap confirms a pose of the newest keyframe: a laser that sees half of the
+/// surroundings shares little with any single scan of the way there when it comes back, but much with all of
+/// them.
+bool ScanGraph2D::agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const {
+  ScanAgreement sum;
+  for (std::size_t k = submap.first; k < submap.end; ++k)
+    compare_scans(keyframes_[k].scan, keyframes_.back().scan,
+                  keyframes_[k].T_odom_base.inverse() * T_odom_base, kSubmapLimits, sum);
+  return sum.agrees >= kMinPointsInSubmap && sum.contradicted_ratio() <= kMaxContradictedInSubmap;
 }
 
 void ScanGraph2D::count(LoopOutcome outcome) {

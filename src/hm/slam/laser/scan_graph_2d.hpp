@@ -9,6 +9,7 @@
 #include "hm/geometry/trajectory.hpp"
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/slam/laser/correlative_search.hpp"
+#include "hm/slam/laser/scan_agreement.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/pose_graph/pose_uncertainty.hpp"
@@ -87,6 +88,7 @@ class ScanGraph2D {
   [[nodiscard]] double apartness(const ScanSubmap& submap) const;
   LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
   [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
+  [[nodiscard]] bool agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const;
   void count(LoopOutcome outcome);
   bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
 

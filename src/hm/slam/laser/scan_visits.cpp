@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numbers>
-#include <optional>
 #include <utility>
 
 #include "hm/core/statistics.hpp"
@@ -16,12 +14,6 @@ namespace {
 constexpr double kSpacing_m = 0.5, kSpacing_rad = 0.5;
 constexpr std::size_t kMaxPoints = 180;
 constexpr std::size_t kMinPointsInCommon = 50;
-/// Points farther from either laser than this are not compared: a small error of heading moves them too far.
-constexpr double kMaxRange_m = 10, kMinRange_m = 0.2;
-/// A beam ends "at" a point within this distance, which grows with the range (heading, spread of the beam).
-constexpr double kTolerance_m = 0.25, kToleranceRatio = 0.02;
-/// Between two beams the surface is known when they are this close in bearing and in range.
-constexpr double kMaxBearingGap_rad = 0.05, kMaxRangeStep_m = 0.15;
 
 PlanarScan thinned_scan(const PlanarScan& scan) {
   const std::size_t step = std::max<std::size_t>(1, (scan.size() + kMaxPoints - 1) / kMaxPoints);
@@ -33,40 +25,6 @@ PlanarScan thinned_scan(const PlanarScan& scan) {
     kept.ranges_m.push_back(scan.ranges_m[i]);
   }
   return kept;
-}
-
-/// Range of the surface that a scan measured in a direction; nothing where it measured none, or an edge.
-std::optional<double> surface_range(const PlanarScan& scan, double bearing_rad) {
-  constexpr double kTurn = 2 * std::numbers::pi;
-  const auto& bearings = scan.bearings_rad;
-  if (bearings.size() < 2) return std::nullopt;
-  while (bearing_rad < bearings.front()) bearing_rad += kTurn;
-  while (bearing_rad >= bearings.front() + kTurn) bearing_rad -= kTurn;
-  const auto after = std::ranges::upper_bound(bearings, static_cast<float>(bearing_rad));
-  if (after == bearings.end() || after == bearings.begin()) return std::nullopt;
-  const auto i = static_cast<std::size_t>(after - bearings.begin());
-  if (bearings[i] - bearings[i - 1] > kMaxBearingGap_rad) return std::nullopt;
-  const double first = scan.ranges_m[i - 1], second = scan.ranges_m[i];
-  if (std::abs(first - second) > kMaxRangeStep_m) return std::nullopt;
-  return std::min(first, second);
-}
-
-/// Adds the points of one scan, seen from the other's laser. Points behind the surface are hidden.
-void compare_points(const PlanarScan& points, const PlanarScan& beams, const SE2& T_beams_points,
-                    VisitAgreement& sum) {
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points.ranges_m[i] > kMaxRange_m) continue;
-    const Vec2 seen = T_beams_points * points.points_m[i] - beams.origin_m;
-    const double range = seen.norm();
-    if (range > kMaxRange_m || range < kMinRange_m) continue;
-    const auto surface = surface_range(beams, std::atan2(seen.y(), seen.x()));
-    if (!surface) continue;
-    const double tolerance = kTolerance_m + kToleranceRatio * range;
-    if (range < *surface - tolerance)
-      ++sum.seen_through;
-    else if (range <= *surface + tolerance)
-      ++sum.agrees;
-  }
 }
 
 /// Scans by the cell of the plane that they lie in.
@@ -121,11 +79,10 @@ std::vector<VisitAgreement> ScanVisits::compare(const Correction& T_map_base) co
           (poses[j].translation() - poses[i].translation()).norm() < kNear_m)
         others.push_back(j);
     });
-    VisitAgreement sum{visit.scan.stamp, poses[i].translation()};
+    VisitAgreement sum{{}, visit.scan.stamp, poses[i].translation()};
     for (const std::size_t j : thinned(std::move(others), kMaxPartners)) {
       const SE2 T_other_this = poses[j].inverse() * poses[i];
-      compare_points(visit.scan, visits_[j].scan, T_other_this, sum);
-      compare_points(visits_[j].scan, visit.scan, T_other_this.inverse(), sum);
+      compare_scans(visits_[j].scan, visit.scan, T_other_this, {}, sum);
     }
     if (sum.agrees + sum.seen_through >= kMinPointsInCommon) found.push_back(sum);
   }

@@ -6,20 +6,14 @@
 #include "hm/core/time.hpp"
 #include "hm/geometry/se2.hpp"
 #include "hm/laser/matching/planar_scan.hpp"
+#include "hm/slam/laser/scan_agreement.hpp"
 
 namespace hm {
 
 /// How well a scan agrees with those of other visits of the same place.
-struct VisitAgreement {
-  Time stamp;              ///< of the scan
-  Vec2 place_m;            ///< of the vehicle, corrected
-  std::size_t agrees = 0;  ///< points of one scan that lie on what another measured in their direction
-  /// Points that another scan saw through: its beam in their direction ended clearly behind them.
-  std::size_t seen_through = 0;
-
-  [[nodiscard]] double contradicted_ratio() const {
-    return static_cast<double>(seen_through) / static_cast<double>(agrees + seen_through);
-  }
+struct VisitAgreement : ScanAgreement {
+  Time stamp;    ///< of the scan
+  Vec2 place_m;  ///< of the vehicle, corrected
 };
 
 /// Scans along a path, for the question whether the map that they make contradicts itself: where a path

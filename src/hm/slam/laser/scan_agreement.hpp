@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+
+#include "hm/laser/matching/planar_scan.hpp"
+
+namespace hm {
+
+/// How points of scans lie on what other scans measured in their directions.
+struct ScanAgreement {
+  std::size_t agrees = 0;  ///< points of one scan that lie on what another measured in their direction
+  /// Points that another scan saw through: its beam in their direction ended clearly behind them.
+  std::size_t seen_through = 0;
+
+  [[nodiscard]] double contradicted_ratio() const {
+    return static_cast<double>(seen_through) / static_cast<double>(agrees + seen_through);
+  }
+};
+
+/// What scans are compared with.
+struct ScanAgreementLimits {
+  /// A beam ends "at" a point within this distance, which grows with the range (heading, spread of the beam).
+  double tolerance_m = 0.25, tolerance_ratio = 0.02;
+  /// Points farther from either laser than this are not compared: a small error of heading moves them too
+  /// far.
+  double max_range_m = 10;
+  std::size_t max_points = 180;  ///< of each scan, evenly chosen
+};
+
+/// Adds the points of each of two scans, as the other's laser would see them, to `sum`. Points behind the
+/// surface that the other measured are hidden, and those where it measured none (or an edge) unknown: neither
+/// counts.
+void compare_scans(const PlanarScan& a, const PlanarScan& b, const SE2& T_a_b,
+                   const ScanAgreementLimits& limits, ScanAgreement& sum);
+
+}  // namespace hm
