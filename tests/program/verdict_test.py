@@ -20,12 +20,16 @@ class Verdict(support.SharedFolderTest):
         self.assertEqual(run["verdict"]["value"], "ok", run["verdict"])
         self.assertEqual(run["verdict"]["reasons"], [])
         self.assertGreater(run["verdict"]["visits"]["places"], 9)
+        self.assertLess(run["verdict"]["visits"]["worst_offset_ratio"], 0.01)
 
     def bent_run(self, name, *words, expect):
         run = self.run_json("reconstruct", self.room, "-o", name, "--poses", self.bent / f"{name}.txt", *FEWER, *words,
                             expect=expect)
         self.assertIn(run["verdict"]["value"], ("doubtful", "broken"), run["verdict"])
-        self.assertIn("free space", run["verdict"]["reasons"][0])
+        reasons = " ".join(run["verdict"]["reasons"])
+        self.assertIn("free space", reasons)
+        self.assertIn("depth images differ by", reasons)
+        self.assertGreater(run["verdict"]["visits"]["worst_offset_ratio"], 0.03)
         word = run["verdict"]["value"].capitalize()
         self.assertIn(f"{word}: around", (self.folder / name / "report.html").read_text())
         return run
