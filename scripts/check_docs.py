@@ -63,6 +63,8 @@ def shortened(line):
         return line + f" --set {SET}.depth_steps=3 --set {SET}.test_steps=2 --set {SET}.camera_views=12"
     if words[1:3] == ["evaluate", "uncertainty"] and "--frames" not in words:
         return line + " --views 1 --frames 20"
+    if words[1:2] == ["experiment"] and words[2:3] != ["list"] and "--tiny" not in words:
+        return line + " --tiny"
     if words[1:3] == ["fly", "hover"] and "--duration" not in words:
         return line + " --duration 4"
     if words[1:3] == ["simulate", "house"] and "--frames" not in words:
