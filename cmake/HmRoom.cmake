@@ -142,7 +142,7 @@ function(hm_add_tests PROGRAM LABEL)
   endif()
   foreach(shard 0 1)
     add_test(NAME ${LABEL}.${shard} COMMAND ${PROGRAM} --gtest_brief=1 --gtest_filter=${filter})
-    set_tests_properties(${LABEL}.${shard} PROPERTIES LABELS ${LABEL} TIMEOUT 600 ENVIRONMENT
+    set_tests_properties(${LABEL}.${shard} PROPERTIES LABELS ${LABEL} TIMEOUT 1200 ENVIRONMENT
       "GTEST_TOTAL_SHARDS=2;GTEST_SHARD_INDEX=${shard};TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan_suppressions.txt")
   endforeach()
 endfunction()
