@@ -109,17 +109,22 @@ SE2 office_loop(double distance_m) {
   constexpr double kRadius_m = 1.2, kWidth_m = 13.2;
   constexpr double kHeight_m =
       (kOfficeLoop_m - 2 * std::numbers::pi * kRadius_m) / 2 - (kWidth_m - 2 * kRadius_m) + 2 * kRadius_m;
-  const double straight[] = {kWidth_m - 2 * kRadius_m, kHeight_m - 2 * kRadius_m};
-  const double arc = std::numbers::pi / 2 * kRadius_m;
-  double left = std::fmod(distance_m, kOfficeLoop_m);
-  SE2 pose(8.0 - straight[0] / 2, 5.9 - kHeight_m / 2, 0);
+  const Vec2 straight_m(kWidth_m - 2 * kRadius_m, kHeight_m - 2 * kRadius_m);
+  return rounded_rectangle({8.0 - straight_m.x() / 2, 5.9 - kHeight_m / 2, 0}, straight_m, kRadius_m,
+                           std::fmod(distance_m, kOfficeLoop_m));
+}
+
+SE2 rounded_rectangle(const SE2& start, const Vec2& straight_m, double radius_m, double distance_m) {
+  const double arc = std::numbers::pi / 2 * radius_m;
+  double left = distance_m;
+  SE2 pose = start;
   for (int side = 0;; ++side) {
-    const double length = straight[side % 2];
-    if (left <= length) return pose * SE2(left, 0, 0);
-    pose = pose * SE2(length, 0, 0);
-    left -= length;
-    if (left <= arc) return pose * SE2::exp({left, 0, left / kRadius_m});
-    pose = pose * SE2::exp({arc, 0, arc / kRadius_m});
+    const double straight = straight_m[side % 2];
+    if (left <= straight) return pose * SE2(left, 0, 0);
+    pose = pose * SE2(straight, 0, 0);
+    left -= straight;
+    if (left <= arc) return pose * SE2::exp({left, 0, left / radius_m});
+    pose = pose * SE2::exp({arc, 0, arc / radius_m});
     left -= arc;
   }
 }

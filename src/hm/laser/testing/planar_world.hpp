@@ -42,6 +42,10 @@ LaserScan scan_world(const PlanarWorld& world, const SE2& T_world_laser, const T
 PlanarScan planar_scan_of_world(const PlanarWorld& world, const SE2& T_world_laser, const TestLaser& laser,
                                 Rng& rng);
 
+/// Pose on a rectangle with rounded corners, `distance_m` after its start, facing forward: to the left of
+/// `start`, which is the begin of its first side. `straight_m`: lengths of the straight parts of two sides.
+SE2 rounded_rectangle(const SE2& start, const Vec2& straight_m, double radius_m, double distance_m);
+
 /// One floor of an office, 16 m x 12 m: a corridor around a core, doors, niches, pillars; the loop of
 /// `office_loop` runs through the corridor.
 PlanarWorld office_world();

@@ -51,20 +51,10 @@ PlanarWorld ring_corridor_world() {
 }
 
 SE2 ring_corridor_pose(double distance_m) {
-  constexpr double kStraight_m[] = {kLength_m - kCorridor_m - 2 * kRadius_m,
-                                    kWidth_m - kCorridor_m - 2 * kRadius_m};
-  const double arc = std::numbers::pi / 2 * kRadius_m;
-  double left = std::fmod(distance_m, 2 * (kStraight_m[0] + kStraight_m[1] + 2 * arc));
-  SE2 pose(kCorridor_m / 2 + kRadius_m, kCorridor_m / 2, 0);
-  for (int side = 0;; ++side) {
-    const double straight = kStraight_m[side % 2];
-    if (left <= straight) return pose * SE2(left, 0, 0);
-    pose = pose * SE2(straight, 0, 0);
-    left -= straight;
-    if (left <= arc) return pose * SE2::exp({left, 0, left / kRadius_m});
-    pose = pose * SE2::exp({arc, 0, arc / kRadius_m});
-    left -= arc;
-  }
+  const Vec2 straight_m(kLength_m - kCorridor_m - 2 * kRadius_m, kWidth_m - kCorridor_m - 2 * kRadius_m);
+  const double round_m = 2 * (straight_m.sum() + std::numbers::pi * kRadius_m);
+  return rounded_rectangle({kCorridor_m / 2 + kRadius_m, kCorridor_m / 2, 0}, straight_m, kRadius_m,
+                           std::fmod(distance_m, round_m));
 }
 
 }  // namespace hm::laser_testing

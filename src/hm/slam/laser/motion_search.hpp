@@ -40,7 +40,7 @@ struct MotionSearchParams {
       self.window_m);
     v(ParamDoc{"max_window_m", {0.01, 50}, "half the window at most"}, self.max_window_m);
     v(ParamDoc{"min_score", {0, 1}, "mean likelihood of the points that is needed"}, self.min_score);
-    v(ParamDoc{"min_pairs_ratio", {0, 1}, "share of the points that PL-ICP must pair afterwards"},
+    v(ParamDoc{"min_pairs_ratio", {0, 1}, "share of the points that PL-ICP must pair to refine a place"},
       self.min_pairs_ratio);
     v(ParamDoc{"max_error_m", {0, 1}, "mean distance from line that PL-ICP may leave"}, self.max_error_m);
   }
@@ -74,7 +74,7 @@ class MotionSearch {
 
   /// Adds a scan with known pose.
   void add(const PlanarScan& scan, const SE2& T_odom_base);
-  /// Finds the pose of a scan; nothing if no match is found or PL-ICP does not confirm it.
+  /// Finds the pose of a scan; nothing if no place scores and agrees with the keyframes well enough.
   std::optional<FoundScan> find(const PlanarScan& scan, const MotionSearchStart& start);
   /// Whether a scan at this pose and the last keyframes agree about walls and free space. True where they
   /// have too little in common to tell.
