@@ -4,7 +4,7 @@
 #include "hm/core/run_context.hpp"
 #include "hm/io/laser/laser_recording.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
-#include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/pipeline/laser/run/laser_summary.hpp"
 
 namespace hm {
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 
 #include <gtest/gtest.h>
 

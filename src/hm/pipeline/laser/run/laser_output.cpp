@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_output.hpp"
+#include "hm/pipeline/laser/run/laser_output.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -8,11 +8,11 @@
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/pipeline/common/map_export.hpp"
-#include "hm/pipeline/laser/laser_evaluation.hpp"
 #include "hm/pipeline/laser/laser_map_frame.hpp"
-#include "hm/pipeline/laser/laser_run_report.hpp"
-#include "hm/pipeline/laser/laser_summary.hpp"
-#include "hm/pipeline/laser/laser_tables.hpp"
+#include "hm/pipeline/laser/run/laser_evaluation.hpp"
+#include "hm/pipeline/laser/run/laser_run_report.hpp"
+#include "hm/pipeline/laser/run/laser_summary.hpp"
+#include "hm/pipeline/laser/run/laser_tables.hpp"
 #include "hm/report/map_figures.hpp"
 #include "hm/report/render/mesh_renderer.hpp"
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_tables.hpp"
+#include "hm/pipeline/laser/run/laser_tables.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_events.hpp"
+#include "hm/pipeline/laser/run/laser_events.hpp"
 
 #include <algorithm>
 

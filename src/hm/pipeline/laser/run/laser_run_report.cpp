@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_run_report.hpp"
+#include "hm/pipeline/laser/run/laser_run_report.hpp"
 
 #include <array>
 #include <cmath>

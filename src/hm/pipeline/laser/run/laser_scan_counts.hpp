@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hm/pipeline/common/run_records.hpp"
-#include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/pipeline/laser/run/laser_summary.hpp"
 
 namespace hm {
 

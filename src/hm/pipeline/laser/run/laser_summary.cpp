@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/pipeline/laser/run/laser_summary.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #pragma once
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 
 namespace hm {
 

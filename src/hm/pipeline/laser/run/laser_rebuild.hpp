@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hm/io/laser/laser_recording.hpp"
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 
 namespace hm {
 

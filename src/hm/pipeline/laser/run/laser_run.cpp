@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -12,12 +12,13 @@
 #include "hm/io/pose/relations_file.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/run_records.hpp"
-#include "hm/pipeline/laser/laser_evaluation.hpp"
-#include "hm/pipeline/laser/laser_events.hpp"
-#include "hm/pipeline/laser/laser_output.hpp"
-#include "hm/pipeline/laser/laser_rebuild.hpp"
-#include "hm/pipeline/laser/laser_scan_counts.hpp"
-#include "hm/pipeline/laser/laser_tables.hpp"
+#include "hm/pipeline/laser/run/laser_evaluation.hpp"
+#include "hm/pipeline/laser/run/laser_events.hpp"
+#include "hm/pipeline/laser/run/laser_output.hpp"
+#include "hm/pipeline/laser/run/laser_rebuild.hpp"
+#include "hm/pipeline/laser/run/laser_run_view.hpp"
+#include "hm/pipeline/laser/run/laser_scan_counts.hpp"
+#include "hm/pipeline/laser/run/laser_tables.hpp"
 
 namespace hm {
 namespace {
@@ -123,7 +124,9 @@ class Run {
         records_(options.most_records),
         counts_(recording_.truth),
         tables_(folder.staging()),
-        mapped_(folder.staging()) {}
+        mapped_(folder.staging()) {
+    if (options.run.view) view_.emplace(*options.run.view, recording_, options.parameters.laser.run);
+  }
 
   [[nodiscard]] bool matches_scans() const { return pipeline_.matches_scans(); }
   Result<void> process_all();
@@ -149,7 +152,8 @@ class Run {
   EvenlyThinned<LaserScanRecord> records_;
   LaserScanCounts counts_;
   LaserTables tables_;
-  MappedScanFile mapped_;  ///< where `map` is not `odom`
+  MappedScanFile mapped_;             ///< where `map` is not `odom`
+  std::optional<LaserRunView> view_;  ///< of somebody who watches
   RunningSummary match_ms_, insert_ms_;
   double insert_sum_ms_ = 0;
   Stopwatch run_watch_;
@@ -204,6 +208,7 @@ void Run::collect() {
   auto steps = pipeline_.take_steps();
   if (steps.empty()) return;
   for (LaserStep& step : steps) {
+    if (view_) view_->show(step, pipeline_, summary_.trajectory_odom);
     LaserScanRecord record;
     record.time_s = (step.stamp - events_.begin()).seconds();
     record.step = std::move(step);
@@ -336,6 +341,7 @@ Result<LaserSummary> Run::finish() {
   summary_.verdict = judge_laser_run(summary_, pipeline_.visits(), pipeline_.map_frame());
   summary_.run_s = run_watch_.seconds();
   const MultiVolumeGrid& map = corrected ? *corrected : pipeline_.map();
+  if (view_) view_->show_end(map, summary_);
   summary_.floors = pipeline_.floors();
   summary_.mvog = map.size();
   summary_.bounds_m = map.bounds();

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_evaluation.hpp"
+#include "hm/pipeline/laser/run/laser_evaluation.hpp"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 #include "hm/report/mesh_figures.hpp"
 
 namespace hm {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_scan_counts.hpp"
+#include "hm/pipeline/laser/run/laser_scan_counts.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "hm/pipeline/laser/laser_rebuild.hpp"
+#include "hm/pipeline/laser/run/laser_rebuild.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
