@@ -21,6 +21,11 @@ void PageChanges::note(std::span<const VolumeKey> updated) {
     if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back(page);
 }
 
+void PageChanges::note_all() {
+  for (const auto& [page, copied] : copied_)
+    if (waiting_.insert(page).second) order_.push_back(page);
+}
+
 MeshPageCopy PageChanges::copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m) {
   MeshPageCopy page{key, ++copied_[key].version, voxel_size_m, {}};
   for (int place = 0; place < kPageVolumes; ++place)

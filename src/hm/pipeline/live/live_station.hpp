@@ -30,7 +30,7 @@ class LiveStation {
   static Result<std::unique_ptr<LiveStation>> open(const LiveStationOptions& options);
 
   [[nodiscard]] StationView& view() { return *view_; }
-  [[nodiscard]] Station& station() { return *station_; }
+  [[nodiscard]] Station& station() const { return *station_; }
   /// Where to look, for people; with a QR code where other machines reach it.
   [[nodiscard]] std::string announcement() const;
 

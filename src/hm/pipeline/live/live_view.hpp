@@ -60,6 +60,8 @@ enum class LivePlan { kNone, kValid, kRefused };
 /// it holds up as little as it can; everything that is referred to is valid during the call only.
 class LiveView : public MeshObserver {
  public:
+  /// Everything begins anew: nothing of what was shown is true any more.
+  virtual void on_restart() = 0;
   virtual void on_camera(const LiveCamera& camera) = 0;
   virtual void on_vehicle(const LiveVehicle& vehicle) = 0;
   /// Replaces a path, which a loop has corrected. That of the camera or vehicle grows by itself.

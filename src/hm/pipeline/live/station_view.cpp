@@ -69,6 +69,14 @@ void StationView::show_mesh(const TriangleMesh& mesh, double page_voxel_m) {
     pages_.give(part.key, std::move(part.mesh), page_voxel_m);
 }
 
+void StationView::on_restart() {
+  changes_.note_all();
+  adviser_ = {};
+  advice_.clear();
+  for (auto& [which, path] : paths_) path.clear();
+  for (const auto& [which, path] : paths_) put_path(which, 0);
+}
+
 void StationView::on_camera(const LiveCamera& camera) {
   if (camera.frame) now_ = camera.stamp;
   if (!began_) began_ = now_;

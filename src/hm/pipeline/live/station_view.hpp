@@ -23,6 +23,7 @@ class StationView : public LiveView {
 
   void on_mesh(const IncrementalMesher& mesher, std::span<const VolumeKey> updated) override;
   void on_mesh_complete(const IncrementalMesher& mesher) override;
+  void on_restart() override;
   void on_camera(const LiveCamera& camera) override;
   void on_vehicle(const LiveVehicle& vehicle) override;
   void on_path(LivePath which, std::span<const Vec3> points_map_m) override;

@@ -139,10 +139,15 @@ SlamPipeline::~SlamPipeline() = default;
 
 Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vector<std::string>& settings,
                                           const RunContext& run) {
-  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   RgbdParameters parameters;
   if (const auto set = apply_settings(list_slam(parameters), settings); !set) return forward_error(set);
   if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
+  return create(input, parameters, run);
+}
+
+SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& parameters,
+                                  const RunContext& run) {
+  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   std::unique_ptr<FrameArchive> archive;
   if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
   const FrameSource& frames = archive ? *archive : *input.frames;

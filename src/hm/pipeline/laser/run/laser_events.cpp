@@ -42,4 +42,28 @@ std::size_t LaserEvents::scans_between(Time after, Time until) const {
   return last > first ? static_cast<std::size_t>(last - first) : 0;
 }
 
+LaserPlatform laser_platform(const LaserRecording& recording) {
+  LaserPlatform platform;
+  for (const LaserStream& stream : recording.lasers) {
+    LaserRig rig;
+    if (platform.rigs.empty() && recording.rig) rig = *recording.rig;
+    rig.T_base_laser = stream.T_base_laser;
+    platform.rigs.push_back(rig);
+  }
+  platform.has_imu = !recording.imu.empty();
+  platform.has_odometry = !recording.odometry.empty();
+  return platform;
+}
+
+void give(LaserPipeline& pipeline, const LaserRecording& recording, const LaserEvent& event) {
+  switch (event.kind) {
+    case LaserEvent::Kind::kImu:
+      return pipeline.add_imu(recording.imu[event.index]);
+    case LaserEvent::Kind::kOdometry:
+      return pipeline.add_odometry(recording.odometry[event.index]);
+    case LaserEvent::Kind::kScan:
+      return pipeline.add_scan(recording.lasers[event.stream].scans[event.index], event.stream);
+  }
+}
+
 }  // namespace hm

@@ -7,6 +7,9 @@
 
 namespace hm {
 
+/// The sensors of a recording's vehicle.
+LaserPlatform laser_platform(const LaserRecording& recording);
+
 /// Something that reaches the vehicle's computer at a moment.
 struct LaserEvent {
   enum class Kind { kImu, kOdometry, kScan };
@@ -32,5 +35,8 @@ class LaserEvents {
   std::vector<LaserEvent> events_;
   std::vector<Time> scan_dues_;
 };
+
+/// Gives an event of this recording to a pipeline.
+void give(LaserPipeline& pipeline, const LaserRecording& recording, const LaserEvent& event);
 
 }  // namespace hm

@@ -25,20 +25,6 @@ namespace {
 
 constexpr std::size_t kMapSamples = 300;  // how often the map's size is noted: it costs a walk through it
 
-/// The sensors of a recording's vehicle.
-LaserPlatform laser_platform(const LaserRecording& recording) {
-  LaserPlatform platform;
-  for (const LaserStream& stream : recording.lasers) {
-    LaserRig rig;
-    if (platform.rigs.empty() && recording.rig) rig = *recording.rig;
-    rig.T_base_laser = stream.T_base_laser;
-    platform.rigs.push_back(rig);
-  }
-  platform.has_imu = !recording.imu.empty();
-  platform.has_odometry = !recording.odometry.empty();
-  return platform;
-}
-
 /// Input of laser_choices().
 struct LaserChoiceInput {
   const LaserRecording& recording;
@@ -133,7 +119,6 @@ class Run {
   Result<LaserSummary> finish();
 
  private:
-  void give(const LaserEvent& event);
   [[nodiscard]] bool wait_until_due(const LaserEvent& event, const Stopwatch& watch);
   void collect();
   void note(LaserScanRecord record);
@@ -172,18 +157,6 @@ bool Run::wait_until_due(const LaserEvent& event, const Stopwatch& watch) {
          static_cast<std::size_t>(options_.parameters.laser.run.queue_scans);
 }
 
-void Run::give(const LaserEvent& event) {
-  switch (event.kind) {
-    case LaserEvent::Kind::kImu:
-      return pipeline_.add_imu(recording_.imu[event.index]);
-    case LaserEvent::Kind::kOdometry:
-      return pipeline_.add_odometry(recording_.odometry[event.index]);
-    case LaserEvent::Kind::kScan:
-      ++summary_.scans_read;
-      return pipeline_.add_scan(recording_.lasers[event.stream].scans[event.index], event.stream);
-  }
-}
-
 Result<void> Run::process_all() {
   const Stopwatch watch;
   for (const LaserEvent& event : events_.all()) {
@@ -195,7 +168,8 @@ Result<void> Run::process_all() {
       ++summary_.scans_dropped;
       continue;
     }
-    give(event);
+    if (event.kind == LaserEvent::Kind::kScan) ++summary_.scans_read;
+    give(pipeline_, recording_, event);
     collect();
     if (const auto written = mapped_.written(); !written) return as_run_failure(written);
   }
