@@ -4,11 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 
+#include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
 #include "hm/station/testing/web_client.hpp"
 
@@ -83,6 +87,63 @@ TEST(Station, AnswersStatus) {
   const auto missing = client.get("/api/mesh.ply");
   EXPECT_EQ(missing.status, 404);
   EXPECT_EQ(missing.body, "/api/mesh.ply: there is no such file here\n");
+}
+
+struct AcceptingFlight : PilotHandler {
+  void take(const PilotOrder& order) override {
+    station->answer(order.sequence, order.kind == "land", "in flight");
+  }
+  void hold(const std::string&) override { ++holds; }
+  Station* station = nullptr;
+  std::atomic<int> holds = 0;
+};
+
+/// Next text on `/pilot` but pings, which are answered.
+std::string read_pilot_text(WebClient& client) {
+  while (const auto message = client.read_message()) {
+    if (message->opcode != 1) return message->reason();
+    const auto json = parse_json(message->data, "message");
+    if (*json->find("type")->as_string() != "ping") return message->data;
+    client.send_text(
+        fmt::format(R"({{"type":"pong","sequence":{}}})", *json->find("sequence")->as_integer()));
+  }
+  return "end";
+}
+
+TEST(Station, APilotFliesOverTheSocket) {
+  AcceptingFlight flight;
+  StationOptions options = test_options();
+  options.pilot = &flight;
+  const auto station = start(std::move(options));
+  flight.station = station.get();
+  {
+    WebClient client(port_of(*station));
+    ASSERT_EQ(client.upgrade("/pilot").status, 101);
+    EXPECT_EQ(read_pilot_text(client), R"({"type":"lease","holder":"none"})");
+    client.send_text(R"({"type":"take","force":false})");
+    EXPECT_EQ(read_pilot_text(client), R"({"type":"lease","holder":"you"})");
+    client.send_text(R"({"type":"command","sequence":7,"kind":"land","age_ms":5,"expires_ms":1000})");
+    EXPECT_EQ(read_pilot_text(client),
+              R"({"type":"answer","sequence":7,"accepted":true,"reason":"in flight"})");
+    client.send_text(R"({"type":"command","sequence":8,"kind":"velocity","age_ms":5,"expires_ms":300,)"
+                     R"("velocity_m_s":[0,0,1],"yaw_rad_s":0})");
+    EXPECT_EQ(read_pilot_text(client),
+              R"({"type":"answer","sequence":8,"accepted":false,"reason":"in flight"})");
+    EXPECT_EQ(flight.holds, 0);
+  }
+  for (int i = 0; i < 200 && flight.holds == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(flight.holds, 1);
+}
+
+TEST(Station, WithoutAVehicleThereIsNothingToFly) {
+  const auto station = start();
+  WebClient client(port_of(*station));
+  ASSERT_EQ(client.upgrade("/pilot").status, 101);
+  const auto end = client.read_message();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code(), 1008);
+  EXPECT_EQ(end->reason(), "there is nothing to fly here");
 }
 
 }  // namespace
