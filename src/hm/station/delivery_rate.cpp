@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace hm {
+namespace {
+
+double since(Duration then, Duration now) { return static_cast<double>(now.ns - then.ns) * 1e-9; }
+
+}  // namespace
 
 void DeliveryRate::sent(std::uint32_t sequence, std::size_t bytes, bool little_to_send, Duration now) {
   if (frames_.empty()) delivered_at_ = now;
@@ -22,12 +27,13 @@ bool DeliveryRate::acknowledge(std::uint32_t sequence, Duration now) {
     pending_ -= last.bytes;
     delivered_ += last.bytes;
   }
-  const double seconds = std::max(static_cast<double>(now.ns - last.delivered_at.ns) * 1e-9, 1e-3);
-  const double sample = static_cast<double>(delivered_ - last.delivered) / seconds;
+  const double sample =
+      static_cast<double>(delivered_ - last.delivered) / std::max(since(last.delivered_at, now), 1e-3);
+  // A faster time than now is forgotten with a constant of 1 s.
   if (sample >= rate_)
     rate_ = sample;
   else if (!last.little_to_send)
-    rate_ = sample + (rate_ - sample) * std::exp(-seconds);  // forgets a faster time with a constant of 1 s
+    rate_ = sample + (rate_ - sample) * std::exp(-since(delivered_at_, now));
   delivered_at_ = now;
   return true;
 }

@@ -139,12 +139,12 @@ std::optional<LiveItem> LiveStore::read(const LiveSlot& slot) const {
   return found->second.item;
 }
 
-std::vector<Payload> LiveStore::payloads(LiveKind kind) const {
+std::vector<LiveItem> LiveStore::items(LiveKind kind) const {
   const std::lock_guard lock(impl_->mutex);
-  std::vector<Payload> result;
+  std::vector<LiveItem> result;
   for (auto it = impl_->entries.lower_bound({kind, 0, {}});
        it != impl_->entries.end() && it->first.kind == kind; ++it)
-    result.push_back(it->second.item.payload);
+    result.push_back(it->second.item);
   return result;
 }
 

@@ -98,8 +98,8 @@ class LiveStore {
   std::uint64_t changes_after(std::uint64_t after, std::vector<LiveChange>& changes) const;
   /// Contents of a slot, nothing if there is no such slot.
   [[nodiscard]] std::optional<LiveItem> read(const LiveSlot& slot) const;
-  /// Newest payload of a kind other than pages and events, under each id.
-  [[nodiscard]] std::vector<Payload> payloads(LiveKind kind) const;
+  /// Everything of a kind other than pages, in the order of the ids.
+  [[nodiscard]] std::vector<LiveItem> items(LiveKind kind) const;
   /// Random name of this store: what a viewer knows of another one is worth nothing.
   [[nodiscard]] const std::string& session() const;
   /// Called after each change, on the thread that made it; must return at once. Empty: nobody. Waits for a

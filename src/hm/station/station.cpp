@@ -3,15 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 #include <variant>
 
 #include "hm/io/bytes/json.hpp"
+#include "hm/station/foxglove/foxglove_session.hpp"
 #include "hm/station/live_session.hpp"
 #include "hm/station/page_files.hpp"
+#include "hm/station/pilot_session.hpp"
 #include "hm/station/random_token.hpp"
 #include "hm/station/station_api.hpp"
 #include "hm/station/web/access_rules.hpp"
@@ -22,7 +27,10 @@ namespace {
 
 constexpr std::uint16_t kDefaultPort = 8710;
 constexpr int kPortsTried = 20;
-constexpr std::size_t kMaxViewers = 16;
+constexpr std::size_t kMaxViewers = 16, kMaxPilots = 16;
+
+/// Foxglove in the browser: it may look, not fly.
+constexpr std::array<std::string_view, 1> kFoxglovePages{"https://app.foxglove.dev"};
 
 constexpr std::string_view kNoPage =
     "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>housemartin</title><p>This program was "
@@ -121,7 +129,9 @@ struct Station::Impl : WebHandler {
         token(std::move(the_token)),
         access(own_names(), token),
         hello(hello_json(options, store, limits)),
-        exports(options.exports) {}
+        exports(options.exports) {
+    if (options.pilot) desk.emplace(*options.pilot);
+  }
 
   static std::vector<std::string> own_names() {
     const std::string name = machine_name();
@@ -129,12 +139,12 @@ struct Station::Impl : WebHandler {
   }
 
   void respond(const WebRequest& request, Answer answer) override {
+    if (const auto refusal = access.refuse_host(request.host))
+      return answer(WebResponse::of_text(403, *refusal + "\n"));
     const auto answer_with_policy = [host = request.host, answer = std::move(answer)](WebResponse response) {
       add_policy(response, host);
       answer(std::move(response));
     };
-    if (const auto refusal = access.refuse_host(request.host))
-      return answer(WebResponse::of_text(403, *refusal + "\n"));
     if (request.path.starts_with("/api/")) return api(request, answer_with_policy);
     const std::string path = request.path == "/" ? "/index.html" : request.path;
     const auto files = page_files();
@@ -160,24 +170,47 @@ struct Station::Impl : WebHandler {
   }
 
   Opened open(const WebRequest& request) override {
-    if (const auto refusal = access.refuse_host(request.host))
-      return WebResponse::of_text(403, *refusal + "\n");
-    if (request.path != "/live") return WebResponse::of_text(404, "there is no such WebSocket\n");
-    if (const auto refusal = access.refuse_origin(request)) return WebResponse::of_text(403, *refusal + "\n");
-    if (auto refusal = access.refuse_token(request.query))
-      return refused({WebClose::kPolicy, std::move(*refusal)});
+    const bool foxglove = request.path == "/foxglove";
+    if (!foxglove && request.path != "/live" && request.path != "/pilot")
+      return WebResponse::of_text(404, "there is no such WebSocket\n");
+    auto refusal = access.refuse_host(request.host);
+    if (!refusal)
+      refusal =
+          access.refuse_origin(request, foxglove ? kFoxglovePages : std::span<const std::string_view>());
+    if (refusal) return WebResponse::of_text(403, *refusal + "\n");
+    refusal = access.refuse_token(request.query);
+    if (refusal) return refused({WebClose::kPolicy, std::move(*refusal)});
+    if (request.path == "/pilot") return open_pilot();
     if (viewers >= kMaxViewers)
       return refused({WebClose::kTryLater, fmt::format("{} viewers are connected already", kMaxViewers)});
-    return WebSocketOpening{std::make_unique<CountedSession<LiveSession>>(
-                                viewers, LiveSessionContext{store, hello, options.replay}, now),
-                            ""};
+    if (foxglove) return open_foxglove(request);
+    const LiveSessionContext context{store, hello, options.replay};
+    return WebSocketOpening{std::make_unique<CountedSession<LiveSession>>(viewers, context, now), ""};
+  }
+
+  Opened open_foxglove(const WebRequest& request) {
+    const auto protocol = foxglove_protocol(request.protocols);
+    if (!protocol)
+      return WebResponse::of_text(400,
+                                  "the subprotocol has to be foxglove.sdk.v1 or foxglove.websocket.v1\n");
+    return WebSocketOpening{std::make_unique<CountedSession<FoxgloveSession>>(viewers, store), *protocol};
+  }
+
+  Opened open_pilot() {
+    if (!desk) return refused({WebClose::kPolicy, "there is nothing to fly here"});
+    if (pilots >= kMaxPilots)
+      return refused({WebClose::kTryLater, fmt::format("{} pilots are connected already", kMaxPilots)});
+    return WebSocketOpening{std::make_unique<CountedSession<PilotSession>>(pilots, *desk, now), ""};
   }
 
   static Opened refused(WebClose reason) {
     return WebSocketOpening{std::make_unique<RefusedSession>(std::move(reason)), ""};
   }
 
-  void tick(Duration time) override { now = time; }
+  void tick(Duration time) override {
+    now = time;
+    if (desk) desk->tick(time);
+  }
 
   StationOptions options;
   std::string token;
@@ -185,7 +218,8 @@ struct Station::Impl : WebHandler {
   LiveStore store;
   AccessRules access;
   std::string hello;
-  std::atomic<std::size_t> viewers = 0;
+  std::atomic<std::size_t> viewers = 0, pilots = 0;
+  std::optional<PilotDesk> desk;
   Duration now;  ///< of the last tick
   std::unique_ptr<WebServer> server;
   ExportMaker exports;  ///< ends before the server, to which it answers
@@ -220,7 +254,11 @@ std::string Station::url() const {
   return fmt::format("http://{}:{}/{}", host, impl_->server->port(), token);
 }
 
-void Station::answer(std::uint64_t, bool, const std::string&) {}
+void Station::answer(std::uint64_t sequence, bool accepted, const std::string& reason) {
+  if (!impl_->desk) return;
+  impl_->server->post(
+      [impl = impl_.get(), sequence, accepted, reason] { impl->desk->answer(sequence, accepted, reason); });
+}
 
 std::size_t Station::viewers() const { return impl_->viewers; }
 

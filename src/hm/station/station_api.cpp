@@ -82,8 +82,8 @@ void ExportMaker::run() {
 
 WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers) {
   std::string telemetry = "null";
-  if (const auto payloads = store.payloads(LiveKind::kTelemetry); !payloads.empty())
-    telemetry = bytes_text(*payloads.front());
+  if (const auto items = store.items(LiveKind::kTelemetry); !items.empty())
+    telemetry = bytes_text(*items.front().payload);
   return WebResponse::of_text(
       200, fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{}}}\n", hello, telemetry, viewers),
       kJson);
@@ -91,8 +91,8 @@ WebResponse status_response(const LiveStore& store, const std::string& hello, st
 
 WebResponse statistics_response(const LiveStore& store) {
   auto all = JsonValue::object();
-  for (const Payload& payload : store.payloads(LiveKind::kStatistics)) {
-    const auto json = parse_json(bytes_text(*payload), "statistics");
+  for (const LiveItem& item : store.items(LiveKind::kStatistics)) {
+    const auto json = parse_json(bytes_text(*item.payload), "statistics");
     const auto* members = json ? json->as_object() : nullptr;
     if (!members) continue;
     for (const auto& [name, value] : *members) all[name] = value;

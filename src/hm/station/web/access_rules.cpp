@@ -66,7 +66,7 @@ std::optional<std::string> AccessRules::refuse_host(std::string_view host) const
 }
 
 std::optional<std::string> AccessRules::refuse_origin(const WebRequest& request,
-                                                      std::initializer_list<std::string_view> friends) const {
+                                                      std::span<const std::string_view> friends) const {
   if (request.origin.empty()) return std::nullopt;
   const std::string origin = lower(request.origin);
   if (origin == "http://" + lower(request.host)) return std::nullopt;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,7 @@ class AccessRules {
   /// Why a WebSocket is refused: its page came from elsewhere. Programs send no Origin. `friends`: origins
   /// that are taken besides.
   [[nodiscard]] std::optional<std::string> refuse_origin(
-      const WebRequest& request, std::initializer_list<std::string_view> friends = {}) const;
+      const WebRequest& request, std::span<const std::string_view> friends = {}) const;
   /// Why there is no access without the right `?token=...`; compared in the same time whatever is wrong.
   [[nodiscard]] std::optional<std::string> refuse_token(std::string_view query) const;
 

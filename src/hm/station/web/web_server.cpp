@@ -262,12 +262,28 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         ->accept(parser_->get());
   }
 
+  /// Keeps a connection until it is answered. Its end is left to the server's thread, whoever drops the
+  /// answer.
+  struct Held {
+    Held(std::shared_ptr<HttpConnection> the_connection) : connection(std::move(the_connection)) {}
+    ~Held() {
+      if (!connection) return;
+      auto& context = connection->shared_.context;
+      asio::post(context, [ended = std::move(connection)] {});
+    }
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+    std::shared_ptr<HttpConnection> connection;
+  };
+
   /// Brings an answer that may come from another thread to this one. The time of making it has no limit.
   WebHandler::Answer later() {
     stream_.expires_never();
-    return [self = shared_from_this()](WebResponse response) {
-      asio::post(self->shared_.context,
-                 [self, given = std::move(response)]() mutable { self->answer(std::move(given)); });
+    return [held = std::make_shared<Held>(shared_from_this())](WebResponse response) {
+      auto& context = held->connection->shared_.context;
+      asio::post(context, [self = std::move(held->connection), given = std::move(response)]() mutable {
+        self->answer(std::move(given));
+      });
     };
   }
 
@@ -327,25 +343,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 };
 
 }  // namespace
-
-WebResponse WebResponse::of_bytes(std::vector<std::byte> bytes, std::string content_type) {
-  WebResponse response;
-  response.content_type = std::move(content_type);
-  const auto owner = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
-  response.body = *owner;
-  response.owner = owner;
-  return response;
-}
-
-WebResponse WebResponse::of_text(unsigned status, std::string text, std::string content_type) {
-  WebResponse response;
-  response.status = status;
-  response.content_type = std::move(content_type);
-  const auto owner = std::make_shared<const std::string>(std::move(text));
-  response.body = std::as_bytes(std::span(*owner));
-  response.owner = owner;
-  return response;
-}
 
 struct WebServer::Impl {
   Impl(const WebLimits& limits, WebHandler& handler)
@@ -463,7 +460,12 @@ void WebServer::wake() {
   });
 }
 
-void WebServer::post(std::function<void()> task) { asio::post(impl_->shared.context, std::move(task)); }
+void WebServer::post(std::function<void()> task) {
+  asio::post(impl_->shared.context, [this, given = std::move(task)] {
+    given();
+    impl_->pump_all();
+  });
+}
 
 std::size_t WebServer::connections() const { return impl_->shared.connections; }
 

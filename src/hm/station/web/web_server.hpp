@@ -41,7 +41,7 @@ class WebServer {
   [[nodiscard]] std::uint16_t port() const;
   /// Asks every session for messages, within 5 ms, once for all calls until then. Any thread.
   void wake();
-  /// Calls `task` on the server's thread. Any thread.
+  /// Calls `task` on the server's thread, then asks every session for messages. Any thread.
   void post(std::function<void()> task);
   /// Connections that are open, of any kind.
   [[nodiscard]] std::size_t connections() const;

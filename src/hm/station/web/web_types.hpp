@@ -40,6 +40,8 @@ struct WebMessage {
   std::vector<std::byte> head;
   std::shared_ptr<const std::vector<std::byte>> body;
   std::size_t body_offset = 0;
+
+  static WebMessage of_text(std::string_view text);
 };
 
 /// Ends a WebSocket (RFC 6455, 7.4).
