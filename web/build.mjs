@@ -11,7 +11,7 @@ const WEB = dirname(fileURLToPath(import.meta.url));
 const MOST_BYTES = 250_000;  // of all files, compressed
 const TYPES = { js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", html: "text/html; charset=utf-8", svg: "image/svg+xml" };
 // Path of the page -> source.
-const BUNDLES = { "page.js": "src/main.ts", "live_worker.js": "src/live/live_worker.ts", "page.css": "src/page.css" };
+const BUNDLES = { "page.js": "src/main.ts", "live_worker.js": "src/live/live_worker.ts", "pilot_worker.js": "src/pilot/pilot_worker.ts", "page.css": "src/page.css" };
 const COPIES = { "index.html": "src/index.html", "icon.svg": "src/icon.svg" };
 
 /** Path -> bytes of every file of the page. */

@@ -1,85 +1,101 @@
 import { LiveClient, type LiveListener, type LinkState } from "./live/live_client.ts";
 import type { LinkCounts, ShownFrame } from "./live/worker_messages.ts";
-import { castRay } from "./measure/raycast.ts";
+import { ModelStage } from "./model_stage.ts";
 import { EventPanel } from "./panels/event_panel.ts";
-import { byId, choice, element } from "./panels/dom.ts";
+import { byId, element } from "./panels/dom.ts";
+import { startHelp } from "./panels/help_dialog.ts";
 import { PictureStrip } from "./panels/picture_strip.ts";
+import { PilotPanel } from "./panels/pilot_panel.ts";
+import { PlotPanel } from "./panels/plot_panel.ts";
 import { ReplayBar } from "./panels/replay_bar.ts";
+import { startShortcuts } from "./panels/shortcuts.ts";
 import { Status } from "./panels/status.ts";
 import { Tabs } from "./panels/tabs.ts";
 import { cssColor, startTheme } from "./panels/theme.ts";
-import { ViewPanel } from "./panels/view_panel.ts";
-import type { PageKey, Vec3 } from "./protocol/frames.ts";
+import type { PageKey } from "./protocol/frames.ts";
 import type { Hello } from "./protocol/messages.ts";
-import { CAMERA_MODES, type CameraMode } from "./scene/camera_rig.ts";
-import { Controls } from "./scene/controls.ts";
-import { SceneView } from "./scene/scene_view.ts";
+import { PlanView } from "./scene/plan_view.ts";
 
-const VIEW_EVERY_MS = 250, SLOWLY_EVERY_MS = 500;
+const VIEW_EVERY_MS = 250, SLOWLY_EVERY_MS = 500, WIDE_PX = 900;
 
 /** The address of a WebSocket of the server, with the page's token. */
-export function socketUrl(path: string): string {
+function socketUrl(path: string): string {
   return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}${location.search}`;
 }
 
 /** Wires the link, the model and the panels. */
 export class App implements LiveListener {
+  counts: LinkCounts = { bytes: 0, frames: 0, skipped: 0, refused: 0, outdated: 0 };
+  /** Null without WebGL 2: then there is a plan. */
+  readonly stage: ModelStage | null;
+  readonly plan: PlanView | null;
   private readonly tabs = new Tabs();
   private readonly events = new EventPanel();
+  private readonly plots = new PlotPanel();
   private readonly pictures = new PictureStrip();
-  private readonly replay = new ReplayBar(change => this.client.send({ type: "replay", ...change }));
-  private readonly status = new Status(() => this.client.retry());
+  private readonly replay: ReplayBar;
+  private readonly status: Status;
   private readonly client = new LiveClient("live_worker.js", socketUrl("/live"), this);
-  private readonly view: SceneView;
-  private readonly viewPanel: ViewPanel;
-  private readonly controls: Controls;
-  private readonly cameras = choice("Camera", CAMERA_MODES, "orbit", mode => this.setCamera(mode));
-  private fitted = false;  // the view shows the whole model until the person moves it
-  private moved = false;
+  private pilot: PilotPanel | null = null;
   private viewSent = "";
-  counts: LinkCounts = { bytes: 0, frames: 0, skipped: 0, refused: 0, outdated: 0 };
 
   constructor() {
-    this.view = new SceneView(byId<HTMLCanvasElement>("model"));
-    this.viewPanel = new ViewPanel(this.view);
-    this.controls = new Controls(this.view, {
-      onClick: () => {}, onDoubleClick: (x, y) => this.lookAt(x, y), surfaceAt: (x, y) => this.surfaceAt(x, y)?.point ?? null,
-      onMoved: () => { this.moved = true; },
-    });
-    this.view.onFrame = dtS => this.controls.step(dtS);
-    byId("cameras").append(this.cameras.row, element("button", { type: "button", onclick: () => this.fit() }, "Whole model"));
-    this.tabs.add({ name: "View", page: this.viewPanel.page });
+    this.replay = new ReplayBar(change => this.client.send({ type: "replay", ...change }));
+    this.status = new Status(() => this.client.retry());
+    this.stage = hasWebGl2() ? new ModelStage() : null;
+    this.plan = this.stage ? null : showPlanInstead();
+    if (this.stage) {
+      this.tabs.add({ name: "View", page: this.stage.viewPanel.page });
+      this.tabs.add({ name: "Measure", page: this.stage.measurePanel.page });
+    }
+    this.tabs.add({ name: "Plots", page: this.plots.page, onShow: shown => this.plots.setShown(shown) });
     this.tabs.add({ name: "Events", page: this.events.page });
-    this.tabs.show(innerWidth > 900 ? "View" : null);
+    this.tabs.show(innerWidth > WIDE_PX ? (this.stage ? "View" : "Plots") : null);
   }
 
   start(): void {
-    startTheme(() => this.view.setBackground(cssColor("--scene")));
+    const flip = startTheme(() => {
+      this.stage?.view.setBackground(cssColor("--scene"));
+      this.plan?.requestDraw();
+      this.plots.draw();
+    });
+    startShortcuts({ ...this.stage?.keys(), "?": startHelp(), p: () => this.replay.toggle(), l: flip }, () => {
+      this.pilot?.stop();
+      return this.pilot !== null;
+    });
     setInterval(() => this.sendView(), VIEW_EVERY_MS);
     setInterval(() => this.updateSlowly(), SLOWLY_EVERY_MS);
     this.client.start();
-    Object.assign(window, { housemartin: this });  // for tests and the curious
   }
 
   onFrame(frame: ShownFrame): void {
-    this.view.show(frame);
+    (this.stage?.view ?? this.plan)!.show(frame);
+    const nowS = performance.now() / 1000;
     switch (frame.kind) {
       case "hello": this.greet(frame.hello); break;
-      case "pose": this.status.pose(frame.pose); break;
+      case "pose":
+        this.status.pose(frame.pose);
+        this.plots.pose(nowS, frame.pose);
+        this.pilot?.pose(frame.pose);
+        break;
       case "telemetry":
         this.status.update(frame.telemetry);
         this.replay.update(frame.telemetry.replay);
+        this.plots.telemetry(nowS, frame.telemetry);
+        if (frame.telemetry.vehicle) this.pilot?.update(frame.telemetry.vehicle);
         break;
+      case "plan": this.pilot?.plan(frame.plan); break;
       case "event": this.events.add(frame.event); break;
       case "picture": this.pictures.show(frame.picture); break;
+      case "statistics": this.plots.statistics(nowS, frame.statistics); break;
     }
   }
 
-  onOpenEdges(key: PageKey, ends: Float32Array): void { this.view.showOpenEdges(key, ends); }
+  onOpenEdges(key: PageKey, ends: Float32Array): void { this.stage?.view.showOpenEdges(key, ends); }
   onCleared(): void {
-    this.view.clear();
+    this.stage?.clear();
+    this.plan?.clear();
     this.events.clear();
-    this.fitted = this.moved = false;
   }
   onState(state: LinkState): void {
     this.status.link(state);
@@ -87,55 +103,42 @@ export class App implements LiveListener {
   }
   onCounts(counts: LinkCounts): void { this.counts = counts; }
 
-  private greet(hello: Hello): void { this.status.hello(hello); }
-
-  private setCamera(mode: CameraMode): void {
-    this.view.rig.setMode(mode);
-    if (mode === "plan") this.fit();
-    this.view.requestDraw();
+  private greet(hello: Hello): void {
+    this.status.hello(hello);
+    this.stage?.setExports(hello.voxel_size_m, hello.can.exports ?? [], location.search);
+    if (hello.can.pilot && !this.pilot) this.startPilot();
   }
 
-  private fit(): void {
-    this.view.fit();
-    this.moved = false;
-  }
-
-  private surfaceAt(x: number, y: number) {
-    return castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.viewPanel.clipHeightM);
-  }
-
-  /** The surface under the pointer becomes what the camera turns about; in `walk` the camera goes there. */
-  private lookAt(x: number, y: number): void {
-    const surface = this.surfaceAt(x, y);
-    if (!surface) return;
-    const { rig } = this.view;
-    if (rig.mode === "walk") rig.standAt([surface.point[0], surface.point[1], surface.point[2] + (surface.normal[2] > 0.7 ? 1.6 : 0)]);
-    else {
-      const distance = Math.max(surface.distanceM, 0.3);
-      if (rig.mode === "orbit") rig.distance = Math.min(rig.distance, distance);
-      rig.target = surface.point;
-    }
-    this.moved = true;
-    this.view.requestDraw();
+  private startPilot(): void {
+    const pilot = new PilotPanel(socketUrl("/pilot"));
+    this.pilot = pilot;
+    this.tabs.add({ name: "Fly", page: pilot.page });
+    if (innerWidth > WIDE_PX) this.tabs.show("Fly");
+    this.stage?.flyWith(pilot);
   }
 
   /** The server sends first what is near and ahead. */
   private sendView(): void {
-    const round = (v: Vec3): number[] => v.map(value => Math.round(1000 * value) / 1000);
-    const text = JSON.stringify({ type: "view", position: round(this.view.rig.eye()), direction: round(this.view.rig.basis().ahead) });
-    if (text === this.viewSent) return;
+    const text = this.stage && JSON.stringify({ type: "view", ...this.stage.looksFrom() });
+    if (!text || text === this.viewSent) return;
     this.viewSent = text;
     this.client.send(JSON.parse(text));
   }
 
   private updateSlowly(): void {
-    const box = this.view.box();
-    if (box) {
-      this.viewPanel.setHeights(box.low[2], box.high[2]);
-      if (!this.moved || !this.fitted) this.view.fit();
-      this.fitted = true;
-    }
-    this.status.size(this.view.mesh.triangleCount, this.view.openEdges.lengthM());
-    if (this.view.mesh.passTime()) this.view.requestDraw();
+    this.stage?.updateSlowly();
+    this.status.size((this.stage?.view.mesh ?? this.plan)!.triangleCount, this.stage?.view.openEdges.lengthM() ?? 0);
+    this.plots.draw();
   }
+}
+
+function hasWebGl2(): boolean { return document.createElement("canvas").getContext("webgl2") !== null; }
+
+function showPlanInstead(): PlanView {
+  const canvas = element("canvas", { id: "plan", "aria-label": "The model from above" });
+  byId("model").replaceWith(canvas);
+  const words = element("div", { class: "word", "data-level": "warning" }, element("span", { class: "mark", "aria-hidden": "true" }, "!"),
+    element("span", {}, element("strong", {}, "No WebGL 2 here"), element("span", { class: "number" }, "This browser cannot draw the model in three dimensions. The plan, the plots and the events work.")));
+  byId("words").before(words);
+  return new PlanView(canvas);
 }

@@ -7,6 +7,7 @@ import { length } from "./numbers.ts";
 export class ViewPanel {
   readonly page = element("div");
   private readonly legend = element("div", { class: "legend" });
+  private readonly modes = choice("Colours", COLOR_MODES, "colour", mode => this.setMode(mode));
   private readonly clip = element("input", { type: "range", id: "clip", min: 0, max: 100, value: 100, "aria-label": "Clipping height" });
   private readonly clipText = element("output", { for: "clip" }, "whole model");
   private heights: [number, number] = [0, 3];
@@ -14,12 +15,11 @@ export class ViewPanel {
   clipHeightM = Infinity;
 
   constructor(private readonly view: SceneView) {
-    const modes = choice("Colours", COLOR_MODES, "colour", mode => this.setMode(mode));
     this.clip.addEventListener("input", () => this.applyClip());
     const hidden = new Set(["truth"]);
     hidden.forEach(layer => view.setVisible(layer as (typeof LAYERS)[number], false));
     this.page.append(
-      titled("Colours", modes.row, this.legend),
+      titled("Colours", this.modes.row, this.legend),
       titled("Roof off", element("div", { class: "slider" }, this.clip, this.clipText),
              toggle("back sides too", false, both => { view.mesh.materials.setBothSides(both); view.requestDraw(); })),
       titled("Shown", element("div", { class: "toggles" }, ...LAYERS.map(layer => toggle(layer, !hidden.has(layer), on => view.setVisible(layer, on))))));
@@ -35,8 +35,11 @@ export class ViewPanel {
     this.showLegend();
   }
 
+  nextMode(): void { this.setMode(COLOR_MODES[(COLOR_MODES.indexOf(this.mode) + 1) % COLOR_MODES.length]); }
+
   setMode(mode: ColorMode): void {
     this.mode = mode;
+    this.modes.choose(mode);
     this.view.mesh.setMode(mode);
     this.view.requestDraw();
     this.showLegend();

@@ -23,6 +23,9 @@ export class SceneView {
   readonly overlay = new Scene();  // measurements, previews: what others add
   /** Called before each picture; what is moving returns true to be drawn again. */
   onFrame: (dtS: number) => boolean = () => false;
+  /** Called after each picture. */
+  onDrawn: () => void = () => {};
+  lastPose: Pose | null = null;
   frames = 0;
   readonly scriptMs: number[] = [];  // of the last pictures
   private readonly renderer: WebGLRenderer;
@@ -98,6 +101,7 @@ export class SceneView {
     Object.values(this.dots).forEach(dots => dots.setPoints(new Float32Array(0)));
     this.lines.plan.setLine([]);
     this.marks.hide();
+    this.lastPose = null;
     this.requestDraw();
   }
 
@@ -144,6 +148,7 @@ export class SceneView {
 
   private showPose(pose: Pose): void {
     this.marks.set(pose);
+    this.lastPose = pose;
     if (this.rig.mode === "follow") this.rig.target = pose.position;
   }
 
@@ -168,6 +173,7 @@ export class SceneView {
     this.placeCamera();
     this.renderer.render(this.scene, this.camera());
     ++this.frames;
+    this.onDrawn();
   }
 
   private drawPath(which: number): void {
