@@ -9,9 +9,10 @@ import { gzipSync } from "node:zlib";
 
 const WEB = dirname(fileURLToPath(import.meta.url));
 const MOST_BYTES = 250_000;  // of all files, compressed
-const TYPES = { js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", html: "text/html; charset=utf-8", svg: "image/svg+xml" };
+const TYPES = { js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", html: "text/html; charset=utf-8", svg: "image/svg+xml", txt: "text/plain; charset=utf-8" };
 // Path of the page -> source.
 const BUNDLES = { "page.js": "src/main.ts", "live_worker.js": "src/live/live_worker.ts", "pilot_worker.js": "src/pilot/pilot_worker.ts", "page.css": "src/page.css" };
+const LIBRARIES = ["three", "uplot", "meshoptimizer"];  // what is bundled; their licences go along
 const COPIES = { "index.html": "src/index.html", "icon.svg": "src/icon.svg" };
 
 /** Path -> bytes of every file of the page. */
@@ -25,7 +26,14 @@ export async function bundlePage() {
     files.set(path, Buffer.from(outputFiles[0].contents));
   }
   for (const [path, source] of Object.entries(COPIES)) files.set(path, await readFile(join(WEB, source)));
+  files.set("licences.txt", Buffer.from((await Promise.all(LIBRARIES.map(licenceOf))).join("\n")));
   return files;
+}
+
+async function licenceOf(name) {
+  const folder = join(WEB, "node_modules", name), { version } = JSON.parse(await readFile(join(folder, "package.json"), "utf8"));
+  const whole = await readFile(join(folder, "LICENSE"), "utf8").catch(() => readFile(join(folder, "LICENSE.md"), "utf8"));
+  return `${name} ${version}\n\n${whole}`;
 }
 
 const literal = bytes => {

@@ -10,9 +10,12 @@ export interface RoomSize {
 }
 
 type Cast = (ray: Ray) => SurfacePoint | null;
-const DIRECTIONS = 72, RAYS_A_SIDE = 7, SPREAD_M = 0.25, LEAST_RAYS = 10;
+const DIRECTIONS = 72, LEAST_RAYS = 10;
+/** Rays of one side: tangents across it, and how many steps to either side. */
+const FAN = [{ slope: 1.2, steps: 8 }, { slope: 0.9, steps: 6 }];
+const LEAST_FACING = 0.9;
 
-/** Measures the room around a point inside of it: of each side, the median of a bundle of parallel rays. */
+/** Measures the room around a point inside of it: of each side the plane that most rays of a fan meet. */
 export function measureRoom(cast: Cast, center: Vec3, voxelM: number): RoomSize {
   const yaw = wallDirection(cast, center), [c, s] = [Math.cos(yaw), Math.sin(yaw)];
   const axes: [Vec3, Vec3, Vec3] = [[c, s, 0], [-s, c, 0], [0, 0, 1]];
@@ -40,23 +43,39 @@ export function wallDirection(cast: Cast, center: Vec3): number {
   return x === 0 && y === 0 ? 0 : Math.atan2(y, x) / 4;
 }
 
-/** Distance of the side in this direction: rays through doors and onto furniture differ from the median and do not count. */
-function side(cast: Cast, center: Vec3, direction: Vec3, across: readonly [Vec3, Vec3], voxelM: number): Measured | null {
-  const hits: SurfacePoint[] = [];
-  for (let i = 0; i < RAYS_A_SIDE ** 2; ++i) {
-    const u = SPREAD_M * (2 * (i % RAYS_A_SIDE) / (RAYS_A_SIDE - 1) - 1), v = SPREAD_M * (2 * Math.floor(i / RAYS_A_SIDE) / (RAYS_A_SIDE - 1) - 1);
-    const hit = cast({ origin: [0, 1, 2].map(k => center[k] + u * across[0][k] + v * across[1][k]) as Vec3, direction });
-    if (hit) hits.push(hit);
-  }
-  if (hits.length < LEAST_RAYS) return null;
-  const middle = median(hits.map(hit => hit.distanceM)), near = hits.filter(hit => Math.abs(hit.distanceM - middle) < 2 * voxelM);
-  if (near.length < LEAST_RAYS) return null;
-  const value = near.reduce((sum, hit) => sum + hit.distanceM, 0) / near.length;
+/**
+ * Distance of the side in this direction. Only surface that faces it counts, and of that the plane which most rays meet: not
+ * what is seen through a door, nor furniture before the wall.
+ */
+function side(cast: Cast, center: Vec3, axis: Vec3, across: readonly [Vec3, Vec3], voxelM: number): Measured | null {
+  const hits: { offset: number; hit: SurfacePoint }[] = [], [wide, high] = FAN;
+  for (let i = -wide.steps; i <= wide.steps; ++i)
+    for (let j = -high.steps; j <= high.steps; ++j) {
+      const u = wide.slope * i / wide.steps, v = high.slope * j / high.steps;
+      const way = [0, 1, 2].map(k => axis[k] + u * across[0][k] + v * across[1][k]), size = Math.hypot(...way);
+      const hit = cast({ origin: center, direction: way.map(value => value / size) as Vec3 });
+      if (hit && -dot(hit.normal, axis) > LEAST_FACING) hits.push({ offset: hit.distanceM / size, hit });
+    }
+  const plane = densest(hits.sort((a, b) => a.offset - b.offset), 2 * voxelM);
+  if (plane.length < LEAST_RAYS) return null;
+  const value = plane.reduce((sum, { offset }) => sum + offset, 0) / plane.length;
   // Errors of neighbouring surface are alike: they do not average out.
-  const error = median(near.map(hit => (hit.errorM ?? voxelM / 2) + (hit.level > 0 ? voxelM : 0)));
-  const spread = Math.sqrt(near.reduce((sum, hit) => sum + (hit.distanceM - value) ** 2, 0) / near.length);
+  const error = median(plane.map(({ hit }) => (hit.errorM ?? voxelM / 2) + (hit.level > 0 ? voxelM : 0)));
+  const spread = Math.sqrt(plane.reduce((sum, { offset }) => sum + (offset - value) ** 2, 0) / plane.length);
   return { value, sigma: Math.hypot(error, spread) };
 }
+
+/** The most values, sorted by offset, that lie within this width. */
+function densest<T extends { offset: number }>(sorted: T[], width: number): T[] {
+  let best: [number, number] = [0, 0];
+  for (let begin = 0, end = 0; begin < sorted.length; ++begin) {
+    while (end < sorted.length && sorted[end].offset - sorted[begin].offset <= width) ++end;
+    if (end - begin > best[1] - best[0]) best = [begin, end];
+  }
+  return sorted.slice(...best);
+}
+
+const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 function median(values: number[]): number {
   const sorted = [...values].sort((a, b) => a - b);

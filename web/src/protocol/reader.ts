@@ -27,7 +27,14 @@ export class Reader {
     return this.bytes.subarray(begin, begin + count);
   }
 
-  text(count: number): string { return new TextDecoder("utf-8", { fatal: true }).decode(this.part(count)); }
+  text(count: number): string {
+    const bytes = this.part(count);
+    try {
+      return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+    } catch {
+      throw new FrameError("a text that is not UTF-8");
+    }
+  }
 
   /** `count` points of three f32 each, copied (they need not be aligned). */
   points(count: number): Float32Array {
