@@ -58,7 +58,7 @@ function side(cast: Cast, center: Vec3, axis: Vec3, across: readonly [Vec3, Vec3
     }
   const plane = densest(hits.sort((a, b) => a.offset - b.offset), 2 * voxelM);
   if (plane.length < LEAST_RAYS) return null;
-  const value = plane.reduce((sum, { offset }) => sum + offset, 0) / plane.length;
+  const value = median(plane.map(({ offset }) => offset));
   // Errors of neighbouring surface are alike: they do not average out.
   const error = median(plane.map(({ hit }) => (hit.errorM ?? voxelM / 2) + (hit.level > 0 ? voxelM : 0)));
   const spread = Math.sqrt(plane.reduce((sum, { offset }) => sum + (offset - value) ** 2, 0) / plane.length);
