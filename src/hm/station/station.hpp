@@ -16,9 +16,9 @@ namespace hm {
 /// What a pilot at the page asks for; already checked for lease, order and age.
 struct PilotOrder {
   std::uint64_t sequence = 0;
-  std::string kind;                     ///< "take_off", "velocity", ... (docs/file_formats.md, /pilot)
-  std::array<double, 3> vector{};       ///< position (m, `map`) or velocity (m/s, level frame)
-  double yaw = 0;                       ///< rad, or rad/s
+  std::string kind;                ///< "take_off", "velocity", ... (docs/file_formats.md, /pilot)
+  std::array<double, 3> vector{};  ///< position (m, `map`) or velocity (m/s, level frame)
+  double yaw = 0;                  ///< rad, or rad/s
 };
 
 /// Who flies for the station; called on the server's thread, must return at once.
@@ -44,14 +44,15 @@ struct StationExport {
 };
 
 struct StationOptions {
-  std::string address = "127.0.0.1";  ///< another than loopback needs (and makes) a token
-  std::uint16_t port = 0;             ///< 0: 8710, or the next free one
-  bool port_given = false;            ///< then a taken port is an error
-  JsonValue source;                   ///< of hello: {verb, name}
+  std::string address =
+      "127.0.0.1";          ///< numeric, or localhost; another than loopback needs (and makes) a token
+  std::uint16_t port = 0;   ///< 0: 8710, or the next free one
+  bool port_given = false;  ///< then a taken port is an error, and 0 any free one
+  JsonValue source;         ///< of hello: {verb, name}
   std::string program_version;
   double voxel_size_m = 0;
   std::vector<StationExport> exports;
-  PilotHandler* pilot = nullptr;  ///< null: nothing to fly; must outlive the station
+  PilotHandler* pilot = nullptr;                     ///< null: nothing to fly; must outlive the station
   std::function<void(const ReplayRequest&)> replay;  ///< empty: no replay
 };
 
@@ -60,11 +61,14 @@ class Station {
  public:
   /// Error (kUsage): address or port cannot be used, named.
   static Result<std::unique_ptr<Station>> start(StationOptions options);
+  /// Ends all connections; waits for a file of `/api` that is being made.
   ~Station();
 
   [[nodiscard]] LiveStore& store();
   /// The address to open, with the token if there is one.
   [[nodiscard]] std::string url() const;
+  /// Whether other machines reach it.
+  [[nodiscard]] bool is_public() const;
   /// Answers an order; `sequence` as in the order. Any thread.
   void answer(std::uint64_t sequence, bool accepted, const std::string& reason);
   [[nodiscard]] std::size_t viewers() const;

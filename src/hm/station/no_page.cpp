@@ -1,0 +1,8 @@
+// hm: compiled alone (left out where the page was built).
+#include "hm/station/page_files.hpp"
+
+namespace hm {
+
+std::span<const PageFile> page_files() { return {}; }
+
+}  // namespace hm

@@ -1,0 +1,103 @@
+#include "hm/station/station_api.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "hm/io/bytes/json.hpp"
+#include "hm/station/live_frames.hpp"
+
+namespace hm {
+namespace {
+
+constexpr const char* kJson = "application/json";
+
+WebResponse make_response(const StationExport& file) {
+  auto bytes = file.make();
+  if (!bytes) {
+    const bool missing =
+        bytes.error().code == ErrorCode::kNoResult || bytes.error().code == ErrorCode::kNotFound;
+    return WebResponse::of_text(missing ? 404 : 500,
+                                fmt::format("{}: {}\n", file.name, to_string(bytes.error())));
+  }
+  WebResponse response = WebResponse::of_bytes(std::move(*bytes), file.content_type);
+  if (file.name.find('.') != std::string::npos)
+    response.headers.emplace_back("Content-Disposition",
+                                  fmt::format("attachment; filename=\"{}\"", file.name));
+  return response;
+}
+
+}  // namespace
+
+ExportMaker::ExportMaker(std::vector<StationExport> exports) : exports_(std::move(exports)) {
+  if (!exports_.empty()) thread_ = std::thread([this] { run(); });
+}
+
+ExportMaker::~ExportMaker() {
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::vector<std::string> ExportMaker::names() const {
+  std::vector<std::string> names;
+  for (const auto& file : exports_) names.push_back(file.name);
+  return names;
+}
+
+void ExportMaker::make(const std::string& name, WebHandler::Answer answer) {
+  const auto file =
+      std::find_if(exports_.begin(), exports_.end(), [&](const auto& one) { return one.name == name; });
+  if (file == exports_.end())
+    return answer(
+        WebResponse::of_text(404, fmt::format("/api/{}: there is no such file here\n", name.substr(0, 60))));
+  {
+    const std::lock_guard lock(mutex_);
+    if (requests_.size() < kMaxWaiting) {
+      requests_.push_back({&*file, std::move(answer)});
+      answer = nullptr;
+    }
+  }
+  if (answer) return answer(WebResponse::of_text(503, "too many files are being made: try again later\n"));
+  changed_.notify_one();
+}
+
+void ExportMaker::run() {
+  while (true) {
+    Request request;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return end_ || !requests_.empty(); });
+      if (end_) return;
+      request = std::move(requests_.front());
+      requests_.pop_front();
+    }
+    request.answer(make_response(*request.file));
+  }
+}
+
+WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers) {
+  std::string telemetry = "null";
+  if (const auto items = store.items(LiveKind::kTelemetry); !items.empty())
+    telemetry = bytes_text(*items.front().payload);
+  return WebResponse::of_text(
+      200, fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{}}}\n", hello, telemetry, viewers),
+      kJson);
+}
+
+WebResponse statistics_response(const LiveStore& store) {
+  auto all = JsonValue::object();
+  for (const LiveItem& item : store.items(LiveKind::kStatistics)) {
+    const auto json = parse_json(bytes_text(*item.payload), "statistics");
+    const auto* members = json ? json->as_object() : nullptr;
+    if (!members) continue;
+    for (const auto& [name, value] : *members) all[name] = value;
+  }
+  return WebResponse::of_text(200, to_json_text(all, JsonStyle::kCompact) + "\n", kJson);
+}
+
+}  // namespace hm

@@ -1,0 +1,150 @@
+#include "hm/station/station.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "hm/io/bytes/json.hpp"
+#include "hm/station/live_frames.hpp"
+#include "hm/station/testing/web_client.hpp"
+
+namespace hm {
+namespace {
+
+using testing::HasSubstr;
+
+StationOptions test_options() {
+  StationOptions options;
+  options.port_given = true;
+  options.source = JsonValue::object({{"verb", "demo"}, {"name", "test"}});
+  options.program_version = "1.2.3";
+  options.voxel_size_m = 0.02;
+  return options;
+}
+
+std::unique_ptr<Station> start(StationOptions options = test_options()) {
+  auto station = Station::start(std::move(options));
+  EXPECT_TRUE(station) << to_string(station.error());
+  return std::move(*station);
+}
+
+std::uint16_t port_of(const Station& station) {
+  const std::string url = station.url();
+  return static_cast<std::uint16_t>(std::atoi(url.c_str() + url.find(':', 6) + 1));
+}
+
+/// Reads binary messages until one of a kind comes.
+LiveMessage read_until(WebClient& client, LiveKind kind) {
+  while (const auto message = client.read_message()) {
+    EXPECT_EQ(message->opcode, 2) << message->reason();
+    if (message->opcode != 2) return {};
+    auto decoded = decode_live_message(message->bytes());
+    EXPECT_TRUE(decoded) << to_string(decoded.error());
+    if (!decoded || decoded->kind == kind) return decoded ? std::move(*decoded) : LiveMessage{};
+  }
+  ADD_FAILURE() << "the connection ended";
+  return {};
+}
+
+TEST(Station, AViewerGetsHelloAndThenWhatThereIs) {
+  const auto station = start();
+  PoseFrame pose;
+  pose.position_m = {1, 2, 3};
+  station->store().put(LiveKind::kPose, 0, Time{7}, to_payload(pose));
+  station->store().add_event(Time::from_seconds(2), "warning", "too fast");
+  WebClient client(port_of(*station));
+  ASSERT_EQ(client.upgrade("/live").status, 101);
+  const LiveMessage hello = read_until(client, LiveKind::kHello);
+  EXPECT_EQ(hello.sequence, 1u);
+  EXPECT_THAT(std::get<JsonFrame>(hello.frame).text, HasSubstr(R"("program":"housemartin 1.2.3")"));
+  client.send_text(R"({"type":"hello","protocol":1})");
+  const LiveMessage first = read_until(client, LiveKind::kPose);
+  EXPECT_EQ(first.stamp, Time{7});
+  EXPECT_EQ(std::get<PoseFrame>(first.frame).position_m, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<JsonFrame>(read_until(client, LiveKind::kEvent).frame).text,
+            R"({"id":1,"time_s":2.0,"level":"warning","text":"too fast"})");
+  pose.position_m = {4, 5, 6};
+  station->store().put(LiveKind::kPose, 0, Time{8}, to_payload(pose));
+  EXPECT_EQ(std::get<PoseFrame>(read_until(client, LiveKind::kPose).frame).position_m, Vec3(4, 5, 6));
+  EXPECT_EQ(station->viewers(), 1u);
+}
+
+TEST(Station, AnswersStatus) {
+  const auto station = start();
+  station->store().put(LiveKind::kTelemetry, 0, {}, text_bytes(R"({"state":"running"})"));
+  WebClient client(port_of(*station));
+  const auto status = client.get("/api/status");
+  EXPECT_EQ(status.status, 200);
+  EXPECT_THAT(status.body, HasSubstr(R"("telemetry":{"state":"running"},"viewers":0)"));
+  const auto missing = client.get("/api/mesh.ply");
+  EXPECT_EQ(missing.status, 404);
+  EXPECT_EQ(missing.body, "/api/mesh.ply: there is no such file here\n");
+}
+
+struct AcceptingFlight : PilotHandler {
+  void take(const PilotOrder& order) override {
+    station->answer(order.sequence, order.kind == "land", "in flight");
+  }
+  void hold(const std::string&) override { ++holds; }
+  Station* station = nullptr;
+  std::atomic<int> holds = 0;
+};
+
+/// Next text on `/pilot` but pings, which are answered.
+std::string read_pilot_text(WebClient& client) {
+  while (const auto message = client.read_message()) {
+    if (message->opcode != 1) return message->reason();
+    const auto json = parse_json(message->data, "message");
+    if (*json->find("type")->as_string() != "ping") return message->data;
+    client.send_text(
+        fmt::format(R"({{"type":"pong","sequence":{}}})", *json->find("sequence")->as_integer()));
+  }
+  return "end";
+}
+
+TEST(Station, APilotFliesOverTheSocket) {
+  AcceptingFlight flight;
+  StationOptions options = test_options();
+  options.pilot = &flight;
+  const auto station = start(std::move(options));
+  flight.station = station.get();
+  {
+    WebClient client(port_of(*station));
+    ASSERT_EQ(client.upgrade("/pilot").status, 101);
+    EXPECT_EQ(read_pilot_text(client), R"({"type":"lease","holder":"none"})");
+    client.send_text(R"({"type":"take","force":false})");
+    EXPECT_EQ(read_pilot_text(client), R"({"type":"lease","holder":"you"})");
+    client.send_text(R"({"type":"command","sequence":7,"kind":"land","age_ms":5,"expires_ms":1000})");
+    EXPECT_EQ(read_pilot_text(client),
+              R"({"type":"answer","sequence":7,"accepted":true,"reason":"in flight"})");
+    client.send_text(R"({"type":"command","sequence":8,"kind":"velocity","age_ms":5,"expires_ms":300,)"
+                     R"("velocity_m_s":[0,0,1],"yaw_rad_s":0})");
+    EXPECT_EQ(read_pilot_text(client),
+              R"({"type":"answer","sequence":8,"accepted":false,"reason":"in flight"})");
+    EXPECT_EQ(flight.holds, 0);
+  }
+  for (int i = 0; i < 200 && flight.holds == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(flight.holds, 1);
+}
+
+TEST(Station, WithoutAVehicleThereIsNothingToFly) {
+  const auto station = start();
+  WebClient client(port_of(*station));
+  ASSERT_EQ(client.upgrade("/pilot").status, 101);
+  const auto end = client.read_message();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code(), 1008);
+  EXPECT_EQ(end->reason(), "there is nothing to fly here");
+}
+
+}  // namespace
+}  // namespace hm

@@ -1,0 +1,472 @@
+// hm: compiled alone (Boost's headers; the only file that includes them).
+#include "hm/station/web/web_server.hpp"
+
+#include <utility>
+// Beast 1.74 uses std::exchange without including it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "hm/core/check.hpp"
+#include "hm/station/web/rate_limit.hpp"
+
+namespace hm {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using beast::error_code;
+using Parser = http::request_parser<http::empty_body>;
+using Request = http::request<http::empty_body>;
+
+// So small that a message is not behind more than this in the kernel, and the rate that acknowledgements tell
+// is the rate of the line.
+constexpr int kSendBuffer = 128 * 1024;
+constexpr std::chrono::milliseconds kTick{10}, kWakeDelay{5};
+
+std::string text_of(beast::string_view text) { return {text.begin(), text.end()}; }
+
+std::vector<std::string> offered_protocols(const Request& request) {
+  std::vector<std::string> result;
+  for (const auto name : http::token_list(request[http::field::sec_websocket_protocol]))
+    result.push_back(text_of(name));
+  return result;
+}
+
+WebRequest to_web_request(const Request& request) {
+  const std::string target = text_of(request.target());
+  const std::size_t query = target.find('?');
+  WebRequest result;
+  result.path = target.substr(0, query);
+  if (query != std::string::npos) result.query = target.substr(query + 1);
+  result.host = text_of(request[http::field::host]);
+  result.origin = text_of(request[http::field::origin]);
+  result.if_none_match = text_of(request[http::field::if_none_match]);
+  result.protocols = offered_protocols(request);
+  return result;
+}
+
+class SocketConnection;
+
+/// What the connections share; touched by the server's thread only, but for what is atomic.
+struct Shared {
+  Shared(const WebLimits& the_limits, WebHandler& the_handler) : limits(the_limits), handler(the_handler) {}
+  [[nodiscard]] Duration now() const {
+    return {std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start)
+                .count()};
+  }
+  [[nodiscard]] std::chrono::nanoseconds patience() const {
+    return std::chrono::nanoseconds(limits.patience.ns);
+  }
+
+  WebLimits limits;
+  WebHandler& handler;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  std::atomic<std::size_t> connections = 0;
+  std::uint64_t next_id = 0;
+  std::map<std::uint64_t, std::function<void()>>
+      waiting;  ///< ends a connection without a request; oldest first
+  std::set<SocketConnection*> sockets;
+  asio::io_context context{1};  ///< the last member: connections end with it, and leave the others
+};
+
+/// Counts a connection while it lives.
+class Counted {
+ public:
+  explicit Counted(Shared& shared) : shared_(shared) { ++shared_.connections; }
+  ~Counted() { --shared_.connections; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  Shared& shared_;
+};
+
+/// A WebSocket and the session behind it.
+class SocketConnection : public std::enable_shared_from_this<SocketConnection> {
+ public:
+  SocketConnection(Shared& shared, beast::tcp_stream stream, WebSocketOpening opening)
+      : shared_(shared),
+        counted_(shared),
+        stream_(std::move(stream)),
+        opening_(std::move(opening)),
+        rate_(shared.limits.messages_per_s) {}
+  ~SocketConnection() { shared_.sockets.erase(this); }
+  SocketConnection(const SocketConnection&) = delete;
+  SocketConnection& operator=(const SocketConnection&) = delete;
+
+  void accept(const Request& request) {
+    stream_.next_layer().expires_never();
+    websocket::stream_base::timeout timeout{};
+    timeout.handshake_timeout = shared_.patience();
+    timeout.idle_timeout = shared_.patience();
+    timeout.keep_alive_pings = true;
+    stream_.set_option(timeout);
+    stream_.set_option(
+        websocket::stream_base::decorator([protocol = opening_.protocol](websocket::response_type& r) {
+          r.set(http::field::server, "housemartin");
+          if (!protocol.empty()) r.set(http::field::sec_websocket_protocol, protocol);
+        }));
+    stream_.read_message_max(shared_.limits.message_bytes);
+    stream_.auto_fragment(false);
+    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (error) return;
+      self->shared_.sockets.insert(self.get());
+      self->read();
+      self->pump();
+    });
+  }
+
+  /// Sends what the session has, if nothing is on its way.
+  void pump() {
+    if (writing_ || closing_) return;
+    WebOutput output = opening_.session->next(shared_.now());
+    if (auto* message = std::get_if<WebMessage>(&output)) write(std::move(*message));
+    if (const auto* end = std::get_if<WebClose>(&output)) close(*end);
+  }
+
+ private:
+  void read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->drop();
+      self->received();
+    });
+  }
+
+  void received() {
+    if (closing_) return;
+    const Duration now = shared_.now();
+    if (!rate_.take(now))
+      return close(
+          {WebClose::kPolicy, fmt::format("more than {} messages a second", shared_.limits.messages_per_s)});
+    const auto bytes = buffer_.cdata();
+    const WebOutput output = opening_.session->receive({static_cast<const char*>(bytes.data()), bytes.size()},
+                                                       stream_.got_text(), now);
+    buffer_.consume(buffer_.size());
+    if (const auto* end = std::get_if<WebClose>(&output)) return close(*end);
+    read();
+    pump();
+  }
+
+  void write(WebMessage message) {
+    writing_ = true;
+    message_ = std::move(message);
+    std::array<asio::const_buffer, 2> buffers{asio::buffer(message_.head.data(), message_.head.size()), {}};
+    if (message_.body)
+      buffers[1] = asio::buffer(message_.body->data(), message_.body->size()) + message_.body_offset;
+    stream_.binary(!message_.text);
+    stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
+      self->writing_ = false;
+      self->message_ = {};
+      if (error) return self->drop();
+      self->pump();
+    });
+  }
+
+  void close(const WebClose& end) {
+    closing_ = true;
+    websocket::close_reason reason(static_cast<websocket::close_code>(end.code));
+    reason.reason.assign(end.reason.data(), std::min<std::size_t>(end.reason.size(), 120));
+    // Waits for a write that is under way; the time-out ends it where the other end does not read.
+    stream_.async_close(reason, [self = shared_from_this()](error_code) { self->drop(); });
+  }
+
+  /// The connection is lost or over: whatever else is pending on it fails.
+  void drop() {
+    closing_ = true;
+    shared_.sockets.erase(this);
+    beast::get_lowest_layer(stream_).close();
+  }
+
+  Shared& shared_;
+  Counted counted_;
+  websocket::stream<beast::tcp_stream> stream_;
+  WebSocketOpening opening_;
+  RateLimit rate_;
+  beast::flat_buffer buffer_;
+  WebMessage message_;
+  bool writing_ = false, closing_ = false;
+};
+
+/// A connection that speaks HTTP, until it becomes a WebSocket.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(Shared& shared, tcp::socket socket)
+      : shared_(shared),
+        counted_(shared),
+        stream_(std::move(socket)),
+        id_(shared.next_id++),
+        buffer_(shared.limits.header_bytes + shared.limits.target_bytes) {}
+  ~HttpConnection() { shared_.waiting.erase(id_); }
+  HttpConnection(const HttpConnection&) = delete;
+  HttpConnection& operator=(const HttpConnection&) = delete;
+
+  void read() {
+    shared_.waiting[id_] = [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->stream_.close();
+    };
+    parser_.emplace();
+    parser_->header_limit(static_cast<std::uint32_t>(shared_.limits.header_bytes));
+    stream_.expires_after(shared_.patience());
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              self->shared_.waiting.erase(self->id_);
+                              self->handle(error);
+                            });
+  }
+
+ private:
+  void handle(error_code error) {
+    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+      return refuse(431, "the header of the request is too long");
+    if (error.category() == make_error_code(http::error::bad_method).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message)
+      return refuse(400, "this is no HTTP request");
+    if (error) return;  // gone, or silent for too long
+    const Request& request = parser_->get();
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      return refuse(405, "only GET and HEAD are served");
+    if (request.target().size() > shared_.limits.target_bytes) return refuse(414, "the address is too long");
+    if (request.has_content_length() || request.chunked()) {
+      if (parser_->content_length().value_or(1) != 0) return refuse(400, "a request has no body here");
+    }
+    keep_alive_ = request.keep_alive();
+    head_only_ = request.method() == http::verb::head;
+    if (websocket::is_upgrade(request)) return open();
+    shared_.handler.respond(to_web_request(request), later());
+  }
+
+  void open() {
+    auto opened = shared_.handler.open(to_web_request(parser_->get()));
+    if (auto* response = std::get_if<WebResponse>(&opened)) return answer(std::move(*response));
+    std::make_shared<SocketConnection>(shared_, std::move(stream_),
+                                       std::get<WebSocketOpening>(std::move(opened)))
+        ->accept(parser_->get());
+  }
+
+  /// Keeps a connection until it is answered. Its end is left to the server's thread, whoever drops the
+  /// answer.
+  struct Held {
+    Held(std::shared_ptr<HttpConnection> the_connection) : connection(std::move(the_connection)) {}
+    ~Held() {
+      if (!connection) return;
+      auto& context = connection->shared_.context;
+      asio::post(context, [ended = std::move(connection)] {});
+    }
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+    std::shared_ptr<HttpConnection> connection;
+  };
+
+  /// Brings an answer that may come from another thread to this one. The time of making it has no limit.
+  WebHandler::Answer later() {
+    stream_.expires_never();
+    return [held = std::make_shared<Held>(shared_from_this())](WebResponse response) {
+      auto& context = held->connection->shared_.context;
+      asio::post(context, [self = std::move(held->connection), given = std::move(response)]() mutable {
+        self->answer(std::move(given));
+      });
+    };
+  }
+
+  void refuse(unsigned status, std::string text) {
+    keep_alive_ = false;
+    answer(WebResponse::of_text(status, std::move(text) + "\n"));
+  }
+
+  void answer(WebResponse response) {
+    owner_ = std::move(response.owner);
+    message_.emplace();
+    message_->version(11);
+    message_->result(response.status);
+    message_->set(http::field::server, "housemartin");
+    message_->set(http::field::content_type, response.content_type);
+    message_->set("X-Content-Type-Options", "nosniff");
+    for (const auto& [name, value] : response.headers) message_->set(name, value);
+    message_->content_length(response.body.size());
+    message_->keep_alive(keep_alive_);
+    if (head_only_) response.body = {};
+    // The body is only read.
+    message_->body() = {const_cast<std::byte*>(response.body.data()), response.body.size()};
+    serializer_.emplace(*message_);
+    write_some();
+  }
+
+  /// Piece by piece, each with its own limit of time: a large file over a slow line takes as long as it
+  /// takes.
+  void write_some() {
+    stream_.expires_after(shared_.patience());
+    http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return;
+      if (!self->serializer_->is_done()) return self->write_some();
+      self->finish();
+    });
+  }
+
+  void finish() {
+    serializer_.reset();
+    message_.reset();
+    owner_.reset();
+    if (keep_alive_) return read();
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  Shared& shared_;
+  Counted counted_;
+  beast::tcp_stream stream_;
+  std::uint64_t id_;
+  beast::flat_buffer buffer_;
+  std::optional<Parser> parser_;
+  bool keep_alive_ = false, head_only_ = false;
+  std::shared_ptr<const void> owner_;
+  std::optional<http::response<http::span_body<std::byte>>> message_;
+  std::optional<http::response_serializer<http::span_body<std::byte>>> serializer_;
+};
+
+}  // namespace
+
+struct WebServer::Impl {
+  Impl(const WebLimits& limits, WebHandler& handler)
+      : shared(limits, handler), acceptor(shared.context), tick(shared.context), wake_timer(shared.context) {}
+
+  Result<void> listen(const WebAddress& wanted) {
+    error_code error;
+    const auto address = asio::ip::make_address(wanted.address, error);
+    if (error) return fail(ErrorCode::kUsage, wanted.address, "is no address");
+    for (int i = 0; i < wanted.ports; ++i) {
+      const tcp::endpoint endpoint(address, static_cast<std::uint16_t>(wanted.port + i));
+      if (acceptor.is_open()) acceptor.close(error);
+      error = {};
+      acceptor.open(endpoint.protocol(), error);
+      if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+      if (!error) acceptor.bind(endpoint, error);
+      if (!error) acceptor.listen(1024, error);
+      if (!error) return {};
+      if (error != asio::error::address_in_use) break;
+    }
+    const std::string where = fmt::format("{}:{}", wanted.address, wanted.port);
+    if (error == asio::error::address_in_use)
+      return fail(ErrorCode::kUsage, where, "another program listens on this port");
+    return fail(ErrorCode::kUsage, where, "cannot listen: {}", error.message());
+  }
+
+  void accept() {
+    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted) return;
+      // Out of descriptors: those that wait make room, and the next try is a tick later.
+      if (error) return end_oldest(shared.limits.waiting / 4), retry_accept();
+      start(std::move(socket));
+      accept();
+    });
+  }
+
+  void retry_accept() {
+    const auto timer = std::make_shared<asio::steady_timer>(shared.context, kTick);
+    timer->async_wait([this, timer](error_code error) {
+      if (!error) accept();
+    });
+  }
+
+  void start(tcp::socket socket) {
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+    if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
+    std::make_shared<HttpConnection>(shared, std::move(socket))->read();
+  }
+
+  void end_oldest(std::size_t count) {
+    for (; count > 0 && !shared.waiting.empty(); --count) {
+      const auto end = std::move(shared.waiting.begin()->second);
+      shared.waiting.erase(shared.waiting.begin());
+      end();
+    }
+  }
+
+  void pump_all() {
+    // Copied: a session that ends leaves the set.
+    const std::vector<SocketConnection*> sockets(shared.sockets.begin(), shared.sockets.end());
+    for (auto* socket : sockets)
+      if (shared.sockets.contains(socket)) socket->shared_from_this()->pump();
+  }
+
+  void start_tick() {
+    tick.expires_after(kTick);
+    tick.async_wait([this](error_code error) {
+      if (error) return;
+      shared.handler.tick(shared.now());
+      pump_all();
+      start_tick();
+    });
+  }
+
+  Shared shared;
+  tcp::acceptor acceptor;
+  asio::steady_timer tick, wake_timer;
+  std::atomic<bool> wake_pending = false;
+  std::thread thread;
+};
+
+WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Result<std::unique_ptr<WebServer>> WebServer::start(const WebAddress& address, const WebLimits& limits,
+                                                    WebHandler& handler) {
+  auto impl = std::make_unique<Impl>(limits, handler);
+  if (auto listening = impl->listen(address); !listening) return forward_error(listening);
+  impl->accept();
+  impl->start_tick();
+  impl->thread = std::thread([&shared = impl->shared] { shared.context.run(); });
+  return std::unique_ptr<WebServer>(new WebServer(std::move(impl)));
+}
+
+WebServer::~WebServer() {
+  impl_->shared.context.stop();
+  impl_->thread.join();
+}
+
+std::uint16_t WebServer::port() const {
+  error_code ignored;
+  return impl_->acceptor.local_endpoint(ignored).port();
+}
+
+void WebServer::wake() {
+  if (impl_->wake_pending.exchange(true)) return;
+  asio::post(impl_->shared.context, [this] {
+    impl_->wake_timer.expires_after(kWakeDelay);
+    impl_->wake_timer.async_wait([this](error_code error) {
+      if (error) return;
+      impl_->wake_pending = false;
+      impl_->pump_all();
+    });
+  });
+}
+
+void WebServer::post(std::function<void()> task) {
+  asio::post(impl_->shared.context, [this, given = std::move(task)] {
+    given();
+    impl_->pump_all();
+  });
+}
+
+std::size_t WebServer::connections() const { return impl_->shared.connections; }
+
+}  // namespace hm
