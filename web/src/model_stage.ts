@@ -27,7 +27,7 @@ export class ModelStage {
       onClick: (x, y) => this.click(x, y), onDoubleClick: (x, y) => this.lookAt(x, y), surfaceAt: (x, y) => this.surfaceAt(x, y)?.point ?? null,
       onMoved: () => { this.moved = true; },
     });
-    this.measure.clipHeightM = () => this.viewPanel.clipHeightM;
+    this.measure.limits = () => this.viewPanel.limits;
     this.view.onFrame = dtS => this.controls.step(dtS);
     this.view.onDrawn = () => this.measure.placeLabels();
     byId("cameras").append(this.cameras.row, element("button", { type: "button", title: "Show the whole model (F)", onclick: () => this.fit() }, "Whole"));
@@ -94,7 +94,7 @@ export class ModelStage {
   }
 
   private surfaceAt(x: number, y: number) {
-    return castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.viewPanel.clipHeightM);
+    return castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.viewPanel.limits);
   }
 
   private click(x: number, y: number): void {

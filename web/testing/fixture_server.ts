@@ -22,7 +22,7 @@ interface ShownPage { page: HousePage; version: number }
 
 class Fixture {
   readonly vehicle: MadeUpVehicle | null;
-  readonly sent = { pages: 0, hellos: 0, knownPages: 0, messages: 0 };
+  readonly sent = { pages: 0, hellos: 0, knownPages: 0, messages: 0, house: 0 };
   private readonly viewers = new Set<Viewer>();
   private readonly pilots = new Set<WebSocket>();
   private holder: WebSocket | null = null;
@@ -34,6 +34,7 @@ class Fixture {
 
   constructor(private readonly house: HousePage[], private readonly options: { growS: number; voxelM: number; session: string; pilot: boolean; replay: boolean }) {
     this.sideM = 32 * options.voxelM;
+    this.sent.house = house.length;
     this.vehicle = options.pilot ? new MadeUpVehicle() : null;
     this.reveal();
     setInterval(() => this.step(0.05), 50);

@@ -49,9 +49,15 @@ test("nearest of all pages: as a search over every triangle says, for rays in al
 test("what lies above the clipping height is not met, nor what is too far", () => {
   const ray: Ray = { origin: [1, 1.5, 1.2], direction: [0, 0, 1] };
   assert.ok(Math.abs(castRay(straight, ray)!.distanceM - 1.4) < 1e-4);
-  assert.equal(castRay(straight, ray, 2), null);
-  assert.equal(castRay(straight, ray, Infinity, 1.3), null);
-  assert.ok(castRay(straight, { origin: [1.01, 1.52, 5], direction: [0, 0, -1] }, 2)!.point[2] < 0.001);
+  assert.equal(castRay(straight, ray, { clipHeightM: 2 }), null);
+  assert.equal(castRay(straight, ray, { farM: 1.3 }), null);
+});
+
+test("walls are looked through from behind, unless their backs are shown", () => {
+  const down: Ray = { origin: [1.01, 1.52, 5], direction: [0, 0, -1] };
+  assert.ok(Math.abs(castRay(straight, down)!.distanceM - 5) < 1e-4);
+  assert.ok(Math.abs(castRay(straight, down, { backSides: true })!.distanceM - 2.4) < 1e-4);
+  assert.ok(Math.abs(castRay(straight, down, { backSides: true, clipHeightM: 2 })!.distanceM - 5) < 1e-4);
 });
 
 function pointOn(ray: Ray, pixelM = 0.002): MeasuredPoint {

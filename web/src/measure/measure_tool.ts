@@ -6,7 +6,7 @@ import { Dots } from "../scene/dots.ts";
 import { Lines } from "../scene/lines.ts";
 import type { SceneView } from "../scene/scene_view.ts";
 import { distance, heightDifference, polygonArea, type Measured, type MeasuredPoint } from "./geometry.ts";
-import { castRay } from "./raycast.ts";
+import { castRay, type RayLimits } from "./raycast.ts";
 import { measureRoom } from "./room_size.ts";
 
 export const TOOLS = ["distance", "height", "area", "room"] as const;
@@ -27,7 +27,7 @@ export class MeasureTool {
   tool: Tool | null = null;
   readonly results: Result[] = [];
   voxelM = 0.02;
-  clipHeightM: () => number = () => Infinity;
+  limits: () => RayLimits = () => ({});
   onChange: () => void = () => {};
   private points: MeasuredPoint[] = [];
   private nextId = 1;
@@ -87,7 +87,7 @@ export class MeasureTool {
   }
 
   private pointAt(x: number, y: number): MeasuredPoint | null {
-    const hit = castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.clipHeightM());
+    const hit = castRay(this.view.mesh.pages(), this.view.rayAt(x, y), this.limits());
     const fingers = matchMedia("(pointer: coarse)").matches ? TOUCH_PX : 1;
     return hit && { ...hit, pixelM: fingers * this.view.pixelAt(hit.distanceM) };
   }

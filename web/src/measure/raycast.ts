@@ -13,10 +13,12 @@ export interface SurfacePoint {
 
 export interface Ray { origin: Vec3; direction: Vec3 }
 
-/**
- * The nearest surface that the ray meets from either side, below the clipping height (`clipHeightM`), nearer than `farM`; null where there is none.
- */
-export function castRay(pages: Iterable<MeshPage>, ray: Ray, clipHeightM = Infinity, farM = Infinity): SurfacePoint | null {
+/** What a ray meets: surface below `clipHeightM`, nearer than `farM`, also from behind where `backSides` is set. */
+export interface RayLimits { clipHeightM?: number; farM?: number; backSides?: boolean }
+
+/** The nearest surface that the ray meets, or null. */
+export function castRay(pages: Iterable<MeshPage>, ray: Ray, limits: RayLimits = {}): SurfacePoint | null {
+  const { farM = Infinity } = limits;
   const met: { page: MeshPage; nearM: number }[] = [];
   for (const page of pages) {
     const nearM = enterBox(page, ray);
@@ -26,7 +28,7 @@ export function castRay(pages: Iterable<MeshPage>, ray: Ray, clipHeightM = Infin
   let best: SurfacePoint | null = null, bestM = farM;
   for (const { page, nearM } of met) {
     if (nearM > bestM) break;
-    const hit = castIntoPage(page, ray, clipHeightM, bestM);
+    const hit = castIntoPage(page, ray, limits, bestM);
     if (hit) [best, bestM] = [hit, hit.distanceM];
   }
   return best;
@@ -45,7 +47,7 @@ function enterBox({ low, high }: MeshPage, { origin, direction }: Ray): number {
 }
 
 /** Moeller and Trumbore's intersection, in quanta from the page's origin. */
-function castIntoPage(page: MeshPage, ray: Ray, clipHeightM: number, farM: number): SurfacePoint | null {
+function castIntoPage(page: MeshPage, ray: Ray, { clipHeightM = Infinity, backSides = false }: RayLimits, farM: number): SurfacePoint | null {
   const { positions: p, indices, quantum, origin } = page;
   const [ox, oy, oz] = [0, 1, 2].map(k => (ray.origin[k] - origin[k]) / quantum);
   const [dx, dy, dz] = ray.direction, clip = (clipHeightM - origin[2]) / quantum;
@@ -56,7 +58,7 @@ function castIntoPage(page: MeshPage, ray: Ray, clipHeightM: number, farM: numbe
     const e2x = p[c] - p[a], e2y = p[c + 1] - p[a + 1], e2z = p[c + 2] - p[a + 2];
     const hx = dy * e2z - dz * e2y, hy = dz * e2x - dx * e2z, hz = dx * e2y - dy * e2x;
     const det = e1x * hx + e1y * hy + e1z * hz;
-    if (det === 0) continue;
+    if (det === 0 || (det < 0 && !backSides)) continue;  // from behind it is below 0
     const sx = ox - p[a], sy = oy - p[a + 1], sz = oz - p[a + 2], u = (sx * hx + sy * hy + sz * hz) / det;
     if (u < -1e-7 || u > 1 + 1e-7) continue;
     const qx = sy * e1z - sz * e1y, qy = sz * e1x - sx * e1z, qz = sx * e1y - sy * e1x;

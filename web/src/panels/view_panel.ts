@@ -1,5 +1,6 @@
 import { AGE_LIMITS_S, COLOR_MAP, COLOR_MODES, type ColorMode } from "../scene/mesh_material.ts";
 import { LAYERS, type SceneView } from "../scene/scene_view.ts";
+import type { RayLimits } from "../measure/raycast.ts";
 import { choice, element, titled, toggle } from "./dom.ts";
 import { length } from "./numbers.ts";
 
@@ -12,7 +13,8 @@ export class ViewPanel {
   private readonly clipText = element("output", { for: "clip" }, "whole model");
   private heights: [number, number] = [0, 3];
   private mode: ColorMode = "colour";
-  clipHeightM = Infinity;
+  private clipHeightM = Infinity;
+  private backSides = false;
 
   constructor(private readonly view: SceneView) {
     this.clip.addEventListener("input", () => this.applyClip());
@@ -21,7 +23,7 @@ export class ViewPanel {
     this.page.append(
       titled("Colours", this.modes.row, this.legend),
       titled("Roof off", element("div", { class: "slider" }, this.clip, this.clipText),
-             toggle("back sides too", false, both => { view.mesh.materials.setBothSides(both); view.requestDraw(); })),
+             toggle("back sides too", false, both => this.setBackSides(both))),
       titled("Shown", element("div", { class: "toggles" }, ...LAYERS.map(layer => toggle(layer, !hidden.has(layer), on => view.setVisible(layer, on))))));
     this.showLegend();
   }
@@ -35,6 +37,9 @@ export class ViewPanel {
     this.showLegend();
   }
 
+  /** What of the model is seen, and so met by a ray. */
+  get limits(): RayLimits { return { clipHeightM: this.clipHeightM, backSides: this.backSides }; }
+
   nextMode(): void { this.setMode(COLOR_MODES[(COLOR_MODES.indexOf(this.mode) + 1) % COLOR_MODES.length]); }
 
   setMode(mode: ColorMode): void {
@@ -43,6 +48,12 @@ export class ViewPanel {
     this.view.mesh.setMode(mode);
     this.view.requestDraw();
     this.showLegend();
+  }
+
+  private setBackSides(both: boolean): void {
+    this.backSides = both;
+    this.view.mesh.materials.setBothSides(both);
+    this.view.requestDraw();
   }
 
   private applyClip(): void {
