@@ -17,22 +17,30 @@ except ImportError:
 
 SOURCE = Path(__file__).resolve().parents[2]
 SKIPPED = 77
+VIEW = "housemartin.stage.view"
 FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-background-networking",
          "--disable-component-update", "--disable-sync", "--disable-quic", "--no-first-run", "--disable-extensions", "--mute-audio",
          "--hide-scrollbars", "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
 DESK, PHONE, PHONE_LANDSCAPE = (1280, 800), (390, 844), (844, 390)
 
 
+def missing_for_node():
+    """What is missing to run the page's own code, or None."""
+    if not shutil.which("node"):
+        return "node is missing"
+    if not all((SOURCE / "web/node_modules" / name).is_dir() for name in ("esbuild", "ws", "typescript")):
+        return "the page's packages are missing (npm ci in web/)"
+    return None
+
+
 def missing():
-    """What is missing to run these tests, or None."""
+    """What is missing to run the page in a browser, or None."""
     if webdriver is None:
         return "python3-selenium is missing"
-    for program in ("chromium", "chromedriver", "node"):
+    for program in ("chromium", "chromedriver"):
         if not shutil.which(program):
             return f"{program} is missing"
-    if not (SOURCE / "web/node_modules/esbuild").is_dir() or not (SOURCE / "web/node_modules/ws").is_dir():
-        return "web/node_modules is missing (npm ci in web/)"
-    return None
+    return missing_for_node()
 
 
 class Fixture:
@@ -100,7 +108,45 @@ def keep_picture(driver, name):
         driver.save_screenshot(str(Path(folder) / f"{name}.png"))
 
 
-def main():
+class PageTest(unittest.TestCase):
+    """Each test with a server and a browser of its own."""
+
+    def start(self, *options, **browser):
+        self.server = Fixture("--step", "0.1", *options)
+        self.addCleanup(self.server.close)
+        self.driver = open_browser(**browser)
+        self.addCleanup(self.driver.quit)
+        self.driver.get(self.server.url)
+        wait_for(self.driver, "window.housemartin && document.getElementById('link').textContent === 'live'")
+
+    def js(self, script, *values):
+        return self.driver.execute_script(script, *values)
+
+    def wait(self, script):
+        return wait_for(self.driver, script)
+
+    def tab(self, name):
+        self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === arguments[0]).click()", name)
+
+    def press(self, words):
+        """Presses a button of the panel that can be pressed."""
+        find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim() === '{words}' && !b.disabled)"
+        self.wait(find)
+        self.js(f"{find}.click()")
+
+    def touch(self, kind, *points):
+        self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]})
+
+    def middle_of(self, selector):
+        return self.js("const b = document.querySelector(arguments[0]).getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]", selector)
+
+    def errors(self):
+        return [text for text in console_errors(self.driver) if "WebSocket" not in text]
+
+
+def main(missing=missing):
+    """Runs the tests of the file, or says what is missing for them."""
     if reason := missing():
         print(f"skipped: {reason}")
         sys.exit(SKIPPED)

@@ -6,12 +6,11 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import page_support as page  # noqa: E402
 
+from page_support import VIEW  # noqa: E402
+
 READY = "window.housemartin && housemartin.stage && housemartin.stage.view.mesh.triangleCount > 100000"
-VIEW = "housemartin.stage.view"
-
-
 # Draws at once and returns share of the pixels whose colour (r, g, b) satisfies the expression, which may also use `back`.
-SHARE = """const view = %s, copy = document.createElement('canvas'), [back] = [view.scene.background.clone().convertLinearToSRGB().toArray().map(v => Math.round(255 * v))];
+SHARE = """const view = %s, copy = document.createElement('canvas'), back = view.scene.background.clone().convertLinearToSRGB().toArray().map(v => Math.round(255 * v));
   view.draw();
   [copy.width, copy.height] = [400, 300];
   const context = copy.getContext('2d');

@@ -32,6 +32,7 @@ export class PilotPanel implements PilotListener {
   private readonly keys = new Set<string>();
   private keysFly = false;
   private sticksWanted = matchMedia("(pointer: coarse)").matches;
+  private connected = false;
   private holder: Holder = "none";
   private steering = false;
   private goal: { position: Vec3; yaw: number } | null = null;
@@ -58,8 +59,13 @@ export class PilotPanel implements PilotListener {
 
   plan(plan: Plan): void {
     this.confirm.hidden = !(plan.state === "valid" && this.goal);
-    if (plan.state === "refused") this.say(`No way there: ${plan.reason}`, "bad");
+    if (plan.state === "refused") this.refusePreview(plan.reason);
     else if (plan.state === "valid" && this.goal) this.say("The way is free", "ok");
+  }
+
+  private refusePreview(reason: string): void {
+    this.confirm.hidden = true;
+    this.say(`No way there: ${reason}`, "bad");
   }
 
   pose(pose: Pose): void {
@@ -81,6 +87,8 @@ export class PilotPanel implements PilotListener {
   }
 
   onConnected(connected: boolean, reason: string): void {
+    this.connected = connected;
+    this.showLease();
     if (connected) this.say("", "");
     else this.say(`No link to the vehicle: ${reason}`, "bad");
   }
@@ -90,8 +98,8 @@ export class PilotPanel implements PilotListener {
   }
   onAnswer({ kind, accepted, reason, roundTripMs }: Answer): void {
     this.roundTripMs = roundTripMs;
-    if (kind === "preview" && !accepted) this.confirm.hidden = true;
-    if (!accepted) this.say(`Refused (${plainState(kind)}): ${reason}`, "bad");
+    if (kind === "preview" && !accepted) this.refusePreview(reason);
+    else if (!accepted) this.say(`Refused (${plainState(kind)}): ${reason}`, "bad");
     else if (kind === "e_stop") this.say("Motors cut", "bad");
     else if (kind !== "velocity" && kind !== "preview") this.say(`Done: ${plainState(kind)}`, "ok");
   }
@@ -173,8 +181,8 @@ export class PilotPanel implements PilotListener {
   private showLease(): void {
     const words = { you: "You fly", other: "Another pilot flies", none: "Nobody flies" }[this.holder];
     const button = this.holder === "you" ? element("button", { type: "button", onclick: () => this.client.release() }, "Give up control")
-      : element("button", { type: "button", class: "main", onclick: () => this.client.take(this.holder === "other") }, this.holder === "other" ? "Take over" : "Take control");
-    this.lease.replaceChildren(element("strong", {}, words), button);
+      : element("button", { type: "button", class: "main", disabled: !this.connected, onclick: () => this.client.take(this.holder === "other") }, this.holder === "other" ? "Take over" : "Take control");
+    this.lease.replaceChildren(element("strong", {}, this.connected ? words : "No link to the vehicle yet"), button);
     byId("sticks").hidden = !(this.sticksWanted && this.holder === "you");
     this.enable();
   }

@@ -37,15 +37,21 @@ class Plot {
     const ink = cssColor("--soft"), grid = { stroke: cssColor("--edge"), width: 1 }, ticks = { ...grid, size: 4 };
     const curves = names.map((label, i) => ({
       label, stroke: cssColor(`--s${i % 8}`), width: 1.6, dash: DASHES[Math.floor(i / 2) % 4], spanGaps: true,
-      value: (_: uPlot, value: number | null) => figure(value),
+      value: (plot: uPlot, value: number | null, series: number, index: number | null) => figure(index === null ? newest(plot.data[series]) : value),
     }));
     const axis = { stroke: ink, grid, ticks, font: "11px system-ui", gap: 3 };
     this.box.replaceChildren(element("h3", {}, this.unit ? `${this.title} (${this.unit})` : this.title));
     this.plot = new uPlot({
       width, height: HEIGHT_PX, scales: { x: { time: false } }, legend: { live: true }, cursor: { y: false, sync: { key: "housemartin" } },
-      axes: [{ ...axis, size: 24 }, { ...axis, size: 46 }], series: [{ label: "s", value: (_: uPlot, value: number | null) => figure(value) }, ...curves],
+      axes: [{ ...axis, size: 24 }, { ...axis, size: 46, space: 24 }], series: [{ label: "time", value: (plot: uPlot, value: number | null, _: number, index: number | null) => figure(index === null ? newest(plot.data[0]) : value, "s") }, ...curves],
     }, this.series.table().slice(0, names.length + 1) as unknown as uPlot.AlignedData, this.box);
   }
+}
+
+/** What the legend shows while the pointer is elsewhere. */
+function newest(column: ArrayLike<number | null | undefined>): number | null {
+  for (let i = column.length - 1; i >= 0; --i) if (column[i] !== null && column[i] !== undefined) return column[i]!;
+  return null;
 }
 
 /** Curves of what the server measures, counts, and the parameters in effect. */
