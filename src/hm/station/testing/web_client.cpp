@@ -42,6 +42,11 @@ void WebClient::send_raw(std::string_view bytes) {
   }
 }
 
+bool WebClient::has_data(double wait_s) {
+  pollfd wait{socket_, POLLIN, 0};
+  return !buffer_.empty() || ::poll(&wait, 1, static_cast<int>(wait_s * 1000)) > 0;
+}
+
 bool WebClient::fill() {
   pollfd wait{socket_, POLLIN, 0};
   if (::poll(&wait, 1, static_cast<int>(patience_s_ * 1000)) <= 0) return false;
