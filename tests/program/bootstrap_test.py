@@ -9,7 +9,7 @@ from pathlib import Path
 import support
 
 TOOLS = ["bash", "awk", "sed", "sort", "comm", "tr", "wc", "mktemp", "tail", "head", "grep", "dirname", "readlink",
-         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true", "ls"]
+         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true", "ls", "find", "sha256sum"]
 FAKES = {
     "dpkg-query": 'for word in "$@"; do grep -qx "$word" "$STATE/installed" && echo "installed $word"; done; true',
     "apt-get": 'echo "apt-get $*" >> "$STATE/log"; [ ! -e "$STATE/apt_fails" ] || { echo "no network"; exit 100; }\n'
@@ -33,7 +33,9 @@ FAKES = {
 }
 
 
-class Bootstrap(unittest.TestCase):
+class Clone(unittest.TestCase):
+    """A clone with the script and a list of packages, and a PATH with the pretended programs only."""
+
     def setUp(self):
         self.root = Path(tempfile.mkdtemp(prefix="hm_bootstrap_")).resolve()
         self.addCleanup(shutil.rmtree, self.root)
@@ -48,7 +50,7 @@ class Bootstrap(unittest.TestCase):
         shutil.copy(support.SOURCE / "hm", self.clone / "hm")
         (self.clone / "packages.txt").write_text(
             "# needs\n[dense]  # most\ng++  # compiler\nlibone-dev # why\n\nlibtwo-dev\n"
-            "[all]\nlibbig-dev # slam\n[test]  # tests\nlibcheck-dev\n")
+            "[all]\nlibbig-dev # slam\n[test]  # tests\nlibcheck-dev\n[node]\nnodejs # page\n[npm]\nnpm # page\n")
         (self.state / "installed").write_text("g++\nlibtwo-dev\n")
         (self.state / "uid").write_text("0\n")
 
@@ -64,6 +66,8 @@ class Bootstrap(unittest.TestCase):
         path = self.state / "log"
         return path.read_text() if path.exists() else ""
 
+
+class Bootstrap(Clone):
     def test_help_of_the_tests_runs_nothing(self):
         self.assertIn("--sanitize", self.hm("test", "--help").stdout)
         self.assertEqual(self.log(), "")
@@ -213,6 +217,101 @@ class Bootstrap(unittest.TestCase):
         result = subprocess.run([str(self.root / "link"), "info"], capture_output=True, text=True, cwd="/",
                                 env={"PATH": str(self.path), "STATE": str(self.state), "HOME": str(self.root)})
         self.assertEqual(result.stdout, "program: info\n", result.stderr)
+
+
+class Page(Clone):
+    """The page of the ground station: a part of the program that node bundles, where there is one."""
+    NODE = 'echo "node $*" >> "$STATE/log"; [ ! -e "$STATE/bundle_fails" ] || exit 1\n' \
+           'mkdir -p "$3"; echo "page" > "$3/page_files.cpp"'
+    NPM = 'echo "npm $*" >> "$STATE/log"; [ ! -e "$STATE/npm_fails" ] || { echo "no network"; exit 1; }\nmkdir -p node_modules'
+
+    def setUp(self):
+        super().setUp()
+        web = self.clone / "web"
+        (web / "src").mkdir(parents=True)
+        for name in ("build.mjs", "package-lock.json", "src/main.ts"):
+            (web / name).write_text(name)
+
+    def give(self, *names):
+        for name in names:
+            path = self.path / name
+            path.write_text(f"#!/bin/bash\n{self.NODE if name == 'node' else self.NPM}\n")
+            path.chmod(0o755)
+
+    def test_is_built_once_for_verbs_that_show_it(self):
+        self.give("node", "npm")
+        self.hm("info", "x")
+        self.assertNotIn("npm", self.log())
+        self.assertIn("program: reconstruct x --serve", self.hm("reconstruct", "x", "--serve").stdout)
+        self.assertIn("npm ci --omit=dev", self.log())
+        self.assertIn("web/build.mjs --out", self.log())
+        self.assertEqual(self.log().count("cmake --preset release"), 2)  # the program gets a source more
+        self.assertNotIn("nodejs", self.log())
+        (self.state / "log").unlink()
+        for words in (["serve", "x"], ["scan"], ["demo", "--serve=0.0.0.0:8000"]):
+            self.hm(*words)
+        self.assertNotIn("npm", self.log())
+        self.assertNotIn("build.mjs", self.log())
+
+    def test_is_built_again_where_its_sources_changed(self):
+        self.give("node", "npm")
+        self.hm("serve", "x")
+        (self.state / "log").unlink()
+        (self.clone / "web/src/main.ts").write_text("changed")
+        self.hm("serve", "x")
+        self.assertIn("build.mjs", self.log())
+        self.assertNotIn("npm", self.log())
+        (self.clone / "web/package-lock.json").write_text("changed")
+        self.hm("serve", "x")
+        self.assertIn("npm ci", self.log())
+
+    def test_missing_commands_are_installed_from_the_distribution(self):
+        (self.path / "apt-get").write_text(
+            (self.path / "apt-get").read_text() + f"cp {self.root}/given/* {self.path}/ 2>/dev/null; true\n")
+        self.give("node", "npm")
+        (self.root / "given").mkdir()
+        for name in ("node", "npm"):
+            shutil.move(self.path / name, self.root / "given" / name)
+        (self.path / "cp").symlink_to(shutil.which("cp"))
+        self.assertIn("program: serve x", self.hm("serve", "x").stdout)
+        self.assertIn("--no-install-recommends nodejs npm", self.log())
+        self.assertIn("build.mjs", self.log())
+
+    def test_npm_is_added_to_the_distributions_node_only(self):
+        self.give("node")
+        result = self.hm("serve", "x")
+        self.assertIn("node is not the distribution's", result.stderr)
+        self.assertIn("all else works", result.stderr)
+        self.assertIn("program: serve x", result.stdout)
+        self.assertNotRegex(self.log(), "install .*npm")
+        with (self.state / "installed").open("a") as installed:
+            installed.write("nodejs\n")
+        self.hm("serve", "x")
+        self.assertRegex(self.log(), r"install -y --no-install-recommends npm\n")
+
+    def test_without_network_all_else_works(self):
+        self.give("node", "npm")
+        (self.state / "npm_fails").touch()
+        result = self.hm("serve", "x")
+        self.assertIn("no network", result.stderr)
+        self.assertIn("all else works", result.stderr)
+        self.assertIn("program: serve x", result.stdout)
+        (self.state / "npm_fails").unlink()
+        (self.state / "bundle_fails").touch()
+        self.assertIn("all else works", self.hm("serve", "x").stderr)
+        (self.state / "bundle_fails").unlink()
+        self.assertNotIn("all else works", self.hm("serve", "x").stderr)
+
+    def test_tests_and_packages_have_it_where_node_is(self):
+        self.hm("test")
+        self.assertNotIn("nodejs", self.log())
+        self.give("node", "npm")
+        self.hm("test")
+        self.assertRegex(self.log(), r"npm ci --fetch-retries")
+        self.assertLess(self.log().rindex("build.mjs"), self.log().rindex("ctest"))
+        (self.state / "log").unlink()
+        self.hm("package")
+        self.assertNotIn("npm ci", self.log())
 
 
 if __name__ == "__main__":

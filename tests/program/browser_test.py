@@ -43,7 +43,7 @@ MODEL = """(() => {
 })()"""
 
 
-@unittest.skipUnless(find_browser(), "no Chromium: install [browser-test] of packages.txt")
+@unittest.skipUnless(find_browser(), "no Chromium: install [test] of packages.txt")
 class ReportInBrowser(SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
@@ -149,6 +149,6 @@ class ReportInBrowser(SharedFolderTest):
 
 if __name__ == "__main__":
     if not find_browser():
-        print("skipped: no Chromium; install [browser-test] of packages.txt")
+        print("skipped: no Chromium; install [test] of packages.txt")
         sys.exit(77)
     main()

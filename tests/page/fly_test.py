@@ -1,0 +1,96 @@
+"""Flying a made-up vehicle from the page: sticks, keys, a point in the model, the emergency stop."""
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import page_support as page  # noqa: E402
+from page_support import VIEW  # noqa: E402
+
+
+class Flying(page.PageTest):
+    def vehicle(self):
+        return self.server.state()["vehicle"]
+
+    def take_off(self):
+        self.press("Take control")
+        self.press("Engage")
+        self.press("Take off")
+        end = time.monotonic() + 15
+        while self.vehicle()["phase"] != "hold" and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertEqual(self.vehicle()["phase"], "hold")
+
+    def test_by_sticks_then_to_a_point_then_stop(self):
+        self.start("--pilot", size=page.PHONE, phone=True)
+        self.tab("Fly")
+        self.take_off()
+        self.tab("Fly")  # closes the panel
+        self.wait("!document.getElementById('sticks').hidden")
+        page.keep_picture(self.driver, "phone_sticks")
+        x, y = self.middle_of(".stick:last-child")
+        self.touch("touchStart", (x, y))
+        self.touch("touchMove", (x, y - 50))
+        time.sleep(0.6)
+        moving = self.vehicle()
+        self.assertEqual(moving["phase"], "velocity")
+        self.assertGreater(moving["velocity_m_s"][0], 0.2)  # held still it goes on
+        self.touch("touchEnd")
+        time.sleep(0.8)
+        self.assertEqual(self.vehicle()["phase"], "hold")
+        x, y = self.middle_of(".stop")
+        self.touch("touchStart", (x, y))
+        self.touch("touchEnd")
+        end = time.monotonic() + 3
+        while self.vehicle()["state"] != "error" and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertEqual(self.vehicle()["state"], "error")
+
+    def test_by_keys_and_a_point_in_the_model_and_a_page_that_hangs(self):
+        self.start("--pilot")
+        self.wait(f"{VIEW}.mesh.pageCount === {self.server.state()['house']}")
+        self.take_off()
+        page.keep_picture(self.driver, "desk_fly")
+        self.js("[...document.querySelectorAll('.toggle')].find(t => t.innerText.includes('keys fly')).querySelector('input').click()")
+        self.key("keyDown", "KeyW", "w")
+        time.sleep(0.4)
+        self.assertEqual(self.vehicle()["phase"], "velocity")
+        # The page hangs with the key held: the Worker sends nothing more, the vehicle holds.
+        self.js("setTimeout(() => { const end = performance.now() + 1500; while (performance.now() < end); window.hung = true; }, 0)")
+        end = time.monotonic() + 5
+        while self.server.state()["heldAfterMs"] is None and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertLess(self.server.state()["heldAfterMs"], 400)
+        self.wait("window.hung")
+        self.key("keyUp", "KeyW", "w")
+        self.wait("document.querySelector('.machine .flying').textContent === 'hold'")
+        self.press("Go to a point")
+        self.js(f"Object.assign({VIEW}.rig, {{mode: 'orbit', target: [2, 1.5, 0], distance: 9, azimuth: 0, elevation: 1.35}}); housemartin.stage.moved = true; {VIEW}.draw()")
+        for point, words in (([6, 1.2, 0], "No way there"), ([3, 1, 0], "The way is free")):
+            if "No way" not in words:
+                self.press("Go to a point")
+            self.click(point)
+            self.wait(f"document.querySelector('.reason').textContent.startsWith('{words}')")
+        page.keep_picture(self.driver, "desk_preview")
+        self.press("Fly there")
+        end = time.monotonic() + 5
+        while self.vehicle()["phase"] != "position" and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertEqual(self.vehicle()["phase"], "position")
+        self.key("keyDown", "Space", " ")
+        self.wait("document.querySelector('.machine .error.now') !== null")
+        page.keep_picture(self.driver, "desk_stopped")
+        self.assertEqual(self.vehicle()["state"], "error")
+        self.assertEqual(self.errors(), [])
+
+    def click(self, point):
+        x, y = self.js(f"return {VIEW}.project(arguments[0])", point)
+        for kind, buttons in (("mousePressed", 1), ("mouseReleased", 0)):
+            self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1})
+
+    def key(self, kind, code, key):
+        self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": code})
+
+
+if __name__ == "__main__":
+    page.main()

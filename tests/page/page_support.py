@@ -1,0 +1,153 @@
+"""The page in Chromium, driven by selenium, served by web/testing/fixture.mjs. Skips (77) where something is missing."""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+import urllib.request
+from pathlib import Path
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    webdriver = None
+
+SOURCE = Path(__file__).resolve().parents[2]
+SKIPPED = 77
+VIEW = "housemartin.stage.view"
+FLAGS = ["--headless=new", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", "--disable-quic", "--no-first-run", "--disable-extensions", "--mute-audio",
+         "--hide-scrollbars", "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
+DESK, PHONE, PHONE_LANDSCAPE = (1280, 800), (390, 844), (844, 390)
+
+
+def missing_for_node():
+    """What is missing to run the page's own code, or None."""
+    if not shutil.which("node"):
+        return "node is missing"
+    if not all((SOURCE / "web/node_modules" / name).is_dir() for name in ("esbuild", "ws", "typescript")):
+        return "the page's packages are missing (npm ci in web/)"
+    return None
+
+
+def missing():
+    """What is missing to run the page in a browser, or None."""
+    if webdriver is None:
+        return "python3-selenium is missing"
+    for program in ("chromium", "chromedriver"):
+        if not shutil.which(program):
+            return f"{program} is missing"
+    return missing_for_node()
+
+
+class Fixture:
+    """A made-up server of the page on a port of its own."""
+
+    def __init__(self, *options, port=0):
+        self.process = subprocess.Popen(["node", str(SOURCE / "web/testing/fixture.mjs"), "--port", str(port), *options],
+                                        stdout=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().strip()
+        if not self.url:
+            raise RuntimeError("the made-up server did not start")
+        self.port = int(self.url.rsplit(":", 1)[1].strip("/"))
+
+    def state(self):
+        with urllib.request.urlopen(self.url + "test/state", timeout=10) as answer:
+            return json.load(answer)
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+
+def open_browser(size=DESK, phone=False, dark=False, webgl=True):
+    """A browser without a window, at the size of a desk or a phone."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = os.environ.get("HM_BROWSER") or shutil.which("chromium")
+    flags = FLAGS if webgl else [flag for flag in FLAGS if "angle" not in flag and "swiftshader" not in flag] + [
+        "--disable-gpu", "--disable-webgl", "--disable-3d-apis"]
+    for flag in [*flags, f"--window-size={size[0]},{size[1]}"]:
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    if phone:
+        options.add_experimental_option("mobileEmulation", {
+            "deviceMetrics": {"width": size[0], "height": size[1], "pixelRatio": 2.0, "touch": True}})
+    driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    if not phone:
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {
+        "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+    return driver
+
+
+def wait_for(driver, script, seconds=20, what=None):
+    """The first true value of an expression of the page."""
+    end = time.monotonic() + seconds
+    while True:
+        value = driver.execute_script(f"return {script}")
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f"{what or script}: not within {seconds} s")
+        time.sleep(0.05)
+
+
+def console_errors(driver):
+    return [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def keep_picture(driver, name):
+    """Keeps a screenshot in $HM_PICTURES, to be looked at."""
+    if folder := os.environ.get("HM_PICTURES"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        driver.save_screenshot(str(Path(folder) / f"{name}.png"))
+
+
+class PageTest(unittest.TestCase):
+    """Each test with a server and a browser of its own."""
+
+    def start(self, *options, **browser):
+        self.server = Fixture("--step", "0.1", *options)
+        self.addCleanup(self.server.close)
+        self.driver = open_browser(**browser)
+        self.addCleanup(self.driver.quit)
+        self.driver.get(self.server.url)
+        wait_for(self.driver, "window.housemartin && document.getElementById('link').textContent === 'live'")
+
+    def js(self, script, *values):
+        return self.driver.execute_script(script, *values)
+
+    def wait(self, script):
+        return wait_for(self.driver, script)
+
+    def tab(self, name):
+        self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === arguments[0]).click()", name)
+
+    def press(self, words):
+        """Presses a button of the panel that can be pressed."""
+        find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim() === '{words}' && !b.disabled)"
+        self.wait(find)
+        self.js(f"{find}.click()")
+
+    def touch(self, kind, *points):
+        self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+            {"x": x, "y": y, "id": number} for number, (x, y) in enumerate(points)]})
+
+    def middle_of(self, selector):
+        return self.js("const b = document.querySelector(arguments[0]).getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]", selector)
+
+    def errors(self):
+        return [text for text in console_errors(self.driver) if "WebSocket" not in text]
+
+
+def main(missing=missing):
+    """Runs the tests of the file, or says what is missing for them."""
+    if reason := missing():
+        print(f"skipped: {reason}")
+        sys.exit(SKIPPED)
+    unittest.main(verbosity=2)

@@ -1,0 +1,164 @@
+/** The Worker of `/live`: socket, decoding, open borders. Frames go to the page in the order in which they came. */
+import { MeshoptDecoder } from "meshoptimizer/decoder";
+import { type Frame, type PageKey } from "../protocol/frames.ts";
+import { FrameError } from "../protocol/reader.ts";
+import { decodePage, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
+import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
+import { LiveSession } from "./session.ts";
+import type { FromWorker, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
+
+const COUNTS_EVERY_MS = 1000, BORDERS_AFTER_MS = 150, ACKNOWLEDGE_AFTER_MS = 20;
+const RULES_BROKEN = 4000;  // close code
+
+const scope = self as unknown as DedicatedWorkerGlobalScope;
+const post = (message: FromWorker, transfer: Transferable[] = []): void => scope.postMessage(message, transfer);
+
+class LiveLink {
+  private readonly session = new LiveSession();
+  private borders: OpenBorders | null = null;
+  private readonly edgesOf = new Map<string, { version: number }>();
+  private readonly staleBorders = new Map<string, PageKey>();
+  private socket: WebSocket | null = null;
+  private retryTimer: ReturnType<typeof setTimeout> | null = null;
+  private connection = 0;
+  private toAcknowledge = 0;
+  private bytes = 0;
+  private frames = 0;
+
+  constructor(private readonly url: string) {
+    setInterval(() => this.postCounts(), COUNTS_EVERY_MS);
+    setInterval(() => this.postBorders(), BORDERS_AFTER_MS);
+  }
+
+  connect(): void {
+    if (this.retryTimer !== null) clearTimeout(this.retryTimer);
+    this.retryTimer = null;
+    post({ type: "state", state: "connecting", reason: "", retryS: 0 });
+    const socket = new WebSocket(this.url);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    ++this.connection;
+    this.toAcknowledge = 0;
+    this.session.opened();
+    socket.onmessage = event => this.receive(socket, event.data);
+    socket.onclose = event => this.lost(socket, event.reason || (event.code === 1006 ? "the server cannot be reached" : `closed, code ${event.code}`));
+  }
+
+  retry(): void {
+    if (!this.socket) this.connect();
+  }
+
+  send(text: string): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
+  }
+
+  acknowledge({ connection, sequence }: Receipt): void {
+    if (connection !== this.connection) return;
+    if (this.toAcknowledge === 0) setTimeout(() => this.sendAcknowledgement(), ACKNOWLEDGE_AFTER_MS);
+    this.toAcknowledge = sequence;
+  }
+
+  private sendAcknowledgement(): void {
+    if (this.toAcknowledge > 0) this.send(JSON.stringify({ type: "ack", sequence: this.toAcknowledge }));
+    this.toAcknowledge = 0;
+  }
+
+  private receive(socket: WebSocket, data: unknown): void {
+    if (socket !== this.socket) return;
+    try {
+      if (!(data instanceof ArrayBuffer)) throw new FrameError("a message that is not binary");
+      this.bytes += data.byteLength;
+      ++this.frames;
+      this.accept(new Uint8Array(data));
+    } catch (error) {
+      this.refuse(socket, (error as Error).message);
+    }
+  }
+
+  private accept(bytes: Uint8Array): void {
+    const { frame, send, cleared } = this.session.receive(bytes);
+    const receipt = { connection: this.connection, sequence: this.session.newestSequence };
+    if (cleared) this.clear();
+    for (const text of send) this.send(text);
+    if (frame?.kind === "hello") {
+      this.borders ??= new OpenBorders(Math.max(frame.hello.voxel_size_m / 8, 1e-4));
+      post({ type: "state", state: "open", reason: "", retryS: 0 });
+    }
+    if (frame) this.show(frame, receipt);
+    else this.acknowledge(receipt);
+  }
+
+  private show(frame: Frame, receipt: Receipt): void {
+    if (frame.kind === "unknown") return;
+    if (frame.kind !== "meshPage") {
+      if (frame.kind === "pageGone") this.setBorder(frame.gone.key, frame.gone.version, null);
+      post({ type: "frame", receipt, frame });
+      return;
+    }
+    const page = this.decode(frame.page);
+    // No level moves open edges, so that one level of a version is enough.
+    if (this.edgesOf.get(page.key.join())?.version !== page.version) this.setBorder(page.key, page.version, findOpenEdges(page));
+    const shown: ShownFrame = { kind: "meshPage", page };
+    post({ type: "frame", receipt, frame: shown }, [page.positions.buffer, page.tints.buffer, page.indices.buffer]);
+  }
+
+  private decode(encoded: EncodedPage): MeshPage {
+    try {
+      return decodePage(encoded, MeshoptDecoder);
+    } catch (error) {
+      this.session.pages.forget(encoded.key);
+      throw error;
+    }
+  }
+
+  private setBorder(key: PageKey, version: number, ends: Float32Array | null): void {
+    if (ends) this.edgesOf.set(key.join(), { version });
+    else this.edgesOf.delete(key.join());
+    for (const changed of this.borders?.set(key, ends) ?? []) this.staleBorders.set(changed.join(), changed);
+  }
+
+  private postBorders(): void {
+    for (const key of this.staleBorders.values()) {
+      const ends = this.borders!.of(key);
+      post({ type: "openEdges", key, ends }, [ends.buffer]);
+    }
+    this.staleBorders.clear();
+  }
+
+  private postCounts(): void {
+    const { skipped, refused, outdated } = this.session;
+    post({ type: "counts", counts: { bytes: this.bytes, frames: this.frames, skipped, refused, outdated } });
+  }
+
+  private clear(): void {
+    this.borders = null;
+    this.edgesOf.clear();
+    this.staleBorders.clear();
+    post({ type: "cleared" });
+  }
+
+  private refuse(socket: WebSocket, reason: string): void {
+    socket.close(RULES_BROKEN, reason.slice(0, 100));
+    this.lost(socket, reason);
+  }
+
+  private lost(socket: WebSocket, reason: string): void {
+    if (socket !== this.socket) return;
+    this.socket = null;
+    const retryS = this.session.nextPauseS();
+    post({ type: "state", state: "lost", reason, retryS });
+    this.retryTimer = setTimeout(() => this.connect(), 1000 * retryS);
+  }
+}
+
+let link: LiveLink | null = null;
+scope.onmessage = async (event: MessageEvent<ToWorker>) => {
+  const message = event.data;
+  if (message.type === "start") {
+    await MeshoptDecoder.ready;
+    link = new LiveLink(message.url);
+    link.connect();
+  } else if (message.type === "shown") link?.acknowledge(message.receipt);
+  else if (message.type === "send") link?.send(message.text);
+  else link?.retry();
+};

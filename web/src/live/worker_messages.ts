@@ -1,0 +1,23 @@
+import type { Frame, PageKey } from "../protocol/frames.ts";
+import type { MeshPage } from "../protocol/mesh_page.ts";
+
+/** Frames as the page shows them: mesh pages are decoded. */
+export type ShownFrame = Exclude<Frame, { kind: "meshPage" } | { kind: "unknown" }> | { kind: "meshPage"; page: MeshPage };
+
+export interface LinkCounts { bytes: number; frames: number; skipped: number; refused: number; outdated: number }
+
+/** Names a frame: the how manieth connection it came by, and its sequence there. */
+export interface Receipt { connection: number; sequence: number }
+
+export type FromWorker =
+  | { type: "frame"; receipt: Receipt; frame: ShownFrame }
+  | { type: "openEdges"; key: PageKey; ends: Float32Array }
+  | { type: "cleared" }
+  | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }
+  | { type: "counts"; counts: LinkCounts };
+
+export type ToWorker =
+  | { type: "start"; url: string }
+  | { type: "shown"; receipt: Receipt }
+  | { type: "send"; text: string }
+  | { type: "retry" };

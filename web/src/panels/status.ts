@@ -1,0 +1,75 @@
+import type { Pose } from "../protocol/frames.ts";
+import type { Hello, Telemetry } from "../protocol/messages.ts";
+import type { LinkState } from "../live/live_client.ts";
+import { byId, element } from "./dom.ts";
+import { clock, count, figure } from "./numbers.ts";
+
+const MARKS = { ok: "✓", warning: "!", bad: "✕" };
+
+/** The header and the words over the model: what a person who scans has to know now. */
+export class Status {
+  private telemetry: Telemetry = {};
+
+  constructor(private readonly onRetry: () => void) {}
+
+  hello({ source, program, voxel_size_m }: Hello): void {
+    byId("source").textContent = source.name || "housemartin";
+    byId("program").textContent = `${source.verb}${voxel_size_m > 0 ? `, ${figure(100 * voxel_size_m, "cm")} voxels` : ""} · ${program}`;
+    document.title = `${source.name} · housemartin`;
+  }
+
+  link({ state, reason, retryS }: LinkState): void {
+    const pill = byId("link"), banner = byId("banner");
+    pill.dataset.state = state;
+    pill.textContent = state === "open" ? "live" : state === "lost" ? "lost" : "connecting";
+    if (state === "connecting") return;
+    banner.hidden = state === "open";
+    if (state === "lost")
+      banner.replaceChildren(element("strong", {}, "The server is lost. "), `${reason}. What is here stays; next attempt in ${Math.ceil(retryS)} s. `,
+                             element("button", { type: "button", onclick: this.onRetry }, "Try now"));
+  }
+
+  update(telemetry: Telemetry): void {
+    this.telemetry = telemetry;
+    this.showWords();
+    this.showProgress();
+  }
+
+  /** Size of the model and of what is still open. */
+  size(triangles: number, openM: number): void {
+    const { coverage } = this.telemetry, parts: [string, string][] = [];
+    if (coverage?.area_m2 != null) parts.push([figure(coverage.area_m2), "m² seen"]);
+    if (coverage?.share != null) parts.push([figure(100 * coverage.share), "% covered"]);
+    if (openM > 0) parts.push([figure(openM), "m of open borders"]);
+    if (triangles > 0) parts.push([count(triangles), "triangles"]);
+    byId("coverage").replaceChildren(...parts.map(([value, unit]) => element("div", {}, element("b", {}, value), ` ${unit}`)));
+  }
+
+  /** Without telemetry at least the pose says whether it is lost. */
+  pose(pose: Pose): void {
+    if (this.telemetry.words?.length) return;
+    const lost = pose.state === "lost";
+    this.draw(lost ? [{ level: "bad", text: "Lost: go back to what is already in the model", number: "" }] : []);
+  }
+
+  private showWords(): void {
+    const words = [...this.telemetry.words ?? []], { verdict, state } = this.telemetry;
+    if (verdict) words.push({ level: state === "failed" ? "bad" : "ok", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
+    this.draw(words);
+  }
+
+  private draw(words: NonNullable<Telemetry["words"]>): void {
+    byId("words").replaceChildren(...words.slice(0, 3).map(word => element("div", { class: "word", "data-level": word.level },
+      element("span", { class: "mark", "aria-hidden": "true" }, MARKS[word.level] ?? "·"),
+      element("span", {}, element("strong", {}, word.text), word.number != null && word.number !== "" ? element("span", { class: "number" }, String(word.number)) : ""))));
+  }
+
+  private showProgress(): void {
+    const { progress, replay, state } = this.telemetry, box = byId("progress");
+    box.hidden = !progress && !state;
+    const share = progress && progress.total > 0 ? Math.min(progress.done / progress.total, 1) : 0;
+    (box.querySelector(".bar") as HTMLElement).style.width = `${100 * share}%`;
+    const words = progress && progress.total > 0 ? `${progress.stage ?? ""} ${progress.done} of ${progress.total}` : state ?? "";
+    box.querySelector(".text")!.textContent = state === "finished" ? "finished" : replay?.paused ? `paused at ${clock(replay.time_s - replay.begin_s)}` : words;
+  }
+}

@@ -1,0 +1,83 @@
+import { AGE_LIMITS_S, COLOR_MAP, COLOR_MODES, type ColorMode } from "../scene/mesh_material.ts";
+import { LAYERS, type SceneView } from "../scene/scene_view.ts";
+import type { RayLimits } from "../measure/raycast.ts";
+import { choice, element, titled, toggle } from "./dom.ts";
+import { length } from "./numbers.ts";
+
+/** Colours, clipping height, what is shown. */
+export class ViewPanel {
+  readonly page = element("div");
+  private readonly legend = element("div", { class: "legend" });
+  private readonly modes = choice("Colours", COLOR_MODES, "colour", mode => this.setMode(mode));
+  private readonly clip = element("input", { type: "range", id: "clip", min: 0, max: 100, value: 100, "aria-label": "Clipping height" });
+  private readonly clipText = element("output", { for: "clip" }, "whole model");
+  private heights: [number, number] = [0, 3];
+  private mode: ColorMode = "colour";
+  private clipHeightM = Infinity;
+  private backSides = false;
+
+  constructor(private readonly view: SceneView) {
+    this.clip.addEventListener("input", () => this.applyClip());
+    const hidden = new Set(["truth"]);
+    hidden.forEach(layer => view.setVisible(layer as (typeof LAYERS)[number], false));
+    this.page.append(
+      titled("Colours", this.modes.row, this.legend),
+      titled("Roof off", element("div", { class: "slider" }, this.clip, this.clipText),
+             toggle("back sides too", false, both => this.setBackSides(both))),
+      titled("Shown", element("div", { class: "toggles" }, ...LAYERS.map(layer => toggle(layer, !hidden.has(layer), on => view.setVisible(layer, on))))));
+    this.showLegend();
+  }
+
+  /** The model's lowest and highest point, m; floors and ceilings may be added while it grows. */
+  setHeights(low: number, high: number): void {
+    if (Math.abs(low - this.heights[0]) < 0.01 && Math.abs(high - this.heights[1]) < 0.01) return;
+    this.heights = [low, high];
+    this.view.mesh.materials.setHeights(low, high);
+    this.applyClip();
+    this.showLegend();
+  }
+
+  /** What of the model is seen, and so met by a ray. */
+  get limits(): RayLimits { return { clipHeightM: this.clipHeightM, backSides: this.backSides }; }
+
+  nextMode(): void { this.setMode(COLOR_MODES[(COLOR_MODES.indexOf(this.mode) + 1) % COLOR_MODES.length]); }
+
+  setMode(mode: ColorMode): void {
+    this.mode = mode;
+    this.modes.choose(mode);
+    this.view.mesh.setMode(mode);
+    this.view.requestDraw();
+    this.showLegend();
+  }
+
+  private setBackSides(both: boolean): void {
+    this.backSides = both;
+    this.view.mesh.materials.setBothSides(both);
+    this.view.requestDraw();
+  }
+
+  private applyClip(): void {
+    const share = Number(this.clip.value) / 100, [low, high] = this.heights;
+    this.clipHeightM = share >= 1 ? Infinity : low + share * (high - low);
+    this.clipText.textContent = share >= 1 ? "whole model" : `up to ${length(this.clipHeightM)}`;
+    this.view.mesh.materials.setClipHeight(Math.min(this.clipHeightM, 1e9));
+    this.view.requestDraw();
+  }
+
+  private showLegend(): void {
+    const [low, high] = this.heights;
+    const ends: Record<ColorMode, [string, string] | null> = {
+      colour: null, normals: null, height: [length(low), length(high)],
+      age: [`${AGE_LIMITS_S[AGE_LIMITS_S.length - 1] / 60} min ago`, "now"], error: ["0 cm", "2 cm or more"],
+    };
+    const shown = ends[this.mode];
+    this.legend.hidden = !shown;
+    if (!shown) return;
+    const stripes = COLOR_MAP.map(color => {
+      const stripe = element("i");
+      stripe.style.background = `#${color}`;
+      return stripe;
+    });
+    this.legend.replaceChildren(element("span", {}, shown[0]), element("div", { class: "map" }, ...stripes), element("span", {}, shown[1]));
+  }
+}

@@ -1,0 +1,106 @@
+import { FrameError, type Reader } from "./reader.ts";
+import type { PageKey, Vec3 } from "./frames.ts";
+
+export const VERTEX_BYTES = 12;
+const MOST_VERTICES = 1 << 22, MOST_INDICES = 1 << 24;
+
+/** A mesh page as it was sent: vertices and indices still in meshoptimizer's encodings. */
+export interface EncodedPage {
+  key: PageKey;
+  version: number;
+  level: number;  // 0 fine, 2 coarse
+  hasColors: boolean;
+  vertexCount: number;
+  indexCount: number;
+  origin: Vec3;    // m
+  quantum: number; // m
+  ageS: number;
+  vertices: Uint8Array;
+  indices: Uint8Array;
+}
+
+/** A decoded page, laid out for the graphics card. */
+export interface MeshPage {
+  key: PageKey;
+  version: number;
+  level: number;
+  hasColors: boolean;
+  origin: Vec3;
+  quantum: number;
+  ageS: number;
+  /** Four a vertex: x, y, z in quanta from the origin, and the octahedral normal's bytes u + 256 v. */
+  positions: Int16Array;
+  /** Four a vertex: red, green, blue, error in half millimetres (255: unknown). */
+  tints: Uint8Array;
+  indices: Uint16Array | Uint32Array;
+  low: Vec3;   // box of the vertices, m
+  high: Vec3;
+}
+
+/** The part of npm's meshoptimizer that is used. */
+export interface PageDecoder {
+  decodeVertexBuffer(target: Uint8Array, count: number, size: number, source: Uint8Array): void;
+  decodeIndexBuffer(target: Uint8Array, count: number, size: number, source: Uint8Array): void;
+}
+
+/** Reads a mesh page's payload without decoding it. */
+export function readMeshPage(reader: Reader): EncodedPage {
+  const key: PageKey = [reader.i32(), reader.i32(), reader.i32()], version = reader.u32();
+  const level = reader.u8(), flags = reader.u8();
+  reader.skip(2);
+  const vertexCount = reader.u32(), indexCount = reader.u32(), vertexBytes = reader.u32(), indexBytes = reader.u32();
+  const origin: Vec3 = [reader.f32(), reader.f32(), reader.f32()], quantum = reader.f32(), ageS = reader.f32();
+  if (level > 2) throw new FrameError(`level ${level} of a page is unknown`);
+  if (vertexCount > MOST_VERTICES || indexCount > MOST_INDICES || indexCount % 3 !== 0)
+    throw new FrameError(`a page of ${vertexCount} vertices and ${indexCount} indices`);
+  if (!(quantum > 0)) throw new FrameError(`a page with a quantum of ${quantum} m`);
+  const vertices = reader.part(vertexBytes), indices = reader.part(indexBytes);
+  reader.end();
+  return { key, version, level, hasColors: (flags & 1) !== 0, vertexCount, indexCount, origin, quantum, ageS, vertices, indices };
+}
+
+/** Decodes vertices and indices; throws FrameError where they are damaged. */
+export function decodePage(page: EncodedPage, decoder: PageDecoder): MeshPage {
+  const vertices = new Uint8Array(page.vertexCount * VERTEX_BYTES), indices = new Uint32Array(page.indexCount);
+  try {
+    decoder.decodeVertexBuffer(vertices, page.vertexCount, VERTEX_BYTES, page.vertices);
+    decoder.decodeIndexBuffer(new Uint8Array(indices.buffer), page.indexCount, 4, page.indices);
+  } catch (error) {
+    throw new FrameError(`page ${page.key.join(", ")}: ${(error as Error).message}`);
+  }
+  for (const index of indices)
+    if (index >= page.vertexCount) throw new FrameError(`page ${page.key.join(", ")}: index ${index} of ${page.vertexCount} vertices`);
+  const { positions, tints, low, high } = splitVertices(vertices, page.vertexCount);
+  const metres = (quanta: Vec3): Vec3 => [0, 1, 2].map(k => page.origin[k] + page.quantum * quanta[k]) as Vec3;
+  return {
+    key: page.key, version: page.version, level: page.level, hasColors: page.hasColors, origin: page.origin,
+    quantum: page.quantum, ageS: page.ageS, positions, tints, low: metres(low), high: metres(high),
+    indices: page.vertexCount <= 65536 ? Uint16Array.from(indices) : indices,
+  };
+}
+
+/** Bytes of 12 a vertex -> two arrays of four a vertex, and the box in quanta. */
+function splitVertices(vertices: Uint8Array, count: number) {
+  const words = new Int16Array(vertices.buffer, vertices.byteOffset, count * 6);
+  const positions = new Int16Array(4 * count), tints = new Uint8Array(4 * count);
+  const low: Vec3 = [Infinity, Infinity, Infinity], high: Vec3 = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < count; ++i) {
+    for (let k = 0; k < 3; ++k) {
+      const value = words[6 * i + k];
+      positions[4 * i + k] = value;
+      if (value < low[k]) low[k] = value;
+      if (value > high[k]) high[k] = value;
+    }
+    positions[4 * i + 3] = words[6 * i + 3];
+    for (let k = 0; k < 4; ++k) tints[4 * i + k] = vertices[12 * i + 8 + k];
+  }
+  return { positions, tints, low: count ? low : [0, 0, 0] as Vec3, high: count ? high : [0, 0, 0] as Vec3 };
+}
+
+/** Unit normal of an octahedral code: two signed bytes in 1/127. */
+export function octahedralNormal(code: number): Vec3 {
+  const u = (code << 24 >> 24) / 127, v = (code << 16 >> 24) / 127, z = 1 - Math.abs(u) - Math.abs(v);
+  const fold = Math.max(-z, 0);
+  const x = u + (u >= 0 ? -fold : fold), y = v + (v >= 0 ? -fold : fold), length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
+}

@@ -1,0 +1,204 @@
+import { Color, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { PATH_NAMES, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
+import type { ShownFrame } from "../live/worker_messages.ts";
+import { CameraRig, VIEW_SLOPE, type Box } from "./camera_rig.ts";
+import { Dots } from "./dots.ts";
+import { GridLayer } from "./grid_layer.ts";
+import { Lines, viewSize } from "./lines.ts";
+import { MeshLayer } from "./mesh_layer.ts";
+import { OpenEdgeLayer } from "./open_edge_layer.ts";
+import { PathStore } from "./path_store.ts";
+import { PoseMarks } from "./pose_marks.ts";
+
+export const LAYERS = ["mesh", "trajectory", "keyframes", "truth", "way points", "open borders", "scan", "obstacles", "plan", "occupancy", "pose"] as const;
+export type Layer = (typeof LAYERS)[number];
+
+/** Everything in three dimensions. Draws only when something changed. Needs WebGL 2: the constructor throws without it. */
+export class SceneView {
+  readonly rig = new CameraRig();
+  readonly mesh = new MeshLayer();
+  readonly grid = new GridLayer();
+  readonly paths = new PathStore();
+  readonly openEdges = new OpenEdgeLayer();
+  readonly overlay = new Scene();  // measurements, previews: what others add
+  /** Called before each picture; what is moving returns true to be drawn again. */
+  onFrame: (dtS: number) => boolean = () => false;
+  /** Called after each picture. */
+  onDrawn: () => void = () => {};
+  lastPose: Pose | null = null;
+  frames = 0;
+  readonly scriptMs: number[] = [];  // of the last pictures
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly perspective = new PerspectiveCamera(50, 1, 0.05, 500);
+  private readonly orthographic = new OrthographicCamera(-1, 1, 1, -1, -500, 500);
+  private readonly marks = new PoseMarks();
+  private readonly lines: Record<string, Lines> = {
+    trajectory: new Lines({ color: "#ff8a3d", widthPx: 2.5 }), truth: new Lines({ color: "#b9b9c6", widthPx: 1.5 }),
+    "way points": new Lines({ color: "#c792ea", widthPx: 2 }), plan: new Lines({ color: "#35c9e8", widthPx: 4 }),
+  };
+  private readonly dots: Record<string, Dots> = {
+    keyframes: new Dots("#ffd166", 7), scan: new Dots("#ff5db1", 4), obstacles: new Dots("#ff3b30", 9, true),
+  };
+  private dirty = true;
+  private lastS = 0;
+  private readonly stalePaths = new Set<number>();
+
+  constructor(readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.scene.add(this.mesh.group, this.grid.group, this.marks.group, this.openEdges.lines, ...Object.values(this.lines), ...Object.values(this.dots), this.overlay);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    requestAnimationFrame(time => this.step(time));
+  }
+
+  requestDraw(): void { this.dirty = true; }
+
+  setBackground(color: string): void {
+    this.scene.background = new Color(color);
+    this.requestDraw();
+  }
+
+  setVisible(layer: Layer, visible: boolean): void {
+    const named: Record<string, { visible: boolean }> = {
+      mesh: this.mesh.group, occupancy: this.grid.group, pose: this.marks.group, "open borders": this.openEdges.lines,
+    };
+    const target = named[layer] ?? this.lines[layer];
+    if (target) target.visible = visible;
+    else this.dots[layer].material.visible = visible;
+    this.requestDraw();
+  }
+
+  show(frame: ShownFrame): void {
+    switch (frame.kind) {
+      case "meshPage": this.mesh.set(frame.page); break;
+      case "pageGone": this.mesh.remove(frame.gone.key); break;
+      case "pose": this.showPose(frame.pose); break;
+      case "path":
+        this.paths.set(frame.path);
+        this.stalePaths.add(frame.path.which);
+        break;
+      case "scan": this.dots[frame.scan.which === "laser" ? "scan" : "obstacles"].setPoints(frame.scan.points); break;
+      case "plan": this.lines.plan.setLine(frame.plan.points); break;
+      case "gridTile": this.grid.set(frame.tile); break;
+      default: return;
+    }
+    this.requestDraw();
+  }
+
+  showOpenEdges(key: PageKey, ends: Float32Array): void {
+    this.openEdges.set(key, ends);
+    this.requestDraw();
+  }
+
+  clear(): void {
+    this.mesh.clear();
+    this.grid.clear();
+    this.paths.clear();
+    this.openEdges.clear();
+    PATH_NAMES.forEach((_, which) => this.stalePaths.add(which));
+    Object.values(this.dots).forEach(dots => dots.setPoints(new Float32Array(0)));
+    this.lines.plan.setLine([]);
+    this.marks.hide();
+    this.lastPose = null;
+    this.requestDraw();
+  }
+
+  /** The box of the model, or of the trajectory where there is no mesh. */
+  box(): Box | null { return this.mesh.box() ?? this.paths.box(); }
+
+  fit(): void {
+    const box = this.box();
+    if (box) this.rig.fit(box, this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1));
+    this.requestDraw();
+  }
+
+  /** Origin and unit direction of the ray through a point of the canvas, pixels of the page. */
+  rayAt(x: number, y: number): { origin: Vec3; direction: Vec3 } {
+    const box = this.canvas.getBoundingClientRect(), { right, up, ahead } = this.rig.basis(), eye = this.rig.eye();
+    const half = VIEW_SLOPE, across = (2 * (x - box.left) / box.width - 1) * half * box.width / box.height;
+    const above = (1 - 2 * (y - box.top) / box.height) * half;
+    if (this.rig.mode === "plan") {
+      const start = [0, 1, 2].map(k => this.rig.target[k] + this.rig.distance * (right[k] * across + up[k] * above) - 200 * ahead[k]);
+      return { origin: start as Vec3, direction: ahead };
+    }
+    const way = [0, 1, 2].map(k => ahead[k] + right[k] * across + up[k] * above), length = Math.hypot(...way);
+    return { origin: eye, direction: way.map(v => v / length) as Vec3 };
+  }
+
+  /** Metres that a pixel covers at this distance from the eye. */
+  pixelAt(distanceM: number): number {
+    const distance = this.rig.mode === "plan" ? this.rig.distance : distanceM;
+    return 2 * VIEW_SLOPE * distance / Math.max(this.canvas.clientHeight, 1);
+  }
+
+  /** Where a point of the model is on the page, or null where it is behind the camera. */
+  project(point: Vec3): [number, number] | null {
+    const place = new Vector3(...point).project(this.camera()), box = this.canvas.getBoundingClientRect();
+    if (place.z > 1) return null;
+    return [box.left + (place.x + 1) / 2 * box.width, box.top + (1 - place.y) / 2 * box.height];
+  }
+
+  /** The present view as a PNG. */
+  picture(): Promise<Blob | null> {
+    this.draw();
+    return new Promise(done => this.canvas.toBlob(done, "image/png"));
+  }
+
+  private showPose(pose: Pose): void {
+    this.marks.set(pose);
+    this.lastPose = pose;
+    if (this.rig.mode === "follow") this.rig.target = pose.position;
+  }
+
+  private camera(): PerspectiveCamera | OrthographicCamera { return this.rig.mode === "plan" ? this.orthographic : this.perspective; }
+
+  private step(time: number): void {
+    requestAnimationFrame(next => this.step(next));
+    const started = performance.now(), dtS = Math.min(Math.max(time / 1000 - this.lastS, 0), 0.1);
+    this.lastS = time / 1000;
+    if (this.onFrame(dtS)) this.dirty = true;
+    if (!this.dirty) return;
+    this.draw();
+    this.scriptMs.push(performance.now() - started);
+    if (this.scriptMs.length > 600) this.scriptMs.splice(0, 300);
+  }
+
+  private draw(): void {
+    this.dirty = false;
+    for (const which of this.stalePaths) this.drawPath(which);
+    this.stalePaths.clear();
+    this.openEdges.update();
+    this.placeCamera();
+    this.renderer.render(this.scene, this.camera());
+    ++this.frames;
+    this.onDrawn();
+  }
+
+  private drawPath(which: number): void {
+    const points = this.paths.points(which), name = PATH_NAMES[which];
+    if (name === "keyframes") this.dots.keyframes.setPoints(points);
+    else this.lines[name].setLine(points);
+  }
+
+  private placeCamera(): void {
+    const { rig } = this, camera = this.camera(), eye = rig.eye(), { up, ahead } = rig.basis();
+    const aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1), half = VIEW_SLOPE * rig.distance;
+    camera.position.set(...eye);
+    camera.up.set(...up);
+    camera.lookAt(eye[0] + ahead[0], eye[1] + ahead[1], eye[2] + ahead[2]);
+    if (camera instanceof OrthographicCamera) Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
+    else Object.assign(camera, { aspect, near: Math.max(rig.mode === "walk" ? 0.03 : rig.distance / 200, 0.02), far: rig.distance * 20 + 200 });
+    camera.updateProjectionMatrix();
+    this.mesh.materials.setEye(...(rig.mode === "plan" ? [eye[0], eye[1], eye[2] + 1000] as Vec3 : eye));
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.renderer.getDrawingBufferSize(viewSize.value);
+    this.draw();
+  }
+}
