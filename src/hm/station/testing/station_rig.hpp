@@ -98,8 +98,11 @@ class LiveViewer {
 
 /// Waits up to 20 s; false if it does not come true.
 inline bool wait_until(const std::function<bool()>& done) {
-  for (int i = 0; i < 4000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  return done();
+  for (int i = 0; i < 4000; ++i) {
+    if (done()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
 }
 
 }  // namespace hm
