@@ -391,6 +391,8 @@ struct WebServer::Impl {
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
+    // Descriptors are left for the files of the program.
+    if (shared.connections >= shared.limits.connections) return;
     std::make_shared<HttpConnection>(shared, std::move(socket))->read();
   }
 
