@@ -10,7 +10,7 @@ from page_support import VIEW  # noqa: E402
 
 READY = "window.housemartin && housemartin.stage && housemartin.stage.view.mesh.triangleCount > 100000"
 # Draws at once and returns share of the pixels whose colour (r, g, b) satisfies the expression, which may also use `back`.
-SHARE = """const view = %s, copy = document.createElement('canvas'), back = view.scene.background.clone().convertLinearToSRGB().toArray().map(v => Math.round(255 * v));
+SHARE = """const view = %s, copy = document.createElement('canvas'), back = getComputedStyle(document.documentElement).getPropertyValue('--scene').trim().slice(1).match(/../g).map(h => parseInt(h, 16));
   view.draw();
   [copy.width, copy.height] = [400, 300];
   const context = copy.getContext('2d');
