@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 #include "measurement.hpp"
 #include "scene_frames.hpp"
 

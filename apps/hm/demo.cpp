@@ -4,6 +4,7 @@
 
 #include "hm/core/text/counted.hpp"
 #include "program.hpp"
+#include "serve_flags.hpp"
 
 namespace {
 
@@ -26,7 +27,7 @@ std::string closing_words(const hm::DemoSummary& demo, const std::filesystem::pa
   return text;
 }
 
-hm::Result<Outcome> run(const std::string& output, Session& session) {
+hm::Result<Outcome> run(const std::string& output, const ServeFlags& serve, Session& session) {
   hm::DemoOptions options;
   options.output = output;
   // The tablet's depth camera at 5 Hz and 3 cm voxels, as the dissertation scanned whole floors (4.6).
@@ -36,7 +37,10 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context(
       "an unfinished simulation is removed; a reconstruction writes the results so far");
+  auto serving = serve.open({.verb = "demo", .name = output}, options.run);
+  if (!serving) return hm::forward_error(serving);
   const auto demo = hm::run_demo(options);
+  serving->finish(demo);
   if (!demo) return hm::forward_error(demo);
   Outcome outcome{closing_words(*demo, output), hm::to_json(demo->reconstruction),
                   demo->reconstruction.warnings, demo->reconstruction.outputs};
@@ -47,12 +51,14 @@ hm::Result<Outcome> run(const std::string& output, Session& session) {
 
 void add_demo(Program& program) {
   auto output = std::make_shared<std::string>("hm_demo");
+  auto serve = std::make_shared<ServeFlags>();
   CLI::App& command = program.add(
       {"demo", "Scan a simulated house live and write mesh, map, figures and a report with the accuracy.",
        "  hm demo\n"
        "  hm demo -o demo --set simulation.frame_limit=100",
-       [output](Session& session) { return run(*output, session); }});
+       [output, serve](Session& session) { return run(*output, *serve, session); }});
   command.add_option("-o,--output", *output, "folder for recording and results (default: hm_demo)");
+  serve->add_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_dense); });
 }
 

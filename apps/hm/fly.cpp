@@ -36,7 +36,22 @@ hm::Result<Outcome> fly(const FlyFlags& flags, const std::string& name, hm::Flig
     options->ground_station = ground_station.get();
   }
   options->run = session.interruptible_context(kOnStop);
-  return outcome_of_flight(hm::fly_mission(*options));
+  std::optional<hm::PagePilot> pilot;
+  if (flags.serve.is_wanted) pilot.emplace();
+  auto serving =
+      flags.serve.open({.verb = "fly", .name = name, .pilot = pilot ? &*pilot : nullptr}, options->run);
+  if (!serving) return hm::forward_error(serving);
+  if (pilot) {
+    hm::Station& station = serving->session()->station();
+    pilot->connect([&station](std::uint64_t sequence, bool accepted,
+                              const std::string& reason) { station.answer(sequence, accepted, reason); },
+                   serving->view());
+    options->page = &*pilot;
+    options->realtime = true;
+  }
+  const auto summary = hm::fly_mission(*options);
+  serving->finish(summary);
+  return outcome_of_flight(summary);
 }
 
 hm::Result<Outcome> fly_file(const FlyFlags& flags, const char* mission,

@@ -53,6 +53,7 @@ hm::Result<void> add_faults(const std::vector<std::string>& texts, hm::FlightScr
 
 void FlyFlags::add_to(CLI::App& command) {
   output.add_to(command, "MISSION_flight, FILE_flight");
+  serve.add_to(command);
   command.add_option("--world", world, "house, room or corridor (default: house)")
       ->check(CLI::IsMember(
           std::vector<std::string>(std::begin(hm::kWorldKindNames), std::end(hm::kWorldKindNames))));

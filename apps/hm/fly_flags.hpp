@@ -5,10 +5,12 @@
 
 #include "hm/pipeline/flight/mission/flight_mission.hpp"
 #include "program.hpp"
+#include "serve_flags.hpp"
 
 /// Options of `hm fly`; the last ones belong to one mission each.
 struct FlyFlags {
   OutputFlags output;
+  ServeFlags serve;
   std::string world = "house", autopilot = "core", firmware = "build/firmware/flight.elf";
   std::vector<std::string> faults;
   int seed = -1;

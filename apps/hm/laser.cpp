@@ -1,7 +1,8 @@
 #include <memory>
 
-#include "hm/pipeline/laser/laser_run.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
 #include "program.hpp"
+#include "serve_flags.hpp"
 
 namespace {
 
@@ -9,6 +10,7 @@ struct LaserVerbFlags {
   OutputFlags output;
   std::string recording, relations, saved_map, pace = "fast";
   hm::LaserRecordingOptions topics;
+  ServeFlags serve;
 };
 
 hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
@@ -23,7 +25,11 @@ hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   auto list = hm::list_laser(options.parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_with_verdict(hm::run_laser(options), flags.output.strict);
+  auto serving = flags.serve.open({.verb = "laser", .name = flags.recording}, options.run);
+  if (!serving) return hm::forward_error(serving);
+  const auto summary = hm::run_laser(options);
+  serving->finish(summary);
+  return outcome_with_verdict(summary, flags.output.strict);
 }
 
 void add_laser(Program& program) {
@@ -41,6 +47,7 @@ void add_laser(Program& program) {
       ->required();
   flags->output.add_to(command, "NAME_laser");
   flags->output.add_strict_to(command);
+  flags->serve.add_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_laser); });
   command.add_option("--relations", flags->relations,
                      "file with known relative poses to compare with (t1 t2 x y z roll pitch yaw)");

@@ -3,6 +3,7 @@
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
+#include "serve_flags.hpp"
 
 namespace {
 
@@ -10,6 +11,7 @@ struct OdometryFlags {
   std::string recording, method;
   OutputFlags output;
   RecordingFlags of_recording;
+  ServeFlags serve;
 };
 
 hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
@@ -27,7 +29,11 @@ hm::Result<Outcome> run(const OdometryFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.force = flags.of_recording.force;
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_with_verdict(hm::run_odometry(options), flags.output.strict);
+  auto serving = flags.serve.open({.verb = "odometry", .name = flags.recording}, options.run);
+  if (!serving) return hm::forward_error(serving);
+  const auto summary = hm::run_odometry(options);
+  serving->finish(summary);
+  return outcome_with_verdict(summary, flags.output.strict);
 }
 
 void add_odometry(Program& program) {
@@ -47,6 +53,7 @@ void add_odometry(Program& program) {
           std::vector<std::string>(hm::kOdometryMethodNames.begin(), hm::kOdometryMethodNames.end())));
   flags->of_recording.add_to(command);
   flags->of_recording.add_force_to(command);
+  flags->serve.add_to(command);
 }
 
 const VerbRegistration kOdometry(50, add_odometry);

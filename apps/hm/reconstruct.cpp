@@ -3,6 +3,7 @@
 #include "hm/pipeline/dense/reconstruction.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
+#include "serve_flags.hpp"
 
 namespace {
 
@@ -12,6 +13,7 @@ struct ReconstructFlags {
   bool align = false, level = false;
   OutputFlags output;
   RecordingFlags of_recording;
+  ServeFlags serve;
 };
 
 hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
@@ -36,7 +38,10 @@ hm::Result<Outcome> run(const ReconstructFlags& flags, Session& session) {
   options.force = flags.of_recording.force;
   options.poses = flags.poses;
   options.run = session.interruptible_context("writing the results so far");
+  auto serving = flags.serve.open({.verb = "reconstruct", .name = flags.recording}, options.run);
+  if (!serving) return hm::forward_error(serving);
   const auto summary = hm::reconstruct(options);
+  serving->finish(summary);
   if (summary && summary->already_complete) {
     auto complete = flags.output.complete_result({options.output, {}, "reconstruct", options.recording, {}});
     if (!complete) return hm::forward_error(complete);
@@ -72,6 +77,7 @@ void add_reconstruct(Program& program) {
   flags->output.add_resume_to(command, "continue an interrupted run in the same folder, with its parameters");
   flags->of_recording.add_to(command);
   flags->of_recording.add_force_to(command);
+  flags->serve.add_to(command);
 }
 
 const VerbRegistration kReconstruct(40, add_reconstruct);

@@ -63,7 +63,7 @@ hm::Result<void> Session::apply(const hm::ParamList& own) const {
   return {};
 }
 
-hm::RunContext Session::context() const { return {threads(), kVersion, progress_, log_, {}}; }
+hm::RunContext Session::context() const { return {threads(), kVersion, progress_, log_}; }
 
 hm::RunContext Session::interruptible_context(const std::string& consequence) {
   sigset_t signals;

@@ -3,6 +3,7 @@
 #include "hm/pipeline/rgbd/slam_run.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
+#include "serve_flags.hpp"
 
 namespace {
 
@@ -11,6 +12,7 @@ struct SlamFlags {
   double voxel_m = 0;
   OutputFlags output;
   RecordingFlags of_recording;
+  ServeFlags serve;
 };
 
 /// The parameters of the run that is to be continued, if it has saved them.
@@ -41,7 +43,11 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.force = flags.of_recording.force;
   options.run = session.interruptible_context("writing the results so far");
-  return outcome_with_verdict(hm::run_slam(options), flags.output.strict);
+  auto serving = flags.serve.open({.verb = "slam", .name = flags.recording}, options.run);
+  if (!serving) return hm::forward_error(serving);
+  const auto summary = hm::run_slam(options);
+  serving->finish(summary);
+  return outcome_with_verdict(summary, flags.output.strict);
 }
 
 void add_slam(Program& program) {
@@ -67,6 +73,7 @@ void add_slam(Program& program) {
       "maps to write besides the mesh, separated by commas: points, octomap, mvog (slam.maps)");
   flags->of_recording.add_to(command);
   flags->of_recording.add_force_to(command);
+  flags->serve.add_to(command);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_slam); });
 }
 

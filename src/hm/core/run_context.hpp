@@ -8,6 +8,8 @@
 
 namespace hm {
 
+class LiveView;  // pipeline/live/live_view.hpp
+
 enum class LogLevel { kInfo, kWarning };
 
 /// Receiver of log messages. The library itself never prints: a front end passes a sink; an empty sink
@@ -32,7 +34,8 @@ struct RunContext {
   std::string program_version;  ///< recorded in output files
   ProgressSink progress;
   LogSink log;
-  std::stop_token stop;  ///< requests an early end; each run documents what it leaves
+  std::stop_token stop = {};  ///< requests an early end; each run documents what it leaves
+  LiveView* view = nullptr;   ///< is shown the run while it goes on; null: nobody
 };
 
 /// Converts an error of writing into a failure of the run (kInternal), since the input did not cause it.

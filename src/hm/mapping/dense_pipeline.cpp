@@ -48,7 +48,9 @@ struct DensePipeline::Impl {
   Integrator integrator;
   IncrementalMesher mesher;
   TrajectoryAligner aligner;
+  MeshObserver* observer = nullptr;
 
+  MeshUpdateStats update_mesh(double budget_ms = 0);
   void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
   void mesh_and_pack(FrameOutcome& outcome);
 };
@@ -110,11 +112,25 @@ void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcom
   }
 }
 
+MeshUpdateStats DensePipeline::Impl::update_mesh(double budget_ms) {
+  MeshUpdateStats stats = mesher.update(grid, budget_ms);
+  if (observer) observer->on_mesh(mesher, stats.updated);
+  return stats;
+}
+
+void DensePipeline::observe_mesh(MeshObserver* observer) {
+  impl_->observer = observer;
+  if (!observer) return;
+  std::vector<VolumeKey> all;
+  for (const VolumeMesh* volume : impl_->mesher.volumes()) all.push_back(volume->key());
+  observer->on_mesh(impl_->mesher, all);
+}
+
 void DensePipeline::Impl::mesh_and_pack(FrameOutcome& outcome) {
   mesher.mark_changed(outcome.scan.changed);
   const ReconstructionParams& params = parameters.reconstruction;
   if (params.live_mesh) {
-    const MeshUpdateStats mesh = mesher.update(grid, params.mesh_budget_ms);
+    const MeshUpdateStats mesh = update_mesh(params.mesh_budget_ms);
     outcome.mesh_ms = mesh.update_ms;
     outcome.volumes_waiting = mesh.volumes_waiting;
   }
@@ -149,12 +165,14 @@ void DensePipeline::swap_grid(VolumeGrid& other) {
 }
 
 TriangleMesh DensePipeline::finished_mesh() {
-  impl_->mesher.update(impl_->grid);
+  impl_->update_mesh();
+  if (impl_->observer) impl_->observer->on_mesh_complete(impl_->mesher);
   return clean_mesh(impl_->mesher.whole_mesh(), impl_->parameters.mesh);
 }
 
 TriangleMesh DensePipeline::take_finished_mesh() {
-  impl_->mesher.update(impl_->grid);
+  impl_->update_mesh();
+  if (impl_->observer) impl_->observer->on_mesh_complete(impl_->mesher);
   impl_->grid = Integrator::make_grid(impl_->parameters.tsdf);
   trim_memory();
   TriangleMesh whole = impl_->mesher.whole_mesh();

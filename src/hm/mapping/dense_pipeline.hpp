@@ -14,6 +14,7 @@
 namespace hm {
 
 class IncrementalMesher;
+class MeshObserver;
 class ParallelLoop;
 class VolumeGrid;
 
@@ -66,6 +67,10 @@ class DensePipeline {
   [[nodiscard]] const SE3& T_map_input() const;
   /// Sets this transform when a map is resumed, or after a loop closure.
   void set_T_map_input(const SE3& T_map_input);
+
+  /// From here on the observer sees every change of the mesh, and first the mesh as it is. Null: nobody. It
+  /// must outlive the pipeline.
+  void observe_mesh(MeshObserver* observer);
 
   /// Meshes all pending changes and returns the whole mesh, with small pieces removed and simplified as set
   /// in the parameters.

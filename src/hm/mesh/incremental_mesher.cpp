@@ -195,6 +195,7 @@ std::vector<const VolumeMesh*> IncrementalMesher::volumes() const {
   return result;
 }
 
+double IncrementalMesher::voxel_size_m() const { return impl_->voxel_size_m; }
 std::size_t IncrementalMesher::waiting() const { return impl_->queue.size(); }
 std::size_t IncrementalMesher::vertex_count() const { return impl_->vertices; }
 std::size_t IncrementalMesher::triangle_count() const { return impl_->triangles; }

@@ -53,6 +53,8 @@ class IncrementalMesher {
   /// All non-empty meshes, sorted by z, y, x; valid until the next update.
   [[nodiscard]] std::vector<const VolumeMesh*> volumes() const;
 
+  /// Of the grid at the last update; 0 before the first.
+  [[nodiscard]] double voxel_size_m() const;
   [[nodiscard]] std::size_t waiting() const;
   /// Sums over volumes: border vertices count once per volume.
   [[nodiscard]] std::size_t vertex_count() const;
@@ -63,6 +65,16 @@ class IncrementalMesher {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+/// Sees a mesh change. Called on the mesher's thread, which it should hold up as little as it can.
+class MeshObserver {
+ public:
+  virtual ~MeshObserver() = default;
+  /// After an update: these volumes have another mesh, or none any more.
+  virtual void on_mesh(const IncrementalMesher& mesher, std::span<const VolumeKey> updated) = 0;
+  /// The mesh is complete; the mesher may be emptied after this.
+  virtual void on_mesh_complete(const IncrementalMesher& mesher) = 0;
 };
 
 }  // namespace hm

@@ -58,6 +58,20 @@ VolumeMesh VolumeMesh::pack(const Parts& parts) {
   return mesh;
 }
 
+VolumeMesh VolumeMesh::copy() const {
+  VolumeMesh mesh;
+  mesh.key_ = key_;
+  mesh.vertex_count_ = vertex_count_;
+  mesh.cube_count_ = cube_count_;
+  mesh.triangle_count_ = triangle_count_;
+  mesh.touched_sides_ = touched_sides_;
+  mesh.has_colors_ = has_colors_;
+  if (empty()) return mesh;
+  mesh.data_ = std::make_unique_for_overwrite<std::byte[]>(data_bytes());
+  std::memcpy(mesh.data_.get(), data_.get(), data_bytes());
+  return mesh;
+}
+
 std::size_t VolumeMesh::data_bytes() const {
   if (empty()) return 0;
   return vertex_count_ * (4u + (has_colors_ ? sizeof(Rgb8) : 0u)) + cube_count_ + kCubeRows;

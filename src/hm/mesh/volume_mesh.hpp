@@ -42,6 +42,7 @@ class VolumeMesh {
 
   VolumeMesh() = default;
   static VolumeMesh pack(const Parts& parts);
+  [[nodiscard]] VolumeMesh copy() const;
 
   [[nodiscard]] VolumeKey key() const { return key_; }
   [[nodiscard]] bool empty() const { return cube_count_ == 0; }

@@ -1,4 +1,5 @@
 // Whole-map views of a MultiVolumeGrid: sizes, bounds, slices, voxels.
+#include "hm/core/check.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 #include "hm/mvog/multi_volume_grid_impl.hpp"
 
@@ -73,6 +74,27 @@ Box3 MultiVolumeGrid::bounds() const {
   return {(extent.min.cast<double>() * unit).matrix(), (extent.end.cast<double>() * unit).matrix()};
 }
 
+namespace {
+
+/// Levels [low, end) of a slice between two heights, at least one.
+struct SliceLevels {
+  double low = 0, end = 0;
+  SliceLevels(double bottom_m, double top_m, double level_m)
+      : low(std::floor(bottom_m / level_m)), end(std::max(std::ceil(top_m / level_m), low + 1)) {}
+};
+
+/// Highest probability of a column within the levels, in percent; kUnknown where nothing is known.
+std::uint8_t highest_percent(ColumnUnits column, const SliceLevels& levels) {
+  std::uint8_t cell = OccupancyGrid2D::kUnknown;
+  for_each_run(column, [&](int from, int to, RunCode code) {
+    if (code == kUnknownCode || to <= levels.low || from >= levels.end) return;
+    cell = cell == OccupancyGrid2D::kUnknown ? percent(code) : std::max(cell, percent(code));
+  });
+  return cell;
+}
+
+}  // namespace
+
 Result<OccupancyGrid2D> MultiVolumeGrid::slice(double bottom_m, double top_m) const {
   const Extent extent = extent_of(impl_->store);
   OccupancyGrid2D grid;
@@ -84,14 +106,26 @@ Result<OccupancyGrid2D> MultiVolumeGrid::slice(double bottom_m, double top_m) co
     return fail(ErrorCode::kOutOfMemory, "slice", "the map spreads over {} x {} cells", width, height);
   grid.origin_m = grid.resolution_m * Eigen::Vector2d(extent.min.x(), extent.min.y());
   grid.cells = {static_cast<int>(width), static_cast<int>(height), OccupancyGrid2D::kUnknown};
-  const double low = std::floor(bottom_m / impl_->level_m()), high = std::ceil(top_m / impl_->level_m());
+  const SliceLevels levels(bottom_m, top_m, impl_->level_m());
   for_each_column(impl_->store, [&](int x, int y, ColumnUnits column) {
-    std::uint8_t& cell = grid.cells(x - extent.min.x(), y - extent.min.y());
-    for_each_run(column, [&](int from, int to, RunCode code) {
-      if (code == kUnknownCode || to <= low || from >= std::max(high, low + 1)) return;
-      cell = cell == OccupancyGrid2D::kUnknown ? percent(code) : std::max(cell, percent(code));
-    });
+    grid.cells(x - extent.min.x(), y - extent.min.y()) = highest_percent(column, levels);
   });
+  return grid;
+}
+
+OccupancyGrid2D MultiVolumeGrid::slice_square(const Eigen::Vector2i& first_cell, int side, double bottom_m,
+                                              double top_m) const {
+  HM_CHECK(side > 0, "a square of {} cells", side);
+  OccupancyGrid2D grid;
+  grid.resolution_m = impl_->params.resolution_m;
+  grid.origin_m = grid.resolution_m * first_cell.cast<double>();
+  grid.cells = {side, side, OccupancyGrid2D::kUnknown};
+  const SliceLevels levels(bottom_m, top_m, impl_->level_m());
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      if (const ColumnUnits column = impl_->store.column(first_cell.x() + x, first_cell.y() + y);
+          !column.empty())
+        grid.cells(x, y) = highest_percent(column, levels);
   return grid;
 }
 

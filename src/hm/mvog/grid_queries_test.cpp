@@ -105,6 +105,13 @@ TEST(GridQueries, VolumesSlicesAndVoxelsAgreeWithCells) {
   const double low_m = -0.45, high_m = 0.2;
   const auto slice = grid.slice(low_m, high_m);
   ASSERT_TRUE(slice.has_value());
+  const double cells_per_m = 1 / slice->resolution_m;
+  const Eigen::Vector2i first = (slice->origin_m * cells_per_m).array().round().cast<int>() + 3;
+  const OccupancyGrid2D square = grid.slice_square(first, 40, low_m, high_m);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x)
+      ASSERT_EQ(square.cells(x, y),
+                slice->cells.contains(x + 3, y + 3) ? slice->cells(x + 3, y + 3) : OccupancyGrid2D::kUnknown);
   std::map<std::array<int, 3>, double> cubes;
   std::size_t positive = 0, negative = 0;
   for (int y = 0; y < slice->cells.height(); ++y) {

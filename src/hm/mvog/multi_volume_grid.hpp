@@ -89,6 +89,10 @@ class MultiVolumeGrid {
   /// unknown where nothing is known in this interval. kOutOfMemory when the map extends over more than 2^28
   /// cells.
   [[nodiscard]] Result<OccupancyGrid2D> slice(double bottom_m, double top_m) const;
+  /// The same for a square of `side` cells a side; cell i covers [i, i + 1) times the resolution. The cost is
+  /// that of the square.
+  [[nodiscard]] OccupancyGrid2D slice_square(const Eigen::Vector2i& first_cell, int side, double bottom_m,
+                                             double top_m) const;
   /// Known cubes of one cell, each with the highest probability of its two halves, sorted by column and
   /// height.
   [[nodiscard]] std::vector<OccupancyVoxel> voxels() const;

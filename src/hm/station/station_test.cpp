@@ -5,15 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
-#include <cstdlib>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
+#include "hm/station/testing/station_rig.hpp"
 #include "hm/station/testing/web_client.hpp"
 
 namespace hm {
@@ -21,41 +19,8 @@ namespace {
 
 using testing::HasSubstr;
 
-StationOptions test_options() {
-  StationOptions options;
-  options.port_given = true;
-  options.source = JsonValue::object({{"verb", "demo"}, {"name", "test"}});
-  options.program_version = "1.2.3";
-  options.voxel_size_m = 0.02;
-  return options;
-}
-
-std::unique_ptr<Station> start(StationOptions options = test_options()) {
-  auto station = Station::start(std::move(options));
-  EXPECT_TRUE(station) << to_string(station.error());
-  return std::move(*station);
-}
-
-std::uint16_t port_of(const Station& station) {
-  const std::string url = station.url();
-  return static_cast<std::uint16_t>(std::atoi(url.c_str() + url.find(':', 6) + 1));
-}
-
-/// Reads binary messages until one of a kind comes.
-LiveMessage read_until(WebClient& client, LiveKind kind) {
-  while (const auto message = client.read_message()) {
-    EXPECT_EQ(message->opcode, 2) << message->reason();
-    if (message->opcode != 2) return {};
-    auto decoded = decode_live_message(message->bytes());
-    EXPECT_TRUE(decoded) << to_string(decoded.error());
-    if (!decoded || decoded->kind == kind) return decoded ? std::move(*decoded) : LiveMessage{};
-  }
-  ADD_FAILURE() << "the connection ended";
-  return {};
-}
-
 TEST(Station, AViewerGetsHelloAndThenWhatThereIs) {
-  const auto station = start();
+  const auto station = start_station();
   PoseFrame pose;
   pose.position_m = {1, 2, 3};
   station->store().put(LiveKind::kPose, 0, Time{7}, to_payload(pose));
@@ -78,7 +43,7 @@ TEST(Station, AViewerGetsHelloAndThenWhatThereIs) {
 }
 
 TEST(Station, AnswersStatus) {
-  const auto station = start();
+  const auto station = start_station();
   station->store().put(LiveKind::kTelemetry, 0, {}, text_bytes(R"({"state":"running"})"));
   WebClient client(port_of(*station));
   const auto status = client.get("/api/status");
@@ -114,7 +79,7 @@ TEST(Station, APilotFliesOverTheSocket) {
   AcceptingFlight flight;
   StationOptions options = test_options();
   options.pilot = &flight;
-  const auto station = start(std::move(options));
+  const auto station = start_station(std::move(options));
   flight.station = station.get();
   {
     WebClient client(port_of(*station));
@@ -137,7 +102,7 @@ TEST(Station, APilotFliesOverTheSocket) {
 }
 
 TEST(Station, WithoutAVehicleThereIsNothingToFly) {
-  const auto station = start();
+  const auto station = start_station();
   WebClient client(port_of(*station));
   ASSERT_EQ(client.upgrade("/pilot").status, 101);
   const auto end = client.read_message();

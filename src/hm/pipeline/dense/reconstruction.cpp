@@ -20,6 +20,7 @@
 #include "hm/pipeline/dense/alignment_summary.hpp"
 #include "hm/pipeline/dense/reconstruction_output.hpp"
 #include "hm/pipeline/dense/reconstruction_state.hpp"
+#include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/verdict/depth_visits.hpp"
 
 namespace hm {
@@ -43,6 +44,10 @@ class Run {
   [[nodiscard]] bool already_complete() const {
     return folder_.resumed() && folder_.resumed()->state == RunState::kComplete &&
            state_.next_frame >= range_.end;
+  }
+  /// From here on RunContext::view sees the mesh.
+  void show_mesh() {
+    if (options_.run.view) pipeline_.observe_mesh(options_.run.view);
   }
   Result<void> integrate_all();
   void summarise();
@@ -70,6 +75,10 @@ class Run {
   [[nodiscard]] bool save_is_due() const;
   void note(const FrameRecord& record);
   void show_progress(const FrameRecord& last) const;
+  void show_frame(const Result<RgbdFrame>& frame, const FrameOutcome& outcome) const;
+  void show_numbers(const FrameRecord& last) const;
+  /// Frames of the range that are done.
+  [[nodiscard]] std::size_t frames_done() const;
 
   const ReconstructionOptions& options_;
   ResultFolder& folder_;
@@ -218,6 +227,7 @@ Result<void> Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameR
   record.index = index;
   if (!frame) {
     state_.skipped.push_back({index, "unreadable: " + to_string(frame.error())});
+    show_frame(frame, {});
   } else {
     ++state_.frames_read;
     const FrameOutcome outcome = pipeline_.process(*frame);
@@ -231,6 +241,7 @@ Result<void> Run::take(std::size_t index, const Result<RgbdFrame>& frame, FrameR
     } else {
       state_.skipped.push_back({index, outcome.skipped_because});
     }
+    show_frame(frame, outcome);
     note_alignment(outcome, record);
     record.scan_ms = outcome.scan.total_ms;
     record.allocate_ms = outcome.scan.allocate_ms;
@@ -318,14 +329,48 @@ void Run::note(const FrameRecord& record) {
   records_.push_back(record);
 }
 
-void Run::show_progress(const FrameRecord& last) const {
-  if (!options_.run.progress) return;
+std::size_t Run::frames_done() const {
   const std::size_t left = state_.next_frame < range_.end
                                ? (range_.end - state_.next_frame + range_.stride - 1) / range_.stride
                                : 0;
-  options_.run.progress({"reconstructing", range_.count() - std::min(left, range_.count()), range_.count(),
+  return range_.count() - std::min(left, range_.count());
+}
+
+void Run::show_progress(const FrameRecord& last) const {
+  if (options_.run.view) show_numbers(last);
+  if (!options_.run.progress) return;
+  options_.run.progress({"reconstructing", frames_done(), range_.count(),
                          fmt::format("{}, map {} MB, process {} MB", counted(last.volumes, "block"),
                                      last.map_bytes / 1'000'000, last.resident_bytes / 1'000'000)});
+}
+
+void Run::show_frame(const Result<RgbdFrame>& frame, const FrameOutcome& outcome) const {
+  if (!options_.run.view) return;
+  LiveCamera camera;
+  camera.camera = recording_->camera();
+  camera.trouble = frame ? outcome.skipped_because : to_string(frame.error());
+  if (frame) {
+    camera.stamp = frame->stamp;
+    camera.frame = &*frame;
+  }
+  if (outcome.integrated) camera.T_map_camera = outcome.T_world_camera;
+  options_.run.view->on_camera(camera);
+}
+
+void Run::show_numbers(const FrameRecord& last) const {
+  const auto number = [](std::size_t count) { return static_cast<double>(count); };
+  LiveNumbers numbers{"reconstructing", frames_done(), range_.count(), {}, {}, {}};
+  numbers.stages_ms = {{"waiting", last.wait_ms},      {"align", last.align_ms},
+                       {"allocate", last.allocate_ms}, {"integrate", last.integrate_ms},
+                       {"carve", last.carve_ms},       {"mesh", last.mesh_ms},
+                       {"pack", last.pack_ms},         {"save", last.save_ms}};
+  numbers.counts = {{"frames integrated", number(state_.frames_integrated)},
+                    {"frames skipped", number(state_.skipped.size())},
+                    {"blocks", number(last.volumes)}};
+  numbers.memory = {{"process", number(last.resident_bytes)},
+                    {"map", number(last.map_bytes)},
+                    {"mesh", number(last.mesh_bytes)}};
+  options_.run.view->on_numbers(numbers);
 }
 
 /// The mesh has told where up is, when the map was complete already.
@@ -386,6 +431,7 @@ Result<ReconstructionSummary> Run::finish() {
   if (!saved) return forward_error(saved);
   summarise();
   judge_depth_visits(*recording_, summary_.trajectory, options_.run, summary_.verdict);
+  if (options_.run.view) options_.run.view->on_end(summary_.verdict);
   saver_.reset();
   std::vector<std::filesystem::path> map{folder_.staging() / "map.hmap"};
   if (const auto published = folder_.publish(map, RunState::kRunning); !published)
@@ -428,6 +474,7 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     complete.already_complete = true;
     return complete;
   }
+  run.show_mesh();
   if (const auto done = run.integrate_all(); !done) return forward_error(done);
   return run.finish();
 }

@@ -7,7 +7,7 @@
 
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/laser/testing/planar_world.hpp"
-#include "hm/pipeline/laser/laser_rebuild.hpp"
+#include "hm/pipeline/laser/run/laser_rebuild.hpp"
 #include "hm/sensors/wheel_odometry.hpp"
 
 namespace hm {

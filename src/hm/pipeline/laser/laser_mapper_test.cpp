@@ -9,7 +9,7 @@
 #include "hm/io/testing/temporary_folder_test_support.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/laser/laser_pipeline.hpp"
-#include "hm/pipeline/laser/laser_rebuild.hpp"
+#include "hm/pipeline/laser/run/laser_rebuild.hpp"
 
 namespace hm {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "hm/pipeline/laser/laser_events.hpp"
-#include "hm/pipeline/laser/laser_scan_counts.hpp"
 #include "hm/pipeline/laser/laser_sweep.hpp"
+#include "hm/pipeline/laser/run/laser_events.hpp"
+#include "hm/pipeline/laser/run/laser_scan_counts.hpp"
 
 namespace hm {
 namespace {

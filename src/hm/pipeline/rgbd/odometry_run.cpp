@@ -9,7 +9,9 @@
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/sensor_prior.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
+#include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/odometry_report.hpp"
+#include "hm/pipeline/rgbd/tracking_view.hpp"
 #include "hm/pipeline/verdict/depth_visits.hpp"
 #include "hm/report/run_report.hpp"
 
@@ -34,7 +36,9 @@ bool track_all(const Recording& recording, const OdometryRunOptions& options, Vi
     const Stopwatch wait;
     const auto frame = frames.next();
     if (!frame) return false;
-    tracking.take(index, *frame, wait.milliseconds());
+    const TrackedFrame tracked = tracking.take(index, *frame, wait.milliseconds());
+    show_tracked(options.run, tracking, recording.camera(), *frame ? &**frame : nullptr,
+                 tracked.T_odom_camera);
     index += range.stride;
     show_progress(options.run, tracking.track());
   }
@@ -111,6 +115,7 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
                                            with_thousands(summary.track.frames_read),
                                            counted(summary.track.frames_total, "frame")));
   judge_odometry(**recording, options, summary);
+  if (options.run.view) options.run.view->on_end(summary.verdict);
   summary.error = compare_with_truth(summary.track.trajectory, info, options.parameters.trajectory_error,
                                      summary.warnings);
   const auto written = as_run_failure(write_odometry_results(options, folder->staging(), summary));

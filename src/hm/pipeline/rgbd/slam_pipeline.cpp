@@ -20,10 +20,12 @@
 #include "hm/pipeline/common/scene_level.hpp"
 #include "hm/pipeline/common/sensor_prior.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
+#include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
+#include "hm/pipeline/rgbd/tracking_view.hpp"
 #include "hm/slam/rgbd/live_rgbd_loop_closer.hpp"
 
 namespace hm {
@@ -75,6 +77,7 @@ struct SlamPipeline::Impl {
         source(frames),
         clues{camera, nullptr} {
     if (all.slam.align) alignment.emplace(all, camera);
+    if (run.view) map.dense().observe_mesh(run.view);
   }
 
   struct Taken {
@@ -87,6 +90,8 @@ struct SlamPipeline::Impl {
   void keep(const RgbdFrame& frame);
   [[nodiscard]] bool is_for_map() const;
   void show_progress() const;
+  void show(const RgbdFrame* frame, const std::optional<SE3>& T_map_camera);
+  [[nodiscard]] Trajectory trajectory_now() const;
   void begin_level(const RgbdFrame& first);
   [[nodiscard]] std::vector<SurfacePatch> seen_patches() const;
   void turn(const Mat3& R_turned_map);
@@ -111,8 +116,9 @@ struct SlamPipeline::Impl {
   RunningSummary frame_ms;
   std::size_t frames_added = 0, frames_not_kept = 0;
   bool finished = false;
-  std::size_t first_frame = 0;  ///< of the recording, for track_and_map()
-  TrackedRecord last;           ///< frame of track_and_map()
+  std::size_t first_frame = 0;      ///< of the recording, for track_and_map()
+  TrackedRecord last;               ///< frame of track_and_map()
+  std::size_t solutions_shown = 0;  ///< of the loops, to run.view
   State state;
 };
 
@@ -133,10 +139,15 @@ SlamPipeline::~SlamPipeline() = default;
 
 Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vector<std::string>& settings,
                                           const RunContext& run) {
-  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   RgbdParameters parameters;
   if (const auto set = apply_settings(list_slam(parameters), settings); !set) return forward_error(set);
   if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
+  return create(input, parameters, run);
+}
+
+SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& parameters,
+                                  const RunContext& run) {
+  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   std::unique_ptr<FrameArchive> archive;
   if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
   const FrameSource& frames = archive ? *archive : *input.frames;
@@ -195,11 +206,13 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
   if (frame) align(*frame, tracked);
   if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
   bool is_mapped = false;
+  if (!frame) show(nullptr, {});
   if (frame) {
     const auto now = closer.snapshot();
     frame->index = index;
     map.follow(now, *frame);
     if (tracked.T_odom_camera) taken.T_map_camera = pose_in_map(now, tracked);
+    show(&*frame, taken.T_map_camera);
     if (tracked.T_odom_camera && is_for_map()) {
       keep(*frame);
       is_mapped = map.add(*frame, tracked);
@@ -346,10 +359,22 @@ void SlamPipeline::Impl::close_earlier_loops(std::span<const std::shared_ptr<con
   }
 }
 
-Trajectory SlamPipeline::trajectory_now() const {
-  const auto corrected = impl_->closer.snapshot().corrected;
+/// To whom watches: the frame, and after a loop the path.
+void SlamPipeline::Impl::show(const RgbdFrame* frame, const std::optional<SE3>& T_map_camera) {
+  if (!run.view) return;
+  show_tracked(run, tracking, camera, frame, T_map_camera);
+  const auto now = closer.snapshot();
+  if (now.solutions == solutions_shown) return;
+  solutions_shown = now.solutions;
+  show_corrected(run, trajectory_now(), *now.corrected);
+}
+
+Trajectory SlamPipeline::trajectory_now() const { return impl_->trajectory_now(); }
+
+Trajectory SlamPipeline::Impl::trajectory_now() const {
+  const auto corrected = closer.snapshot().corrected;
   Trajectory now;
-  for (const StampedPose& pose : impl_->alignment ? impl_->aligned : impl_->tracking.track().trajectory)
+  for (const StampedPose& pose : alignment ? aligned : tracking.track().trajectory)
     if (corrected->map_at(pose.stamp) == 0)
       now.push_back(
           {pose.stamp, corrected->T_map_camera(pose.stamp, pose.T_world_base).value_or(pose.T_world_base)});

@@ -84,6 +84,8 @@ class SlamPipeline {
   /// unknown key, a value out of range, parameters that contradict.
   static Result<SlamPipeline> create(const SlamInput& input, const std::vector<std::string>& settings = {},
                                      const RunContext& run = {});
+  /// The same with parameters that are checked already.
+  static SlamPipeline create(const SlamInput& input, const RgbdParameters& parameters, const RunContext& run);
   /// Takes its frames from a recording, which must outlive the pipeline: track_and_map() instead of add().
   SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);
   ~SlamPipeline();

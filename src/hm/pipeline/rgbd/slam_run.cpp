@@ -8,9 +8,11 @@
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
+#include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
 #include "hm/pipeline/rgbd/slam_output.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
+#include "hm/pipeline/rgbd/tracking_view.hpp"
 #include "hm/pipeline/verdict/depth_visits.hpp"
 
 namespace hm {
@@ -167,6 +169,8 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   compare_trajectories(summary);
   add_warnings(options, summary);
   judge_slam(**recording, options, summary);
+  show_corrected(options.run, summary.state.corrected, *summary.state.keyframes);
+  if (options.run.view) options.run.view->on_end(summary.verdict);
   SlamRunOptions staged = options;
   staged.output = folder->staging();
   if (const auto written = write_slam_results(pipeline, **recording, before, staged, summary); !written)

@@ -9,6 +9,7 @@
 #include "hm/flight/flight_text.hpp"
 #include "hm/pipeline/flight/ground_station.hpp"
 #include "hm/pipeline/flight/mission/flight_output.hpp"
+#include "hm/pipeline/flight/page/flight_view.hpp"
 
 namespace hm {
 namespace {
@@ -26,7 +27,8 @@ class Mission {
       : options_(options),
         faults_(options.script.faults),
         recorder_(recorder),
-        run_(site, run_params(options), faults_, &recorder, std::move(core)),
+        view_(options.run.view, recorder, options.parameters.perception.laser.run),
+        run_(site, run_params(options), faults_, &view_, std::move(core)),
         pilot_(options.parameters.pilot),
         log_(faults_) {
     for (const FlightOrder& order : options.script.orders) pilot_.add(order);
@@ -57,6 +59,7 @@ class Mission {
   const FlightMissionOptions& options_;
   FaultSchedule faults_;
   FlightRecorder& recorder_;
+  FlightView view_;
   FlightRun run_;
   ScriptPilot pilot_;
   std::optional<GroundStation> ground_station_;
@@ -72,7 +75,9 @@ class Mission {
 void Mission::step() {
   auto command = pilot_.step(pilot_view(run_.moment()));
   if (!command && ground_station_) command = ground_station_->step(run_.moment());
+  if (!command && options_.page) command = options_.page->step(run_.moment(), run_.perception().map());
   run_.step(command);
+  view_.step(run_);
   log_.add(run_, pilot_);
   ++steps_;
   if (steps_ % kPollSteps != 0) return;
@@ -85,6 +90,7 @@ Result<void> Mission::fly() {
   while (!pilot_.is_over()) {
     if (options_.run.stop.stop_requested() && !interrupted_) {
       interrupted_ = true;
+      if (options_.page) options_.page->end();
       pilot_.land_now("stopped");
       log_.note(run_.elapsed().seconds(), "stopped: lands");
     }
@@ -122,7 +128,7 @@ void Mission::take_lines() {
     ++lines_;
     if (line.substr(0, line.find('#')).find_first_not_of(" \t\r") != std::string::npos) obey(line);
   }
-  if (options_.live->ended()) pilot_.close();
+  if (options_.live->ended() && !options_.page) pilot_.close();
 }
 
 void Mission::keep_pace() {

@@ -10,6 +10,7 @@
 #include "hm/pipeline/flight/flight_script.hpp"
 #include "hm/pipeline/flight/mission/flight_summary.hpp"
 #include "hm/pipeline/flight/mission/live_lines.hpp"
+#include "hm/pipeline/flight/page/page_pilot.hpp"
 
 namespace hm {
 
@@ -24,6 +25,8 @@ struct FlightMissionOptions {
   std::function<Result<std::unique_ptr<FlightCore>>(const FlightRunParams&)> make_core;
   /// A way to a MAVLink ground station, which sees the vehicle and may fly it (GroundStation). Null: none.
   Transport* ground_station = nullptr;
+  /// Somebody at a page who may fly; with `live`, the flight then goes on until it is stopped. Null: none.
+  PagePilot* page = nullptr;
   /// Where it flies; null: the world of the parameters. It must outlive the flight.
   const FlightSite* site = nullptr;
   bool realtime = false;  ///< not faster than the clock on the wall

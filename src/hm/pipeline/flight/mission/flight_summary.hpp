@@ -7,7 +7,7 @@
 #include "hm/pipeline/flight/ground_station.hpp"
 #include "hm/pipeline/flight/mission/flight_log.hpp"
 #include "hm/pipeline/flight/mission/flight_recorder.hpp"
-#include "hm/pipeline/laser/laser_summary.hpp"
+#include "hm/pipeline/laser/run/laser_summary.hpp"
 #include "hm/report/summary_tree.hpp"
 
 namespace hm {

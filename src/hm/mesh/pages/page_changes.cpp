@@ -1,0 +1,63 @@
+#include "hm/mesh/pages/page_changes.hpp"
+
+#include <algorithm>
+
+#include "hm/core/parallel.hpp"
+#include "hm/mesh/whole_mesh.hpp"
+#include "hm/tsdf/grid/page_table.hpp"
+
+namespace hm {
+
+TriangleMesh mesh_of(const MeshPageCopy& page) {
+  if (page.volumes.empty()) return {};
+  std::vector<const VolumeMesh*> volumes;
+  for (const VolumeMesh& volume : page.volumes) volumes.push_back(&volume);
+  const ParallelLoop alone(1);
+  return weld(volumes, page.voxel_size_m, alone);
+}
+
+void PageChanges::note(std::span<const VolumeKey> updated) {
+  for (const VolumeKey volume : updated)
+    if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back(page);
+}
+
+void PageChanges::note_all() {
+  for (const auto& [page, copied] : copied_)
+    if (waiting_.insert(page).second) order_.push_back(page);
+}
+
+MeshPageCopy PageChanges::copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m) {
+  MeshPageCopy page{key, ++copied_[key].version, voxel_size_m, {}};
+  for (int place = 0; place < kPageVolumes; ++place)
+    if (const VolumeMesh* volume = mesher.find(key_at(key, place))) page.volumes.push_back(volume->copy());
+  return page;
+}
+
+std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher, double voxel_size_m,
+                                                Clock::time_point now) {
+  std::vector<MeshPageCopy> pages;
+  std::vector<VolumeKey> early;
+  for (const VolumeKey key : order_) {
+    const auto before = copied_.find(key);
+    const bool is_early = before != copied_.end() && now - before->second.at < interval_;
+    if (is_early || pages.size() >= kMostCopies) {
+      early.push_back(key);
+      continue;
+    }
+    pages.push_back(copy(key, mesher, voxel_size_m));
+    copied_[key].at = now;
+    waiting_.erase(key);
+  }
+  order_ = std::move(early);
+  return pages;
+}
+
+std::vector<MeshPageCopy> PageChanges::take_all(const IncrementalMesher& mesher, double voxel_size_m) {
+  std::vector<MeshPageCopy> pages;
+  for (const VolumeKey key : order_) pages.push_back(copy(key, mesher, voxel_size_m));
+  order_.clear();
+  waiting_.clear();
+  return pages;
+}
+
+}  // namespace hm

@@ -1,0 +1,60 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "hm/mesh/incremental_mesher.hpp"
+#include "hm/tsdf/grid/volume_snapshot.hpp"
+
+namespace hm {
+
+/// A page of a growing mesh as it was at a moment: immutable, for other threads.
+struct MeshPageCopy {
+  VolumeKey key;
+  std::uint32_t version = 0;  ///< of this page, from 1
+  double voxel_size_m = 0;
+  std::vector<VolumeMesh> volumes;  ///< with triangles, in ScanOrder; empty: nothing is there any more
+};
+
+/// The mesh of a page, welded.
+TriangleMesh mesh_of(const MeshPageCopy& page);
+
+/// Follows an IncrementalMesher: which pages have changed, and copies of them, no more often than every
+/// `interval` each and at most `kMostCopies` a call, so that the mesher's thread is held up for a known time.
+class PageChanges {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// About 3 ms of copying.
+  static constexpr std::size_t kMostCopies = 64;
+
+  explicit PageChanges(Clock::duration interval = std::chrono::milliseconds(500)) : interval_(interval) {}
+
+  /// The meshes of these volumes have changed (MeshUpdateStats::updated).
+  void note(std::span<const VolumeKey> updated);
+  /// All pages that were ever copied may have changed: another mesh takes the place of this one.
+  void note_all();
+  /// Copies of the changed pages whose last copy is old enough, longest waiting first.
+  std::vector<MeshPageCopy> take_due(const IncrementalMesher& mesher, double voxel_size_m,
+                                     Clock::time_point now);
+  /// Copies of all changed pages.
+  std::vector<MeshPageCopy> take_all(const IncrementalMesher& mesher, double voxel_size_m);
+  [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
+
+ private:
+  struct Copied {
+    std::uint32_t version = 0;
+    Clock::time_point at;
+  };
+  MeshPageCopy copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m);
+
+  Clock::duration interval_;
+  std::map<VolumeKey, Copied, PageOrder> copied_;
+  std::vector<VolumeKey> order_;  // of the changed pages, longest waiting first
+  std::set<VolumeKey, PageOrder> waiting_;
+};
+
+}  // namespace hm

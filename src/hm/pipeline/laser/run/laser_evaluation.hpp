@@ -1,0 +1,16 @@
+#pragma once
+#include "hm/io/laser/laser_recording.hpp"
+#include "hm/pipeline/laser/run/laser_run.hpp"
+
+namespace hm {
+
+/// Fills error and relation_error, and error_odom and relation_error_odom where the run was
+/// corrected; what cannot be compared becomes a warning.
+void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
+                        LaserSummary& summary);
+
+/// What speaks against the result, without truth: contradictions between visits of a place, scans without a
+/// pose, matching that was lost, a doubtful place in a saved map.
+RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits, const LaserMapFrame& frame);
+
+}  // namespace hm

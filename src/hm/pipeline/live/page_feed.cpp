@@ -1,0 +1,134 @@
+#include "hm/pipeline/live/page_feed.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "hm/core/parallel.hpp"
+#include "hm/mesh/pages/mesh_page.hpp"
+#include "hm/mesh/whole_mesh.hpp"
+#include "hm/station/live_frames.hpp"
+#include "hm/tsdf/grid/page_table.hpp"
+
+namespace hm {
+namespace {
+
+/// Processor time of the calling thread, s.
+double thread_cpu_s() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// Levels are left out where they would be nearly the finest one again.
+constexpr double kWorthwhileShare = 0.8;
+
+}  // namespace
+
+void PageFeed::give(std::vector<MeshPageCopy> pages, Time stamp) {
+  for (MeshPageCopy& page : pages) {
+    const VolumeKey key = page.key;
+    const Source source{std::make_shared<const MeshPageCopy>(std::move(page)), nullptr, page.voxel_size_m,
+                        page.version, stamp};
+    {
+      const std::lock_guard lock(mutex_);
+      sources_[key] = source;
+    }
+    jobs_.give(key, [this, key, source] { put(key, source); });
+  }
+}
+
+void PageFeed::give(VolumeKey page, TriangleMesh mesh, double voxel_size_m) {
+  Source source{nullptr, std::make_shared<const TriangleMesh>(std::move(mesh)), voxel_size_m, 1, Time{}};
+  {
+    const std::lock_guard lock(mutex_);
+    source.version = sources_[page].version + 1;
+    sources_[page] = source;
+  }
+  jobs_.give(page, [this, page, source] { put(page, source); });
+}
+
+void PageFeed::put(VolumeKey key, const Source& source) {
+  const TriangleMesh mesh = source.mesh ? *source.mesh : mesh_of(*source.copy);
+  const PageKey page{key.x, key.y, key.z};
+  if (mesh.triangles.empty()) {
+    store_.remove_page(page, source.version, source.stamp);
+    const std::lock_guard lock(mutex_);
+    areas_m2_.erase(key);
+    return;
+  }
+  auto encoded = encode_page(key, mesh, source.voxel_size_m);
+  PageLevels levels;
+  const double side_m = kPageSide * kVolumeSide * source.voxel_size_m;
+  levels.center_m = (Vec3(key.x, key.y, key.z) + Vec3::Constant(0.5)) * side_m;
+  std::size_t before = 0, bytes = 0;
+  for (std::size_t level = 0; level < kPageLevels; ++level) {
+    EncodedPage& from = encoded[level];
+    const std::size_t size = from.vertex_bytes.size() + from.index_bytes.size();
+    if (level == 0) bytes = size;
+    if (level > 0 && static_cast<double>(size) > kWorthwhileShare * static_cast<double>(before)) continue;
+    before = size;
+    MeshPageFrame frame;
+    frame.key = page;
+    frame.version = source.version;
+    frame.level = static_cast<std::uint8_t>(level);
+    frame.has_colours = from.has_colors;
+    frame.vertices = from.vertices;
+    frame.indices = from.indices;
+    frame.origin_m = from.origin_m;
+    frame.quantum_m = from.quantum_m;
+    frame.vertex_bytes = std::move(from.vertex_bytes);
+    frame.index_bytes = std::move(from.index_bytes);
+    levels.levels[level] = std::make_shared<const std::vector<std::byte>>(to_payload(frame));
+  }
+  store_.put_page(page, source.version, source.stamp, std::move(levels));
+  const std::lock_guard lock(mutex_);
+  areas_m2_[key] = surface_area(mesh);
+  work_.cpu_s = thread_cpu_s();
+  ++work_.pages;
+  work_.triangles += mesh.triangles.size();
+  work_.bytes += bytes;
+}
+
+TriangleMesh PageFeed::whole_mesh() const {
+  std::vector<Source> sources;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [key, source] : sources_) sources.push_back(source);
+  }
+  std::vector<const VolumeMesh*> volumes;
+  TriangleMesh loose;  // of pages that are not made of volumes
+  for (const Source& source : sources) {
+    if (source.copy)
+      for (const VolumeMesh& volume : source.copy->volumes) volumes.push_back(&volume);
+    if (!source.mesh) continue;
+    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
+    loose.vertices.insert(loose.vertices.end(), source.mesh->vertices.begin(), source.mesh->vertices.end());
+    loose.normals.insert(loose.normals.end(), source.mesh->normals.begin(), source.mesh->normals.end());
+    loose.colors.insert(loose.colors.end(), source.mesh->colors.begin(), source.mesh->colors.end());
+    for (const auto& [a, b, c] : source.mesh->triangles)
+      loose.triangles.push_back({a + first, b + first, c + first});
+  }
+  if (volumes.empty()) return loose;
+  std::sort(volumes.begin(), volumes.end(),
+            [](const VolumeMesh* a, const VolumeMesh* b) { return ScanOrder()(a->key(), b->key()); });
+  return weld(volumes, sources.front().voxel_size_m, ParallelLoop(1));
+}
+
+double PageFeed::area_m2() const {
+  const std::lock_guard lock(mutex_);
+  return std::accumulate(areas_m2_.begin(), areas_m2_.end(), 0.0,
+                         [](double sum, const auto& entry) { return sum + entry.second; });
+}
+
+PageFeed::Work PageFeed::work() const {
+  const std::lock_guard lock(mutex_);
+  return work_;
+}
+
+}  // namespace hm

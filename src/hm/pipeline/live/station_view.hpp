@@ -1,0 +1,94 @@
+#pragma once
+#include <chrono>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hm/core/json_value.hpp"
+#include "hm/pipeline/live/grid_feed.hpp"
+#include "hm/pipeline/live/page_feed.hpp"
+#include "hm/pipeline/live/picture_feed.hpp"
+#include "hm/pipeline/live/scan_advice.hpp"
+
+namespace hm {
+
+/// Shows a run to the viewers of a station: puts what the run shows into the station's store, as often as
+/// people can follow. Called on the thread of the run, which copies; encoding has threads of its own.
+class StationView : public LiveView {
+ public:
+  /// `store` must outlive it.
+  explicit StationView(LiveStore& store);
+
+  void on_mesh(const IncrementalMesher& mesher, std::span<const VolumeKey> updated) override;
+  void on_mesh_complete(const IncrementalMesher& mesher) override;
+  void on_restart() override;
+  void on_camera(const LiveCamera& camera) override;
+  void on_vehicle(const LiveVehicle& vehicle) override;
+  void on_path(LivePath which, std::span<const Vec3> points_map_m) override;
+  void on_scan(LiveScan which, Time stamp, std::span<const Eigen::Vector3f> points_map_m) override;
+  void on_plan(LivePlan state, std::span<const Vec3> points_map_m, const std::string& reason) override;
+  void on_grid(const MultiVolumeGrid& grid, const SE2& T_map_grid, double bottom_m, double top_m) override;
+  void on_numbers(const LiveNumbers& numbers) override;
+  void on_event(LogLevel level, const std::string& text) override;
+  void on_parameters(const std::string& toml) override;
+  void on_end(const RunVerdict& verdict) override;
+
+  /// The state that telemetry tells: "running", "paused", "finished", "failed".
+  void set_state(std::string state, std::string reason = {});
+  /// Place in a replay: {time_s, begin_s, end_s, speed, paused}.
+  void set_replay(JsonValue replay);
+  /// Puts what was held back, and waits until all pages are encoded.
+  void flush();
+  /// A mesh that is not made of a map's volumes, by pages.
+  void show_mesh(const TriangleMesh& mesh, double page_voxel_m);
+
+  [[nodiscard]] PageFeed& pages() { return pages_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  /// At most every `period`, and always when it is forced.
+  class Pace {
+   public:
+    explicit Pace(std::chrono::milliseconds period) : period_(period) {}
+    bool due(Clock::time_point now);
+
+   private:
+    Clock::duration period_;
+    std::optional<Clock::time_point> last_;
+  };
+  void put_json(LiveKind kind, const JsonValue& json);
+  void put_telemetry();
+  void put_statistics(const LiveNumbers& numbers);
+  void extend_path(const Vec3& point_m);
+  void put_path(LivePath which, std::size_t first_chunk);
+  void note_trouble(const LiveCamera& camera);
+
+  LiveStore& store_;
+  PageFeed pages_;
+  PictureFeed pictures_;
+  GridFeed grid_;
+  PageChanges changes_;
+  ScanAdviser adviser_;
+  Time now_;  ///< of the run
+  std::optional<Time> began_;
+  std::map<LivePath, std::vector<Eigen::Vector3f>> paths_;
+  std::map<LivePath, std::size_t> chunks_put_;
+  std::vector<ScanAdvice> advice_;
+  JsonValue progress_, vehicle_, replay_, verdict_;
+  std::string state_ = "running", state_reason_, parameters_toml_;
+  bool was_lost_ = false, parameters_put_ = false;
+  std::size_t frames_ = 0;
+  std::optional<Clock::time_point> counted_since_;
+  std::size_t frames_counted_ = 0;
+  double frames_per_s_ = 0;
+  std::vector<std::string> fail_safes_;
+  std::string vehicle_state_;
+  Pace pose_pace_{std::chrono::milliseconds(15)}, telemetry_pace_{std::chrono::milliseconds(100)},
+      statistics_pace_{std::chrono::milliseconds(250)}, path_pace_{std::chrono::milliseconds(200)},
+      scan_pace_{std::chrono::milliseconds(90)}, picture_pace_{std::chrono::milliseconds(200)},
+      grid_pace_{std::chrono::milliseconds(500)}, advice_pace_{std::chrono::milliseconds(100)};
+};
+
+}  // namespace hm
