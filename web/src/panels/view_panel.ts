@@ -61,6 +61,7 @@ export class ViewPanel {
     this.clipHeightM = share >= 1 ? Infinity : low + share * (high - low);
     this.clipText.textContent = share >= 1 ? "whole model" : `up to ${length(this.clipHeightM)}`;
     this.view.mesh.clipHeightM = this.clipHeightM;
+    this.view.openEdges.lines.setClipHeight(this.clipHeightM);
     this.view.requestDraw();
   }
 
