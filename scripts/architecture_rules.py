@@ -7,6 +7,7 @@ ARROWS = {
     "sensors": ["geometry"],
     "depth_camera": ["sensors"],
     "io": ["depth_camera"],
+    "cameras": ["io"],
     "calibration": ["depth_camera"],
     "laser": ["sensors"],
     "estimation": ["sensors"],
@@ -45,6 +46,7 @@ FENCES = {
     "boost": ["station"],
     "hwy": ["sensors", "depth_camera", "tsdf", "mesh"],
     "meshoptimizer.h": ["mesh"],
+    "OpenNI.h": ["cameras"], "libfreenect.h": ["cameras"],
     "CLI": ["apps"],
     "google": [],
 }
