@@ -133,14 +133,20 @@ SlamPipeline::~SlamPipeline() = default;
 
 Result<SlamPipeline> SlamPipeline::create(const SlamInput& input, const std::vector<std::string>& settings,
                                           const RunContext& run) {
-  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   RgbdParameters parameters;
   if (const auto set = apply_settings(list_slam(parameters), settings); !set) return forward_error(set);
   if (const auto checked = check_parameters(parameters); !checked) return forward_error(checked);
+  return create(input, parameters, run);
+}
+
+SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& parameters,
+                                  const RunContext& run) {
+  HM_CHECK(input.camera.distortion.is_zero(), "the camera has lens distortion");
   std::unique_ptr<FrameArchive> archive;
   if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
   const FrameSource& frames = archive ? *archive : *input.frames;
-  const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera())};
+  const VisualTracking::Start start{
+      0, input.T_map_first_camera.value_or(level_camera()), nullptr, input.is_from_kinect};
   auto impl = std::make_unique<Impl>(frames, start, parameters, run);
   impl->archive = std::move(archive);
   impl->chooses_frame = parameters.slam.level && !input.T_map_first_camera;
@@ -231,11 +237,8 @@ SlamStep SlamPipeline::add(RgbdFrame frame) {
 
 Result<void> SlamPipeline::finish() {
   if (impl_->finished) return {};
-  impl_->conclude_tracking();
-  impl_->state.frames_total = impl_->frames_added;
   close_loops();
   level();
-  impl_->state.track.frames_total = impl_->frames_added;
   return correct_dense_map();
 }
 
@@ -283,7 +286,6 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   impl.state.frames_total = impl.range.count();
   impl.state.frames_done = std::min(index, impl.range.end);
   impl.state.interrupted = index < impl.range.end;
-  impl.conclude_tracking();
   impl.state.seconds = watch.seconds();
   return {};
 }
@@ -357,6 +359,7 @@ Trajectory SlamPipeline::trajectory_now() const {
 }
 
 void SlamPipeline::Impl::conclude_tracking() {
+  if (!recording) state.frames_total = state.frames_done = frames_added;
   state.frame_ms = frame_ms.summary();
   state.live_corrections = map.corrections();
 }
@@ -382,6 +385,7 @@ void SlamPipeline::close_loops() {
   Impl& impl = *impl_;
   const Stopwatch watch;
   if (impl.run.progress) impl.run.progress({"closing loops", 0, 0, {}});
+  impl.conclude_tracking();
   impl.state.alignment = impl.closer.finish(impl.run);
   impl.state.interrupted |= impl.state.alignment.interrupted;
   const auto snapshot = impl.closer.snapshot();
@@ -389,6 +393,7 @@ void SlamPipeline::close_loops() {
   impl.state.loops = snapshot.statistics;
   impl.state.graph = impl.closer.graph();
   impl.state.track = impl.tracking.finish();
+  if (!impl.recording) impl.state.track.frames_total = impl.frames_added;
   if (impl.alignment) {
     impl.state.track.trajectory = std::move(impl.aligned);
     impl.state.track.keyframes = std::move(impl.aligned_keyframes);

@@ -61,9 +61,50 @@ void visit(const LiveCorrection& live, SummaryTree& v) {
   v({"stall_ms", "tracking waited", "{:.1f} ms"}, live.stall_ms);
 }
 
+void visit(const CaptureSummary& capture, SummaryTree& v) {
+  v({"camera", "camera"}, capture.camera);
+  v({"intrinsics", "intrinsics"}, capture.intrinsics);
+  v({"exposure", "exposure"}, capture.exposure);
+  v({"ended_because", "end"}, capture.ended_because);
+  if (capture.earlier_frames > 0) v({"earlier_frames", "frames of before"}, capture.earlier_frames);
+  v({"captured", "frames captured"}, capture.captured);
+  v({"tracked", "tracked"}, capture.tracked);
+  v({"lost", "lost"}, capture.lost);
+  v({"unusable", "not usable"}, capture.unusable);
+  std::size_t all = 0;
+  std::string reasons;
+  for (const auto& [reason, frames] : capture.dropped) {
+    all += frames;
+    if (frames > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, frames);
+  }
+  v.object("dropped", [&](SummaryTree& dropped) {
+    dropped({"total"}, all);
+    for (const auto& [reason, frames] : capture.dropped) dropped({reason}, frames);
+  });
+  v.shown("drops", "dropped", all == 0 ? "0" : fmt::format("{} ({})", all, reasons));
+  v({"recorded", "recorded"}, capture.recorded);
+  v({"recorded_uncompressed", "of these uncompressed"}, capture.recorded_uncompressed);
+  v({"not_recorded", "not recorded"}, capture.not_recorded);
+  v({"duration_s", "duration", "{:.1f} s"}, capture.duration_s);
+  v({"rate_hz", "tracked a second", "{:.1f}"}, capture.rate_hz);
+  v.spread({"latency_ms", "from image to pose", "{:.1f} ms"}, capture.latency_ms, {"median", "p99", "max"});
+  v({"saved_s", "saved after", "{:.2f} s"}, capture.saved_s);
+}
+
+std::string capture_lines(const SummaryTree& summary) {
+  return summary.lines(
+      {"camera    {capture.camera}; {capture.ended_because}",
+       "frames    {capture.captured|frame} captured in {capture.duration_s}: {capture.tracked} tracked, "
+       "{capture.lost} lost, {capture.unusable} not usable, dropped {capture.drops}; {capture.recorded} "
+       "recorded[, after {capture.earlier_frames} of before]",
+       "latency   {capture.latency_ms.median} from image to pose, 99 % under {capture.latency_ms.p99}",
+       "saved     {capture.saved_s} after the last frame"});
+}
+
 void visit(const SlamSummary& summary, SummaryTree& v) {
   const SlamPipeline::State& state = summary.state;
   v.group("verdict", summary.verdict);
+  v.group("capture", summary.capture);
   v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
   if (summary.resumed_at_frame)
     v({"resumed_at_frame", "resumed at frame", "{:d}"}, *summary.resumed_at_frame);
@@ -110,7 +151,7 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
 
 std::string to_text(const SlamSummary& summary) {
   const SummaryTree tree = describe(summary);
-  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) +
+  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) + capture_lines(tree) +
          tracking_lines(tree) +
          tree.lines(
              {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
