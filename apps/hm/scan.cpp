@@ -21,8 +21,8 @@ Outcome list_of_cameras() {
   Outcome outcome;
   auto all = hm::JsonValue::array();
   for (const hm::CameraListing& camera : hm::list_cameras()) {
-    outcome.text += fmt::format("{:9} {}{}{}\n", camera.driver, camera.state, camera.devices.empty() ? "" : ": ",
-                                fmt::join(camera.devices, " "));
+    outcome.text += fmt::format("{:9} {}{}{}\n", camera.driver, camera.state,
+                                camera.devices.empty() ? "" : ": ", fmt::join(camera.devices, " "));
     all.push_back(hm::JsonValue::object({{"driver", camera.driver},
                                          {"built", camera.is_built},
                                          {"devices", hm::JsonValue::array_of(camera.devices)},
@@ -66,26 +66,26 @@ hm::Result<Outcome> run(const ScanFlags& flags, Session& session) {
   auto outcome = outcome_of(scanned);
   if (!outcome) return outcome;
   outcome->failure = scanned->failure;
-  if (!outcome->failure && flags.output.strict)
-    outcome->failure = hm::strict_failure(scanned->slam->verdict);
+  if (!outcome->failure && flags.output.strict) outcome->failure = hm::strict_failure(scanned->slam->verdict);
   return outcome;
 }
 
 void add_scan(Program& program) {
   auto flags = std::make_shared<ScanFlags>();
-  CLI::App& command = program.add(
-      {"scan", "Scan with a depth camera: track it, build the map and record, all live.",
-       "  hm scan --list\n"
-       "  hm scan --camera openni -o flat\n"
-       "  hm scan --camera v4l2 --calibration calibration.toml -o flat --resume\n"
-       "  hm scan --camera replay:recording -o again --speed 2",
-       [flags](Session& session) { return run(*flags, session); }});
+  CLI::App& command =
+      program.add({"scan", "Scan with a depth camera: track it, build the map and record, all live.",
+                   "  hm scan --list\n"
+                   "  hm scan --camera openni -o flat\n"
+                   "  hm scan --camera v4l2 --calibration calibration.toml -o flat --resume\n"
+                   "  hm scan --camera replay:recording -o again --speed 2",
+                   [flags](Session& session) { return run(*flags, session); }});
   command.add_option("--camera", flags->camera,
                      "openni, freenect, v4l2 (each also with :DEVICE), or replay:RECORDING");
   command.add_flag("--list", flags->list, "list the cameras that this program can use, and those it sees");
   flags->output.add_to(command, "camera_scan");
   flags->output.add_strict_to(command);
-  flags->output.add_resume_to(command, "continue the recording and the map of an earlier scan in the same folder");
+  flags->output.add_resume_to(command,
+                              "continue the recording and the map of an earlier scan in the same folder");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_option("--seconds", flags->duration_s, "end the scan after this time (default: until Ctrl-C)")

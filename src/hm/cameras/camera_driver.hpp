@@ -24,7 +24,7 @@ struct CameraDescription {
   double depth_unit_m = 1e-3;
   double rate_hz = 30;  ///< nominal
   ExposureControl exposure = ExposureControl::kUnknown;
-  bool is_kinect = false;          ///< a Kinect or another PrimeSense device: a rolling shutter of known timing
+  bool is_kinect = false;  ///< a Kinect or another PrimeSense device: a rolling shutter of known timing
   std::vector<std::string> notes;  ///< what the user should know, as sentences
 };
 
@@ -57,7 +57,8 @@ struct CameraRequest {
   std::string camera;  ///< "openni", "freenect", "v4l2", each also with ":DEVICE", or "replay:RECORDING"
   /// Applied to every image (calibration_file.hpp); empty: images are registered by the camera.
   std::filesystem::path calibration = {};
-  std::optional<PinholeCamera> intrinsics = {};  ///< instead of the camera's own; also asks for its image size
+  std::optional<PinholeCamera> intrinsics =
+      {};  ///< instead of the camera's own; also asks for its image size
   std::optional<double> depth_units_per_m = {};  ///< instead of the camera's own
   double replay_speed = 1;                       ///< times the pace of the recording
   /// A replay fails after this time of the recording, as if it were unplugged (to try what is left then).

@@ -81,11 +81,14 @@ class FreenectCamera : public CameraDriver {
     const auto until = std::chrono::steady_clock::now() + timeout;
     while (true) {
       if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
-      const auto left = std::chrono::ceil<std::chrono::microseconds>(until - std::chrono::steady_clock::now());
+      const auto left =
+          std::chrono::ceil<std::chrono::microseconds>(until - std::chrono::steady_clock::now());
       if (left.count() <= 0) return {};
       timeval wait{left.count() / 1'000'000, left.count() % 1'000'000};
       if (const int status = freenect_process_events_timeout(device_->context, &wait); status < 0)
-        return {Kind::kFailed, {}, fmt::format("the camera gives no more images: unplugged? (USB status {})", status)};
+        return {Kind::kFailed,
+                {},
+                fmt::format("the camera gives no more images: unplugged? (USB status {})", status)};
     }
   }
 
@@ -110,8 +113,7 @@ class FreenectCamera : public CameraDriver {
   /// Keeps the exposure and the white balance that the camera has found.
   void lock_exposure() {
     if (!freenect_set_flag) return;
-    const bool is_locked =
-        freenect_set_flag(device_->device, FREENECT_AUTO_EXPOSURE, FREENECT_OFF) >= 0;
+    const bool is_locked = freenect_set_flag(device_->device, FREENECT_AUTO_EXPOSURE, FREENECT_OFF) >= 0;
     freenect_set_flag(device_->device, FREENECT_AUTO_WHITE_BALANCE, FREENECT_OFF);
     description_.exposure = is_locked ? ExposureControl::kLocked : ExposureControl::kAutomatic;
   }
@@ -130,7 +132,8 @@ Result<void> set_modes(freenect_device* device, DepthFormat format) {
       format == DepthFormat::kRawDisparity ? FREENECT_DEPTH_11BIT : FREENECT_DEPTH_REGISTERED);
   for (const freenect_frame_mode& mode : {video, depth})
     if (mode.is_valid == 0 || mode.width != kWidth || mode.height != kHeight)
-      return fail(ErrorCode::kUnsupported, "freenect", "the device has no images of {} x {}", kWidth, kHeight);
+      return fail(ErrorCode::kUnsupported, "freenect", "the device has no images of {} x {}", kWidth,
+                  kHeight);
   if (freenect_set_video_mode(device, video) < 0 || freenect_set_depth_mode(device, depth) < 0)
     return fail(ErrorCode::kUnreadable, "freenect", "the device refuses images of {} x {}", kWidth, kHeight);
   if (freenect_set_flag)
@@ -144,7 +147,8 @@ Result<void> set_modes(freenect_device* device, DepthFormat format) {
 CameraDescription describe_device(int index, const CameraRequest& request) {
   CameraDescription description;
   description.name = fmt::format("freenect Kinect ({})", index);
-  description.camera = request.intrinsics.value_or(PinholeCamera{kWidth, kHeight, 525, 525, 319.5, 239.5, {}});
+  description.camera =
+      request.intrinsics.value_or(PinholeCamera{kWidth, kHeight, 525, 525, 319.5, 239.5, {}});
   description.intrinsics_source = request.intrinsics ? "given" : "usual values of a Kinect";
   description.rate_hz = kRate_hz;
   description.exposure = ExposureControl::kAutomatic;
@@ -162,12 +166,13 @@ Result<std::unique_ptr<CameraDriver>> open_freenect(const std::string& device, c
   int index = 0;
   if (!device.empty()) {
     if (device.size() > 2 || device.find_first_not_of("0123456789") != std::string::npos)
-      return fail(ErrorCode::kUsage, "--camera freenect:" + device, "a Kinect is named by its number: freenect:0");
+      return fail(ErrorCode::kUsage, "--camera freenect:" + device,
+                  "a Kinect is named by its number: freenect:0");
     index = std::stoi(device);
   }
   if (request.intrinsics && (request.intrinsics->width != kWidth || request.intrinsics->height != kHeight))
-    return fail(ErrorCode::kUnsupported, "freenect", "the images are {} x {}; the intrinsics are of {} x {}", kWidth,
-                kHeight, request.intrinsics->width, request.intrinsics->height);
+    return fail(ErrorCode::kUnsupported, "freenect", "the images are {} x {}; the intrinsics are of {} x {}",
+                kWidth, kHeight, request.intrinsics->width, request.intrinsics->height);
   auto opened = std::make_unique<FreenectDevice>();
   if (freenect_init(&opened->context, nullptr) < 0)
     return fail(ErrorCode::kInternal, "freenect", "USB cannot be used");

@@ -21,9 +21,8 @@ constexpr std::chrono::milliseconds kPoll{100};
 }  // namespace
 
 std::string_view to_string(DropReason reason) {
-  constexpr std::array<std::string_view, kDropReasons> kNames{"queue_full",           "incomplete", "no_color",
-                                                              "wrong_size", "stamp_not_increasing",
-                                                              "no_depth"};
+  constexpr std::array<std::string_view, kDropReasons> kNames{
+      "queue_full", "incomplete", "no_color", "wrong_size", "stamp_not_increasing", "no_depth"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
@@ -116,8 +115,7 @@ void LiveSource::Impl::read(const std::stop_token& stop) {
     if (event.kind != CameraEvent::Kind::kTimeout) last_heard = now;
     if (event.kind == CameraEvent::Kind::kFrame) take(std::move(event.frame));
     if (event.kind == CameraEvent::Kind::kIncomplete) drop(DropReason::kIncomplete, event.reason);
-    if (event.kind == CameraEvent::Kind::kEnd)
-      return finish(CaptureEnd::kFinished, std::move(event.reason));
+    if (event.kind == CameraEvent::Kind::kEnd) return finish(CaptureEnd::kFinished, std::move(event.reason));
     if (event.kind == CameraEvent::Kind::kFailed) return finish(CaptureEnd::kFailed, std::move(event.reason));
   }
   finish(CaptureEnd::kStopped, "stopped");

@@ -102,9 +102,16 @@ TEST(LiveSource, FramesThatCannotBeUsedAreCountedByReason) {
   dark.depth.units = Image<std::uint16_t>(testing_frames::kWidth, testing_frames::kHeight, 0);
   grey.color = {};
   color_back.color_stamp = frame(0).color_stamp;
-  LiveSource source(camera_of({of(frame(0)), of(small), of(small_color), of(dark), of(grey), of(frame(0)),
-                               of(color_back), {Kind::kIncomplete, {}, "half an image"},
-                               {Kind::kIncomplete, {}, "another"}, of(frame(7))}),
+  LiveSource source(camera_of({of(frame(0)),
+                               of(small),
+                               of(small_color),
+                               of(dark),
+                               of(grey),
+                               of(frame(0)),
+                               of(color_back),
+                               {Kind::kIncomplete, {}, "half an image"},
+                               {Kind::kIncomplete, {}, "another"},
+                               of(frame(7))}),
                     {});
   wait_for(source, 10);
   const CaptureCounts counts = source.counts();
@@ -138,7 +145,8 @@ TEST(LiveSource, ASilentCameraHasFailed) {
   EXPECT_THAT(source.end_reason(), testing::HasSubstr("no image"));
 }
 
-/// Producer, consumer and a reader of the counts at once: for ThreadSanitizer, and none uncounted at any moment.
+/// Producer, consumer and a reader of the counts at once: for ThreadSanitizer, and none uncounted at any
+/// moment.
 TEST(LiveSource, CountsAddUpAtEveryMoment) {
   std::deque<CameraEvent> events;
   for (int i = 0; i < 300; ++i) events.push_back(of(frame(i)));

@@ -84,7 +84,8 @@ struct OpenNiDevice {
 
 class OpenNiCamera : public CameraDriver {
  public:
-  OpenNiCamera(std::unique_ptr<OpenNiDevice> device, const CameraRequest& request, CameraDescription description)
+  OpenNiCamera(std::unique_ptr<OpenNiDevice> device, const CameraRequest& request,
+               CameraDescription description)
       : device_(std::move(device)), description_(std::move(description)), frames_(kRate_hz, request.after) {}
 
   [[nodiscard]] CameraDescription describe() const override { return description_; }
@@ -95,10 +96,12 @@ class OpenNiCamera : public CameraDriver {
     while (true) {
       if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
       if (device_->unplugged->is_gone) return {Kind::kFailed, {}, "the camera was unplugged"};
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
       if (left.count() <= 0) return {};
       int ready = 0;
-      const auto status = openni::OpenNI::waitForAnyStream(streams.data(), 2, &ready, static_cast<int>(left.count()));
+      const auto status =
+          openni::OpenNI::waitForAnyStream(streams.data(), 2, &ready, static_cast<int>(left.count()));
       if (status == openni::STATUS_TIME_OUT) continue;
       openni::VideoFrameRef image;
       if (status != openni::STATUS_OK ||
@@ -120,7 +123,8 @@ class OpenNiCamera : public CameraDriver {
         static_cast<std::size_t>(image.getDataSize()) >= row_bytes * static_cast<std::size_t>(height);
     if (!is_whole) {
       if (!is_depth) return std::nullopt;  // its depth image stays without colour, which is counted
-      return CameraEvent{Kind::kIncomplete, {}, fmt::format("a depth image of {} bytes", image.getDataSize())};
+      return CameraEvent{
+          Kind::kIncomplete, {}, fmt::format("a depth image of {} bytes", image.getDataSize())};
     }
     if (is_depth) {
       DepthImage depth{Image<std::uint16_t>(width, height), description_.depth_unit_m};
@@ -139,7 +143,8 @@ class OpenNiCamera : public CameraDriver {
   static void copy_rows(const openni::VideoFrameRef& from, std::size_t row_bytes, Image<Pixel>& to) {
     const auto* bytes = static_cast<const std::byte*>(from.getData());
     for (int y = 0; y < to.height(); ++y)
-      std::memcpy(to.row(y).data(), bytes + static_cast<std::ptrdiff_t>(y) * from.getStrideInBytes(), row_bytes);
+      std::memcpy(to.row(y).data(), bytes + static_cast<std::ptrdiff_t>(y) * from.getStrideInBytes(),
+                  row_bytes);
   }
 
   /// Keeps the exposure and the white balance that the camera has found.
@@ -173,15 +178,17 @@ std::optional<openni::VideoMode> choose_mode(const openni::SensorInfo& sensor, i
   return best;
 }
 
-Result<void> start_stream(OpenNiDevice& opened, openni::SensorType type, openni::VideoStream& stream, int width,
-                          std::span<const openni::PixelFormat> formats) {
+Result<void> start_stream(OpenNiDevice& opened, openni::SensorType type, openni::VideoStream& stream,
+                          int width, std::span<const openni::PixelFormat> formats) {
   const bool is_depth = type == openni::SENSOR_DEPTH;
   const std::string where = fmt::format("OpenNI, {}", is_depth ? "depth" : "colour");
   const openni::SensorInfo* sensor = opened.device.getSensorInfo(type);
   if (!sensor) return fail(ErrorCode::kUnsupported, where, "the device has no such sensor");
   const auto mode = choose_mode(*sensor, width, formats);
-  if (!mode) return fail(ErrorCode::kUnsupported, where, "the device gives no images of a format that is known");
-  if (stream.create(opened.device, type) != openni::STATUS_OK || stream.setVideoMode(*mode) != openni::STATUS_OK)
+  if (!mode)
+    return fail(ErrorCode::kUnsupported, where, "the device gives no images of a format that is known");
+  if (stream.create(opened.device, type) != openni::STATUS_OK ||
+      stream.setVideoMode(*mode) != openni::STATUS_OK)
     return fail(ErrorCode::kUnreadable, where, "cannot be set up: {}", last_error());
   stream.setMirroringEnabled(false);  // some devices mirror unless they are told
   return {};

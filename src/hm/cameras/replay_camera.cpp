@@ -30,8 +30,8 @@ class ReplayCamera : public CameraDriver {
     description.intrinsics_source = info.camera_source;
     description.depth_unit_m = info.depth_unit_m;
     if (info.stamps.size() > 1)
-      description.rate_hz = static_cast<double>(info.stamps.size() - 1) /
-                            (info.stamps.back() - info.stamps.front()).seconds();
+      description.rate_hz =
+          static_cast<double>(info.stamps.size() - 1) / (info.stamps.back() - info.stamps.front()).seconds();
     return description;
   }
 
@@ -67,8 +67,7 @@ class ReplayCamera : public CameraDriver {
 }  // namespace
 
 Result<std::unique_ptr<CameraDriver>> open_replay(const std::string& path, const CameraRequest& request) {
-  if (path.empty())
-    return fail(ErrorCode::kUsage, "--camera replay", "needs a recording: replay:RECORDING");
+  if (path.empty()) return fail(ErrorCode::kUsage, "--camera replay", "needs a recording: replay:RECORDING");
   RecordingOptions options;
   options.camera = request.intrinsics;
   options.depth_units_per_m = request.depth_units_per_m;

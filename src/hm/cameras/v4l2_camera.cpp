@@ -28,7 +28,8 @@ constexpr std::size_t kSettled = 30;
 
 class V4l2Camera : public CameraDriver {
  public:
-  V4l2Camera(VideoStream depth, VideoStream color, const CameraRequest& request, CameraDescription description)
+  V4l2Camera(VideoStream depth, VideoStream color, const CameraRequest& request,
+             CameraDescription description)
       : depth_(std::move(depth)),
         color_(std::move(color)),
         description_(std::move(description)),
@@ -40,7 +41,8 @@ class V4l2Camera : public CameraDriver {
     const auto until = std::chrono::steady_clock::now() + timeout;
     while (true) {
       if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
       if (left.count() <= 0) return {};
       const VideoInput input = wait_for_input(depth_.device(), color_.device(), left);
       for (VideoStream* stream : {input.first ? &depth_ : nullptr, input.second ? &color_ : nullptr}) {
@@ -65,12 +67,13 @@ class V4l2Camera : public CameraDriver {
     const std::size_t row_bytes = 2 * static_cast<std::size_t>(format.width);
     const std::size_t least = format.row_bytes * static_cast<std::size_t>(format.height - 1) + row_bytes;
     if (picture.is_damaged || picture.bytes.size() < least)
-      return CameraEvent{Kind::kIncomplete, {}, fmt::format("a depth image of {} bytes instead of {}",
-                                                            picture.bytes.size(), least)};
+      return CameraEvent{Kind::kIncomplete,
+                         {},
+                         fmt::format("a depth image of {} bytes instead of {}", picture.bytes.size(), least)};
     DepthImage depth{Image<std::uint16_t>(format.width, format.height), description_.depth_unit_m};
     for (int y = 0; y < format.height; ++y)
-      std::memcpy(depth.units.row(y).data(), picture.bytes.data() + static_cast<std::size_t>(y) * format.row_bytes,
-                  row_bytes);
+      std::memcpy(depth.units.row(y).data(),
+                  picture.bytes.data() + static_cast<std::size_t>(y) * format.row_bytes, row_bytes);
     frames_.pairing.add_depth(frames_.clock.to_time(picture.stamp), std::move(depth));
     return std::nullopt;
   }
@@ -84,9 +87,9 @@ class V4l2Camera : public CameraDriver {
                               2 * static_cast<std::size_t>(format.width);
     if (picture.is_damaged) return std::nullopt;
     if (format.pixel_format == V4L2_PIX_FMT_MJPEG) {
-      auto image = decode_color_image({reinterpret_cast<const std::uint8_t*>(picture.bytes.data()),
-                                       picture.bytes.size()},
-                                      color_.device().name());
+      auto image = decode_color_image(
+          {reinterpret_cast<const std::uint8_t*>(picture.bytes.data()), picture.bytes.size()},
+          color_.device().name());
       if (image) frames_.pairing.add_color(stamp, std::move(*image));
     } else if (picture.bytes.size() >= least) {
       frames_.pairing.add_color(stamp,
@@ -162,7 +165,8 @@ Result<std::unique_ptr<CameraDriver>> open_v4l2(VideoDevices devices, const Came
                 "V4L2 does not give the camera's intrinsics: give --calibration, or --intrinsics of images "
                 "that are registered");
   VideoFormat wanted{0, 640, 480, 0, 0};
-  if (request.intrinsics) wanted.width = request.intrinsics->width, wanted.height = request.intrinsics->height;
+  if (request.intrinsics)
+    wanted.width = request.intrinsics->width, wanted.height = request.intrinsics->height;
   auto depth = VideoStream::start(std::move(devices.depth), kDepthFormats, wanted, kRate_hz);
   if (!depth) return forward_error(depth);
   auto color = VideoStream::start(std::move(devices.color), kColorFormats, wanted, kRate_hz);
@@ -172,7 +176,8 @@ Result<std::unique_ptr<CameraDriver>> open_v4l2(VideoDevices devices, const Came
                 "gives colour images of {} x {}, depth images are {} x {}", color->format().width,
                 color->format().height, depth->format().width, depth->format().height);
   CameraDescription description = describe_streams(*depth, request);
-  if (request.intrinsics && (description.camera.width != wanted.width || description.camera.height != wanted.height))
+  if (request.intrinsics &&
+      (description.camera.width != wanted.width || description.camera.height != wanted.height))
     return fail(ErrorCode::kUnsupported, depth->device().name(),
                 "gives depth images of {} x {}; the intrinsics are of {} x {}", description.camera.width,
                 description.camera.height, wanted.width, wanted.height);

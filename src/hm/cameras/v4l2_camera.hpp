@@ -14,10 +14,10 @@ struct VideoDevices {
   std::unique_ptr<VideoDevice> depth, color;
 };
 
-/// A depth camera of two video devices. V4L2 gives no intrinsics: the request has a calibration, or intrinsics
-/// for images that are registered. Images come by mmap() buffers, or by read() where the device has no
-/// buffers. Exposure and white balance are locked after a second. Errors: kUsage without intrinsics; a device
-/// that has no such format, or refuses a setting.
+/// A depth camera of two video devices. V4L2 gives no intrinsics: the request has a calibration, or
+/// intrinsics for images that are registered. Images come by mmap() buffers, or by read() where the device
+/// has no buffers. Exposure and white balance are locked after a second. Errors: kUsage without intrinsics; a
+/// device that has no such format, or refuses a setting.
 Result<std::unique_ptr<CameraDriver>> open_v4l2(VideoDevices devices, const CameraRequest& request);
 /// The same of the kernel's devices: "DEPTH,COLOR" ("/dev/video2,/dev/video4"); empty takes the first depth
 /// device and the colour device of the same camera.

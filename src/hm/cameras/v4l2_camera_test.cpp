@@ -29,7 +29,8 @@ Bytes depth_bytes(int number) {
   const DepthImage depth = testing_frames::depth_image(number);
   Bytes bytes(kDepthRow * kHeight, std::byte{0xee});
   for (int y = 0; y < kHeight; ++y)
-    std::memcpy(bytes.data() + static_cast<std::size_t>(y) * kDepthRow, depth.units.row(y).data(), 2 * kWidth);
+    std::memcpy(bytes.data() + static_cast<std::size_t>(y) * kDepthRow, depth.units.row(y).data(),
+                2 * kWidth);
   return bytes;
 }
 
@@ -46,7 +47,8 @@ struct TwoFeeds {
 };
 
 VideoDevices devices(const TwoFeeds& feeds, bool by_read, std::uint32_t color_format = V4L2_PIX_FMT_YUYV) {
-  const FakeVideoDevice::Setup depth{V4L2_PIX_FMT_Z16, kWidth, kHeight, kDepthRow, kDepthRow * kHeight, by_read};
+  const FakeVideoDevice::Setup depth{V4L2_PIX_FMT_Z16,    kWidth, kHeight, kDepthRow,
+                                     kDepthRow * kHeight, by_read};
   const std::size_t row = color_format == V4L2_PIX_FMT_YUYV ? 2 * kWidth : 0;
   const FakeVideoDevice::Setup color{color_format, kWidth, kHeight, row, 2 * kWidth * kHeight * 4, by_read};
   FakeVideoDevice::Setup exact = color;
@@ -82,8 +84,8 @@ TEST(V4l2Camera, BuffersGiveDepthAndColourWithTheDevicesStamps) {
     feeds.color->give(yuyv_bytes(20 + i), 1'000'000 + 33'333 * i + 4'000);
     const CameraEvent event = next(*camera);
     ASSERT_EQ(event.kind, Kind::kFrame) << event.reason;
-    EXPECT_TRUE(std::ranges::equal(event.frame.depth.units.pixels(),
-                                   testing_frames::depth_image(i).units.pixels()));
+    EXPECT_TRUE(
+        std::ranges::equal(event.frame.depth.units.pixels(), testing_frames::depth_image(i).units.pixels()));
     EXPECT_EQ((event.frame.color_stamp - event.frame.stamp).ns, 4'000'000);
     EXPECT_NEAR(event.frame.color(3, 3).g, 1.164 * (4 + i), 1);
     stamps.push_back(event.frame.stamp);

@@ -34,8 +34,8 @@ class KernelVideoDevice : public VideoDevice {
   }
   long read(std::span<std::byte> bytes) override { return ::read(descriptor_, bytes.data(), bytes.size()); }
   std::span<const std::byte> map(std::size_t length, std::size_t offset) override {
-    void* address = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_,
-                           static_cast<off_t>(offset));
+    void* address =
+        ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, static_cast<off_t>(offset));
     if (address == MAP_FAILED) return {};
     mapped_.emplace_back(static_cast<std::byte*>(address), length);
     return mapped_.back();

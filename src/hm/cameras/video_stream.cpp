@@ -63,7 +63,7 @@ Result<void> VideoStream::negotiate(std::span<const std::uint32_t> pixel_formats
   v4l2_capability capability{};
   if (device_->control(VIDIOC_QUERYCAP, &capability) != 0) return device_error("is not a video device");
   const std::uint32_t can = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps
-                                                                                 : capability.capabilities;
+                                                                                  : capability.capabilities;
   can_read_ = (can & V4L2_CAP_READWRITE) != 0;
   can_map_ = (can & V4L2_CAP_STREAMING) != 0;
   card_.assign(reinterpret_cast<const char*>(capability.card),

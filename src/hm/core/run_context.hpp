@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hm/core/result.hpp"
+#include "hm/core/thread_priority.hpp"
 
 namespace hm {
 
@@ -33,6 +34,9 @@ struct RunContext {
   ProgressSink progress;
   LogSink log;
   std::stop_token stop;  ///< requests an early end; each run documents what it leaves
+  /// Of threads whose work can wait (closing loops, rebuilding the map): low where frames come at the pace of
+  /// a sensor.
+  ThreadPriority background = ThreadPriority::kNormal;
 };
 
 /// Converts an error of writing into a failure of the run (kInternal), since the input did not cause it.

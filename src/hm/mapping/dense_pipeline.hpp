@@ -62,8 +62,8 @@ class DensePipeline {
   /// Exchanges the whole grid. The old mesh is kept until the new one has been computed, as after process().
   void swap_grid(VolumeGrid& other);
 
-  /// Receiver of every volume that changes from here on, called by the functions that change the grid: to keep
-  /// a saved map up to date (MapSaver::note). An empty one ends it.
+  /// Receiver of every volume that changes from here on, called by the functions that change the grid: to
+  /// keep a saved map up to date (MapSaver::note). An empty one ends it.
   using ChangeSink = std::function<void(std::span<const ChangedVolume> changed)>;
   void set_change_sink(ChangeSink sink);
 

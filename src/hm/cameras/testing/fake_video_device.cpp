@@ -28,7 +28,8 @@ FakeVideoDevice::Feed::~Feed() {
   if (from_test >= 0) ::close(from_test);
 }
 
-void FakeVideoDevice::Feed::give(const std::vector<std::byte>& bytes, std::int64_t stamp_us, bool is_damaged) {
+void FakeVideoDevice::Feed::give(const std::vector<std::byte>& bytes, std::int64_t stamp_us,
+                                 bool is_damaged) {
   if (by_read) {
     for (std::size_t done = 0; done < bytes.size();) {
       const ssize_t count = ::write(to_device, bytes.data() + done, bytes.size() - done);

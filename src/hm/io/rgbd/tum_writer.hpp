@@ -57,8 +57,8 @@ class TumWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads a frame back that a TumWriter has written into `folder`: the same bits. `written` has its stamps and the
-/// unit of its depth image; its images are not used. An error names the image.
+/// Reads a frame back that a TumWriter has written into `folder`: the same bits. `written` has its stamps and
+/// the unit of its depth image; its images are not used. An error names the image.
 Result<RgbdFrame> read_written_frame(const std::filesystem::path& folder, const RgbdFrame& written);
 
 }  // namespace hm

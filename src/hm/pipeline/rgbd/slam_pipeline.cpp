@@ -70,7 +70,7 @@ struct SlamPipeline::Impl {
         run(its_run),
         camera(frames.camera()),
         tracking(all.odometry, camera, start),
-        closer(camera, all.loops),
+        closer(camera, all.loops, its_run.background),
         map(all, frames, its_run),
         source(frames),
         clues{camera, nullptr} {
@@ -145,8 +145,8 @@ SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& 
   std::unique_ptr<FrameArchive> archive;
   if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
   const FrameSource& frames = archive ? *archive : *input.frames;
-  const VisualTracking::Start start{
-      0, input.T_map_first_camera.value_or(level_camera()), nullptr, input.is_from_kinect};
+  const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera()), nullptr,
+                                    input.is_from_kinect};
   auto impl = std::make_unique<Impl>(frames, start, parameters, run);
   impl->archive = std::move(archive);
   impl->chooses_frame = parameters.slam.level && !input.T_map_first_camera;

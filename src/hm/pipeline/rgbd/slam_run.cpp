@@ -88,8 +88,7 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!save) return forward_error(save);
   if (const auto tracked = track_and_save(pipeline, **save); !tracked) return forward_error(tracked);
   summary.warnings = std::move(*warnings);
-  const auto finished =
-      finish_slam({pipeline, **recording, folder->staging(), options, watch}, summary);
+  const auto finished = finish_slam({pipeline, **recording, folder->staging(), options, watch}, summary);
   if (!finished) return forward_error(finished);
   const auto state_files = (*save)->finish(*summary.state.keyframes);
   if (!state_files) return forward_error(state_files);

@@ -33,7 +33,8 @@ struct SlamRunOptions {
 struct CaptureSummary {
   std::string camera, intrinsics, exposure;
   std::string ended_because;
-  std::size_t earlier_frames = 0;  ///< of the recording that was continued, tracked again before the first one
+  std::size_t earlier_frames =
+      0;  ///< of the recording that was continued, tracked again before the first one
   std::size_t captured = 0, tracked = 0, lost = 0, unusable = 0;
   std::vector<std::pair<std::string, std::size_t>> dropped;  ///< by reason
   std::size_t recorded = 0, recorded_uncompressed = 0, not_recorded = 0;

@@ -151,8 +151,8 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
 
 std::string to_text(const SlamSummary& summary) {
   const SummaryTree tree = describe(summary);
-  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) + capture_lines(tree) +
-         tracking_lines(tree) +
+  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) +
+         capture_lines(tree) + tracking_lines(tree) +
          tree.lines(
              {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
               "{largest_correction_m}",

@@ -8,8 +8,8 @@
 
 namespace hm {
 
-/// The frames that a scan has given to SLAM, by their numbers there, read back from the recording that the scan
-/// writes: a recording without the frames that SLAM has not seen.
+/// The frames that a scan has given to SLAM, by their numbers there, read back from the recording that the
+/// scan writes: a recording without the frames that SLAM has not seen.
 class ScanFrames : public Recording {
  public:
   /// `wait_until_written`: returns when a frame with this stamp is on disk, or will never be.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/core/thread_priority.hpp"
 
 namespace hm {
 namespace {
@@ -81,7 +82,10 @@ void ScanRecorder::Impl::write_all() {
 ScanRecorder::ScanRecorder(TumWriter writer, std::size_t queue_frames)
     : impl_(std::make_unique<Impl>(std::move(writer), queue_frames)) {
   HM_CHECK(queue_frames >= 1, "queue_frames = {}", queue_frames);
-  impl_->thread = std::thread([impl = impl_.get()] { impl->write_all(); });
+  impl_->thread = std::thread([impl = impl_.get()] {
+    set_thread_priority(ThreadPriority::kLow);
+    impl->write_all();
+  });
 }
 
 ScanRecorder::~ScanRecorder() { (void)finish(); }

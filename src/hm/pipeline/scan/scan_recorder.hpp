@@ -18,9 +18,9 @@ struct RecorderCounts {
   std::string failure;           ///< why the first of these did
 };
 
-/// Writes the frames of a scan to disk on a thread of its own, in order. Where compression falls behind, images
-/// are stored without it until the queue is short again; only where the disk is too slow for that do frames
-/// get lost, and they are counted.
+/// Writes the frames of a scan to disk on a thread of its own, in order. Where compression falls behind,
+/// images are stored without it until the queue is short again; only where the disk is too slow for that do
+/// frames get lost, and they are counted.
 class ScanRecorder {
  public:
   /// `writer` is one of TumWriter::append(). The queue holds at most so many frames, 1.5 MB each for VGA.

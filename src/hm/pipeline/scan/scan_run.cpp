@@ -33,6 +33,7 @@ bool is_from_kinect(const CameraDescription& camera) {
 
 RunContext with_drops(const RunContext& run, const std::unique_ptr<LiveSource>& source) {
   RunContext scanning = run;
+  scanning.background = ThreadPriority::kLow;
   scanning.stop = {};  // Ctrl-C ends the capture; what follows is finished
   if (run.progress)
     scanning.progress = [sink = run.progress, &source](const Progress& progress) {
@@ -168,16 +169,15 @@ void Scan::summarise_capture() {
   capture.recorded_uncompressed = recorded.uncompressed;
   capture.not_recorded = recorded.queue_full + recorded.failed;
   if (first_stamp_) capture.duration_s = (*last_stamp_ - *first_stamp_).seconds();
-  if (capture.duration_s > 0)
-    capture.rate_hz = static_cast<double>(capture.tracked) / capture.duration_s;
+  if (capture.duration_s > 0) capture.rate_hz = static_cast<double>(capture.tracked) / capture.duration_s;
   capture.latency_ms = latency_ms_.summary();
   if (!counts.first_incomplete.empty())
-    summary_.warnings.push_back(fmt::format(
-        "{} incomplete; the first: {}", counted(counts.dropped_for(DropReason::kIncomplete), "image"),
-        counts.first_incomplete));
+    summary_.warnings.push_back(fmt::format("{} incomplete; the first: {}",
+                                            counted(counts.dropped_for(DropReason::kIncomplete), "image"),
+                                            counts.first_incomplete));
   if (recorded.queue_full > 0)
-    summary_.warnings.push_back(fmt::format("{} not in the recording: the disk was too slow",
-                                            counted(recorded.queue_full, "frame")));
+    summary_.warnings.push_back(
+        fmt::format("{} not in the recording: the disk was too slow", counted(recorded.queue_full, "frame")));
 }
 
 Result<void> Scan::publish_mesh() {
@@ -202,12 +202,12 @@ Result<ScanSummary> Scan::save_unplugged() {
     summary_.outputs.push_back(folder_.path() / name);
   summary_.outputs.push_back(recording_);
   if (const auto written = publish_mesh(); !written) return forward_error(written);
-  summary_.failure =
-      Error{ErrorCode::kInternal,
-            fmt::format("{}; recording, map and trajectory were saved {:.2f} s later. `hm scan --resume` goes on "
-                        "with them, `hm slam {} -o FOLDER` closes the loops of what there is",
-                        summary_.capture.ended_because, *summary_.capture.saved_s, recording_.string()),
-            camera_.name};
+  summary_.failure = Error{
+      ErrorCode::kInternal,
+      fmt::format("{}; recording, map and trajectory were saved {:.2f} s later. `hm scan --resume` goes on "
+                  "with them, `hm slam {} -o FOLDER` closes the loops of what there is",
+                  summary_.capture.ended_because, *summary_.capture.saved_s, recording_.string()),
+      camera_.name};
   return std::move(summary_);
 }
 
@@ -250,7 +250,8 @@ Result<ScanSummary> Scan::run(const Recording* earlier, std::unique_ptr<CameraDr
   return finish();
 }
 
-/// The recording that is to be continued, if there is one; another one that lies there is removed, or an error.
+/// The recording that is to be continued, if there is one; another one that lies there is removed, or an
+/// error.
 Result<std::unique_ptr<Recording>> earlier_recording(const ScanOptions& options, const fs::path& folder) {
   std::error_code code;
   if (!fs::exists(folder, code)) return nullptr;
@@ -275,10 +276,11 @@ Result<std::unique_ptr<Recording>> earlier_recording(const ScanOptions& options,
 Result<ScanSummary> run_scan(const ScanOptions& options) {
   if (const auto checked = check_parameters(options.parameters); !checked) return forward_error(checked);
   if (options.parameters.reconstruction.align)
-    return fail(ErrorCode::kUsage, "reconstruction.align", "it corrects given poses, and a camera gives none");
+    return fail(ErrorCode::kUsage, "reconstruction.align",
+                "it corrects given poses, and a camera gives none");
   const fs::path recording = options.output / "recording";
-  auto folder = ResultFolder::open(
-      {options.output, options.existing, "scan", recording, options.run.program_version});
+  auto folder =
+      ResultFolder::open({options.output, options.existing, "scan", recording, options.run.program_version});
   if (!folder) return forward_error(folder);
   const auto earlier = earlier_recording(options, recording);
   if (!earlier) return forward_error(earlier);

@@ -39,9 +39,9 @@ struct ScanSummary {
 };
 
 /// Scans with a live camera: tracks and maps its frames (SlamPipeline), and records them in TUM layout at the
-/// same time, each on a thread of its own. Where tracking is slower than the camera the newest frame wins; the
-/// recording has all of them. Map and trajectory are saved every few seconds (ScanSave). In the end it writes
-/// what run_slam() writes of a recording.
+/// same time, each on a thread of its own. Where tracking is slower than the camera the newest frame wins;
+/// the recording has all of them. Map and trajectory are saved every few seconds (ScanSave). In the end it
+/// writes what run_slam() writes of a recording.
 ///
 /// A camera that fails (unplugged): recording, map, trajectory and mesh are saved as they are, without the
 /// corrections of the end, and the summary has the failure.

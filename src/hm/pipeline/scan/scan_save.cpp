@@ -45,15 +45,15 @@ Result<void> ScanSave::begin_map(std::size_t frames) {
   state_.next_frame = frames;
   VolumeGrid& grid = pipeline_.dense().grid();
   const MapHeader header = slam_map_header(parameters_, grid, state_);
-  return as_run_failure(
-      saver_.begin_save(grid, [header](const std::set<VolumeKey>&) { return header; }));
+  return as_run_failure(saver_.begin_save(grid, [header](const std::set<VolumeKey>&) { return header; }));
 }
 
 Result<void> ScanSave::after_frame(std::size_t frames) {
   if (is_saving_) {
     const auto saved = as_run_failure(saver_.continue_save(pipeline_.dense().grid()));
     if (!saved) return saved;
-    const bool is_done = !saver_.saving() && trajectory_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    const bool is_done =
+        !saver_.saving() && trajectory_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
     return is_done ? finish_save() : Result<void>();
   }
   const double interval_s = std::min(kInterval_s, parameters_.reconstruction.save_interval_s);
@@ -73,7 +73,8 @@ Result<void> ScanSave::finish_save() {
   if (const auto written = as_run_failure(trajectory_.get()); !written) return written;
   ++saves_;
   if (is_published_) return {};
-  std::vector<std::filesystem::path> files{folder_.staging() / "map.hmap", folder_.staging() / "trajectory.tum",
+  std::vector<std::filesystem::path> files{folder_.staging() / "map.hmap",
+                                           folder_.staging() / "trajectory.tum",
                                            folder_.staging() / "parameters.toml"};
   const auto written = as_run_failure(write_file_text(files.back(), list_slam(parameters_).to_toml()));
   if (!written) return written;
@@ -88,9 +89,10 @@ Result<void> ScanSave::save_all(std::size_t frames) {
   // What changed since a save that is still under way began follows in one of its own.
   if (const auto saved = as_run_failure(saver_.finish_save(grid)); !saved) return saved;
   if (const auto begun = begin_map(frames); !begun) return begun;
-  trajectory_ = std::async(std::launch::async, [file = place_of("trajectory.tum"), path = pipeline_.trajectory_now()] {
-    return write_tum_trajectory(file, path);
-  });
+  trajectory_ =
+      std::async(std::launch::async, [file = place_of("trajectory.tum"), path = pipeline_.trajectory_now()] {
+        return write_tum_trajectory(file, path);
+      });
   if (const auto saved = as_run_failure(saver_.finish_save(grid)); !saved) return saved;
   trajectory_.wait();
   return finish_save();

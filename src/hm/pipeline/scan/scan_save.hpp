@@ -12,8 +12,8 @@
 
 namespace hm {
 
-/// Keeps map and trajectory of a scan on disk while it runs: every few seconds what has changed of the map, so
-/// that at any time little is left to be saved. The first save publishes map.hmap, trajectory.tum and
+/// Keeps map and trajectory of a scan on disk while it runs: every few seconds what has changed of the map,
+/// so that at any time little is left to be saved. The first save publishes map.hmap, trajectory.tum and
 /// parameters.toml; later ones change these files.
 class ScanSave {
  public:
