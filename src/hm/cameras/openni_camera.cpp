@@ -22,20 +22,12 @@ constexpr int kRate_hz = 30;
 /// Automatic exposure has settled after so many images.
 constexpr std::size_t kSettled = 30;
 
-/// The library, between its initialisation and its shutdown.
-class OpenNiLibrary {
- public:
-  OpenNiLibrary() : status_(openni::OpenNI::initialize()) {}
-  ~OpenNiLibrary() {
-    if (status_ == openni::STATUS_OK) openni::OpenNI::shutdown();
-  }
-  OpenNiLibrary(const OpenNiLibrary&) = delete;
-  OpenNiLibrary& operator=(const OpenNiLibrary&) = delete;
-  [[nodiscard]] bool is_ready() const { return status_ == openni::STATUS_OK; }
-
- private:
-  openni::Status status_;
-};
+/// Starts the library; once is enough. It is not shut down: that unloads its drivers, and some have threads
+/// that run on after their streams were stopped.
+bool start_library() {
+  static const bool is_ready = openni::OpenNI::initialize() == openni::STATUS_OK;
+  return is_ready;
+}
 
 /// The library's account of its last error, in one line.
 std::string last_error() {
@@ -67,7 +59,6 @@ class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
 
 /// Device and streams; closed in the reverse order.
 struct OpenNiDevice {
-  OpenNiLibrary library;
   openni::Device device;
   openni::VideoStream depth, color;
   std::unique_ptr<Unplugged> unplugged;
@@ -187,15 +178,21 @@ Result<void> start_stream(OpenNiDevice& opened, openni::SensorType type, openni:
   const auto mode = choose_mode(*sensor, width, formats);
   if (!mode)
     return fail(ErrorCode::kUnsupported, where, "the device gives no images of a format that is known");
+  // A device with one mode need not have a way to set it.
+  const auto is_usable = [&] {
+    const auto now = stream.getVideoMode().getPixelFormat();
+    return std::find(formats.begin(), formats.end(), now) != formats.end();
+  };
   if (stream.create(opened.device, type) != openni::STATUS_OK ||
-      stream.setVideoMode(*mode) != openni::STATUS_OK)
+      (stream.setVideoMode(*mode) != openni::STATUS_OK && !is_usable()))
     return fail(ErrorCode::kUnreadable, where, "cannot be set up: {}", last_error());
   stream.setMirroringEnabled(false);  // some devices mirror unless they are told
   return {};
 }
 
+/// In thousandths: the field of view is a number of single precision.
 double focal_px(int size_px, float field_of_view_rad) {
-  return 0.5 * size_px / std::tan(0.5 * static_cast<double>(field_of_view_rad));
+  return std::round(500 * size_px / std::tan(0.5 * static_cast<double>(field_of_view_rad))) / 1000;
 }
 
 /// The camera as the field of view has it, of the stream whose view the images have.
@@ -250,8 +247,7 @@ CameraDescription describe_device(const OpenNiDevice& opened) {
 
 Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, const CameraRequest& request) {
   auto opened = std::make_unique<OpenNiDevice>();
-  if (!opened->library.is_ready())
-    return fail(ErrorCode::kInternal, "OpenNI", "does not start: {}", last_error());
+  if (!start_library()) return fail(ErrorCode::kInternal, "OpenNI", "does not start: {}", last_error());
   if (opened->device.open(device.empty() ? openni::ANY_DEVICE : device.c_str()) != openni::STATUS_OK)
     return fail(ErrorCode::kNotFound, "--camera openni", "no camera can be opened: {}", last_error());
   const int width = request.intrinsics ? request.intrinsics->width : 640;
@@ -277,9 +273,8 @@ Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, con
 }
 
 std::vector<std::string> list_openni() {
-  const OpenNiLibrary library;
   std::vector<std::string> devices;
-  if (!library.is_ready()) return devices;
+  if (!start_library()) return devices;
   openni::Array<openni::DeviceInfo> found;
   openni::OpenNI::enumerateDevices(&found);
   for (int i = 0; i < found.getSize(); ++i) devices.emplace_back(found[i].getUri());

@@ -119,8 +119,6 @@ struct TumWriter::Impl {
     images.push_back(folder / name);
     return write_file_bytes(images.back(), encode_png(image, effort), Durability::kLater);
   }
-  Result<void> sync_images();
-  Result<void> sync_lists() const;
 };
 
 TumWriter::TumWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -175,27 +173,22 @@ Result<void> TumWriter::Impl::add_color(const RgbdFrame& frame, PngEffort effort
   return color_list.add(fmt::format("{} {}\n", stamp, name));
 }
 
-Result<void> TumWriter::Impl::sync_images() {
-  std::vector<fs::path> all = std::exchange(images, {});
-  for (const char* name : {"depth", "rgb"}) all.push_back(folder / name);
-  for (const fs::path& path : all)
+/// With the folders, whose entries are new.
+std::vector<fs::path> TumWriter::take_unsynced() {
+  std::vector<fs::path> all = std::exchange(impl_->images, {});
+  if (!all.empty())
+    for (const char* name : {"depth", "rgb"}) all.push_back(impl_->folder / name);
+  if (impl_->is_growing())
+    for (const char* name : {"rgb.txt", "depth.txt"}) all.push_back(impl_->folder / name);
+  return all;
+}
+
+Result<void> sync_files(const std::vector<fs::path>& paths) {
+  for (const fs::path& path : paths)
     if (const int failure = sync_to_disk(path); failure != 0)
       return fail(ErrorCode::kUnreadable, path, "cannot be written: {}",
                   std::generic_category().message(failure));
   return {};
-}
-
-Result<void> TumWriter::Impl::sync_lists() const {
-  for (const GrowingList* list : {&color_list, &depth_list})
-    if (list->file)
-      if (auto synced = list->file->sync(); !synced) return synced;
-  return {};
-}
-
-/// The images first: a list never names what is not on disk.
-Result<void> TumWriter::sync() {
-  if (auto synced = impl_->sync_images(); !synced) return synced;
-  return impl_->sync_lists();
 }
 
 Result<void> TumWriter::add(const RgbdFrame& frame, PngEffort effort) {
@@ -227,8 +220,7 @@ Result<void> TumWriter::finish() {
   Impl& self = *impl_;
   HM_CHECK(!self.finished, "finish() twice");
   self.finished = true;
-  if (self.is_growing()) return sync();
-  if (auto synced = self.sync_images(); !synced) return synced;
+  if (auto synced = sync_files(take_unsynced()); !synced || self.is_growing()) return synced;
   std::vector<std::pair<const char*, std::string>> files{
       {"camera.txt", camera_file_text(self.camera, self.units_per_m)},
       {"groundtruth.txt", pose_lines(self.truth ? *self.truth : self.poses)},

@@ -39,8 +39,9 @@ class TumWriter {
   Result<void> add(const RgbdFrame& frame, PngEffort effort = PngEffort::kFast);
   /// Stamp of the last depth image, also of one of an earlier run that is continued.
   [[nodiscard]] std::optional<Time> last_stamp() const;
-  /// Syncs to disk what was added since the last call.
-  Result<void> sync();
+  /// Files that were written since the last call, which finish() then does not sync to disk any more: the
+  /// caller does (sync_files).
+  std::vector<std::filesystem::path> take_unsynced();
   /// Sets the poses reported by the device (T_world_camera, with drift), written as poses.txt.
   void set_device_poses(Trajectory poses);
   /// Sets the exact trajectory, e.g. at a higher rate, to be written instead of the poses of the added
@@ -56,6 +57,9 @@ class TumWriter {
   explicit TumWriter(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// Syncs files and folders to disk. Error: the first that cannot be.
+Result<void> sync_files(const std::vector<std::filesystem::path>& paths);
 
 /// Reads a frame back that a TumWriter has written into `folder`: the same bits. `written` has its stamps and
 /// the unit of its depth image; its images are not used. An error names the image.

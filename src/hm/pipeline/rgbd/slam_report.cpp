@@ -197,7 +197,7 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
   add_loops(report, tree, material);
   if (summary.capture) {
-    report.begin_section("Camera", "What became of the camera's frames while it was scanned.");
+    report.begin_section("Camera", "What became of the frames of the camera.");
     add_summary_table(report, tree, "capture");
   }
   add_tracking_sections(report, state.track, tree);

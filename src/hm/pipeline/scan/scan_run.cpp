@@ -245,6 +245,8 @@ Result<ScanSummary> Scan::run(const Recording* earlier, std::unique_ptr<CameraDr
   if (!save) return forward_error(save);
   save_ = std::move(*save);
   if (earlier) track_earlier(*earlier);
+  // The files are in their places before the first frame comes, which this would delay.
+  if (const auto saved = save_->save_all(frames_.size()); !saved) return forward_error(saved);
   if (const auto captured = capture(std::move(driver)); !captured) return forward_error(captured);
   if (source_->end() == CaptureEnd::kFailed) return save_unplugged();
   return finish();

@@ -13,8 +13,8 @@
 namespace hm {
 
 /// Keeps map and trajectory of a scan on disk while it runs: every few seconds what has changed of the map,
-/// so that at any time little is left to be saved. The first save publishes map.hmap, trajectory.tum and
-/// parameters.toml; later ones change these files.
+/// so that at any time little is left to be saved. The first save_all() publishes map.hmap, trajectory.tum
+/// and parameters.toml; later saves change these files.
 class ScanSave {
  public:
   /// Pipeline and folder must outlive it. Before the first frame. Error: the map's file cannot be made.
