@@ -51,7 +51,7 @@ FENCES = {
     "google": [],
 }
 # Only in test files (*_test.cpp and what stands under tests/); the last one in *_bench.cpp and bench/.
-TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h"}
+TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "Driver", "OniProperties.h"}
 BENCH_ONLY = {"benchmark", "open3d"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}

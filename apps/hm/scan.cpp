@@ -73,11 +73,10 @@ hm::Result<Outcome> run(const ScanFlags& flags, Session& session) {
 void add_scan(Program& program) {
   auto flags = std::make_shared<ScanFlags>();
   CLI::App& command =
-      program.add({"scan", "Scan with a depth camera: track it, build the map and record, all live.",
+      program.add({"scan", "Scan with a depth camera that is plugged in: track, map and record, all live.",
                    "  hm scan --list\n"
-                   "  hm scan --camera openni -o flat\n"
-                   "  hm scan --camera v4l2 --calibration calibration.toml -o flat --resume\n"
-                   "  hm scan --camera replay:recording -o again --speed 2",
+                   "  hm scan --camera replay:recording -o again --speed 2\n"
+                   "  hm scan --camera replay:recording -o again --speed 2 --resume",
                    [flags](Session& session) { return run(*flags, session); }});
   command.add_option("--camera", flags->camera,
                      "openni, freenect, v4l2 (each also with :DEVICE), or replay:RECORDING");
