@@ -41,6 +41,7 @@ struct ScanRecorder::Impl {
   std::jthread syncer;  ///< a slow disk delays no frame
 
   void write_all();
+  void write_rest();
   void sync_all(const std::stop_token& stop);
   bool stop_requested_within(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
   void write(const RgbdFrame& frame, PngEffort effort);
@@ -76,11 +77,24 @@ void ScanRecorder::Impl::write_all() {
     {
       std::unique_lock lock(mutex);
       changed.wait(lock, [&] { return !queue.empty() || closed; });
-      if (queue.empty()) return;
+      if (closed) return;  // finish() writes the rest, at its own priority
       frame = queue.front();
       is_behind = queue.size() > kBehind;
     }
     write(*frame, is_behind ? PngEffort::kStored : PngEffort::kFast);
+  }
+}
+
+/// After the writing thread has ended: whoever waits for it has no time for compression.
+void ScanRecorder::Impl::write_rest() {
+  while (true) {
+    std::shared_ptr<const RgbdFrame> frame;
+    {
+      const std::scoped_lock lock(mutex);
+      if (queue.empty()) return;
+      frame = queue.front();
+    }
+    write(*frame, PngEffort::kStored);
   }
 }
 
@@ -141,6 +155,7 @@ Result<void> ScanRecorder::finish() {
       impl_->changed.notify_all();
     }
     impl_->thread.join();
+    impl_->write_rest();
     impl_->syncer.request_stop();
     impl_->syncer.join();
     impl_->note(impl_->writer.finish());
