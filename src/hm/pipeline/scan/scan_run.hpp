@@ -23,7 +23,6 @@ struct ScanOptions {
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, the scan ends as it should
 };
-};
 
 /// Result of a scan.
 struct ScanSummary {
