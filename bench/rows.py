@@ -185,6 +185,12 @@ ROWS = [
     Row("core_m4_flash", "kB", 64, 48, "at_most", "core_m4", 1, "flash of the firmware (1,024 bytes a kB)"),
     Row("core_m4_ram", "kB", 16, 12, "at_most", "core_m4", 1, "RAM of the firmware, the stack included"),
     Row("core_m4_bits", "steps", 0, None, "at_most", "core_m4", 1, "steps whose bits differ from the host's"),
+    Row("page_mesh", "bytes", 6.5, 5, "at_most", "page_mesh", 2, "the demo's house on the page: bytes a triangle, finest level"),
+    Row("page_encode", "percent", 10, 5, "at_most", "page_live", 2,
+        "the demo's scan, live at 5 Hz: processor time of encoding its mesh for the page, of one core"),
+    Row("page_rate", "MB/s", 1.5, 1, "at_most", "page_live", 2, "the same: to a viewer who gets everything that changes"),
+    Row("station_producer", "percent", 2, 1, "at_most", "station_producer", 2,
+        "the integrating thread of the demo's scan, shown against not shown (each its fastest round)"),
     Row("link_noise", "frames", 31, None, "at_most", "link_noise", 1,
         "accepted of 1e6 damaged MAVLink frames; a checksum of 16 bits lets 15.3 pass by chance (31: four standard deviations above)",
         ("link_noise_resync", "link_noise_clock")),
@@ -218,7 +224,8 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
                          ["flight", "control", "estimation", "laser", "sim/vehicle", "pipeline/flight"]),
          "verdicts": ["slam/laser", "pipeline/checks", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"],
-         "link_noise": ["link"]}
+         "link_noise": ["link"],
+         **dict.fromkeys(["page_mesh", "page_live", "station_producer"], ["mesh/pages", "station", "pipeline/live"])}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 
 
