@@ -1,6 +1,6 @@
 // An independent client of /foxglove (@foxglove/ws-protocol, a process of its own).
 //
-//   npm install --prefix tests/station                 once; src/hm/station/foxglove/foxglove_peer_test.cpp then finds it
+//   npm install --prefix tests/station                 once; src/hm/station/foxglove_peer_test.cpp then finds it
 //   node foxglove_client.js URL SUBPROTOCOL            subscribes to every channel; prints a JSON line per channel
 //                                                      {topic, schema, stamp_ns, message} for the first message of each
 //                                                      and ends when it has one of each, or after 10 s with exit code 1

@@ -27,6 +27,7 @@ class PayloadWriter {
   void choice(const E& value) {
     number(value);
   }
+  void below(std::uint8_t value, std::uint8_t) { number(value); }
   void flag(bool value) { number(static_cast<std::uint8_t>(value ? 1 : 0)); }
   void zeros(std::size_t count) { bytes_.resize(bytes_.size() + count); }
   template <class T>
@@ -74,6 +75,10 @@ class PayloadReader {
     number(code);
     valid_ = valid_ && code < static_cast<std::uint8_t>(E::kEnd);
     if (valid_) value = static_cast<E>(code);
+  }
+  void below(std::uint8_t& value, std::uint8_t limit) {
+    number(value);
+    valid_ = valid_ && value < limit;
   }
   void flag(bool& value) {
     std::uint8_t code = 0;
@@ -143,7 +148,7 @@ void visit(auto& a, F& frame) {
   if constexpr (Is<MeshPageFrame, F>) {
     visit_key(a, frame.key);
     a.number(frame.version);
-    a.number(frame.level);
+    a.below(frame.level, std::uint8_t{3});
     a.flag(frame.has_colours);
     a.zeros(2);
     a.number(frame.vertices);

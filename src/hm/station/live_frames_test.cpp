@@ -134,6 +134,10 @@ TEST(LiveFrames, OtherVersionsKindsAndFlagsAreRefused) {
   message[1] = std::byte{4};
   message[2] = std::byte{1};
   EXPECT_EQ(decode_live_message(message).error().code, ErrorCode::kCorrupted);
+  auto page = message_of(one_of_each()[1]);
+  EXPECT_TRUE(decode_live_message(page));
+  page[kLiveHeaderBytes + 16] = std::byte{3};  // a fourth level
+  EXPECT_EQ(decode_live_message(page).error().code, ErrorCode::kCorrupted);
 }
 
 }  // namespace

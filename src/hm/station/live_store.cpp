@@ -9,7 +9,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/json_value.hpp"
 #include "hm/io/bytes/json.hpp"
-#include "hm/station/random_token.hpp"
+#include "hm/station/web/random_token.hpp"
 
 namespace hm {
 namespace {

@@ -13,13 +13,13 @@
 #include <variant>
 
 #include "hm/io/bytes/json.hpp"
-#include "hm/station/foxglove/foxglove_session.hpp"
+#include "hm/station/foxglove_session.hpp"
 #include "hm/station/live_session.hpp"
 #include "hm/station/page_files.hpp"
 #include "hm/station/pilot_session.hpp"
-#include "hm/station/random_token.hpp"
 #include "hm/station/station_api.hpp"
 #include "hm/station/web/access_rules.hpp"
+#include "hm/station/web/random_token.hpp"
 #include "hm/station/web/web_server.hpp"
 
 namespace hm {

@@ -53,7 +53,7 @@ struct StationOptions {
   double voxel_size_m = 0;
   std::vector<StationExport> exports;
   PilotHandler* pilot = nullptr;                     ///< null: nothing to fly; must outlive the station
-  std::function<void(const ReplayRequest&)> replay;  ///< empty: no replay
+  std::function<void(const ReplayRequest&)> replay;  ///< on the server's thread; empty: no replay
 };
 
 /// The server of the live view: page, `/live`, `/pilot`, `/foxglove`, `/api`, on a thread of its own.

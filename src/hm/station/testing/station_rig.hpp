@@ -1,4 +1,5 @@
 #pragma once
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -6,6 +7,7 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -50,10 +52,57 @@ inline LiveMessage read_until(WebClient& client, LiveKind kind) {
   return {};
 }
 
-/// Waits up to 5 s; false if it does not come true.
+/// A viewer that says hello and acknowledges as the format asks for: one ack for all frames of 20 ms.
+class LiveViewer {
+ public:
+  /// `known`: pages of `session` as in the viewer's hello.
+  explicit LiveViewer(std::uint16_t port, const std::string& session = "", const std::string& known = "",
+                      int receive_buffer_bytes = 0)
+      : client_(port, 20, receive_buffer_bytes) {
+    EXPECT_EQ(client_.upgrade("/live").status, 101);
+    client_.send_text(
+        fmt::format(R"({{"type":"hello","protocol":1,"session":"{}","pages":[{}]}})", session, known));
+  }
+  /// The next frame; nothing when the connection ended, or when nothing came for 20 s.
+  std::optional<LiveMessage> next() {
+    acknowledge();
+    const auto message = client_.read_message();
+    if (!message) return std::nullopt;
+    EXPECT_EQ(message->opcode, 2) << message->reason();
+    if (message->opcode != 2) return std::nullopt;
+    auto decoded = decode_live_message(message->bytes());
+    EXPECT_TRUE(decoded) << to_string(decoded.error());
+    if (!decoded) return std::nullopt;
+    newest_ = decoded->sequence;
+    bytes_ += message->data.size();
+    return std::move(*decoded);
+  }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void acknowledge() {
+    if (newest_ == acknowledged_) return;
+    const double left_s = 0.02 - std::chrono::duration<double>(Clock::now() - acknowledged_at_).count();
+    if (left_s > 0 && client_.has_data(left_s)) return;
+    client_.send_text(fmt::format(R"({{"type":"ack","sequence":{}}})", newest_));
+    acknowledged_ = newest_;
+    acknowledged_at_ = Clock::now();
+  }
+
+  WebClient client_;
+  std::uint32_t newest_ = 0, acknowledged_ = 0;
+  Clock::time_point acknowledged_at_;
+  std::size_t bytes_ = 0;
+};
+
+/// Waits up to 20 s; false if it does not come true.
 inline bool wait_until(const std::function<bool()>& done) {
-  for (int i = 0; i < 1000 && !done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  return done();
+  for (int i = 0; i < 4000; ++i) {
+    if (done()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
 }
 
 }  // namespace hm

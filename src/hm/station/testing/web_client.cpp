@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -24,6 +25,9 @@ WebClient::WebClient(std::uint16_t port, double patience_s, int receive_buffer_b
     : port_(port), patience_s_(patience_s), socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   if (receive_buffer_bytes > 0)
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof(receive_buffer_bytes));
+  // As browsers do: small messages do not wait for acknowledgements of TCP.
+  const int no_delay = 1;
+  ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &no_delay, sizeof(no_delay));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
@@ -40,6 +44,11 @@ void WebClient::send_raw(std::string_view bytes) {
     if (sent <= 0) return;  // the other end has closed: what is read next shows it
     bytes.remove_prefix(static_cast<std::size_t>(sent));
   }
+}
+
+bool WebClient::has_data(double wait_s) {
+  pollfd wait{socket_, POLLIN, 0};
+  return !buffer_.empty() || ::poll(&wait, 1, static_cast<int>(wait_s * 1000)) > 0;
 }
 
 bool WebClient::fill() {

@@ -45,6 +45,8 @@ class WebClient {
   void send_text(std::string_view text) { send_frame(1, text); }
   /// Next message but pings, which are answered; nothing when the connection ended or nothing came in time.
   std::optional<Message> read_message();
+  /// Whether there is something to read, waiting so long for it.
+  bool has_data(double wait_s);
   /// True when the other end has closed the connection.
   bool wait_for_end();
   [[nodiscard]] std::uint16_t port() const { return port_; }

@@ -365,7 +365,7 @@ struct WebServer::Impl {
     }
     const std::string where = fmt::format("{}:{}", wanted.address, wanted.port);
     if (error == asio::error::address_in_use)
-      return fail(ErrorCode::kUsage, where, "another program listens on this port");
+      return fail(ErrorCode::kInternal, where, "another program listens on this port");
     return fail(ErrorCode::kUsage, where, "cannot listen: {}", error.message());
   }
 
@@ -391,6 +391,8 @@ struct WebServer::Impl {
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     if (shared.waiting.size() >= shared.limits.waiting) end_oldest(1);
+    // Descriptors are left for the files of the program.
+    if (shared.connections >= shared.limits.connections) return;
     std::make_shared<HttpConnection>(shared, std::move(socket))->read();
   }
 

@@ -15,7 +15,8 @@ struct WebLimits {
   std::size_t header_bytes = 8192, target_bytes = 2048;
   std::size_t message_bytes = 65536;  ///< of a WebSocket message that comes in
   double messages_per_s = 100;
-  std::size_t waiting = 256;  ///< connections without a request; the oldest one makes room
+  std::size_t connections = 512;  ///< of any kind; more are closed at once
+  std::size_t waiting = 256;      ///< connections without a request; the oldest one makes room
   Duration patience{
       10'000'000'000};  ///< for a request, a handshake, a sign of life, and for each piece of an answer
 };

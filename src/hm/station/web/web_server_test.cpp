@@ -210,6 +210,18 @@ TEST_F(PatientServerTest, AThousandHalfOpenConnectionsAreInNobodysWay) {
   EXPECT_EQ(before.read_message()->data, "alive");
 }
 
+TEST_F(PatientServerTest, ConnectionsAreLimitedWhateverTheyAre) {
+  std::vector<std::unique_ptr<WebClient>> clients;
+  for (std::size_t i = 0; i < WebLimits{}.connections; ++i) {
+    clients.push_back(std::make_unique<WebClient>(server->port()));
+    ASSERT_EQ(clients.back()->upgrade("/").status, 101);
+  }
+  WebClient more(server->port());
+  EXPECT_TRUE(more.wait_for_end());
+  clients.pop_back();
+  EXPECT_TRUE(wait_until([&] { return WebClient(server->port()).get("/again").status == 200; }));
+}
+
 TEST_F(PatientServerTest, RandomBytesHarmNothing) {
   std::uint32_t state = 1;
   const auto random = [&] { return state = state * 1664525 + 1013904223; };

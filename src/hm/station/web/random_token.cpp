@@ -1,4 +1,4 @@
-#include "hm/station/random_token.hpp"
+#include "hm/station/web/random_token.hpp"
 
 #include <fmt/format.h>
 #include <sys/random.h>

@@ -1,4 +1,4 @@
-#include "hm/station/foxglove/foxglove_session.hpp"
+#include "hm/station/foxglove_session.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hm/core/json_value.hpp"
-#include "hm/station/foxglove/foxglove_channels.hpp"
+#include "hm/station/foxglove_channels.hpp"
 #include "hm/station/web/web_types.hpp"
 
 namespace hm {

@@ -1,4 +1,4 @@
-#include "hm/station/foxglove/foxglove_channels.hpp"
+#include "hm/station/foxglove_channels.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// hm: compiled alone (left out where the page was built).
+// hm: compiled alone (left out where the page was built: build/web has another).
 #include "hm/station/page_files.hpp"
 
 namespace hm {

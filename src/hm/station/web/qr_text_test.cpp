@@ -1,4 +1,4 @@
-#include "hm/station/qr_text.hpp"
+#include "hm/station/web/qr_text.hpp"
 
 #include <gtest/gtest.h>
 
