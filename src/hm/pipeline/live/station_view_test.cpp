@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <map>
 #include <string>
 #include <variant>
@@ -157,12 +158,12 @@ TEST(StationView, TellsStateVerdictAndWhenTrackingIsLost) {
   verdict.add(MapVerdict::kDoubtful, "2 of 3 frames have no pose");
   view.on_end(verdict);
   view.set_state("finished");
-  const JsonValue told = Seen(store).json(LiveKind::kTelemetry);
+  const Seen now(store);
+  const JsonValue told = now.json(LiveKind::kTelemetry);
   EXPECT_EQ(*told.find("state")->as_string(), "finished");
   EXPECT_EQ(*told.find("verdict")->find("verdict")->as_string(), "doubtful");
   std::string events;
-  for (const LiveFrame& event : Seen(store).frames.at(LiveKind::kEvent))
-    events += std::get<JsonFrame>(event).text;
+  for (const LiveFrame& event : now.frames.at(LiveKind::kEvent)) events += std::get<JsonFrame>(event).text;
   EXPECT_THAT(events, testing::HasSubstr("lost: 9 inliers, 20 are needed"));
 }
 
