@@ -75,7 +75,7 @@ def open_browser(size=DESK, phone=False, dark=False, webgl=True):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     if phone:
         options.add_experimental_option("mobileEmulation", {
-            "deviceMetrics": {"width": size[0], "height": size[1], "pixelRatio": 2.0, "touch": True}})
+            "deviceMetrics": {"width": size[0], "height": size[1], "pixelRatio": float(os.environ.get("HM_PIXEL_RATIO", "1")), "touch": True}})
     driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
     if not phone:
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {

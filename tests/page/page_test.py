@@ -8,7 +8,7 @@ import page_support as page  # noqa: E402
 
 from page_support import VIEW  # noqa: E402
 
-READY = "window.housemartin && housemartin.stage && housemartin.stage.view.mesh.triangleCount > 100000"
+READY = "window.housemartin && housemartin.stage && housemartin.stage.view.mesh.triangleCount > 30000"
 # Draws at once and returns share of the pixels whose colour (r, g, b) satisfies the expression, which may also use `back`.
 SHARE = """const view = %s, copy = document.createElement('canvas'), back = getComputedStyle(document.documentElement).getPropertyValue('--scene').trim().slice(1).match(/../g).map(h => parseInt(h, 16));
   view.draw();
@@ -27,7 +27,7 @@ class Desk(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = page.Fixture("--replay")
+        cls.server = page.Fixture("--step", "0.1", "--replay")
         cls.addClassCleanup(lambda: cls.server.close())
         cls.driver = page.open_browser()
         cls.addClassCleanup(cls.driver.quit)
@@ -207,14 +207,14 @@ class Desk(unittest.TestCase):
         self.assertIn("The server is lost", self.js("return document.getElementById('banner').innerText"))
         self.assertEqual(self.js(f"return {VIEW}.mesh.pageCount"), pages)
         page.keep_picture(self.driver, "lost")
-        type(self).server = page.Fixture("--replay", port=port)
+        type(self).server = page.Fixture("--step", "0.1", "--replay", port=port)
         page.wait_for(self.driver, "document.getElementById('banner').hidden && document.getElementById('link').textContent === 'live'")
         page.wait_for(self.driver, f"{VIEW}.mesh.pageCount === {pages}")
         state = self.server.state()
         self.assertEqual((state["knownPages"], state["pages"]), (pages, 0), "known pages were sent again")
         # A server that was started anew has another session: what was shown goes.
         self.server.close()
-        type(self).server = page.Fixture("--session", "another", port=port)
+        type(self).server = page.Fixture("--step", "0.1", "--session", "another", port=port)
         page.wait_for(self.driver, f"document.getElementById('link').textContent === 'live' && {VIEW}.mesh.pageCount === {pages}")
         self.assertEqual(self.server.state()["knownPages"], 0)
 

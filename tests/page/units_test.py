@@ -1,4 +1,5 @@
 """The page's own code: its unit tests in node, its types, its size."""
+import os
 import re
 import subprocess
 import sys
@@ -24,6 +25,12 @@ class Units(unittest.TestCase):
 
     def test_types(self):
         self.node("node_modules/typescript/bin/tsc", "--noEmit")
+
+    @unittest.skipUnless(os.environ.get("HM_CODEC_FRAMES"), "HM_CODEC_FRAMES names no program that writes frames")
+    def test_frames_of_the_server_are_read_as_they_were_written(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([os.environ["HM_CODEC_FRAMES"], folder], check=True, timeout=60)
+            self.assertIn("11 frames", self.node("testing/check_codec.mjs", folder))
 
     def test_size_and_what_the_program_embeds(self):
         with tempfile.TemporaryDirectory() as out:

@@ -98,10 +98,15 @@ export class ModelStage {
   }
 
   private click(x: number, y: number): void {
-    if (this.pilot?.choosing) {
-      const surface = this.surfaceAt(x, y);
-      if (surface) this.pilot.preview(surface.point, surface.normal);
-    } else this.measure.click(x, y);
+    if (this.pilot?.choosing) this.chooseGoal(this.pilot, x, y);
+    else this.measure.click(x, y);
+  }
+
+  /** Over the surface, or on the slice of occupancy where there is none. */
+  private chooseGoal(pilot: PilotPanel, x: number, y: number): void {
+    const surface = this.surfaceAt(x, y), free = surface ? null : this.view.grid.meet(this.view.rayAt(x, y));
+    if (surface) pilot.preview(surface.point, surface.normal);
+    else if (free) pilot.preview(free, null);
   }
 
   /** The surface under the pointer becomes what the camera turns about; in `walk` the camera goes there. */

@@ -7,7 +7,7 @@ import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
 import { LiveSession } from "./session.ts";
 import type { FromWorker, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
 
-const COUNTS_EVERY_MS = 1000, BORDERS_AFTER_MS = 150, ACKNOWLEDGE_AFTER_MS = 20;
+const COUNTS_EVERY_MS = 1000, BORDERS_AFTER_MS = 400, ACKNOWLEDGE_AFTER_MS = 20;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;

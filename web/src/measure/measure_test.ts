@@ -34,6 +34,12 @@ test("a ray meets the wall where it is, with its normal and expected error", () 
   assert.ok(hit.errorM! > 0.0015 && hit.errorM! < 0.0065);
 });
 
+test("where vertices have no normals, or rounded ones at an edge, the triangle's counts", () => {
+  const bare = straight.map(page => ({ ...page, positions: page.positions.map((value, i) => i % 4 === 3 ? 0 : value) }));
+  const hit = castRay(bare, { origin: [1, 1.5, 1.2], direction: [-1, 0, 0] })!;
+  assert.ok(hit.normal[0] > 0.9999);
+});
+
 test("nearest of all pages: as a search over every triangle says, for rays in all directions", () => {
   let met = 0;
   for (let i = 0; i < 200; ++i) {

@@ -11,6 +11,8 @@ export interface SurfacePoint {
   quantumM: number;       // what positions of the page are rounded to
 }
 
+const LEAST_AGREEMENT = 0.7;
+
 export interface Ray { origin: Vec3; direction: Vec3 }
 
 /** What a ray meets: surface below `clipHeightM`, nearer than `farM`, also from behind where `backSides` is set. */
@@ -71,17 +73,29 @@ function castIntoPage(page: MeshPage, ray: Ray, { clipHeightM = Infinity, backSi
 }
 
 function surfacePoint(page: MeshPage, ray: Ray, triangle: number, distanceM: number, weights: Vec3): SurfacePoint {
-  const normal: Vec3 = [0, 0, 0];
+  const smooth: Vec3 = [0, 0, 0];
   let error = 0, known = true;
   for (let i = 0; i < 3; ++i) {
     const vertex = page.indices[triangle + i], own = octahedralNormal(page.positions[4 * vertex + 3]), code = page.tints[4 * vertex + 3];
-    for (let k = 0; k < 3; ++k) normal[k] += weights[i] * own[k];
+    for (let k = 0; k < 3; ++k) smooth[k] += weights[i] * own[k];
     known &&= code !== 255;
     error += weights[i] * code * 0.0005;
   }
-  const length = Math.hypot(...normal) || 1;
   return {
-    point: [0, 1, 2].map(k => ray.origin[k] + distanceM * ray.direction[k]) as Vec3, normal: normal.map(v => v / length) as Vec3,
+    point: [0, 1, 2].map(k => ray.origin[k] + distanceM * ray.direction[k]) as Vec3, normal: trusted(smooth, flatNormal(page, triangle)),
     distanceM, errorM: known ? error : null, level: page.level, quantumM: page.quantum,
   };
+}
+
+/** The vertices' normal, smoother than the triangle's; but that where they contradict each other: at edges, and in meshes without normals. */
+function trusted(smooth: Vec3, flat: Vec3): Vec3 {
+  const size = Math.hypot(...smooth), agreement = smooth.reduce((sum, value, k) => sum + value * flat[k], 0);
+  return agreement > LEAST_AGREEMENT * size ? smooth.map(value => value / size) as Vec3 : flat;
+}
+
+function flatNormal({ positions: p, indices }: MeshPage, triangle: number): Vec3 {
+  const [a, b, c] = [0, 1, 2].map(i => 4 * indices[triangle + i]);
+  const [ux, uy, uz] = [0, 1, 2].map(k => p[b + k] - p[a + k]), [vx, vy, vz] = [0, 1, 2].map(k => p[c + k] - p[a + k]);
+  const normal = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], size = Math.hypot(...normal) || 1;
+  return normal.map(value => value / size) as Vec3;
 }

@@ -48,10 +48,11 @@ export class PilotPanel implements PilotListener {
     this.showLease();
   }
 
-  /** The place that a click chose: its preview comes as a plan. */
-  preview(point: Vec3, normal: Vec3): void {
+  /** The place that a click chose, on a surface with this normal or (null) in the air: its preview comes as a plan. */
+  preview(point: Vec3, normal: Vec3 | null): void {
     const [x, y, z] = this.place?.position ?? point;
-    const position: Vec3 = normal[2] > 0.7 ? [point[0], point[1], Math.max(z, point[2] + 0.5)] : point.map((value, k) => value + 0.8 * normal[k]) as Vec3;
+    const isFloor = normal !== null && normal[2] > 0.7, height = isFloor ? Math.max(z, point[2] + 0.5) : z;
+    const position: Vec3 = !normal || isFloor ? [point[0], point[1], height] : point.map((value, k) => value + 0.8 * normal[k]) as Vec3;
     this.goal = { position, yaw: Math.atan2(position[1] - y, position[0] - x) };
     this.client.command("preview", { position_m: position, yaw_rad: this.goal.yaw });
     this.choose(false);
@@ -61,11 +62,6 @@ export class PilotPanel implements PilotListener {
     this.confirm.hidden = !(plan.state === "valid" && this.goal);
     if (plan.state === "refused") this.refusePreview(plan.reason);
     else if (plan.state === "valid" && this.goal) this.say("The way is free", "ok");
-  }
-
-  private refusePreview(reason: string): void {
-    this.confirm.hidden = true;
-    this.say(`No way there: ${reason}`, "bad");
   }
 
   pose(pose: Pose): void {
@@ -176,6 +172,11 @@ export class PilotPanel implements PilotListener {
     if (this.goal) this.client.command("go_to", { position_m: this.goal.position, yaw_rad: this.goal.yaw });
     this.confirm.hidden = true;
     this.goal = null;
+  }
+
+  private refusePreview(reason: string): void {
+    this.confirm.hidden = true;
+    this.say(`No way there: ${reason}`, "bad");
   }
 
   private showLease(): void {

@@ -43,7 +43,7 @@ export class MachineDrawing {
     for (const [name, box] of this.boxes) {
       const now = name === present, text = box.querySelector("text")!;
       box.setAttribute("class", now ? `${name} now` : name);
-      text.textContent = now && words && words !== "ground" ? (words === present ? name : words) : name;
+      text.textContent = now && words && !words.endsWith("ground") ? words : name;
     }
     this.svg.setAttribute("aria-label", `State of the autopilot: ${present}${words ? `, ${words}` : ""}`);
   }

@@ -23,34 +23,60 @@ export function findOpenEdges(page: MeshPage): Float32Array {
   return Float32Array.from(ends);
 }
 
-const NEIGHBOURS: PageKey[] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+/** Pages around one, corners included: meshes that were cut by triangles meet across corners. */
+const NEIGHBOURS: PageKey[] = Array.from({ length: 27 }, (_, i): PageKey => [i % 3 - 1, Math.floor(i / 3) % 3 - 1, Math.floor(i / 9) - 1]).filter(offset => offset.some(v => v !== 0));
+const CELL_TOLERANCES = 4;
 
-/** Open edges of one page, found again by the middle of an edge. */
+/** Open edges of one page, found again by the middle of an edge: numbers of cells, sorted, and whose they are. */
 class EdgeIndex {
-  private readonly cells = new Map<string, number[]>();
+  private readonly codes: Int32Array;
+  private readonly order: Uint32Array;
+  private readonly low = [Infinity, Infinity, Infinity];
+  private readonly high = [-Infinity, -Infinity, -Infinity];
 
-  constructor(readonly ends: Float32Array, private readonly cellM: number) {
-    for (let i = 0; i < ends.length; i += 6) {
-      const name = this.cellOf(this.middle(i), [0, 0, 0]), list = this.cells.get(name);
-      if (list) list.push(i);
-      else this.cells.set(name, [i]);
+  constructor(readonly ends: Float32Array, private readonly toleranceM: number) {
+    const count = ends.length / 6, codes = new Int32Array(count);
+    for (let edge = 0; edge < count; ++edge) {
+      const middle = this.middle(edge);
+      codes[edge] = this.code(middle[0], middle[1], middle[2]);
+      for (let k = 0; k < 3; ++k) {
+        this.low[k] = Math.min(this.low[k], middle[k] - toleranceM);
+        this.high[k] = Math.max(this.high[k], middle[k] + toleranceM);
+      }
     }
+    this.order = Uint32Array.from(codes.keys()).sort((a, b) => codes[a] - codes[b]);
+    this.codes = Int32Array.from(this.order, edge => codes[edge]);
   }
 
-  /** Is there an edge whose middle is within half a cell? */
+  /** Is there an edge whose middle is within the tolerance? */
   has(middle: number[]): boolean {
+    if (middle.some((value, k) => value < this.low[k] || value > this.high[k])) return false;
+    const tried = new Set<number>();
     for (let corner = 0; corner < 8; ++corner) {
-      const offset = [0, 1, 2].map(k => (corner >> k & 1 ? 0.5 : -0.5) * this.cellM);
-      const list = this.cells.get(this.cellOf(middle, offset)) ?? [];
-      if (list.some(i => this.middle(i).every((value, k) => Math.abs(value - middle[k]) < this.cellM / 2))) return true;
+      const [x, y, z] = middle.map((value, k) => value + (corner >> k & 1 ? 1 : -1) * this.toleranceM), code = this.code(x, y, z);
+      if (tried.has(code)) continue;
+      tried.add(code);
+      for (let at = this.firstOf(code); this.codes[at] === code; ++at)
+        if (this.middle(this.order[at]).every((value, k) => Math.abs(value - middle[k]) < this.toleranceM)) return true;
     }
     return false;
   }
 
-  middle(i: number): number[] { return [0, 1, 2].map(k => (this.ends[i + k] + this.ends[i + 3 + k]) / 2); }
+  middle(edge: number): number[] { return [0, 1, 2].map(k => (this.ends[6 * edge + k] + this.ends[6 * edge + 3 + k]) / 2); }
 
-  private cellOf(point: number[], offset: number[]): string {
-    return point.map((value, k) => Math.floor((value + offset[k]) / this.cellM)).join();
+  private code(x: number, y: number, z: number): number {
+    const size = CELL_TOLERANCES * this.toleranceM;
+    return Math.imul(Math.floor(x / size), 73856093) ^ Math.imul(Math.floor(y / size), 19349663) ^ Math.imul(Math.floor(z / size), 83492791);
+  }
+
+  private firstOf(code: number): number {
+    let low = 0, high = this.codes.length;
+    while (low < high) {
+      const middle = low + high >> 1;
+      if (this.codes[middle] < code) low = middle + 1;
+      else high = middle;
+    }
+    return low;
   }
 }
 
@@ -66,13 +92,11 @@ export class OpenBorders {
 
   /** Sets the open edges of a page (null: it is gone); returns the keys of pages whose borders may have changed. */
   set(key: PageKey, ends: Float32Array | null): PageKey[] {
-    if (ends) this.pages.set(key.join(), new EdgeIndex(ends, 2 * this.toleranceM));
+    if (ends) this.pages.set(key.join(), new EdgeIndex(ends, this.toleranceM));
     else this.pages.delete(key.join());
     const around = this.neighboursOf(key).filter(other => this.pages.has(other.join()));
     return ends ? [key, ...around] : around;
   }
-
-  clear(): void { this.pages.clear(); }
 
   /** The edges of the page that are open in the model, as findOpenEdges. */
   of(key: PageKey): Float32Array {
@@ -80,9 +104,9 @@ export class OpenBorders {
     if (!own) return new Float32Array(0);
     const others = this.neighboursOf(key).flatMap(other => this.pages.get(other.join()) ?? []);
     const open: number[] = [];
-    for (let i = 0; i < own.ends.length; i += 6) {
-      const middle = own.middle(i);
-      if (!others.some(other => other.has(middle))) open.push(...own.ends.subarray(i, i + 6));
+    for (let edge = 0; edge < own.ends.length / 6; ++edge) {
+      const middle = own.middle(edge);
+      if (!others.some(other => other.has(middle))) open.push(...own.ends.subarray(6 * edge, 6 * edge + 6));
     }
     return Float32Array.from(open);
   }

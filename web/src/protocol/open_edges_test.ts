@@ -44,6 +44,23 @@ test("a border that two pages share is closed, until one of them goes", () => {
   assert.ok(Math.abs(lengthOf(borders.of(left)) - 4) < 1e-5);
 });
 
+test("matches are those of a search over all edges, whatever the tolerance's cells", () => {
+  let state = 3;
+  const random = (): number => (state = Math.imul(state, 1664525) + 1013904223 >>> 0) / 2 ** 32;
+  const edges = (count: number): Float32Array => Float32Array.from({ length: 6 * count }, () => 0.2 * random() - 0.1);
+  const left = edges(400), right = edges(400), tolerance = 0.004, borders = new OpenBorders(tolerance);
+  borders.set([0, 0, 0], left);
+  borders.set([1, -1, 1], right);
+  const middle = (ends: Float32Array, i: number): number[] => [0, 1, 2].map(k => (ends[6 * i + k] + ends[6 * i + 3 + k]) / 2);
+  let open = 0;
+  for (let i = 0; i < 400; ++i) {
+    const own = middle(left, i), met = Array.from({ length: 400 }, (_, j) => middle(right, j)).some(other => other.every((v, k) => Math.abs(v - own[k]) < tolerance));
+    if (!met) ++open;
+  }
+  assert.equal(borders.of([0, 0, 0]).length / 6, open);
+  assert.ok(open > 100 && open < 390, String(open));
+});
+
 test("where the page behind the border has a hole the border stays open", () => {
   const borders = new OpenBorders(0.0025), left: PageKey = [0, 0, 0];
   borders.set(left, findOpenEdges(sheet(0)));

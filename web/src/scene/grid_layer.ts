@@ -1,5 +1,7 @@
 import { DataTexture, GLSL3, Group, Mesh, NearestFilter, PlaneGeometry, RawShaderMaterial, RedFormat, UnsignedByteType } from "three";
-import type { GridTile } from "../protocol/frames.ts";
+import type { Ray } from "../measure/raycast.ts";
+import type { GridTile, Vec3 } from "../protocol/frames.ts";
+import type { Box } from "./camera_rig.ts";
 
 const VERTEX = `
 precision highp float;
@@ -45,7 +47,32 @@ export class GridLayer {
     this.tiles.set(name, { version: tile.version, mesh, texture, tile });
   }
 
-  all(): GridTile[] { return [...this.tiles.values()].map(({ tile }) => tile); }
+  /** Box of the cells that are known, or null. */
+  box(): Box | null {
+    const low: Vec3 = [Infinity, Infinity, Infinity], high: Vec3 = [-Infinity, -Infinity, -Infinity];
+    for (const { tile } of this.tiles.values())
+      tile.cells.forEach((value, i) => {
+        if (value === 0) return;
+        [tile.key[0] * tile.side + i % tile.side, tile.key[1] * tile.side + Math.floor(i / tile.side)].forEach((cell, k) => {
+          low[k] = Math.min(low[k], cell * tile.cellM);
+          high[k] = Math.max(high[k], (cell + 1) * tile.cellM);
+        });
+        low[2] = Math.min(low[2], tile.heightM);
+        high[2] = Math.max(high[2], tile.heightM);
+      });
+    return low[0] <= high[0] ? { low, high } : null;
+  }
+
+  /** Where the ray meets a known cell of the slice, or null. */
+  meet({ origin, direction }: Ray): Vec3 | null {
+    for (const { tile } of this.tiles.values()) {
+      const way = (tile.heightM - origin[2]) / direction[2], size = tile.side * tile.cellM;
+      const [x, y] = [0, 1].map(k => origin[k] + way * direction[k]), cell = [x, y].map((value, k) => Math.floor((value - tile.key[k] * size) / tile.cellM));
+      if (!(way > 0) || cell.some(value => value < 0 || value >= tile.side)) continue;
+      if (tile.cells[cell[1] * tile.side + cell[0]] > 0) return [x, y, tile.heightM];
+    }
+    return null;
+  }
 
   clear(): void {
     for (const [name, tile] of [...this.tiles]) this.drop(name, tile);

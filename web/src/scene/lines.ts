@@ -54,7 +54,7 @@ export class Lines extends Mesh<InstancedBufferGeometry, RawShaderMaterial> {
     const opacity = style.opacity ?? 1;
     super(geometry, new RawShaderMaterial({
       glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: 2,
-      transparent: opacity < 1 || style.onTop,  // drawn after all that is transparent
+      transparent: opacity < 1 || style.onTop === true,  // drawn after all that is transparent
       depthTest: !style.onTop, depthWrite: !style.onTop,
       uniforms: { viewSize, width: { value: style.widthPx * devicePixelRatio }, color: { value: new Color(style.color).convertLinearToSRGB() }, opacity: { value: opacity }, clipHeight: { value: 1e9 } },
     }));

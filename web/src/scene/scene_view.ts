@@ -13,6 +13,11 @@ import { PoseMarks } from "./pose_marks.ts";
 export const LAYERS = ["mesh", "trajectory", "keyframes", "truth", "way points", "open borders", "scan", "obstacles", "plan", "occupancy", "pose"] as const;
 export type Layer = (typeof LAYERS)[number];
 
+function join(a: Box | null, b: Box | null): Box | null {
+  if (!a || !b) return a ?? b;
+  return { low: a.low.map((value, k) => Math.min(value, b.low[k])) as Vec3, high: a.high.map((value, k) => Math.max(value, b.high[k])) as Vec3 };
+}
+
 /** Everything in three dimensions. Draws only when something changed. Needs WebGL 2: the constructor throws without it. */
 export class SceneView {
   readonly rig = new CameraRig();
@@ -110,8 +115,8 @@ export class SceneView {
     this.requestDraw();
   }
 
-  /** The box of the model, or of the trajectory where there is no mesh. */
-  box(): Box | null { return this.mesh.box() ?? this.paths.box(); }
+  /** The box of the mesh, or of occupancy and paths where there is none. */
+  box(): Box | null { return this.mesh.box() ?? join(this.grid.box(), this.paths.box()); }
 
   fit(): void {
     const box = this.box();
