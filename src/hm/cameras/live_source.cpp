@@ -160,6 +160,11 @@ Clock::time_point LiveSource::ended_at() const {
   return impl_->ended_at;
 }
 
+CameraDescription LiveSource::camera() const {
+  HM_CHECK(!impl_->thread.joinable(), "the camera is being read");
+  return impl_->camera->describe();
+}
+
 CaptureCounts LiveSource::counts() const {
   const std::scoped_lock lock(impl_->mutex);
   CaptureCounts counts = impl_->counts;

@@ -82,6 +82,8 @@ class LiveSource {
   /// Moment of the end, to measure what follows it.
   [[nodiscard]] std::chrono::steady_clock::time_point ended_at() const;
   [[nodiscard]] CaptureCounts counts() const;
+  /// The camera as it was in the end. After stop().
+  [[nodiscard]] CameraDescription camera() const;
 
  private:
   struct Impl;

@@ -85,6 +85,7 @@ TEST(LiveSource, ASlowConsumerGetsTheNewestAndTheRestIsCounted) {
                     [&](const std::shared_ptr<const RgbdFrame>& live) { tapped.push_back(live->stamp); });
   wait_for(source, 50);
   source.stop();
+  EXPECT_EQ(source.camera().camera.width, testing_frames::kWidth);
   EXPECT_EQ(source.end(), CaptureEnd::kRunning) << "two frames wait";
   EXPECT_EQ(source.next(milliseconds(0))->frame->stamp, frame(48).stamp);
   EXPECT_EQ(source.next(milliseconds(0))->frame->stamp, frame(49).stamp);

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <set>
+#include <span>
+#include <vector>
 
 #include "hm/tsdf/grid/volume_grid.hpp"
 
@@ -81,6 +84,35 @@ TEST(DensePipeline, FarFromTheOriginIsRefusedNotMisplaced) {
   const FrameOutcome outcome = pipeline.process(frame);
   EXPECT_FALSE(outcome.integrated) << "volume keys have 21 bits an axis";
   EXPECT_EQ(pipeline.grid().volume_count(), 0u);
+}
+
+TEST(DensePipeline, EveryChangeReachesTheSink) {
+  DensePipeline pipeline({}, kCamera, 1), other({}, kCamera, 1);
+  std::set<VolumeKey> changed;
+  pipeline.set_change_sink([&](std::span<const ChangedVolume> volumes) {
+    for (const ChangedVolume& volume : volumes) changed.insert(volume.key);
+  });
+  pipeline.process(wall());
+  const auto keys = pipeline.grid().sorted_keys();
+  EXPECT_GT(keys.size(), 50U);
+  EXPECT_EQ(changed, std::set<VolumeKey>(keys.begin(), keys.end()));
+  // An exchanged map: what it had, and what it has now.
+  RgbdFrame beside = wall();
+  beside.T_world_camera = SE3(Mat3::Identity(), Vec3(3, 0, 0));
+  other.process(beside);
+  std::set<VolumeKey> both = changed;
+  for (const VolumeKey& key : other.grid().sorted_keys()) both.insert(key);
+  changed.clear();
+  pipeline.swap_grid(other.grid());
+  EXPECT_EQ(changed, both);
+  changed.clear();
+  const std::vector<VolumeKey> one{pipeline.grid().sorted_keys().front()};
+  pipeline.replace(one, other.grid());
+  EXPECT_EQ(changed, std::set<VolumeKey>(one.begin(), one.end()));
+  pipeline.set_change_sink({});
+  changed.clear();
+  pipeline.process(wall());
+  EXPECT_TRUE(changed.empty());
 }
 
 }  // namespace

@@ -162,12 +162,15 @@ Result<TumWriter> TumWriter::append(const fs::path& folder, const PinholeCamera&
 std::optional<Time> TumWriter::last_stamp() const { return impl_->last_stamp; }
 
 Result<void> TumWriter::Impl::add_color(const RgbdFrame& frame, PngEffort effort) {
-  if (last_color_stamp && frame.color_stamp <= *last_color_stamp)
+  // A kill between the lines of the two lists has left this one.
+  const bool is_listed = is_growing() && last_color_stamp == frame.color_stamp;
+  if (last_color_stamp && frame.color_stamp <= *last_color_stamp && !is_listed)
     return fail(ErrorCode::kInvalidValue, folder, "colour stamp {} does not increase",
                 stamp_text(frame.color_stamp));
   const std::string stamp = stamp_text(frame.color_stamp), name = color_name(frame);
   if (auto written = write_picture(name, frame.color, effort); !written) return written;
   last_color_stamp = frame.color_stamp;
+  if (is_listed) return {};
   if (!is_growing())
     associations += fmt::format("{} {} {} {}\n", stamp, name, stamp_text(frame.stamp), depth_name(frame));
   return color_list.add(fmt::format("{} {}\n", stamp, name));

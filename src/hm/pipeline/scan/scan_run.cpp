@@ -158,7 +158,7 @@ void Scan::summarise_capture() {
   const RecorderCounts recorded = recorder_.counts();
   capture.camera = camera_.name;
   capture.intrinsics = camera_.intrinsics_source;
-  capture.exposure = to_string(camera_.exposure);
+  capture.exposure = to_string(source_->camera().exposure);
   capture.ended_because = source_->end_reason();
   capture.captured = counts.captured;
   for (std::size_t i = 0; i < kDropReasons; ++i)
