@@ -225,7 +225,9 @@ TEST(StationApi, MakesFilesOneAfterTheOtherWhileTheServerGoesOn) {
     clients.push_back(std::make_unique<WebClient>(port));
     clients.back()->send_raw("GET /api/mesh.ply HTTP/1.1\r\nHost: localhost\r\n\r\n");
     // The first one is taken from the line before the others stand in it.
-    if (i == 0) ASSERT_TRUE(wait_until([&] { return at_once == 1; }));
+    if (i == 0) {
+      ASSERT_TRUE(wait_until([&] { return at_once == 1; }));
+    }
     WebClient other(port);
     EXPECT_EQ(other.get("/api/status").status, 200);
   }
