@@ -5,4 +5,4 @@ import { bundleForNode, findSources } from "./testing/bundle.mjs";
 
 const sources = await findSources("src", "_test.ts"), folder = await bundleForNode("tests", sources);
 const files = sources.map(source => join(folder, source.replace(/\.ts$/, ".mjs")));
-process.exit(spawnSync(process.execPath, ["--enable-source-maps", "--test", ...files], { stdio: "inherit" }).status ?? 1);
+process.exit(spawnSync(process.execPath, ["--enable-source-maps", "--test", "--test-reporter=tap", ...files], { stdio: "inherit" }).status ?? 1);

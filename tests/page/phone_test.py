@@ -28,13 +28,14 @@ class Phone(page.PageTest):
             self.assertEqual(self.js(OVERFLOW), [False, False], tab)
             self.assertEqual(self.js(SMALL), [], tab)
         self.tab("Fly")
-        rig = f"(r => [r.azimuth, r.distance, r.target[0]])({VIEW}.rig)"
-        azimuth, distance, _ = self.js(f"return {rig}")
+        rig = f"(r => [r.azimuth, r.distance])({VIEW}.rig)"
+        azimuth = self.js(f"return {rig}")[0]
         self.touch("touchStart", (120, 500))
         for x in (150, 190, 230):
             self.touch("touchMove", (x, 500))
         self.touch("touchEnd")
         self.wait(f"Math.abs({rig}[0] - {azimuth}) > 0.3")
+        distance = self.js(f"return {rig}")[1]
         self.touch("touchStart", (150, 500), (240, 500))
         for spread in (20, 40, 60):
             self.touch("touchMove", (150 - spread, 500), (240 + spread, 500))

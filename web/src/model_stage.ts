@@ -66,7 +66,7 @@ export class ModelStage {
     if (!box) return;
     this.viewPanel.setHeights(box.low[2], box.high[2]);
     if (!this.moved) this.view.fit();
-    if (this.view.mesh.passTime()) this.view.requestDraw();
+    if (this.view.mesh.mode === "age") this.view.requestDraw();  // ages pass
   }
 
   private setCamera(mode: CameraMode): void {

@@ -244,7 +244,7 @@ TEST(StationStart, APortThatIsTakenIsNamed) {
   options.port = port_of(*first);
   const auto second = Station::start(options);
   ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(second.error().code, ErrorCode::kInternal);
   EXPECT_EQ(to_string(second.error()),
             fmt::format("127.0.0.1:{}: another program listens on this port", port_of(*first)));
 }

@@ -1,4 +1,4 @@
-import { AGE_LIMITS_S, COLOR_MAP, COLOR_MODES, type ColorMode } from "../scene/mesh_material.ts";
+import { COLOR_MAP, COLOR_MODES, OLDEST_S, type ColorMode } from "../scene/mesh_shader.ts";
 import { LAYERS, type SceneView } from "../scene/scene_view.ts";
 import type { RayLimits } from "../measure/raycast.ts";
 import { choice, element, titled, toggle } from "./dom.ts";
@@ -32,7 +32,7 @@ export class ViewPanel {
   setHeights(low: number, high: number): void {
     if (Math.abs(low - this.heights[0]) < 0.01 && Math.abs(high - this.heights[1]) < 0.01) return;
     this.heights = [low, high];
-    this.view.mesh.materials.setHeights(low, high);
+    this.view.mesh.heights = [low, high];
     this.applyClip();
     this.showLegend();
   }
@@ -45,14 +45,14 @@ export class ViewPanel {
   setMode(mode: ColorMode): void {
     this.mode = mode;
     this.modes.choose(mode);
-    this.view.mesh.setMode(mode);
+    this.view.mesh.mode = mode;
     this.view.requestDraw();
     this.showLegend();
   }
 
   private setBackSides(both: boolean): void {
     this.backSides = both;
-    this.view.mesh.materials.setBothSides(both);
+    this.view.mesh.bothSides = both;
     this.view.requestDraw();
   }
 
@@ -60,7 +60,8 @@ export class ViewPanel {
     const share = Number(this.clip.value) / 100, [low, high] = this.heights;
     this.clipHeightM = share >= 1 ? Infinity : low + share * (high - low);
     this.clipText.textContent = share >= 1 ? "whole model" : `up to ${length(this.clipHeightM)}`;
-    this.view.mesh.materials.setClipHeight(Math.min(this.clipHeightM, 1e9));
+    this.view.mesh.clipHeightM = this.clipHeightM;
+    this.view.openEdges.lines.setClipHeight(this.clipHeightM);
     this.view.requestDraw();
   }
 
@@ -68,7 +69,7 @@ export class ViewPanel {
     const [low, high] = this.heights;
     const ends: Record<ColorMode, [string, string] | null> = {
       colour: null, normals: null, height: [length(low), length(high)],
-      age: [`${AGE_LIMITS_S[AGE_LIMITS_S.length - 1] / 60} min ago`, "now"], error: ["0 cm", "2 cm or more"],
+      age: [`${OLDEST_S / 60} min ago`, "now"], error: ["0 cm", "2 cm or more"],
     };
     const shown = ends[this.mode];
     this.legend.hidden = !shown;

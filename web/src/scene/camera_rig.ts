@@ -6,11 +6,13 @@ export type CameraMode = (typeof CAMERA_MODES)[number];
 export interface Box { low: Vec3; high: Vec3 }
 export interface Basis { right: Vec3; up: Vec3; ahead: Vec3 }
 
+const FIT_SHARE = 0.94;  // of the view that a fitted model takes
 const LEAST_DISTANCE_M = 0.1, MOST_DISTANCE_M = 2000;
 /** Half the height of the view at distance 1. */
 export const VIEW_SLOPE = Math.tan((50 / 2) * Math.PI / 180);
 
 const clamp = (value: number, low: number, high: number): number => Math.min(Math.max(value, low), high);
+const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const along = (a: Vec3, b: Vec3, scale: number): Vec3 => [a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]];
 
 /**
@@ -81,16 +83,22 @@ export class CameraRig {
     this.target = along(eye, this.basis().ahead, this.distance);
   }
 
-  /** Looks at the whole box. */
+  /**
+   * Looks at the whole box from as near as it can be seen: across and above, the two lines that bound its corners meet at the
+   * camera.
+   */
   fit(box: Box, aspect: number): void {
-    this.target = [0, 1, 2].map(k => (box.low[k] + box.high[k]) / 2) as Vec3;
-    const { right, up, ahead } = this.basis(), slopes = [VIEW_SLOPE * aspect, VIEW_SLOPE];
-    let distance = 1;
-    for (let corner = 0; corner < 8; ++corner) {
-      const offset = [0, 1, 2].map(k => (corner >> k & 1 ? box.high[k] : box.low[k]) - this.target[k]);
-      const dot = (axis: Vec3): number => axis[0] * offset[0] + axis[1] * offset[1] + axis[2] * offset[2];
-      [right, up].forEach((axis, i) => { distance = Math.max(distance, Math.abs(dot(axis)) / slopes[i] - dot(ahead)); });
-    }
-    this.distance = clamp(1.05 * distance, LEAST_DISTANCE_M, MOST_DISTANCE_M);
+    const { right, up, ahead } = this.basis();
+    const corners = Array.from({ length: 8 }, (_, i) => [0, 1, 2].map(k => (i >> k & 1 ? box.high[k] : box.low[k])) as Vec3);
+    let depth = Infinity;
+    const [across, above] = ([[right, VIEW_SLOPE * aspect], [up, VIEW_SLOPE]] as const).map(([axis, slope]) => {
+      const steep = this.mode === "plan" ? 0 : FIT_SHARE * slope;
+      const high = Math.max(...corners.map(p => dot(p, axis) - steep * dot(p, ahead))), low = Math.max(...corners.map(p => -dot(p, axis) - steep * dot(p, ahead)));
+      depth = Math.min(depth, steep > 0 ? -(high + low) / (2 * steep) : dot(box.low, ahead) - (high + low) / (2 * FIT_SHARE * slope));
+      return (high - low) / 2;
+    });
+    const depths = corners.map(p => dot(p, ahead)), middle = (Math.min(...depths) + Math.max(...depths)) / 2;
+    this.distance = clamp(this.mode === "plan" ? dot(box.low, ahead) - depth : middle - depth, LEAST_DISTANCE_M, MOST_DISTANCE_M);
+    this.target = [0, 1, 2].map(k => across * right[k] + above * up[k] + (depth + this.distance) * ahead[k]) as Vec3;
   }
 }

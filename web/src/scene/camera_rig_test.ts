@@ -57,6 +57,15 @@ test("a model that is fitted lies within the view, and fills most of it", () => 
   }
 });
 
+test("a plan that is fitted fills the view, seen without perspective", () => {
+  const rig = new CameraRig();
+  rig.setMode("plan");
+  rig.fit({ low: [-3, 2, 0], high: [9, 8, 2.6] }, 1.6);
+  const half = VIEW_SLOPE * rig.distance;
+  assert.ok(near(rig.target.slice(0, 2), [3, 5]));
+  assert.ok(Math.abs(Math.max(6 / (half * 1.6), 3 / half) - 0.94) < 1e-6);
+});
+
 test("a drag pans by what lies under the pointer, and the plan looks straight down", () => {
   const rig = new CameraRig();
   rig.setMode("plan");

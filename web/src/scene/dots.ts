@@ -24,7 +24,7 @@ void main() {
 export class Dots extends Points<BufferGeometry, RawShaderMaterial> {
   constructor(color: string, sizePx: number, onTop = false) {
     super(new BufferGeometry(), new RawShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: !onTop,
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: !onTop, transparent: onTop,
       uniforms: { size: { value: sizePx * devicePixelRatio }, color: { value: new Color(color).convertLinearToSRGB() } },
     }));
     this.frustumCulled = false;

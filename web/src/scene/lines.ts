@@ -5,13 +5,14 @@ const VERTEX = `
 precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform vec2 viewSize;
-uniform float width;
+uniform float width, clipHeight;
 in vec3 position;  // which end; which side
 in vec3 begin, end;
 void main() {
   vec4 a = modelViewMatrix * vec4(begin, 1.0), b = modelViewMatrix * vec4(end, 1.0);
   // What lies behind the camera is cut off, or it would be mirrored.
   bool perspective = projectionMatrix[3][3] == 0.0;
+  if (min(begin.z, end.z) > clipHeight) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
   if (perspective) {
     float near = -0.02;
     if (a.z > near && b.z > near) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
@@ -52,13 +53,17 @@ export class Lines extends Mesh<InstancedBufferGeometry, RawShaderMaterial> {
     geometry.instanceCount = 0;
     const opacity = style.opacity ?? 1;
     super(geometry, new RawShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, transparent: opacity < 1, side: 2,
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: 2,
+      transparent: opacity < 1 || style.onTop,  // drawn after all that is transparent
       depthTest: !style.onTop, depthWrite: !style.onTop,
-      uniforms: { viewSize, width: { value: style.widthPx * devicePixelRatio }, color: { value: new Color(style.color).convertLinearToSRGB() }, opacity: { value: opacity } },
+      uniforms: { viewSize, width: { value: style.widthPx * devicePixelRatio }, color: { value: new Color(style.color).convertLinearToSRGB() }, opacity: { value: opacity }, clipHeight: { value: 1e9 } },
     }));
     this.frustumCulled = false;
     if (style.onTop) this.renderOrder = 10;
   }
+
+  /** Segments that lie above are not drawn. */
+  setClipHeight(heightM: number): void { this.material.uniforms.clipHeight.value = Math.min(heightM, 1e9); }
 
   /** Six numbers a segment. */
   setSegments(points: Float32Array): void {

@@ -1,4 +1,4 @@
-import { Color, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { Color, Matrix4, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { PATH_NAMES, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
 import type { ShownFrame } from "../live/worker_messages.ts";
 import { CameraRig, VIEW_SLOPE, type Box } from "./camera_rig.ts";
@@ -16,7 +16,7 @@ export type Layer = (typeof LAYERS)[number];
 /** Everything in three dimensions. Draws only when something changed. Needs WebGL 2: the constructor throws without it. */
 export class SceneView {
   readonly rig = new CameraRig();
-  readonly mesh = new MeshLayer();
+  readonly mesh: MeshLayer;
   readonly grid = new GridLayer();
   readonly paths = new PathStore();
   readonly openEdges = new OpenEdgeLayer();
@@ -41,13 +41,18 @@ export class SceneView {
     keyframes: new Dots("#ffd166", 7), scan: new Dots("#ff5db1", 4), obstacles: new Dots("#ff3b30", 9, true),
   };
   private dirty = true;
+  private drawing: WebGLSync | null = null;  // the last picture, until the graphics card has finished it
   private lastS = 0;
   private readonly stalePaths = new Set<number>();
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.scene.add(this.mesh.group, this.grid.group, this.marks.group, this.openEdges.lines, ...Object.values(this.lines), ...Object.values(this.dots), this.overlay);
+    this.renderer.autoClear = false;
+    this.mesh = new MeshLayer(this.gl());
+    this.renderer.resetState();
+    canvas.addEventListener("webglcontextrestored", () => this.requestDraw());
+    this.scene.add(this.grid.group, this.marks.group, this.openEdges.lines, ...Object.values(this.lines), ...Object.values(this.dots), this.overlay);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     requestAnimationFrame(time => this.step(time));
@@ -56,13 +61,13 @@ export class SceneView {
   requestDraw(): void { this.dirty = true; }
 
   setBackground(color: string): void {
-    this.scene.background = new Color(color);
+    this.renderer.setClearColor(new Color(color));
     this.requestDraw();
   }
 
   setVisible(layer: Layer, visible: boolean): void {
     const named: Record<string, { visible: boolean }> = {
-      mesh: this.mesh.group, occupancy: this.grid.group, pose: this.marks.group, "open borders": this.openEdges.lines,
+      mesh: this.mesh, occupancy: this.grid.group, pose: this.marks.group, "open borders": this.openEdges.lines,
     };
     const target = named[layer] ?? this.lines[layer];
     if (target) target.visible = visible;
@@ -146,6 +151,8 @@ export class SceneView {
     return new Promise(done => this.canvas.toBlob(done, "image/png"));
   }
 
+  private gl(): WebGL2RenderingContext { return this.renderer.getContext() as WebGL2RenderingContext; }
+
   private showPose(pose: Pose): void {
     this.marks.set(pose);
     this.lastPose = pose;
@@ -159,10 +166,26 @@ export class SceneView {
     const started = performance.now(), dtS = Math.min(Math.max(time / 1000 - this.lastS, 0), 0.1);
     this.lastS = time / 1000;
     if (this.onFrame(dtS)) this.dirty = true;
-    if (!this.dirty) return;
+    if (!this.dirty || this.isDrawing()) return;
     this.draw();
+    this.fence();
     this.scriptMs.push(performance.now() - started);
     if (this.scriptMs.length > 600) this.scriptMs.splice(0, 300);
+  }
+
+  /** A picture begun before the last one is finished would block the page, buttons and all, where graphics are slow. */
+  private isDrawing(): boolean {
+    const gl = this.gl();
+    if (!this.drawing || gl.getSyncParameter(this.drawing, gl.SYNC_STATUS) === gl.UNSIGNALED) return this.drawing !== null;
+    gl.deleteSync(this.drawing);
+    this.drawing = null;
+    return false;
+  }
+
+  private fence(): void {
+    const gl = this.gl();
+    this.drawing = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
   }
 
   private draw(): void {
@@ -171,7 +194,12 @@ export class SceneView {
     this.stalePaths.clear();
     this.openEdges.update();
     this.placeCamera();
-    this.renderer.render(this.scene, this.camera());
+    this.renderer.clear();
+    const camera = this.camera(), eye = this.rig.eye();
+    const toClip = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    this.mesh.draw(toClip.elements, this.rig.mode === "plan" ? [eye[0], eye[1], eye[2] + 1000] : eye);
+    this.renderer.resetState();
+    this.renderer.render(this.scene, camera);
     ++this.frames;
     this.onDrawn();
   }
@@ -191,7 +219,7 @@ export class SceneView {
     if (camera instanceof OrthographicCamera) Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     else Object.assign(camera, { aspect, near: Math.max(rig.mode === "walk" ? 0.03 : rig.distance / 200, 0.02), far: rig.distance * 20 + 200 });
     camera.updateProjectionMatrix();
-    this.mesh.materials.setEye(...(rig.mode === "plan" ? [eye[0], eye[1], eye[2] + 1000] as Vec3 : eye));
+    camera.updateMatrixWorld();
   }
 
   private resize(): void {

@@ -51,7 +51,9 @@ ScriptPilot::ScriptPilot(const PilotParams& params, std::uint8_t identity)
     : params_(params), identity_(identity) {}
 
 void ScriptPilot::add(const FlightOrder& order) {
-  if (!closed_) records_.push_back({order, OrderOutcome::kWaiting, {}, {}, 0, {}});
+  if (closed_) return;
+  records_.push_back({order, OrderOutcome::kWaiting, {}, {}, 0, {}});
+  has_yielded_ = false;
 }
 
 void ScriptPilot::interrupt(const FlightOrder& order) {
@@ -63,6 +65,7 @@ void ScriptPilot::interrupt(const FlightOrder& order) {
 void ScriptPilot::land_now(const std::string& reason) {
   closed_ = true;
   stop_reason_ = reason;
+  has_yielded_ = false;
 }
 
 const OrderRecord* ScriptPilot::current() const {
@@ -81,6 +84,13 @@ std::optional<FlightCommand> ScriptPilot::step(const PilotView& view) {
   note_answer(view);
   if (stop_reason_ && !ends_) skip_rest(*stop_reason_, view.now);
   stop_reason_.reset();
+  if (has_yielded_) {
+    skip_rest("another pilot has taken control", view.now);
+    const bool rests = view.state == AutopilotState::kOff || view.state == AutopilotState::kError;
+    released_ = closed_ && rests;
+    return {};
+  }
+  if (!in_control_ && !closed_ && next_ == records_.size()) return {};  // nothing to do
   std::optional<FlightCommand> command;
   if (in_control_) {
     command = fly(view);
@@ -99,7 +109,10 @@ std::optional<FlightCommand> ScriptPilot::step(const PilotView& view) {
 
 void ScriptPilot::note_answer(const PilotView& view) {
   if (!view.answered) return;
-  if (view.refusal == Refusal::kOtherPilot) in_control_ = false;
+  if (view.refusal == Refusal::kOtherPilot) {
+    in_control_ = false;
+    has_yielded_ = true;
+  }
   if (*view.answered != sent_) return;  // of an order before
   if (view.refusal != Refusal::kNone) refusal_ = view.refusal;
   if (*view.answered == CommandKind::kGoTo) accepted_ = view.refusal == Refusal::kNone;

@@ -49,7 +49,7 @@ struct PilotView {
   Vec3f position_m = Vec3f::Zero();  ///< estimate, in `map`
   Vec3f velocity_m_s = Vec3f::Zero();
   float yaw_rad = 0;
-  std::optional<CommandKind> answered;  ///< the pilot's command that reached the vehicle since the last step
+  std::optional<CommandKind> answered;  ///< this pilot's command that reached the vehicle since the last step
   Refusal refusal = Refusal::kNone;     ///< valid with `answered`
   SE2 T_map_odom = {};                  ///< a goal given in `map` moves for the vehicle with it
 };
@@ -72,7 +72,10 @@ struct OrderRecord {
 /// it flies, stops the motors and releases control.
 ///
 /// What fails (a time-out, a refusal, a fail-safe that lands) is missed with the reason, and the next order
-/// follows; after an error of the autopilot, or where it cannot take off, all others are skipped. Knows what
+/// follows; after an error of the autopilot, or where it cannot take off, all others are skipped. When
+/// another pilot takes control, all orders are skipped too; it takes control back for an order that comes
+/// after that.
+///  Knows what
 /// the vehicle sends, nothing of a simulation. Deterministic.
 class ScriptPilot {
  public:
@@ -126,6 +129,7 @@ class ScriptPilot {
   std::vector<OrderRecord> records_;
   std::size_t next_ = 0;  // record that runs or waits
   bool closed_ = false, in_control_ = false, released_ = false, ends_ = false;
+  bool has_yielded_ = false;                // to another pilot
   std::optional<std::string> stop_reason_;  // of land_now(), until the next step
 
   // Of the order that runs.

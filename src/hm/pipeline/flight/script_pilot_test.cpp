@@ -102,6 +102,28 @@ TEST(ScriptPilot, TakesOffHoversLandsAndStopsTheMotors) {
   EXPECT_EQ(flight.rig.autopilot->gate().refused(Refusal::kBackwardStamp), 0U);
 }
 
+TEST(ScriptPilot, YieldsToAPilotWhoTakesControlOverAndComesBackForAnOrder) {
+  Flight flight;
+  const auto script = parse_flight_script("takeoff 1.0\nhold\nwait 100\nland\n", "script");
+  for (const FlightOrder& order : script->orders) flight.pilot.add(order);
+  ASSERT_TRUE(flight.run_until([&] { return flight.pilot.records()[1].outcome == OrderOutcome::kDone; }));
+  FlightCommand other;
+  other.kind = CommandKind::kTakeOver;
+  other.pilot = 2;
+
+  ASSERT_EQ(flight.rig.send(other), Refusal::kNone);
+  ASSERT_TRUE(flight.run_until([&] { return flight.pilot.records()[2].outcome == OrderOutcome::kSkipped; }));
+  EXPECT_EQ(flight.pilot.records()[2].reason, "another pilot has taken control");
+  const int take_overs = flight.sent[CommandKind::kTakeOver];
+  for (int i = 0; i < 3000; ++i) flight.step();
+  EXPECT_EQ(flight.sent[CommandKind::kTakeOver], take_overs);
+  FlightOrder land;
+  land.kind = FlightOrder::Kind::kLand;
+  flight.pilot.add(land);
+  ASSERT_TRUE(flight.run_until([&] { return flight.pilot.records().back().outcome == OrderOutcome::kDone; }));
+  EXPECT_EQ(flight.sent[CommandKind::kTakeOver], take_overs + 1);
+}
+
 TEST(ScriptPilot, PassesWayPointsAndRestsAtTheLast) {
   Flight flight("takeoff 1\ngoto 1 0 1.2\ngoto 1 1.5 1.2\ngoto 0 1.5 1.2 90\nland");
   ASSERT_TRUE(flight.run_until([&] { return flight.pilot.records()[1].outcome == OrderOutcome::kDone; }));

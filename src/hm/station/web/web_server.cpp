@@ -365,7 +365,7 @@ struct WebServer::Impl {
     }
     const std::string where = fmt::format("{}:{}", wanted.address, wanted.port);
     if (error == asio::error::address_in_use)
-      return fail(ErrorCode::kUsage, where, "another program listens on this port");
+      return fail(ErrorCode::kInternal, where, "another program listens on this port");
     return fail(ErrorCode::kUsage, where, "cannot listen: {}", error.message());
   }
 

@@ -47,7 +47,7 @@ FlightMotion estimated_motion(const FlightMoment& moment) {
   return motion;
 }
 
-PilotView pilot_view(const FlightMoment& moment) {
+PilotView pilot_view(const FlightMoment& moment, std::uint8_t identity) {
   PilotView view;
   view.now = moment.stamp;
   view.state = moment.autopilot.state;
@@ -58,7 +58,7 @@ PilotView pilot_view(const FlightMoment& moment) {
   view.position_m = estimate.position_m;
   view.velocity_m_s = estimate.velocity_m_s;
   view.yaw_rad = estimate.roll_pitch_yaw_rad.z();
-  if (moment.answer) {
+  if (moment.answer && moment.answer->command.pilot == identity) {
     view.answered = moment.answer->command.kind;
     view.refusal = moment.answer->refusal;
   }

@@ -111,7 +111,7 @@ class FlightLog {
 /// Motion of a moment by the truth and by the core's estimate; of the latter, what is not known yet is NaN.
 FlightMotion true_motion(const FlightMoment& moment);
 FlightMotion estimated_motion(const FlightMoment& moment);
-/// What the pilot sees of a moment.
-PilotView pilot_view(const FlightMoment& moment);
+/// What a pilot (ScriptPilot's identity) sees of a moment.
+PilotView pilot_view(const FlightMoment& moment, std::uint8_t identity = 1);
 
 }  // namespace hm

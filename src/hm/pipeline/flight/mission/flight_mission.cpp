@@ -75,7 +75,10 @@ class Mission {
 void Mission::step() {
   auto command = pilot_.step(pilot_view(run_.moment()));
   if (!command && ground_station_) command = ground_station_->step(run_.moment());
-  if (!command && options_.page) command = options_.page->step(run_.moment(), run_.perception().map());
+  if (options_.page) {
+    const auto of_page = options_.page->step(run_.moment(), run_.perception().map(), !command);
+    if (!command) command = of_page;
+  }
   run_.step(command);
   view_.step(run_);
   log_.add(run_, pilot_);

@@ -123,7 +123,8 @@ void PagePilot::note_answer(const FlightMoment& moment) {
   sent_.reset();
 }
 
-std::optional<FlightCommand> PagePilot::step(const FlightMoment& moment, const MultiVolumeGrid& map) {
+std::optional<FlightCommand> PagePilot::step(const FlightMoment& moment, const MultiVolumeGrid& map,
+                                             bool may_send) {
   note_answer(moment);
   std::deque<PilotOrder> orders;
   std::optional<std::string> hold_reason;
@@ -141,7 +142,8 @@ std::optional<FlightCommand> PagePilot::step(const FlightMoment& moment, const M
   if (waiting_.empty() && in_control_ && is_due(life_at_, kLifePeriod, moment.stamp))
     add(CommandKind::kSignOfLife);
   const bool is_urgent = !waiting_.empty() && waiting_.front().command.kind == CommandKind::kEStop;
-  if (waiting_.empty() || (sent_ && !is_urgent) || moment.stamp <= last_stamp_) return std::nullopt;
+  if (!may_send || waiting_.empty() || (sent_ && !is_urgent) || moment.stamp <= last_stamp_)
+    return std::nullopt;
   sent_ = waiting_.front();
   waiting_.pop_front();
   sent_at_ = last_stamp_ = moment.stamp;

@@ -33,8 +33,10 @@ class PagePilot : public PilotHandler {
   /// Gives control up for good: the flight ends. Called on the flight's thread.
   void end();
 
-  /// Called after each step of the flight; the next command, if there is one. `map` is in `odom`.
-  std::optional<FlightCommand> step(const FlightMoment& moment, const MultiVolumeGrid& map);
+  /// Called after each step of the flight; the next command, if there is one and somebody else sends none in
+  /// this step (`may_send`). `map` is in `odom`.
+  std::optional<FlightCommand> step(const FlightMoment& moment, const MultiVolumeGrid& map,
+                                    bool may_send = true);
 
  private:
   struct Waiting {
