@@ -69,7 +69,10 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"fly_speed", hm::bench::bench_fly_speed},
                                               {"fly_soak", hm::bench::bench_fly_soak},
                                               {"core_host", hm::bench::bench_core_host},
-                                              {"link_noise", hm::bench::bench_link_noise}});
+                                              {"link_noise", hm::bench::bench_link_noise},
+                                              {"page_mesh", hm::bench::bench_page_mesh},
+                                              {"page_live", hm::bench::bench_page_live},
+                                              {"station_producer", hm::bench::bench_station_producer}});
 
 /// Reads "--name value" pairs; false for anything else.
 bool read_flags(int count, char** words, BenchOptions& options) {

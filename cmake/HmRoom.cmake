@@ -1,15 +1,17 @@
-# hm_room(NAME [SOLVERS] [USES rooms...] [LINK public libs...] [PRIVATE libs...] [TEST_LIBS libs of the test only...])
+# hm_room(NAME [SOLVERS] [USES rooms...] [LINK public libs...] [PRIVATE libs...] [OPTIONAL libs...] [TEST_LIBS libs of the test only...])
 # Declares a room: every src/hm/NAME/**.cpp but tests, and but what lies in a sub-room that is declared itself
 # (hm_room(NAME/SUB ...), library hm_NAME_SUB), goes into the static library hm_NAME; every *_test.cpp and
 # everything in a folder testing/, of sub-rooms too, into the test program hm_NAME_test. A room that is all
 # sub-rooms is an interface to them. SOLVERS: much linear algebra, thus few lines to a unit (HmUnity.cmake). The targets are made in src/CMakeLists.txt.
+# OPTIONAL: pairs FILE LIB: FILE.cpp is built, and HM_WITH_LIB (in capitals) defined, where the library was found.
 function(hm_room NAME)
-  cmake_parse_arguments(ROOM "SOLVERS" "" "USES;LINK;PRIVATE;TEST_LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "SOLVERS" "" "USES;LINK;PRIVATE;OPTIONAL;TEST_LIBS" ${ARGN})
   set_property(GLOBAL APPEND PROPERTY HM_ROOMS ${NAME})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_USES ${ROOM_USES})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_LINK ${ROOM_LINK})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_SOLVERS ${ROOM_SOLVERS})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_PRIVATE ${ROOM_PRIVATE})
+  set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_OPTIONAL ${ROOM_OPTIONAL})
   set_property(GLOBAL PROPERTY HM_ROOM_${NAME}_TEST_LIBS ${ROOM_TEST_LIBS})
 endfunction()
 
@@ -74,6 +76,18 @@ function(hm_make_room NAME)
   endforeach()
   hm_library_name(target ${NAME})
   hm_room_sources(sources ${NAME})
+  get_property(optional GLOBAL PROPERTY HM_ROOM_${NAME}_OPTIONAL)
+  set(with)
+  while(optional)
+    list(POP_FRONT optional file library)
+    if(TARGET PkgConfig::${library})
+      list(APPEND private PkgConfig::${library})
+      string(TOUPPER HM_WITH_${library} definition)
+      list(APPEND with ${definition})
+    else()
+      list(FILTER sources EXCLUDE REGEX "/${file}\\.cpp$")
+    endif()
+  endwhile()
   set_property(GLOBAL APPEND PROPERTY HM_ROOM_TARGETS ${target})
   if(NOT sources)
     add_library(${target} INTERFACE)
@@ -95,6 +109,7 @@ function(hm_make_room NAME)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_definitions(${target} PRIVATE ${with})
   target_link_libraries(${target} PUBLIC ${use_libraries} ${link}
                         PRIVATE ${private} $<BUILD_INTERFACE:hm_settings> Threads::Threads)
 endfunction()

@@ -7,6 +7,7 @@ ARROWS = {
     "sensors": ["geometry"],
     "depth_camera": ["sensors"],
     "io": ["depth_camera"],
+    "cameras": ["io"],
     "calibration": ["depth_camera"],
     "laser": ["sensors"],
     "estimation": ["sensors"],
@@ -46,11 +47,12 @@ FENCES = {
     "qrencode.h": ["station"],
     "hwy": ["sensors", "depth_camera", "tsdf", "mesh"],
     "meshoptimizer.h": ["mesh"],
+    "OpenNI.h": ["cameras"], "libfreenect.h": ["cameras"],
     "CLI": ["apps"],
     "google": [],
 }
 # Only in test files (*_test.cpp and what stands under tests/); the last one in *_bench.cpp and bench/.
-TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h"}
+TEST_ONLY = {"gtest", "gmock", "rapidcheck", "rapidcheck.h", "Driver", "OniProperties.h"}
 BENCH_ONLY = {"benchmark", "open3d"}
 # What a public header may include besides the standard library and hm/.
 PUBLIC_HEADER_LIBRARIES = {"Eigen", "fmt", "tl"}

@@ -29,7 +29,7 @@ FENCE = re.compile(r"^```sh([ \w]*)\n(.*?)^```", re.M | re.S)
 MANUAL_WORDS = {"git", "cd", "./hm", "cmake", "ninja", "qemu-system-arm", "sudo", "npm", "apt-get", ".ci/run", "bench/run", "bench/first_picture", "scripts/tidy.py"}
 # The same command with fewer frames: what is checked is the command, not the machine's patience.
 SHORT = {"demo": ["--set", "simulation.frame_limit=25", "--set", "mesh_error.samples=50000"]}
-HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "laser", "calibrate", "calibrate intrinsics",
+HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "scan", "laser", "calibrate", "calibrate intrinsics",
               "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh",
               "evaluate uncertainty", "evaluate depth-compensation", "convert",
               "fly", "fly hover", "fly waypoints", "fly go", "fly script", "fly teleop",

@@ -113,6 +113,13 @@ hm::Result<std::optional<Outcome>> OutputFlags::complete_result(
   return outcome;
 }
 
+hm::Result<void> read_saved_parameters(const std::filesystem::path& folder, hm::ParamList list) {
+  const auto path = folder / "parameters.toml";
+  std::error_code code;
+  if (!std::filesystem::exists(path, code)) return {};
+  return list.read_toml_file(path);
+}
+
 std::filesystem::path OutputFlags::folder(const std::filesystem::path& recording,
                                           const std::string& suffix) const {
   if (!folder_given.empty()) return folder_given;

@@ -75,6 +75,9 @@ struct OutputFlags {
       const hm::ResultFolderRequest& request) const;
 };
 
+/// Reads the parameters of the run that is to be continued, if its folder has saved them.
+hm::Result<void> read_saved_parameters(const std::filesystem::path& folder, hm::ParamList list);
+
 /// Runs a verb that writes its results at its end, into the folder that it is given; they appear in the
 /// requested folder when all of them are there.
 template <class Run>

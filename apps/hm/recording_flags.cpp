@@ -3,15 +3,21 @@
 #include "program.hpp"
 
 void RecordingFlags::add_to(CLI::App& command) {
-  const auto group = "Recording";
   command.add_option("--kind", kind, "kind of recording: tum, 7scenes, icl (default: guessed)")
       ->check(CLI::IsMember({"tum", "7scenes", "icl"}))
-      ->group(group);
+      ->group("Recording");
+  add_images_to(command, "Recording", "folder");
+}
+
+void RecordingFlags::add_camera_to(CLI::App& command) { add_images_to(command, "Camera", "camera"); }
+
+void RecordingFlags::add_images_to(CLI::App& command, const std::string& group, const std::string& source) {
   command
       .add_option("--calibration", calibration,
-                  "calibration.toml to apply to every image (default: the one in the folder)")
+                  "calibration.toml to apply to every image (default: " +
+                      (source == "folder" ? std::string("the one in the folder)") : std::string("none)")))
       ->group(group);
-  command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the folder)")
+  command.add_option("--intrinsics", intrinsics, "fx fy cx cy in pixels (default: from the " + source + ")")
       ->expected(4)
       ->group(group);
   command
@@ -20,7 +26,7 @@ void RecordingFlags::add_to(CLI::App& command) {
       ->group(group);
   command
       .add_option("--depth-units-per-m", depth_units_per_m,
-                  "value in the depth images for one metre (default: from the folder)")
+                  "value in the depth images for one metre (default: from the " + source + ")")
       ->check(positive_number())
       ->group(group);
 }

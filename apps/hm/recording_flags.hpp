@@ -5,7 +5,7 @@
 
 #include "hm/io/rgbd/recording.hpp"
 
-/// Options of verbs that read a recording: what the user may know better than the folder.
+/// Options of verbs that read a recording or a camera: what the user may know better than these.
 struct RecordingFlags {
   std::string kind;
   std::string calibration;
@@ -15,7 +15,12 @@ struct RecordingFlags {
   bool force = false;
 
   void add_to(CLI::App& command);
+  /// Adds those that a camera has too.
+  void add_camera_to(CLI::App& command);
   /// Adds --force, for verbs that check the recording before they run.
   void add_force_to(CLI::App& command);
   [[nodiscard]] hm::Result<hm::RecordingOptions> options() const;
+
+ private:
+  void add_images_to(CLI::App& command, const std::string& group, const std::string& source);
 };

@@ -15,14 +15,6 @@ struct SlamFlags {
   ServeFlags serve;
 };
 
-/// The parameters of the run that is to be continued, if it has saved them.
-hm::Result<void> read_saved_parameters(hm::SlamRunOptions& options) {
-  const auto path = options.output / "parameters.toml";
-  std::error_code code;
-  if (!std::filesystem::exists(path, code)) return {};
-  return hm::list_slam(options.parameters).read_toml_file(path);
-}
-
 hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   hm::SlamRunOptions options;
   options.recording = flags.recording;
@@ -32,7 +24,8 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
     auto complete = flags.output.complete_result({options.output, {}, "slam", options.recording, {}});
     if (!complete) return hm::forward_error(complete);
     if (*complete) return std::move(**complete);
-    if (const auto read = read_saved_parameters(options); !read) return hm::forward_error(read);
+    const auto read = read_saved_parameters(options.output, hm::list_slam(options.parameters));
+    if (!read) return hm::forward_error(read);
   }
   auto list = hm::list_slam(options.parameters);
   if (flags.voxel_m > 0) options.parameters.tsdf.voxel_size_m = flags.voxel_m;

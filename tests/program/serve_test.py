@@ -32,6 +32,9 @@ class Viewer:
         self.pages, self.last, self.counts, self.acked = {}, {}, {}, 0.0
         self.send({"type": "hello", "protocol": 1, "session": "", "pages": [], "more": False})
 
+    def close(self):
+        self.socket.close()
+
     def send(self, message):
         self.frame(1, json.dumps(message).encode())
 
@@ -98,6 +101,11 @@ class Viewer:
 
 
 class ServeTest(ProgramTest):
+    def view(self, port):
+        viewer = Viewer(port)
+        self.addCleanup(viewer.close)
+        return viewer
+
     def open(self, *words):
         """Starts a program that serves; its port."""
         process = self.start(*words)
@@ -125,7 +133,7 @@ class ServeTest(ProgramTest):
     def test_a_run_is_watched_and_its_result_served(self):
         self.simulate(frames=20)
         process, port = self.open("reconstruct", "recording", "-o", "result", "--serve=0", "--voxel", "0.05")
-        viewer = Viewer(port)
+        viewer = self.view(port)
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished"))
         self.assertEqual(viewer.last["hello"]["source"]["verb"], "reconstruct")
         self.assertEqual(viewer.last["telemetry"]["verdict"]["verdict"], "ok")
@@ -136,7 +144,7 @@ class ServeTest(ProgramTest):
         self.assertGreater(live, 1000)
 
         _, port = self.open("serve", "result", "--listen", "0")
-        viewer = Viewer(port)
+        viewer = self.view(port)
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished" and v.triangles() >= live))
         self.assertEqual(viewer.triangles(), live)
         self.assertGreater(viewer.counts["path"], 0)
@@ -154,7 +162,7 @@ class ServeTest(ProgramTest):
     def test_a_recording_is_replayed_paused_and_rewound(self):
         self.simulate(frames=30)
         process, port = self.open("serve", "recording", "--listen", "0", "--voxel", "0.05")
-        viewer = Viewer(port)
+        viewer = self.view(port)
 
         def replay(v):
             return v.last.get("telemetry", {}).get("replay", {})
@@ -173,7 +181,7 @@ class ServeTest(ProgramTest):
     def test_a_laser_recording_is_replayed(self):
         self.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "200", "--quiet")
         _, port = self.open("serve", "flight", "--listen", "0")
-        viewer = Viewer(port)
+        viewer = self.view(port)
         viewer.send({"type": "replay", "speed": 100})
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished"))
         self.assertGreater(viewer.counts.get("tile", 0), 0)

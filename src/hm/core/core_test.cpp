@@ -10,7 +10,6 @@
 #include "hm/core/parallel.hpp"
 #include "hm/core/params.hpp"
 #include "hm/core/rng.hpp"
-#include "hm/core/round_up.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/core/time.hpp"
 
@@ -238,12 +237,6 @@ TEST(Thinned, KeepsOrderAndSpreadsEvenly) {
   EXPECT_EQ(thinned(std::vector{1, 2, 3}, 3), (std::vector{1, 2, 3}));
   EXPECT_EQ(thinned(std::vector{0, 1, 2, 3, 4, 5, 6}, 3), (std::vector{0, 2, 4}));
   EXPECT_TRUE(thinned(std::vector{1, 2}, 0).empty());
-}
-
-TEST(RoundUp, IsTheNextMultiple) {
-  EXPECT_EQ(round_up(0, 32), 0);
-  EXPECT_EQ(round_up(1, 32), 32);
-  EXPECT_EQ(round_up(std::size_t{64}, std::size_t{32}), 64U);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hm/core/result.hpp"
+#include "hm/core/thread_priority.hpp"
 
 namespace hm {
 
@@ -36,6 +37,9 @@ struct RunContext {
   LogSink log;
   std::stop_token stop = {};  ///< requests an early end; each run documents what it leaves
   LiveView* view = nullptr;   ///< is shown the run while it goes on; null: nobody
+  /// Of threads whose work can wait (closing loops, rebuilding the map): low where frames come at the pace of
+  /// a sensor.
+  ThreadPriority background = ThreadPriority::kNormal;
 };
 
 /// Converts an error of writing into a failure of the run (kInternal), since the input did not cause it.

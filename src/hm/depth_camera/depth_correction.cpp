@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "hm/core/round_up.hpp"
 #include "hm/depth_camera/depth_rows.hpp"
 #include "hm/depth_camera/spline_basis.hpp"
+#include "hm/sensors/round_up.hpp"
 
 namespace hm {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "hm/core/round_up.hpp"
 #include "hm/depth_camera/aligned_vector.hpp"
 #include "hm/depth_camera/depth_rows.hpp"
+#include "hm/sensors/round_up.hpp"
 
 namespace hm {
 namespace {

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "hm/core/check.hpp"
 #include "hm/core/parallel.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/mapping/map_copy.hpp"
 #include "hm/mesh/incremental_mesher.hpp"
 #include "hm/mesh/simplify.hpp"
 #include "hm/tsdf/alignment/trajectory_aligner.hpp"
@@ -48,8 +50,12 @@ struct DensePipeline::Impl {
   Integrator integrator;
   IncrementalMesher mesher;
   TrajectoryAligner aligner;
+  ChangeSink change_sink;
   MeshObserver* observer = nullptr;
 
+  void note(std::span<const ChangedVolume> changed) const {
+    if (change_sink) change_sink(changed);
+  }
   MeshUpdateStats update_mesh(double budget_ms = 0);
   void integrate(const RgbdFrame& frame, FrameOutcome& outcome);
   void mesh_and_pack(FrameOutcome& outcome);
@@ -65,12 +71,15 @@ const VolumeGrid& DensePipeline::grid() const { return impl_->grid; }
 VolumeGrid& DensePipeline::grid() { return impl_->grid; }
 const IncrementalMesher& DensePipeline::mesher() const { return impl_->mesher; }
 const ParallelLoop& DensePipeline::loop() const { return impl_->loop; }
+void DensePipeline::set_change_sink(ChangeSink sink) { impl_->change_sink = std::move(sink); }
 const SE3& DensePipeline::T_map_input() const { return impl_->aligner.T_map_odom(); }
 void DensePipeline::set_T_map_input(const SE3& T_map_input) { impl_->aligner.set_T_map_odom(T_map_input); }
 
 void DensePipeline::adopt(VolumeGrid grid) {
   HM_CHECK(grid.voxel_size_m() == impl_->grid.voxel_size_m() && grid.sdf_unit_m() == impl_->grid.sdf_unit_m(),
            "voxels of {} m, units of {} m", grid.voxel_size_m(), grid.sdf_unit_m());
+  if (impl_->change_sink)
+    for (const VolumeGrid* one : {&impl_->grid, &grid}) impl_->note(all_volumes(*one));
   impl_->grid = std::move(grid);
   impl_->mesher.mark_all(impl_->grid);
 }
@@ -100,6 +109,7 @@ void DensePipeline::Impl::integrate(const RgbdFrame& frame, FrameOutcome& outcom
   outcome.scan = integrator.integrate(grid, {frame, outcome.T_world_camera});
   outcome.skipped_because = outcome.scan.nothing_integrated_because;
   outcome.integrated = outcome.skipped_because.empty();
+  note(outcome.scan.changed);
   if (!outcome.scan.out_of_memory.empty()) return;
   try {
     mesh_and_pack(outcome);
@@ -155,12 +165,15 @@ void DensePipeline::replace(std::span<const VolumeKey> keys, const VolumeGrid& f
       std::copy_n(source->colors, kVolumeVoxels, volume->colors);
     grid.set_may_hold_interior(key, from.may_hold_interior(key));
   }
+  impl_->note(changed);
   impl_->mesher.mark_changed(changed);
 }
 
 void DensePipeline::swap_grid(VolumeGrid& other) {
   HM_CHECK(!impl_->grid.snapshot_under_way(), "the map is being saved");
   std::swap(impl_->grid, other);
+  if (impl_->change_sink)
+    for (const VolumeGrid* grid : {&other, &impl_->grid}) impl_->note(all_volumes(*grid));
   impl_->mesher.mark_all(impl_->grid);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -61,6 +62,11 @@ class DensePipeline {
   void replace(std::span<const VolumeKey> keys, const VolumeGrid& from);
   /// Exchanges the whole grid. The old mesh is kept until the new one has been computed, as after process().
   void swap_grid(VolumeGrid& other);
+
+  /// Receiver of every volume that changes from here on, called by the functions that change the grid: to
+  /// keep a saved map up to date (MapSaver::note). An empty one ends it.
+  using ChangeSink = std::function<void(std::span<const ChangedVolume> changed)>;
+  void set_change_sink(ChangeSink sink);
 
   /// Transform from the frame of the input poses to the map, as estimated by alignment so far
   /// (TrajectoryAligner::T_map_odom).

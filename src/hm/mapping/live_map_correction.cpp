@@ -119,9 +119,12 @@ std::string LiveMapCorrection::out_of_memory() const {
 }
 
 LiveMapCorrection::LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
-                                     const MapRebuildOptions& options)
+                                     const MapRebuildOptions& options, ThreadPriority priority)
     : impl_(std::make_unique<Impl>(parameters, frames, options)) {
-  impl_->worker = std::jthread([impl = impl_.get()](const std::stop_token& stop) { impl->work(stop); });
+  impl_->worker = std::jthread([impl = impl_.get(), priority](const std::stop_token& stop) {
+    set_thread_priority(priority);
+    impl->work(stop);
+  });
 }
 LiveMapCorrection::~LiveMapCorrection() = default;
 

@@ -12,7 +12,7 @@ class LiveMapCorrection {
  public:
   /// `frames` must outlive this object.
   LiveMapCorrection(const DenseParams& parameters, const FrameSource& frames,
-                    const MapRebuildOptions& options);
+                    const MapRebuildOptions& options, ThreadPriority priority = ThreadPriority::kNormal);
   /// Cancels a running rebuild.
   ~LiveMapCorrection();
   LiveMapCorrection(const LiveMapCorrection&) = delete;

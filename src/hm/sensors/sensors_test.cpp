@@ -2,6 +2,7 @@
 
 #include "hm/sensors/depth_noise.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/sensors/round_up.hpp"
 
 namespace hm {
 namespace {
@@ -17,6 +18,12 @@ TEST(DepthImage, UnitsAreMetres) {
   depth.units(1, 0) = 10000;
   EXPECT_DOUBLE_EQ(depth.depth_m(1, 0), 2.0);
   EXPECT_EQ(depth.depth_m(0, 0), 0.0);
+}
+
+TEST(RoundUp, IsTheNextMultiple) {
+  EXPECT_EQ(round_up(0, 32), 0);
+  EXPECT_EQ(round_up(1, 32), 32);
+  EXPECT_EQ(round_up(std::size_t{64}, std::size_t{32}), 64U);
 }
 
 }  // namespace

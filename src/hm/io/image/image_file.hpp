@@ -14,9 +14,9 @@ namespace hm {
 /// cannot exhaust memory.
 inline constexpr int kMaxImageEdge_px = 16384;
 
-/// zlib compression level for PNG files: 1 is fast and about 10 % larger, 9 is smallest and many times
-/// slower.
-enum class PngEffort : int { kFast = 1, kDefault = 6, kSmall = 9 };
+/// zlib compression level for PNG files: 0 only stores, 1 is fast and about 10 % larger than 6, 9 is smallest
+/// and many times slower.
+enum class PngEffort : int { kStored = 0, kFast = 1, kDefault = 6, kSmall = 9 };
 
 /// Width and height of an image in pixels.
 struct ImageSize {

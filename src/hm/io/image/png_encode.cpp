@@ -63,6 +63,7 @@ bool PngWriter::write(const PngSource& source, PngEffort effort) {
   png_set_write_fn(png_, this, on_write, nullptr);
   png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_set_compression_level(png_, static_cast<int>(effort));
+  if (effort == PngEffort::kStored) png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   if (effort == PngEffort::kFast) png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(png_, info_, static_cast<png_uint_32>(source.width), static_cast<png_uint_32>(source.height),
                source.bit_depth, source.color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,

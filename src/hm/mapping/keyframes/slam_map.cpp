@@ -101,7 +101,7 @@ void SlamMap::Impl::begin(const RgbdFrame& frame) {
   if (!live) {
     MapRebuildOptions moved_only = options;
     moved_only.extent = RebuildExtent::kMoved;
-    live = std::make_unique<LiveMapCorrection>(parameters, frames, moved_only);
+    live = std::make_unique<LiveMapCorrection>(parameters, frames, moved_only, run.background);
   }
   solutions_begun = now.solutions;
   if (earlier == Earlier::kMissing) earlier = Earlier::kUnderWay;

@@ -71,6 +71,8 @@ class LiveView : public MeshObserver {
   /// The occupancy grid, in a frame that lies in `map` at T_map_grid, and the slice of it that is shown.
   virtual void on_grid(const MultiVolumeGrid& grid, const SE2& T_map_grid, double bottom_m, double top_m) = 0;
   virtual void on_numbers(const LiveNumbers& numbers) = 0;
+  /// A number that the next on_numbers() has besides.
+  virtual void on_count(std::string_view name, double value) = 0;
   virtual void on_event(LogLevel level, const std::string& text) = 0;
   virtual void on_parameters(const std::string& toml) = 0;
   /// The run has ended, with what its result is worth.

@@ -215,6 +215,7 @@ void StationView::put_statistics(const LiveNumbers& numbers) {
   JsonValue memory = object_of(numbers.memory);
   memory["process"] = static_cast<double>(resident_bytes());
   JsonValue counts = object_of(numbers.counts);
+  for (const auto& [name, value] : counts_) counts[name] = value;
   counts["pages"] = static_cast<std::int64_t>(work.pages);
   JsonValue json = JsonValue::object({{"time_s", began_ ? (now_ - *began_).seconds() : 0.0},
                                       {"stages", object_of(numbers.stages_ms)},

@@ -31,6 +31,7 @@ class StationView : public LiveView {
   void on_plan(LivePlan state, std::span<const Vec3> points_map_m, const std::string& reason) override;
   void on_grid(const MultiVolumeGrid& grid, const SE2& T_map_grid, double bottom_m, double top_m) override;
   void on_numbers(const LiveNumbers& numbers) override;
+  void on_count(std::string_view name, double value) override { counts_[std::string(name)] = value; }
   void on_event(LogLevel level, const std::string& text) override;
   void on_parameters(const std::string& toml) override;
   void on_end(const RunVerdict& verdict) override;
@@ -76,6 +77,7 @@ class StationView : public LiveView {
   std::map<LivePath, std::vector<Eigen::Vector3f>> paths_;
   std::map<LivePath, std::size_t> chunks_put_;
   std::vector<ScanAdvice> advice_;
+  std::map<std::string, double> counts_;
   JsonValue progress_, vehicle_, replay_, verdict_;
   std::string state_ = "running", state_reason_, parameters_toml_;
   bool was_lost_ = false, parameters_put_ = false;

@@ -72,7 +72,7 @@ struct SlamPipeline::Impl {
         run(its_run),
         camera(frames.camera()),
         tracking(all.odometry, camera, start),
-        closer(camera, all.loops),
+        closer(camera, all.loops, its_run.background),
         map(all, frames, its_run),
         source(frames),
         clues{camera, nullptr} {
@@ -151,7 +151,8 @@ SlamPipeline SlamPipeline::create(const SlamInput& input, const RgbdParameters& 
   std::unique_ptr<FrameArchive> archive;
   if (!input.frames) archive = std::make_unique<FrameArchive>(input.camera, input.max_kept_bytes);
   const FrameSource& frames = archive ? *archive : *input.frames;
-  const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera())};
+  const VisualTracking::Start start{0, input.T_map_first_camera.value_or(level_camera()), nullptr,
+                                    input.is_from_kinect};
   auto impl = std::make_unique<Impl>(frames, start, parameters, run);
   impl->archive = std::move(archive);
   impl->chooses_frame = parameters.slam.level && !input.T_map_first_camera;
@@ -244,11 +245,8 @@ SlamStep SlamPipeline::add(RgbdFrame frame) {
 
 Result<void> SlamPipeline::finish() {
   if (impl_->finished) return {};
-  impl_->conclude_tracking();
-  impl_->state.frames_total = impl_->frames_added;
   close_loops();
   level();
-  impl_->state.track.frames_total = impl_->frames_added;
   return correct_dense_map();
 }
 
@@ -296,7 +294,6 @@ Result<void> SlamPipeline::track_and_map(const AfterFrame& after_frame) {
   impl.state.frames_total = impl.range.count();
   impl.state.frames_done = std::min(index, impl.range.end);
   impl.state.interrupted = index < impl.range.end;
-  impl.conclude_tracking();
   impl.state.seconds = watch.seconds();
   return {};
 }
@@ -382,6 +379,7 @@ Trajectory SlamPipeline::Impl::trajectory_now() const {
 }
 
 void SlamPipeline::Impl::conclude_tracking() {
+  if (!recording) state.frames_total = state.frames_done = frames_added;
   state.frame_ms = frame_ms.summary();
   state.live_corrections = map.corrections();
 }
@@ -407,6 +405,7 @@ void SlamPipeline::close_loops() {
   Impl& impl = *impl_;
   const Stopwatch watch;
   if (impl.run.progress) impl.run.progress({"closing loops", 0, 0, {}});
+  impl.conclude_tracking();
   impl.state.alignment = impl.closer.finish(impl.run);
   impl.state.interrupted |= impl.state.alignment.interrupted;
   const auto snapshot = impl.closer.snapshot();
@@ -414,6 +413,7 @@ void SlamPipeline::close_loops() {
   impl.state.loops = snapshot.statistics;
   impl.state.graph = impl.closer.graph();
   impl.state.track = impl.tracking.finish();
+  if (!impl.recording) impl.state.track.frames_total = impl.frames_added;
   if (impl.alignment) {
     impl.state.track.trajectory = std::move(impl.aligned);
     impl.state.track.keyframes = std::move(impl.aligned_keyframes);

@@ -36,6 +36,7 @@ struct SlamInput {
   /// the pipeline. Null: the pipeline keeps the frames of the map itself (FrameArchive).
   const FrameSource* frames = nullptr;
   std::size_t max_kept_bytes = 0;  ///< caps what the pipeline keeps itself; 0: no cap
+  bool is_from_kinect = false;     ///< start from a Kinect's row times (sensor_prior.hpp)
 };
 
 /// Outcome of a frame of SlamPipeline::add().
@@ -84,7 +85,7 @@ class SlamPipeline {
   /// unknown key, a value out of range, parameters that contradict.
   static Result<SlamPipeline> create(const SlamInput& input, const std::vector<std::string>& settings = {},
                                      const RunContext& run = {});
-  /// The same with parameters that are checked already.
+  /// The same with parameters that have been checked (check_parameters()).
   static SlamPipeline create(const SlamInput& input, const RgbdParameters& parameters, const RunContext& run);
   /// Takes its frames from a recording, which must outlive the pipeline: track_and_map() instead of add().
   SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);

@@ -183,7 +183,7 @@ void add_alignment_section(HtmlReport& report, const SlamAlignmentSummary& summa
 std::string slam_report_html(const SlamSummary& summary, const SlamReportMaterial& material) {
   const SlamPipeline::State& state = summary.state;
   const SummaryTree tree = describe(summary);
-  HtmlReport report(folder_title(summary.recording.path), "SLAM");
+  HtmlReport report(folder_title(summary.recording.path), summary.capture ? "Scan" : "SLAM");
   report.set_verdict(report_verdict(summary.verdict),
                      verdict_sentence(summary.verdict, verdict_of(summary, tree, material.scene.size)));
   report.set_model(material.scene.model_html);
@@ -196,6 +196,10 @@ std::string slam_report_html(const SlamSummary& summary, const SlamReportMateria
   add_visits_section(report, summary.verdict);
   if (state.dense_alignment) add_alignment_section(report, *state.dense_alignment);
   add_loops(report, tree, material);
+  if (summary.capture) {
+    report.begin_section("Camera", "What became of the frames of the camera.");
+    add_summary_table(report, tree, "capture");
+  }
   add_tracking_sections(report, state.track, tree);
   add_matrices(report, material);
   add_rgbd_recording_section(report, summary.recording);

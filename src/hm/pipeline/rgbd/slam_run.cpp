@@ -1,81 +1,22 @@
 #include "hm/pipeline/rgbd/slam_run.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/core/text/counted.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
+#include "hm/pipeline/common/box_json.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/pipeline/common/truth_comparison.hpp"
-#include "hm/pipeline/live/live_view.hpp"
-#include "hm/pipeline/rgbd/odometry_run.hpp"
-#include "hm/pipeline/rgbd/slam_output.hpp"
+#include "hm/pipeline/common/scene_level.hpp"
+#include "hm/pipeline/rgbd/slam_finish.hpp"
+#include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
-#include "hm/pipeline/rgbd/tracking_view.hpp"
-#include "hm/pipeline/verdict/depth_visits.hpp"
+#include "hm/report/run_report.hpp"
 
 namespace hm {
 namespace {
-
-Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state,
-                      const std::vector<std::string>& warnings) {
-  if (state.interrupted) return {ErrorCode::kCancelled, "stopped before the first frame had a pose", {}};
-  return {ErrorCode::kInvalidValue, why_no_pose(state.track, warnings), options.recording.string()};
-}
-
-void compare_trajectories(SlamSummary& summary) {
-  const TrajectoryErrorParams& params = summary.parameters.trajectory_error;
-  std::vector<std::string> said;
-  summary.odometry_error =
-      compare_with_truth(summary.state.track.trajectory, summary.recording, params, summary.warnings);
-  summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, said);
-}
-
-void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
-  const SlamPipeline::State& state = summary.state;
-  for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
-  if (state.frames_disconnected > 0)
-    summary.warnings.push_back(
-        fmt::format("{} not in the map: no closed loop connects that part of the trajectory with its start",
-                    counted(state.frames_disconnected, "frame")));
-  if (state.correction.frames_lost > 0)
-    summary.warnings.push_back(fmt::format("{} could not be read again when the map was rebuilt",
-                                           counted(state.correction.frames_lost, "frame")));
-  if (!state.alignment.failure.empty())
-    summary.warnings.push_back(fmt::format("bundle adjustment failed ({}): poses are those of the pose graph",
-                                           state.alignment.failure));
-  if (state.alignment.observations_behind > 0)
-    summary.warnings.push_back(
-        fmt::format("bundle adjustment left out {} of landmarks behind the camera and used {}",
-                    counted(state.alignment.observations_behind, "observation"),
-                    with_thousands(state.alignment.observations)));
-  if (state.alignment.interrupted)
-    summary.warnings.emplace_back(
-        "bundle adjustment was stopped: poses are less accurate than they could be");
-  if (state.track.frames_read < state.frames_total && state.interrupted)
-    summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
-                                           counted(state.frames_total, "frame")));
-  if (!state.up.known())
-    summary.warnings.emplace_back(
-        "up is unknown: there is no accelerometer, and floor and walls do not determine it; the map's z axis "
-        "is "
-        "the upward direction of the first image");
-  if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
-    summary.warnings.emplace_back(
-        "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
-}
-
-void judge_slam(const Recording& recording, const SlamRunOptions& options, SlamSummary& summary) {
-  const SlamPipeline::State& state = summary.state;
-  judge_depth_visits(recording, state.corrected, options.run, summary.verdict);
-  judge_tracking(state.track, summary.verdict);
-  if (state.frames_disconnected > 0)
-    summary.verdict.add(
-        MapVerdict::kDoubtful,
-        fmt::format("{} not in the map: nothing joins that part of the trajectory with its start",
-                    counted(state.frames_disconnected, "frame")));
-}
 
 /// Where the run begins: the saved state of an earlier one, if it is resumed and has one.
 Result<std::optional<SavedSlam>> saved_run(const ResultFolder& folder, const Recording& recording,
@@ -153,28 +94,9 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   const auto save = begin_saves(pipeline, *folder, **recording, options, summary);
   if (!save) return forward_error(save);
   if (const auto tracked = track_and_save(pipeline, **save); !tracked) return forward_error(tracked);
-  pipeline.close_loops();
-  if (pipeline.state().track.trajectory.empty())
-    return tl::make_unexpected(nothing_tracked(options, pipeline.state(), *warnings));
-  pipeline.level();
-  TriangleMesh before;
-  const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
-  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
-  if (const auto corrected = pipeline.correct_dense_map(); !corrected) return forward_error(corrected);
   summary.warnings = std::move(*warnings);
-  summary.recording = (*recording)->info();
-  summary.parameters = options.parameters;
-  summary.state = std::move(pipeline.state());
-  summary.run_s = watch.seconds();
-  compare_trajectories(summary);
-  add_warnings(options, summary);
-  judge_slam(**recording, options, summary);
-  show_corrected(options.run, summary.state.corrected, *summary.state.keyframes);
-  if (options.run.view) options.run.view->on_end(summary.verdict);
-  SlamRunOptions staged = options;
-  staged.output = folder->staging();
-  if (const auto written = write_slam_results(pipeline, **recording, before, staged, summary); !written)
-    return tl::make_unexpected(as_run_failure(Result<void>(written)).error());
+  const auto finished = finish_slam({pipeline, **recording, folder->staging(), options, watch}, summary);
+  if (!finished) return forward_error(finished);
   const auto state_files = (*save)->finish(*summary.state.keyframes);
   if (!state_files) return forward_error(state_files);
   summary.outputs.insert(summary.outputs.end(), state_files->begin(), state_files->end());
@@ -182,6 +104,177 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
       folder->publish(summary.outputs, summary.state.interrupted ? RunState::kStopped : RunState::kComplete);
   if (!published) return forward_error(published);
   return summary;
+}
+
+void visit(const RgbdLoopStatistics& loops, SummaryTree& v) {
+  v({"candidates", "candidates"}, loops.candidates);
+  v({"accepted", "accepted"}, loops.accepted);
+  v({"not_verified", "no motion explains the matches"}, loops.not_verified);
+  v({"too_far", "further off than odometry can be"}, loops.too_far);
+  v({"ambiguous", "ambiguous"}, loops.ambiguous);
+  v({"unconfirmed", "not confirmed by another"}, loops.unconfirmed);
+  v({"removed", "taken out again"}, loops.removed);
+  v.shown("submaps", "submaps", loops.submaps);
+  v({"maps", "maps after connecting"}, loops.maps);
+  v({"solutions", "times solved"}, loops.solutions);
+}
+
+/// Sentences about bundle adjustment have values only where it was kept.
+void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
+  v({"adjusted"}, report.adjusted);
+  const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
+    if (report.adjusted)
+      v(doc, value);
+    else
+      v.json(doc.key, value);
+  };
+  where_adjusted({"loop_links"}, report.loop_links);
+  where_adjusted({"visit_links"}, report.visit_links);
+  where_adjusted({"landmarks"}, report.landmarks);
+  where_adjusted({"observations"}, report.observations);
+  v({"observations_behind", "observations behind their camera, left out"}, report.observations_behind);
+  v({"interrupted"}, report.interrupted);
+  v({"failure"}, report.failure);
+  where_adjusted({"error_before_px", {}, "{:.2f} px"}, report.error_before_px);
+  where_adjusted({"error_after_px", {}, "{:.2f} px"}, report.error_after_px);
+}
+
+void visit(const MapCorrection& correction, SummaryTree& v) {
+  v({"frames_moved", "frames moved"}, correction.frames_moved);
+  v({"frames_replayed", "others replayed"}, correction.frames_replayed);
+  v({"frames_removed", "removed"}, correction.frames_removed);
+  v({"volumes_before", "blocks before"}, correction.volumes_before);
+  v({"volumes_rebuilt", "rebuilt"}, correction.volumes_rebuilt);
+  v({"volumes_after", "after"}, correction.volumes_after);
+  v({"largest_shift_m", "largest shift at 3 m", "{:.3f} m"}, correction.largest_shift_m);
+  v({"seconds", "rebuilt in", "{:.2f} s"}, correction.seconds);
+}
+
+void visit(const LiveCorrection& live, SummaryTree& v) {
+  visit(live.map, v);
+  v({"frame", "in place at frame", "{:d}"}, live.frame_index);
+  v({"after_s", "after (of the recording)", "{:.1f} s"}, (live.stamp - live.begun).seconds());
+  v({"stall_ms", "tracking waited", "{:.1f} ms"}, live.stall_ms);
+}
+
+void visit(const CaptureSummary& capture, SummaryTree& v) {
+  v({"camera", "camera"}, capture.camera);
+  v({"intrinsics", "intrinsics"}, capture.intrinsics);
+  v({"exposure", "exposure"}, capture.exposure);
+  v({"ended_because", "end"}, capture.ended_because);
+  if (capture.earlier_frames > 0) v({"earlier_frames", "frames of before"}, capture.earlier_frames);
+  v({"captured", "frames captured"}, capture.captured);
+  v({"tracked", "tracked"}, capture.tracked);
+  v({"lost", "lost"}, capture.lost);
+  v({"unusable", "not usable"}, capture.unusable);
+  std::size_t all = 0;
+  std::string reasons;
+  for (const auto& [reason, frames] : capture.dropped) {
+    all += frames;
+    if (frames > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, frames);
+  }
+  v.object("dropped", [&](SummaryTree& dropped) {
+    dropped({"total"}, all);
+    for (const auto& [reason, frames] : capture.dropped) dropped({reason}, frames);
+  });
+  v.shown("drops", "dropped", all == 0 ? "0" : fmt::format("{} ({})", all, reasons));
+  v({"recorded", "recorded"}, capture.recorded);
+  v({"recorded_uncompressed", "of these uncompressed"}, capture.recorded_uncompressed);
+  v({"not_recorded", "not recorded"}, capture.not_recorded);
+  v({"duration_s", "duration", "{:.1f} s"}, capture.duration_s);
+  v({"rate_hz", "tracked a second", "{:.1f}"}, capture.rate_hz);
+  v.spread({"latency_ms", "from image to pose", "{:.1f} ms"}, capture.latency_ms, {"median", "p99", "max"});
+  v({"saved_s", "saved after", "{:.2f} s"}, capture.saved_s);
+}
+
+std::string capture_lines(const SummaryTree& summary) {
+  return summary.lines(
+      {"camera    {capture.camera}; {capture.ended_because}",
+       "frames    {capture.captured|frame} captured in {capture.duration_s}: {capture.tracked} tracked, "
+       "{capture.lost} lost, {capture.unusable} not usable, dropped {capture.drops}; {capture.recorded} "
+       "recorded[, after {capture.earlier_frames} of before]",
+       "latency   {capture.latency_ms.median} from image to pose, 99 % under {capture.latency_ms.p99}",
+       "saved     {capture.saved_s} after the last frame"});
+}
+
+void visit(const SlamSummary& summary, SummaryTree& v) {
+  const SlamPipeline::State& state = summary.state;
+  v.group("verdict", summary.verdict);
+  v.group("capture", summary.capture);
+  v({"method"}, kOdometryMethodNames[static_cast<std::size_t>(summary.parameters.odometry.method)]);
+  if (summary.resumed_at_frame)
+    v({"resumed_at_frame", "resumed at frame", "{:d}"}, *summary.resumed_at_frame);
+  visit(state.track, v);
+  v.group("loops", state.loops);
+  v.group("bundle_adjustment", state.alignment);
+  if (summary.error) visit_error(*summary.error, v);
+  if (summary.odometry_error)
+    v.object("odometry", [&](SummaryTree& odometry) { visit_error(*summary.odometry_error, odometry); });
+  v({"largest_correction_m", "largest correction", "{:.3f} m"}, state.largest_shift_m);
+  v.group("alignment", state.dense_alignment);
+  v.object("up", [&](SummaryTree& up) {
+    visit(state.up, up);
+    up({"levelled"}, state.levelled);
+    up({"levelled_deg"}, state.levelled_rad * kDegreesPerRadian);
+    up.shown("text", {}, to_string(state.up));
+  });
+  v({"frames_mapped", "frames mapped"}, state.frames_mapped);
+  v({"frames_disconnected", "frames in unconnected maps"}, state.frames_disconnected);
+  v.group("map_correction", state.correction);
+  v.list("live_corrections", state.live_corrections);
+  if (!state.live_corrections.empty()) v.shown("corrections", {}, state.live_corrections.size());
+  double longest_stall_ms = 0;
+  for (const LiveCorrection& live : state.live_corrections)
+    longest_stall_ms = std::max(longest_stall_ms, live.stall_ms);
+  v({"longest_stall_ms", "longest wait for a correction", "{:.1f} ms"}, longest_stall_ms);
+  v.spread({"frame_ms", "a frame", "{:.1f} ms"}, state.frame_ms, {"median", "mean", "p99", "max"});
+  v({"volumes", "blocks"}, summary.volumes);
+  v({"map_bytes", "map", "{:.1f} MB", 1e-6}, summary.map_bytes);
+  v.object("mesh", [&](SummaryTree& mesh) {
+    mesh({"vertices", "vertices"}, summary.vertices);
+    mesh({"triangles", "triangles"}, summary.triangles);
+    if (const double size_m = summary.parameters.mesh.min_piece_size_m; size_m > 0)
+      mesh({"min_piece_size_m", "smaller pieces are left out", "{:g} cm", 1e2}, size_m);
+  });
+  add_box(v, "bounds_m", summary.bounds_m);
+  const MeshErrorParams& near = summary.parameters.mesh_error;
+  if (summary.mesh_error) v.group("mesh_error", MeasuredMesh{*summary.mesh_error, near});
+  if (summary.odometry_mesh_error)
+    v.group("odometry_mesh_error", MeasuredMesh{*summary.odometry_mesh_error, near});
+  v({"interrupted"}, state.interrupted);
+  v({"run_s", "time", "{:.1f} s"}, summary.run_s);
+}
+
+std::string to_text(const SlamSummary& summary) {
+  const SummaryTree tree = describe(summary);
+  return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) +
+         capture_lines(tree) + tracking_lines(tree) +
+         tree.lines(
+             {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
+              "{largest_correction_m}",
+              "alignment {alignment.accepted|frame} aligned, {alignment.not_accepted} not; "
+              "{alignment.mean_ms} a "
+              "frame, 99 % under {alignment.p99_ms}",
+              "bundle    {bundle_adjustment.landmarks|landmark}, "
+              "{bundle_adjustment.loop_links|match|matches} from "
+              "loops, {bundle_adjustment.visit_links} from other visits; reprojection error "
+              "{bundle_adjustment.error_before_px} before, {bundle_adjustment.error_after_px} after",
+              "odometry  ATE {odometry.ate_rmse_m}[, RPE {odometry.rpe_frame_m} a frame][, "
+              "{odometry.rpe_second_m} and {odometry.rpe_second_rad} a second]",
+              "corrected ATE {ate_rmse_m}[, RPE {rpe_frame_m} a frame][, {rpe_second_m} and {rpe_second_rad} "
+              "a "
+              "second]",
+              "map       {frames_mapped|frame}, {volumes|block}, {mesh.triangles|triangle}[ (pieces under "
+              "{mesh.min_piece_size_m} left out)]; "
+              "{map_correction.volumes_rebuilt} of {map_correction.volumes_before|block} rebuilt in "
+              "{map_correction.seconds}",
+              "          corrected {corrections|time} during tracking, which waited {longest_stall_ms} at "
+              "most",
+              "up        {up.text}",
+              "surface error before loops were closed {odometry_mesh_error.accuracy_mm.mean}",
+              "surface error {mesh_error.accuracy_mm.mean} (mean), {mesh_error.completeness_ratio} "
+              "complete"}) +
+         output_lines(summary.outputs);
 }
 
 }  // namespace hm

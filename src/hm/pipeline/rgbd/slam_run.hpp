@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hm/core/run_context.hpp"
@@ -27,12 +28,33 @@ struct SlamRunOptions {
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
 };
 
+/// What became of the frames of a live camera (hm scan). Of those that were captured each was tracked, lost,
+/// not usable for SLAM, or dropped for a reason.
+struct CaptureSummary {
+  std::string camera, intrinsics, exposure;
+  std::string ended_because;
+  std::size_t earlier_frames =
+      0;  ///< of the recording that was continued, tracked again before the first one
+  std::size_t captured = 0, tracked = 0, lost = 0, unusable = 0;
+  std::vector<std::pair<std::string, std::size_t>> dropped;  ///< by reason
+  std::size_t recorded = 0, recorded_uncompressed = 0, not_recorded = 0;
+  double duration_s = 0;            ///< from the first frame to the last
+  double rate_hz = 0;               ///< of tracked frames
+  Summary latency_ms;               ///< from having a frame to its pose, waiting included
+  std::optional<double> saved_s{};  ///< unplugged: until recording, map and trajectory were on disk
+};
+/// captured, tracked, lost, unusable, dropped{total, reason: frames}, latency_ms{median,p99,max} ...
+void visit(const CaptureSummary& capture, SummaryTree& v);
+/// Lines for a terminal of a summary with these values below "capture".
+std::string capture_lines(const SummaryTree& summary);
+
 /// Result of a run.
 struct SlamSummary {
   RecordingInfo recording;
   RgbdParameters parameters;
   double run_s = 0;
   std::optional<std::size_t> resumed_at_frame;  ///< the run continued an earlier one here
+  std::optional<CaptureSummary> capture;        ///< the frames came from a live camera
   SlamPipeline::State state;
 
   std::optional<TrajectoryError> odometry_error, error;      ///< for a recording with poses: before, after

@@ -109,6 +109,7 @@ void play(Replay& replay, const RunContext& run, StationView& view) {
     replay.step(kWait_s);
     if (replay.at_end() != was_at_end) {
       was_at_end = replay.at_end();
+      view.set_replay(replay.state());
       view.set_state(was_at_end ? "finished" : "running");
     }
     if (since_shown.seconds() < kShown_s) continue;

@@ -78,9 +78,13 @@ void LiveRgbdLoopCloser::Impl::work() {
   }
 }
 
-LiveRgbdLoopCloser::LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params)
+LiveRgbdLoopCloser::LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params,
+                                       ThreadPriority priority)
     : impl_(std::make_unique<Impl>(camera, params)) {
-  impl_->worker = std::thread([this] { impl_->work(); });
+  impl_->worker = std::thread([this, priority] {
+    set_thread_priority(priority);
+    impl_->work();
+  });
 }
 
 LiveRgbdLoopCloser::~LiveRgbdLoopCloser() {

@@ -10,7 +10,8 @@ namespace hm {
 /// snapshot depend on the machine's speed; the result after finish() equals that of RgbdLoopCloser.
 class LiveRgbdLoopCloser {
  public:
-  explicit LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {});
+  explicit LiveRgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params = {},
+                              ThreadPriority priority = ThreadPriority::kNormal);
   /// Waits for the current keyframe; those in the queue are dropped.
   ~LiveRgbdLoopCloser();
   LiveRgbdLoopCloser(const LiveRgbdLoopCloser&) = delete;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "hm/core/round_up.hpp"
+#include "hm/sensors/round_up.hpp"
 
 namespace hm {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hm/core/round_up.hpp"
+#include "hm/sensors/round_up.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "hm/tsdf/alignment/alignment_terms.cpp"

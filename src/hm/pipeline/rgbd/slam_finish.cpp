@@ -1,0 +1,103 @@
+#include "hm/pipeline/rgbd/slam_finish.hpp"
+
+#include <utility>
+
+#include "hm/core/text/counted.hpp"
+#include "hm/pipeline/common/mesh_evaluation.hpp"
+#include "hm/pipeline/common/truth_comparison.hpp"
+#include "hm/pipeline/live/live_view.hpp"
+#include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/slam_output.hpp"
+#include "hm/pipeline/rgbd/tracking_view.hpp"
+#include "hm/pipeline/verdict/depth_visits.hpp"
+
+namespace hm {
+namespace {
+
+Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& state,
+                      const std::vector<std::string>& warnings) {
+  if (state.interrupted) return {ErrorCode::kCancelled, "stopped before the first frame had a pose", {}};
+  return {ErrorCode::kInvalidValue, why_no_pose(state.track, warnings), options.recording.string()};
+}
+
+void compare_trajectories(SlamSummary& summary) {
+  const TrajectoryErrorParams& params = summary.parameters.trajectory_error;
+  std::vector<std::string> said;
+  summary.odometry_error =
+      compare_with_truth(summary.state.track.trajectory, summary.recording, params, summary.warnings);
+  summary.error = compare_with_truth(summary.state.corrected, summary.recording, params, said);
+}
+
+void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  for (std::string& warning : warnings_of(state.track)) summary.warnings.push_back(std::move(warning));
+  if (state.frames_disconnected > 0)
+    summary.warnings.push_back(
+        fmt::format("{} not in the map: no closed loop connects that part of the trajectory with its start",
+                    counted(state.frames_disconnected, "frame")));
+  if (state.correction.frames_lost > 0)
+    summary.warnings.push_back(fmt::format("{} could not be read again when the map was rebuilt",
+                                           counted(state.correction.frames_lost, "frame")));
+  if (!state.alignment.failure.empty())
+    summary.warnings.push_back(fmt::format("bundle adjustment failed ({}): poses are those of the pose graph",
+                                           state.alignment.failure));
+  if (state.alignment.observations_behind > 0)
+    summary.warnings.push_back(
+        fmt::format("bundle adjustment left out {} of landmarks behind the camera and used {}",
+                    counted(state.alignment.observations_behind, "observation"),
+                    with_thousands(state.alignment.observations)));
+  if (state.alignment.interrupted)
+    summary.warnings.emplace_back(
+        "bundle adjustment was stopped: poses are less accurate than they could be");
+  if (state.track.frames_read < state.frames_total && state.interrupted)
+    summary.warnings.push_back(fmt::format("stopped after {} of {}", with_thousands(state.track.frames_read),
+                                           counted(state.frames_total, "frame")));
+  if (!state.up.known())
+    summary.warnings.emplace_back(
+        "up is unknown: there is no accelerometer, and floor and walls do not determine it; the map's z axis "
+        "is "
+        "the upward direction of the first image");
+  if (options.parameters.loops.enabled && state.loops.accepted == 0 && state.track.keyframes.size() > 20)
+    summary.warnings.emplace_back(
+        "no place was recognised again, so no loop was closed: the trajectory is that of odometry");
+}
+
+void judge_slam(const Recording& recording, const SlamRunOptions& options, SlamSummary& summary) {
+  const SlamPipeline::State& state = summary.state;
+  judge_depth_visits(recording, state.corrected, options.run, summary.verdict);
+  judge_tracking(state.track, summary.verdict);
+  if (state.frames_disconnected > 0)
+    summary.verdict.add(
+        MapVerdict::kDoubtful,
+        fmt::format("{} not in the map: nothing joins that part of the trajectory with its start",
+                    counted(state.frames_disconnected, "frame")));
+}
+
+}  // namespace
+
+Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
+  SlamPipeline& pipeline = run.pipeline;
+  const SlamRunOptions& options = run.options;
+  pipeline.close_loops();
+  if (pipeline.state().track.trajectory.empty())
+    return tl::make_unexpected(nothing_tracked(options, pipeline.state(), summary.warnings));
+  pipeline.level();
+  TriangleMesh before;
+  const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
+  if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
+  if (const auto corrected = pipeline.correct_dense_map(); !corrected) return corrected;
+  summary.recording = run.recording.info();
+  summary.parameters = options.parameters;
+  summary.state = std::move(pipeline.state());
+  summary.run_s = run.watch.seconds();
+  compare_trajectories(summary);
+  add_warnings(options, summary);
+  judge_slam(run.recording, options, summary);
+  show_corrected(options.run, summary.state.corrected, *summary.state.keyframes);
+  if (options.run.view) options.run.view->on_end(summary.verdict);
+  SlamRunOptions staged = options;
+  staged.output = run.staging;
+  return as_run_failure(write_slam_results(pipeline, run.recording, before, staged, summary));
+}
+
+}  // namespace hm

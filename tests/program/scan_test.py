@@ -1,0 +1,211 @@
+"""hm scan: a replay, OpenNI and libfreenect without hardware; unplugged, stopped, killed and continued; wrong use."""
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import support
+
+QUICK = ["--voxel", "0.06", "--set", "reconstruction.pictures=false", "--set", "slam.matrices=false"]
+CAPTURE = {"camera", "captured", "tracked", "lost", "unusable", "dropped", "recorded", "latency_ms", "rate_hz"}
+FAKENECT = Path("/usr/lib/x86_64-linux-gnu/fakenect")
+
+
+class Scan(support.SharedFolderTest):
+    @classmethod
+    def prepare(cls, keeper):
+        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
+        cls.recording = keeper.folder / "room"
+
+    def check_capture(self, capture):
+        """Not a single frame is uncounted."""
+        self.assertLessEqual(CAPTURE, set(capture))
+        drops = {key: value for key, value in capture["dropped"].items() if key != "total"}
+        self.assertEqual(capture["dropped"]["total"], sum(drops.values()))
+        self.assertEqual(capture["captured"],
+                         capture["tracked"] + capture["lost"] + capture["unusable"] + capture["dropped"]["total"])
+        usable = capture["captured"] - sum(n for key, n in drops.items() if key != "queue_full")
+        self.assertEqual(capture["recorded"] + capture["not_recorded"], usable)
+
+    def replay(self, *words, expect=0):
+        return self.run_json("scan", "--camera", f"replay:{self.recording}", *QUICK, *words, expect=expect)
+
+    def stamps(self, recording):
+        lines = (self.folder / recording / "depth.txt").read_text().splitlines()
+        return [line.split()[0] for line in lines if not line.startswith("#")]
+
+    def wait_for(self, path, process):
+        end = time.monotonic() + 60
+        while not path.exists() and process.poll() is None and time.monotonic() < end:
+            time.sleep(0.02)
+        self.assertTrue(path.exists(), process.poll())
+
+    def start_replay(self, output, *words):
+        process = self.start("scan", "--camera", f"replay:{self.recording}", "-o", output, "--json", *QUICK, *words)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_replay_gives_a_result_and_the_same_recording(self):
+        run = self.replay("-o", "result", "--speed", "0.5")
+        self.check_capture(run["capture"])
+        self.assertEqual(run["capture"]["captured"], 60)
+        self.assertEqual(run["capture"]["recorded"], 60)
+        self.assertGreater(run["capture"]["tracked"], 20)
+        self.assertEqual(run["frames"]["lost"], run["capture"]["lost"])
+        self.check_results("result", ["trajectory.tum", "mesh.ply", "map.hmap", "report.json", "report.html"],
+                           ("What became of the frames of the camera",))
+        report = json.loads((self.folder / "result/report.json").read_text())
+        self.assertEqual(report["capture"]["captured"], 60)
+        recorded = self.run_json("info", "result/recording")
+        self.assertEqual(recorded["frames"], 60)
+        self.assertEqual(self.stamps("result/recording"),
+                         [line.split()[0] for line in (self.recording / "depth.txt").read_text().splitlines()
+                          if not line.startswith("#")])
+        first = next(iter(sorted((self.recording / "depth").iterdir())))
+        self.assertEqual(self.run_json("slam", "result/recording", "-o", "again", *QUICK)["frames"]["tracked"], 60)
+        self.assertTrue((self.folder / "result/recording/depth" / first.name).exists())
+
+    def test_unplugged(self):
+        run = self.replay("-o", "result", "--unplug-after", "1.2", expect=1)
+        self.check_capture(run["capture"])
+        self.assertIn("unplugged after 1.2 s", run["error"]["message"])
+        self.assertGreater(run["capture"]["saved_s"], 0)
+        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
+        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
+        poses = (self.folder / "result/trajectory.tum").read_text().splitlines()
+        self.assertEqual(len(poses), run["capture"]["tracked"])
+        self.assertGreater((self.folder / "result/mesh.ply").stat().st_size, 1000)
+        self.assertEqual(json.loads((self.folder / "result/run.json").read_text())["state"], "stopped")
+        # Plugged in again: one recording, one map.
+        more = self.replay("-o", "result", "--resume")
+        self.check_capture(more["capture"])
+        self.assertEqual(more["capture"]["earlier_frames"], run["capture"]["recorded"])
+        self.assertEqual(run["capture"]["captured"] + more["capture"]["captured"], 60)
+        self.assertEqual(self.run_json("info", "result/recording")["frames"], 60)
+        self.assertEqual(more["loops"]["maps"], 1)
+
+    def test_stopped(self):
+        process = self.start_replay("result", "--speed", "0.2")
+        self.wait_for(self.folder / "result/recording/depth.txt", process)
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 0, errors)
+        run = json.loads(output)
+        self.check_capture(run["capture"])
+        self.assertFalse(run["interrupted"], "a scan has no other end")
+        self.assertEqual(run["capture"]["ended_because"], "stopped")
+        self.assertLess(run["capture"]["captured"], 60)
+        self.assertEqual(json.loads((self.folder / "result/run.json").read_text())["state"], "complete")
+
+    def test_killed(self):
+        process = self.start_replay("result", "--speed", "0.2", "--set", "reconstruction.save_interval_s=0.3")
+        self.wait_for(self.folder / "result/recording/depth.txt", process)
+        while len(self.stamps("result/recording")) < 5 and process.poll() is None:
+            time.sleep(0.02)
+        process.kill()
+        process.communicate()
+        frames = len(self.stamps("result/recording"))
+        self.assertGreater(frames, 0)
+        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
+        # What a kill may cut: the end of a list.
+        with (self.folder / "result/recording/depth.txt").open("a") as file:
+            file.write("99.0 dep")
+        self.replay("-o", "result", expect=2)  # never over a recording without being asked to
+        run = self.replay("-o", "result", "--resume", "--speed", "4")
+        self.assertEqual(run["capture"]["earlier_frames"], frames)
+        self.assertEqual(len(self.stamps("result/recording")), frames + run["capture"]["recorded"])
+        self.assertEqual(self.stamps("result/recording"), sorted(set(self.stamps("result/recording")), key=float))
+
+    def test_another_camera_cannot_continue(self):
+        self.replay("-o", "result", "--seconds", "0.3")
+        camera = ["--intrinsics", "500", "500", "319.5", "239.5"]
+        error = self.replay("-o", "result", "--resume", *camera, expect=2)["error"]
+        self.assertIn("of another camera", error["message"])
+        self.assertEqual(self.replay("-o", "result", "--overwrite", "--seconds", "0.3", *camera)["capture"]["lost"], 0)
+
+    def test_wrong_use(self):
+        self.assertIn("--list", self.run_json("scan", expect=2)["error"]["message"])
+        self.assertIn("replay:RECORDING", self.run_json("scan", "--camera", "webcam", expect=2)["error"]["message"])
+        self.run_json("scan", "--camera", "replay:nowhere", "-o", "result", expect=3)
+        self.assertFalse((self.folder / "result").exists())
+        cameras = {camera["driver"]: camera for camera in self.run_json("scan", "--list")["cameras"]}
+        self.assertEqual(set(cameras), {"openni", "freenect", "v4l2"})
+        for name, camera in cameras.items():
+            if camera["devices"] and camera["built"]:
+                continue  # there is one on this computer
+            if not camera["built"]:
+                self.assertIn("install lib", camera["state"])
+            expect = 3 if camera["built"] else 2
+            words = ["--intrinsics", "525", "525", "319.5", "239.5"] if name == "v4l2" else []
+            self.run_json("scan", "--camera", name, "-o", "result", *words, expect=expect)
+
+    # ---- libraries of cameras, without a camera
+    def run_with(self, variables, *words, expect=0):
+        result = subprocess.run([support.PROGRAM, "scan", *map(str, words), "--json", *QUICK], cwd=self.folder,
+                                capture_output=True, text=True, timeout=300, env={**os.environ, **variables})
+        self.assertEqual(result.returncode, expect, result.stdout[-2000:] + result.stderr[-2000:])
+        return json.loads(result.stdout[result.stdout.index("{\n"):])  # a stand-in of a library may print
+
+    def openni(self, **variables):
+        folder = os.environ.get("HM_OPENNI")
+        if not folder:
+            self.skipTest("built without OpenNI")
+        return {"LD_LIBRARY_PATH": folder, "HM_OPENNI_RECORDING": str(self.recording), **variables}
+
+    def test_openni(self):
+        listed = self.run_with(self.openni(), "--list")["cameras"]
+        self.assertEqual([c["devices"] for c in listed if c["driver"] == "openni"], [["replay"]])
+        run = self.run_with(self.openni(), "--camera", "openni", "-o", "result", "--seconds", "1.2")
+        capture = run["capture"]
+        self.check_capture(capture)
+        self.assertIn("replay of a recording", capture["camera"])
+        self.assertGreater(capture["tracked"], 5)
+        info = self.run_json("info", "result/recording")
+        self.assertEqual(info["frames"], capture["recorded"])
+        camera = (self.folder / "result/recording/camera.txt").read_text()
+        self.assertRegex(camera, r"fx 525\n")
+        self.assertIn("depth_scale 1000", camera)
+
+    def test_openni_unplugged(self):
+        run = self.run_with(self.openni(HM_OPENNI_FRAMES="30"), "--camera", "openni", "-o", "result", expect=1)
+        self.check_capture(run["capture"])
+        self.assertIn("unplugged", run["error"]["message"])
+        self.assertGreater(run["capture"]["saved_s"], 0)
+        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
+
+    def test_openni_dummy_device(self):
+        """OpenNI's own device without hardware: pictures of nothing, and no field of view."""
+        if not os.environ.get("HM_OPENNI"):
+            self.skipTest("built without OpenNI")
+        words = ["--camera", "openni:Dummy", "-o", "result", "--seconds", "1"]
+        self.assertIn("--intrinsics", self.run_with({}, *words, expect=2)["error"]["message"])
+        run = self.run_with({}, *words, "--intrinsics", "280", "280", "159.5", "119.5", "--size", "320", "240",
+                            expect=3)
+        self.assertIn("not one of", run["error"]["message"])
+        self.assertGreater(len(self.stamps("result/recording")), 3)
+
+    def test_freenect(self):
+        writer = os.environ.get("HM_WRITE_FAKENECT")
+        if not writer or not FAKENECT.is_dir():
+            self.skipTest("no libfreenect with its stand-in")
+        (self.folder / "fake").mkdir()
+        subprocess.run([writer, self.recording, "fake", "40"], cwd=self.folder, check=True, timeout=120)
+        (self.folder / "kinect.toml").write_text(
+            "[depth_camera]\nsize_px = [640, 480]\nfx_px = 525\nfy_px = 525\ncx_px = 319.5\ncy_px = 239.5\n"
+            "[color_camera]\nsize_px = [640, 480]\nfx_px = 525\nfy_px = 525\ncx_px = 319.5\ncy_px = 239.5\n"
+            "[T_color_depth]\nxyz_m = [0, 0, 0]\nquaternion_xyzw = [0, 0, 0, 1]\n"
+            "[depth_disparity]\noffset_per_m = 3.3309495161\nslope_per_m = -0.0030711016\n")
+        run = self.run_with({"LD_LIBRARY_PATH": str(FAKENECT), "FAKENECT_PATH": str(self.folder / "fake")},
+                            "--camera", "freenect", "--calibration", "kinect.toml", "-o", "result", expect=1)
+        self.check_capture(run["capture"])
+        self.assertIn("unplugged?", run["error"]["message"])  # the files have ended
+        self.assertGreater(run["capture"]["tracked"], 5)
+        self.assertGreater(run["capture"]["saved_s"], 0)
+        self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
+
+
+if __name__ == "__main__":
+    support.main()
