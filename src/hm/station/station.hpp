@@ -59,7 +59,7 @@ struct StationOptions {
 /// The server of the live view: page, `/live`, `/pilot`, `/foxglove`, `/api`, on a thread of its own.
 class Station {
  public:
-  /// Error (kUsage): address or port cannot be used, named.
+  /// Errors: kUsage, the address is none or not this machine's; kInternal, the port is taken. Both name it.
   static Result<std::unique_ptr<Station>> start(StationOptions options);
   /// Ends all connections; waits for a file of `/api` that is being made.
   ~Station();

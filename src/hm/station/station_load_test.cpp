@@ -15,6 +15,7 @@
 #include "hm/core/hash.hpp"
 #include "hm/core/process_memory.hpp"
 #include "hm/core/rng.hpp"
+#include "hm/core/testing/memory_limit.hpp"
 #include "hm/station/station.hpp"
 #include "hm/station/testing/station_rig.hpp"
 
@@ -179,11 +180,14 @@ TEST(StationLoad, AClientThatNeverReadsCostsNoMemoryAndHoldsNobodyUp) {
     return false;
   };
   std::uint32_t version = 0;
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE(round(++version));
-  const std::size_t before = resident_bytes();
-  for (int i = 0; i < 150; ++i) ASSERT_TRUE(round(++version));  // 0.8 GB of pages
-  EXPECT_LT(resident_bytes(), before + 40'000'000);
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(round(++version));
   EXPECT_EQ(station->viewers(), 6u);
+  const std::size_t before = resident_bytes();
+  for (int i = 0; i < 60; ++i) ASSERT_TRUE(round(++version));  // 0.3 GB of pages
+  // A sanitizer keeps what was freed.
+  if (test::kCanLimitMemory) {
+    EXPECT_LT(resident_bytes(), before + 40'000'000);
+  }
 }
 
 TEST(StationLoad, AViewerThatComesBackGetsOnlyWhatChanged) {
@@ -224,6 +228,10 @@ TEST(StationApi, MakesFilesOneAfterTheOtherWhileTheServerGoesOn) {
   for (int i = 0; i < 12; ++i) {
     clients.push_back(std::make_unique<WebClient>(port));
     clients.back()->send_raw("GET /api/mesh.ply HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    // The first one is taken from the line before the others stand in it.
+    if (i == 0) {
+      ASSERT_TRUE(wait_until([&] { return at_once == 1; }));
+    }
     WebClient other(port);
     EXPECT_EQ(other.get("/api/status").status, 200);
   }

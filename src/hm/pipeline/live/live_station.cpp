@@ -4,11 +4,13 @@
 
 #include <charconv>
 #include <cstring>
+#include <optional>
 #include <system_error>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/report/floor_plan_svg.hpp"
+#include "hm/station/web/qr_text.hpp"
 
 namespace hm {
 namespace {
@@ -129,6 +131,11 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   return session;
 }
 
-std::string LiveStation::announcement() const { return "live view: " + station_->url(); }
+std::string LiveStation::announcement() const {
+  const std::string url = station_->url();
+  // The address last: what a caller adds stands behind it.
+  const std::optional<std::string> code = station_->is_public() ? qr_text(url) : std::nullopt;
+  return (code ? "\n" + *code : "") + "live view: " + url;
+}
 
 }  // namespace hm

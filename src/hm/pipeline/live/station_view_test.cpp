@@ -270,7 +270,11 @@ TEST(LiveStation, UnderstandsAddressesAndRefusesOthers) {
   }
   const auto station = open("127.0.0.1");
   ASSERT_TRUE(station);
-  EXPECT_THAT((*station)->announcement(), testing::HasSubstr("http://127.0.0.1:"));
+  EXPECT_THAT((*station)->announcement(), testing::StartsWith("live view: http://127.0.0.1:"));
+  const auto open_to_all = open("0.0.0.0");
+  ASSERT_TRUE(open_to_all);
+  EXPECT_THAT((*open_to_all)->announcement(),
+              testing::AllOf(testing::HasSubstr("\u2588\u2588"), testing::HasSubstr("?token=")));
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ struct WebAddress {
 /// most; nothing is compressed on the way.
 class WebServer {
  public:
-  /// Serves until it is destroyed; `handler` must outlive it. Error (kUsage): the address cannot be used, or
-  /// no port of those is free.
+  /// Serves until it is destroyed; `handler` must outlive it. Errors: kUsage, the address
+  /// cannot be used; kInternal, no port of those is free.
   static Result<std::unique_ptr<WebServer>> start(const WebAddress& address, const WebLimits& limits,
                                                   WebHandler& handler);
   /// Ends all connections; no call of the handler afterwards. Answers that are still owed have to be given,
