@@ -17,9 +17,11 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from functools import lru_cache
 from pathlib import Path
@@ -82,12 +84,36 @@ def remove_old_result(line, folder):
         shutil.rmtree(output)
 
 
+def serves_until_stopped(line):
+    words = line.split()
+    return words[1:2] == ["serve"] or (words[1:3] == ["fly", "teleop"] and "--serve" in line)
+
+
+def serve_and_stop(line, folder, environment):
+    """Starts a command that ends by Ctrl-C, waits until it serves, stops it. None when that worked."""
+    process = subprocess.Popen(["bash", "-ec", "exec " + line], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    watch = threading.Timer(LIMIT_S, process.kill)
+    watch.start()
+    said = ""
+    for text in process.stderr:
+        said += text
+        if "http://" in text:
+            process.send_signal(signal.SIGINT)
+    watch.cancel()
+    if process.wait() == 0 and "http://" in said:
+        return None
+    return f"exit code {process.returncode}: {said.strip()[-500:]}"
+
+
 def run_line(line, folder):
     """None when the line worked, or what went wrong."""
     remove_old_result(line, folder)
     environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
     begin = time.monotonic()
     try:
+        if serves_until_stopped(line):
+            return serve_and_stop(line, folder, environment)
         result = subprocess.run(["bash", "-ec", shortened(line)], cwd=folder, env=environment, capture_output=True,
                                 text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
