@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that every C++ file reaches the standard, Eigen and fmt headers of what it uses through its own includes.
+"""Checks that every C++ file reaches what it uses through its own includes: headers of the standard library, Eigen and
+fmt, and the project's own types and constants; and that no file uses what another one keeps to itself.
 
     scripts/check_includes.py [--self-test]
 
-Precompiled headers give every file the same library headers, so no compiler sees that one is missing. Whether the
-project's own headers are there is compiled: the asan-ubsan preset compiles every file alone.
+Precompiled headers give every file the same library headers, and files of a folder are compiled together
+(cmake/HmUnity.cmake), so no compiler sees that one is missing.
 """
 import re
 import sys
@@ -85,8 +86,91 @@ def missing(root, path):
     return [(line, name, header) for header, (line, name) in found.items()]
 
 
+OWN_TYPE = re.compile(r"^(?:template <[^\n]*>\n)?(?:struct|class|enum class|enum) (?:\[\[\w+\]\] )?(\w+)\b[^;{]*\{", re.M)
+OWN_CONSTANT = re.compile(r"^inline constexpr [\w:<>, ]+ (k[A-Z]\w*)\b", re.M)
+DECLARED = re.compile(r"^(?:struct|class|enum class) (\w+)(?: : [\w:]+)?;", re.M)
+# What a file defines in an anonymous namespace: functions, types, constants.
+HIDDEN = re.compile(r"^namespace \{\n(.*?)^\}  // namespace\n", re.M | re.S)
+HIDDEN_NAME = re.compile(r"^(?=\S)(?:(?:static |constexpr |inline )*[\w:<>,&* ]+[ &*](\w+)\(|(?:struct|class|enum class) (\w+)\b[^;]*\{|"
+                         r"(?:const|constexpr) [\w:<>,&* ]+ (k[A-Z]\w*)\b)", re.M)
+
+
+@lru_cache(maxsize=None)
+def code_of(path):
+    """A file without comments and strings."""
+    return NOISE.sub(lambda match: "\n" * match[0].count("\n"), path.read_text(encoding="utf-8"))
+
+
+def own_names(root):
+    """Types and constants of namespace hm -> the one header that defines them."""
+    homes = {}
+    for path in sorted((root / "src").rglob("*.hpp")):
+        for pattern in (OWN_TYPE, OWN_CONSTANT):
+            for name in pattern.findall(code_of(path)):
+                homes.setdefault(name, set()).add(path)
+    return {name: next(iter(paths)) for name, paths in homes.items() if len(paths) == 1}
+
+
+def own_files_reached(root, path):
+    files = {path}
+    for target in reached(root, path):
+        for own in (root / "src" / target, path.parent / target):
+            if own.is_file():
+                files.add(own)
+    return files
+
+
+def missing_own(root, path, homes):
+    """(line, name, its header) of the project's types and constants that a source file uses without reaching them."""
+    files = own_files_reached(root, path)
+    known = {name for file in files for name in DECLARED.findall(code_of(file))}
+    found = {}
+    for match in re.finditer(r"(?<![\w.:>])(?<!TEST\()(?:hm::)?([A-Z]\w+|k[A-Z]\w*)\b", code_of(path)):
+        name = match[1]
+        if name in homes and homes[name] not in files and name not in known:
+            found.setdefault(name, code_of(path)[:match.start()].count("\n") + 1)
+    # A name that stands in a header that is reached, or that the file itself defines in a class, is that one.
+    nested = r"\b(?:struct|class|enum class|enum|using|typename|int|size_t|auto|const[\w:<>,* ]+|const char[\w*\[\] ]*)[ *]{0}\b|[{{,]\s*{0}\s*[,}}=]"
+    return [(line, name, homes[name]) for name, line in found.items()
+            if not re.search(nested.format(name), code_of(path)) and
+            not any(re.search(rf"\b{name}\b", code_of(file)) for file in files - {path})]
+
+
+@lru_cache(maxsize=None)
+def hidden_names(path):
+    blocks = [NOISE.sub("", block) for block in HIDDEN.findall(path.read_text(encoding="utf-8"))]
+    return {name for block in blocks for names in HIDDEN_NAME.findall(block) for name in names
+            if name and not name.isupper() and name != "static_assert"}
+
+
+def borrowed(root, path, siblings):
+    """(line, name, file) of what another file of the folder has in an anonymous namespace."""
+    text, found = code_of(path), []
+    words = set(re.findall(r"\w+", text))
+    for sibling in siblings:
+        for name in hidden_names(sibling) & words:
+            if name in hidden_names(path) or any(re.search(rf"\b{name}\b", code_of(file)) for file in own_files_reached(root, path) - {path}):
+                continue
+            used = re.search(rf"(?<![\w.:>&]){name}\b" + ("" if name[0].isupper() or re.match("k[A-Z]", name) else r"\("), text)
+            defined = re.search(rf"(?:[\w>&*\]] |[\[,{{(] ?|[&*]){name}\b *[(={{,;:)\]]|\b(?:struct|class|using|typename) {name}\b", text)
+            if used and not defined:
+                found.append((text[:used.start()].count("\n") + 1, name, sibling.name))
+    return found
+
+
+def own_problems(root, path, homes):
+    where = path.relative_to(root)
+    problems = [f"{where}:{line}: uses {name} without reaching {home.relative_to(root / 'src')}"
+                for line, name, home in missing_own(root, path, homes)]
+    if path.suffix == ".cpp":
+        siblings = [other for other in sorted(path.parent.glob("*.cpp")) if other != path and not other.stem.endswith("_test")]
+        problems += [f"{where}:{line}: uses {name}, which {other} keeps to itself" for line, name, other in borrowed(root, path, siblings)]
+    return problems
+
+
 def check(root):
     """(number of files, problems)"""
+    homes = own_names(root)
     count, problems = 0, []
     for folder in FOLDERS:
         for path in sorted((root / folder).rglob("*.[ch]pp")):
@@ -95,6 +179,7 @@ def check(root):
             count += 1
             problems += [f"{path.relative_to(root)}:{line}: uses {name} without reaching <{header}>"
                          for line, name, header in missing(root, path)]
+            problems += own_problems(root, path, homes)
     return count, problems
 
 
@@ -102,13 +187,19 @@ def self_test():
     files = {"src/hm/a.hpp": "#pragma once\n#include <vector>\n", "src/hm/b.cpp":
              '#include "hm/a.hpp"\n#include <cmath>\n// std::map is only spoken of\nstd::vector<int> v;\n'
              "auto a = std::sqrt(2.0);\nstd::optional<int> o;\nEigen::Vector3d e;\n"}
+    files |= {"src/hm/room/own.hpp": "#pragma once\nstruct Own {\n  int a;\n};\ninline constexpr int kOwn = 1;\n",
+              "src/hm/room/keeps.cpp": "namespace {\nint hidden(int a) { return a; }\n}  // namespace\nint b = hidden(1);\n",
+              "src/hm/room/uses.cpp": "int hides(int own) { return own; }\nint c = hidden(2) + hides(3);\nOwn d;\nint e = kOwn;\n"}
     with tempfile.TemporaryDirectory() as root:
         for name, text in files.items():
             (Path(root) / name).parent.mkdir(parents=True, exist_ok=True)
             (Path(root) / name).write_text(text)
         count, problems = check(Path(root))
-    good = count == 2 and problems == ["src/hm/b.cpp:6: uses std::optional without reaching <optional>",
-                                       "src/hm/b.cpp:7: uses Eigen:: without reaching <Eigen/>"]
+    good = count == 5 and problems == ["src/hm/b.cpp:6: uses std::optional without reaching <optional>",
+                                       "src/hm/b.cpp:7: uses Eigen:: without reaching <Eigen/>",
+                                       "src/hm/room/uses.cpp:3: uses Own without reaching hm/room/own.hpp",
+                                       "src/hm/room/uses.cpp:4: uses kOwn without reaching hm/room/own.hpp",
+                                       "src/hm/room/uses.cpp:2: uses hidden, which keeps.cpp keeps to itself"]
     print("includes self-test:", "good" if good else f"wrong: {count} {problems}")
     return 0 if good else 1
 
