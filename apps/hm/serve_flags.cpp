@@ -2,7 +2,10 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <chrono>
+#include <string_view>
 #include <thread>
 
 #include "output.hpp"
@@ -10,6 +13,8 @@
 
 namespace {
 
+/// Value of --serve without one.
+constexpr std::string_view kThisMachine = "default";
 /// For the last frames to reach those who watch.
 constexpr std::chrono::milliseconds kLastFrames{500};
 
@@ -18,18 +23,15 @@ constexpr std::chrono::milliseconds kLastFrames{500};
 void ServeFlags::add_to(CLI::App& command) {
   command
       .add_flag(
-          "--serve{default}", listen,
+          fmt::format("--serve{{{}}}", kThisMachine), listen,
           "show the run live on a web page; --serve=PORT or --serve=ADDRESS:PORT (an address that other "
           "machines reach needs the token in the link that is printed)")
-      ->each([this](const std::string& value) {
-        is_wanted = true;
-        listen = value == "default" ? "" : value;
-      });
+      ->each([this](const std::string&) { is_wanted = true; });
 }
 
 hm::Result<Serving> ServeFlags::open(hm::LiveStationOptions options, hm::RunContext& run) const {
   if (!is_wanted) return Serving();
-  options.listen = listen;
+  options.listen = listen == kThisMachine ? "" : listen;
   options.program_version = kVersion;
   auto session = hm::LiveStation::open(options);
   if (!session) return hm::forward_error(session);

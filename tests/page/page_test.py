@@ -156,10 +156,10 @@ class Desk(unittest.TestCase):
         page.keep_picture(self.driver, "plots")
         titles = self.js("return [...document.querySelectorAll('.plot:not([hidden]) h3')].map(h => h.textContent)")
         self.assertIn("Times of the stages (ms)", titles)
-        self.assertIn("frames dropped", self.js("return document.querySelector('dl.values').innerText"))
-        self.assertIn("voxel_size_m", self.js("return document.querySelector('#page-plots pre').textContent"))
+        page.wait_for(self.driver, "document.querySelector('dl.values').innerText.includes('frames dropped')")
+        page.wait_for(self.driver, "document.querySelector('#page-plots pre').textContent.includes('voxel_size_m')")
         self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === 'Events').click()")
-        self.assertIn("12 frames were dropped", self.js("return document.querySelector('.events').innerText"))
+        page.wait_for(self.driver, "document.querySelector('.events').innerText.includes('12 frames were dropped')")
 
     def test_a_replay_is_paused_and_wound(self):
         page.wait_for(self.driver, "!document.getElementById('replay').hidden")

@@ -21,9 +21,15 @@ void PageChanges::note(std::span<const VolumeKey> updated) {
     if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back(page);
 }
 
-void PageChanges::note_all() {
-  for (const auto& [page, copied] : copied_)
-    if (waiting_.insert(page).second) order_.push_back(page);
+std::vector<MeshPageCopy> PageChanges::clear() {
+  std::vector<MeshPageCopy> gone;
+  for (auto& [page, copied] : copied_) {
+    gone.push_back({page, ++copied.version, 0, {}});
+    copied.at = {};  // its next copy is due at once
+  }
+  order_.clear();
+  waiting_.clear();
+  return gone;
 }
 
 MeshPageCopy PageChanges::copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m) {

@@ -35,8 +35,8 @@ class PageChanges {
 
   /// The meshes of these volumes have changed (MeshUpdateStats::updated).
   void note(std::span<const VolumeKey> updated);
-  /// All pages that were ever copied may have changed: another mesh takes the place of this one.
-  void note_all();
+  /// Another mesh takes the place of this one: empty copies of all pages that were copied.
+  std::vector<MeshPageCopy> clear();
   /// Copies of the changed pages whose last copy is old enough, longest waiting first.
   std::vector<MeshPageCopy> take_due(const IncrementalMesher& mesher, double voxel_size_m,
                                      Clock::time_point now);

@@ -70,7 +70,7 @@ void StationView::show_mesh(const TriangleMesh& mesh, double page_voxel_m) {
 }
 
 void StationView::on_restart() {
-  changes_.note_all();
+  pages_.give(changes_.clear(), now_);
   adviser_ = {};
   advice_.clear();
   for (auto& [which, path] : paths_) path.clear();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "hm/core/stopwatch.hpp"
 
@@ -60,6 +61,7 @@ bool Replay::step(double most_s) {
     return watch.seconds();
   };
   if (at_end() || (paused_ && !hurries)) {
+    if (!std::exchange(rests_, true)) subject_.settle();
     wait(most_s);
     return false;
   }
@@ -68,6 +70,7 @@ bool Replay::step(double most_s) {
     if (ahead_s_ > 1e-4) return false;
   }
   const Stopwatch watch;
+  rests_ = false;
   subject_.show(next_);
   const double took_s = watch.seconds();
   const double step_s = next_ + 1 < subject_.count() ? time_s(next_ + 1) - time_s(next_) : 0;

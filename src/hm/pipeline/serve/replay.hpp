@@ -20,6 +20,8 @@ class ReplaySubject {
   virtual void restart() = 0;
   /// Processes the next moment and shows it.
   virtual void show(std::size_t moment) = 0;
+  /// The replay rests here: what was held back is shown.
+  virtual void settle() = 0;
 };
 
 /// Shows a recording at its own pace, or as viewers steer it: pause, speed, a place to go to. To go back it
@@ -52,6 +54,7 @@ class Replay {
   bool paused_ = false;
   double speed_ = 1;
   std::size_t next_ = 0, hurry_to_ = 0;
+  bool rests_ = true;
   double ahead_s_ = 0;  ///< of the wall clock, until the next moment is due
 };
 

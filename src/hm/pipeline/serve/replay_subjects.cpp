@@ -59,6 +59,7 @@ class ReplayOfPoses : public ReplayOfFrames {
     pipeline_->observe_mesh(run_.view);
   }
   void forget() override { begin(); }
+  void settle() override { run_.view->on_mesh_complete(pipeline_->mesher()); }
   void show(RgbdFrame frame) override {
     const FrameOutcome outcome = pipeline_->process(frame);
     LiveCamera camera;
@@ -107,6 +108,7 @@ class ReplayOfTracking : public ReplayOfFrames {
     pipeline_ = std::make_unique<SlamPipeline>(SlamPipeline::create(input, parameters_, run_));
   }
   void forget() override { begin(); }
+  void settle() override { run_.view->on_mesh_complete(pipeline_->dense().mesher()); }
   void show(RgbdFrame frame) override {
     added_->add(frame.index);
     pipeline_->add(std::move(frame));
@@ -130,6 +132,7 @@ class ReplayOfLaser : public ReplaySubject {
     begin();
     run_.view->on_restart();
   }
+  void settle() override {}
   void show(std::size_t moment) override {
     const LaserEvent& event = events_->all()[moment];
     give(*pipeline_, recording_, event);

@@ -23,7 +23,9 @@ class Noted : public ReplaySubject {
     shown.clear();
   }
   void show(std::size_t moment) override { shown.push_back(moment); }
+  void settle() override { settled = shown.size(); }
   std::vector<std::size_t> shown;
+  std::size_t settled = 0;
   int restarts = 0;
 };
 
@@ -46,6 +48,7 @@ TEST(Replay, ShowsEveryMomentInOrderAtTheAskedSpeed) {
   EXPECT_NEAR(number(replay.state(), "time_s"), 1.98, 1e-9);
   EXPECT_NEAR(number(replay.state(), "end_s"), 1.98, 1e-9);
   EXPECT_FALSE(replay.step(0.001));
+  EXPECT_EQ(subject.settled, 100u);
 }
 
 TEST(Replay, WaitsWhilePausedButGoesToAPlace) {
@@ -57,6 +60,7 @@ TEST(Replay, WaitsWhilePausedButGoesToAPlace) {
   replay.request({{}, {}, 1.0});
   for (int i = 0; i < 60; ++i) replay.step(0.001);
   EXPECT_EQ(subject.shown.size(), 50u);
+  EXPECT_EQ(subject.settled, 50u);
   EXPECT_NEAR(number(replay.state(), "time_s"), 0.98, 1e-9);
 }
 
