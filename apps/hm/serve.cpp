@@ -30,17 +30,14 @@ hm::Result<Outcome> run(const ServeVerbFlags& flags, Session& session) {
   options.recording_options = *recording_options;
   options.laser_options = flags.of_laser.options();
   options.run = session.interruptible_context("closing the page's server");
-  std::string url;
-  options.on_open = [&url](const hm::LiveStation& station) {
-    url = station.station().url();
+  options.on_open = [](const hm::LiveStation& station) {
     write_message(station.announcement() + " (Ctrl-C closes it)\n");
   };
   const auto summary = hm::serve(options);
   if (!summary) return hm::forward_error(summary);
   Outcome outcome;
   outcome.text = fmt::format("the {} was shown for {:.0f} s\n", summary->what, summary->seconds);
-  outcome.json =
-      hm::JsonValue::object({{"what", summary->what}, {"url", url}, {"seconds", summary->seconds}});
+  outcome.json = hm::JsonValue::object({{"what", summary->what}, {"seconds", summary->seconds}});
   return outcome;
 }
 
