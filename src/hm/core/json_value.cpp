@@ -33,6 +33,27 @@ void JsonValue::push_back(JsonValue value) {
   items->push_back(std::move(value));
 }
 
+std::string JsonValue::text_at(std::string_view key) const {
+  const auto* text = find_as<std::string>(key);
+  return text ? *text : std::string();
+}
+
+std::int64_t JsonValue::integer_at(std::string_view key, std::int64_t fallback) const {
+  const auto* integer = find_as<std::int64_t>(key);
+  return integer ? *integer : fallback;
+}
+
+double JsonValue::number_at(std::string_view key, double fallback) const {
+  const JsonValue* member = find(key);
+  return member ? member->number_or(fallback) : fallback;
+}
+
+const JsonValue::Array& JsonValue::list_at(std::string_view key) const {
+  static const Array kNone;
+  const auto* list = find_as<Array>(key);
+  return list ? *list : kNone;
+}
+
 double JsonValue::number_or(double fallback) const {
   if (const auto* integer = std::get_if<std::int64_t>(&data_)) return static_cast<double>(*integer);
   if (const auto* real = std::get_if<double>(&data_)) return *real;

@@ -41,6 +41,17 @@ class JsonValue {
   JsonValue& operator[](std::string_view key);
   /// The member with this key, or nullptr (also when this is not an object).
   [[nodiscard]] const JsonValue* find(std::string_view key) const;
+  /// The member with this key if it is a T (bool, std::int64_t, std::string, Array, Object), or nullptr.
+  template <class T>
+  [[nodiscard]] const T* find_as(std::string_view key) const {
+    const JsonValue* member = find(key);
+    return member ? std::get_if<T>(&member->data_) : nullptr;
+  }
+  /// The member with this key; the fallback, or nothing, when it is missing or of another type.
+  [[nodiscard]] std::string text_at(std::string_view key) const;
+  [[nodiscard]] std::int64_t integer_at(std::string_view key, std::int64_t fallback) const;
+  [[nodiscard]] double number_at(std::string_view key, double fallback) const;
+  [[nodiscard]] const Array& list_at(std::string_view key) const;
   /// Appends to an array; a null value becomes an array first.
   void push_back(JsonValue value);
 

@@ -18,8 +18,7 @@ constexpr std::uint8_t kMessageData = 1;
 constexpr int kWarning = 1, kError = 2;  // levels of a status
 constexpr std::size_t kMaxTexts = 100;
 
-std::optional<std::uint32_t> id_of(const JsonValue* value) {
-  const auto* id = value ? value->as_integer() : nullptr;
+std::optional<std::uint32_t> id_of(const std::int64_t* id) {
   if (!id || *id < 0 || *id > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
   return static_cast<std::uint32_t>(*id);
 }
@@ -63,8 +62,7 @@ WebOutput FoxgloveSession::receive(std::string_view message, bool is_text, Durat
   if (!is_text) return WebClose{WebClose::kData, "this server takes no data"};
   const auto json = parse_json(message, "message");
   if (!json) return WebClose{WebClose::kProtocol, "no JSON: " + json.error().message};
-  const JsonValue* value = json->find("op");
-  const std::string* op = value ? value->as_string() : nullptr;
+  const auto* op = json->find_as<std::string>("op");
   if (!op) return WebClose{WebClose::kProtocol, "a message needs an op"};
   std::optional<std::string> wrong;
   if (*op == "subscribe")
@@ -78,11 +76,11 @@ WebOutput FoxgloveSession::receive(std::string_view message, bool is_text, Durat
 }
 
 std::optional<std::string> FoxgloveSession::subscribe(const JsonValue& message) {
-  const JsonValue* value = message.find("subscriptions");
-  const auto* list = value ? value->as_array() : nullptr;
+  const auto* list = message.find_as<JsonValue::Array>("subscriptions");
   if (!list) return "subscribe needs subscriptions";
   for (const JsonValue& one : *list) {
-    const auto id = id_of(one.find("id")), channel_id = id_of(one.find("channelId"));
+    const auto id = id_of(one.find_as<std::int64_t>("id")),
+               channel_id = id_of(one.find_as<std::int64_t>("channelId"));
     if (!id || !channel_id) return "a subscription needs an id and a channelId";
     const auto channel = channel_of(*channel_id);
     if (!channel || subscriptions_.contains(*id) || subscriptions_.size() >= kMaxSubscriptions) {
@@ -99,11 +97,10 @@ std::optional<std::string> FoxgloveSession::subscribe(const JsonValue& message) 
 }
 
 std::optional<std::string> FoxgloveSession::unsubscribe(const JsonValue& message) {
-  const JsonValue* value = message.find("subscriptionIds");
-  const auto* list = value ? value->as_array() : nullptr;
+  const auto* list = message.find_as<JsonValue::Array>("subscriptionIds");
   if (!list) return "unsubscribe needs subscriptionIds";
   for (const JsonValue& one : *list) {
-    const auto id = id_of(&one);
+    const auto id = id_of(one.as_integer());
     if (!id) return "subscriptionIds has to be a list of ids";
     subscriptions_.erase(*id);
   }

@@ -18,18 +18,16 @@ constexpr std::uint32_t kHelloSequence = 1;
 
 WebClose wrong(std::string reason) { return {WebClose::kProtocol, std::move(reason)}; }
 
-std::optional<std::int64_t> integer_in(const JsonValue* value, std::int64_t least, std::int64_t most) {
-  const auto* integer = value ? value->as_integer() : nullptr;
+std::optional<std::int64_t> in_range(const std::int64_t* integer, std::int64_t least, std::int64_t most) {
   if (!integer || *integer < least || *integer > most) return std::nullopt;
   return *integer;
 }
 
-std::optional<Vec3> vector_of(const JsonValue* value) {
-  const auto* list = value ? value->as_array() : nullptr;
-  if (!list || list->size() != 3) return std::nullopt;
+std::optional<Vec3> vector_of(const JsonValue::Array& list) {
+  if (list.size() != 3) return std::nullopt;
   Vec3 result;
   for (std::size_t i = 0; i < 3; ++i)
-    result[static_cast<Eigen::Index>(i)] = (*list)[i].number_or(std::numeric_limits<double>::quiet_NaN());
+    result[static_cast<Eigen::Index>(i)] = list[i].number_or(std::numeric_limits<double>::quiet_NaN());
   if (!result.allFinite()) return std::nullopt;
   return result;
 }
@@ -80,8 +78,7 @@ WebOutput LiveSession::receive(std::string_view message, bool is_text, Duration 
   if (!is_text) return WebClose{WebClose::kData, "binary messages are not taken here"};
   const auto json = parse_json(message, "message");
   if (!json) return wrong("no JSON: " + json.error().message);
-  const JsonValue* type_value = json->find("type");
-  const std::string* type = type_value ? type_value->as_string() : nullptr;
+  const auto* type = json->find_as<std::string>("type");
   if (!type) return wrong("a message needs a type");
   Refusal refusal;
   if (*type == "hello")
@@ -102,14 +99,11 @@ WebOutput LiveSession::receive(std::string_view message, bool is_text, Duration 
 
 LiveSession::Refusal LiveSession::hello(const JsonValue& message) {
   if (greeted_) return wrong("hello was said before");
-  if (!integer_in(message.find("protocol"), kProtocol, kProtocol))
+  if (!in_range(message.find_as<std::int64_t>("protocol"), kProtocol, kProtocol))
     return wrong("this server speaks protocol 1 of the live view");
-  const JsonValue* session = message.find("session");
-  const std::string* name = session ? session->as_string() : nullptr;
-  if (name && *name == context_.store.session())
+  if (message.text_at("session") == context_.store.session())
     if (auto refusal = know_pages(message)) return refusal;
-  const JsonValue* more_value = message.find("more");
-  const bool* more = more_value ? more_value->as_bool() : nullptr;
+  const bool* more = message.find_as<bool>("more");
   greeted_ = !(more && *more);
   return std::nullopt;
 }
@@ -124,9 +118,9 @@ LiveSession::Refusal LiveSession::know_pages(const JsonValue& message) {
   constexpr std::int64_t kLeast = std::numeric_limits<std::int32_t>::min(), kMost = -(kLeast + 1);
   for (std::size_t i = 0; i < list->size(); i += 5) {
     std::array<std::optional<std::int64_t>, 5> numbers;
-    for (std::size_t k = 0; k < 3; ++k) numbers[k] = integer_in(&(*list)[i + k], kLeast, kMost);
-    numbers[3] = integer_in(&(*list)[i + 3], 0, std::numeric_limits<std::uint32_t>::max());
-    numbers[4] = integer_in(&(*list)[i + 4], 0, 2);
+    for (std::size_t k = 0; k < 3; ++k) numbers[k] = in_range((*list)[i + k].as_integer(), kLeast, kMost);
+    numbers[3] = in_range((*list)[i + 3].as_integer(), 0, std::numeric_limits<std::uint32_t>::max());
+    numbers[4] = in_range((*list)[i + 4].as_integer(), 0, 2);
     for (const auto& number : numbers)
       if (!number) return wrong("pages holds what is no x, y, z, version, level");
     const PageKey key{static_cast<std::int32_t>(*numbers[0]), static_cast<std::int32_t>(*numbers[1]),
@@ -137,15 +131,16 @@ LiveSession::Refusal LiveSession::know_pages(const JsonValue& message) {
 }
 
 LiveSession::Refusal LiveSession::view(const JsonValue& message) {
-  const auto position = vector_of(message.find("position"));
-  const auto direction = vector_of(message.find("direction"));
+  const auto position = vector_of(message.list_at("position"));
+  const auto direction = vector_of(message.list_at("direction"));
   if (!position || !direction || !(direction->norm() > 0)) return wrong("view needs position and direction");
   queue_.look(*position, *direction);
   return std::nullopt;
 }
 
 LiveSession::Refusal LiveSession::ack(const JsonValue& message, Duration now) {
-  const auto sequence = integer_in(message.find("sequence"), 0, std::numeric_limits<std::uint32_t>::max());
+  const auto sequence =
+      in_range(message.find_as<std::int64_t>("sequence"), 0, std::numeric_limits<std::uint32_t>::max());
   if (!sequence || !queue_.acknowledge(static_cast<std::uint32_t>(*sequence), now))
     return wrong("ack of a frame that was not sent");
   return std::nullopt;

@@ -9,6 +9,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/json_value.hpp"
 #include "hm/io/bytes/json.hpp"
+#include "hm/station/live_frames.hpp"
 #include "hm/station/web/random_token.hpp"
 
 namespace hm {
@@ -114,11 +115,10 @@ void LiveStore::add_event(Time stamp, std::string level, std::string text) {
     const std::uint64_t id = ++impl_->events;
     const auto json = JsonValue::object(
         {{"id", id}, {"time_s", stamp.seconds()}, {"level", std::move(level)}, {"text", std::move(text)}});
-    const std::string bytes = to_json_text(json, JsonStyle::kCompact);
     LiveItem item;
     item.stamp = stamp;
-    const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
-    item.payload = std::make_shared<const std::vector<std::byte>>(begin, begin + bytes.size());
+    item.payload =
+        std::make_shared<const std::vector<std::byte>>(text_bytes(to_json_text(json, JsonStyle::kCompact)));
     impl_->set({LiveKind::kEvent, id, {}}, std::move(item));
     if (id > kMaxEvents) impl_->erase({LiveKind::kEvent, id - kMaxEvents, {}});
   }

@@ -23,19 +23,8 @@ constexpr std::int64_t kMaxSequence = std::int64_t{1} << 53;
 
 double milliseconds(Duration from, Duration to) { return static_cast<double>(to.ns - from.ns) * 1e-6; }
 
-const std::string* text_of(const JsonValue& message, std::string_view name) {
-  const JsonValue* value = message.find(name);
-  return value ? value->as_string() : nullptr;
-}
-
-double number_of(const JsonValue& message, std::string_view name) {
-  const JsonValue* value = message.find(name);
-  return value ? value->number_or(kNaN) : kNaN;
-}
-
 std::optional<std::int64_t> sequence_of(const JsonValue& message) {
-  const JsonValue* value = message.find("sequence");
-  const auto* sequence = value ? value->as_integer() : nullptr;
+  const auto* sequence = message.find_as<std::int64_t>("sequence");
   if (!sequence || *sequence < 0 || *sequence > kMaxSequence) return std::nullopt;
   return *sequence;
 }
@@ -44,11 +33,10 @@ std::optional<std::int64_t> sequence_of(const JsonValue& message) {
 bool read_target(const JsonValue& message, PilotOrder& order) {
   const bool velocity = order.kind == "velocity";
   if (!velocity && order.kind != "go_to" && order.kind != "preview") return true;
-  const JsonValue* value = message.find(velocity ? "velocity_m_s" : "position_m");
-  const auto* list = value ? value->as_array() : nullptr;
-  if (!list || list->size() != 3) return false;
-  for (std::size_t i = 0; i < 3; ++i) order.vector[i] = (*list)[i].number_or(kNaN);
-  order.yaw = number_of(message, velocity ? "yaw_rad_s" : "yaw_rad");
+  const JsonValue::Array& list = message.list_at(velocity ? "velocity_m_s" : "position_m");
+  if (list.size() != 3) return false;
+  for (std::size_t i = 0; i < 3; ++i) order.vector[i] = list[i].number_or(kNaN);
+  order.yaw = message.number_at(velocity ? "yaw_rad_s" : "yaw_rad", kNaN);
   return std::isfinite(order.yaw) &&
          std::all_of(order.vector.begin(), order.vector.end(), [](double x) { return std::isfinite(x); });
 }
@@ -106,13 +94,13 @@ void PilotDesk::take_lease(PilotId pilot, bool force) {
 std::optional<std::string> PilotDesk::receive(PilotId id, std::string_view text, Duration now) {
   const auto message = parse_json(text, "message");
   if (!message) return "no JSON: " + message.error().message;
-  const std::string* type = text_of(*message, "type");
+  const auto* type = message->find_as<std::string>("type");
   if (!type) return "a message needs a type";
   if (*type == "command") return command(id, *message, now);
   if (*type == "pong") return pong(pilots_.at(id), *message, now);
   if (*type == "take") {
-    const JsonValue* force = message->find("force");
-    take_lease(id, force && force->as_bool() && *force->as_bool());
+    const bool* force = message->find_as<bool>("force");
+    take_lease(id, force && *force);
     return std::nullopt;
   }
   if (*type == "release") {
@@ -140,12 +128,12 @@ std::optional<std::string> PilotDesk::pong(Pilot& pilot, const JsonValue& messag
 std::optional<std::string> PilotDesk::command(PilotId id, const JsonValue& message, Duration now) {
   Command given;
   const auto sequence = sequence_of(message);
-  const std::string* kind = text_of(message, "kind");
+  const auto* kind = message.find_as<std::string>("kind");
   if (!sequence || !kind) return "a command needs a sequence and a kind";
   given.sequence = *sequence;
   given.order.kind = *kind;
-  given.age_ms = number_of(message, "age_ms");
-  given.expires_ms = number_of(message, "expires_ms");
+  given.age_ms = message.number_at("age_ms", kNaN);
+  given.expires_ms = message.number_at("expires_ms", kNaN);
   Pilot& pilot = pilots_.at(id);
   Refusal refusal;
   if (std::find(kKinds.begin(), kKinds.end(), *kind) == kKinds.end())

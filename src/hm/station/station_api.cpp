@@ -5,13 +5,18 @@
 #include <algorithm>
 #include <utility>
 
-#include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
 
 namespace hm {
 namespace {
 
 constexpr const char* kJson = "application/json";
+
+/// The newest frame of a kind of which there is one, as JSON.
+std::string newest_json(const LiveStore& store, LiveKind kind, std::string without) {
+  const auto item = store.read({kind, 0, {}});
+  return item ? std::string(bytes_text(*item->payload)) : std::move(without);
+}
 
 WebResponse make_response(const StationExport& file) {
   auto bytes = file.make();
@@ -81,23 +86,14 @@ void ExportMaker::run() {
 }
 
 WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers) {
-  std::string telemetry = "null";
-  if (const auto items = store.items(LiveKind::kTelemetry); !items.empty())
-    telemetry = bytes_text(*items.front().payload);
-  return WebResponse::of_text(
-      200, fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{}}}\n", hello, telemetry, viewers),
-      kJson);
+  return WebResponse::of_text(200,
+                              fmt::format("{{\"hello\":{},\"telemetry\":{},\"viewers\":{}}}\n", hello,
+                                          newest_json(store, LiveKind::kTelemetry, "null"), viewers),
+                              kJson);
 }
 
 WebResponse statistics_response(const LiveStore& store) {
-  auto all = JsonValue::object();
-  for (const LiveItem& item : store.items(LiveKind::kStatistics)) {
-    const auto json = parse_json(bytes_text(*item.payload), "statistics");
-    const auto* members = json ? json->as_object() : nullptr;
-    if (!members) continue;
-    for (const auto& [name, value] : *members) all[name] = value;
-  }
-  return WebResponse::of_text(200, to_json_text(all, JsonStyle::kCompact) + "\n", kJson);
+  return WebResponse::of_text(200, newest_json(store, LiveKind::kStatistics, "{}") + "\n", kJson);
 }
 
 }  // namespace hm

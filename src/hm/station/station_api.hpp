@@ -45,7 +45,7 @@ class ExportMaker {
 
 /// `/api/status`: hello, telemetry and number of viewers.
 WebResponse status_response(const LiveStore& store, const std::string& hello, std::size_t viewers);
-/// `/api/statistics`: the members of all statistics frames.
+/// `/api/statistics`: the newest statistics.
 WebResponse statistics_response(const LiveStore& store);
 
 }  // namespace hm

@@ -44,13 +44,6 @@ std::size_t components_of(std::string_view type) {
   return type == "VEC4" ? 4 : 0;
 }
 
-/// A member that is a whole number from 0 on, or the fallback where there is none.
-std::int64_t whole(const JsonValue& object, std::string_view key, std::int64_t fallback) {
-  const JsonValue* value = object.find(key);
-  const std::int64_t* integer = value ? value->as_integer() : nullptr;
-  return integer ? *integer : fallback;
-}
-
 class GlbReader {
  public:
   explicit GlbReader(InputFile& file) : file_(file) {}
@@ -59,12 +52,10 @@ class GlbReader {
     if (const auto opened = read_chunks(); !opened) return forward_error(opened);
     if (const auto plain = check_features(); !plain) return forward_error(plain);
     R_mesh_gltf_ = gltf_axes(document_).R_mesh_gltf.cast<float>();
-    const JsonValue* meshes = document_.find("meshes");
-    if (!meshes || !meshes->as_array()) return std::move(mesh_);
-    for (const JsonValue& mesh : *meshes->as_array()) {
-      const JsonValue* primitives = mesh.find("primitives");
-      if (!primitives || !primitives->as_array()) return bad("a mesh without primitives");
-      for (const JsonValue& primitive : *primitives->as_array())
+    for (const JsonValue& mesh : document_.list_at("meshes")) {
+      const auto* primitives = mesh.find_as<JsonValue::Array>("primitives");
+      if (!primitives) return bad("a mesh without primitives");
+      for (const JsonValue& primitive : *primitives)
         if (const auto done = read_primitive(primitive); !done) return forward_error(done);
     }
     if (mesh_.normals.size() != mesh_.vertices.size()) mesh_.normals.clear();
@@ -116,39 +107,35 @@ class GlbReader {
   }
 
   [[nodiscard]] Result<void> check_features() const {
-    const JsonValue* required = document_.find("extensionsRequired");
-    if (required && required->as_array() && !required->as_array()->empty())
+    if (!document_.list_at("extensionsRequired").empty())
       return unsupported("needs a glTF extension (compression or quantisation)");
-    const JsonValue* nodes = document_.find("nodes");
-    if (nodes && nodes->as_array())
-      for (const JsonValue& node : *nodes->as_array())
-        for (const char* key : {"matrix", "translation", "rotation", "scale"})
-          if (node.find(key)) return unsupported("a node with a transform");
+    for (const JsonValue& node : document_.list_at("nodes"))
+      for (const char* key : {"matrix", "translation", "rotation", "scale"})
+        if (node.find(key)) return unsupported("a node with a transform");
     return {};
   }
 
   [[nodiscard]] const JsonValue* item(std::string_view list, std::int64_t index) const {
-    const JsonValue* items = document_.find(list);
-    const JsonValue::Array* array = items ? items->as_array() : nullptr;
-    if (!array || index < 0 || index >= static_cast<std::int64_t>(array->size())) return nullptr;
-    return &(*array)[static_cast<std::size_t>(index)];
+    const JsonValue::Array& items = document_.list_at(list);
+    if (index < 0 || index >= static_cast<std::int64_t>(items.size())) return nullptr;
+    return &items[static_cast<std::size_t>(index)];
   }
 
   [[nodiscard]] Result<Accessor> accessor(std::int64_t index) const {
     const JsonValue* json = item("accessors", index);
     if (!json) return bad("an accessor is missing");
     if (json->find("sparse")) return unsupported("a sparse accessor");
-    const JsonValue* view = item("bufferViews", whole(*json, "bufferView", -1));
-    if (!view || whole(*view, "buffer", -1) != 0) return bad("a buffer view is missing, or not in this file");
-    const JsonValue* type = json->find("type");
+    const JsonValue* view = item("bufferViews", json->integer_at("bufferView", -1));
+    if (!view || view->integer_at("buffer", -1) != 0)
+      return bad("a buffer view is missing, or not in this file");
     Accessor result;
-    result.component_type = whole(*json, "componentType", 0);
-    result.components = type && type->as_string() ? components_of(*type->as_string()) : 0;
+    result.component_type = json->integer_at("componentType", 0);
+    result.components = components_of(json->text_at("type"));
     const std::uint64_t element = component_bytes(result.component_type) * result.components;
-    const std::int64_t view_offset = whole(*view, "byteOffset", 0),
-                       view_bytes = whole(*view, "byteLength", -1);
-    const std::int64_t offset = whole(*json, "byteOffset", 0), count = whole(*json, "count", -1);
-    const std::int64_t stride = whole(*view, "byteStride", static_cast<std::int64_t>(element));
+    const std::int64_t view_offset = view->integer_at("byteOffset", 0),
+                       view_bytes = view->integer_at("byteLength", -1);
+    const std::int64_t offset = json->integer_at("byteOffset", 0), count = json->integer_at("count", -1);
+    const std::int64_t stride = view->integer_at("byteStride", static_cast<std::int64_t>(element));
     // The format's offsets have 32 bits; with that the sums below cannot overflow.
     for (const std::int64_t value : {view_offset, view_bytes, offset, count, stride})
       if (value < 0 || value > std::numeric_limits<std::uint32_t>::max())
@@ -190,7 +177,7 @@ class GlbReader {
   }
 
   Result<void> read_primitive(const JsonValue& primitive) {
-    const std::int64_t mode = whole(primitive, "mode", glb::kTriangles);
+    const std::int64_t mode = primitive.integer_at("mode", glb::kTriangles);
     if (mode != glb::kTriangles && mode != glb::kPoints)
       return unsupported("a primitive of other than triangles");
     const JsonValue* attributes = primitive.find("attributes");
@@ -213,7 +200,7 @@ class GlbReader {
 
   Result<void> read_vectors(const JsonValue& attributes, std::string_view name,
                             std::vector<Eigen::Vector3f>& out) {
-    const auto from = accessor(whole(attributes, name, -1));
+    const auto from = accessor(attributes.integer_at(name, -1));
     if (!from) return forward_error(from);
     if (from->component_type != glb::kFloat || from->components != 3)
       return bad("positions or normals are no floats");
@@ -229,7 +216,7 @@ class GlbReader {
   }
 
   Result<void> read_colors(const JsonValue& attributes) {
-    const auto from = accessor(whole(attributes, "COLOR_0", -1));
+    const auto from = accessor(attributes.integer_at("COLOR_0", -1));
     if (!from) return forward_error(from);
     if (from->component_type == glb::kUnsignedInt || from->components < 3)
       return bad("colours of a wrong type");
@@ -258,7 +245,7 @@ class GlbReader {
     if (!primitive.find("indices")) {
       for (std::size_t i = 0; i < count; ++i) take(i);
     } else {
-      const auto from = accessor(whole(primitive, "indices", -1));
+      const auto from = accessor(primitive.integer_at("indices", -1));
       if (!from) return forward_error(from);
       if (from->components != 1 || from->component_type == glb::kFloat) return bad("indices of a wrong type");
       const std::size_t bytes = component_bytes(from->component_type);

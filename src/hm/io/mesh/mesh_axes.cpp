@@ -19,8 +19,7 @@ Mat3 y_from_z_up() {
   return R;
 }
 
-std::optional<Mat3> rotation_of(const JsonValue* json) {
-  const JsonValue::Array* numbers = json ? json->as_array() : nullptr;
+std::optional<Mat3> rotation_of(const JsonValue::Array* numbers) {
   if (!numbers || numbers->size() != 9) return std::nullopt;
   Mat3 R;
   for (std::size_t i = 0; i < 9; ++i)
@@ -76,10 +75,10 @@ JsonValue gltf_extras(const MeshWriteOptions& options) {
 GltfAxes gltf_axes(const JsonValue& document) {
   const JsonValue* asset = document.find("asset");
   const JsonValue* extras = asset ? asset->find("extras") : nullptr;
-  const auto R_gltf_mesh = rotation_of(extras ? extras->find(kRotationKey) : nullptr);
+  const auto R_gltf_mesh = rotation_of(extras ? extras->find_as<JsonValue::Array>(kRotationKey) : nullptr);
   if (!R_gltf_mesh) return {y_from_z_up().transpose(), z_is_up()};
-  const JsonValue* text = extras->find(kUpKey);
-  const auto up = text && text->as_string() ? parse_up(*text->as_string()) : std::nullopt;
+  const auto* text = extras->find_as<std::string>(kUpKey);
+  const auto up = text ? parse_up(*text) : std::nullopt;
   return {R_gltf_mesh->transpose(), up.value_or(UpDirection())};
 }
 

@@ -23,12 +23,6 @@ constexpr std::array<std::string_view, 3> kStateNames{"running", "stopped", "com
 /// Files by which a result without a record is recognised.
 constexpr std::array<const char*, 3> kResultNames{"report.json", "map.hmap", "calibration.toml"};
 
-std::string text_of(const JsonValue& json, std::string_view key) {
-  const JsonValue* value = json.find(key);
-  const auto* text = value ? value->as_string() : nullptr;
-  return text ? *text : std::string();
-}
-
 /// A name that stays below the folder: a record must not have other files removed.
 bool is_inside(const std::string& name) {
   const fs::path path(name);
@@ -44,14 +38,13 @@ std::string absolute_name(const fs::path& path) {
 }
 
 Result<RunRecord> record_from_json(const JsonValue& json, const std::string& where) {
-  RunRecord record{text_of(json, "verb"), text_of(json, "recording"), text_of(json, "version"), {}, {}};
-  const auto state = std::find(kStateNames.begin(), kStateNames.end(), text_of(json, "state"));
+  RunRecord record{json.text_at("verb"), json.text_at("recording"), json.text_at("version"), {}, {}};
+  const auto state = std::find(kStateNames.begin(), kStateNames.end(), json.text_at("state"));
   if (record.verb.empty() || state == kStateNames.end())
     return fail(ErrorCode::kCorrupted, where, "names no verb or no state of a run");
   record.state = static_cast<RunState>(state - kStateNames.begin());
-  if (const JsonValue* files = json.find("files"); files && files->as_array())
-    for (const JsonValue& file : *files->as_array())
-      if (const auto* name = file.as_string(); name && is_inside(*name)) record.files.push_back(*name);
+  for (const JsonValue& file : json.list_at("files"))
+    if (const auto* name = file.as_string(); name && is_inside(*name)) record.files.push_back(*name);
   return record;
 }
 

@@ -49,9 +49,7 @@ fs::path poses_it_was_built_with(const fs::path& trajectory) {
   const auto bytes = read_file_bytes(trajectory.parent_path() / "report.json", kMostBytes);
   if (!bytes || trajectory.filename() != "trajectory.tum") return {};
   const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, {});
-  if (!json) return {};
-  const JsonValue* poses = json->find("poses");
-  return poses && poses->as_string() ? fs::path(*poses->as_string()) : fs::path();
+  return json ? fs::path(json->text_at("poses")) : fs::path();
 }
 
 bool is_same_place(const fs::path& a, const fs::path& b) {

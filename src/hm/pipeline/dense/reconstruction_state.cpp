@@ -39,28 +39,18 @@ bool pose_from_json(const JsonValue& json, StampedPose& pose) {
 }
 
 /// Keys as x, y, z, x, y, z ...; what is no number becomes 0 and marks nothing.
-std::vector<VolumeKey> keys_from_json(const JsonValue* json) {
+std::vector<VolumeKey> keys_from_json(const JsonValue::Array& numbers) {
   std::vector<VolumeKey> keys;
-  const auto* numbers = json ? json->as_array() : nullptr;
   const auto at = [&](std::size_t i) {
-    const std::int64_t* whole = (*numbers)[i].as_integer();
+    const std::int64_t* whole = numbers[i].as_integer();
     return static_cast<std::int32_t>(whole ? std::clamp<std::int64_t>(*whole, -(1 << 30), 1 << 30) : 0);
   };
-  for (std::size_t i = 0; numbers && i + 2 < numbers->size(); i += 3)
-    keys.push_back({at(i), at(i + 1), at(i + 2)});
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) keys.push_back({at(i), at(i + 1), at(i + 2)});
   return keys;
 }
 
 std::size_t count_of(const JsonValue& json, std::string_view key) {
-  const JsonValue* value = json.find(key);
-  const auto* number = value ? value->as_integer() : nullptr;
-  return number && *number > 0 ? static_cast<std::size_t>(*number) : 0;
-}
-
-std::string text_of(const JsonValue& json, std::string_view key) {
-  const JsonValue* value = json.find(key);
-  const auto* text = value ? value->as_string() : nullptr;
-  return text ? *text : std::string();
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, json.integer_at(key, 0)));
 }
 
 }  // namespace
@@ -114,10 +104,9 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
     return fail(ErrorCode::kUnsupported, where,
                 "it does not hold a reconstruction that this program can continue");
   ReconstructionState state;
-  state.recording = text_of(*json, "recording");
+  state.recording = json->text_at("recording");
   state.kind = static_cast<RecordingKind>(count_of(*json, "kind"));
-  if (const JsonValue* stamp = json->find("first_stamp_ns"); stamp && stamp->as_integer())
-    state.first_stamp = {*stamp->as_integer()};
+  state.first_stamp = {json->integer_at("first_stamp_ns", 0)};
   state.next_frame = count_of(*json, "next_frame");
   state.frames_read = count_of(*json, "frames_read");
   state.frames_integrated = count_of(*json, "frames_integrated");
@@ -132,16 +121,14 @@ Result<ReconstructionState> state_from_json(std::string_view text, const std::st
         return fail(ErrorCode::kCorrupted, where, "{} of its state is damaged", key);
       *motion = pose.T_world_base;
     }
-  if (const JsonValue* skipped = json->find("skipped"); skipped && skipped->as_array())
-    for (const JsonValue& frame : *skipped->as_array())
-      state.skipped.push_back({count_of(frame, "index"), text_of(frame, "reason")});
-  state.up = parse_up(text_of(*json, "up")).value_or(UpDirection());
-  state.interior_marks = keys_from_json(json->find("interior_marks"));
-  if (const JsonValue* poses = json->find("trajectory"); poses && poses->as_array())
-    for (const JsonValue& pose : *poses->as_array())
-      if (!pose_from_json(pose, state.trajectory.emplace_back()))
-        return fail(ErrorCode::kCorrupted, where, "pose {} of its state is damaged",
-                    state.trajectory.size() - 1);
+  for (const JsonValue& frame : json->list_at("skipped"))
+    state.skipped.push_back({count_of(frame, "index"), frame.text_at("reason")});
+  state.up = parse_up(json->text_at("up")).value_or(UpDirection());
+  state.interior_marks = keys_from_json(json->list_at("interior_marks"));
+  for (const JsonValue& pose : json->list_at("trajectory"))
+    if (!pose_from_json(pose, state.trajectory.emplace_back()))
+      return fail(ErrorCode::kCorrupted, where, "pose {} of its state is damaged",
+                  state.trajectory.size() - 1);
   return state;
 }
 

@@ -91,8 +91,8 @@ Result<PathKind> kind_of(const std::filesystem::path& path) {
 
 UpDirection up_of_map(const MapHeader& header) {
   const auto state = parse_json(header.state_json.empty() ? "{}" : header.state_json, "state");
-  const JsonValue* text = state ? state->find("up") : nullptr;
-  return text && text->as_string() ? parse_up(*text->as_string()).value_or(UpDirection()) : UpDirection();
+  const auto* text = state ? state->find_as<std::string>("up") : nullptr;
+  return text ? parse_up(*text).value_or(UpDirection()) : UpDirection();
 }
 
 Result<MapReport> inspect_map(const std::filesystem::path& path) {

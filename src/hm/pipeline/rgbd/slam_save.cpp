@@ -85,10 +85,7 @@ Result<std::size_t> frames_of_saved_slam(const std::filesystem::path& map, const
   const auto file = MapFile::open(map, MapOpenMode::kRead);
   if (!file) return forward_error(file);
   const auto saved = parse_json(file->header().state_json, map.string());
-  const auto number = [&](std::string_view key) -> std::int64_t {
-    const JsonValue* value = saved ? saved->find(key) : nullptr;
-    return value && value->as_integer() ? *value->as_integer() : -1;
-  };
+  const auto number = [&](std::string_view key) { return saved ? saved->integer_at(key, -1) : -1; };
   if (number("slam_frames") < 0)
     return fail(ErrorCode::kUsage, map.string(), "this map was not made by `hm slam`");
   if (number("first_stamp_ns") != state.first_stamp.ns ||

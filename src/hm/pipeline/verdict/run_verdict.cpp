@@ -53,14 +53,12 @@ void visit(const RunVerdict& verdict, SummaryTree& v) {
 RunVerdict verdict_of_report(const JsonValue& report) {
   RunVerdict verdict;
   const JsonValue* written = report.find("verdict");
-  const JsonValue* value = written ? written->find("value") : nullptr;
-  if (!value || !value->as_string()) return verdict;
+  const auto* value = written ? written->find_as<std::string>("value") : nullptr;
+  if (!value) return verdict;
   for (const MapVerdict known : {MapVerdict::kDoubtful, MapVerdict::kBroken})
-    if (*value->as_string() == to_string(known)) verdict.value = known;
-  const JsonValue* reasons = written->find("reasons");
-  if (reasons && reasons->as_array())
-    for (const JsonValue& reason : *reasons->as_array())
-      if (reason.as_string()) verdict.reasons.push_back(*reason.as_string());
+    if (*value == to_string(known)) verdict.value = known;
+  for (const JsonValue& reason : written->list_at("reasons"))
+    if (const auto* text = reason.as_string()) verdict.reasons.push_back(*text);
   return verdict;
 }
 
