@@ -92,6 +92,7 @@ class Program(page.PageTest):
         self.press("Engage")
         self.press("Take off")
         self.wait("document.querySelector('.machine .flying.now')?.textContent === 'position'")
+        self.wait("[...document.querySelectorAll('dt')].find(term => term.textContent === 'who flies')?.nextSibling.textContent === 'page'")
         place = f"{VIEW}.lastPose.position"
         start = self.js(f"return {place}")
         self.js("[...document.querySelectorAll('.toggle')].find(t => t.innerText.includes('keys fly')).querySelector('input').click()")

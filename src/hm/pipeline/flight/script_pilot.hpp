@@ -74,12 +74,12 @@ struct OrderRecord {
 /// What fails (a time-out, a refusal, a fail-safe that lands) is missed with the reason, and the next order
 /// follows; after an error of the autopilot, or where it cannot take off, all others are skipped. When
 /// another pilot takes control, all orders are skipped too; it takes control back for an order that comes
-/// after that.
-///  Knows what
-/// the vehicle sends, nothing of a simulation. Deterministic.
+/// after that. Knows what the vehicle sends, nothing of a simulation. Deterministic.
 class ScriptPilot {
  public:
-  explicit ScriptPilot(const PilotParams& params = {}, std::uint8_t identity = 1);
+  /// Its identity among pilots, unless another one is given.
+  static constexpr std::uint8_t kPilot = 1;
+  explicit ScriptPilot(const PilotParams& params = {}, std::uint8_t identity = kPilot);
 
   void add(const FlightOrder& order);
   /// Skips what runs and what waits, and carries this out at once.

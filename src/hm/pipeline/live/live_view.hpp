@@ -48,7 +48,7 @@ struct LiveVehicle {
   std::optional<double> battery_ratio;
   LiveNumbers::Named links_s;  ///< age of the last message of each link
   std::vector<std::string> fail_safes;
-  int pilot = 0;  ///< who flies; 0: nobody
+  std::string pilot;  ///< who flies; empty: nobody
 };
 
 /// A path besides that of the run.

@@ -112,6 +112,6 @@ class FlightLog {
 FlightMotion true_motion(const FlightMoment& moment);
 FlightMotion estimated_motion(const FlightMoment& moment);
 /// What a pilot (ScriptPilot's identity) sees of a moment.
-PilotView pilot_view(const FlightMoment& moment, std::uint8_t identity = 1);
+PilotView pilot_view(const FlightMoment& moment, std::uint8_t identity = ScriptPilot::kPilot);
 
 }  // namespace hm

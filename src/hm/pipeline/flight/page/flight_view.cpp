@@ -1,9 +1,11 @@
 #include "hm/pipeline/flight/page/flight_view.hpp"
 
-#include <cmath>
+#include <fmt/format.h>
 
 #include "hm/flight/flight_text.hpp"
 #include "hm/pipeline/flight/ground_station.hpp"
+#include "hm/pipeline/flight/page/page_pilot.hpp"
+#include "hm/pipeline/flight/script_pilot.hpp"
 #include "hm/pipeline/laser/run/laser_run_view.hpp"
 
 namespace hm {
@@ -11,7 +13,20 @@ namespace {
 
 constexpr Duration kShownPeriod{20'000'000};
 
-std::string name_of(FlightPhase phase) { return std::string(text_of(phase)); }
+std::string name_of_pilot(std::uint8_t pilot) {
+  switch (pilot) {
+    case 0:
+      return {};
+    case ScriptPilot::kPilot:
+      return "script";
+    case GroundStation::kPilot:
+      return "ground station";
+    case PagePilot::kPilot:
+      return "page";
+    default:
+      return fmt::format("pilot {}", pilot);
+  }
+}
 
 }  // namespace
 
@@ -56,7 +71,8 @@ LiveVehicle FlightView::vehicle(const FlightMoment& moment) const {
   vehicle.floor_m = floor_m_;
   const AutopilotOutputs& out = moment.autopilot;
   vehicle.state = text_of(out.state);
-  vehicle.phase = name_of(out.phase);
+  vehicle.phase = text_of(out.phase);
+  vehicle.pilot = name_of_pilot(pilot_);
   vehicle.armed = out.state == AutopilotState::kIdle || in_air(out.state);
   vehicle.battery_ratio = moment.battery_ratio;
   if (out.safety.action != SafetyAction::kNone)
@@ -71,8 +87,17 @@ LiveVehicle FlightView::vehicle(const FlightMoment& moment) const {
   return vehicle;
 }
 
+/// As the core's gate does: whoever's command counts has control, until it is given up.
+void FlightView::note_pilot(const FlightMoment& moment) {
+  if (!moment.answer || moment.answer->refusal != Refusal::kNone) return;
+  const FlightCommand& command = moment.answer->command;
+  if (command.kind == CommandKind::kEStop) return;
+  pilot_ = command.kind == CommandKind::kRelease ? std::uint8_t{0} : command.pilot;
+}
+
 void FlightView::step(const FlightRun& run) {
   const FlightMoment& moment = run.moment();
+  note_pilot(moment);
   if (!view_ || !is_due(shown_at_, kShownPeriod, moment.stamp)) return;
   if (!moment.estimate.planar_ready || !moment.estimate.height_ready) return;
   const LiveVehicle now = vehicle(moment);

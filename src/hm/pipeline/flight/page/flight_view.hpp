@@ -29,6 +29,7 @@ class FlightView : public FlightObserver {
   void step(const FlightRun& run);
 
  private:
+  void note_pilot(const FlightMoment& moment);
   [[nodiscard]] LiveVehicle vehicle(const FlightMoment& moment) const;
 
   LiveView* view_;
@@ -36,7 +37,8 @@ class FlightView : public FlightObserver {
   const LaserRunParams& params_;
   std::optional<Time> scan_at_, imu_at_, pose_at_, height_at_, shown_at_;
   std::optional<LaserScan> scan_;  ///< newest, not shown yet
-  double height_m_ = 0, floor_m_ = 0;
+  std::optional<double> height_m_, floor_m_;
+  std::uint8_t pilot_ = 0;  ///< who has control, by the answers of the core; 0: nobody
 };
 
 }  // namespace hm
