@@ -16,6 +16,7 @@ namespace {
 using testing::fill;
 
 constexpr double kVoxel_m = 0.02;
+constexpr PageChanges::Clock::time_point kStart{};
 
 /// A ball of 0.5 m across four pages a side.
 struct Ball {
@@ -33,7 +34,7 @@ struct Ball {
 
 std::vector<MeshPageCopy> pages_of(const Ball& ball) {
   PageChanges changes;
-  changes.note(ball.updated);
+  changes.note(ball.updated, kStart);
   return changes.take_all(ball.mesher, kVoxel_m);
 }
 
@@ -179,24 +180,26 @@ TEST(MeshPage, DividesAnyMesh) {
 TEST(PageChanges, CopiesAPageNoMoreOftenThanTheInterval) {
   Ball ball;
   PageChanges changes(std::chrono::milliseconds(500));
-  const PageChanges::Clock::time_point start{};
-  changes.note(ball.updated);
-  const auto first = changes.take_due(ball.mesher, kVoxel_m, start);
+  const auto at = [](int ms) { return kStart + std::chrono::milliseconds(ms); };
+  changes.note(ball.updated, kStart);
+  const auto first = changes.take_due(ball.mesher, kVoxel_m, kStart);
   ASSERT_GT(first.size(), 7u);
   EXPECT_EQ(first[0].version, 1u);
-  changes.note(ball.updated);
-  EXPECT_TRUE(changes.take_due(ball.mesher, kVoxel_m, start + std::chrono::milliseconds(400)).empty());
+  changes.note(ball.updated, at(300));
+  changes.note(ball.updated, at(400));
+  EXPECT_TRUE(changes.take_due(ball.mesher, kVoxel_m, at(400)).empty());
   EXPECT_EQ(changes.waiting(), first.size());
-  const auto second = changes.take_due(ball.mesher, kVoxel_m, start + std::chrono::milliseconds(500));
+  const auto second = changes.take_due(ball.mesher, kVoxel_m, at(500));
   ASSERT_EQ(second.size(), first.size());
   EXPECT_EQ(second[0].version, 2u);
+  EXPECT_EQ(second[0].changed_at, at(300));  // the oldest change that the first copy does not have
   EXPECT_EQ(changes.waiting(), 0u);
 }
 
 TEST(PageChanges, APageWithoutTrianglesIsEmptyInTheEnd) {
   Ball ball;
   PageChanges changes;
-  changes.note(ball.updated);
+  changes.note(ball.updated, kStart);
   const std::size_t pages = changes.take_all(ball.mesher, kVoxel_m).size();
   std::vector<ChangedVolume> released;
   for (const VolumeKey key : ball.grid.sorted_keys()) {
@@ -204,7 +207,7 @@ TEST(PageChanges, APageWithoutTrianglesIsEmptyInTheEnd) {
     released.push_back({key, 63, true});
   }
   ball.mesher.mark_changed(released);
-  changes.note(ball.mesher.update(ball.grid).updated);
+  changes.note(ball.mesher.update(ball.grid).updated, kStart);
   const auto gone = changes.take_all(ball.mesher, kVoxel_m);
   EXPECT_EQ(gone.size(), pages);
   for (const MeshPageCopy& page : gone) EXPECT_TRUE(page.volumes.empty() && mesh_of(page).triangles.empty());

@@ -16,15 +16,15 @@ TriangleMesh mesh_of(const MeshPageCopy& page) {
   return weld(volumes, page.voxel_size_m, alone);
 }
 
-void PageChanges::note(std::span<const VolumeKey> updated) {
+void PageChanges::note(std::span<const VolumeKey> updated, Clock::time_point now) {
   for (const VolumeKey volume : updated)
-    if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back(page);
+    if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back({page, now});
 }
 
-std::vector<MeshPageCopy> PageChanges::clear() {
+std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
   std::vector<MeshPageCopy> gone;
   for (auto& [page, copied] : copied_) {
-    gone.push_back({page, ++copied.version, 0, {}});
+    gone.push_back({page, ++copied.version, 0, {}, now});
     copied.at = {};  // its next copy is due at once
   }
   order_.clear();
@@ -32,27 +32,28 @@ std::vector<MeshPageCopy> PageChanges::clear() {
   return gone;
 }
 
-MeshPageCopy PageChanges::copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m) {
-  MeshPageCopy page{key, ++copied_[key].version, voxel_size_m, {}};
+MeshPageCopy PageChanges::copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m) {
+  MeshPageCopy page{waiting.page, ++copied_[waiting.page].version, voxel_size_m, {}, waiting.since};
   for (int place = 0; place < kPageVolumes; ++place)
-    if (const VolumeMesh* volume = mesher.find(key_at(key, place))) page.volumes.push_back(volume->copy());
+    if (const VolumeMesh* volume = mesher.find(key_at(waiting.page, place)))
+      page.volumes.push_back(volume->copy());
   return page;
 }
 
 std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher, double voxel_size_m,
                                                 Clock::time_point now) {
   std::vector<MeshPageCopy> pages;
-  std::vector<VolumeKey> early;
-  for (const VolumeKey key : order_) {
-    const auto before = copied_.find(key);
+  std::vector<Waiting> early;
+  for (const Waiting& waiting : order_) {
+    const auto before = copied_.find(waiting.page);
     const bool is_early = before != copied_.end() && now - before->second.at < interval_;
     if (is_early || pages.size() >= kMostCopies) {
-      early.push_back(key);
+      early.push_back(waiting);
       continue;
     }
-    pages.push_back(copy(key, mesher, voxel_size_m));
-    copied_[key].at = now;
-    waiting_.erase(key);
+    pages.push_back(copy(waiting, mesher, voxel_size_m));
+    copied_[waiting.page].at = now;
+    waiting_.erase(waiting.page);
   }
   order_ = std::move(early);
   return pages;
@@ -60,7 +61,7 @@ std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher,
 
 std::vector<MeshPageCopy> PageChanges::take_all(const IncrementalMesher& mesher, double voxel_size_m) {
   std::vector<MeshPageCopy> pages;
-  for (const VolumeKey key : order_) pages.push_back(copy(key, mesher, voxel_size_m));
+  for (const Waiting& waiting : order_) pages.push_back(copy(waiting, mesher, voxel_size_m));
   order_.clear();
   waiting_.clear();
   return pages;

@@ -18,6 +18,7 @@ struct MeshPageCopy {
   std::uint32_t version = 0;  ///< of this page, from 1
   double voxel_size_m = 0;
   std::vector<VolumeMesh> volumes;  ///< with triangles, in ScanOrder; empty: nothing is there any more
+  std::chrono::steady_clock::time_point changed_at;  ///< the oldest change that earlier copies do not have
 };
 
 /// The mesh of a page, welded.
@@ -34,9 +35,9 @@ class PageChanges {
   explicit PageChanges(Clock::duration interval = std::chrono::milliseconds(500)) : interval_(interval) {}
 
   /// The meshes of these volumes have changed (MeshUpdateStats::updated).
-  void note(std::span<const VolumeKey> updated);
+  void note(std::span<const VolumeKey> updated, Clock::time_point now);
   /// Another mesh takes the place of this one: empty copies of all pages that were copied.
-  std::vector<MeshPageCopy> clear();
+  std::vector<MeshPageCopy> clear(Clock::time_point now);
   /// Copies of the changed pages whose last copy is old enough, longest waiting first.
   std::vector<MeshPageCopy> take_due(const IncrementalMesher& mesher, double voxel_size_m,
                                      Clock::time_point now);
@@ -49,11 +50,15 @@ class PageChanges {
     std::uint32_t version = 0;
     Clock::time_point at;
   };
-  MeshPageCopy copy(VolumeKey key, const IncrementalMesher& mesher, double voxel_size_m);
+  struct Waiting {
+    VolumeKey page;
+    Clock::time_point since;
+  };
+  MeshPageCopy copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m);
 
   Clock::duration interval_;
   std::map<VolumeKey, Copied, PageOrder> copied_;
-  std::vector<VolumeKey> order_;  // of the changed pages, longest waiting first
+  std::vector<Waiting> order_;  // of the changed pages, longest waiting first
   std::set<VolumeKey, PageOrder> waiting_;
 };
 

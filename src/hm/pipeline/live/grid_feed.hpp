@@ -23,6 +23,8 @@ class GridFeed {
   };
   /// Copies the changed squares and returns. Another grid than before, or other heights: all of it.
   void give(const MultiVolumeGrid& grid, const SE2& T_map_grid, const Heights& heights, Time stamp);
+  /// The grid that comes next is another one, wherever it lies in memory.
+  void forget() { grid_ = nullptr; }
   void wait() { jobs_.wait(); }
 
  private:

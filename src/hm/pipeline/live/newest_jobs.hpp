@@ -1,5 +1,6 @@
 #pragma once
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -7,8 +8,8 @@
 
 namespace hm {
 
-/// Does the newest job of each name on a thread of its own; one that waits while a newer one of its name
-/// comes is dropped.
+/// Does the newest job of each name on a thread of its own, the name that waits longest first; a job that
+/// waits while a newer one of its name comes is dropped.
 template <class Name = int, class Less = std::less<Name>>
 class NewestJobs {
  public:
@@ -29,7 +30,8 @@ class NewestJobs {
   void give(const Name& name, std::function<void()> job) {
     {
       const std::lock_guard lock(mutex_);
-      waiting_[name] = std::move(job);
+      const auto [place, is_new] = waiting_.insert_or_assign(name, std::move(job));
+      if (is_new) order_.push_back(name);
     }
     changed_.notify_all();
   }
@@ -44,8 +46,8 @@ class NewestJobs {
     while (true) {
       changed_.wait(lock, [this] { return stopped_ || !waiting_.empty(); });
       if (stopped_) return;
-      const auto job = std::move(waiting_.begin()->second);
-      waiting_.erase(waiting_.begin());
+      const auto job = std::move(waiting_.extract(order_.front()).mapped());
+      order_.pop_front();
       busy_ = true;
       lock.unlock();
       job();
@@ -58,6 +60,7 @@ class NewestJobs {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::map<Name, std::function<void()>, Less> waiting_;
+  std::deque<Name> order_;  ///< of those that wait
   bool busy_ = false, stopped_ = false;
   std::thread thread_;
 };

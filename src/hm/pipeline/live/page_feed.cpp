@@ -56,6 +56,7 @@ void PageFeed::give(VolumeKey page, TriangleMesh mesh, double voxel_size_m) {
 void PageFeed::put(VolumeKey key, const Source& source) {
   const TriangleMesh mesh = source.mesh ? *source.mesh : mesh_of(*source.copy);
   const PageKey page{key.x, key.y, key.z};
+  seen_.set_page(key, mesh, source.voxel_size_m);
   if (mesh.triangles.empty()) {
     store_.remove_page(page, source.version, source.stamp);
     const std::lock_guard lock(mutex_);
@@ -102,10 +103,13 @@ TriangleMesh PageFeed::whole_mesh() const {
     for (const auto& [key, source] : sources_) sources.push_back(source);
   }
   std::vector<const VolumeMesh*> volumes;
-  TriangleMesh loose;  // of pages that are not made of volumes
+  TriangleMesh loose;       // of pages that are not made of volumes
+  double voxel_size_m = 0;  // pages that are empty by now have none
   for (const Source& source : sources) {
-    if (source.copy)
+    if (source.copy && !source.copy->volumes.empty()) {
+      voxel_size_m = source.voxel_size_m;
       for (const VolumeMesh& volume : source.copy->volumes) volumes.push_back(&volume);
+    }
     if (!source.mesh) continue;
     const auto first = static_cast<std::uint32_t>(loose.vertices.size());
     loose.vertices.insert(loose.vertices.end(), source.mesh->vertices.begin(), source.mesh->vertices.end());
@@ -117,7 +121,7 @@ TriangleMesh PageFeed::whole_mesh() const {
   if (volumes.empty()) return loose;
   std::sort(volumes.begin(), volumes.end(),
             [](const VolumeMesh* a, const VolumeMesh* b) { return ScanOrder()(a->key(), b->key()); });
-  return weld(volumes, sources.front().voxel_size_m, ParallelLoop(1));
+  return weld(volumes, voxel_size_m, ParallelLoop(1));
 }
 
 double PageFeed::area_m2() const {

@@ -8,6 +8,7 @@
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/mesh/pages/page_changes.hpp"
 #include "hm/pipeline/live/newest_jobs.hpp"
+#include "hm/pipeline/live/seen_share.hpp"
 #include "hm/station/live_store.hpp"
 
 namespace hm {
@@ -30,6 +31,8 @@ class PageFeed {
   [[nodiscard]] TriangleMesh whole_mesh() const;
   /// Surface of all pages, square metres.
   [[nodiscard]] double area_m2() const;
+  /// Knows the surface of the pages that are in the store.
+  [[nodiscard]] SeenShare& seen() { return seen_; }
   /// Processor time of the encoding thread so far, s, pages that it made, and their bytes (finest level).
   struct Work {
     double cpu_s = 0;
@@ -53,6 +56,7 @@ class PageFeed {
   std::map<VolumeKey, Source, PageOrder> sources_;
   std::map<VolumeKey, double, PageOrder> areas_m2_;
   Work work_;
+  SeenShare seen_;
   NewestJobs<VolumeKey, PageOrder> jobs_;
 };
 

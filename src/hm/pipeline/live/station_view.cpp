@@ -56,8 +56,9 @@ void StationView::put_json(LiveKind kind, const JsonValue& json) {
 }
 
 void StationView::on_mesh(const IncrementalMesher& mesher, std::span<const VolumeKey> updated) {
-  changes_.note(updated);
-  pages_.give(changes_.take_due(mesher, mesher.voxel_size_m(), Clock::now()), now_);
+  const auto now = Clock::now();
+  changes_.note(updated, now);
+  pages_.give(changes_.take_due(mesher, mesher.voxel_size_m(), now), now_);
 }
 
 void StationView::on_mesh_complete(const IncrementalMesher& mesher) {
@@ -70,7 +71,8 @@ void StationView::show_mesh(const TriangleMesh& mesh, double page_voxel_m) {
 }
 
 void StationView::on_restart() {
-  pages_.give(changes_.clear(), now_);
+  pages_.give(changes_.clear(Clock::now()), now_);
+  grid_.forget();
   adviser_ = {};
   advice_.clear();
   for (auto& [which, path] : paths_) path.clear();
@@ -132,8 +134,8 @@ void StationView::on_vehicle(const LiveVehicle& vehicle) {
                                 {"speed_m_s", vehicle.velocity_m_s.norm()},
                                 {"velocity_m_s", vector_json(vehicle.velocity_m_s)},
                                 {"links", object_of(vehicle.links_s)},
-                                {"fail_safes", JsonValue::array_of(vehicle.fail_safes)},
-                                {"pilot", vehicle.pilot}});
+                                {"fail_safes", JsonValue::array_of(vehicle.fail_safes)}});
+  if (!vehicle.pilot.empty()) vehicle_["pilot"] = vehicle.pilot;
   if (vehicle.battery_ratio) vehicle_["battery"] = *vehicle.battery_ratio;
   if (vehicle.height_m) vehicle_["height_m"] = *vehicle.height_m;
   if (vehicle.floor_m) vehicle_["floor_m"] = *vehicle.floor_m;
@@ -145,7 +147,9 @@ void StationView::extend_path(const Vec3& point_m) {
   const Eigen::Vector3f point = point_m.cast<float>();
   if (!path.empty() && (path.back() - point).norm() < static_cast<float>(kPathStep_m)) return;
   path.push_back(point);
-  if (path_pace_.due(Clock::now())) put_path(LivePath::kTrajectory, chunks_put_[LivePath::kTrajectory]);
+  const auto now = Clock::now();
+  if (path_pace_.due(now)) put_path(LivePath::kTrajectory, chunks_put_[LivePath::kTrajectory]);
+  if (share_pace_.due(now)) pages_.seen().count(path);
 }
 
 void StationView::on_path(LivePath which, std::span<const Vec3> points_map_m) {
@@ -237,6 +241,7 @@ void StationView::put_telemetry() {
   if (!state_reason_.empty()) json["reason"] = state_reason_;
   if (const double area_m2 = pages_.area_m2(); area_m2 > 0)
     json["coverage"] = JsonValue::object({{"area_m2", area_m2}});
+  if (const auto share = pages_.seen().share()) json["coverage"]["share"] = *share;
   if (!vehicle_.is_null()) json["vehicle"] = vehicle_;
   if (!replay_.is_null()) json["replay"] = replay_;
   if (!verdict_.is_null()) json["verdict"] = verdict_;
@@ -271,6 +276,8 @@ void StationView::set_replay(JsonValue replay) {
 void StationView::flush() {
   for (const auto& [which, path] : paths_) put_path(which, 0);
   pages_.wait();
+  pages_.seen().count(paths_[LivePath::kTrajectory]);
+  pages_.seen().wait();
   grid_.wait();
   put_telemetry();
 }

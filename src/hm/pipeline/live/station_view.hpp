@@ -49,7 +49,7 @@ class StationView : public LiveView {
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// At most every `period`, and always when it is forced.
+  /// At most every `period`.
   class Pace {
    public:
     explicit Pace(std::chrono::milliseconds period) : period_(period) {}
@@ -81,7 +81,6 @@ class StationView : public LiveView {
   JsonValue progress_, vehicle_, replay_, verdict_;
   std::string state_ = "running", state_reason_, parameters_toml_;
   bool was_lost_ = false, parameters_put_ = false;
-  std::size_t frames_ = 0;
   std::optional<Clock::time_point> counted_since_;
   std::size_t frames_counted_ = 0;
   double frames_per_s_ = 0;
@@ -90,7 +89,8 @@ class StationView : public LiveView {
   Pace pose_pace_{std::chrono::milliseconds(15)}, telemetry_pace_{std::chrono::milliseconds(100)},
       statistics_pace_{std::chrono::milliseconds(250)}, path_pace_{std::chrono::milliseconds(200)},
       scan_pace_{std::chrono::milliseconds(90)}, picture_pace_{std::chrono::milliseconds(200)},
-      grid_pace_{std::chrono::milliseconds(500)}, advice_pace_{std::chrono::milliseconds(100)};
+      grid_pace_{std::chrono::milliseconds(500)}, advice_pace_{std::chrono::milliseconds(100)},
+      share_pace_{std::chrono::seconds(5)};
 };
 
 }  // namespace hm

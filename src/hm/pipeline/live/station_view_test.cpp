@@ -97,6 +97,10 @@ TEST(StationView, ShowsTheWholeMeshInTheEnd) {
   EXPECT_EQ(now.triangles(), pipeline.mesher().triangle_count());
   EXPECT_EQ(view.pages().whole_mesh().triangles.size(), pipeline.mesher().triangle_count());
   EXPECT_NEAR(view.pages().area_m2(), surface_area(pipeline.mesher().whole_mesh()), 1e-3);
+  // A camera before a wall 1.6 m away sees a part of what is around it.
+  const double share = now.json(LiveKind::kTelemetry).find("coverage")->number_at("share", -1);
+  EXPECT_GT(share, 0.02);
+  EXPECT_LT(share, 0.3);
   const auto path = std::get<PathFrame>(now.frames.at(LiveKind::kPath).front());
   EXPECT_EQ(path.points_m.size(), 8u);
   EXPECT_EQ(path.total, 8u);
@@ -121,7 +125,7 @@ TEST(StationView, ForgetsEverythingWhenARunBeginsAnew) {
   view.on_restart();
   DensePipeline again(coarse(), kCamera, 1);
   again.observe_mesh(&view);
-  const RgbdFrame frame = view_of_wall(0, 5);
+  const RgbdFrame frame = view_of_wall(9, 5);  // the first pages of before are empty
   again.process(frame);
   view.on_camera(seen(frame));
   again.finished_mesh();
@@ -130,6 +134,9 @@ TEST(StationView, ForgetsEverythingWhenARunBeginsAnew) {
   EXPECT_LT(now.pages.size(), before);
   EXPECT_EQ(now.triangles(), again.mesher().triangle_count());
   EXPECT_EQ(std::get<PathFrame>(now.frames.at(LiveKind::kPath).front()).total, 1u);
+  const TriangleMesh offered = view.pages().whole_mesh(), there = again.mesher().whole_mesh();
+  EXPECT_EQ(offered.triangles.size(), there.triangles.size());
+  EXPECT_EQ(offered.vertices.size(), there.vertices.size());  // welded by the size of its voxels
 }
 
 TEST(StationView, ACorrectedPathReplacesALongerOne) {
