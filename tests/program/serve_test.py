@@ -59,6 +59,8 @@ class ServeTest(ProgramTest):
         self.assertTrue(viewer.watch(lambda v: v.last.get("telemetry", {}).get("state") == "finished" and v.triangles() >= live))
         self.assertEqual(viewer.triangles(), live)
         self.assertGreater(viewer.counts["path"], 0)
+        self.assertEqual(viewer.last["telemetry"]["verdict"]["verdict"], "ok")
+        self.assertGreater(viewer.last["telemetry"]["coverage"]["share"], 0.05)
         status = json.loads(self.get(port, "/api/status"))
         self.assertIn("telemetry", status)
         (self.folder / "exported.ply").write_bytes(self.get(port, "/api/mesh.ply"))

@@ -7,6 +7,8 @@
 #include <thread>
 
 #include "hm/core/stopwatch.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/json.hpp"
 #include "hm/io/mesh/mesh_file.hpp"
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/mapping/map_store.hpp"
@@ -16,6 +18,7 @@
 #include "hm/pipeline/laser/run/laser_run_view.hpp"
 #include "hm/pipeline/serve/replay.hpp"
 #include "hm/pipeline/serve/replay_subjects.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
 #include "hm/tsdf/grid/volume_grid.hpp"
 
 namespace hm {
@@ -77,7 +80,17 @@ void show_trajectory(const Path& path, StationView& view) {
   view.on_path(LivePath::kTrajectory, points);
 }
 
-/// A folder of results: its map or mesh, its occupancy map, its path.
+/// What the run said that its result is worth, where its report tells.
+void show_verdict(const Path& report, StationView& view) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+  const auto bytes = read_file_bytes(report, kMostBytes);
+  if (!bytes) return;
+  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, report.string());
+  if (!json) return view.on_event(LogLevel::kWarning, to_string(json.error()));
+  if (json->find("verdict")) view.on_end(verdict_of_report(*json));
+}
+
+/// A folder of results: its map or mesh, its occupancy map, its path, its verdict.
 Result<void> show_result(const ServeOptions& options, StationView& view) {
   const auto map = first_of(options.path, {"map.hmap"});
   const auto mesh = first_of(options.path, {"mesh.ply", "mesh.glb", "mesh.obj"});
@@ -93,6 +106,7 @@ Result<void> show_result(const ServeOptions& options, StationView& view) {
     if (const auto shown = show_occupancy(*occupancy, options.laser.laser.run, view); !shown) return shown;
   if (const auto path = first_of(options.path, {"trajectory.tum", "trajectory.txt"}))
     show_trajectory(*path, view);
+  show_verdict(options.path / "report.json", view);
   return {};
 }
 

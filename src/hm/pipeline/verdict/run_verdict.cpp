@@ -59,6 +59,8 @@ RunVerdict verdict_of_report(const JsonValue& report) {
     if (*value == to_string(known)) verdict.value = known;
   for (const JsonValue& reason : written->list_at("reasons"))
     if (const auto* text = reason.as_string()) verdict.reasons.push_back(*text);
+  if (verdict.value != MapVerdict::kOk && verdict.reasons.empty())
+    verdict.reasons.emplace_back("the report gives no reason");
   return verdict;
 }
 

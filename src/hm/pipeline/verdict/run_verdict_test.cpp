@@ -45,6 +45,8 @@ TEST(RunVerdict, IsReadBackFromAReport) {
   EXPECT_EQ(again.value, verdict.value);
   EXPECT_EQ(again.reasons, verdict.reasons);
   EXPECT_EQ(verdict_of_report({}).value, MapVerdict::kOk);
+  report["verdict"] = JsonValue::object({{"value", "broken"}});
+  EXPECT_EQ(verdict_of_report(report).reasons.size(), 1u);
 }
 
 TEST(RunVerdict, NothingSeenTwiceIsNoReason) {
