@@ -108,6 +108,9 @@ LiveSession::Refusal LiveSession::hello(const JsonValue& message) {
   const std::string* name = session ? session->as_string() : nullptr;
   if (name && *name == context_.store.session())
     if (auto refusal = know_pages(message)) return refusal;
+  const JsonValue* all_levels = message.find("all_levels");
+  if (all_levels && !all_levels->as_bool()) return wrong("all_levels has to be true or false");
+  if (all_levels && *all_levels->as_bool()) queue_.want_all_levels();
   const JsonValue* more_value = message.find("more");
   const bool* more = more_value ? more_value->as_bool() : nullptr;
   greeted_ = !(more && *more);
