@@ -121,7 +121,7 @@ class Desk(unittest.TestCase):
         old = self.look(**view, distance=14)
         self.assertEqual(self.js(f"return {drawn}"), whole)
         last = whole
-        for distance, most in ((60, 0.6), (200, 0.3)):
+        for distance, most in ((125, 0.8), (300, 0.5)):
             self.look(**view, distance=distance)
             coarse, share = self.js(f"return {drawn}"), self.share()
             self.assertLess(coarse, most * whole)
@@ -131,8 +131,7 @@ class Desk(unittest.TestCase):
             self.assertEqual(self.js(f"return {drawn}"), whole)
             self.assertAlmostEqual(self.share(), share, delta=0.01 * share + 1e-4)
             self.js(f"{VIEW}.mesh.finestOnly = false")
-        self.js(f"{VIEW}.picture()")
-        self.assertEqual(self.js(f"return {VIEW}.mesh.drawnTriangles"), whole)
+        self.assertEqual(self.js(f"{VIEW}.picture(); return {VIEW}.mesh.drawnTriangles"), whole)
         self.assertEqual(self.js(f"return [...{VIEW}.mesh.pages()].every(page => page.level === 0)"), True)
         self.look(**dict(zip(("mode", "target", "distance", "azimuth", "elevation"), old)))
 

@@ -15,9 +15,9 @@ export interface Look { toClip: ArrayLike<number>; eye: Vec3; pixelAt(distanceM:
 const nowS = (): number => performance.now() / 1000;
 const WORST_ERROR_HALF_MM = 40;
 /** Levels are chosen again when the eye has moved by this share of its distance to the nearest page, or by so much at least. */
-const MOVED_SHARE = 0.02, MOVED_M = 0.01;
+const MOVED_SHARE = 0.1, MOVED_M = 0.05;
 
-const distanceOf = (a: Vec3, b: Vec3): number => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+const distanceOf = (a: Vec3, b: Vec3): number => Math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2);  // hypot is slow
 
 /**
  * The model, page by page, drawn with plain WebGL: a thousand pages and more a picture, with three calls each, where a scene
