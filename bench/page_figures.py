@@ -111,7 +111,7 @@ def measure(url, size):
             "script_cut_ms_p95": percentile(cut["script_ms"], 0.95), "script_cut_cpu_ms": cut["script_cpu_ms"],
             "long_tasks": [round(value) for value in turned["tasks"]], "long_tasks_cut": [round(value) for value in cut["tasks"]], "long_tasks_loading": [round(value) for value in loading],
             "frames_cut": cut["frames"], "frames_per_s": turned["frames"] / turned["seconds"],
-            "drawn_pages": driver.execute_script(f"return {VIEW}.mesh.drawnPages"),
+            "drawn_pages": driver.execute_script(f"return {VIEW}.mesh.drawnPages"), "drawn_triangles": driver.execute_script(f"return {VIEW}.mesh.drawnTriangles"),
             "memory_bytes": renderer_bytes(driver), "heap_bytes": metrics(driver)["JSHeapUsedSize"],
         }
     finally:

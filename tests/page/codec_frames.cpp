@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include "hm/geometry/triangle_mesh.hpp"
 #include "hm/mesh/pages/mesh_page.hpp"
+#include "hm/pipeline/live/page_frame.hpp"
 #include "hm/station/live_frames.hpp"
 
 namespace {
@@ -62,19 +64,8 @@ class Writer {
 void add_pages(Writer& writer, const hm::TriangleMesh& mesh) {
   auto levels = hm::encode_page(kKey, mesh, kVoxel_m);
   for (std::size_t level = 0; level < levels.size(); ++level) {
-    auto& from = levels[level];
-    hm::MeshPageFrame frame;
-    frame.key = {kKey.x, kKey.y, kKey.z};
-    frame.version = 9;
-    frame.level = static_cast<std::uint8_t>(level);
-    frame.has_colours = from.has_colors;
-    frame.vertices = from.vertices;
-    frame.indices = from.indices;
-    frame.origin_m = from.origin_m;
-    frame.quantum_m = from.quantum_m;
+    auto frame = hm::page_frame(kKey, 9, level, std::move(levels[level]));
     frame.age_s = 2.5F;
-    frame.vertex_bytes = std::move(from.vertex_bytes);
-    frame.index_bytes = std::move(from.index_bytes);
     writer.add(hm::LiveKind::kMeshPage, frame);
   }
 }

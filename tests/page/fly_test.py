@@ -12,14 +12,18 @@ class Flying(page.PageTest):
     def vehicle(self):
         return self.server.state()["vehicle"]
 
+    def wait_for_vehicle(self, name, wanted, seconds=5):
+        """Until its state or phase is this one."""
+        end = time.monotonic() + seconds
+        while (found := self.vehicle()[name]) != wanted and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertEqual(found, wanted)
+
     def take_off(self):
         self.press("Take control")
         self.press("Engage")
         self.press("Take off")
-        end = time.monotonic() + 15
-        while self.vehicle()["phase"] != "hold" and time.monotonic() < end:
-            time.sleep(0.1)
-        self.assertEqual(self.vehicle()["phase"], "hold")
+        self.wait_for_vehicle("phase", "hold", 15)
 
     def test_by_sticks_then_to_a_point_then_stop(self):
         self.start("--pilot", size=page.PHONE, phone=True)
@@ -41,10 +45,7 @@ class Flying(page.PageTest):
         x, y = self.middle_of(".stop")
         self.touch("touchStart", (x, y))
         self.touch("touchEnd")
-        end = time.monotonic() + 3
-        while self.vehicle()["state"] != "error" and time.monotonic() < end:
-            time.sleep(0.05)
-        self.assertEqual(self.vehicle()["state"], "error")
+        self.wait_for_vehicle("state", "error", 3)
 
     def test_by_keys_and_a_point_in_the_model_and_a_page_that_hangs(self):
         self.start("--pilot")
@@ -73,10 +74,7 @@ class Flying(page.PageTest):
             self.wait(f"document.querySelector('.reason').textContent.startsWith('{words}')")
         page.keep_picture(self.driver, "desk_preview")
         self.press("Fly there")
-        end = time.monotonic() + 5
-        while self.vehicle()["phase"] != "position" and time.monotonic() < end:
-            time.sleep(0.05)
-        self.assertEqual(self.vehicle()["phase"], "position")
+        self.wait_for_vehicle("phase", "position")
         self.key("keyDown", "Space", " ")
         self.wait("document.querySelector('.machine .error.now') !== null")
         page.keep_picture(self.driver, "desk_stopped")

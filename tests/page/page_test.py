@@ -112,6 +112,29 @@ class Desk(unittest.TestCase):
         self.js(f"{slider}.value = 100; {slider}.dispatchEvent(new Event('input'))")
         self.look(**dict(zip(("mode", "target", "distance", "azimuth", "elevation"), old)))
 
+    def test_what_is_far_is_drawn_from_fewer_triangles_without_holes(self):
+        # Between them every page has come in all its levels.
+        page.wait_for(self.driver, f"[...{VIEW}.mesh.shown.values()].every(page => page.levels.filter(Boolean).length === 3)")
+        drawn = f"(() => {{ {VIEW}.draw(); return {VIEW}.mesh.drawnTriangles; }})()"
+        whole = self.js(f"return {VIEW}.mesh.triangleCount")
+        view = {"mode": "orbit", "target": [3.7, 2.8, 1.3], "azimuth": 0.6, "elevation": 0.5}
+        old = self.look(**view, distance=14)
+        self.assertEqual(self.js(f"return {drawn}"), whole)
+        last = whole
+        for distance, most in ((125, 0.8), (300, 0.5)):
+            self.look(**view, distance=distance)
+            coarse, share = self.js(f"return {drawn}"), self.share()
+            self.assertLess(coarse, most * whole)
+            self.assertLess(coarse, last)
+            last = coarse
+            self.js(f"{VIEW}.mesh.finestOnly = true")
+            self.assertEqual(self.js(f"return {drawn}"), whole)
+            self.assertAlmostEqual(self.share(), share, delta=0.01 * share + 1e-4)
+            self.js(f"{VIEW}.mesh.finestOnly = false")
+        self.assertEqual(self.js(f"{VIEW}.picture(); return {VIEW}.mesh.drawnTriangles"), whole)
+        self.assertEqual(self.js(f"return [...{VIEW}.mesh.pages()].every(page => page.level === 0)"), True)
+        self.look(**dict(zip(("mode", "target", "distance", "azimuth", "elevation"), old)))
+
     def test_measures_agree_with_the_house(self):
         old = self.look(mode="orbit", target=[2, 1.5, 0], distance=9, azimuth=0.0, elevation=1.35)
         self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === 'Measure').click()")

@@ -22,7 +22,7 @@ interface ShownPage { page: HousePage; version: number }
 
 class Fixture {
   readonly vehicle: MadeUpVehicle | null;
-  readonly sent = { pages: 0, hellos: 0, knownPages: 0, messages: 0, house: 0 };
+  readonly sent = { pages: 0, hellos: 0, knownPages: 0, messages: 0, house: 0, triangles: 0 };
   private readonly viewers = new Set<Viewer>();
   private readonly pilots = new Set<WebSocket>();
   private holder: WebSocket | null = null;
@@ -35,6 +35,7 @@ class Fixture {
   constructor(private readonly house: HousePage[], private readonly options: { growS: number; voxelM: number; session: string; pilot: boolean; replay: boolean }) {
     this.sideM = 32 * options.voxelM;
     this.sent.house = house.length;
+    this.sent.triangles = house.reduce((sum, { levels }) => sum + levels[0].indices.length / 3, 0);
     this.vehicle = options.pilot ? new MadeUpVehicle() : null;
     this.reveal();
     setInterval(() => this.step(0.05), 50);
@@ -104,7 +105,7 @@ class Fixture {
 
   private sendPage(viewer: Viewer, { page, version }: ShownPage): void {
     const origin = page.key.map(value => value * this.sideM) as [number, number, number];
-    for (const level of [2, 0]) {
+    for (const level of [2, 0, 1]) {
       ++this.sent.pages;
       this.send(viewer, encode.meshPage({ key: page.key, version, level, hasColors: true, origin, quantum: this.sideM / 30000, ageS: 0 }, page.levels[level]));
     }

@@ -103,6 +103,10 @@ LiveSession::Refusal LiveSession::hello(const JsonValue& message) {
     return wrong("this server speaks protocol 1 of the live view");
   if (message.text_at("session") == context_.store.session())
     if (auto refusal = know_pages(message)) return refusal;
+  if (const JsonValue* all_levels = message.find("all_levels")) {
+    if (!all_levels->as_bool()) return wrong("all_levels has to be true or false");
+    if (*all_levels->as_bool()) queue_.want_all_levels();
+  }
   const bool* more = message.find_as<bool>("more");
   greeted_ = !(more && *more);
   return std::nullopt;

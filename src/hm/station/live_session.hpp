@@ -23,7 +23,7 @@ struct LiveSessionContext {
 class LiveSession : public WebSocketSession {
  public:
   static constexpr Duration kHelloPatience{10'000'000'000};
-  /// Pages that a viewer may say it knows; more than a house of a million cubic metres has.
+  /// Levels of pages that a viewer may say it knows; more than a house of a million cubic metres has.
   static constexpr std::size_t kMaxKnownPages = 200'000;
 
   LiveSession(const LiveSessionContext& context, Duration now);

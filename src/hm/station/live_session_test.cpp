@@ -110,6 +110,21 @@ TEST_F(LiveSessionTest, PagesOfAnotherSessionCountForNothing) {
   EXPECT_EQ(next()->kind, LiveKind::kMeshPage);
 }
 
+TEST_F(LiveSessionTest, AllLevelsAreSentToThoseWhoAskForThem) {
+  PageLevels levels;
+  for (const auto level : {std::uint8_t{0}, std::uint8_t{1}}) {
+    MeshPageFrame frame;
+    frame.level = level;
+    levels.levels[level] = std::make_shared<const std::vector<std::byte>>(to_payload(frame));
+  }
+  store.put_page({0, 0, 0}, 1, {}, levels);
+  next();
+  EXPECT_FALSE(say(R"({"type":"hello","protocol":1,"all_levels":true})"));
+  EXPECT_EQ(std::get<MeshPageFrame>(next()->frame).level, 0);
+  EXPECT_EQ(std::get<MeshPageFrame>(next()->frame).level, 1);
+  EXPECT_FALSE(next());
+}
+
 TEST_F(LiveSessionTest, ReplayIsSteered) {
   say(R"({"type":"hello","protocol":1})");
   EXPECT_FALSE(say(R"({"type":"replay","paused":true,"speed":2})"));
@@ -130,6 +145,7 @@ TEST_F(LiveSessionTest, WhatBreaksTheRulesEndsWithAReason) {
   EXPECT_EQ(say("binary", false)->code, WebClose::kData);
   EXPECT_THAT(say(R"({"type":"hello","protocol":2})")->reason, HasSubstr("protocol 1"));
   EXPECT_THAT(say(R"({"type":"hello"})")->reason, HasSubstr("protocol 1"));
+  EXPECT_THAT(say(R"({"type":"hello","protocol":1,"all_levels":1})")->reason, HasSubstr("all_levels"));
   ASSERT_FALSE(say(R"({"type":"hello","protocol":1})"));
   EXPECT_THAT(say(R"({"type":"command","kind":"take_off"})")->reason, HasSubstr("'command' is not known"));
   for (const char* text : {"", "[]", "{}", "null", R"({"type":3})", R"({"type":"view","position":[1,2,3]})",

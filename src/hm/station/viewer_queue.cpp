@@ -1,6 +1,7 @@
 #include "hm/station/viewer_queue.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -46,10 +47,7 @@ Payload page_gone(const PageKey& key, std::uint32_t version) {
 
 void ViewerQueue::know(PageKey key, std::uint32_t version, std::uint8_t level) {
   PageState& page = pages_[key];
-  if (page.shown && page.shown_version >= version) return;
-  page.shown = true;
-  page.shown_version = version;
-  page.shown_level = level;
+  if (page.shown_levels == 0 || page.shown_version <= version) page.note_shown(version, level);
 }
 
 void ViewerQueue::look(const Vec3& position_m, const Vec3& direction) {
@@ -82,10 +80,7 @@ void ViewerQueue::update_page(const LiveChange& change) {
   PageState& page = pages_[change.slot.page];
   page.newest = change;
   plan_stale_ = true;
-  const bool done = change.gone ? !page.shown
-                                : page.shown && page.shown_version == change.version &&
-                                      page.shown_level <= finest_level(change.level_bytes);
-  if (done)
+  if (change.gone ? page.shown_levels == 0 : lacking(page) == 0)
     dirty_pages_.erase(change.slot.page);
   else
     dirty_pages_.insert(change.slot.page);
@@ -155,17 +150,33 @@ std::optional<QueuedFrame> ViewerQueue::next_shared() {
   return std::nullopt;
 }
 
+unsigned ViewerQueue::lacking(const PageState& page) const {
+  const auto& bytes = page.newest.level_bytes;
+  unsigned wanted = 1U << finest_level(bytes);
+  for (unsigned level = 0; all_levels_ && level < bytes.size(); ++level)
+    if (bytes[level] != 0) wanted |= 1U << level;
+  return page.is_current() ? wanted & ~page.shown_levels : wanted;
+}
+
 ViewerQueue::PlannedPage ViewerQueue::plan_page(const PageState& page, bool crowded) const {
   PlannedPage planned;
   planned.key = page.newest.slot.page;
   if (page.newest.gone) return planned;
-  const bool current = page.shown && page.shown_version == page.newest.version;
-  // A page that is there already, but old, is replaced by the middle level: the coarse one would make what is
-  // looked at worse.
-  planned.level = crowded && !current ? nearest_level(page.newest, page.shown ? 1 : 2)
-                                      : finest_level(page.newest.level_bytes);
-  // Pages whose newest version is not shown come before those that only become finer.
-  planned.rank = current ? 1e9 : 0;
+  const std::uint8_t finest = finest_level(page.newest.level_bytes);
+  const unsigned lacks = lacking(page);
+  if (!page.is_current()) {
+    // A page that is there already, but old, is replaced by the middle level: the coarse one would make what
+    // is looked at worse.
+    planned.level = crowded ? nearest_level(page.newest, page.shown_levels != 0 ? 1 : 2) : finest;
+  } else if ((lacks >> finest & 1U) != 0) {
+    // Pages whose newest version is not shown come before those that only become finer,
+    planned.level = finest;
+    planned.rank = 1e9;
+  } else {
+    // and these before those whose coarse levels are missing.
+    planned.level = static_cast<std::uint8_t>(std::countr_zero(lacks));
+    planned.rank = 2e9;
+  }
   if (view_) {
     const Vec3 way = page.newest.center_m - view_->first;
     const double distance = way.norm();
@@ -181,8 +192,9 @@ void ViewerQueue::plan_pages(Duration now) {
   if (!planned_.empty() && now < plan_again_) return;
   double bytes = 0;
   for (const PageKey& key : dirty_pages_) {
-    const LiveChange& page = pages_.at(key).newest;
-    bytes += page.gone ? 0 : page.level_bytes[finest_level(page.level_bytes)];
+    const PageState& page = pages_.at(key);
+    const std::uint8_t finest = finest_level(page.newest.level_bytes);
+    if (!page.newest.gone && (lacking(page) >> finest & 1U) != 0) bytes += page.newest.level_bytes[finest];
   }
   const bool crowded = bytes > rate_.bytes_per_s() * kCrowded_s;
   planned_.clear();
@@ -208,20 +220,18 @@ std::optional<QueuedFrame> ViewerQueue::next_page(Duration now) {
     QueuedFrame frame{LiveKind::kPageGone, 0, item->stamp, nullptr};
     if (item->gone) {
       frame.payload = page_gone(planned.key, item->version);
-      page.shown = false;
+      page.shown_levels = 0;
       dirty_pages_.erase(planned.key);
       return frame;
     }
     // The page may be newer than the plan: the next call sees that.
-    const std::uint8_t finest = finest_level(item->page.levels);
-    const std::uint8_t level = item->page.levels[planned.level] ? planned.level : finest;
+    const std::uint8_t level =
+        item->page.levels[planned.level] ? planned.level : finest_level(item->page.levels);
     frame.kind = LiveKind::kMeshPage;
     frame.payload = item->page.levels[level];
     frame.age_s = std::chrono::duration<float>(std::chrono::steady_clock::now() - item->put_at).count();
-    page.shown = true;
-    page.shown_version = item->version;
-    page.shown_level = level;
-    if (level <= finest) dirty_pages_.erase(planned.key);
+    page.note_shown(item->version, level);
+    if (lacking(page) == 0) dirty_pages_.erase(planned.key);
     return frame;
   }
   return std::nullopt;

@@ -26,7 +26,8 @@ struct QueuedFrame {
 /// read from the store when its turn comes, so that memory is bounded by the number of slots and every viewer
 /// ends with the same model. Poses, plans, telemetry and events come first; scans, paths, tiles, pictures and
 /// statistics share what is left with the mesh; of the mesh, near pages and those before the viewer come
-/// first, coarse ones before fine ones while there is much to send. Not thread safe; times since any origin.
+/// first, coarse ones before fine ones while there is much to send; the coarse levels that are left come
+/// last, to viewers that want them. Not thread safe; times since any origin.
 class ViewerQueue {
  public:
   /// What a viewer may have unacknowledged: 0.2 s of its rate, at least 64 kB.
@@ -39,7 +40,9 @@ class ViewerQueue {
   ViewerQueue(const LiveStore& store, std::uint32_t first_sequence)
       : store_(store), sequence_(first_sequence) {}
 
-  /// The viewer has this page from an earlier connection.
+  /// The viewer draws coarse levels of what is far: it gets all of them. Before the first `next`.
+  void want_all_levels() { all_levels_ = true; }
+  /// The viewer has this level of a page from an earlier connection.
   void know(PageKey key, std::uint32_t version, std::uint8_t level);
   /// Where the viewer looks from and to, in `map`.
   void look(const Vec3& position_m, const Vec3& direction);
@@ -54,9 +57,14 @@ class ViewerQueue {
  private:
   struct PageState {
     LiveChange newest;
-    bool shown = false;
     std::uint32_t shown_version = 0;
-    std::uint8_t shown_level = 0;
+    unsigned shown_levels = 0;  ///< of that version, a bit each; 0: the page is not shown
+
+    void note_shown(std::uint32_t version, std::uint8_t level) {
+      shown_levels = (version == shown_version ? shown_levels : 0U) | 1U << level;
+      shown_version = version;
+    }
+    [[nodiscard]] bool is_current() const { return shown_levels != 0 && shown_version == newest.version; }
   };
   struct PlannedPage {
     double rank = 0;
@@ -68,6 +76,8 @@ class ViewerQueue {
   void update(const LiveChange& change);
   void update_page(const LiveChange& change);
   void plan_pages(Duration now);
+  /// Levels of the newest version that the viewer is still to get, a bit each.
+  [[nodiscard]] unsigned lacking(const PageState& page) const;
   [[nodiscard]] PlannedPage plan_page(const PageState& page, bool crowded) const;
   [[nodiscard]] std::size_t window() const;
   std::optional<QueuedFrame> next_urgent();
@@ -87,7 +97,7 @@ class ViewerQueue {
   std::map<PageKey, PageState> pages_;
   std::set<PageKey> dirty_pages_;
   std::vector<PlannedPage> planned_;  ///< best last
-  bool plan_stale_ = true;
+  bool plan_stale_ = true, all_levels_ = false;
   Duration plan_again_;
   std::size_t shared_bytes_ = 0, page_bytes_ = 0;  ///< since both have something to send
   std::optional<std::pair<Vec3, Vec3>> view_;

@@ -252,6 +252,43 @@ TEST(ViewerQueue, LevelsThatAreMissingOrNotSmallerAreSkipped) {
   EXPECT_EQ(viewer.pages.at({99, 0, 0}), (ShownPage{1, 1}));
 }
 
+TEST(ViewerQueue, CoarseLevelsComeLastToThoseWhoWantThem) {
+  LiveStore store;
+  ViewerQueue queue(store, 1);
+  queue.want_all_levels();
+  // Of two hundred pages the coarsest come first: that is not sent again.
+  for (int x = 0; x < 200; ++x) put_page(store, {x, 1, 0}, 1);
+  const Viewer viewer = drain(queue);
+  ASSERT_EQ(viewer.levels.size(), 600u);
+  for (std::size_t i = 0; i < 600; ++i) EXPECT_EQ(viewer.levels[i], i < 200 ? 2 : i < 400 ? 0 : 1);
+  for (int x = 0; x < 5; ++x) put_page(store, {x, 0, 0}, 1);
+  EXPECT_THAT(drain(queue).levels, ElementsAre(0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2));
+  EXPECT_EQ(queue.dirty(), 0u);
+  // What has changed goes before coarse levels that are missing.
+  put_page(store, {0, 0, 0}, 2);
+  ASSERT_EQ(queue.next({})->kind, LiveKind::kMeshPage);
+  put_page(store, {1, 0, 0}, 2);
+  const Viewer rest = drain(queue);
+  EXPECT_EQ(rest.order.front(), (PageKey{1, 0, 0}));
+  EXPECT_THAT(rest.levels, ElementsAre(0, 1, 2, 1, 2));
+}
+
+TEST(ViewerQueue, AResumedViewerGetsTheLevelsThatItLacks) {
+  LiveStore store;
+  for (int x = 0; x < 4; ++x) put_page(store, {x, 0, 0}, 3);
+  ViewerQueue queue(store, 1);
+  queue.want_all_levels();
+  for (std::uint8_t level = 0; level < 3; ++level) queue.know({0, 0, 0}, 3, level);
+  queue.know({1, 0, 0}, 3, 2);
+  queue.know({2, 0, 0}, 3, 0);
+  queue.know({3, 0, 0}, 2, 0);
+  queue.know({3, 0, 0}, 2, 1);
+  const Viewer viewer = drain(queue);
+  EXPECT_THAT(viewer.order, ElementsAre(PageKey{3}, PageKey{1}, PageKey{2}, PageKey{1}, PageKey{2},
+                                        PageKey{3}, PageKey{3}));
+  EXPECT_THAT(viewer.levels, ElementsAre(0, 0, 1, 1, 2, 1, 2));
+}
+
 TEST(ViewerQueue, AResumedViewerGetsWhatItLacks) {
   LiveStore store;
   for (int x = 0; x < 5; ++x) put_page(store, {x, 0, 0}, 3);

@@ -3,7 +3,7 @@ import type { Hello } from "../protocol/messages.ts";
 import { PageSet } from "../protocol/page_set.ts";
 import { FrameError } from "../protocol/reader.ts";
 
-const PAGES_A_MESSAGE = 1000;
+const LEVELS_A_MESSAGE = 1000;
 const FIRST_PAUSE_S = 0.5, LONGEST_PAUSE_S = 5;
 
 /** What came of a message: a frame to show, and what to send. `cleared`: all that is shown belongs to another session. */
@@ -17,7 +17,7 @@ export class LiveSession {
   readonly pages = new PageSet();
   skipped = 0;   // frames of unknown kinds
   refused = 0;   // messages that broke the rules
-  outdated = 0;  // pages older or coarser than what is there
+  outdated = 0;  // pages that are older than what is there, or there already
   private sequence = 0;
   private hello: Hello | null = null;
   private pauseS = FIRST_PAUSE_S;
@@ -73,9 +73,9 @@ export class LiveSession {
     if (cleared) this.pages.clear();
     this.hello = frame.hello;
     this.pauseS = FIRST_PAUSE_S;
-    const parts = this.pages.describe(PAGES_A_MESSAGE);
+    const parts = this.pages.describe(LEVELS_A_MESSAGE);
     const send = parts.map((pages, i) => JSON.stringify({
-      type: "hello", protocol: frame.hello.protocol, session: frame.hello.session, pages, more: i + 1 < parts.length,
+      type: "hello", protocol: frame.hello.protocol, session: frame.hello.session, all_levels: true, pages, more: i + 1 < parts.length,
     }));
     return { frame, send, cleared };
   }

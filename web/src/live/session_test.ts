@@ -20,7 +20,7 @@ function feed(session: LiveSession, ...payloads: encode.Payload[]) {
 
 test("hello is answered with what is known: nothing at first, then every page", () => {
   const session = new LiveSession(), [first] = feed(session, hello("a"), page([1, 2, 3], 4, 0), page([-1, 0, 0], 2, 2));
-  assert.deepEqual(first.send.map(text => JSON.parse(text)), [{ type: "hello", protocol: 1, session: "a", pages: [], more: false }]);
+  assert.deepEqual(first.send.map(text => JSON.parse(text)), [{ type: "hello", protocol: 1, session: "a", all_levels: true, pages: [], more: false }]);
   const [again] = feed(session, hello("a"));
   assert.equal(again.cleared, false);
   assert.deepEqual(JSON.parse(again.send[0]).pages, [1, 2, 3, 4, 0, -1, 0, 0, 2, 2]);
@@ -34,7 +34,7 @@ test("another session clears what was shown", () => {
   assert.deepEqual(JSON.parse(other.send[0]).pages, []);
 });
 
-test("more than 1,000 pages are named in several messages, each shorter than 64 kB", () => {
+test("more than 1,000 levels of pages are named in several messages, each shorter than 64 kB", () => {
   const session = new LiveSession();
   feed(session, hello("a"), ...Array.from({ length: 2500 }, (_, i) => page([i, -i, 100 * i], 1e9 + i, 0)));
   const { send } = feed(session, hello("a"))[0];

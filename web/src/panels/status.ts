@@ -9,6 +9,7 @@ const MARKS = { ok: "✓", warning: "!", bad: "✕" };
 /** The header and the words over the model: what a person who scans has to know now. */
 export class Status {
   private telemetry: Telemetry = {};
+  private lost = false;
 
   constructor(private readonly onRetry: () => void) {}
 
@@ -45,15 +46,15 @@ export class Status {
     byId("coverage").replaceChildren(...parts.map(([value, unit]) => element("div", {}, element("b", {}, value), ` ${unit}`)));
   }
 
-  /** Without telemetry at least the pose says whether it is lost. */
   pose(pose: Pose): void {
-    if (this.telemetry.words?.length) return;
-    const lost = pose.state === "lost";
-    this.draw(lost ? [{ level: "bad", text: "Lost: go back to what is already in the model", number: "" }] : []);
+    this.lost = pose.state === "lost";
+    if (!this.telemetry.words?.length) this.showWords();
   }
 
   private showWords(): void {
     const words = [...this.telemetry.words ?? []], { verdict, state } = this.telemetry;
+    // Without telemetry at least the pose says whether it is lost.
+    if (words.length === 0 && this.lost && !verdict) words.push({ level: "bad", text: "Lost: go back to what is already in the model" });
     if (verdict) words.push({ level: state === "failed" ? "bad" : "ok", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
     this.draw(words);
   }

@@ -9,7 +9,13 @@ function start(holder = "you") {
   const link = new PilotLink(text => sent.push(JSON.parse(text)), () => clock.ms);
   link.opened();
   link.receive(JSON.stringify({ type: "lease", holder }));
-  return { link, sent, clock };
+  const tick = (times: number, everyMs: number): void => {
+    for (let i = 0; i < times; ++i) {
+      clock.ms += everyMs;
+      link.tick();
+    }
+  };
+  return { link, sent, clock, tick };
 }
 
 test("commands have rising sequences, their age and an expiry; a new connection counts anew", () => {
@@ -58,29 +64,20 @@ test("without the lease nothing steers; hold and stop end steering at once", () 
 });
 
 test("the emergency stop is sent again every 0.1 s until it is answered, without a lease", () => {
-  const { link, sent, clock } = start("none");
+  const { link, sent, clock, tick } = start("none");
   link.command("e_stop", clock.ms);
-  for (let i = 0; i < 5; ++i) {
-    clock.ms += 50;
-    link.tick();
-  }
+  tick(5, 50);
   assert.deepEqual(sent.map(({ kind, sequence }) => [kind, sequence]), [["e_stop", 1], ["e_stop", 2], ["e_stop", 3]]);
   const answer = link.receive(JSON.stringify({ type: "answer", sequence: 3, accepted: true, reason: "" }));
   assert.deepEqual(answer, { type: "answer", sequence: 3, kind: "e_stop", accepted: true, reason: "", roundTripMs: 50 });
-  for (let i = 0; i < 5; ++i) {
-    clock.ms += 100;
-    link.tick();
-  }
+  tick(5, 100);
   assert.equal(sent.length, 3);
 });
 
 test("an emergency stop that nobody answers is given up after a second", () => {
-  const { link, sent, clock } = start("none");
+  const { link, sent, clock, tick } = start("none");
   link.command("e_stop", clock.ms);
-  for (let i = 0; i < 100; ++i) {
-    clock.ms += 50;
-    link.tick();
-  }
+  tick(100, 50);
   assert.equal(sent.length, 10);
 });
 

@@ -95,7 +95,7 @@ export class OpenBorders {
     if (ends) this.pages.set(key.join(), new EdgeIndex(ends, this.toleranceM));
     else this.pages.delete(key.join());
     const around = this.neighboursOf(key).filter(other => this.pages.has(other.join()));
-    return ends ? [key, ...around] : around;
+    return [key, ...around];
   }
 
   /** The edges of the page that are open in the model, as findOpenEdges. */

@@ -40,7 +40,8 @@ test("a border that two pages share is closed, until one of them goes", () => {
   assert.deepEqual(borders.set(right, shifted), [right, left]);
   assert.ok(Math.abs(lengthOf(borders.of(left)) - 3) < 1e-5);
   assert.ok(Math.abs(lengthOf(borders.of(right)) - 3) < 1e-5);
-  assert.deepEqual(borders.set(right, null), [left]);
+  assert.deepEqual(borders.set(right, null), [right, left]);
+  assert.equal(borders.of(right).length, 0);  // what is gone is told as well: its edges are not drawn any more
   assert.ok(Math.abs(lengthOf(borders.of(left)) - 4) < 1e-5);
 });
 

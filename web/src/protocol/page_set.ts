@@ -1,11 +1,8 @@
 import type { PageKey } from "./frames.ts";
 
-interface Known { version: number; level: number }
+interface Known { version: number; levels: Set<number> }
 
-/**
- * Which state of each page a viewer has. Of one page the newest version counts, and of it the finest level; what is gone
- * stays gone until a newer version arrives.
- */
+/** Which state of each page a viewer has. Of one page the newest version counts; what is gone stays gone until a newer version arrives. */
 export class PageSet {
   private readonly pages = new Map<string, Known>();
   private readonly gone = new Map<string, number>();
@@ -16,12 +13,17 @@ export class PageSet {
     this.gone.clear();
   }
 
-  /** True where the page is news and has been noted; false where something newer or finer is there. */
+  /** True where the page is news and has been noted; false where something newer, or the same level, is there. */
   accept(key: PageKey, version: number, level: number): boolean {
     const name = key.join(), known = this.pages.get(name), goneAt = this.gone.get(name);
     if (goneAt !== undefined && goneAt >= version) return false;
-    if (known && (known.version > version || (known.version === version && known.level <= level))) return false;
-    this.pages.set(name, { version, level });
+    if (known && known.version === version) {
+      if (known.levels.has(level)) return false;
+      known.levels.add(level);
+      return true;
+    }
+    if (known && known.version > version) return false;
+    this.pages.set(name, { version, levels: new Set([level]) });
     this.gone.delete(name);
     return true;
   }
@@ -37,15 +39,14 @@ export class PageSet {
   /** The page could not be shown after all: it is to be sent again. */
   forget(key: PageKey): void { this.pages.delete(key.join()); }
 
-  versionOf(key: PageKey): number | undefined { return this.pages.get(key.join())?.version; }
-
-  /** x, y, z, version, level of each page, in parts of at most `most` pages; at least one part. */
+  /** x, y, z, version, level of each level of each page, in parts of at most `most` levels; at least one part. */
   describe(most: number): number[][] {
     const parts: number[][] = [[]];
-    for (const [name, { version, level }] of this.pages) {
-      if (parts[parts.length - 1].length >= 5 * most) parts.push([]);
-      parts[parts.length - 1].push(...name.split(",").map(Number), version, level);
-    }
+    for (const [name, { version, levels }] of this.pages)
+      for (const level of levels) {
+        if (parts[parts.length - 1].length >= 5 * most) parts.push([]);
+        parts[parts.length - 1].push(...name.split(",").map(Number), version, level);
+      }
     return parts;
   }
 }

@@ -2,14 +2,16 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { PageSet } from "./page_set.ts";
 
-test("the newest version and of it the finest level is kept, in whatever order they come", () => {
+test("the newest version and of it every level is kept, in whatever order they come", () => {
   const pages = new PageSet();
   assert.ok(pages.accept([0, 0, 0], 3, 2));
   assert.ok(pages.accept([0, 0, 0], 3, 0));
-  assert.ok(!pages.accept([0, 0, 0], 3, 1));
+  assert.ok(pages.accept([0, 0, 0], 3, 1));
+  assert.deepEqual(pages.describe(2), [[0, 0, 0, 3, 2, 0, 0, 0, 3, 0], [0, 0, 0, 3, 1]]);
   assert.ok(!pages.accept([0, 0, 0], 3, 0));
   assert.ok(!pages.accept([0, 0, 0], 2, 0));
   assert.ok(pages.accept([0, 0, 0], 4, 2));
+  assert.ok(!pages.accept([0, 0, 0], 3, 1));
   assert.deepEqual(pages.describe(10), [[0, 0, 0, 4, 2]]);
 });
 

@@ -8,10 +8,13 @@ const MOST_POINTS_A_PAGE = 300, MARGIN_PX = 30;
 /** Surface between these heights over the model's lowest point shows walls without floor and ceiling, m. */
 const WALLS: [number, number] = [0.4, 1.8];
 
+/** Some points (x, y, z) of the finest level of a page that has come. */
+interface PlanPage { version: number; level: number; triangles: number; points: Float32Array }
+
 /** The model from above on a flat canvas, for browsers without WebGL 2: walls as points, occupancy, paths, poses. */
 export class PlanView {
   readonly paths = new PathStore();
-  private readonly pages = new Map<string, Float32Array>();  // x, y, z
+  private readonly pages = new Map<string, PlanPage>();
   private readonly tiles = new Map<string, { tile: GridTile; image: HTMLCanvasElement }>();
   private readonly poses = new Map<string, Pose>();
   private plan: Float32Array = new Float32Array(0);
@@ -19,7 +22,6 @@ export class PlanView {
   private zoom = 1;
   private shift: [number, number] = [0, 0];
   private dirty = true;
-  private triangles = 0;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     new ResizeObserver(() => this.requestDraw()).observe(canvas);
@@ -40,7 +42,7 @@ export class PlanView {
     requestAnimationFrame(step);
   }
 
-  get triangleCount(): number { return this.triangles; }
+  get triangleCount(): number { return [...this.pages.values()].reduce((sum, { triangles }) => sum + triangles, 0); }
   requestDraw(): void { this.dirty = true; }
 
   show(frame: ShownFrame): void {
@@ -58,16 +60,17 @@ export class PlanView {
     [this.pages, this.tiles, this.poses].forEach(all => all.clear());
     this.paths.clear();
     this.plan = new Float32Array(0);
-    [this.lowest, this.triangles] = [Infinity, 0];
+    this.lowest = Infinity;
     this.requestDraw();
   }
 
   private addPage(page: MeshPage): void {
+    const name = page.key.join(), old = this.pages.get(name);
+    if (old && old.version === page.version && old.level < page.level) return;
     const count = page.positions.length / 4, step = Math.max(1, Math.ceil(count / MOST_POINTS_A_PAGE)), points: number[] = [];
     for (let i = 0; i < count; i += step) for (let k = 0; k < 3; ++k) points.push(page.origin[k] + page.quantum * page.positions[4 * i + k]);
-    this.pages.set(page.key.join(), Float32Array.from(points));
+    this.pages.set(name, { version: page.version, level: page.level, triangles: page.indices.length / 3, points: Float32Array.from(points) });
     this.lowest = Math.min(this.lowest, page.low[2]);
-    this.triangles += page.indices.length / 3;
   }
 
   private draw(): void {
@@ -83,7 +86,7 @@ export class PlanView {
       context.drawImage(image, left, top, right - left, bottom - top);
     }
     context.fillStyle = cssColor("--ink");
-    for (const points of this.pages.values())
+    for (const { points } of this.pages.values())
       for (let i = 0; i < points.length; i += 3) {
         const height = points[i + 2] - this.lowest;
         if (height > WALLS[0] && height < WALLS[1]) context.fillRect(...toCanvas(points[i], points[i + 1]), 2, 2);
@@ -100,7 +103,7 @@ export class PlanView {
       low = [Math.min(low[0], x), Math.min(low[1], y)];
       high = [Math.max(high[0], x), Math.max(high[1], y)];
     };
-    for (const points of this.pages.values()) for (let i = 0; i < points.length; i += 3) include(points[i], points[i + 1]);
+    for (const { points } of this.pages.values()) for (let i = 0; i < points.length; i += 3) include(points[i], points[i + 1]);
     const box = this.paths.box();
     if (box) [box.low, box.high].forEach(point => include(point[0], point[1]));
     if (low[0] > high[0]) return null;

@@ -150,9 +150,12 @@ export class SceneView {
     return [box.left + (place.x + 1) / 2 * box.width, box.top + (1 - place.y) / 2 * box.height];
   }
 
-  /** The present view as a PNG. */
+  /** The present view as a PNG, in every detail. */
   picture(): Promise<Blob | null> {
+    this.mesh.finestOnly = true;
     this.draw();
+    this.mesh.finestOnly = false;
+    this.requestDraw();
     return new Promise(done => this.canvas.toBlob(done, "image/png"));
   }
 
@@ -201,8 +204,8 @@ export class SceneView {
     this.placeCamera();
     this.renderer.clear();
     const camera = this.camera(), eye = this.rig.eye();
-    const toClip = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-    this.mesh.draw(toClip.elements, this.rig.mode === "plan" ? [eye[0], eye[1], eye[2] + 1000] : eye);
+    const toClip = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements, pixelM = this.pixelAt(1);
+    this.mesh.draw(this.rig.mode === "plan" ? { toClip, eye: [eye[0], eye[1], eye[2] + 1000], pixelAt: () => pixelM } : { toClip, eye, pixelAt: distanceM => pixelM * distanceM });
     this.renderer.resetState();
     this.renderer.render(this.scene, camera);
     ++this.frames;

@@ -9,6 +9,7 @@
 #include "hm/core/parallel.hpp"
 #include "hm/mesh/pages/mesh_page.hpp"
 #include "hm/mesh/whole_mesh.hpp"
+#include "hm/pipeline/live/page_frame.hpp"
 #include "hm/station/live_frames.hpp"
 #include "hm/tsdf/grid/page_table.hpp"
 
@@ -74,18 +75,8 @@ void PageFeed::put(VolumeKey key, const Source& source) {
     if (level == 0) bytes = size;
     if (level > 0 && static_cast<double>(size) > kWorthwhileShare * static_cast<double>(before)) continue;
     before = size;
-    MeshPageFrame frame;
-    frame.key = page;
-    frame.version = source.version;
-    frame.level = static_cast<std::uint8_t>(level);
-    frame.has_colours = from.has_colors;
-    frame.vertices = from.vertices;
-    frame.indices = from.indices;
-    frame.origin_m = from.origin_m;
-    frame.quantum_m = from.quantum_m;
-    frame.vertex_bytes = std::move(from.vertex_bytes);
-    frame.index_bytes = std::move(from.index_bytes);
-    levels.levels[level] = std::make_shared<const std::vector<std::byte>>(to_payload(frame));
+    levels.levels[level] = std::make_shared<const std::vector<std::byte>>(
+        to_payload(page_frame(key, source.version, level, std::move(from))));
   }
   store_.put_page(page, source.version, source.stamp, std::move(levels));
   const std::lock_guard lock(mutex_);
