@@ -99,6 +99,8 @@ def measure(url, size):
         driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # time on the processor, not on the clock
         driver.get(url)
         whole_s, first_s = wait_until_whole(driver)
+        bundle = driver.execute_script("return [...performance.getEntriesByType('navigation'), ...performance.getEntriesByType('resource')]"
+                                       ".reduce((sum, entry) => sum + entry.encodedBodySize, 0)")
         loading = driver.execute_script("return performance.getEntriesByType('longtask').map(e => e.duration)")
         turned = orbit(driver)
         driver.execute_script(NO_TRIANGLES)
@@ -107,7 +109,7 @@ def measure(url, size):
         cut = orbit(driver)
         return {
             "triangles": driver.execute_script(f"return {VIEW}.mesh.triangleCount"), "pages": driver.execute_script(f"return {VIEW}.mesh.pageCount"),
-            "first_picture_s": first_s, "whole_s": whole_s, "script_ms_p95": percentile(turned["script_ms"], 0.95), "script_cut_ms_p50": percentile(cut["script_ms"], 0.5),
+            "bundle_bytes": bundle, "first_picture_s": first_s, "whole_s": whole_s, "script_ms_p95": percentile(turned["script_ms"], 0.95), "script_cut_ms_p50": percentile(cut["script_ms"], 0.5),
             "script_cut_ms_p95": percentile(cut["script_ms"], 0.95), "script_cut_cpu_ms": cut["script_cpu_ms"],
             "long_tasks": [round(value) for value in turned["tasks"]], "long_tasks_cut": [round(value) for value in cut["tasks"]], "long_tasks_loading": [round(value) for value in loading],
             "frames_cut": cut["frames"], "frames_per_s": turned["frames"] / turned["seconds"],

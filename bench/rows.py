@@ -189,6 +189,20 @@ ROWS = [
     Row("page_encode", "percent", 10, 5, "at_most", "page_live", 2,
         "the demo's scan, live at 5 Hz: processor time of encoding its mesh for the page, of one core"),
     Row("page_rate", "MB/s", 1.5, 1, "at_most", "page_live", 2, "the same: to a viewer who gets everything that changes"),
+    Row("page_latency", "ms", 500, 250, "at_most", "page", 2,
+        "a replayed scan in a browser that draws by software: from a change of the mesh to a finished picture with it, 95 %"),
+    Row("page_pose", "ms", 60, 35, "at_most", "page", 2, "the same: from a pose's arrival in the page to a finished picture with it, 95 %"),
+    Row("page_whole", "s", 3, 1.5, "at_most", "page", 2, "the demo's house to a new browser, loopback: until no page is missing",
+        ("page_whole_viewer", "page_whole_slow", "page_coarse_slow")),
+    Row("page_whole_viewer", "s", 3, 1.5, "at_most", "page", 2, "the same to a viewer that draws nothing"),
+    Row("page_whole_slow", "s", 25, 22, "at_most", "page", 2, "the same at 1 MB/s"),
+    Row("page_coarse_slow", "s", 3, 2, "at_most", "page", 2, "the same at 1 MB/s: all of it in some level"),
+    Row("page_script", "ms", 6, 4, "at_most", "page", 2, "script of a picture while the demo's house is turned, 95 %", ("page_long_tasks",)),
+    Row("page_long_tasks", "tasks", 0, None, "at_most", "page", 2, "the same: longer than 50 ms"),
+    Row("page_frames", "a second", 10, 20, "at_least", "page", 2, "pictures drawn by software, 360 x 640, about 30,000 triangles"),
+    Row("page_memory", "MB", 400, 250, "at_most", "page", 2, "the tab with the demo's house"),
+    Row("page_bundle", "kB", 250, 200, "at_most", "page", 2, "the page's files on the line", ("page_first",)),
+    Row("page_first", "s", 2, 1, "at_most", "page", 2, "from opening to the first picture, loopback"),
     Row("station_producer", "percent", 2, 1, "at_most", "station_producer", 2,
         "the integrating thread of the demo's scan, shown against not shown (each its fastest round)"),
     Row("link_noise", "frames", 31, None, "at_most", "link_noise", 1,
@@ -201,7 +215,7 @@ ROWS = [
 NAMES = [row.name for row in ROWS]
 # One table for each; a row belongs to the last one that begins at or before it.
 TABLES = {"Dense reconstruction": "open3d_scalable", "Laser": "plicp_1081", "RGB-D odometry and SLAM": "vo_sevenscenes",
-          "Calibration": "depth_calibration", "Flight": "fly_hover"}
+          "Calibration": "depth_calibration", "Flight": "fly_hover", "Live view": "page_mesh", "Link": "link_noise"}
 # The rooms whose code a bench measures (besides core, geometry and sensors, which all use): what --changed looks at.
 ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "threads": ["tsdf"], "carving": ["tsdf"],
          "mesh_incremental": ["tsdf", "mesh"], "mesh_whole": ["tsdf", "mesh"], "tango": ["tsdf"], "steady": ["tsdf"],
@@ -225,7 +239,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "verdicts": ["slam/laser", "pipeline/checks", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"],
          "link_noise": ["link"],
-         **dict.fromkeys(["page_mesh", "page_live", "station_producer"], ["mesh/pages", "station", "pipeline/live"])}
+         **dict.fromkeys(["page_mesh", "page_live", "station_producer", "page"], ["mesh/pages", "station", "pipeline/live"])}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 
 

@@ -68,8 +68,8 @@ export class App implements LiveListener {
     this.client.start();
   }
 
-  onFrame(frame: ShownFrame): void {
-    (this.stage?.view ?? this.plan)!.show(frame);
+  onFrame(frame: ShownFrame, receivedMs: number): void {
+    (this.stage?.view ?? this.plan)!.show(frame, receivedMs);
     const nowS = performance.now() / 1000;
     switch (frame.kind) {
       case "hello": this.greet(frame.hello); break;
@@ -105,7 +105,7 @@ export class App implements LiveListener {
 
   private greet(hello: Hello): void {
     this.status.hello(hello);
-    this.stage?.setExports(hello.voxel_size_m, hello.can.exports ?? [], location.search);
+    this.stage?.measurePanel.setExports(hello.can.exports ?? [], location.search);
     if (hello.can.pilot && !this.pilot) this.startPilot();
   }
 
@@ -127,7 +127,7 @@ export class App implements LiveListener {
 
   private updateSlowly(): void {
     this.stage?.updateSlowly();
-    this.status.size((this.stage?.view.mesh ?? this.plan)!.triangleCount, this.stage?.view.openEdges.lengthM() ?? 0);
+    this.status.size((this.stage?.view.mesh ?? this.plan)!.triangleCount, this.stage?.view.openEdges.lengthM() ?? 0, this.stage?.view.mesh.voxelM ?? 0);
     this.plots.draw();
   }
 }

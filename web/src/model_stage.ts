@@ -33,11 +33,6 @@ export class ModelStage {
     byId("cameras").append(this.cameras.row, element("button", { type: "button", title: "Show the whole model (F)", onclick: () => this.fit() }, "Whole"));
   }
 
-  setExports(voxelM: number, names: string[], query: string): void {
-    if (voxelM > 0) this.measure.voxelM = voxelM;
-    this.measurePanel.setExports(names, query);
-  }
-
   flyWith(pilot: PilotPanel): void {
     this.pilot = pilot;
     pilot.onKeysTaken = taken => { this.controls.keysTaken = taken; };

@@ -50,7 +50,7 @@ class Fixture {
     socket.on("close", () => this.viewers.delete(viewer));
     socket.on("message", data => this.read(viewer, JSON.parse(String(data))));
     this.send(viewer, encode.hello({
-      protocol: 1, session: this.options.session, program: "made up", source: { verb: "scan", name: "Made-up house" }, voxel_size_m: this.options.voxelM,
+      protocol: 1, session: this.options.session, program: "made up", source: { verb: "scan", name: "Made-up house" },
       can: { pilot: this.options.pilot, replay: this.options.replay, exports: ["mesh.ply", "mesh.glb", "plan.svg"] }, limits: { in_bytes: 65536, in_per_s: 100 },
     }));
   }

@@ -53,7 +53,6 @@ std::string hello_json(const StationOptions& options, const LiveStore& store, co
            {"session", store.session()},
            {"program", "housemartin " + options.program_version},
            {"source", options.source},
-           {"voxel_size_m", options.voxel_size_m},
            {"can", can},
            {"limits", JsonValue::object({{"in_bytes", static_cast<std::int64_t>(limits.message_bytes)},
                                          {"in_per_s", limits.messages_per_s}})}}),

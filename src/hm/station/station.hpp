@@ -50,7 +50,6 @@ struct StationOptions {
   bool port_given = false;  ///< then a taken port is an error, and 0 any free one
   JsonValue source;         ///< of hello: {verb, name}
   std::string program_version;
-  double voxel_size_m = 0;
   std::vector<StationExport> exports;
   PilotHandler* pilot = nullptr;                     ///< null: nothing to fly; must outlive the station
   std::function<void(const ReplayRequest&)> replay;  ///< on the server's thread; empty: no replay

@@ -4,7 +4,8 @@ import type { FromWorker, LinkCounts, Receipt, ShownFrame, ToWorker } from "./wo
 export interface LinkState { state: "connecting" | "open" | "lost"; reason: string; retryS: number }
 
 export interface LiveListener {
-  onFrame(frame: ShownFrame): void;
+  /** A frame, and when it was received (sharedClockMs). */
+  onFrame(frame: ShownFrame, receivedMs: number): void;
   onOpenEdges(key: PageKey, ends: Float32Array): void;
   /** What is shown belongs to a session that has ended: all of it goes. */
   onCleared(): void;
@@ -29,7 +30,7 @@ export class LiveClient {
   private receive(message: FromWorker): void {
     switch (message.type) {
       case "frame":
-        this.listener.onFrame(message.frame);
+        this.listener.onFrame(message.frame, message.receivedMs);
         this.shown(message.receipt);
         break;
       case "openEdges": this.listener.onOpenEdges(message.key, message.ends); break;

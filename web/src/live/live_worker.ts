@@ -2,10 +2,10 @@
 import { MeshoptDecoder } from "meshoptimizer/decoder";
 import { type Frame, type PageKey } from "../protocol/frames.ts";
 import { FrameError } from "../protocol/reader.ts";
-import { decodePage, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
+import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
 import { LiveSession } from "./session.ts";
-import type { FromWorker, Receipt, ShownFrame, ToWorker } from "./worker_messages.ts";
+import { sharedClockMs, type FromWorker, type Receipt, type ShownFrame, type ToWorker } from "./worker_messages.ts";
 
 const COUNTS_EVERY_MS = 1000, BORDERS_AFTER_MS = 400, ACKNOWLEDGE_AFTER_MS = 20;
 const RULES_BROKEN = 4000;  // close code
@@ -80,26 +80,26 @@ class LiveLink {
     const receipt = { connection: this.connection, sequence: this.session.newestSequence };
     if (cleared) this.clear();
     for (const text of send) this.send(text);
-    if (frame?.kind === "hello") {
-      this.borders ??= new OpenBorders(Math.max(frame.hello.voxel_size_m / 8, 1e-4));
+    if (frame?.kind === "hello")
       post({ type: "state", state: "open", reason: "", retryS: 0 });
-    }
     if (frame) this.show(frame, receipt);
     else this.acknowledge(receipt);
   }
 
   private show(frame: Frame, receipt: Receipt): void {
     if (frame.kind === "unknown") return;
+    const receivedMs = sharedClockMs();
     if (frame.kind !== "meshPage") {
       if (frame.kind === "pageGone") this.setBorder(frame.gone.key, frame.gone.version, null);
-      post({ type: "frame", receipt, frame });
+      post({ type: "frame", receipt, frame, receivedMs });
       return;
     }
     const page = this.decode(frame.page);
+    this.borders ??= new OpenBorders(voxelOf(page) / 8);
     // No level moves open edges, so that one level of a version is enough.
     if (this.edgesOf.get(page.key.join())?.version !== page.version) this.setBorder(page.key, page.version, findOpenEdges(page));
     const shown: ShownFrame = { kind: "meshPage", page };
-    post({ type: "frame", receipt, frame: shown }, [page.positions.buffer, page.tints.buffer, page.indices.buffer]);
+    post({ type: "frame", receipt, frame: shown, receivedMs }, [page.positions.buffer, page.tints.buffer, page.indices.buffer]);
   }
 
   private decode(encoded: EncodedPage): MeshPage {

@@ -9,7 +9,7 @@ import { LiveSession } from "./session.ts";
 await MeshoptEncoder.ready;
 
 const hello = (session: string): encode.Payload => encode.hello({
-  protocol: 1, session, program: "p", source: { verb: "scan", name: "n" }, voxel_size_m: 0.02, can: { pilot: false, replay: false, exports: [] }, limits: { in_bytes: 1, in_per_s: 1 } });
+  protocol: 1, session, program: "p", source: { verb: "scan", name: "n" }, can: { pilot: false, replay: false, exports: [] }, limits: { in_bytes: 1, in_per_s: 1 } });
 const page = (key: PageKey, version: number, level: number): encode.Payload =>
   encode.meshPage({ key, version, level, hasColors: true, origin: [0, 0, 0], quantum: 1, ageS: 0 }, { vertices: [], indices: [] });
 

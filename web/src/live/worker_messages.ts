@@ -4,13 +4,16 @@ import type { MeshPage } from "../protocol/mesh_page.ts";
 /** Frames as the page shows them: mesh pages are decoded. */
 export type ShownFrame = Exclude<Frame, { kind: "meshPage" } | { kind: "unknown" }> | { kind: "meshPage"; page: MeshPage };
 
+/** The clock that a Worker and its page have in common, ms. */
+export const sharedClockMs = (): number => performance.timeOrigin + performance.now();
+
 export interface LinkCounts { bytes: number; frames: number; skipped: number; refused: number; outdated: number }
 
 /** Names a frame: the how manieth connection it came by, and its sequence there. */
 export interface Receipt { connection: number; sequence: number }
 
 export type FromWorker =
-  | { type: "frame"; receipt: Receipt; frame: ShownFrame }
+  | { type: "frame"; receipt: Receipt; frame: ShownFrame; receivedMs: number }
   | { type: "openEdges"; key: PageKey; ends: Float32Array }
   | { type: "cleared" }
   | { type: "state"; state: "connecting" | "open" | "lost"; reason: string; retryS: number }

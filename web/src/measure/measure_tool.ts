@@ -26,7 +26,6 @@ const HINTS: Record<Tool, string[]> = {
 export class MeasureTool {
   tool: Tool | null = null;
   readonly results: Result[] = [];
-  voxelM = 0.02;
   limits: () => RayLimits = () => ({});
   onChange: () => void = () => {};
   private points: MeasuredPoint[] = [];
@@ -64,7 +63,7 @@ export class MeasureTool {
 
   close(): void {
     if (!this.canClose) return;
-    const points = this.points, { value, sigma } = polygonArea(points, this.voxelM);
+    const points = this.points, { value, sigma } = polygonArea(points, this.view.mesh.voxelM);
     const middle = [0, 1, 2].map(k => points.reduce((sum, { point }) => sum + point[k], 0) / points.length) as Vec3;
     this.keep("area", [`${value.toFixed(2)} m² ± ${sigma.toFixed(2)}`], [{ value, sigma }], loop(points.map(({ point }) => point)), middle);
   }
@@ -97,10 +96,10 @@ export class MeasureTool {
     const [a, b] = this.points;
     if (this.tool === "room") this.measureRoomAt(point);
     else if (this.tool === "distance" && b) {
-      const measured = distance(a, b, this.voxelM);
+      const measured = distance(a, b, this.view.mesh.voxelM);
       this.keep("distance", [withSigma(measured)], [measured], [...a.point, ...b.point], middleOf(a.point, b.point));
     } else if (this.tool === "height" && b) {
-      const measured = heightDifference(a, b, this.voxelM), corner: Vec3 = [a.point[0], a.point[1], b.point[2]];
+      const measured = heightDifference(a, b, this.view.mesh.voxelM), corner: Vec3 = [a.point[0], a.point[1], b.point[2]];
       this.keep("height", [withSigma(measured)], [measured], [...a.point, ...corner, ...corner, ...b.point], middleOf(a.point, corner));
     }
     this.changed();
@@ -108,7 +107,7 @@ export class MeasureTool {
 
   private measureRoomAt({ point, normal }: MeasuredPoint): void {
     const center: Vec3 = normal[2] > 0.7 ? [point[0], point[1], point[2] + EYE_ABOVE_FLOOR_M] : [0, 1, 2].map(k => point[k] + normal[k]) as Vec3;
-    const pages = [...this.view.mesh.pages()], room = measureRoom(ray => castRay(pages, ray), center, this.voxelM);
+    const pages = [...this.view.mesh.pages()], room = measureRoom(ray => castRay(pages, ray), center, this.view.mesh.voxelM);
     const names = ["length", "width", "height"], texts = room.sizes.map((size, k) => `${names[k]} ${size ? withSigma(size) : "not closed"}`);
     const segments = room.ends.flatMap(ends => ends ? ends.flat() : []);
     this.keep("room", texts, room.sizes.flatMap(size => size ?? []), segments, center);

@@ -5,6 +5,7 @@ import { byId, element } from "./dom.ts";
 import { clock, count, figure } from "./numbers.ts";
 
 const MARKS = { ok: "✓", warning: "!", bad: "✕" };
+const VERDICT_LEVELS: Record<string, keyof typeof MARKS> = { ok: "ok", doubtful: "warning", broken: "bad" };
 
 /** The header and the words over the model: what a person who scans has to know now. */
 export class Status {
@@ -13,9 +14,9 @@ export class Status {
 
   constructor(private readonly onRetry: () => void) {}
 
-  hello({ source, program, voxel_size_m }: Hello): void {
+  hello({ source, program }: Hello): void {
     byId("source").textContent = source.name || "housemartin";
-    byId("program").textContent = `${source.verb}${voxel_size_m > 0 ? `, ${figure(100 * voxel_size_m, "cm")} voxels` : ""} · ${program}`;
+    byId("program").textContent = `${source.verb} · ${program}`;
     document.title = `${source.name} · housemartin`;
   }
 
@@ -37,12 +38,13 @@ export class Status {
   }
 
   /** Size of the model and of what is still open. */
-  size(triangles: number, openM: number): void {
+  size(triangles: number, openM: number, voxelM: number): void {
     const { coverage } = this.telemetry, parts: [string, string][] = [];
     if (coverage?.area_m2 != null) parts.push([figure(coverage.area_m2), "m² seen"]);
     if (coverage?.share != null) parts.push([figure(100 * coverage.share), "% covered"]);
     if (openM > 0) parts.push([figure(openM), "m of open borders"]);
     if (triangles > 0) parts.push([count(triangles), "triangles"]);
+    if (voxelM > 0) parts.push([figure(100 * voxelM), "cm voxels"]);
     byId("coverage").replaceChildren(...parts.map(([value, unit]) => element("div", {}, element("b", {}, value), ` ${unit}`)));
   }
 
@@ -55,7 +57,7 @@ export class Status {
     const words = [...this.telemetry.words ?? []], { verdict, state } = this.telemetry;
     // Without telemetry at least the pose says whether it is lost.
     if (words.length === 0 && this.lost && !verdict) words.push({ level: "bad", text: "Lost: go back to what is already in the model" });
-    if (verdict) words.push({ level: state === "failed" ? "bad" : "ok", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
+    if (verdict) words.push({ level: state === "failed" ? "bad" : VERDICT_LEVELS[verdict.verdict] ?? "bad", text: `Result: ${verdict.verdict}`, number: verdict.reasons?.join("; ") ?? "" });
     this.draw(words);
   }
 

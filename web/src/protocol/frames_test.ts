@@ -5,7 +5,7 @@ import { readFrame, readHeader, type Frame } from "./frames.ts";
 import { FrameError } from "./reader.ts";
 
 const read = (payload: encode.Payload): Frame => readFrame(encode.frame(payload, 1, 5_000_000_000n));
-const HELLO = { protocol: 1, session: "s", program: "p", source: { verb: "scan", name: "n" }, voxel_size_m: 0.02, can: { pilot: false, replay: false, exports: [] }, limits: { in_bytes: 1, in_per_s: 1 } };
+const HELLO = { protocol: 1, session: "s", program: "p", source: { verb: "scan", name: "n" }, can: { pilot: false, replay: false, exports: [] }, limits: { in_bytes: 1, in_per_s: 1 } };
 
 /** One frame of each kind, as small as it goes. */
 const SAMPLES: Record<string, encode.Payload> = {

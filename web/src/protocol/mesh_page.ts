@@ -43,6 +43,10 @@ export interface PageDecoder {
   decodeIndexBuffer(target: Uint8Array, count: number, size: number, source: Uint8Array): void;
 }
 
+const QUANTA_PER_VOXEL = 256;
+/** Edge of a voxel of the page's map, m; of pages with triangles that reach far out, a multiple of it. */
+export const voxelOf = (page: { quantum: number }): number => QUANTA_PER_VOXEL * page.quantum;
+
 /** Reads a mesh page's payload without decoding it. */
 export function readMeshPage(reader: Reader): EncodedPage {
   const key: PageKey = [reader.i32(), reader.i32(), reader.i32()], version = reader.u32();

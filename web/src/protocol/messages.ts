@@ -5,7 +5,6 @@ export interface Hello {
   session: string;
   program: string;
   source: { verb: string; name: string };
-  voxel_size_m: number;
   can: { pilot: boolean; replay: boolean; exports: string[] };
   limits: { in_bytes: number; in_per_s: number };
 }

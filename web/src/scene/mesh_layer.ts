@@ -1,5 +1,5 @@
 import type { PageKey, Vec3 } from "../protocol/frames.ts";
-import type { MeshPage } from "../protocol/mesh_page.ts";
+import { voxelOf, type MeshPage } from "../protocol/mesh_page.ts";
 import type { Box } from "./camera_rig.ts";
 import { chooseLevel, triangleSide } from "./level_choice.ts";
 import { ageShare, COLOR_MODES, GREY, MAP_VALUES, MeshShader, POSITION, TINT, type ColorMode } from "./mesh_shader.ts";
@@ -29,6 +29,8 @@ export class MeshLayer {
   clipHeightM = Infinity;
   heights: [number, number] = [0, 3];
   mode: ColorMode = "colour";
+  /** Edge of a voxel of the map that the model comes from, m, by its pages; 0 without any. */
+  voxelM = 0;
   /** Every page in its finest level. */
   finestOnly = false;
   drawnPages = 0;
@@ -47,6 +49,11 @@ export class MeshLayer {
   /** Of the finest levels. */
   get triangleCount(): number { return this.triangles; }
   get pageCount(): number { return this.shown.size; }
+  /** Whether some level of this version of the page is there. */
+  has({ key, version }: MeshPage): boolean {
+    const shown = this.shown.get(key.join());
+    return shown !== undefined && finestOf(shown).version === version;
+  }
   /** The finest level of each page. */
   *pages(): Iterable<MeshPage> {
     for (const shown of this.shown.values()) yield finestOf(shown);
@@ -55,6 +62,7 @@ export class MeshLayer {
   /** Adds a level, or replaces the page where it is of another version. */
   set(page: MeshPage): void {
     const name = page.key.join();
+    if (this.voxelM === 0 || voxelOf(page) < this.voxelM) this.voxelM = voxelOf(page);
     let shown = this.shown.get(name);
     if (shown && finestOf(shown).version !== page.version) {
       this.remove(page.key);
@@ -83,6 +91,7 @@ export class MeshLayer {
 
   clear(): void {
     for (const page of [...this.pages()]) this.remove(page.key);
+    this.voxelM = 0;
   }
 
   /** Box of all vertices, or null. */

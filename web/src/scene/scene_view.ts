@@ -4,6 +4,7 @@ import type { ShownFrame } from "../live/worker_messages.ts";
 import { CameraRig, VIEW_SLOPE, type Box } from "./camera_rig.ts";
 import { Dots } from "./dots.ts";
 import { GridLayer } from "./grid_layer.ts";
+import { Latency } from "./latency.ts";
 import { Lines, viewSize } from "./lines.ts";
 import { MeshLayer } from "./mesh_layer.ts";
 import { OpenEdgeLayer } from "./open_edge_layer.ts";
@@ -33,6 +34,7 @@ export class SceneView {
   lastPose: Pose | null = null;
   frames = 0;
   readonly scriptMs: number[] = [];  // of the last pictures
+  readonly latency = new Latency();
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly perspective = new PerspectiveCamera(50, 1, 0.05, 500);
@@ -80,7 +82,9 @@ export class SceneView {
     this.requestDraw();
   }
 
-  show(frame: ShownFrame): void {
+  /** Shows a frame that was received at a time of sharedClockMs(). */
+  show(frame: ShownFrame, receivedMs: number): void {
+    this.latency.note(frame, receivedMs, this.mesh);
     switch (frame.kind) {
       case "meshPage": this.mesh.set(frame.page); break;
       case "pageGone": this.mesh.remove(frame.gone.key); break;
@@ -187,6 +191,7 @@ export class SceneView {
     if (!this.drawing || gl.getSyncParameter(this.drawing, gl.SYNC_STATUS) === gl.UNSIGNALED) return this.drawing !== null;
     gl.deleteSync(this.drawing);
     this.drawing = null;
+    this.latency.finished();
     return false;
   }
 
@@ -209,6 +214,7 @@ export class SceneView {
     this.renderer.resetState();
     this.renderer.render(this.scene, camera);
     ++this.frames;
+    this.latency.drawn();
     this.onDrawn();
   }
 

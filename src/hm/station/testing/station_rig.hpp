@@ -24,7 +24,6 @@ inline StationOptions test_options() {
   options.port_given = true;
   options.source = JsonValue::object({{"verb", "demo"}, {"name", "test"}});
   options.program_version = "1.2.3";
-  options.voxel_size_m = 0.02;
   return options;
 }
 
