@@ -197,8 +197,8 @@ void Scan::summarise_capture() {
     summary_.warnings.push_back(
         fmt::format("{} not in the recording: the disk was too slow", counted(recorded.queue_full, "frame")));
   if (!recorded.failure.empty())
-    summary_.warnings.push_back(fmt::format("{} not in the recording: {}", counted(recorded.failed, "frame"),
-                                            recorded.failure));
+    summary_.warnings.push_back(
+        fmt::format("{} not in the recording: {}", counted(recorded.failed, "frame"), recorded.failure));
 }
 
 Result<void> Scan::publish_mesh() {

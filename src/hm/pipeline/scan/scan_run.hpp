@@ -39,7 +39,8 @@ struct ScanSummary {
 /// writes what run_slam() writes of a recording.
 ///
 /// A camera that fails (unplugged): recording, map, trajectory and mesh are saved as they are, without the
-/// corrections of the end, and the summary has the failure. It also has it where frames could not be recorded.
+/// corrections of the end, and the summary has the failure. It also has it where frames could not be
+/// recorded.
 ///
 /// Errors: no such camera, output folder unusable, a recording there of another camera, or the one that is
 /// replayed, parameters that contradict, not a single pose, the map cannot be saved.
