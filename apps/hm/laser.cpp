@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "hm/pipeline/laser/run/laser_run.hpp"
+#include "laser_flags.hpp"
 #include "program.hpp"
 #include "serve_flags.hpp"
 
@@ -9,14 +10,14 @@ namespace {
 struct LaserVerbFlags {
   OutputFlags output;
   std::string recording, relations, saved_map, pace = "fast";
-  hm::LaserRecordingOptions topics;
+  LaserFlags of_laser;
   ServeFlags serve;
 };
 
 hm::Result<Outcome> run(const LaserVerbFlags& flags, Session& session) {
   hm::LaserRunOptions options;
   options.recording = flags.recording;
-  options.recording_options = flags.topics;
+  options.recording_options = flags.of_laser.options();
   options.output = flags.output.folder(flags.recording, "laser");
   options.existing = flags.output.existing();
   options.relations = flags.relations;
@@ -57,11 +58,7 @@ void add_laser(Program& program) {
       .add_option("--pace", flags->pace,
                   "fast (default): as fast as possible; realtime: at the pace of the recording")
       ->check(CLI::IsMember({"fast", "realtime"}));
-  const auto group = "Topics of a bag (default: the busiest)";
-  command.add_option("--scan-topic", flags->topics.scan_topic, "laser scans")->group(group);
-  command.add_option("--imu-topic", flags->topics.imu_topic, "IMU")->group(group);
-  command.add_option("--odometry-topic", flags->topics.odometry_topic, "odometry")->group(group);
-  command.add_option("--pose-topic", flags->topics.pose_topic, "true poses")->group(group);
+  flags->of_laser.add_to(command);
 }
 
 const VerbRegistration kLaser(70, add_laser);

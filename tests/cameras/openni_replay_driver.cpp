@@ -114,6 +114,7 @@ class ReplayDriver : public oni::driver::DriverBase {
     return ONI_STATUS_OK;
   }
   oni::driver::DeviceBase* deviceOpen(const char*, const char*) override {
+    begun = Clock::now() + std::chrono::milliseconds(100);
     return new ReplayDevice(*this, played.recording->camera());
   }
   void deviceClose(oni::driver::DeviceBase* device) override { delete device; }
@@ -124,7 +125,7 @@ class ReplayDriver : public oni::driver::DriverBase {
 
   Played played;
   std::atomic<bool> is_gone = false;
-  Clock::time_point begun = Clock::now() + std::chrono::milliseconds(100);  ///< of the first frame
+  Clock::time_point begun;  ///< when the first frame of the open device is due
 
  private:
   OniDeviceInfo info_{};

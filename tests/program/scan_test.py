@@ -1,6 +1,8 @@
 """hm scan: a replay, OpenNI and libfreenect without hardware; unplugged, stopped, killed and continued; wrong use."""
 import json
 import os
+import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -119,6 +121,53 @@ class Scan(support.SharedFolderTest):
         self.assertEqual(len(self.stamps("result/recording")), frames + run["capture"]["recorded"])
         self.assertEqual(self.stamps("result/recording"), sorted(set(self.stamps("result/recording")), key=float))
 
+    def test_the_recording_is_not_replayed_into_itself(self):
+        self.replay("-o", "result", "--seconds", "0.3")
+        stamps = self.stamps("result/recording")
+        for word in "--overwrite", "--resume":
+            error = self.run_json("scan", "--camera", "replay:result/recording", "-o", "result", word, *QUICK, expect=2)
+            self.assertIn("another folder", error["error"]["message"])
+        self.assertEqual(self.stamps("result/recording"), stamps)
+
+    def test_no_usable_frame(self):
+        """Images without colour: not one frame, and the error says why."""
+        shutil.copytree(self.recording, self.folder / "grey", ignore=shutil.ignore_patterns("rgb*", "associations.txt"))
+        error = self.run_json("scan", "--camera", "replay:grey", "-o", "result", "--speed", "4", *QUICK, expect=3)["error"]
+        self.assertIn("not one of 60 images could be used: no_color 60", error["message"])
+
+    def test_a_map_that_cannot_be_saved_ends_the_scan(self):
+        """As on a full disk, while the camera runs on: an error, and what was recorded stays."""
+        def limit_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+        result = subprocess.run(
+            [support.PROGRAM, "scan", "--camera", f"replay:{self.recording}", "-o", "result", "--json", *QUICK[2:], "--speed", "0.2",
+             "--voxel", "0.02", "--set", "reconstruction.save_interval_s=0.2"], cwd=self.folder, capture_output=True,
+            text=True, timeout=300, preexec_fn=limit_files)
+        self.assertEqual(result.returncode, 1, result.stderr[-2000:])
+        self.assertIn("map.hmap", result.stderr)
+        self.assertEqual(self.run_json("info", "result/recording")["frames"], len(self.stamps("result/recording")))
+        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
+
+    def test_a_recording_with_a_gap_has_results(self):
+        process = self.start_replay("result", "--speed", "0.5")
+        self.wait_for(self.folder / "result/recording/depth.txt", process)
+        while len(self.stamps("result/recording")) < 5 and process.poll() is None:
+            time.sleep(0.02)
+        images = self.folder / "result/recording/depth"
+        images.rename(self.folder / "away")  # as a disk that is away for a moment
+        time.sleep(0.5)
+        (self.folder / "away").rename(images)
+        output, errors = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1, errors)
+        run = json.loads(output)
+        self.check_capture(run["capture"])
+        self.assertGreater(run["capture"]["not_recorded"], 0)
+        self.assertIn("cannot be written", run["error"]["message"])
+        self.assertTrue(any("not in the recording" in warning for warning in run["warnings"]), run["warnings"])
+        self.assertTrue((self.folder / "result/mesh.ply").exists())
+        self.assertTrue((self.folder / "result/report.html").exists())
+
     def test_another_camera_cannot_continue(self):
         self.replay("-o", "result", "--seconds", "0.3")
         camera = ["--intrinsics", "500", "500", "319.5", "239.5"]
@@ -175,6 +224,15 @@ class Scan(support.SharedFolderTest):
         self.assertIn("unplugged", run["error"]["message"])
         self.assertGreater(run["capture"]["saved_s"], 0)
         self.assertEqual(self.run_json("info", "result/recording")["frames"], run["capture"]["recorded"])
+
+    def test_openni_continues_with_new_images(self):
+        """The camera is read from its start, after all of the recording was tracked again."""
+        self.run_with(self.openni(HM_OPENNI_FRAMES="30"), "--camera", "openni", "-o", "result", expect=1)
+        frames = len(self.stamps("result/recording"))
+        run = self.run_with(self.openni(HM_OPENNI_FRAMES="30"), "--camera", "openni", "-o", "result", "--resume", expect=1)
+        self.check_capture(run["capture"])
+        self.assertEqual(run["capture"]["earlier_frames"], frames)
+        self.assertGreater(run["capture"]["captured"], 5)
 
     def test_openni_dummy_device(self):
         """OpenNI's own device without hardware: pictures of nothing, and no field of view."""

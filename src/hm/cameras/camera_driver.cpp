@@ -15,11 +15,11 @@ namespace {
 
 using Opened = Result<std::unique_ptr<CameraDriver>>;
 
-/// A camera as asked for: driver, device, calibration.
+/// A camera as asked for: driver, device, images.
 struct CameraToOpen {
   const CameraRequest& request;
   std::string device;
-  const RgbdCalibration* calibration = nullptr;  ///< null: none is applied
+  DepthFormat format = DepthFormat::kRegistered;
 };
 
 /// A kind of camera. Without a function to open it, its library was not there when the program was built.
@@ -32,18 +32,17 @@ struct DriverEntry {
 
 constexpr std::array kDrivers{
 #ifdef HM_WITH_OPENNI2
-    DriverEntry{"openni", "libopenni2-dev",
-                [](const CameraToOpen& camera) { return open_openni(camera.device, camera.request); },
-                list_openni},
+    DriverEntry{
+        "openni", "libopenni2-dev",
+        [](const CameraToOpen& camera) { return open_openni(camera.device, camera.request, camera.format); },
+        list_openni},
 #else
     DriverEntry{"openni", "libopenni2-dev", nullptr, nullptr},
 #endif
 #ifdef HM_WITH_FREENECT
     DriverEntry{"freenect", "libfreenect-dev",
                 [](const CameraToOpen& camera) {
-                  const bool raw = camera.calibration && camera.calibration->disparity;
-                  return open_freenect(camera.device, camera.request,
-                                       raw ? DepthFormat::kRawDisparity : DepthFormat::kRegistered);
+                  return open_freenect(camera.device, camera.request, camera.format);
                 },
                 list_freenect},
 #else
@@ -60,6 +59,11 @@ constexpr std::array kDrivers{
 std::string how_to_get(const DriverEntry& driver) {
   return fmt::format("not in this program: install {} and build again (`./hm scan` does both)",
                      driver.package);
+}
+
+DepthFormat format_for(const RgbdCalibration& calibration) {
+  if (calibration.disparity) return DepthFormat::kRawDisparity;
+  return calibration.depth_camera ? DepthFormat::kUnregistered : DepthFormat::kRegistered;
 }
 
 /// Builds what the calibration makes of the driver's images.
@@ -86,7 +90,10 @@ Result<std::unique_ptr<CameraDriver>> open_camera(const CameraRequest& request) 
     if (request.calibration.empty() || name == "replay") return driver.open(camera);
     const auto calibration = read_calibration(request.calibration);
     if (!calibration) return forward_error(calibration);
-    camera.calibration = &*calibration;
+    camera.format = format_for(*calibration);
+    if (camera.format == DepthFormat::kRawDisparity && name != "freenect")
+      return fail(ErrorCode::kUsage, "--calibration " + request.calibration.string(),
+                  "is of raw disparity (depth_disparity), which only --camera freenect gives");
     return calibrated(driver.open(camera), *calibration);
   }
   return fail(ErrorCode::kUsage, "--camera " + request.camera,

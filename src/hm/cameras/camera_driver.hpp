@@ -66,8 +66,9 @@ struct CameraRequest {
   std::optional<Time> after = {};  ///< stamps are later than this: of the recording that is continued
 };
 
-/// Opens a camera. Errors: kUsage for an unknown camera or one that was not built in (with the packages to
-/// install), kNotFound where none is plugged in, and what the driver reports.
+/// Opens a camera. Errors: kUsage for an unknown camera, one that was not built in (with the packages to
+/// install), or a calibration of disparity for one that gives none; kNotFound where none is plugged in, and
+/// what the driver reports.
 Result<std::unique_ptr<CameraDriver>> open_camera(const CameraRequest& request);
 
 /// Kind of camera, for a list.
@@ -79,11 +80,13 @@ struct CameraListing {
 };
 std::vector<CameraListing> list_cameras();
 
-/// Depth images are the device's raw disparity (RgbdCalibration::disparity), unregistered, if asked for.
-enum class DepthFormat { kRegistered, kRawDisparity };
+/// Depth images that a calibration expects: registered to the colour camera by the device; of the depth
+/// camera, as distances or as raw disparity.
+enum class DepthFormat { kRegistered, kUnregistered, kRawDisparity };
 
 /// The drivers; `device` is what stands behind the colon. Those of libraries exist where these were found.
-Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, const CameraRequest& request);
+Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, const CameraRequest& request,
+                                                  DepthFormat format);
 std::vector<std::string> list_openni();
 Result<std::unique_ptr<CameraDriver>> open_freenect(const std::string& device, const CameraRequest& request,
                                                     DepthFormat format);

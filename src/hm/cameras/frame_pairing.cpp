@@ -38,6 +38,16 @@ std::optional<RgbdFrame> FramePairing::take() {
   return frame;
 }
 
+CameraEvent DeviceFrames::next(std::chrono::milliseconds timeout, const AddImages& add_images) {
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  while (true) {
+    if (auto frame = pairing.take()) return {CameraEvent::Kind::kFrame, std::move(*frame), {}};
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+    if (left.count() <= 0) return {};
+    if (auto event = add_images(left)) return std::move(*event);
+  }
+}
+
 Time DeviceClock::to_time(Duration since_device_start) {
   if (!offset_) {
     constexpr Duration kGap{1'000'000};

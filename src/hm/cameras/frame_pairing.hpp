@@ -1,7 +1,10 @@
 #pragma once
+#include <chrono>
 #include <deque>
+#include <functional>
 #include <optional>
 
+#include "hm/cameras/camera_driver.hpp"
 #include "hm/core/time.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
@@ -48,6 +51,13 @@ class DeviceClock {
 struct DeviceFrames {
   DeviceFrames(double rate_hz, std::optional<Time> after)
       : clock(after), pairing(Duration::from_seconds(0.5 / rate_hz)) {}
+
+  /// Waits up to so long for images of the device and adds them; an event that it returns comes before a
+  /// frame.
+  using AddImages = std::function<std::optional<CameraEvent>(std::chrono::milliseconds)>;
+  /// The next pair, or kTimeout.
+  CameraEvent next(std::chrono::milliseconds timeout, const AddImages& add_images);
+
   DeviceClock clock;
   FramePairing pairing;
 };

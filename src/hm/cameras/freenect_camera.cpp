@@ -72,24 +72,21 @@ class FreenectCamera : public CameraDriver {
   Result<void> start() {
     if (freenect_start_depth(device_->device) < 0 || freenect_start_video(device_->device) < 0)
       return fail(ErrorCode::kUnreadable, "freenect", "the streams do not start");
+    set_automatic(FREENECT_ON);  // an earlier scan may have locked it
     return {};
   }
 
   [[nodiscard]] CameraDescription describe() const override { return description_; }
 
   CameraEvent next(std::chrono::milliseconds timeout) override {
-    const auto until = std::chrono::steady_clock::now() + timeout;
-    while (true) {
-      if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
-      const auto left =
-          std::chrono::ceil<std::chrono::microseconds>(until - std::chrono::steady_clock::now());
-      if (left.count() <= 0) return {};
-      timeval wait{left.count() / 1'000'000, left.count() % 1'000'000};
-      if (const int status = freenect_process_events_timeout(device_->context, &wait); status < 0)
-        return {Kind::kFailed,
-                {},
-                fmt::format("the camera gives no more images: unplugged? (USB status {})", status)};
-    }
+    return frames_.next(timeout, [this](std::chrono::milliseconds wait) -> std::optional<CameraEvent> {
+      timeval time{wait.count() / 1'000, wait.count() % 1'000 * 1'000};
+      const int status = freenect_process_events_timeout(device_->context, &time);
+      if (status >= 0) return std::nullopt;
+      return CameraEvent{Kind::kFailed,
+                         {},
+                         fmt::format("the camera gives no more images: unplugged? (USB status {})", status)};
+    });
   }
 
  private:
@@ -107,15 +104,16 @@ class FreenectCamera : public CameraDriver {
     Image<Rgb8> color(kWidth, kHeight);
     std::memcpy(color.data(), data, color.pixels().size_bytes());
     frames_.pairing.add_color(frames_.clock.to_time(clock_.since_start(stamp)), std::move(color));
-    if (++color_images_ == kSettled) lock_exposure();
+    if (++color_images_ == kSettled && set_automatic(FREENECT_OFF))
+      description_.exposure = ExposureControl::kLocked;
   }
 
-  /// Keeps the exposure and the white balance that the camera has found.
-  void lock_exposure() {
-    if (!freenect_set_flag) return;
-    const bool is_locked = freenect_set_flag(device_->device, FREENECT_AUTO_EXPOSURE, FREENECT_OFF) >= 0;
-    freenect_set_flag(device_->device, FREENECT_AUTO_WHITE_BALANCE, FREENECT_OFF);
-    description_.exposure = is_locked ? ExposureControl::kLocked : ExposureControl::kAutomatic;
+  /// Lets exposure and white balance adapt, or keeps what the camera has found. False: the exposure cannot be
+  /// set.
+  bool set_automatic(freenect_flag_value on) {
+    if (!freenect_set_flag) return false;
+    freenect_set_flag(device_->device, FREENECT_AUTO_WHITE_BALANCE, on);
+    return freenect_set_flag(device_->device, FREENECT_AUTO_EXPOSURE, on) >= 0;
   }
 
   std::unique_ptr<FreenectDevice> device_;
@@ -127,9 +125,9 @@ class FreenectCamera : public CameraDriver {
 
 Result<void> set_modes(freenect_device* device, DepthFormat format) {
   freenect_frame_mode video = freenect_find_video_mode(FREENECT_RESOLUTION_MEDIUM, FREENECT_VIDEO_RGB);
-  freenect_frame_mode depth = freenect_find_depth_mode(
-      FREENECT_RESOLUTION_MEDIUM,
-      format == DepthFormat::kRawDisparity ? FREENECT_DEPTH_11BIT : FREENECT_DEPTH_REGISTERED);
+  constexpr std::array kFormats{FREENECT_DEPTH_REGISTERED, FREENECT_DEPTH_MM, FREENECT_DEPTH_11BIT};
+  freenect_frame_mode depth =
+      freenect_find_depth_mode(FREENECT_RESOLUTION_MEDIUM, kFormats[static_cast<std::size_t>(format)]);
   for (const freenect_frame_mode& mode : {video, depth})
     if (mode.is_valid == 0 || mode.width != kWidth || mode.height != kHeight)
       return fail(ErrorCode::kUnsupported, "freenect", "the device has no images of {} x {}", kWidth,
@@ -150,6 +148,7 @@ CameraDescription describe_device(int index, const CameraRequest& request) {
   description.camera =
       request.intrinsics.value_or(PinholeCamera{kWidth, kHeight, 525, 525, 319.5, 239.5, {}});
   description.intrinsics_source = request.intrinsics ? "given" : "usual values of a Kinect";
+  if (request.depth_units_per_m) description.depth_unit_m = 1 / *request.depth_units_per_m;
   description.rate_hz = kRate_hz;
   description.exposure = ExposureControl::kAutomatic;
   description.is_kinect = true;

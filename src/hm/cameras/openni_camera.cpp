@@ -77,32 +77,31 @@ class OpenNiCamera : public CameraDriver {
  public:
   OpenNiCamera(std::unique_ptr<OpenNiDevice> device, const CameraRequest& request,
                CameraDescription description)
-      : device_(std::move(device)), description_(std::move(description)), frames_(kRate_hz, request.after) {}
+      : device_(std::move(device)), description_(std::move(description)), frames_(kRate_hz, request.after) {
+    set_automatic(true);  // an earlier scan may have locked it
+  }
 
   [[nodiscard]] CameraDescription describe() const override { return description_; }
 
   CameraEvent next(std::chrono::milliseconds timeout) override {
-    const auto until = std::chrono::steady_clock::now() + timeout;
-    std::array<openni::VideoStream*, 2> streams{&device_->depth, &device_->color};
-    while (true) {
-      if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
-      if (device_->unplugged->is_gone) return {Kind::kFailed, {}, "the camera was unplugged"};
-      const auto left =
-          std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
-      if (left.count() <= 0) return {};
-      int ready = 0;
-      const auto status =
-          openni::OpenNI::waitForAnyStream(streams.data(), 2, &ready, static_cast<int>(left.count()));
-      if (status == openni::STATUS_TIME_OUT) continue;
-      openni::VideoFrameRef image;
-      if (status != openni::STATUS_OK ||
-          streams[static_cast<std::size_t>(ready)]->readFrame(&image) != openni::STATUS_OK)
-        return {Kind::kFailed, {}, "the camera gives no more images: " + last_error()};
-      if (auto refused = take(image, ready == 0)) return std::move(*refused);
-    }
+    return frames_.next(timeout, [this](std::chrono::milliseconds wait) { return add_image(wait); });
   }
 
  private:
+  std::optional<CameraEvent> add_image(std::chrono::milliseconds wait) {
+    if (device_->unplugged->is_gone) return CameraEvent{Kind::kFailed, {}, "the camera was unplugged"};
+    std::array<openni::VideoStream*, 2> streams{&device_->depth, &device_->color};
+    int ready = 0;
+    const auto status =
+        openni::OpenNI::waitForAnyStream(streams.data(), 2, &ready, static_cast<int>(wait.count()));
+    if (status == openni::STATUS_TIME_OUT) return std::nullopt;
+    openni::VideoFrameRef image;
+    if (status != openni::STATUS_OK ||
+        streams[static_cast<std::size_t>(ready)]->readFrame(&image) != openni::STATUS_OK)
+      return CameraEvent{Kind::kFailed, {}, "the camera gives no more images: " + last_error()};
+    return take(image, ready == 0);
+  }
+
   std::optional<CameraEvent> take(const openni::VideoFrameRef& image, bool is_depth) {
     const int width = image.getWidth(), height = image.getHeight();
     const std::size_t row_bytes =
@@ -126,7 +125,7 @@ class OpenNiCamera : public CameraDriver {
     Image<Rgb8> color(width, height);
     copy_rows(image, row_bytes, color);
     frames_.pairing.add_color(stamp, std::move(color));
-    if (++color_images_ == kSettled) lock_exposure();
+    if (++color_images_ == kSettled && set_automatic(false)) description_.exposure = ExposureControl::kLocked;
     return std::nullopt;
   }
 
@@ -138,13 +137,13 @@ class OpenNiCamera : public CameraDriver {
                   row_bytes);
   }
 
-  /// Keeps the exposure and the white balance that the camera has found.
-  void lock_exposure() {
+  /// Lets exposure and white balance adapt, or keeps what the camera has found. False: the exposure cannot be
+  /// set.
+  bool set_automatic(bool on) {
     openni::CameraSettings* settings = device_->color.getCameraSettings();
-    if (!settings || !settings->isValid()) return;
-    const bool is_locked = settings->setAutoExposureEnabled(false) == openni::STATUS_OK;
-    settings->setAutoWhiteBalanceEnabled(false);
-    description_.exposure = is_locked ? ExposureControl::kLocked : ExposureControl::kAutomatic;
+    if (!settings || !settings->isValid()) return false;
+    settings->setAutoWhiteBalanceEnabled(on);
+    return settings->setAutoExposureEnabled(on) == openni::STATUS_OK;
   }
 
   std::unique_ptr<OpenNiDevice> device_;
@@ -218,10 +217,10 @@ Result<PinholeCamera> camera_of(const openni::VideoStream& stream, const CameraR
 }
 
 /// Asks the device for registered and synchronous images; the notes say what it cannot.
-void register_images(OpenNiDevice& opened, const CameraRequest& request, CameraDescription& description) {
+void register_images(OpenNiDevice& opened, DepthFormat format, CameraDescription& description) {
   openni::Device& device = opened.device;
   const auto registration = openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR;
-  const bool wants_raw = !request.calibration.empty();
+  const bool wants_raw = format != DepthFormat::kRegistered;
   const bool is_registered = !wants_raw && device.isImageRegistrationModeSupported(registration) &&
                              device.setImageRegistrationMode(registration) == openni::STATUS_OK;
   if (wants_raw) device.setImageRegistrationMode(openni::IMAGE_REGISTRATION_OFF);
@@ -245,7 +244,8 @@ CameraDescription describe_device(const OpenNiDevice& opened) {
 
 }  // namespace
 
-Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, const CameraRequest& request) {
+Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, const CameraRequest& request,
+                                                  DepthFormat format) {
   auto opened = std::make_unique<OpenNiDevice>();
   if (!start_library()) return fail(ErrorCode::kInternal, "OpenNI", "does not start: {}", last_error());
   if (opened->device.open(device.empty() ? openni::ANY_DEVICE : device.c_str()) != openni::STATUS_OK)
@@ -260,7 +260,7 @@ Result<std::unique_ptr<CameraDriver>> open_openni(const std::string& device, con
     return forward_error(made);
   CameraDescription description = describe_device(all);
   if (request.depth_units_per_m) description.depth_unit_m = 1 / *request.depth_units_per_m;
-  register_images(all, request, description);
+  register_images(all, format, description);
   auto camera = camera_of(all.color, request);
   if (!camera) return forward_error(camera);
   description.camera = *camera;

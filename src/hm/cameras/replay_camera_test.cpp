@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "hm/io/bytes/text_lines.hpp"
+#include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/testing/testing_recordings.hpp"
 
 namespace hm {
@@ -80,6 +81,18 @@ TEST_F(ReplayCamera, AnUnreadableImageIsIncomplete) {
   EXPECT_EQ(event.kind, Kind::kIncomplete);
   EXPECT_FALSE(event.reason.empty());
   EXPECT_EQ(camera->next(milliseconds(1'000)).kind, Kind::kFrame);
+}
+
+TEST(OpenCamera, ACalibrationOfDisparityNeedsACameraThatGivesIt) {
+  const TemporaryFolder folder;
+  RgbdCalibration calibration;
+  calibration.depth_camera = calibration.color_camera = testing_recordings::kSmallCamera;
+  calibration.disparity.emplace();
+  ASSERT_TRUE(write_calibration(folder / "calibration.toml", calibration));
+  const auto opened =
+      open_camera({.camera = "v4l2:/nowhere,/nowhere", .calibration = folder / "calibration.toml"});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kUsage) << to_string(opened.error());
 }
 
 TEST(OpenCamera, SaysWhatIsWrong) {

@@ -33,24 +33,19 @@ class V4l2Camera : public CameraDriver {
       : depth_(std::move(depth)),
         color_(std::move(color)),
         description_(std::move(description)),
-        frames_(kRate_hz, request.after) {}
+        frames_(kRate_hz, request.after) {
+    release_exposure();
+  }
 
   [[nodiscard]] CameraDescription describe() const override { return description_; }
 
   CameraEvent next(std::chrono::milliseconds timeout) override {
-    const auto until = std::chrono::steady_clock::now() + timeout;
-    while (true) {
-      if (auto frame = frames_.pairing.take()) return {Kind::kFrame, std::move(*frame), {}};
-      const auto left =
-          std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
-      if (left.count() <= 0) return {};
-      const VideoInput input = wait_for_input(depth_.device(), color_.device(), left);
-      for (VideoStream* stream : {input.first ? &depth_ : nullptr, input.second ? &color_ : nullptr}) {
-        if (!stream) continue;
-        auto event = take(*stream);
-        if (event) return std::move(*event);
-      }
-    }
+    return frames_.next(timeout, [this](std::chrono::milliseconds wait) -> std::optional<CameraEvent> {
+      const VideoInput input = wait_for_input(depth_.device(), color_.device(), wait);
+      if (input.first)
+        if (auto event = take(depth_)) return event;
+      return input.second ? take(color_) : std::nullopt;
+    });
   }
 
  private:
@@ -96,6 +91,13 @@ class V4l2Camera : public CameraDriver {
                                 yuyv_to_rgb(picture.bytes, format.width, format.height, format.row_bytes));
     }
     return std::nullopt;
+  }
+
+  /// Lets exposure and white balance adapt: what an earlier scan has locked stays locked in the device.
+  void release_exposure() {
+    if (!color_.set_control(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY))
+      color_.set_control(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_AUTO);
+    color_.set_control(V4L2_CID_AUTO_WHITE_BALANCE, 1);
   }
 
   /// Keeps the exposure and the white balance that the camera has found.

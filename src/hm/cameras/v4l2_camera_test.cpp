@@ -176,6 +176,15 @@ TEST(V4l2Camera, ExposureIsLockedOnceItHasSettled) {
   EXPECT_EQ(feeds.color->controls[V4L2_CID_AUTO_WHITE_BALANCE], 0);
 }
 
+/// The device keeps its settings when it is closed.
+TEST(V4l2Camera, ExposureAdaptsAnewInTheNextScan) {
+  const TwoFeeds feeds;
+  feeds.color->controls = {{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL}, {V4L2_CID_AUTO_WHITE_BALANCE, 0}};
+  const auto camera = open(feeds, false);
+  EXPECT_EQ(feeds.color->controls[V4L2_CID_EXPOSURE_AUTO], V4L2_EXPOSURE_APERTURE_PRIORITY);
+  EXPECT_EQ(feeds.color->controls[V4L2_CID_AUTO_WHITE_BALANCE], 1);
+}
+
 TEST(V4l2Camera, RefusesWhatItCannotUse) {
   const TwoFeeds one, two, three;
   const auto without = open_v4l2(devices(one, false), {.camera = "v4l2"});

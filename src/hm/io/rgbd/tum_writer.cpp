@@ -110,6 +110,9 @@ struct TumWriter::Impl {
   std::vector<fs::path> images;  ///< not synced to disk yet
   bool finished = false;
 
+  /// Makes the folders.
+  static Result<std::unique_ptr<Impl>> make(const fs::path& folder, const PinholeCamera& camera,
+                                            double units_per_m);
   [[nodiscard]] bool is_growing() const { return depth_list.file.has_value(); }
   Result<void> add_color(const RgbdFrame& frame, PngEffort effort);
   /// Writes an image. Images are synced to disk together at the end, since syncing each would limit the frame
@@ -126,37 +129,40 @@ TumWriter::TumWriter(TumWriter&&) noexcept = default;
 TumWriter& TumWriter::operator=(TumWriter&&) noexcept = default;
 TumWriter::~TumWriter() = default;
 
-Result<TumWriter> TumWriter::create(const fs::path& folder, const PinholeCamera& camera, double units_per_m) {
+Result<std::unique_ptr<TumWriter::Impl>> TumWriter::Impl::make(const fs::path& folder,
+                                                               const PinholeCamera& camera,
+                                                               double units_per_m) {
   HM_CHECK(units_per_m > 0, "units_per_m = {}", units_per_m);
   if (auto checked = check_camera(camera); !checked) return forward_error(checked);
+  for (const fs::path& path : {folder / "depth", folder / "rgb"})
+    if (auto made = make_folder(path); !made) return forward_error(made);
+  auto impl = std::make_unique<Impl>();
+  impl->folder = folder;
+  impl->camera = camera;
+  impl->units_per_m = units_per_m;
+  return impl;
+}
+
+Result<TumWriter> TumWriter::create(const fs::path& folder, const PinholeCamera& camera, double units_per_m) {
   std::error_code ignored;
   for (const char* name : {"depth.txt", "rgb.txt", "depth", "rgb", "groundtruth.txt"})
     if (fs::exists(folder / name, ignored))
       return fail(ErrorCode::kUsage, folder, "there is a recording already ({}); choose another folder",
                   name);
-  for (const fs::path& path : {folder / "depth", folder / "rgb"})
-    if (auto made = make_folder(path); !made) return forward_error(made);
-  auto impl = std::make_unique<Impl>();
-  impl->folder = folder;
-  impl->camera = camera;
-  impl->units_per_m = units_per_m;
-  return TumWriter(std::move(impl));
+  auto impl = Impl::make(folder, camera, units_per_m);
+  if (!impl) return forward_error(impl);
+  return TumWriter(std::move(*impl));
 }
 
 Result<TumWriter> TumWriter::append(const fs::path& folder, const PinholeCamera& camera, double units_per_m) {
-  HM_CHECK(units_per_m > 0, "units_per_m = {}", units_per_m);
-  if (auto checked = check_camera(camera); !checked) return forward_error(checked);
-  for (const fs::path& path : {folder / "depth", folder / "rgb"})
-    if (auto made = make_folder(path); !made) return forward_error(made);
-  auto impl = std::make_unique<Impl>();
-  impl->folder = folder;
-  impl->camera = camera;
-  impl->units_per_m = units_per_m;
+  auto made = Impl::make(folder, camera, units_per_m);
+  if (!made) return forward_error(made);
+  Impl& impl = **made;
   auto opened = settle_camera(folder, camera_file_text(camera, units_per_m));
-  if (opened) opened = open_list(folder / "rgb.txt", impl->color_list, impl->last_color_stamp);
-  if (opened) opened = open_list(folder / "depth.txt", impl->depth_list, impl->last_stamp);
+  if (opened) opened = open_list(folder / "rgb.txt", impl.color_list, impl.last_color_stamp);
+  if (opened) opened = open_list(folder / "depth.txt", impl.depth_list, impl.last_stamp);
   if (!opened) return forward_error(opened);
-  return TumWriter(std::move(impl));
+  return TumWriter(std::move(*made));
 }
 
 std::optional<Time> TumWriter::last_stamp() const { return impl_->last_stamp; }

@@ -346,30 +346,22 @@ void Run::show_progress(const FrameRecord& last) const {
 
 void Run::show_frame(const Result<RgbdFrame>& frame, const FrameOutcome& outcome) const {
   if (!options_.run.view) return;
-  LiveCamera camera;
-  camera.camera = recording_->camera();
-  camera.trouble = frame ? outcome.skipped_because : to_string(frame.error());
-  if (frame) {
-    camera.stamp = frame->stamp;
-    camera.frame = &*frame;
-  }
-  if (outcome.integrated) camera.T_map_camera = outcome.T_world_camera;
-  options_.run.view->on_camera(camera);
+  const auto T_map_camera = outcome.integrated ? std::optional(outcome.T_world_camera) : std::nullopt;
+  options_.run.view->on_camera({frame ? frame->stamp : Time{}, frame ? &*frame : nullptr,
+                                recording_->camera(), T_map_camera,
+                                frame ? outcome.skipped_because : to_string(frame.error())});
 }
 
 void Run::show_numbers(const FrameRecord& last) const {
-  const auto number = [](std::size_t count) { return static_cast<double>(count); };
   LiveNumbers numbers{"reconstructing", frames_done(), range_.count(), {}, {}, {}};
   numbers.stages_ms = {{"waiting", last.wait_ms},      {"align", last.align_ms},
                        {"allocate", last.allocate_ms}, {"integrate", last.integrate_ms},
                        {"carve", last.carve_ms},       {"mesh", last.mesh_ms},
                        {"pack", last.pack_ms},         {"save", last.save_ms}};
-  numbers.counts = {{"frames integrated", number(state_.frames_integrated)},
-                    {"frames skipped", number(state_.skipped.size())},
-                    {"blocks", number(last.volumes)}};
-  numbers.memory = {{"process", number(last.resident_bytes)},
-                    {"map", number(last.map_bytes)},
-                    {"mesh", number(last.mesh_bytes)}};
+  numbers.counts = {{"frames integrated", state_.frames_integrated},
+                    {"frames skipped", state_.skipped.size()},
+                    {"blocks", last.volumes}};
+  numbers.memory = {{"process", last.resident_bytes}, {"map", last.map_bytes}, {"mesh", last.mesh_bytes}};
   options_.run.view->on_numbers(numbers);
 }
 

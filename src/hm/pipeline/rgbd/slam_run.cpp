@@ -157,6 +157,13 @@ void visit(const LiveCorrection& live, SummaryTree& v) {
   v({"stall_ms", "tracking waited", "{:.1f} ms"}, live.stall_ms);
 }
 
+std::string drops_text(const CaptureSummary& capture) {
+  std::string reasons;
+  for (const auto& [reason, frames] : capture.dropped)
+    if (frames > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, frames);
+  return reasons;
+}
+
 void visit(const CaptureSummary& capture, SummaryTree& v) {
   v({"camera", "camera"}, capture.camera);
   v({"intrinsics", "intrinsics"}, capture.intrinsics);
@@ -168,16 +175,12 @@ void visit(const CaptureSummary& capture, SummaryTree& v) {
   v({"lost", "lost"}, capture.lost);
   v({"unusable", "not usable"}, capture.unusable);
   std::size_t all = 0;
-  std::string reasons;
-  for (const auto& [reason, frames] : capture.dropped) {
-    all += frames;
-    if (frames > 0) reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", reason, frames);
-  }
+  for (const auto& [reason, frames] : capture.dropped) all += frames;
   v.object("dropped", [&](SummaryTree& dropped) {
     dropped({"total"}, all);
     for (const auto& [reason, frames] : capture.dropped) dropped({reason}, frames);
   });
-  v.shown("drops", "dropped", all == 0 ? "0" : fmt::format("{} ({})", all, reasons));
+  v.shown("drops", "dropped", all == 0 ? "0" : fmt::format("{} ({})", all, drops_text(capture)));
   v({"recorded", "recorded"}, capture.recorded);
   v({"recorded_uncompressed", "of these uncompressed"}, capture.recorded_uncompressed);
   v({"not_recorded", "not recorded"}, capture.not_recorded);

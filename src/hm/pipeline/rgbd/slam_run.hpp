@@ -45,6 +45,8 @@ struct CaptureSummary {
 };
 /// captured, tracked, lost, unusable, dropped{total, reason: frames}, latency_ms{median,p99,max} ...
 void visit(const CaptureSummary& capture, SummaryTree& v);
+/// Dropped frames by reason: "queue_full 2, no_color 1"; empty: none.
+std::string drops_text(const CaptureSummary& capture);
 /// Lines for a terminal of a summary with these values below "capture".
 std::string capture_lines(const SummaryTree& summary);
 

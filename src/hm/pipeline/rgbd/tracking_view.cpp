@@ -10,16 +10,8 @@ void show_tracked(const RunContext& run, const VisualTracking& tracking, const P
                   const RgbdFrame* frame, const std::optional<SE3>& T_map_camera) {
   if (!run.view) return;
   const TrackedRecord& last = tracking.last();
-  LiveCamera shown;
-  shown.stamp = last.stamp;
-  shown.frame = frame;
-  shown.camera = camera;
-  shown.T_map_camera = T_map_camera;
-  shown.trouble = last.reason;
-  shown.sigma_m = last.sigma_m;
-  run.view->on_camera(shown);
+  run.view->on_camera({last.stamp, frame, camera, T_map_camera, last.reason, last.sigma_m});
   const VisualTrack& track = tracking.track();
-  const auto number = [](std::size_t count) { return static_cast<double>(count); };
   const TrackingNumbers& numbers = last.numbers;
   LiveNumbers all{"tracking", track.frames_read + track.unused.size(), track.frames_total, {}, {}, {}};
   all.stages_ms = {{"waiting", last.wait_ms},
@@ -27,13 +19,10 @@ void show_tracked(const RunContext& run, const VisualTracking& tracking, const P
                    {"prediction", numbers.prediction_ms},
                    {"registration", numbers.registration_ms},
                    {"model", numbers.model_ms}};
-  all.counts = {{"features", numbers.features},
-                {"matches", numbers.matches},
-                {"inliers", numbers.inliers},
-                {"model points", number(numbers.model_points)},
-                {"keyframes", number(track.keyframes.size())},
-                {"frames tracked", number(track.frames_tracked)},
-                {"frames lost", number(track.frames_lost)}};
+  all.counts = {{"features", numbers.features},        {"matches", numbers.matches},
+                {"inliers", numbers.inliers},          {"model points", numbers.model_points},
+                {"keyframes", track.keyframes.size()}, {"frames tracked", track.frames_tracked},
+                {"frames lost", track.frames_lost}};
   run.view->on_numbers(all);
 }
 

@@ -1,5 +1,4 @@
 #include "hm/pipeline/scan/scan_run.hpp"
-#include "hm/pipeline/live/live_view.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "hm/pipeline/common/mesh_output.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/common/sensor_prior.hpp"
+#include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/slam_finish.hpp"
 #include "hm/pipeline/scan/scan_frames.hpp"
 #include "hm/pipeline/scan/scan_recorder.hpp"
@@ -61,15 +61,19 @@ class Scan {
             {.camera = camera.camera, .frames = &frames_, .is_from_kinect = is_from_kinect(camera)},
             options.parameters, run_)) {}
 
-  Result<ScanSummary> run(const Recording* earlier, std::unique_ptr<CameraDriver> driver);
+  /// `request`: with which the driver was opened.
+  Result<ScanSummary> run(const Recording* earlier, std::unique_ptr<CameraDriver> driver,
+                          const CameraRequest& request);
 
  private:
+  Result<std::unique_ptr<CameraDriver>> open_again(const CameraRequest& request) const;
   void track_earlier(const Recording& earlier);
   Result<void> capture(std::unique_ptr<CameraDriver> driver);
   [[nodiscard]] bool is_over(Time last) const;
   Result<void> track(const CapturedFrame& live);
   void say_once(std::string& said, const std::string& what) const;
   void summarise_capture();
+  [[nodiscard]] Error no_frame() const;
   Result<ScanSummary> finish();
   Result<ScanSummary> save_unplugged();
   Result<void> publish_mesh();
@@ -110,6 +114,16 @@ void Scan::track_earlier(const Recording& earlier) {
   }
 }
 
+Result<std::unique_ptr<CameraDriver>> Scan::open_again(const CameraRequest& request) const {
+  auto driver = open_camera(request);
+  if (!driver) return driver;
+  const PinholeCamera now = (*driver)->describe().camera;
+  if (now.width != camera_.camera.width || now.height != camera_.camera.height)
+    return fail(ErrorCode::kUsage, camera_.name, "gives images of another size now: {} x {}", now.width,
+                now.height);
+  return driver;
+}
+
 bool Scan::is_over(Time last) const {
   if (options_.run.stop.stop_requested()) return true;
   return options_.duration_s && first_stamp_ && (last - *first_stamp_).seconds() >= *options_.duration_s;
@@ -120,16 +134,18 @@ Result<void> Scan::capture(std::unique_ptr<CameraDriver> driver) {
   source_ = std::make_unique<LiveSource>(
       std::move(driver), LiveSourceOptions{},
       [this](const std::shared_ptr<const RgbdFrame>& frame) { recorder_.offer(frame); });
-  while (!is_over(last_stamp_.value_or(Time{}))) {
+  Result<void> tracked;
+  while (tracked && !is_over(last_stamp_.value_or(Time{}))) {
     const auto live = source_->next(kWait);
-    if (!live && source_->end() != CaptureEnd::kRunning) break;
-    if (!live) continue;
-    if (const auto tracked = track(*live); !tracked) return tracked;
+    if (live)
+      tracked = track(*live);
+    else if (source_->end() != CaptureEnd::kRunning)
+      break;
   }
-  source_->stop();
-  while (const auto live = source_->next(std::chrono::milliseconds(0)))
-    if (const auto tracked = track(*live); !tracked) return tracked;
-  return {};
+  source_->stop();  // also after an error: nothing may be offered to a recorder that has finished
+  while (const auto live = tracked ? source_->next(std::chrono::milliseconds(0)) : std::nullopt)
+    tracked = track(*live);
+  return tracked;
 }
 
 Result<void> Scan::track(const CapturedFrame& live) {
@@ -180,6 +196,9 @@ void Scan::summarise_capture() {
   if (recorded.queue_full > 0)
     summary_.warnings.push_back(
         fmt::format("{} not in the recording: the disk was too slow", counted(recorded.queue_full, "frame")));
+  if (!recorded.failure.empty())
+    summary_.warnings.push_back(
+        fmt::format("{} not in the recording: {}", counted(recorded.failed, "frame"), recorded.failure));
 }
 
 Result<void> Scan::publish_mesh() {
@@ -193,10 +212,8 @@ Result<void> Scan::publish_mesh() {
 
 /// Nothing that takes long: whoever scans wants to go on. `hm slam` does the rest with the recording.
 Result<ScanSummary> Scan::save_unplugged() {
-  const auto recorded = as_run_failure(recorder_.finish());
-  const auto saved = save_->save_all(frames_.size());
-  if (!recorded) return forward_error(recorded);
-  if (!saved) return forward_error(saved);
+  (void)recorder_.finish();  // what failed is a warning
+  if (const auto saved = save_->save_all(frames_.size()); !saved) return forward_error(saved);
   summary_.capture.saved_s = std::chrono::duration<double>(SteadyClock::now() - source_->ended_at()).count();
   summarise_capture();
   save_.reset();
@@ -213,10 +230,21 @@ Result<ScanSummary> Scan::save_unplugged() {
   return std::move(summary_);
 }
 
+Error Scan::no_frame() const {
+  const CaptureSummary& capture = summary_.capture;
+  const std::string drops = drops_text(capture);
+  return {ErrorCode::kInvalidValue,
+          fmt::format("not one of {} could be used{}", counted(capture.captured, "image"),
+                      drops.empty() ? "" : ": " + drops),
+          camera_.name};
+}
+
+/// What could not be recorded is a failure in the end, but none that costs the results.
 Result<ScanSummary> Scan::finish() {
   const auto recorded = as_run_failure(recorder_.finish());
-  if (!recorded) return forward_error(recorded);
+  if (!recorded) summary_.failure = recorded.error();
   summarise_capture();
+  if (frames_.size() == 0) return tl::make_unexpected(no_frame());
   save_.reset();  // the results' own map follows
   if (const auto complete = frames_.complete(); !complete) return forward_error(complete);
   SlamRunOptions options;
@@ -239,14 +267,21 @@ Result<ScanSummary> Scan::finish() {
   return std::move(summary_);
 }
 
-Result<ScanSummary> Scan::run(const Recording* earlier, std::unique_ptr<CameraDriver> driver) {
+Result<ScanSummary> Scan::run(const Recording* earlier, std::unique_ptr<CameraDriver> driver,
+                              const CameraRequest& request) {
   summary_.warnings = camera_.notes;
   SlamSaveState state;
   state.program_version = options_.run.program_version;
   auto save = ScanSave::begin(pipeline_, folder_, options_.parameters, state);
   if (!save) return forward_error(save);
   save_ = std::move(*save);
-  if (earlier) track_earlier(*earlier);
+  if (earlier) {
+    driver.reset();  // nobody would read it for long: its first images would be old ones
+    track_earlier(*earlier);
+    auto again = open_again(request);
+    if (!again) return forward_error(again);
+    driver = std::move(*again);
+  }
   // The files are in their places before the first frame comes, which this would delay.
   if (const auto saved = save_->save_all(frames_.size()); !saved) return forward_error(saved);
   if (const auto captured = capture(std::move(driver)); !captured) return forward_error(captured);
@@ -275,6 +310,14 @@ Result<std::unique_ptr<Recording>> earlier_recording(const ScanOptions& options,
   return recording;
 }
 
+/// A replay of the recording that the scan would replace, or continue with itself.
+bool replays_itself(const CameraRequest& request, const fs::path& recording) {
+  constexpr std::string_view kReplay = "replay:";
+  std::error_code code;
+  return request.camera.starts_with(kReplay) &&
+         fs::equivalent(request.camera.substr(kReplay.size()), recording, code);
+}
+
 }  // namespace
 
 Result<ScanSummary> run_scan(const ScanOptions& options) {
@@ -283,6 +326,9 @@ Result<ScanSummary> run_scan(const ScanOptions& options) {
     return fail(ErrorCode::kUsage, "reconstruction.align",
                 "it corrects given poses, and a camera gives none");
   const fs::path recording = options.output / "recording";
+  if (replays_itself(options.camera, recording))
+    return fail(ErrorCode::kUsage, recording.string(),
+                "this scan would write into the recording that it replays; give another folder with -o");
   auto folder =
       ResultFolder::open({options.output, options.existing, "scan", recording, options.run.program_version});
   if (!folder) return forward_error(folder);
@@ -295,10 +341,11 @@ Result<ScanSummary> run_scan(const ScanOptions& options) {
   const CameraDescription camera = (*driver)->describe();
   std::error_code code;
   if (options.existing == ExistingResult::kOverwrite) fs::remove_all(recording, code);
+  if (code) return fail(ErrorCode::kUsage, recording.string(), "cannot be replaced: {}", code.message());
   auto writer = TumWriter::append(recording, camera.camera, 1 / camera.depth_unit_m);
   if (!writer) return forward_error(writer);
   Scan scan(options, *folder, camera, std::move(*writer));
-  return scan.run(earlier->get(), std::move(*driver));
+  return scan.run(earlier->get(), std::move(*driver), request);
 }
 
 void visit(const ScanSummary& summary, SummaryTree& v) {

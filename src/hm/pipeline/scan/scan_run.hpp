@@ -28,7 +28,7 @@ struct ScanOptions {
 struct ScanSummary {
   CaptureSummary capture;
   std::optional<SlamSummary> slam;  ///< none: the camera failed, and only what there was has been saved
-  std::optional<Error> failure;     ///< of the camera
+  std::optional<Error> failure;     ///< of the camera, or of recording
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };
@@ -39,10 +39,11 @@ struct ScanSummary {
 /// writes what run_slam() writes of a recording.
 ///
 /// A camera that fails (unplugged): recording, map, trajectory and mesh are saved as they are, without the
-/// corrections of the end, and the summary has the failure.
+/// corrections of the end, and the summary has the failure. It also has it where frames could not be
+/// recorded.
 ///
-/// Errors: no such camera, output folder unusable, a recording there of another camera, parameters that
-/// contradict, not a single pose, the recording cannot be written.
+/// Errors: no such camera, output folder unusable, a recording there of another camera, or the one that is
+/// replayed, parameters that contradict, not a single pose, the map cannot be saved.
 Result<ScanSummary> run_scan(const ScanOptions& options);
 
 /// Those of visit(SlamSummary), with capture{}; of a failed scan capture{} alone.

@@ -71,7 +71,6 @@ Result<void> ScanSave::after_frame(std::size_t frames) {
 Result<void> ScanSave::finish_save() {
   is_saving_ = false;
   if (const auto written = as_run_failure(trajectory_.get()); !written) return written;
-  ++saves_;
   if (is_published_) return {};
   std::vector<std::filesystem::path> files{folder_.staging() / "map.hmap",
                                            folder_.staging() / "trajectory.tum",

@@ -31,7 +31,6 @@ class ScanSave {
   Result<void> after_frame(std::size_t frames);
   /// Saves everything now, and waits until it is on disk.
   Result<void> save_all(std::size_t frames);
-  [[nodiscard]] std::size_t saves() const { return saves_; }
 
  private:
   ScanSave(SlamPipeline& pipeline, ResultFolder& folder, const RgbdParameters& parameters,
@@ -47,7 +46,6 @@ class ScanSave {
   MapSaver saver_;
   std::future<Result<void>> trajectory_;  ///< written by a thread; invalid: none is under way
   bool is_saving_ = false, is_published_ = false;
-  std::size_t saves_ = 0;
   Stopwatch since_save_;
 };
 

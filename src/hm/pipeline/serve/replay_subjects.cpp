@@ -29,10 +29,7 @@ class ReplayOfFrames : public ReplaySubject {
     auto frame = frames_->next();
     if (!frame) return;
     if (*frame) return show(std::move(**frame));
-    LiveCamera unreadable;
-    unreadable.stamp = stamp(moment);
-    unreadable.trouble = to_string(frame->error());
-    run_.view->on_camera(unreadable);
+    run_.view->on_camera({stamp(moment), nullptr, recording_.camera(), {}, to_string(frame->error())});
   }
 
  protected:
@@ -62,13 +59,8 @@ class ReplayOfPoses : public ReplayOfFrames {
   void settle() override { run_.view->on_mesh_complete(pipeline_->mesher()); }
   void show(RgbdFrame frame) override {
     const FrameOutcome outcome = pipeline_->process(frame);
-    LiveCamera camera;
-    camera.stamp = frame.stamp;
-    camera.frame = &frame;
-    camera.camera = recording_.camera();
-    camera.trouble = outcome.skipped_because;
-    if (outcome.integrated) camera.T_map_camera = outcome.T_world_camera;
-    run_.view->on_camera(camera);
+    const auto T_map_camera = outcome.integrated ? std::optional(outcome.T_world_camera) : std::nullopt;
+    run_.view->on_camera({frame.stamp, &frame, recording_.camera(), T_map_camera, outcome.skipped_because});
   }
 
   const DenseParameters& parameters_;

@@ -12,8 +12,6 @@ namespace {
 /// Metres or radians by which loops move `map` before the path is shown again.
 constexpr double kShownCorrection = 0.01;
 
-double number(std::size_t count) { return static_cast<double>(count); }
-
 LiveVehicle vehicle_of(const LaserStep& step) {
   LiveVehicle vehicle;
   vehicle.stamp = step.stamp;
@@ -88,10 +86,9 @@ void LaserRunView::show(const LaserStep& step, const LaserPipeline& pipeline, co
                        {"match", step.match_ms},
                        {"loops", step.map_frame.ms},
                        {"insert", step.insert_ms}};
-  numbers.counts = {{"scans", number(scans_)},
-                    {"scans without a pose", number(scans_without_pose_)},
-                    {"keyframes", number(keyframes_)}};
-  numbers.memory = {{"map", number(pipeline.map().bytes())}};
+  numbers.counts = {
+      {"scans", scans_}, {"scans without a pose", scans_without_pose_}, {"keyframes", keyframes_}};
+  numbers.memory = {{"map", pipeline.map().bytes()}};
   view_.on_numbers(numbers);
 }
 
