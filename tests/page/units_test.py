@@ -25,6 +25,7 @@ class Units(unittest.TestCase):
 
     def test_types(self):
         self.node("node_modules/typescript/bin/tsc", "--noEmit")
+        self.node("node_modules/@biomejs/biome/bin/biome", "lint", "--error-on-warnings")
 
     @unittest.skipUnless(os.environ.get("HM_CODEC_FRAMES"), "HM_CODEC_FRAMES names no program that writes frames")
     def test_frames_of_the_server_are_read_as_they_were_written(self):

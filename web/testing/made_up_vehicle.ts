@@ -47,7 +47,8 @@ export class MadeUpVehicle {
     this.sinceStateS += dtS;
     if (this.state === "engaging" && this.sinceStateS > 0.5) this.go("idle", "ground");
     if (this.state === "disengaging" && this.sinceStateS > 0.5) this.go("off", "ground");
-    if (this.phase === "velocity" && (this.sinceVelocityS += dtS) > STALE_S) {
+    if (this.phase === "velocity") this.sinceVelocityS += dtS;
+    if (this.phase === "velocity" && this.sinceVelocityS > STALE_S) {
       this.heldAfterMs = 1000 * this.sinceVelocityS;
       this.take(this.position, "hold");
     }

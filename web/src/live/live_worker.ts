@@ -1,6 +1,6 @@
 /** The Worker of `/live`: socket, decoding, open borders. Frames go to the page in the order in which they came. */
 import { MeshoptDecoder } from "meshoptimizer/decoder";
-import { type Frame, type PageKey } from "../protocol/frames.ts";
+import type { Frame, PageKey } from "../protocol/frames.ts";
 import { FrameError } from "../protocol/reader.ts";
 import { decodePage, voxelOf, type EncodedPage, type MeshPage } from "../protocol/mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";

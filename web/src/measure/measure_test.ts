@@ -9,6 +9,7 @@ import { decodePage, type EncodedPage } from "../protocol/mesh_page.ts";
 import { distance, heightDifference, polygonArea, type MeasuredPoint } from "./geometry.ts";
 import { castRay, type Ray } from "./raycast.ts";
 import { measureRoom, wallDirection } from "./room_size.ts";
+import { makeRandom } from "../../testing/random.ts";
 
 await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
 
@@ -103,8 +104,8 @@ test("area: of a window-like and of an L-shaped polygon, whichever way round", (
 test("the uncertainty of an area is that of corners shaken at random", () => {
   const on = (x: number, y: number): MeasuredPoint => pointOn({ origin: [x, y, 1], direction: [0, 0, -1] }, 0.01);
   const points = [on(1.01, 1.01), on(3.01, 1.01), on(3.01, 2.01), on(1.01, 2.01)], { value, sigma } = polygonArea(points, 0.05);
-  let state = 5, sum = 0;
-  const random = (): number => (state = Math.imul(state, 1664525) + 1013904223 >>> 0) / 2 ** 32;
+  let sum = 0;
+  const random = makeRandom(5);
   const normal = (): number => Math.sqrt(-2 * Math.log(random() + 1e-12)) * Math.cos(2 * Math.PI * random());
   for (let round = 0; round < 4000; ++round) {
     const shaken = points.map(p => ({ ...p, point: [p.point[0] + 0.01 * normal(), p.point[1] + 0.01 * normal(), p.point[2]] as Vec3 }));

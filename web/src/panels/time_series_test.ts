@@ -28,7 +28,7 @@ test("the oldest go", () => {
 });
 
 test("numbers as they are read", () => {
-  assert.deepEqual([figure(null), figure(NaN, "m"), figure(3.14159, "m"), figure(31.4), figure(-314.2)], ["-", "-", "3.14\u202fm", "31.4", "-314"]);
+  assert.deepEqual([figure(null), figure(NaN, "m"), figure(2.34567, "m"), figure(31.4), figure(-314.2)], ["-", "-", "2.35\u202fm", "31.4", "-314"]);
   assert.deepEqual([length(0.1234), length(4)], ["12.3\u202fcm", "4.000\u202fm"]);
   assert.deepEqual([bytes(999), bytes(1.25e6), bytes(3e9)], ["999\u202fB", "1.3\u202fMB", "3.0\u202fGB"]);
   assert.deepEqual([clock(65.9), clock(-1), count(3440000), count(1296)], ["1:05", "0:00", "3.44\u202fM", "1296"]);

@@ -7,6 +7,7 @@ import { makeHouse } from "../../testing/house.ts";
 import { readFrame, type Vec3 } from "./frames.ts";
 import { decodePage, octahedralNormal, type EncodedPage, type MeshPage } from "./mesh_page.ts";
 import { FrameError } from "./reader.ts";
+import { makeRandom } from "../../testing/random.ts";
 
 await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
 
@@ -60,8 +61,8 @@ test("more than 65,536 vertices get longer indices", () => {
 test("every prefix, and damage of the encoded parts, is refused or decoded, and never beyond the vertices", () => {
   const whole = encode.frame(encode.meshPage(HEAD, SURFACE), 1);
   for (let size = 0; size < whole.length; ++size) assert.throws(() => readFrame(whole.subarray(0, size)), FrameError);
-  let state = 7, refused = 0;
-  const random = (below: number): number => (state = Math.imul(state, 1103515245) + 12345 >>> 0) % below;
+  let refused = 0;
+  const uniform = makeRandom(7), random = (below: number): number => Math.floor(below * uniform());
   for (let round = 0; round < 2000; ++round) {
     const bytes = whole.slice();
     bytes[16 + random(bytes.length - 16)] = random(256);

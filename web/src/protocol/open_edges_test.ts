@@ -3,6 +3,7 @@ import { test } from "node:test";
 import type { PageKey, Vec3 } from "./frames.ts";
 import type { MeshPage } from "./mesh_page.ts";
 import { findOpenEdges, OpenBorders } from "./open_edges.ts";
+import { makeRandom } from "../../testing/random.ts";
 
 /** A level sheet of squares of 0.1 m from (x, 0) to (x + 1, 1), without those whose number is in `holes`. */
 function sheet(x: number, holes: number[] = []): MeshPage {
@@ -46,8 +47,7 @@ test("a border that two pages share is closed, until one of them goes", () => {
 });
 
 test("matches are those of a search over all edges, whatever the tolerance's cells", () => {
-  let state = 3;
-  const random = (): number => (state = Math.imul(state, 1664525) + 1013904223 >>> 0) / 2 ** 32;
+  const random = makeRandom(3);
   const edges = (count: number): Float32Array => Float32Array.from({ length: 6 * count }, () => 0.2 * random() - 0.1);
   const left = edges(400), right = edges(400), tolerance = 0.004, borders = new OpenBorders(tolerance);
   borders.set([0, 0, 0], left);

@@ -118,7 +118,8 @@ export class MeshLayer {
       if (!inView(planes, shown.center, shown.radiusM)) continue;
       const { page, array, indexType } = shown.levels[this.finestOnly ? shown.finest : shown.drawn]!;
       const { origin, quantum, hasColors, indices } = page, wanted = hasColors || number > 0 ? number : GREY;
-      if (wanted !== lastMode) gl.uniform1i(mode, lastMode = wanted);
+      if (wanted !== lastMode) gl.uniform1i(mode, wanted);
+      lastMode = wanted;
       if (this.mode === "age") gl.uniform1f(age, ageShare(now - shown.changedAtS));
       gl.bindVertexArray(array);
       gl.uniform4f(place, origin[0], origin[1], origin[2], quantum);
