@@ -47,6 +47,23 @@ class Flying(page.PageTest):
         self.touch("touchEnd")
         self.wait_for_vehicle("state", "error", 3)
 
+    def test_by_a_gamepad_that_is_let_go_and_unplugged(self):
+        self.start("--pilot")
+        self.take_off()
+        # The browser has no gamepad to press: what the page asks for is one of ours.
+        self.js("window.pad = {connected: true, mapping: 'standard', axes: [0, 0, 0, 0]}; navigator.getGamepads = () => [null, window.pad]")
+        self.js("pad.axes = [0, 0, 0, -0.9]")
+        self.wait_for_vehicle("phase", "velocity")
+        time.sleep(0.5)
+        self.assertGreater(self.vehicle()["velocity_m_s"][0], 0.2)
+        self.js("pad.axes = [0.02, -0.03, 0.05, 0.05]")  # sticks do not rest at zero
+        self.wait_for_vehicle("phase", "hold")
+        self.js("pad.axes = [0, -0.9, 0, 0]")
+        self.wait_for_vehicle("phase", "velocity")
+        self.js("pad.connected = false")
+        self.wait_for_vehicle("phase", "hold")
+        self.assertEqual(self.errors(), [])
+
     def test_by_keys_and_a_point_in_the_model_and_a_page_that_hangs(self):
         self.start("--pilot")
         self.wait(f"{VIEW}.mesh.pageCount === {self.server.state()['house']}")

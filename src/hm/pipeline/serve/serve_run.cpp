@@ -85,7 +85,8 @@ void show_verdict(const Path& report, StationView& view) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 26;
   const auto bytes = read_file_bytes(report, kMostBytes);
   if (!bytes) return;
-  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, report.string());
+  const auto json =
+      parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, report.string());
   if (!json) return view.on_event(LogLevel::kWarning, to_string(json.error()));
   if (json->find("verdict")) view.on_end(verdict_of_report(*json));
 }
