@@ -1,4 +1,5 @@
 """The page's own code: its unit tests in node, its types, its size."""
+import json
 import os
 import re
 import subprocess
@@ -50,6 +51,10 @@ class Units(unittest.TestCase):
     def test_the_lock_file_names_no_registry(self):
         text = (WEB / "package-lock.json").read_text()
         self.assertEqual(text.count("://"), 0, "an address in package-lock.json")
+        # `npm ci` refuses a lock file that lacks a package of some other system.
+        packages = json.loads(text)["packages"]
+        needed = {name for package in packages.values() for kind in ("dependencies", "optionalDependencies") for name in package.get(kind, {})}
+        self.assertEqual([name for name in sorted(needed) if f"node_modules/{name}" not in packages], [])
         wanted = re.findall(r'"([^"]+)": "([\^~><*][^"]*)"', (WEB / "package.json").read_text().split('"dependencies"')[1])
         self.assertEqual(wanted, [], "versions have to be exact")
 
