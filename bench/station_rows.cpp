@@ -2,6 +2,7 @@
 // run.
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <thread>
 
 #include "hm/core/stopwatch.hpp"
@@ -35,7 +36,8 @@ LiveCamera seen(const RgbdFrame& frame, const PinholeCamera& camera, const SE3& 
   return shown;
 }
 
-/// Bytes of everything that changed in the store after a change: what a viewer without delay would get.
+/// Bytes of everything that changed in the store after a change: what a viewer without delay would get that
+/// draws all levels.
 std::size_t bytes_after(const LiveStore& store, std::uint64_t& change) {
   std::vector<LiveChange> changes;
   change = store.changes_after(change, changes);
@@ -44,7 +46,7 @@ std::size_t bytes_after(const LiveStore& store, std::uint64_t& change) {
     constexpr std::size_t kHeader = 16;
     bytes += kHeader;
     if (changed.slot.kind == LiveKind::kMeshPage)
-      bytes += changed.level_bytes[0];
+      bytes += std::accumulate(changed.level_bytes.begin(), changed.level_bytes.end(), std::size_t{0});
     else if (const auto item = store.read(changed.slot); item && item->payload)
       bytes += item->payload->size();
   }

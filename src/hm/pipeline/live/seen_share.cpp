@@ -36,23 +36,23 @@ std::vector<Vec3> directions(std::size_t count) {
 
 }  // namespace
 
-std::vector<VolumeKey> SurfaceCells::cells_of(const TriangleMesh& mesh) const {
-  std::vector<VolumeKey> cells;
+void SurfaceCells::mark(const TriangleMesh& mesh) {
+  std::optional<VolumeKey> low, high;  // of the vertex before, which mostly lies in the same cubes
   for (const Eigen::Vector3f& vertex : mesh.vertices) {
     const Vec3 p_cells = vertex.cast<double>() / cell_m_;
-    const VolumeKey low = cell_at(p_cells - Vec3::Constant(0.5)),
-                    high = cell_at(p_cells + Vec3::Constant(0.5));
-    for (std::int32_t z = low.z; z <= high.z; ++z)
-      for (std::int32_t y = low.y; y <= high.y; ++y)
-        for (std::int32_t x = low.x; x <= high.x; ++x) cells.push_back({x, y, z});
+    const VolumeKey first = cell_at(p_cells - Vec3::Constant(0.5)),
+                    last = cell_at(p_cells + Vec3::Constant(0.5));
+    if (first == low && last == high) continue;
+    low = first, high = last;
+    for (std::int32_t z = first.z; z <= last.z; ++z)
+      for (std::int32_t y = first.y; y <= last.y; ++y)
+        for (std::int32_t x = first.x; x <= last.x; ++x)
+          blocks_[block_of({x, y, z})].set(place_in_block({x, y, z}));
   }
-  std::sort(cells.begin(), cells.end(), PageOrder());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  return cells;
 }
 
-void SurfaceCells::add(std::span<const VolumeKey> cells) {
-  for (const VolumeKey cell : cells) blocks_[block_of(cell)].set(place_in_block(cell));
+void SurfaceCells::add(const SurfaceCells& other) {
+  for (const auto& [key, block] : other.blocks_) blocks_[key] |= block;
 }
 
 bool SurfaceCells::is_hit(const Vec3& from_m, const Vec3& direction, double reach_m) const {
@@ -87,14 +87,13 @@ std::vector<Vec3> places_along(std::span<const Eigen::Vector3f> path_m, double s
 }
 
 void SeenShare::set_page(VolumeKey page, const TriangleMesh& mesh, double voxel_size_m) {
-  auto cells = mesh.vertices.empty() ? std::vector<VolumeKey>() : SurfaceCells(voxel_size_m).cells_of(mesh);
+  SurfaceCells cells(voxel_size_m);
+  cells.mark(mesh);
   const std::lock_guard lock(mutex_);
-  if (cells.empty()) {
+  if (mesh.vertices.empty())
     cells_.erase(page);
-    return;
-  }
-  cells_[page] = std::move(cells);
-  voxel_size_m_ = voxel_size_m;
+  else
+    cells_.insert_or_assign(page, std::move(cells));
 }
 
 void SeenShare::count(std::vector<Eigen::Vector3f> path_m) {
@@ -102,7 +101,7 @@ void SeenShare::count(std::vector<Eigen::Vector3f> path_m) {
     std::optional<SurfaceCells> surface;
     {
       const std::lock_guard lock(mutex_);
-      if (!cells_.empty()) surface.emplace(voxel_size_m_);
+      if (!cells_.empty()) surface = cells_.begin()->second;
       for (const auto& [page, cells] : cells_) surface->add(cells);
     }
     const std::vector<Vec3> places = places_along(path, kSpacing_m, kMostPlaces),

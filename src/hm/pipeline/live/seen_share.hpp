@@ -19,9 +19,9 @@ class SurfaceCells {
   static constexpr int kCellVoxels = 4;
 
   explicit SurfaceCells(double voxel_size_m) : cell_m_(kCellVoxels * voxel_size_m) {}
-  /// The cubes of a mesh, ascending.
-  [[nodiscard]] std::vector<VolumeKey> cells_of(const TriangleMesh& mesh) const;
-  void add(std::span<const VolumeKey> cells);
+  void mark(const TriangleMesh& mesh);
+  /// Adds those of another one with voxels of the same size.
+  void add(const SurfaceCells& other);
   /// Whether a line ends on a surface within `reach_m`.
   [[nodiscard]] bool is_hit(const Vec3& from_m, const Vec3& direction, double reach_m) const;
 
@@ -51,9 +51,8 @@ class SeenShare {
   [[nodiscard]] std::optional<double> share() const;
 
  private:
-  mutable std::mutex mutex_;                                      // guards the next three
-  std::map<VolumeKey, std::vector<VolumeKey>, PageOrder> cells_;  ///< by page
-  double voxel_size_m_ = 0;
+  mutable std::mutex mutex_;                            // guards the next two
+  std::map<VolumeKey, SurfaceCells, PageOrder> cells_;  ///< by page
   std::optional<double> share_;
   NewestJobs<> jobs_;
 };

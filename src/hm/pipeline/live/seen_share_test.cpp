@@ -35,7 +35,7 @@ TEST(SurfaceCells, NoLineSlipsThroughASurface) {
   for (int i = -150; i <= 150; ++i)
     for (int j = -150; j <= 150; ++j)
       plane.vertices.push_back((0.7 * normal + kVoxel_m * (i * u + j * v)).cast<float>());
-  surface.add(surface.cells_of(plane));
+  surface.mark(plane);
   Rng rng(3);
   for (int trial = 0; trial < 2000; ++trial) {
     const Vec3 target = 0.7 * normal + rng.uniform(-1, 1) * u + rng.uniform(-1, 1) * v;
