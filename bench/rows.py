@@ -204,7 +204,7 @@ ROWS = [
     Row("page_bundle", "kB", 250, 200, "at_most", "page", 2, "the page's files on the line", ("page_first",)),
     Row("page_first", "s", 2, 1, "at_most", "page", 2, "from opening to the first picture, loopback"),
     Row("station_producer", "percent", 2, 1, "at_most", "station_producer", 2,
-        "the integrating thread of the demo's scan, shown against not shown (each its fastest round)"),
+        "processor time of the integrating thread of the demo's scan, shown against not shown (each its fastest round)"),
     Row("link_noise", "frames", 31, None, "at_most", "link_noise", 1,
         "accepted of 1e6 damaged MAVLink frames; a checksum of 16 bits lets 15.3 pass by chance (31: four standard deviations above)",
         ("link_noise_resync", "link_noise_clock")),

@@ -1,6 +1,5 @@
 // Rows about long runs of SLAM: judging loops at the end of a day, and the final adjustment of many
 // keyframes.
-#include <ctime>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "hm/core/process_memory.hpp"
 #include "hm/core/rng.hpp"
 #include "hm/core/statistics.hpp"
+#include "hm/core/stopwatch.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
 #include "hm/slam/rgbd/keyframe_graph.hpp"
 #include "hm/slam/rgbd/loop_selector.hpp"
@@ -18,13 +18,6 @@
 
 namespace hm::bench {
 namespace {
-
-/// CPU time of this thread: other programs on the machine do not count.
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 constexpr double kKeyframe_m = 0.3;
 constexpr std::size_t kLap = 200;     // keyframes of a lap through corridors, 60 m
@@ -92,10 +85,10 @@ Day judge_for_a_day(std::size_t keyframes) {
         proposals.push_back(
             loop_to(graph, i - kLap * (1 + rng.below(static_cast<std::uint32_t>(i / kLap))), rng));
     const bool is_judged = !proposals.empty();
-    const double before_s = cpu_seconds();
+    const double before_s = thread_cpu_s();
     const LoopDecision decision = selector.update(graph, std::move(proposals));
     if (is_judged) {
-      ms.push_back(1e3 * (cpu_seconds() - before_s));
+      ms.push_back(1e3 * (thread_cpu_s() - before_s));
       day.worst_of_all_ms = std::max(day.worst_of_all_ms, ms.back());
     }
     for (const LoopProposal& loop : decision.accepted)
@@ -186,9 +179,9 @@ struct Adjustment {
 Adjustment adjust(std::size_t keyframes, std::size_t lap) {
   Bundle bundle = make_bundle(keyframes, lap, 1);
   Adjustment adjustment;
-  const double before_s = cpu_seconds();
+  const double before_s = thread_cpu_s();
   adjustment.result = adjust_bundle(bundle);
-  adjustment.seconds = cpu_seconds() - before_s;
+  adjustment.seconds = thread_cpu_s() - before_s;
   double squares = 0;
   for (std::size_t k = 0; k < keyframes; ++k)
     squares += (bundle.T_map_camera[k].translation() - camera_on_ring(k, lap).translation()).squaredNorm();

@@ -2,11 +2,11 @@
 // the simulated house and its memory over an hour.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <span>
 
 #include "hm/core/process_memory.hpp"
 #include "hm/core/statistics.hpp"
+#include "hm/core/stopwatch.hpp"
 #include "hm/evaluation/trajectory_error.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/odometry/make_odometry.hpp"
@@ -20,12 +20,6 @@ namespace {
 
 constexpr const char* kRoom = "sevenscenes_a";
 constexpr std::size_t kHourOfFrames = 108000;
-
-double thread_cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
 
 /// What the tracker made of some frames.
 struct Run {
@@ -42,9 +36,9 @@ Result<Run> track_all(FrameSource& source, const OdometryParams& params) {
     if (!chunk) return forward_error(chunk);
     if (chunk->empty()) return run;
     for (const RgbdFrame& frame : *chunk) {
-      const double begin = thread_cpu_ms();
+      const double begin_s = thread_cpu_s();
       const TrackedFrame tracked = odometry->track(frame);
-      run.cpu_ms.push_back(thread_cpu_ms() - begin);
+      run.cpu_ms.push_back(1e3 * (thread_cpu_s() - begin_s));
       if (frame.T_world_camera) run.truth.push_back({frame.stamp, *frame.T_world_camera});
       if (tracked.T_odom_camera)
         run.estimate.push_back({frame.stamp, *tracked.T_odom_camera});

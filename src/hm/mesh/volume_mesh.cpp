@@ -46,8 +46,9 @@ VolumeMesh VolumeMesh::pack(const Parts& parts) {
   mesh.triangle_count_ = static_cast<std::uint16_t>(parts.triangle_count);
   mesh.touched_sides_ = sides_touched(parts.cube_rows);
   mesh.has_colors_ = !parts.colors.empty();
-  mesh.data_ = std::make_unique_for_overwrite<std::byte[]>(mesh.data_bytes());
-  std::byte* to = append(append(mesh.data_.get(), parts.fractions), parts.normals);
+  const auto data = std::make_shared_for_overwrite<std::byte[]>(mesh.data_bytes());
+  mesh.data_ = data;
+  std::byte* to = append(append(data.get(), parts.fractions), parts.normals);
   for (const std::uint32_t color : parts.colors) {
     const std::uint8_t rgb[3] = {static_cast<std::uint8_t>(color), static_cast<std::uint8_t>(color >> 8u),
                                  static_cast<std::uint8_t>(color >> 16u)};
@@ -55,20 +56,6 @@ VolumeMesh VolumeMesh::pack(const Parts& parts) {
     to += sizeof rgb;
   }
   append(append(to, parts.cases), parts.cube_rows);
-  return mesh;
-}
-
-VolumeMesh VolumeMesh::copy() const {
-  VolumeMesh mesh;
-  mesh.key_ = key_;
-  mesh.vertex_count_ = vertex_count_;
-  mesh.cube_count_ = cube_count_;
-  mesh.triangle_count_ = triangle_count_;
-  mesh.touched_sides_ = touched_sides_;
-  mesh.has_colors_ = has_colors_;
-  if (empty()) return mesh;
-  mesh.data_ = std::make_unique_for_overwrite<std::byte[]>(data_bytes());
-  std::memcpy(mesh.data_.get(), data_.get(), data_bytes());
   return mesh;
 }
 

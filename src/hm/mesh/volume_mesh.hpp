@@ -25,7 +25,7 @@ struct ScanOrder {
 /// of a voxel), its normal (octahedral, 2 bytes) and its colour (3 bytes). Vertices are ordered by their
 /// edge's low voxel: z, y, then the edge's direction, then x.
 ///
-/// A border vertex is stored by every volume that uses it, with the same bits. Immutable.
+/// A border vertex is stored by every volume that uses it, with the same bits. Immutable: copies share it.
 class VolumeMesh {
  public:
   /// Input of pack(), which copies it. `cube_rows` has 64 rows (z * 8 + y) of 8 bits; `cases` one byte per
@@ -42,7 +42,6 @@ class VolumeMesh {
 
   VolumeMesh() = default;
   static VolumeMesh pack(const Parts& parts);
-  [[nodiscard]] VolumeMesh copy() const;
 
   [[nodiscard]] VolumeKey key() const { return key_; }
   [[nodiscard]] bool empty() const { return cube_count_ == 0; }
@@ -71,7 +70,7 @@ class VolumeMesh {
   std::uint16_t triangle_count_ = 0;
   std::uint8_t touched_sides_ = 0;
   bool has_colors_ = false;
-  std::unique_ptr<std::byte[]> data_;  // fractions, normals, colours, cases, cube rows
+  std::shared_ptr<const std::byte[]> data_;  // fractions, normals, colours, cases, cube rows
 };
 
 /// Minimum distance (in 1/65536 voxel) of a vertex from both ends of its edge, so that different vertices

@@ -36,7 +36,7 @@ MeshPageCopy PageChanges::copy(const Waiting& waiting, const IncrementalMesher& 
   MeshPageCopy page{waiting.page, ++copied_[waiting.page].version, voxel_size_m, {}, waiting.since};
   for (int place = 0; place < kPageVolumes; ++place)
     if (const VolumeMesh* volume = mesher.find(key_at(waiting.page, place)))
-      page.volumes.push_back(volume->copy());
+      page.volumes.push_back(*volume);
   return page;
 }
 

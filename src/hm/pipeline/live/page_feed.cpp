@@ -1,12 +1,11 @@
 #include "hm/pipeline/live/page_feed.hpp"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
 #include "hm/core/parallel.hpp"
+#include "hm/core/stopwatch.hpp"
 #include "hm/mesh/pages/mesh_page.hpp"
 #include "hm/mesh/whole_mesh.hpp"
 #include "hm/pipeline/live/page_frame.hpp"
@@ -15,16 +14,6 @@
 
 namespace hm {
 namespace {
-
-/// Processor time of the calling thread, s.
-double thread_cpu_s() {
-  rusage usage{};
-  getrusage(RUSAGE_THREAD, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 /// Levels are left out where they would be nearly the finest one again.
 constexpr double kWorthwhileShare = 0.8;
