@@ -1,6 +1,7 @@
 #include "hm/mesh/pages/page_changes.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "hm/core/parallel.hpp"
 #include "hm/mesh/whole_mesh.hpp"
@@ -17,8 +18,11 @@ TriangleMesh mesh_of(const MeshPageCopy& page) {
 }
 
 void PageChanges::note(std::span<const VolumeKey> updated, Clock::time_point now) {
-  for (const VolumeKey volume : updated)
-    if (const VolumeKey page = page_of(volume); waiting_.insert(page).second) order_.push_back({page, now});
+  for (const VolumeKey volume : updated) {
+    const VolumeKey page = page_of(volume);
+    volumes_.try_emplace(page, ~std::uint64_t{0}).first->second |= place_bit(volume);
+    if (waiting_.insert(page).second) order_.push_back({page, now});
+  }
 }
 
 std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
@@ -27,6 +31,7 @@ std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
     gone.push_back({page, ++copied.version, 0, {}, now});
     copied.at = {};  // its next copy is due at once
   }
+  volumes_.clear();
   order_.clear();
   waiting_.clear();
   return gone;
@@ -34,9 +39,14 @@ std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
 
 MeshPageCopy PageChanges::copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m) {
   MeshPageCopy page{waiting.page, ++copied_[waiting.page].version, voxel_size_m, {}, waiting.since};
-  for (int place = 0; place < kPageVolumes; ++place)
-    if (const VolumeMesh* volume = mesher.find(key_at(waiting.page, place)))
+  std::uint64_t& there = volumes_[waiting.page];
+  for (std::uint64_t places = there; places != 0; places &= places - 1) {
+    const VolumeKey key = key_at(waiting.page, std::countr_zero(places));
+    if (const VolumeMesh* volume = mesher.find(key))
       page.volumes.push_back(*volume);
+    else
+      there &= ~place_bit(key);
+  }
   return page;
 }
 

@@ -57,6 +57,7 @@ class PageChanges {
   MeshPageCopy copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m);
 
   Clock::duration interval_;
+  VolumesByPage volumes_;  ///< those of a page that may have triangles
   std::map<VolumeKey, Copied, PageOrder> copied_;
   std::vector<Waiting> order_;  // of the changed pages, longest waiting first
   std::set<VolumeKey, PageOrder> waiting_;

@@ -15,7 +15,15 @@ namespace {
 constexpr int kMaxWidth = 320;
 constexpr int kJpegQuality = 70;
 
-int thinning(int width) { return std::max(1, (width + kMaxWidth - 1) / kMaxWidth); }
+/// Every n-th pixel, at most kMaxWidth of them in a row.
+template <class Pixel>
+Image<Pixel> thinned(const Image<Pixel>& image) {
+  const int step = std::max(1, (image.width() + kMaxWidth - 1) / kMaxWidth);
+  Image<Pixel> out(image.width() / step, image.height() / step);
+  for (int y = 0; y < out.height(); ++y)
+    for (int x = 0; x < out.width(); ++x) out(x, y) = image(x * step, y * step);
+  return out;
+}
 
 void put(LiveStore& store, PictureFrame::Which which, const Image<Rgb8>& image, Time stamp) {
   if (image.empty()) return;
@@ -32,38 +40,28 @@ void put(LiveStore& store, PictureFrame::Which which, const Image<Rgb8>& image, 
 
 }  // namespace
 
-Image<Rgb8> thinned_color(const Image<Rgb8>& color) {
-  const int step = thinning(color.width());
-  Image<Rgb8> out(color.width() / step, color.height() / step);
-  for (int y = 0; y < out.height(); ++y)
-    for (int x = 0; x < out.width(); ++x) out(x, y) = color(x * step, y * step);
-  return out;
-}
-
-Image<Rgb8> false_colors(const DepthImage& depth) {
-  const int step = thinning(depth.width());
-  Image<Rgb8> out(depth.width() / step, depth.height() / step);
+Image<Rgb8> false_colors(const Image<std::uint16_t>& depth) {
+  Image<Rgb8> out(depth.width(), depth.height());
   std::vector<std::uint16_t> readings;
-  for (int y = 0; y < out.height(); ++y)
-    for (int x = 0; x < out.width(); ++x)
-      if (const std::uint16_t units = depth.units(x * step, y * step); units > 0) readings.push_back(units);
+  for (const std::uint16_t units : depth.pixels())
+    if (units > 0) readings.push_back(units);
   if (readings.empty()) return out;
   std::sort(readings.begin(), readings.end());
   const double near = readings[readings.size() / 50],
                far = readings[readings.size() - 1 - readings.size() / 50];
   for (int y = 0; y < out.height(); ++y)
     for (int x = 0; x < out.width(); ++x)
-      if (const std::uint16_t units = depth.units(x * step, y * step); units > 0)
+      if (const std::uint16_t units = depth(x, y); units > 0)
         out(x, y) = to_rgb8(sequential_color((far - units) / std::max(1.0, far - near)));
   return out;
 }
 
 void PictureFeed::give(const RgbdFrame& frame) {
-  jobs_.give(
-      0, [this, color = thinned_color(frame.color), depth = false_colors(frame.depth), stamp = frame.stamp] {
-        put(store_, PictureFrame::Which::kColour, color, stamp);
-        put(store_, PictureFrame::Which::kDepth, depth, stamp);
-      });
+  jobs_.give(0,
+             [this, color = thinned(frame.color), depth = thinned(frame.depth.units), stamp = frame.stamp] {
+               put(store_, PictureFrame::Which::kColour, color, stamp);
+               put(store_, PictureFrame::Which::kDepth, false_colors(depth), stamp);
+             });
 }
 
 }  // namespace hm

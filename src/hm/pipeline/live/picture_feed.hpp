@@ -19,10 +19,8 @@ class PictureFeed {
   NewestJobs<> jobs_;
 };
 
-/// The image with every n-th pixel, at most 320 wide.
-Image<Rgb8> thinned_color(const Image<Rgb8>& color);
-/// The same of a depth image in false colours (sequential_color): near light, far dark, from its 2nd to its
+/// A depth image in false colours (sequential_color): near light, far dark, from its 2nd to its
 /// 98th percentile; black where nothing was measured.
-Image<Rgb8> false_colors(const DepthImage& depth);
+Image<Rgb8> false_colors(const Image<std::uint16_t>& depth);
 
 }  // namespace hm
