@@ -72,7 +72,7 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
   const LaserParameters& params = input.options.parameters.laser;
   choices.push_back(fmt::format("poses from scan matching of {}", recording.lasers.front().name));
   if (const LaserStream& laser = recording.lasers.front(); !laser.mount_source.empty())
-    choices.push_back(fmt::format("its mount is that of {}", laser.mount_source));
+    choices.push_back(fmt::format("its mount is given by {}", laser.mount_source));
   if (!scans_horizontally(laser_platform(recording).rigs.front()))
     choices.emplace_back("its scan plane is not horizontal: poses may be wrong");
   if (recording.lasers.size() > 1)
