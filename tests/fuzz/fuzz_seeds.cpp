@@ -263,6 +263,8 @@ void add_lasers(Collection& seeds) {
   const std::size_t at = bag.find(blanks);
   bag.replace(at - 4, 4 + blanks.size(), std::string(4, '\0'));
   seeds.text("rosbag", testing_bags::with_index_position(bag));
+  testing_bags::write_bag_with_transforms(seeds.folder / "tf.bag", 2);
+  seeds.text("rosbag", test::read_bytes(seeds.folder / "tf.bag"));
   for (const std::string how : {"bz2", "lz4"}) seeds.text("rosbag", testing_bags::with_compression(bag, how));
 }
 

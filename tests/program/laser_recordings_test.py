@@ -42,6 +42,11 @@ class LaserRecordings(support.ProgramTest):
                 self.assertAlmostEqual(info["odometry"]["path_length_m"], 19.9)
                 self.assertAlmostEqual(info["truth"]["path_length_m"], 39.8)
                 self.assertIn("/vicon/pose", info["truth_source"])
+                mount = laser["mount"]
+                self.assertEqual(mount["source"], "transforms base -> somewhere")
+                self.assertEqual([round(x, 9) for x in mount["xyz_m"]], [0.5, 0, 0])  # twice upside down
+                self.assertEqual([round(abs(x), 9) for x in mount["rpy_rad"]], [0, 0, 0])
+                self.assertIn("/odom", info["odometry_source"])
 
     def test_a_cut_off_bag_is_read_to_the_cut(self):
         whole = self.write_bag("a.bag").read_bytes()

@@ -67,6 +67,21 @@ def sonar(i):
     return message
 
 
+def transforms_type(name):
+    """The type of transforms: its package is not installed; its definition gives class and digest."""
+    bar = "\n" + "=" * 80 + "\n"
+    text = "geometry_msgs/TransformStamped[] transforms\n" + bar + "MSG: geometry_msgs/TransformStamped\n" + \
+        TransformStamped._full_text
+    return genpy.dynamic.generate_dynamic(name, text)[name]
+
+
+def mount(parent, child):
+    message = stamped(TransformStamped(), 0)
+    message.header.frame_id, message.child_frame_id = parent, child
+    message.transform.translation.x, message.transform.rotation.x = 0.25, 1.0  # upside down
+    return message
+
+
 def write(path, compression):
     with rosbag.Bag(path, "w", compression=compression, chunk_threshold=50000) as bag:
         for count, topic, make in ((100, "/scan", scan), (1000, "/imu/data", imu), (200, "/odom", odometry),
@@ -74,20 +89,29 @@ def write(path, compression):
             for i in range(count):
                 message = make(i)
                 bag.write(topic, message, message.header.stamp + genpy.Duration(0, 5000000))
-        bag.write("/tf", TransformStamped(), genpy.Time(START_S))
+        bag.write("/transform", TransformStamped(), genpy.Time(START_S))
+        for topic, type_name, transform in (("/tf", "tf/tfMessage", mount("/base", "tower")),
+                                            ("/tf_static", "tf2_msgs/TFMessage", mount("tower", "somewhere"))):
+            message = transforms_type(type_name)()
+            message.transforms = [transform]
+            bag.write(topic, message, genpy.Time(START_S))
 
 
 def check(path):
     types = {m._type: m for m in (PoseStamped, Odometry, Imu, LaserScan, Range)}
     with rosbag.Bag(path) as bag:
         for connection in bag._get_connections():
-            installed = types[connection.datatype]
+            installed = types.get(connection.datatype) or transforms_type(connection.datatype)
             from_text = genpy.dynamic.generate_dynamic(connection.datatype, connection.msg_def)[connection.datatype]
             right = connection.md5sum == installed._md5sum == from_text._md5sum
             fields = installed.__slots__ == from_text.__slots__ and installed._slot_types == from_text._slot_types
             print(connection.topic, connection.datatype, "right" if right and fields else "WRONG")
         for topic, message, received in bag.read_messages():
-            print(topic, message.header.seq, message.header.stamp, received, message.header.frame_id)
+            if message._type in types:
+                print(topic, message.header.seq, message.header.stamp, received, message.header.frame_id)
+            for each in getattr(message, "transforms", []):
+                at = each.transform.translation
+                print(topic, each.header.frame_id, each.child_frame_id, at.x, at.y, at.z)
 
 
 if __name__ == "__main__":

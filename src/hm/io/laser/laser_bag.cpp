@@ -7,6 +7,7 @@
 
 #include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/skip_counter.hpp"
+#include "hm/io/laser/laser_bag_frames.hpp"
 #include "hm/io/laser/laser_ranges.hpp"
 #include "hm/io/laser/laser_readers.hpp"
 #include "hm/io/rosbag/bag_format.hpp"
@@ -150,7 +151,7 @@ Trajectory trajectory_of(std::vector<typename Topic<PoseMessage>::Arrived> arriv
 }
 
 LaserStream stream_of(const std::string& name, std::vector<typename Topic<ScanMessage>::Arrived> arrived) {
-  LaserStream stream{.name = name};
+  LaserStream stream{.name = name, .frame_id = arrived.front().message.header.frame_id};
   RangeSorter sorter;
   for (auto& [message, received] : arrived) {
     message.scan.stamp = message.header.stamp;
@@ -204,11 +205,13 @@ struct BagContents {
     ranges.add(message);
     odometry.add(message);
     poses.add(message);
+    frames.add(message);
   }
   Topics<ScanMessage> scans;
   Topics<ImuMessage> imu;
   Topics<RangeMessage> ranges;
   Topics<PoseMessage> odometry, poses;
+  BagFrames frames;
 };
 
 void fill(BagContents& contents, LaserRecording& recording) {
@@ -225,7 +228,14 @@ void fill(BagContents& contents, LaserRecording& recording) {
     reading.stamp = message.header.stamp;
     if (reading.range_m >= reading.range_max_m) reading.range_m = std::numeric_limits<double>::infinity();
   }
-  recording.odometry = trajectory_of(busiest(contents.odometry, recording));
+  std::string odometry_topic, odometry_child;
+  auto odometry = busiest(contents.odometry, recording, &odometry_topic);
+  if (!odometry.empty()) {
+    recording.odometry_source = fmt::format("{} ({})", odometry_topic, kOdometryType.name);
+    odometry_child = odometry.front().message.child_frame_id;
+  }
+  recording.odometry = trajectory_of(std::move(odometry));
+  contents.frames.apply(odometry_child, recording);
   std::string pose_topic;
   recording.truth = trajectory_of(busiest(contents.poses, recording, &pose_topic));
   if (!recording.truth.empty())

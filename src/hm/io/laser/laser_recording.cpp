@@ -41,7 +41,11 @@ Result<void> add_rig(LaserRecording& recording) {
   auto rig = read_laser_rig(rig_path);
   if (!rig) return forward_error(rig);
   recording.rig = *rig;
-  if (!recording.lasers.empty()) recording.lasers.front().T_base_laser = rig->T_base_laser;
+  if (recording.lasers.empty()) return {};
+  LaserStream& laser = recording.lasers.front();
+  laser.T_base_laser = rig->T_base_laser;
+  laser.mount_source = "rig.toml";
+  laser.mount_problem.clear();
   return {};
 }
 

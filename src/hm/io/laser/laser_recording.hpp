@@ -31,9 +31,13 @@ struct LaserStream {
   std::vector<LaserScan> scans = {};
   /// Time at which the recorder received each scan; empty if not recorded.
   std::vector<Time> received = {};
-  SE3 T_base_laser = {};       ///< if the format provides it, else identity
-  std::size_t no_returns = 0;  ///< beams without return (sentinel, beyond the limit, inf)
-  std::size_t invalid = 0;     ///< invalid beams (NaN, negative, below the near limit)
+  std::string frame_id = {};  ///< name of its coordinate frame, if the format gives one
+  SE3 T_base_laser = {};      ///< if the recording or its rig.toml provides it, else identity
+  std::string mount_source =
+      {};  ///< origin of T_base_laser where a bag or rig.toml provides it, for the user
+  std::string mount_problem = {};  ///< why the transforms of a bag do not provide it, for the user
+  std::size_t no_returns = 0;      ///< beams without return (sentinel, beyond the limit, inf)
+  std::size_t invalid = 0;         ///< invalid beams (NaN, negative, below the near limit)
   /// Ranges used as "no return" markers and their counts: the most frequent first, at most eight.
   std::vector<std::pair<float, std::size_t>> sentinels_m = {};
 };
@@ -51,6 +55,7 @@ struct LaserRecording {
   std::vector<ImuSample> imu = {};
   std::vector<RangeReading> ranges = {};   ///< downward range sensor; infinity: no return
   Trajectory odometry = {};                ///< T_odom_base as the vehicle reported it
+  std::string odometry_source = {};        ///< origin, for the user, where the file names it
   Trajectory truth = {};                   ///< T_world_base, exact or corrected afterwards; never an input
   std::string truth_source = {};           ///< origin, for the user
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present

@@ -74,9 +74,8 @@ class BagFuzz : public ::testing::TestWithParam<const char*> {};
 TEST_P(BagFuzz, ErrorOrRecording) { EXPECT_GT(open_damaged("a.bag", small_bag(GetParam()), 1500), 100); }
 INSTANTIATE_TEST_SUITE_P(Compressions, BagFuzz, ::testing::Values("none", "bz2", "lz4"));
 
-/// Damage that is sure to hit the records: in the chunk of the bag, and its index, without the padding.
-TEST(LaserFuzz, BagWithoutPadding) {
-  std::string bag = small_bag("none");
+/// Damage that is sure to hit the records: in the chunk of a bag, and its index, without the padding.
+void open_damaged_records(const std::string& bag) {
   const std::size_t padding = bag.find("    "), chunk = bag.find("compression=none") - 12;
   ASSERT_LT(padding, chunk);
   const std::string head = bag.substr(0, chunk), tail = bag.substr(chunk);
@@ -86,6 +85,14 @@ TEST(LaserFuzz, BagWithoutPadding) {
     test::write_bytes(folder / "a.bag", head + damaged);
     if (const auto recording = open_laser_recording(folder / "a.bag")) expect_sound(*recording);
   });
+}
+
+TEST(LaserFuzz, BagWithoutPadding) { open_damaged_records(small_bag("none")); }
+
+TEST(LaserFuzz, BagWithTransforms) {
+  const TemporaryFolder folder;
+  testing_bags::write_bag_with_transforms(folder / "a.bag", 5);
+  open_damaged_records(test::read_bytes(folder / "a.bag"));
 }
 
 std::string numbers(int count) {

@@ -29,5 +29,7 @@ inline constexpr BagMessageType kImuType{"sensor_msgs/Imu", "6a62c6daae103f4ff57
 inline constexpr BagMessageType kRangeType{"sensor_msgs/Range", "c005c34273dc426c67a020a87bc24148"};
 inline constexpr BagMessageType kOdometryType{"nav_msgs/Odometry", "cd5e73d190d741a2f92e81eda573aca7"};
 inline constexpr BagMessageType kPoseType{"geometry_msgs/PoseStamped", "d3812c3cbc69362b77dc0b19b345f8f5"};
+inline constexpr BagMessageType kTransformsType{"tf2_msgs/TFMessage", "94810edda583a504dfda3829e70d7eec"};
+inline constexpr std::string_view kOldTransformsName = "tf/tfMessage";  // of the same definition
 
 }  // namespace hm::detail

@@ -117,6 +117,20 @@ std::optional<PoseMessage> parse_pose(MessageBytes bytes) {
   return message;
 }
 
+std::optional<std::vector<TransformMessage>> parse_transforms(MessageBytes bytes) {
+  ByteCursor cursor(bytes);
+  const auto count = cursor.value<std::uint32_t>();
+  std::vector<TransformMessage> transforms;
+  for (std::uint32_t i = 0; i < count && cursor.ok(); ++i) {
+    TransformMessage transform{.header = read_header(cursor), .child_frame_id = cursor.text()};
+    transform.position_m = read_vector(cursor);
+    transform.quaternion = read_quaternion(cursor);
+    transforms.push_back(std::move(transform));
+  }
+  if (!at_end(cursor)) return std::nullopt;
+  return transforms;
+}
+
 std::optional<Mat3> rotation_of(const Eigen::Vector4d& quaternion) {
   constexpr double kTolerance = 0.05;
   if (!(std::fabs(quaternion.norm() - 1.0) <= kTolerance)) return std::nullopt;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "hm/geometry/trajectory.hpp"
 #include "hm/sensors/imu.hpp"
@@ -45,12 +46,18 @@ std::optional<RangeMessage> parse_range(MessageBytes bytes);
 /// Pose as written; the quaternion (x, y, z, w) is not yet validated.
 struct PoseMessage {
   MessageHeader header;
-  std::string child_frame_id;  ///< of odometry
+  std::string child_frame_id;  ///< of odometry and transforms
   Vec3 position_m = Vec3::Zero();
   Eigen::Vector4d quaternion = Eigen::Vector4d::Zero();
 };
 std::optional<PoseMessage> parse_odometry(MessageBytes bytes);
 std::optional<PoseMessage> parse_pose(MessageBytes bytes);
+
+/// Transform between two frames as written (`header.frame_id`: the parent): parent from child; the quaternion
+/// (x, y, z, w) is not yet validated.
+using TransformMessage = PoseMessage;
+/// Parses tf2_msgs/TFMessage, which is tf/tfMessage too.
+std::optional<std::vector<TransformMessage>> parse_transforms(MessageBytes bytes);
 
 /// Rotation matrix of a quaternion (x, y, z, w) of nearly unit length; nothing if it is not.
 std::optional<Mat3> rotation_of(const Eigen::Vector4d& quaternion);

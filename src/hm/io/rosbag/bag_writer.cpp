@@ -258,6 +258,20 @@ void BagWriter::write_pose(const BagTopic& topic, Time received, const StampedPo
   impl_->add(topic, received, message.pose(pose.T_world_base));
 }
 
+void BagWriter::write_transforms(const std::string& topic, Time received,
+                                 std::span<const FrameTransform> transforms) {
+  impl_->connection({topic, {}}, detail::kTransformsType);
+  RecordBytes message;
+  message.value(static_cast<std::uint32_t>(transforms.size()));
+  for (const FrameTransform& transform : transforms)
+    message.value(std::uint32_t{0})
+        .time(transform.stamp)
+        .text(transform.parent)
+        .text(transform.child)
+        .pose(transform.T_parent_child);
+  impl_->add({topic, {}}, received, message);
+}
+
 void BagWriter::flush() {
   impl_->close_chunk();
   impl_->file.hand_over();

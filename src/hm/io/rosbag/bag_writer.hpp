@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "hm/core/result.hpp"
@@ -22,6 +23,13 @@ struct OdometryReading {
   StampedPose pose;  ///< T_odom_base
   Vec3 linear_velocity_base_m_s = Vec3::Zero();
   Vec3 angular_velocity_base_rad_s = Vec3::Zero();
+};
+
+/// Transform between two coordinate frames.
+struct FrameTransform {
+  Time stamp;
+  std::string parent, child;
+  SE3 T_parent_child;
 };
 
 /// Writes a ROS bag (rosbag v2.0) atomically: uncompressed chunks with index, and message types with
@@ -47,6 +55,8 @@ class BagWriter {
   void write_odometry(const BagTopic& topic, Time received, const OdometryReading& reading);
   /// Writes geometry_msgs/PoseStamped.
   void write_pose(const BagTopic& topic, Time received, const StampedPose& pose);
+  /// Writes tf2_msgs/TFMessage ("/tf", "/tf_static").
+  void write_transforms(const std::string& topic, Time received, std::span<const FrameTransform> transforms);
 
   /// Closes the chunk and hands everything to the operating system: a kill of the process then leaves a bag
   /// without index under the name `PATH.partial`, whose messages can be read.

@@ -69,6 +69,21 @@ inline void write_small_bag(const std::filesystem::path& path, std::size_t count
   ASSERT_TRUE(finished) << to_string(finished.error());
 }
 
+/// Writes `count` scans and, as transforms, odometry and the mount of the laser.
+inline void write_bag_with_transforms(const std::filesystem::path& path, std::size_t count) {
+  BagWriter writer(path);
+  for (std::size_t i = 0; i < count; ++i) {
+    const StampedPose pose = small_pose(i);
+    const FrameTransform transforms[]{
+        {pose.stamp, "odom", "base_link", pose.T_world_base},
+        {pose.stamp, "base_link", "laser", SE3(Mat3::Identity(), Vec3(0.25, 0, 0.5))}};
+    writer.write_scan({"/scan", "laser"}, pose.stamp, small_scan(i));
+    writer.write_transforms("/tf", pose.stamp, transforms);
+  }
+  const auto finished = writer.finish();
+  ASSERT_TRUE(finished) << to_string(finished.error());
+}
+
 inline double difference(const SE3& a, const SE3& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
 }

@@ -72,6 +72,8 @@ LaserStreamStats describe_laser(const LaserStream& laser) {
   }
   report.repeated_ratio = static_cast<double>(repeated) / static_cast<double>(laser.scans.size());
   report.sentinels_m = laser.sentinels_m;
+  report.T_base_laser = laser.T_base_laser;
+  report.mount_source = laser.mount_source;
   describe_ranges(laser, report);
   describe_latency(laser, report);
   return report;
@@ -133,6 +135,7 @@ LaserRecordingReport inspect_laser_recording(const LaserRecording& recording) {
   LaserRecordingReport report;
   report.kind = to_string(recording.kind);
   report.path = recording.path.string();
+  report.odometry_source = recording.odometry_source;
   report.truth_source = recording.truth_source;
   for (const LaserStream& laser : recording.lasers)
     if (!laser.scans.empty()) report.lasers.push_back(describe_laser(laser));
@@ -148,6 +151,7 @@ LaserRecordingReport inspect_laser_recording(const LaserRecording& recording) {
   for (const LaserStreamStats& laser : report.lasers) find_odd_scans(laser, report);
   if (report.imu) find_odd_units(*report.imu, report);
   find_odd_odometry(recording, report);
+  find_odd_mounts(recording, report);
   return report;
 }
 

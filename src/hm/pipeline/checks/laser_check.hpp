@@ -23,6 +23,8 @@ struct LaserStreamStats {
   std::vector<std::pair<float, std::size_t>> sentinels_m;
   double repeated_ratio = 0;                       ///< scans that equal the one before in every range
   std::optional<double> latency_s, max_latency_s;  ///< from stamp to arrival: median, longest
+  SE3 T_base_laser;
+  std::string mount_source;  ///< origin of T_base_laser; empty: the recording's format, or none
 };
 
 /// Statistics of an inertial measurement unit's stream.
@@ -44,6 +46,7 @@ enum class LaserFindingKind {
   kOdometry,  ///< it does not move, or jumps
   kDamage,    ///< parts of the file cannot be read
   kMissing,   ///< no scans
+  kMount,     ///< it is not known how a laser is mounted
 };
 std::string_view to_string(LaserFindingKind kind);
 
@@ -55,7 +58,7 @@ struct LaserFinding {
 
 /// Content of a laser recording, for `hm info`.
 struct LaserRecordingReport {
-  std::string kind, path, truth_source;
+  std::string kind, path, odometry_source, truth_source;
   std::vector<LaserStreamStats> lasers;
   std::optional<ImuReport> imu;
   std::optional<StreamReport> ranges, odometry, truth;

@@ -144,4 +144,9 @@ void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& re
         fmt::format("odometry jumps {}, up to {:.2f} m at once", counted(jumps, "time"), longest_m));
 }
 
+void find_odd_mounts(const LaserRecording& recording, LaserRecordingReport& report) {
+  for (const LaserStream& laser : recording.lasers)
+    if (!laser.mount_problem.empty()) add(report, LaserFindingKind::kMount, laser.mount_problem);
+}
+
 }  // namespace hm

@@ -11,5 +11,7 @@ void find_odd_scans(const LaserStreamStats& laser, LaserRecordingReport& report)
 /// Accelerations and turning rates in other units.
 void find_odd_units(const ImuReport& imu, LaserRecordingReport& report);
 void find_odd_odometry(const LaserRecording& recording, LaserRecordingReport& report);
+/// Lasers that the transforms of a bag do not join to its base, or that move on it.
+void find_odd_mounts(const LaserRecording& recording, LaserRecordingReport& report);
 
 }  // namespace hm

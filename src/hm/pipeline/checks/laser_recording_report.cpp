@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 #include "hm/core/angle.hpp"
 #include "hm/core/text/counted.hpp"
+#include "hm/geometry/se2.hpp"
 #include "hm/pipeline/checks/laser_check.hpp"
 
 namespace hm {
@@ -16,6 +18,29 @@ JsonValue sentinels_json(const LaserStreamStats& laser) {
         {{"range_m", std::isfinite(range) ? JsonValue(static_cast<double>(range)) : JsonValue("inf")},
          {"count", static_cast<std::int64_t>(count)}}));
   return list;
+}
+
+/// Where a laser is mounted on the base, and who says so.
+struct Mount {
+  const SE3& T_base_laser;
+  const std::string& source;
+};
+void visit(const Mount& mount, SummaryTree& v) {
+  const Vec3& xyz_m = mount.T_base_laser.translation();
+  const Vec3 rpy_rad = roll_pitch_yaw(mount.T_base_laser.rotation());
+  v.json("xyz_m", JsonValue::array_of(std::array{xyz_m.x(), xyz_m.y(), xyz_m.z()}));
+  v.json("rpy_rad", JsonValue::array_of(std::array{rpy_rad.x(), rpy_rad.y(), rpy_rad.z()}));
+  v({"source"}, mount.source);
+}
+std::string mount_text(const LaserStreamStats& laser) {
+  const Vec3& xyz_m = laser.T_base_laser.translation();
+  // Tenths of a degree, and no "-0.0".
+  const Vec3 rpy_deg =
+      (roll_pitch_yaw(laser.T_base_laser.rotation()) * kDegreesPerRadian).unaryExpr([](double angle) {
+        return std::round(10 * angle) / 10 + 0.0;
+      });
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) m, roll {:.1f}, pitch {:.1f}, yaw {:.1f} deg ({})", xyz_m.x(),
+                     xyz_m.y(), xyz_m.z(), rpy_deg.x(), rpy_deg.y(), rpy_deg.z(), laser.mount_source);
 }
 
 constexpr std::string_view kIndent = "           ";
@@ -49,7 +74,8 @@ std::string laser_text(const LaserStreamStats& laser) {
               "{angle_increment_rad}), {range_min_m} to {range_max_m}",
               "           {returns_ratio} return, from {nearest_m} to {farthest_m}, median {median_m}",
               "           {no_returns_ratio} see nothing (markers: {sentinels}), {invalid_ratio} invalid",
-              "           arrives {latency_s} after its stamp (median; at most {max_latency_s})"});
+              "           arrives {latency_s} after its stamp (median; at most {max_latency_s})",
+              "           mounted at {mount}"});
 }
 
 }  // namespace
@@ -80,6 +106,10 @@ void visit(const LaserStreamStats& laser, SummaryTree& v) {
   v({"repeated_ratio"}, laser.repeated_ratio);
   v.or_null({"latency_s", {}, "{:.1f} ms", 1e3}, laser.latency_s);
   v.or_null({"max_latency_s", {}, "{:.1f}", 1e3}, laser.max_latency_s);
+  v.json("mount", {});
+  if (laser.mount_source.empty()) return;
+  v.group("mount", Mount{laser.T_base_laser, laser.mount_source});
+  v.shown("mount", {}, mount_text(laser));
 }
 
 void visit(const ImuReport& imu, SummaryTree& v) {
@@ -114,6 +144,8 @@ std::string_view to_string(LaserFindingKind kind) {
       return "damage";
     case LaserFindingKind::kMissing:
       return "missing";
+    case LaserFindingKind::kMount:
+      return "mount";
   }
   return "unknown";
 }
@@ -126,6 +158,7 @@ void visit(const LaserRecordingReport& report, SummaryTree& v) {
   v.group_or_null("ranges", report.ranges);
   v.group_or_null("odometry", with_path(report.odometry, report.odometry_length_m));
   v.group_or_null("truth", with_path(report.truth, report.truth_length_m));
+  v({"odometry_source"}, report.odometry_source);
   v({"truth_source"}, report.truth_source);
   v({"has_rig"}, report.has_rig);
   v.list("findings", report.findings);
@@ -143,7 +176,10 @@ std::string to_text(const LaserRecordingReport& report) {
             {"           stillest half second: {imu.still_force_m_s2}, turning {imu.still_turning_rad_s}"});
   if (report.ranges) text += stream_line(*report.ranges) + "\n";
   if (report.odometry)
-    text += stream_line(*report.odometry) + tree.lines({"; path {odometry.path_length_m}"});
+    text += stream_line(*report.odometry) +
+            tree.lines({report.odometry_source.empty()
+                            ? "; path {odometry.path_length_m}"
+                            : "; path {odometry.path_length_m}, from {odometry_source}"});
   if (report.truth)
     text += stream_line(*report.truth) + tree.lines({"; path {truth.path_length_m}, from {truth_source}"});
   if (report.has_rig) text += "rig        rig.toml\n";

@@ -39,7 +39,9 @@ std::string prediction_text(const LaserRecording& recording, const LaserParamete
                                "a gap, or a failed "
                                "match, the last keyframes are searched"
                              : "no odometry: motion is predicted from the velocity of the last scans";
-  if (!run.degraded_odometry) return "motion is predicted from the recording's odometry";
+  if (!run.degraded_odometry)
+    return "motion is predicted from the recording's odometry" +
+           (recording.odometry_source.empty() ? "" : ", " + recording.odometry_source);
   const WheelNoiseParams& noise = params.wheel_noise;
   return fmt::format(
       "motion is predicted from simulated wheel odometry: the true poses of the recording ({}), with noise "
@@ -69,6 +71,8 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
   const LaserRecording& recording = input.recording;
   const LaserParameters& params = input.options.parameters.laser;
   choices.push_back(fmt::format("poses from scan matching of {}", recording.lasers.front().name));
+  if (const LaserStream& laser = recording.lasers.front(); !laser.mount_source.empty())
+    choices.push_back(fmt::format("its mount is given by {}", laser.mount_source));
   if (!scans_horizontally(laser_platform(recording).rigs.front()))
     choices.emplace_back("its scan plane is not horizontal: poses may be wrong");
   if (recording.lasers.size() > 1)
