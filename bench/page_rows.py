@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 
@@ -46,11 +47,13 @@ def port_of(url):
     return int(url.rsplit(":", 1)[1].strip("/"))
 
 
-def missing(program_url):
+def missing(url):
     """Why there is no page to measure, or None."""
-    with urllib.request.urlopen(program_url, timeout=30) as answer:
-        there = b"page.js" in answer.read()
-    return page_support.missing() or (None if there else "the program was built without the page (./hm builds it)")
+    try:
+        urllib.request.urlopen(url + "page.js", timeout=30).close()
+    except urllib.error.HTTPError:
+        return "the program was built without the page (./hm builds it)"
+    return page_support.missing()
 
 
 def count_pages(url):
