@@ -220,8 +220,8 @@ TEST(PictureFeed, ShowsSmallPicturesOfColorAndDepth) {
   EXPECT_EQ(color->width(), 320);
   EXPECT_NEAR((*color)(160, 120).r, 250, 6);
   const Image<Rgb8> depth = false_colors(frame.depth.units);
-  EXPECT_EQ(depth(300, 100), (Rgb8{0, 0, 0}));
-  EXPECT_GT(depth(5, 100).g, depth(150, 100).g) << "near is light";
+  EXPECT_EQ(depth(600, 100), (Rgb8{0, 0, 0}));
+  EXPECT_GT(depth(10, 100).g, depth(300, 100).g) << "near is light";
 }
 
 /// State of the grid as the tiles show it at a point of `map`.
