@@ -1,5 +1,6 @@
 """A client of the live view's protocol (docs/file_formats.md, Live view)."""
 import json
+import select
 import socket
 import struct
 import time
@@ -22,7 +23,7 @@ class Viewer:
         while b"\r\n\r\n" not in self.bytes:
             self.bytes += self.socket.recv(4096)
         self.bytes = self.bytes.split(b"\r\n\r\n", 1)[1]
-        self.pages, self.last, self.counts, self.acked = {}, {}, {}, 0.0
+        self.pages, self.last, self.counts, self.acked, self.pending = {}, {}, {}, 0.0, 0
         self.send({"type": "hello", "protocol": 1, "session": "", "pages": [], "more": False})
 
     def close(self):
@@ -31,6 +32,11 @@ class Viewer:
     def send(self, message):
         self.frame(1, json.dumps(message).encode())
 
+    def acknowledge(self):
+        self.acked = time.monotonic()
+        self.send({"type": "ack", "sequence": self.pending})
+        self.pending = 0
+
     def frame(self, code, content):
         mask = urandom(4)
         length = bytes([0x80 | len(content)]) if len(content) < 126 else b"\xfe" + struct.pack(">H", len(content))
@@ -38,6 +44,9 @@ class Viewer:
 
     def take(self, count):
         while len(self.bytes) < count:
+            # What has come is acknowledged before anything is waited for: the server waits too.
+            if self.pending and not select.select([self.socket], [], [], 0.02)[0]:
+                self.acknowledge()
             more = self.socket.recv(1 << 14 if self.bytes_per_s else 1 << 16)
             if not more:
                 raise EOFError
@@ -68,9 +77,9 @@ class Viewer:
             return ""
         version, kind, _, sequence, _ = struct.unpack("<BBHIq", content[:16])
         assert version == 1
+        self.pending = sequence
         if time.monotonic() - self.acked > 0.02:
-            self.acked = time.monotonic()
-            self.send({"type": "ack", "sequence": sequence})
+            self.acknowledge()
         return self.note(KINDS.get(kind, "other"), content[16:])
 
     def note(self, name, payload):
