@@ -191,8 +191,8 @@ TEST(LaserPipeline, ARangeSensorMeasuresTheHeightOverSteps) {
   }
   RecordProperty("worst_mm", static_cast<int>(1000 * worst_m));
   RecordProperty("rmse_mm", static_cast<int>(1000 * std::sqrt(squared / static_cast<double>(steps.size()))));
-  EXPECT_LT(std::sqrt(squared / static_cast<double>(steps.size())), 0.03);
-  EXPECT_LT(worst_m, 0.10);
+  EXPECT_LT(std::sqrt(squared / static_cast<double>(steps.size())), 0.02);
+  EXPECT_LT(worst_m, 0.05);
   const auto floors = pipeline.floors();
   ASSERT_EQ(floors.size(), 2U);
   EXPECT_NEAR(floors[0].level_m, -kFloorStep_m, 0.03);
