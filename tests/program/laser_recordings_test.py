@@ -22,7 +22,9 @@ class LaserRecordings(support.ProgramTest):
                 self.write_bag("a.bag", compression)
                 info = self.run_json("info", "a.bag")
                 self.assertEqual(info["path_kind"], "laser_recording")
-                self.assertEqual((info["kind"], info["warnings"], info["notes"]), ("ROS bag", [], []))
+                self.assertEqual((info["kind"], info["warnings"]), ("ROS bag", []))
+                note, = info["notes"]
+                self.assertIn("the range sensor is taken to look down", note)
                 laser, = info["lasers"]
                 self.assertEqual((laser["name"], laser["count"], laser["beams"]), ("/scan", 100, 241))
                 self.assertAlmostEqual(laser["rate_hz"], 10, 3)

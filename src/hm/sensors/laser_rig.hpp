@@ -29,6 +29,7 @@ struct LaserRig {
   SE3 T_base_imu;
   std::optional<BeamRange> horizontal;  ///< beams in the scan plane; unset: all
   std::optional<Mirror> down, up;       ///< towards the floor, towards the ceiling
+  std::optional<SE3> T_base_range;      ///< of a range sensor, which looks along its own x axis
 
   /// Beams in the scan plane, for a scan with `size` beams.
   [[nodiscard]] BeamRange horizontal_beams(std::size_t size) const {

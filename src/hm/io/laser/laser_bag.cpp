@@ -222,7 +222,8 @@ void fill(BagContents& contents, LaserRecording& recording) {
     recording.imu.push_back(message.sample);
     recording.imu.back().stamp = message.header.stamp;
   }
-  for (const auto& [message, received] : busiest(contents.ranges, recording)) {
+  for (const auto& [message, received] : busiest(contents.ranges, recording, &recording.range_name)) {
+    if (recording.ranges.empty()) recording.range_frame_id = message.header.frame_id;
     recording.ranges.push_back(message.reading);
     RangeReading& reading = recording.ranges.back();
     reading.stamp = message.header.stamp;

@@ -160,18 +160,13 @@ void BagFrames::take_odometry(EdgeEntry& odometry, LaserRecording& recording) {
   recording.odometry_source = fmt::format("{} ({})", edge.topic, words);
 }
 
-void BagFrames::mount(const std::string& base, LaserStream& laser) const {
-  constexpr std::string_view kAssumed = "it is taken to be at the base, unless a rig.toml says otherwise";
-  const std::string frame = without_slash(laser.frame_id);
-  if (frame.empty() || base.empty()) {
-    laser.mount_problem = fmt::format(
-        "{}: {}: {}", laser.name,
-        frame.empty() ? "its scans name no frame"
-                      : "no transform names a base of the vehicle (base_link, base_footprint, or a "
-                        "frame that moves in odom)",
-        kAssumed);
-    return;
-  }
+BagFrames::Placed BagFrames::place(const std::string& base, const std::string& frame_id) const {
+  const std::string frame = without_slash(frame_id);
+  if (frame.empty()) return {{}, "its messages name no frame"};
+  if (base.empty())
+    return {{},
+            "no transform names a base of the vehicle (base_link, base_footprint, or a frame that moves in "
+            "odom)"};
   struct Reached {
     SE3 T_base_frame;
     const EdgeEntry* moving;  // on the way
@@ -198,17 +193,24 @@ void BagFrames::mount(const std::string& base, LaserStream& laser) const {
     }
   }
   const auto found = reached.find(frame);
-  if (found == reached.end()) {
-    laser.mount_problem = fmt::format("{}: no transform joins its frame {} to the base {}: {}", laser.name,
-                                      frame, base, kAssumed);
-  } else if (const EdgeEntry* moving = found->second.moving) {
-    laser.mount_problem =
-        fmt::format("{}: its mount is not fixed, {} -> {} changes by up to {:.3g} m and {:.3g} deg: {}",
-                    laser.name, moving->first.first, moving->first.second, moving->second.moved_m,
-                    moving->second.turned_rad * 180 / std::numbers::pi, kAssumed);
+  if (found == reached.end())
+    return {{}, fmt::format("no transform joins its frame {} to the base {}", frame, base)};
+  if (const EdgeEntry* moving = found->second.moving)
+    return {{},
+            fmt::format("its mount is not fixed, {} -> {} changes by up to {:.3g} m and {:.3g} deg",
+                        moving->first.first, moving->first.second, moving->second.moved_m,
+                        moving->second.turned_rad * 180 / std::numbers::pi)};
+  return {found->second.T_base_frame, fmt::format("transforms {} -> {}", base, frame)};
+}
+
+void BagFrames::mount(const std::string& base, LaserStream& laser) const {
+  const Placed placed = place(base, laser.frame_id);
+  if (placed.T_base_frame) {
+    laser.T_base_laser = *placed.T_base_frame;
+    laser.mount_source = placed.words;
   } else {
-    laser.T_base_laser = found->second.T_base_frame;
-    laser.mount_source = fmt::format("transforms {} -> {}", base, frame);
+    laser.mount_problem = fmt::format(
+        "{}: {}: it is taken to be at the base, unless a rig.toml says otherwise", laser.name, placed.words);
   }
 }
 
@@ -222,6 +224,11 @@ void BagFrames::apply(const std::string& odometry_child, LaserRecording& recordi
     const std::string base = base_frame(needs_odometry ? std::string() : odometry_child, odometry);
     if (needs_odometry && odometry != nullptr) take_odometry(*odometry, recording);
     for (LaserStream& laser : recording.lasers) mount(base, laser);
+    if (!recording.ranges.empty()) {
+      const Placed placed = place(base, recording.range_frame_id);
+      recording.T_base_range = placed.T_base_frame;
+      recording.range_mount_source = placed.words;
+    }
   }
   if (too_many_)
     recording.notes.push_back(

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -23,10 +24,10 @@ class BagFrames {
   /// Takes a message with transforms; others are ignored.
   void add(const BagMessage& message);
 
-  /// Sets `mount` or `mount_problem` of every laser by its `frame_id`; without odometry in `recording` also
-  /// takes the transforms from the frame of odometry to the base as such. `odometry_child`: the base, as
-  /// odometry messages name it. Skipped messages and transforms are counted. Without any transform nothing
-  /// changes.
+  /// Sets `mount` or `mount_problem` of every laser, and of the range sensor, by its `frame_id`; without
+  /// odometry in `recording` also takes the transforms from the frame of odometry to the base as such.
+  /// `odometry_child`: the base, as odometry messages name it. Skipped messages and transforms are counted.
+  /// Without any transform nothing changes.
   void apply(const std::string& odometry_child, LaserRecording& recording);
 
  private:
@@ -58,6 +59,12 @@ class BagFrames {
   [[nodiscard]] std::string base_frame(const std::string& odometry_child, const EdgeEntry* odometry) const;
   [[nodiscard]] std::map<std::string, std::vector<Link>> links() const;
   void take_odometry(EdgeEntry& odometry, LaserRecording& recording);
+  /// Where a sensor's frame is on the base, and where that is from; or why it is unknown.
+  struct Placed {
+    std::optional<SE3> T_base_frame;
+    std::string words;
+  };
+  [[nodiscard]] Placed place(const std::string& base, const std::string& frame_id) const;
   void mount(const std::string& base, LaserStream& laser) const;
 
   std::map<Pair, Edge> edges_;

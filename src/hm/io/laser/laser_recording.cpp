@@ -1,5 +1,7 @@
 #include "hm/io/laser/laser_recording.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <system_error>
 
@@ -41,6 +43,10 @@ Result<void> add_rig(LaserRecording& recording) {
   auto rig = read_laser_rig(rig_path);
   if (!rig) return forward_error(rig);
   recording.rig = *rig;
+  if (rig->T_base_range) {
+    recording.T_base_range = rig->T_base_range;
+    recording.range_mount_source = "rig.toml";
+  }
   if (recording.lasers.empty()) return {};
   LaserStream& laser = recording.lasers.front();
   laser.T_base_laser = rig->T_base_laser;
@@ -62,6 +68,19 @@ Result<void> add_truth(LaserRecording& recording) {
   recording.truth_source = "groundtruth.txt";
   detail::add_skipped(recording, std::move(truth->skipped));
   return {};
+}
+
+/// Says where the range sensor is mounted, or why that is unknown.
+void note_range_mount(LaserRecording& recording) {
+  if (recording.ranges.empty()) return;
+  const std::string& source = recording.range_mount_source;
+  recording.notes.push_back(
+      recording.T_base_range
+          ? fmt::format("{}: mount of the range sensor from {}", recording.range_name, source)
+          : fmt::format(
+                "{}: {}: the range sensor is taken to look down from the base, unless a rig.toml says "
+                "otherwise",
+                recording.range_name, source.empty() ? "no transform gives its mount" : source));
 }
 
 }  // namespace
@@ -100,6 +119,7 @@ Result<LaserRecording> open_laser_recording(const std::filesystem::path& path,
   auto recording = read_kind(found->kind, found->path, options);
   if (!recording) return recording;
   if (const auto added = add_rig(*recording); !added) return forward_error(added);
+  note_range_mount(*recording);
   if (const auto added = add_truth(*recording); !added) return forward_error(added);
   return recording;
 }

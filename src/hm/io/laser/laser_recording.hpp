@@ -53,9 +53,12 @@ struct LaserRecording {
   std::filesystem::path path = {};
   std::vector<LaserStream> lasers = {};  ///< the first one is used for odometry
   std::vector<ImuSample> imu = {};
-  std::vector<RangeReading> ranges = {};   ///< downward range sensor; infinity: no return
-  Trajectory odometry = {};                ///< T_odom_base as the vehicle reported it
-  std::string odometry_source = {};        ///< origin, for the user, where the file names it
+  std::vector<RangeReading> ranges = {};             ///< downward range sensor; infinity: no return
+  std::string range_name = {}, range_frame_id = {};  ///< its topic and coordinate frame
+  std::optional<SE3> T_base_range = {};              ///< from rig.toml or the transforms of a bag
+  std::string range_mount_source = {};               ///< origin of T_base_range, or why it is unknown
+  Trajectory odometry = {};                          ///< T_odom_base as the vehicle reported it
+  std::string odometry_source = {};                  ///< origin, for the user, where the file names it
   Trajectory truth = {};                   ///< T_world_base, exact or corrected afterwards; never an input
   std::string truth_source = {};           ///< origin, for the user
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present

@@ -90,9 +90,10 @@ void RigReader::check_overlap(const LaserRig& rig, const toml::table& file) {
 
 Result<LaserRig> RigReader::read(const toml::table& file) {
   LaserRig rig;
-  check_keys(file, "", {"laser", "imu", "horizontal", "down", "up"});
+  check_keys(file, "", {"laser", "imu", "range", "horizontal", "down", "up"});
   if (const auto* laser = table(file, "laser", {"xyz_m", "rpy_deg"})) rig.T_base_laser = pose(*laser);
   if (const auto* imu = table(file, "imu", {"xyz_m", "rpy_deg"})) rig.T_base_imu = pose(*imu);
+  if (const auto* range = table(file, "range", {"xyz_m", "rpy_deg"})) rig.T_base_range = pose(*range);
   if (const auto* horizontal = table(file, "horizontal", {"beams"}))
     rig.horizontal = beams(*horizontal, "horizontal");
   rig.down = mirror(file, "down", rig.T_base_laser);
@@ -129,6 +130,7 @@ Result<LaserRig> read_laser_rig(const std::filesystem::path& path) {
 Result<void> write_laser_rig(const std::filesystem::path& path, const LaserRig& rig) {
   std::string text = "# Where the sensors sit on the vehicle (base: x forward, y left, z up).\n[laser]\n" +
                      pose_text(rig.T_base_laser) + "\n[imu]\n" + pose_text(rig.T_base_imu);
+  if (rig.T_base_range) text += "\n[range]  # looks along its own x axis\n" + pose_text(*rig.T_base_range);
   if (rig.horizontal) text += "\n[horizontal]\n" + beams_text(*rig.horizontal);
   if (rig.down) text += mirror_text("down", *rig.down, rig.T_base_laser);
   if (rig.up) text += mirror_text("up", *rig.up, rig.T_base_laser);

@@ -14,6 +14,9 @@ namespace hm {
 ///     [imu]                        # the same; optional
 ///     [horizontal]                 # optional: beams in the scan plane, neither deflected nor occluded
 ///     beams = [56, 1024]           # half-open range: first, last + 1
+///     [range]                      # optional: a range sensor, which looks along its own x axis
+///     xyz_m = [0.0, 0.0, -0.05]    # pose in the base frame
+///     rpy_deg = [0.0, 90.0, 0.0]   # down
 ///     [down]                       # optional mirrors: [down], [up]
 ///     beams = [0, 20]
 ///     xyz_m = [0.1, 0.0, 0.05]     # pose of the virtual laser behind the mirror, in the laser frame

@@ -21,6 +21,7 @@ TEST(LaserRigFile, ComesBack) {
   rig.T_base_laser = SE3(rotation_from_roll_pitch_yaw({0.1, -0.2, 3.0}), {0.1, 0.2, 0.3});
   rig.T_base_imu = SE3(rotation_from_roll_pitch_yaw({-0.3, 0.7, 0}), {0, 0, -0.1});
   rig.horizontal = BeamRange{56, 1024};
+  rig.T_base_range = SE3(rotation_from_roll_pitch_yaw({0.1, 1.4, 0.2}), {0.1, 0, -0.05});
   rig.down =
       LaserRig::Mirror{{0, 20}, SE3(rotation_from_roll_pitch_yaw({1.5, -0.7, -0.7}), {0.01, 0.02, 0.3})};
   rig.up =
@@ -33,13 +34,15 @@ TEST(LaserRigFile, ComesBack) {
   EXPECT_LT(difference(read->down->T_base_virtual_laser, rig.down->T_base_virtual_laser), 1e-12);
   EXPECT_LT(difference(read->up->T_base_virtual_laser, rig.up->T_base_virtual_laser), 1e-12);
   EXPECT_EQ(read->horizontal->begin, 56U);
+  ASSERT_TRUE(read->T_base_range);
+  EXPECT_LT(difference(*read->T_base_range, *rig.T_base_range), 1e-12);
   EXPECT_EQ(read->down->beams.end, 20U);
   EXPECT_EQ(read->up->beams.begin, 1060U);
 
   ASSERT_TRUE(write_laser_rig(folder / "rig.toml", {}));
   const auto plain = read_laser_rig(folder / "rig.toml");
   ASSERT_TRUE(plain) << to_string(plain.error());
-  EXPECT_FALSE(plain->horizontal || plain->down || plain->up);
+  EXPECT_FALSE(plain->horizontal || plain->down || plain->up || plain->T_base_range);
 }
 
 TEST(LaserRigFile, MistakesAreNamed) {

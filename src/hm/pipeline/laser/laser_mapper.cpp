@@ -95,6 +95,8 @@ void LaserMapper::add_odometry(const StampedPose& T_odom_base) {
   impl_->collect();
 }
 
+void LaserMapper::add_range(const RangeReading& reading) { impl_->pipeline.add_range(reading); }
+
 void LaserMapper::add_scan(LaserScan scan, std::size_t laser) {
   if (impl_->keeps_scans && impl_->pipeline.uses(laser)) impl_->waiting[laser].push_back(scan);
   impl_->pipeline.add_scan(std::move(scan), laser);

@@ -23,7 +23,7 @@ struct LaserPose {
   std::string reason;              ///< in words, where there is no pose, or the scan is not in the map
   std::optional<SE3> T_odom_base;  ///< continuous, never corrected: for control
   std::optional<SE3> T_map_base;   ///< with what loops, or a saved map, say by now; may jump
-  /// Height of the base above the floor of the take-off; only with a mirror that deflects beams to the floor.
+  /// Height of the base above the floor of the take-off; only with a mirror or sensor that looks down.
   std::optional<double> height_m;
   Vec3 velocity_base = Vec3::Zero();  ///< vx, vy (m/s), yaw rate (rad/s), of scan matching
 };
@@ -51,6 +51,8 @@ class LaserMapper {
 
   void add_imu(const ImuSample& sample);
   void add_odometry(const StampedPose& T_odom_base);
+  /// Of a range sensor that looks down; needs LaserRig::T_base_range, and no mirror that looks down.
+  void add_range(const RangeReading& reading);
   /// `laser`: its index in the platform. A scan that cannot be used is none: take_poses() gives the reason.
   void add_scan(LaserScan scan, std::size_t laser = 0);
   /// No more input comes: scans that wait are processed with what there is, loops are solved a last time.

@@ -18,6 +18,19 @@ constexpr double kSlowScan_s = 0.2;
 /// turn.
 constexpr double kAnyHeading_rad = 4, kWheelTurn_rad = 0.6, kTurnRate_rad_s = 1, kLeastTurn_rad = 0.3;
 
+/// Without a reading for so long, the height is a prediction.
+constexpr double kRangeAge_s = 0.5;
+
+/// Parameters for the readings of a range sensor, one at a time, or for mirrors.
+HeightParams floor_params(const HeightParams& given, const LaserRig& rig) {
+  if (rig.down || !rig.T_base_range) return given;
+  const HeightParams single = HeightParams::for_range_sensor(given.reading_std_m);
+  HeightParams params = given;
+  params.min_readings = single.min_readings;
+  params.confirm_sightings = single.confirm_sightings;
+  return params;
+}
+
 /// Time at which the last beam of a scan was measured.
 Time end_of(const LaserScan& scan) { return scan.stamp_of(scan.size()); }
 
@@ -74,6 +87,10 @@ struct LaserPipeline::State {
   void process_with_odometry(const LaserScan& scan, LaserStep& step);
   void note_visit(const LaserScan& scan, const LaserStep& step);
   void estimate_height(const LaserScan& scan, LaserStep& step);
+  void process_ranges(Time until);
+  [[nodiscard]] HeightEstimate height_of_ranges(Time stamp) const;
+  [[nodiscard]] bool uses_range() const { return matches_scans && !rig().down && rig().T_base_range; }
+  [[nodiscard]] bool measures_height() const { return rig().down || uses_range(); }
   ProjectedScan project(const LaserScan& scan, LaserStep& step);
   [[nodiscard]] MotionPrediction prediction_for(Time stamp);
   bool match(const PlanarScan& scan, LaserStep& step);
@@ -104,6 +121,9 @@ struct LaserPipeline::State {
   std::vector<std::optional<Time>> last_stamps;  // of each laser
   std::optional<Time> newest_input;
   std::deque<Waiting> waiting;
+  std::deque<RangeReading> waiting_ranges;
+  std::optional<HeightEstimate> last_range;  // with a height
+  RangeCounts range_counts;
   std::vector<LaserStep> steps;
 };
 
@@ -119,7 +139,7 @@ LaserPipeline::State::State(const LaserParameters& parameters, LaserPlatform of_
       odometry(params.matcher),
       search(params.motion_search, params.matcher.matcher),
       map_frame(map_frame_of(params, matches_scans, saved_map)),
-      floor(params.height, SurfaceSide::kFloor),
+      floor(floor_params(params.height, rig()), SurfaceSide::kFloor),
       ceiling(params.height, SurfaceSide::kCeiling),
       grid(params.mvog),
       points(params.run.clear_without_return_m),
@@ -186,7 +206,8 @@ void LaserPipeline::State::process_matched(const LaserScan& scan, LaserStep& ste
   }
   step.stamp = projected.scan.stamp;
   if (!match(projected.scan, step)) return;
-  if (rig().down && floor.profile().empty() && (!step.height || step.height->status != HeightStatus::kOk)) {
+  if (measures_height() && floor.profile().empty() &&
+      (!step.height || step.height->status != HeightStatus::kOk)) {
     step.status = LaserScanStatus::kNoHeight;
     step.reason = "the height is not known yet";
     return;
@@ -199,10 +220,43 @@ void LaserPipeline::State::process_matched(const LaserScan& scan, LaserStep& ste
 }
 
 void LaserPipeline::State::estimate_height(const LaserScan& scan, LaserStep& step) {
+  if (uses_range()) {
+    process_ranges(end_of(scan));
+    step.height = height_of_ranges(scan.stamp_of(scan.size() / 2));
+  }
   if (!rig().down && !rig().up) return;
   const SweepAttitude attitude = motion.sweep_attitude(scan.stamp, end_of(scan));
   if (rig().down) step.height = floor.update(scan, *rig().down, attitude);
   if (rig().up) ceiling.update(scan, *rig().up, attitude);
+}
+
+/// Measures the height with the readings until then; level where no IMU reaches.
+void LaserPipeline::State::process_ranges(Time until) {
+  for (; !waiting_ranges.empty() && waiting_ranges.front().stamp <= until; waiting_ranges.pop_front()) {
+    const RangeReading& reading = waiting_ranges.front();
+    const auto attitude = motion.attitude() ? motion.attitude()->at(reading.stamp) : std::nullopt;
+    const auto estimate =
+        floor.update(range_distance(reading, *rig().T_base_range, attitude.value_or(Mat3::Identity())));
+    ++range_counts.processed;
+    if (estimate.status != HeightStatus::kOk) continue;
+    ++range_counts.used;
+    last_range = estimate;
+    if (motion.any_imu())
+      motion.estimator().add_height({estimate.stamp, estimate.height_m, estimate.height_std_m});
+  }
+}
+
+/// The height at a moment, from that of the last reading and the climb rate.
+HeightEstimate LaserPipeline::State::height_of_ranges(Time stamp) const {
+  HeightEstimate height = last_range.value_or(HeightEstimate{});
+  const double age_s = (stamp - height.stamp).seconds();
+  height.stamp = stamp;
+  if (!last_range) return height;
+  const double climb_m = height.climb_m_s * std::clamp(age_s, -kRangeAge_s, kRangeAge_s);
+  height.height_m += climb_m;
+  height.clearance_m += climb_m;
+  if (age_s > kRangeAge_s) height.status = HeightStatus::kTooFewReadings;
+  return height;
 }
 
 ProjectedScan LaserPipeline::State::project(const LaserScan& scan, LaserStep& step) {
@@ -294,7 +348,8 @@ MatchedSweep LaserPipeline::State::sweep_of(const LaserStep& step) const {
 void LaserPipeline::State::fuse(LaserStep& step) {
   if (!motion.any_imu()) return;
   motion.estimator().add_pose({step.stamp, *step.odometry.T_odom_base, step.planar_covariance});
-  if (step.height && step.height->status == HeightStatus::kOk)
+  // Readings of a range sensor have been given to it one by one.
+  if (!uses_range() && step.height && step.height->status == HeightStatus::kOk)
     motion.estimator().add_height({step.height->stamp, step.height->height_m, step.height->height_std_m});
   step.state = motion.estimator().state();
 }
@@ -334,6 +389,10 @@ void LaserPipeline::add_odometry(const StampedPose& T_odom_base) {
   state_->process_waiting(false);
 }
 
+void LaserPipeline::add_range(const RangeReading& reading) {
+  if (state_->uses_range()) state_->waiting_ranges.push_back(reading);
+}
+
 void LaserPipeline::add_scan(LaserScan scan, std::size_t laser) {
   HM_CHECK(laser < state_->platform.rigs.size(), "laser {} of {}", laser, state_->platform.rigs.size());
   if (!uses(laser)) return;
@@ -350,11 +409,14 @@ void LaserPipeline::finish() {
 std::vector<LaserStep> LaserPipeline::take_steps() { return std::exchange(state_->steps, {}); }
 bool LaserPipeline::matches_scans() const { return state_->matches_scans; }
 bool LaserPipeline::uses(std::size_t laser) const { return !state_->matches_scans || laser == 0; }
+bool LaserPipeline::uses_range() const { return state_->uses_range(); }
+bool LaserPipeline::measures_height() const { return state_->measures_height(); }
+const RangeCounts& LaserPipeline::range_counts() const { return state_->range_counts; }
 const MultiVolumeGrid& LaserPipeline::map() const { return state_->grid; }
 const LaserMapFrame& LaserPipeline::map_frame() const { return state_->map_frame; }
 const ScanVisits& LaserPipeline::visits() const { return state_->visits; }
 std::vector<FloorLevel> LaserPipeline::floors() const {
-  return state_->rig().down ? state_->floor.profile() : std::vector<FloorLevel>{};
+  return state_->measures_height() ? state_->floor.profile() : std::vector<FloorLevel>{};
 }
 
 }  // namespace hm

@@ -31,6 +31,11 @@ enum class LaserScanStatus {
 };
 std::string_view to_string(LaserScanStatus status);
 
+/// Readings of the range sensor that were processed, and how many of them gave a height.
+struct RangeCounts {
+  std::size_t processed = 0, used = 0;
+};
+
 /// Result of one scan.
 struct LaserStep {
   std::size_t laser = 0;
@@ -43,7 +48,7 @@ struct LaserStep {
   OdometryStep odometry;           ///< of scan matching; empty where poses are the recording's odometry
   bool matched_scan = false;       ///< `odometry` is filled
   std::optional<Mat3> planar_covariance;  ///< of its (x, y, yaw) along the axes of `odom`, where it is known
-  std::optional<HeightEstimate> height;   ///< where the rig has a mirror towards the floor
+  std::optional<HeightEstimate> height;   ///< where the rig measures it
   std::optional<VehicleState> state;      ///< fused with the IMU, at the newest sample of it
   Vec3 velocity_base = Vec3::Zero();      ///< vx, vy (m/s), yaw rate (rad/s) from scan matching
   BeamScanStats beams;                    ///< what went into the map
@@ -71,6 +76,9 @@ class LaserPipeline {
 
   void add_imu(const ImuSample& sample);
   void add_odometry(const StampedPose& T_odom_base);
+  /// Of a range sensor that looks down (LaserRig::T_base_range of the first laser); readings outside its
+  /// limits are counted. Not used where a mirror looks down, which measures better.
+  void add_range(const RangeReading& reading);
   /// `laser`: its index in the platform.
   void add_scan(LaserScan scan, std::size_t laser = 0);
   /// No more input: scans that wait are processed with what there is.
@@ -82,12 +90,16 @@ class LaserPipeline {
   [[nodiscard]] bool matches_scans() const;
   /// Scans of this laser are used.
   [[nodiscard]] bool uses(std::size_t laser) const;
+  [[nodiscard]] bool uses_range() const;
+  /// Heights are measured, by a mirror or a range sensor.
+  [[nodiscard]] bool measures_height() const;
+  [[nodiscard]] const RangeCounts& range_counts() const;
   [[nodiscard]] const MultiVolumeGrid& map() const;
   [[nodiscard]] const LaserMapFrame& map_frame() const;
   /// Scans along the path (of the first laser, if it is horizontal), to be compared with those of other
   /// visits.
   [[nodiscard]] const ScanVisits& visits() const;
-  /// The floors found so far, lowest first; empty without a mirror towards the floor.
+  /// The floors found so far, lowest first; empty where the height is not measured.
   [[nodiscard]] std::vector<FloorLevel> floors() const;
 
  private:

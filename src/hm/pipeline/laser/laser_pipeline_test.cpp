@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/rng.hpp"
 #include "hm/pipeline/laser/laser_sweep.hpp"
 #include "hm/pipeline/laser/run/laser_events.hpp"
 #include "hm/pipeline/laser/run/laser_scan_counts.hpp"
@@ -29,11 +30,14 @@ double range_in_room(const Vec3& from, const Vec3& direction) {
 /// A vehicle on a circle of 1 m, which rolls and pitches while it flies.
 struct Flight {
   double tilt_rad = 0, turn_rad_s = 0.4;
+  double bob_m = 0;  // up and down
+  static constexpr double kBob_rad_s = 0.8;
   [[nodiscard]] SE3 T_world_base(Time time) const {
     const double angle = turn_rad_s * time.seconds();
     const Vec3 rpy(tilt_rad * std::sin(1.3 * time.seconds()), tilt_rad * std::cos(0.9 * time.seconds()),
                    angle + std::numbers::pi / 2);
-    return {rotation_from_roll_pitch_yaw(rpy), Vec3(std::cos(angle), std::sin(angle), 0)};
+    return {rotation_from_roll_pitch_yaw(rpy),
+            Vec3(std::cos(angle), std::sin(angle), bob_m * std::sin(kBob_rad_s * time.seconds()))};
   }
   [[nodiscard]] LaserScan scan(Time stamp) const {
     LaserScan scan;
@@ -59,8 +63,9 @@ struct Flight {
         (2 * step.seconds());
     sample.R_world_imu = R;
     sample.specific_force_m_s2 =
-        R.transpose() *
-        (Vec3(0, 0, kGravity_m_s2) - turn_rad_s * turn_rad_s * T_world_base(stamp).translation());
+        R.transpose() * (Vec3(0, 0, kGravity_m_s2) - Vec3(turn_rad_s, turn_rad_s, kBob_rad_s)
+                                                         .cwiseAbs2()
+                                                         .cwiseProduct(T_world_base(stamp).translation()));
     return sample;
   }
 };
@@ -133,6 +138,91 @@ TEST(LaserPipeline, TiltIsTakenFromTheImuBeamByBeam) {
   // Without the IMU the same flight is bent.
   LaserPipeline without({}, platform(false));
   EXPECT_GT(worst_position_error_m(flight, fly(flight, without, 10, false)), 0.05);
+}
+
+/// A sensor beneath the base that leans by 0.1 rad, over a floor 1.5 m down, and 0.3 m higher beyond x = 0.3.
+constexpr double kFloorDepth_m = 1.5, kFloorStep_m = 0.3, kFloorEdge_m = 0.3;
+SE3 range_mount() {
+  return {rotation_from_roll_pitch_yaw(Vec3(0, std::numbers::pi / 2 - 0.1, 0)), Vec3(0.1, 0, -0.05)};
+}
+RangeReading range_below(const Flight& flight, Time stamp, double noise_m) {
+  const SE3 T = flight.T_world_base(stamp) * range_mount();
+  const Vec3 from = T.translation(), along = T.rotation() * Vec3::UnitX();
+  const auto to_level = [&](double level_m) { return (level_m - from.z()) / along.z(); };
+  double range_m = to_level(kFloorStep_m - kFloorDepth_m);
+  if ((from + range_m * along).x() < kFloorEdge_m) range_m = to_level(-kFloorDepth_m);
+  return {stamp, range_m + noise_m, 0.1, 4};
+}
+
+// Starts over the higher floor, which is the reference; of ten readings three are no height.
+TEST(LaserPipeline, ARangeSensorMeasuresTheHeightOverSteps) {
+  Flight flight;
+  flight.tilt_rad = 0.1, flight.bob_m = 0.25;
+  LaserRig rig;
+  rig.T_base_range = range_mount();
+  LaserPipeline pipeline({}, {{rig}, true, false});
+  ASSERT_TRUE(pipeline.uses_range() && pipeline.measures_height());
+  Rng rng(5);
+  std::size_t readings = 0, lost = 0;
+  for (std::int64_t ms = 0; ms < 30'000; ms += 5) {
+    const Time now{ms * 1'000'000};
+    pipeline.add_imu(flight.imu(now));
+    if (ms % 40 == 0) {
+      RangeReading reading = range_below(flight, now, rng.normal(0, 0.01));
+      const double bad[3] = {std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity(), 0.05};
+      if (const std::size_t turn = readings++ % 10; turn >= 4 && turn < 7)
+        ++lost, reading.range_m = bad[turn - 4];
+      pipeline.add_range(reading);
+    }
+    if (ms >= 100 && ms % 50 == 0) pipeline.add_scan(flight.scan(now));
+  }
+  pipeline.finish();
+  EXPECT_EQ(pipeline.range_counts().processed, readings);
+  EXPECT_EQ(pipeline.range_counts().used, readings - lost);
+  double worst_m = 0, squared = 0;
+  const auto steps = pipeline.take_steps();
+  for (const LaserStep& step : steps) {
+    ASSERT_EQ(step.status, LaserScanStatus::kPosed) << step.reason;
+    const double truth_m = kFloorDepth_m - kFloorStep_m + flight.T_world_base(step.stamp).translation().z();
+    const double error_m = std::abs(step.T_odom_base->translation().z() - truth_m);
+    worst_m = std::max(worst_m, error_m);
+    squared += error_m * error_m;
+  }
+  RecordProperty("worst_mm", static_cast<int>(1000 * worst_m));
+  RecordProperty("rmse_mm", static_cast<int>(1000 * std::sqrt(squared / static_cast<double>(steps.size()))));
+  EXPECT_LT(std::sqrt(squared / static_cast<double>(steps.size())), 0.02);
+  EXPECT_LT(worst_m, 0.05);
+  const auto floors = pipeline.floors();
+  ASSERT_EQ(floors.size(), 2U);
+  EXPECT_NEAR(floors[0].level_m, -kFloorStep_m, 0.03);
+}
+
+TEST(LaserPipeline, ARangeSensorThatMeasuresNoHeightIsNotUsed) {
+  LaserRecording recording;
+  recording.lasers.emplace_back();
+  const auto uses = [&] { return LaserPipeline({}, laser_platform(recording)).uses_range(); };
+  recording.ranges = {{Time{1}, 0.05, 0.1, 4}, {Time{2}, std::numeric_limits<double>::infinity(), 0.1, 4}};
+  EXPECT_FALSE(uses()) << "no reading within the limits";
+  recording.ranges.push_back({Time{3}, 1, 0.1, 4});
+  EXPECT_TRUE(uses()) << "without a mount it looks down";
+  recording.T_base_range = SE3();
+  EXPECT_FALSE(uses()) << "it looks ahead";
+  recording.T_base_range = range_mount();
+  EXPECT_TRUE(uses());
+  recording.rig = LaserRig{};
+  recording.rig->down = LaserRig::Mirror{{0, 20}, {}};
+  EXPECT_FALSE(uses()) << "a mirror comes first";
+}
+
+TEST(LaserPipeline, WithoutAReadingNoScanIsMappedAtAWrongHeight) {
+  const Flight flight;
+  LaserRig rig;
+  rig.T_base_range = range_mount();
+  LaserPipeline pipeline({}, {{rig}, false, false});
+  for (const LaserStep& step : fly(flight, pipeline, 1, false))
+    EXPECT_EQ(step.status, LaserScanStatus::kNoHeight);
+  EXPECT_EQ(pipeline.map().size().volumes_positive, 0U);
 }
 
 TEST(LaserPipeline, AScanWaitsForTheImuButNotForever) {

@@ -1,6 +1,8 @@
 #include "hm/pipeline/laser/run/laser_events.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace hm {
 namespace {
@@ -15,6 +17,22 @@ void keep_range(std::vector<LaserEvent>& events, const LaserRunParams& params) {
   });
 }
 
+/// Within this angle of straight down a range sensor measures the height.
+constexpr double kMostOffDown_rad = 0.8;
+
+bool in_limits(const RangeReading& reading) {
+  return std::isfinite(reading.range_m) && reading.range_m >= reading.range_min_m;
+}
+
+/// Mount of the range sensor, if it measures the height: it looks down, and has measured at all.
+std::optional<SE3> range_mount(const LaserRecording& recording) {
+  if (std::ranges::none_of(recording.ranges, in_limits)) return std::nullopt;
+  const SE3 down(rotation_from_roll_pitch_yaw(Vec3(0, std::numbers::pi / 2, 0)), Vec3::Zero());
+  const SE3 mount = recording.T_base_range.value_or(down);
+  if (-mount.rotation()(2, 0) < std::cos(kMostOffDown_rad)) return std::nullopt;
+  return mount;
+}
+
 }  // namespace
 
 LaserEvents::LaserEvents(const LaserRecording& recording, const LaserPipeline& pipeline,
@@ -23,6 +41,8 @@ LaserEvents::LaserEvents(const LaserRecording& recording, const LaserPipeline& p
     events_.push_back({recording.imu[i].stamp, LaserEvent::Kind::kImu, 0, i});
   for (std::size_t i = 0; i < recording.odometry.size(); ++i)
     events_.push_back({recording.odometry[i].stamp, LaserEvent::Kind::kOdometry, 0, i});
+  for (std::size_t i = 0; pipeline.uses_range() && i < recording.ranges.size(); ++i)
+    events_.push_back({recording.ranges[i].stamp, LaserEvent::Kind::kRange, 0, i});
   for (std::size_t laser = 0; laser < recording.lasers.size(); ++laser) {
     if (!pipeline.uses(laser)) continue;
     const auto& scans = recording.lasers[laser].scans;
@@ -50,6 +70,7 @@ LaserPlatform laser_platform(const LaserRecording& recording) {
     rig.T_base_laser = stream.T_base_laser;
     platform.rigs.push_back(rig);
   }
+  if (!platform.rigs.empty()) platform.rigs.front().T_base_range = range_mount(recording);
   platform.has_imu = !recording.imu.empty();
   platform.has_odometry = !recording.odometry.empty();
   return platform;
@@ -61,6 +82,8 @@ void give(LaserPipeline& pipeline, const LaserRecording& recording, const LaserE
       return pipeline.add_imu(recording.imu[event.index]);
     case LaserEvent::Kind::kOdometry:
       return pipeline.add_odometry(recording.odometry[event.index]);
+    case LaserEvent::Kind::kRange:
+      return pipeline.add_range(recording.ranges[event.index]);
     case LaserEvent::Kind::kScan:
       return pipeline.add_scan(recording.lasers[event.stream].scans[event.index], event.stream);
   }

@@ -12,7 +12,7 @@ LaserPlatform laser_platform(const LaserRecording& recording);
 
 /// Something that reaches the vehicle's computer at a moment.
 struct LaserEvent {
-  enum class Kind { kImu, kOdometry, kScan };
+  enum class Kind { kImu, kOdometry, kRange, kScan };
   Time due;  ///< of a scan: its end
   Kind kind = Kind::kScan;
   std::size_t stream = 0;  ///< of scans: the laser

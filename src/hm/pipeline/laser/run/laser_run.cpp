@@ -67,6 +67,20 @@ std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions&
   return "drift is not corrected";
 }
 
+std::string range_text(const LaserChoiceInput& input) {
+  const LaserRecording& recording = input.recording;
+  const RangeCounts& counts = input.pipeline.range_counts();
+  if (input.pipeline.uses_range())
+    return fmt::format(
+        "height from the range sensor: {} of {} used, the others are outside of its limits or of height.max_"
+        "tilt_rad",
+        counts.used, counted(counts.processed, "reading"));
+  std::string why = "it gives no reading within its limits, or does not look down";
+  if (!input.pipeline.matches_scans()) why = "poses are those of odometry";
+  if (recording.rig && recording.rig->down) why = "a mirror measures the height";
+  return fmt::format("readings of the range sensor are not used: {}", why);
+}
+
 void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& choices) {
   const LaserRecording& recording = input.recording;
   const LaserParameters& params = input.options.parameters.laser;
@@ -81,7 +95,8 @@ void describe_matching(const LaserChoiceInput& input, std::vector<std::string>& 
                            ? "IMU used for attitude, yaw between scans and fusion"
                            : "no IMU: the vehicle is assumed to be level");
   choices.push_back(prediction_text(recording, params));
-  if (!recording.rig || !recording.rig->down) choices.emplace_back("no mirror: the height is not measured");
+  if (!input.pipeline.measures_height())
+    choices.emplace_back("no mirror or range sensor that looks down: the height is not measured");
   choices.push_back(map_frame_text(input.pipeline, input.options));
 }
 
@@ -96,7 +111,7 @@ std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
                                   scans_horizontally(laser_platform(recording).rigs.front())
                                       ? ""
                                       : ", as no laser scans horizontally: the scans only build the map"));
-  if (!recording.ranges.empty()) choices.emplace_back("readings of the distance sensor are not used");
+  if (!recording.ranges.empty()) choices.push_back(range_text(input));
   choices.insert(choices.end(), recording.notes.begin(), recording.notes.end());
   return choices;
 }
