@@ -24,7 +24,7 @@ class LaserRecordings(support.ProgramTest):
                 self.assertEqual(info["path_kind"], "laser_recording")
                 self.assertEqual((info["kind"], info["warnings"]), ("ROS bag", []))
                 note, = info["notes"]
-                self.assertIn("the range sensor is taken to look down", note)
+                self.assertIn("the range sensor is not used", note)
                 laser, = info["lasers"]
                 self.assertEqual((laser["name"], laser["count"], laser["beams"]), ("/scan", 100, 241))
                 self.assertAlmostEqual(laser["rate_hz"], 10, 3)

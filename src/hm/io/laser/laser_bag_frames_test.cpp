@@ -109,7 +109,7 @@ TEST_F(BagFramesTest, ARangeSensorThatNothingMountsIsSaid) {
   EXPECT_FALSE(made.T_base_range);
   EXPECT_THAT(made.notes,
               Contains(HasSubstr("no transform joins its frame sonar to the base base_footprint: the "
-                                 "range sensor is taken to look down")));
+                                 "range sensor is not used")));
 }
 
 TEST_F(BagFramesTest, OdometryMessagesComeFirstAndNameTheBase) {

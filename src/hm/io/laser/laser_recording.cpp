@@ -78,8 +78,7 @@ void note_range_mount(LaserRecording& recording) {
       recording.T_base_range
           ? fmt::format("{}: mount of the range sensor from {}", recording.range_name, source)
           : fmt::format(
-                "{}: {}: the range sensor is taken to look down from the base, unless a rig.toml says "
-                "otherwise",
+                "{}: {}: the range sensor is not used, unless [range] of a rig.toml says where it looks",
                 recording.range_name, source.empty() ? "no transform gives its mount" : source));
 }
 

@@ -53,7 +53,7 @@ struct LaserRecording {
   std::filesystem::path path = {};
   std::vector<LaserStream> lasers = {};  ///< the first one is used for odometry
   std::vector<ImuSample> imu = {};
-  std::vector<RangeReading> ranges = {};             ///< downward range sensor; infinity: no return
+  std::vector<RangeReading> ranges = {};             ///< distances; infinity: no return
   std::string range_name = {}, range_frame_id = {};  ///< its topic and coordinate frame
   std::optional<SE3> T_base_range = {};              ///< from rig.toml or the transforms of a bag
   std::string range_mount_source = {};               ///< origin of T_base_range, or why it is unknown

@@ -30,7 +30,7 @@ TEST(BagWriter, EverythingComesBack) {
   const LaserRecording recording = opened(folder / "a.bag");
   EXPECT_EQ(recording.kind, LaserRecordingKind::kRosBag);
   expect_small_bag(recording, 20);
-  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("the range sensor is taken to look down")));
+  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("the range sensor is not used")));
   EXPECT_THAT(recording.truth_source, HasSubstr("/mocap"));
   EXPECT_EQ(folder.file_count(), 1U);  // nothing partial is left
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace hm {
 namespace {
@@ -24,13 +23,11 @@ bool in_limits(const RangeReading& reading) {
   return std::isfinite(reading.range_m) && reading.range_m >= reading.range_min_m;
 }
 
-/// Mount of the range sensor, if it measures the height: it looks down, and has measured at all.
+/// Mount of the range sensor, if it measures the height: it is known to look down, and has measured at all.
 std::optional<SE3> range_mount(const LaserRecording& recording) {
-  if (std::ranges::none_of(recording.ranges, in_limits)) return std::nullopt;
-  const SE3 down(rotation_from_roll_pitch_yaw(Vec3(0, std::numbers::pi / 2, 0)), Vec3::Zero());
-  const SE3 mount = recording.T_base_range.value_or(down);
-  if (-mount.rotation()(2, 0) < std::cos(kMostOffDown_rad)) return std::nullopt;
-  return mount;
+  const auto& mount = recording.T_base_range;
+  if (!mount || -mount->rotation()(2, 0) < std::cos(kMostOffDown_rad)) return std::nullopt;
+  return std::ranges::any_of(recording.ranges, in_limits) ? mount : std::nullopt;
 }
 
 }  // namespace

@@ -76,6 +76,7 @@ std::string range_text(const LaserChoiceInput& input) {
         "tilt_rad",
         counts.used, counted(counts.processed, "reading"));
   std::string why = "it gives no reading within its limits, or does not look down";
+  if (!recording.T_base_range) why = "where it is mounted is not known";
   if (!input.pipeline.matches_scans()) why = "poses are those of odometry";
   if (recording.rig && recording.rig->down) why = "a mirror measures the height";
   return fmt::format("readings of the range sensor are not used: {}", why);
