@@ -149,7 +149,7 @@ void visit(auto& a, F& frame) {
     visit_key(a, frame.key);
     a.number(frame.version);
     a.below(frame.level, std::uint8_t{3});
-    a.flag(frame.has_colours);
+    a.flag(frame.has_colors);
     a.zeros(2);
     a.number(frame.vertices);
     a.number(frame.indices);

@@ -26,7 +26,7 @@ struct MeshPageFrame {
   PageKey key;
   std::uint32_t version = 0;
   std::uint8_t level = 0;
-  bool has_colours = false;
+  bool has_colors = false;
   std::uint32_t vertices = 0, indices = 0;
   Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
   float quantum_m = 0;
@@ -89,9 +89,9 @@ struct GridTileFrame {
 
 /// Kind 11: an encoded picture.
 struct PictureFrame {
-  enum class Which : std::uint8_t { kColour, kDepth, kEnd };
+  enum class Which : std::uint8_t { kColor, kDepth, kEnd };
   enum class Format : std::uint8_t { kJpeg, kPng, kEnd };
-  Which which = Which::kColour;
+  Which which = Which::kColor;
   Format format = Format::kJpeg;
   std::uint16_t width = 0, height = 0;
   std::vector<std::byte> file;

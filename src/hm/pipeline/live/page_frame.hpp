@@ -14,7 +14,7 @@ inline MeshPageFrame page_frame(VolumeKey key, std::uint32_t version, std::size_
   frame.key = {key.x, key.y, key.z};
   frame.version = version;
   frame.level = static_cast<std::uint8_t>(level);
-  frame.has_colours = page.has_colors;
+  frame.has_colors = page.has_colors;
   frame.vertices = page.vertices;
   frame.indices = page.indices;
   frame.origin_m = page.origin_m;

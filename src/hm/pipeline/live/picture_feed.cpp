@@ -59,7 +59,7 @@ Image<Rgb8> false_colors(const Image<std::uint16_t>& depth) {
 void PictureFeed::give(const RgbdFrame& frame) {
   jobs_.give(0,
              [this, color = thinned(frame.color), depth = thinned(frame.depth.units), stamp = frame.stamp] {
-               put(store_, PictureFrame::Which::kColour, color, stamp);
+               put(store_, PictureFrame::Which::kColor, color, stamp);
                put(store_, PictureFrame::Which::kDepth, false_colors(depth), stamp);
              });
 }

@@ -65,7 +65,7 @@ struct Seen {
         continue;
       }
       const auto page = std::get<MeshPageFrame>(decode(item->page.levels[0]));
-      pages[change.slot.page] = decode_page({page.vertices, page.indices, page.has_colours, page.origin_m,
+      pages[change.slot.page] = decode_page({page.vertices, page.indices, page.has_colors, page.origin_m,
                                              page.quantum_m, page.vertex_bytes, page.index_bytes})
                                     .value();
     }
