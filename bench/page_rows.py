@@ -16,6 +16,9 @@ import page_support  # noqa: E402
 from live_viewer import Viewer  # noqa: E402
 
 SLOW = 1_000_000  # bytes a second
+DEMO_VOXEL_M = 0.03
+# Pictures are drawn by software: what is judged by the time of pictures is small.
+SMALL = (360, 640)
 LATENCY_S = 20
 LATENCY = "housemartin.stage.view.latency"
 
@@ -82,7 +85,7 @@ def until_whole(url, pages, bytes_per_s=0):
 def latencies(program, recording):
     """Of a replayed scan that is watched: changes and poses until they are drawn, ms."""
     with served(program, recording) as url:
-        driver = page_support.open_browser(page_support.DESK)
+        driver = page_support.open_browser(SMALL)
         try:
             driver.get(url)
             page_support.wait_for(driver, f"window.housemartin?.stage?.view.mesh.pageCount > 0", 60)
@@ -98,9 +101,10 @@ def measure(program, work, frames):
     work = Path(work)
     some = ["--frames", frames] if frames else []
     run(program, "simulate", "house", "-o", work / "house", "--quiet", *some)
-    run(program, "reconstruct", work / "house", "-o", work / "result", "--voxel", 0.02, "--quiet")
+    run(program, "reconstruct", work / "house", "-o", work / "result", "--voxel", DEMO_VOXEL_M, "--quiet")
     run(program, "simulate", "room", "-o", work / "room", "--quiet", "--frames", 10)
     run(program, "reconstruct", work / "room", "-o", work / "small", "--voxel", 0.06, "--quiet")
+    run(program, "simulate", "room", "-o", work / "scan", "--quiet", "--frames", 200)
     with served(program, work / "result") as url:
         if wrong := missing(url):
             return None, wrong
@@ -109,8 +113,8 @@ def measure(program, work, frames):
         coarse_s, slow_s = until_whole(url, pages, SLOW)
         house = page_figures.measure(url, page_support.DESK)
     with served(program, work / "small") as url:
-        small = page_figures.measure(url, (360, 640))
-    late = latencies(program, work / "house")
+        small = page_figures.measure(url, SMALL)
+    late = latencies(program, work / "scan")
     values = {"page_whole": house["whole_s"], "page_whole_viewer": whole_s, "page_whole_slow": slow_s, "page_coarse_slow": coarse_s,
               "page_script": house["script_ms_p95"], "page_long_tasks": sum(ms > 50 for ms in house["long_tasks"]),
               "page_frames": small["frames_per_s"], "page_memory": house["memory_bytes"] * 1e-6, "page_bundle": house["bundle_bytes"] * 1e-3,
