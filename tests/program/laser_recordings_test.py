@@ -22,9 +22,8 @@ class LaserRecordings(support.ProgramTest):
                 self.write_bag("a.bag", compression)
                 info = self.run_json("info", "a.bag")
                 self.assertEqual(info["path_kind"], "laser_recording")
-                self.assertEqual((info["kind"], info["warnings"]), ("ROS bag", []))
-                note, = info["notes"]
-                self.assertIn("the range sensor is not used", note)
+                self.assertEqual((info["kind"], info["warnings"], info["notes"]),
+                                 ("ROS bag", [], ["/height: mount of the range sensor from transforms base -> somewhere"]))
                 laser, = info["lasers"]
                 self.assertEqual((laser["name"], laser["count"], laser["beams"]), ("/scan", 100, 241))
                 self.assertAlmostEqual(laser["rate_hz"], 10, 3)
