@@ -11,10 +11,10 @@ namespace {
 
 using namespace testing_calibration;
 
-const BoardParams kBoard;  // 9 x 6, 0.1 m
+const BoardParams kKinectBoard;  // 9 x 6, 0.1 m
 
 /// Device that differs from the nominal one.
-DisparityCamera truth() {
+DisparityCamera true_device() {
   DisparityCamera device = nominal_kinect();
   device.camera.fx = 585, device.camera.fy = 584, device.camera.cx = 316, device.camera.cy = 244;
   device.T_color_depth = SE3(so3_exp(Vec3(0.004, -0.006, 0.003)), Vec3(-0.0235, 0.001, 0.002));
@@ -31,12 +31,12 @@ struct Noise {
 /// constants.
 std::vector<DepthPose> boards_seen(int count, const Noise& noise, Rng& rng) {
   std::vector<DepthPose> poses;
-  const DisparityCamera device = truth(), nominal = nominal_kinect();
+  const DisparityCamera device = true_device(), nominal = nominal_kinect();
   for (int i = 0; i < count; ++i) {
     DepthPose pose;
-    pose.T_color_board = random_pose(kColorCamera, kBoard, 0.9 + 1.4 * i / count, rng);
+    pose.T_color_board = random_pose(kColorCamera, kKinectBoard, 0.9 + 1.4 * i / count, rng);
     const SE3 T_depth_board = device.T_color_depth.inverse() * pose.T_color_board;
-    const Vec3 middle = T_depth_board * Vec3(0.5 * corner_on_board(kBoard, 53));
+    const Vec3 middle = T_depth_board * Vec3(0.5 * corner_on_board(kKinectBoard, 53));
     const Vec2 at = device.camera.project(middle);
     const double half = 0.25 * device.camera.fx / middle.z();
     for (double y = std::max(0.0, at.y() - half); y < std::min(480.0, at.y() + half); y += 3)
@@ -58,7 +58,7 @@ std::vector<DepthPose> boards_seen(int count, const Noise& noise, Rng& rng) {
 double worst_depth_ratio(const DisparityModel& found) {
   double worst = 0;
   for (const double z : {0.9, 1.5, 2.3})
-    worst = std::max(worst, std::abs(found.depth_m(truth().disparity.disparity(z)) / z - 1));
+    worst = std::max(worst, std::abs(found.depth_m(true_device().disparity.disparity(z)) / z - 1));
   return worst;
 }
 
@@ -70,9 +70,9 @@ TEST(DisparityFit, DeviceIsFoundWithinItsDeviationsOverSeeds) {
     EXPECT_GT(fit->before_rms, 5 * fit->after_rms);
     EXPECT_LT(fit->after_rms, 0.3) << "some 30 readings a block, of 0.6 units each";
     EXPECT_LT(worst_depth_ratio(fit->found.disparity), 2e-3);
-    EXPECT_NEAR(fit->found.camera.fx, truth().camera.fx, 2.5);
-    EXPECT_NEAR(fit->found.camera.cy, truth().camera.cy, 2.5);
-    const Vec3 off = fit->found.T_color_depth.translation() - truth().T_color_depth.translation();
+    EXPECT_NEAR(fit->found.camera.fx, true_device().camera.fx, 2.5);
+    EXPECT_NEAR(fit->found.camera.cy, true_device().camera.cy, 2.5);
+    const Vec3 off = fit->found.T_color_depth.translation() - true_device().T_color_depth.translation();
     EXPECT_LT(off.norm(), 0.004);
     EXPECT_LT(std::abs(off.z()), 5 * fit->translation_sigma_m.z() + 5e-4);
     EXPECT_GT(fit->focal_sigma_px, 0);
@@ -89,11 +89,11 @@ TEST(DisparityFit, HandsBeforeTheBoardCountLittle) {
 
 TEST(DisparityFit, KnownDeviceStays) {
   Rng rng(6);
-  DisparityCamera start = truth();
+  DisparityCamera start = true_device();
   start.disparity = {};  // constants that the readings were converted with
   const auto fit = fit_disparity_camera(boards_seen(10, {}, rng), start, {1e-3, 1e-3, 1e-6, 1e-6});
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->found.camera.fx, truth().camera.fx, 0.01);
+  EXPECT_NEAR(fit->found.camera.fx, true_device().camera.fx, 0.01);
   EXPECT_LT(worst_depth_ratio(fit->found.disparity), 1e-3);
 }
 

@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr float kStep_s = 0.001F;
+constexpr float kPeriod_s = 0.001F;
 const AxisLimits kLimits;  // 1.5, 2.5, 8
 
 /// Duration of the time-optimal motion from rest to rest over a distance, closed form (three or seven
@@ -35,11 +35,11 @@ Course run_to_goal(JerkLimitedAxis& axis, const AxisLimits& limits, int steps) {
   const float sign = axis.state().to_go < 0 ? -1.0F : 1.0F;
   for (int i = 0; i < steps; ++i) {
     const auto before = axis.state();
-    axis.step_to_goal(limits, kStep_s);
+    axis.step_to_goal(limits, kPeriod_s);
     const auto& now = axis.state();
     run.most_speed = std::max(run.most_speed, std::abs(now.velocity));
     run.most_acceleration = std::max(run.most_acceleration, std::abs(now.acceleration));
-    run.most_jerk = std::max(run.most_jerk, std::abs(now.acceleration - before.acceleration) / kStep_s);
+    run.most_jerk = std::max(run.most_jerk, std::abs(now.acceleration - before.acceleration) / kPeriod_s);
     run.overshoot = std::max(run.overshoot, -sign * now.to_go);
     if (now.to_go != 0 || now.velocity != 0) run.steps = i + 1;
   }
@@ -71,7 +71,7 @@ TEST(JerkLimitedAxis, StoppingDistanceIsWhereBrakingEnds) {
     const float claimed = stopping_distance(v, a, kLimits);
     JerkLimitedAxis axis;
     axis.start_from({0, v, a});
-    for (int i = 0; i < 4000; ++i) axis.step_to_velocity(0, kLimits, kStep_s);
+    for (int i = 0; i < 4000; ++i) axis.step_to_velocity(0, kLimits, kPeriod_s);
     ASSERT_EQ(axis.state().velocity, 0);
     ASSERT_NEAR(-axis.state().to_go, claimed, 0.003F) << v << " " << a;
   }
@@ -87,9 +87,9 @@ TEST(JerkLimitedAxis, FromAnyStateItReachesItsGoalAndCanAlwaysStop) {
     for (int i = 0; i < 15000; ++i) {
       if (i < 5000 && i % 500 == 0) axis.move_goal_by(static_cast<float>(rng.uniform(-2, 2)));
       const float before = axis.state().acceleration;
-      axis.step_to_goal(kLimits, kStep_s);
+      axis.step_to_goal(kLimits, kPeriod_s);
       const auto& s = axis.state();
-      ASSERT_LE(std::abs(s.acceleration - before), 8 * kStep_s * 1.01F + (s.velocity == 0 ? 0.02F : 0));
+      ASSERT_LE(std::abs(s.acceleration - before), 8 * kPeriod_s * 1.01F + (s.velocity == 0 ? 0.02F : 0));
       ASSERT_LE(std::abs(s.acceleration), std::max(2.5F, std::abs(a)) * 1.001F);
       if (i > 3000) {
         ASSERT_LE(std::abs(s.velocity), 1.5F * 1.001F);
@@ -117,12 +117,12 @@ TEST(JerkLimitedAxis, VelocityStepsTakeTheClosedFormTime) {
   axis.start_from({});
   int steps = 0;
   while (axis.state().velocity != 1.0F && steps < 3000) {
-    axis.step_to_velocity(1, kLimits, kStep_s);
+    axis.step_to_velocity(1, kLimits, kPeriod_s);
     ++steps;
   }
   EXPECT_NEAR(steps * 1e-3, 1.0 / 2.5 + 2.5 / 8, 0.006);  // v/a + a/j
-  axis.step_to_velocity(9, kLimits, kStep_s);
-  for (int i = 0; i < 2000; ++i) axis.step_to_velocity(9, kLimits, kStep_s);
+  axis.step_to_velocity(9, kLimits, kPeriod_s);
+  for (int i = 0; i < 2000; ++i) axis.step_to_velocity(9, kLimits, kPeriod_s);
   EXPECT_EQ(axis.state().velocity, 1.5F);
 }
 

@@ -1,3 +1,4 @@
+// hm: compiled alone, as it replaces operator new
 #include <gmock/gmock.h>
 
 #include <cstdlib>

@@ -7,33 +7,33 @@
 namespace hm {
 namespace {
 
-const DepthNoise kNoise;
+const DepthNoise kRoomNoise;
 const SE3 kCorner(so3_exp(Vec3(0.5, 0.6, 0)), Vec3(0.1, 0.2, -0.3));  // sees three walls
 
-DepthGrid grid_at(const SE3& T_world_camera, const TexturedRoom& room = {}) {
+DepthGrid room_grid(const SE3& T_world_camera, const TexturedRoom& room = {}) {
   TexturedRoom blank = room;
   blank.contrast = 0;
-  return make_depth_grid(render_room(blank, room_camera(), T_world_camera, {}).depth, room_camera(), kNoise,
-                         10);
+  return make_depth_grid(render_room(blank, room_camera(), T_world_camera, {}).depth, room_camera(),
+                         kRoomNoise, 10);
 }
 
 std::optional<SurfaceMotion> motion_between(const DepthGrid& reference, const DepthGrid& current,
                                             const SE3& guess) {
-  const auto surface = sample_surface(reference, kNoise, 2);
-  return follow_surface(surface, current, guess, kNoise);
+  const auto surface = sample_surface(reference, kRoomNoise, 2);
+  return follow_surface(surface, current, guess, kRoomNoise);
 }
 
 /// Textureless walls and a motion as between two frames at 5 Hz: three planes constrain all six degrees of
 /// freedom.
 TEST(SurfaceFollowing, FindsALargeMotionWithoutAnyTexture) {
-  const DepthGrid reference = grid_at(kCorner);
+  const DepthGrid reference = room_grid(kCorner);
   for (int i = 0; i < 6; ++i) {
     const double sign = i % 2 ? -1 : 1;
     Vec6 twist = Vec6::Zero();
     twist[i / 2] = sign * 0.15;
     twist[3 + i / 2] = -sign * 0.12;
     const SE3 motion = SE3::exp(twist);
-    const auto found = motion_between(reference, grid_at(kCorner * motion), {});
+    const auto found = motion_between(reference, room_grid(kCorner * motion), {});
     ASSERT_TRUE(found) << i;
     EXPECT_TRUE(found->held);
     EXPECT_LT((found->T_ref_cur.translation() - motion.translation()).norm(), 0.004) << i;
@@ -45,8 +45,8 @@ TEST(SurfaceFollowing, FindsALargeMotionWithoutAnyTexture) {
 TEST(SurfaceFollowing, KeepsTheGuessWhereAWallLeavesTheCameraFree) {
   TexturedRoom wall;
   wall.half_size_m = Vec3(9, 9, 1.5);
-  const DepthGrid reference = grid_at({}, wall);
-  const DepthGrid current = grid_at(SE3(Mat3::Identity(), Vec3(0.05, 0, 0.08)), wall);
+  const DepthGrid reference = room_grid({}, wall);
+  const DepthGrid current = room_grid(SE3(Mat3::Identity(), Vec3(0.05, 0, 0.08)), wall);
   const SE3 guess(Mat3::Identity(), Vec3(0.03, -0.02, 0));
   const auto found = motion_between(reference, current, guess);
   ASSERT_TRUE(found);
@@ -57,14 +57,14 @@ TEST(SurfaceFollowing, KeepsTheGuessWhereAWallLeavesTheCameraFree) {
 }
 
 TEST(SurfaceFollowing, SaysNothingWithoutReadingsOrElsewhere) {
-  const DepthGrid reference = grid_at(kCorner);
+  const DepthGrid reference = room_grid(kCorner);
   DepthGrid none = reference;
   std::fill(none.depth_m.pixels().begin(), none.depth_m.pixels().end(), 0.0f);
   EXPECT_FALSE(motion_between(reference, none, {}));
   EXPECT_FALSE(motion_between(none, reference, {}));
   TexturedRoom hall;
   hall.half_size_m = Vec3(6, 5, 7);
-  EXPECT_FALSE(motion_between(reference, grid_at(kCorner, hall), {}));
+  EXPECT_FALSE(motion_between(reference, room_grid(kCorner, hall), {}));
 }
 
 }  // namespace
