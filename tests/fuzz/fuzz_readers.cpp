@@ -117,7 +117,7 @@ void check_sound(const LaserRecording& recording) {
     for (const LaserScan& scan : laser.scans) check_sound(scan);
   }
   check_increasing(recording.imu, [](const ImuSample& sample) { return sample.stamp; });
-  check_increasing(recording.ranges, [](const RangeReading& reading) { return reading.stamp; });
+  check_increasing(recording.range.readings, [](const RangeReading& reading) { return reading.stamp; });
   check_sound(recording.odometry);
   check_sound(recording.truth);
 }

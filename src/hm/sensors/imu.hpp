@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,8 +30,13 @@ struct CarriedImu {
 /// One measurement of a range sensor that points along the x axis of its frame (sonar, downward laser).
 struct RangeReading {
   Time stamp;
-  double range_m = 0;
-  double range_min_m = 0, range_max_m = 0;
+  double range_m = 0;                       ///< infinity: no return
+  double range_min_m = 0, range_max_m = 0;  ///< limits of the sensor; a maximum of 0: not known
+
+  /// A finite range within the limits.
+  [[nodiscard]] bool is_return() const {
+    return std::isfinite(range_m) && range_m >= range_min_m && (!(range_max_m > 0) || range_m <= range_max_m);
+  }
 };
 
 }  // namespace hm

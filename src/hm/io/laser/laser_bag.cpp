@@ -222,10 +222,9 @@ void fill(BagContents& contents, LaserRecording& recording) {
     recording.imu.push_back(message.sample);
     recording.imu.back().stamp = message.header.stamp;
   }
-  for (const auto& [message, received] : busiest(contents.ranges, recording, &recording.range_name)) {
-    if (recording.ranges.empty()) recording.range_frame_id = message.header.frame_id;
-    recording.ranges.push_back(message.reading);
-    RangeReading& reading = recording.ranges.back();
+  for (const auto& [message, received] : busiest(contents.ranges, recording, &recording.range.name)) {
+    if (recording.range.readings.empty()) recording.range.frame_id = message.header.frame_id;
+    RangeReading& reading = recording.range.readings.emplace_back(message.reading);
     reading.stamp = message.header.stamp;
     if (reading.range_m >= reading.range_max_m) reading.range_m = std::numeric_limits<double>::infinity();
   }
@@ -289,7 +288,7 @@ Result<LaserRecording> read_laser_bag(const std::filesystem::path& path,
     if (!checked) return forward_error(checked);
   fill(contents, recording);
   if (recording.lasers.empty() && recording.imu.empty() && recording.odometry.empty() &&
-      recording.ranges.empty())
+      recording.range.readings.empty())
     return fail(ErrorCode::kNotFound, path, "{} messages, but none of {}, {}, {} or {}; {}{}{}",
                 summary->messages, kLaserScanType.name, kImuType.name, kOdometryType.name, kRangeType.name,
                 topics.words(), recording.notes.empty() ? "" : "; ", fmt::join(recording.notes, "; "));

@@ -224,10 +224,10 @@ void BagFrames::apply(const std::string& odometry_child, LaserRecording& recordi
     const std::string base = base_frame(needs_odometry ? std::string() : odometry_child, odometry);
     if (needs_odometry && odometry != nullptr) take_odometry(*odometry, recording);
     for (LaserStream& laser : recording.lasers) mount(base, laser);
-    if (!recording.ranges.empty()) {
-      const Placed placed = place(base, recording.range_frame_id);
-      recording.T_base_range = placed.T_base_frame;
-      recording.range_mount_source = placed.words;
+    if (!recording.range.readings.empty()) {
+      const Placed placed = place(base, recording.range.frame_id);
+      recording.range.T_base_range = placed.T_base_frame;
+      recording.range.mount_source = placed.words;
     }
   }
   if (too_many_)

@@ -96,8 +96,8 @@ TEST_F(BagFramesTest, ARangeSensorIsMountedByTheSameTransforms) {
   fixed("base_footprint", "base_link", kRaised);
   fixed("base_link", "sonar", down);
   const LaserRecording made = recording();
-  ASSERT_TRUE(made.T_base_range);
-  EXPECT_LT(difference(*made.T_base_range, kRaised * down), 1e-12);
+  ASSERT_TRUE(made.range.T_base_range);
+  EXPECT_LT(difference(*made.range.T_base_range, kRaised * down), 1e-12);
   EXPECT_THAT(made.notes,
               Contains("/sonar: mount of the range sensor from transforms base_footprint -> sonar"));
 }
@@ -106,7 +106,7 @@ TEST_F(BagFramesTest, ARangeSensorThatNothingMountsIsSaid) {
   writer_.write_range({"/sonar", "sonar"}, at(0), {at(0), 1.5, 0.25, 4});
   drive("odom", "base_footprint");
   const LaserRecording made = recording();
-  EXPECT_FALSE(made.T_base_range);
+  EXPECT_FALSE(made.range.T_base_range);
   EXPECT_THAT(made.notes,
               Contains(HasSubstr("no transform joins its frame sonar to the base base_footprint: the "
                                  "range sensor is not used")));

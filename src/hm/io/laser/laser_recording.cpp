@@ -44,8 +44,8 @@ Result<void> add_rig(LaserRecording& recording) {
   if (!rig) return forward_error(rig);
   recording.rig = *rig;
   if (rig->T_base_range) {
-    recording.T_base_range = rig->T_base_range;
-    recording.range_mount_source = "rig.toml";
+    recording.range.T_base_range = rig->T_base_range;
+    recording.range.mount_source = "rig.toml";
   }
   if (recording.lasers.empty()) return {};
   LaserStream& laser = recording.lasers.front();
@@ -72,14 +72,15 @@ Result<void> add_truth(LaserRecording& recording) {
 
 /// Says where the range sensor is mounted, or why that is unknown.
 void note_range_mount(LaserRecording& recording) {
-  if (recording.ranges.empty()) return;
-  const std::string& source = recording.range_mount_source;
+  const RangeStream& range = recording.range;
+  if (range.readings.empty()) return;
   recording.notes.push_back(
-      recording.T_base_range
-          ? fmt::format("{}: mount of the range sensor from {}", recording.range_name, source)
+      range.T_base_range
+          ? fmt::format("{}: mount of the range sensor from {}", range.name, range.mount_source)
           : fmt::format(
                 "{}: {}: the range sensor is not used, unless [range] of a rig.toml says where it looks",
-                recording.range_name, source.empty() ? "no transform gives its mount" : source));
+                range.name,
+                range.mount_source.empty() ? "no transform gives its mount" : range.mount_source));
 }
 
 }  // namespace

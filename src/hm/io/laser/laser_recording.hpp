@@ -42,6 +42,15 @@ struct LaserStream {
   std::vector<std::pair<float, std::size_t>> sentinels_m = {};
 };
 
+/// All readings of one range sensor, with strictly increasing stamps.
+struct RangeStream {
+  std::string name = {};                    ///< topic
+  std::vector<RangeReading> readings = {};  ///< distances; infinity: no return
+  std::string frame_id = {};                ///< name of its coordinate frame
+  std::optional<SE3> T_base_range = {};     ///< if rig.toml or the transforms of a bag provide it
+  std::string mount_source = {};            ///< origin of T_base_range, or why it is unknown, for the user
+};
+
 /// A stamp that was written wrongly and has been corrected; other files (relations) may use the written one.
 struct CorrectedStamp {
   Time written, corrected;
@@ -53,12 +62,9 @@ struct LaserRecording {
   std::filesystem::path path = {};
   std::vector<LaserStream> lasers = {};  ///< the first one is used for odometry
   std::vector<ImuSample> imu = {};
-  std::vector<RangeReading> ranges = {};             ///< distances; infinity: no return
-  std::string range_name = {}, range_frame_id = {};  ///< its topic and coordinate frame
-  std::optional<SE3> T_base_range = {};              ///< from rig.toml or the transforms of a bag
-  std::string range_mount_source = {};               ///< origin of T_base_range, or why it is unknown
-  Trajectory odometry = {};                          ///< T_odom_base as the vehicle reported it
-  std::string odometry_source = {};                  ///< origin, for the user, where the file names it
+  RangeStream range = {};
+  Trajectory odometry = {};                ///< T_odom_base as the vehicle reported it
+  std::string odometry_source = {};        ///< origin, for the user, where the file names it
   Trajectory truth = {};                   ///< T_world_base, exact or corrected afterwards; never an input
   std::string truth_source = {};           ///< origin, for the user
   std::optional<LaserRig> rig = {};        ///< from rig.toml beside the recording, if present

@@ -34,7 +34,7 @@ void expect_sound(const LaserRecording& recording) {
     for (const LaserScan& scan : laser.scans) expect_sound_scan(scan);
   }
   expect_increasing(recording.imu, [](const ImuSample& sample) { return sample.stamp; });
-  expect_increasing(recording.ranges, [](const RangeReading& reading) { return reading.stamp; });
+  expect_increasing(recording.range.readings, [](const RangeReading& reading) { return reading.stamp; });
   for (const Trajectory& poses : {recording.odometry, recording.truth}) {
     expect_increasing(poses, [](const StampedPose& pose) { return pose.stamp; });
     for (const StampedPose& pose : poses) ASSERT_TRUE(is_rigid(pose.T_world_base));

@@ -113,7 +113,7 @@ inline void expect_small_bag(const LaserRecording& recording, std::size_t count,
   ASSERT_EQ(recording.imu.size(), count);
   ASSERT_EQ(recording.odometry.size(), count);
   ASSERT_EQ(recording.truth.size(), count);
-  ASSERT_EQ(recording.ranges.size(), count);
+  ASSERT_EQ(recording.range.readings.size(), count);
   for (std::size_t i = 0; i < count; ++i) {
     expect_same_scan(laser.scans[i], small_scan(i, beams));
     EXPECT_EQ((laser.received[i] - laser.scans[i].stamp).ns, 1'000'000);
@@ -129,7 +129,7 @@ inline void expect_small_bag(const LaserRecording& recording, std::size_t count,
     EXPECT_LT(difference(recording.odometry[i].T_world_base, small_pose(i).T_world_base), 1e-12);
     EXPECT_LT(difference(recording.truth[i].T_world_base, small_pose(i).T_world_base), 1e-12);
     const double range_m = 1 + static_cast<double>(i);
-    EXPECT_EQ(recording.ranges[i].range_m, range_m < 4 ? range_m : HUGE_VAL);
+    EXPECT_EQ(recording.range.readings[i].range_m, range_m < 4 ? range_m : HUGE_VAL);
   }
 }
 

@@ -33,11 +33,10 @@ struct HeightParams {
   /// Standard deviation of the climb rate at the first reading.
   static constexpr double kInitialClimbStd_m_s = 1.0;
 
-  /// Parameters for single readings of a range sensor. New levels need more observations; since only one
-  /// surface is observed at a time, an IMU's vertical acceleration matters more than with a mirror.
-  static HeightParams for_range_sensor(double reading_std_m = 0.01) {
-    HeightParams params;
-    params.reading_std_m = reading_std_m;
+  /// These parameters for single readings of a range sensor. New levels need more observations; since only
+  /// one surface is observed at a time, an IMU's vertical acceleration matters more than with a mirror.
+  [[nodiscard]] HeightParams for_range_sensor() const {
+    HeightParams params = *this;
     params.min_readings = 1;
     params.confirm_sightings = 8;
     return params;

@@ -56,9 +56,7 @@ MirrorDistances range_distance(const RangeReading& reading, const SE3& T_base_se
     return result;
   }
   result.tilt_rad = std::acos(std::clamp(R_world_base(2, 2), -1.0, 1.0));
-  const bool seen = std::isfinite(reading.range_m) && reading.range_m >= reading.range_min_m &&
-                    (!(reading.range_max_m > 0) || reading.range_m <= reading.range_max_m);
-  if (!seen) return result;
+  if (!reading.is_return()) return result;
   const double distance_m = -(R_world_base * (T_base_sensor * Vec3(reading.range_m, 0, 0))).z();
   if (distance_m > 0) result.distances_m.push_back(distance_m);
   return result;

@@ -57,7 +57,7 @@ TEST(RangeDistance, LeavesOutWhatIsNoReading) {
 // 40 s at 50 Hz, up and down with 0.4 m/s, leaning, over a box of 0.3 m every ten seconds, one reading in ten
 // lost.
 TEST(RangeHeight, FollowsTheVehicleOverBoxes) {
-  HeightEstimator estimator(HeightParams::for_range_sensor(0.01));
+  HeightEstimator estimator(HeightParams().for_range_sensor());
   Rng rng(3);
   double squared = 0;
   int counted = 0, up = 0, down = 0;

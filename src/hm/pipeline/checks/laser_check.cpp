@@ -140,7 +140,7 @@ LaserRecordingReport inspect_laser_recording(const LaserRecording& recording) {
   for (const LaserStream& laser : recording.lasers)
     if (!laser.scans.empty()) report.lasers.push_back(describe_laser(laser));
   if (!recording.imu.empty()) report.imu = describe_imu(recording.imu);
-  report.ranges = describe_if_any("ranges", stamps_of(recording.ranges));
+  report.ranges = describe_if_any("ranges", stamps_of(recording.range.readings));
   report.odometry = describe_if_any("odometry", stamps_of(recording.odometry));
   report.truth = describe_if_any("truth", stamps_of(recording.truth));
   report.odometry_length_m = path_length(recording.odometry);

@@ -23,12 +23,7 @@ constexpr double kRangeAge_s = 0.5;
 
 /// Parameters for the readings of a range sensor, one at a time, or for mirrors.
 HeightParams floor_params(const HeightParams& given, const LaserRig& rig) {
-  if (rig.down || !rig.T_base_range) return given;
-  const HeightParams single = HeightParams::for_range_sensor(given.reading_std_m);
-  HeightParams params = given;
-  params.min_readings = single.min_readings;
-  params.confirm_sightings = single.confirm_sightings;
-  return params;
+  return rig.down || !rig.T_base_range ? given : given.for_range_sensor();
 }
 
 /// Time at which the last beam of a scan was measured.

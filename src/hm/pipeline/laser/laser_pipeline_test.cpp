@@ -202,15 +202,16 @@ TEST(LaserPipeline, ARangeSensorThatMeasuresNoHeightIsNotUsed) {
   LaserRecording recording;
   recording.lasers.emplace_back();
   const auto uses = [&] { return LaserPipeline({}, laser_platform(recording)).uses_range(); };
-  recording.T_base_range = range_mount();
-  recording.ranges = {{Time{1}, 0.05, 0.1, 4}, {Time{2}, std::numeric_limits<double>::infinity(), 0.1, 4}};
+  recording.range.T_base_range = range_mount();
+  recording.range.readings = {{Time{1}, 0.05, 0.1, 4},
+                              {Time{2}, std::numeric_limits<double>::infinity(), 0.1, 4}};
   EXPECT_FALSE(uses()) << "no reading within the limits";
-  recording.ranges.push_back({Time{3}, 1, 0.1, 4});
-  recording.T_base_range.reset();
+  recording.range.readings.push_back({Time{3}, 1, 0.1, 4});
+  recording.range.T_base_range.reset();
   EXPECT_FALSE(uses()) << "its mount is unknown";
-  recording.T_base_range = SE3();
+  recording.range.T_base_range = SE3();
   EXPECT_FALSE(uses()) << "it looks ahead";
-  recording.T_base_range = range_mount();
+  recording.range.T_base_range = range_mount();
   EXPECT_TRUE(uses());
   recording.rig = LaserRig{};
   recording.rig->down = LaserRig::Mirror{{0, 20}, {}};

@@ -19,15 +19,11 @@ void keep_range(std::vector<LaserEvent>& events, const LaserRunParams& params) {
 /// Within this angle of straight down a range sensor measures the height.
 constexpr double kMostOffDown_rad = 0.8;
 
-bool in_limits(const RangeReading& reading) {
-  return std::isfinite(reading.range_m) && reading.range_m >= reading.range_min_m;
-}
-
 /// Mount of the range sensor, if it measures the height: it is known to look down, and has measured at all.
 std::optional<SE3> range_mount(const LaserRecording& recording) {
-  const auto& mount = recording.T_base_range;
+  const auto& mount = recording.range.T_base_range;
   if (!mount || -mount->rotation()(2, 0) < std::cos(kMostOffDown_rad)) return std::nullopt;
-  return std::ranges::any_of(recording.ranges, in_limits) ? mount : std::nullopt;
+  return std::ranges::any_of(recording.range.readings, &RangeReading::is_return) ? mount : std::nullopt;
 }
 
 }  // namespace
@@ -38,8 +34,8 @@ LaserEvents::LaserEvents(const LaserRecording& recording, const LaserPipeline& p
     events_.push_back({recording.imu[i].stamp, LaserEvent::Kind::kImu, 0, i});
   for (std::size_t i = 0; i < recording.odometry.size(); ++i)
     events_.push_back({recording.odometry[i].stamp, LaserEvent::Kind::kOdometry, 0, i});
-  for (std::size_t i = 0; pipeline.uses_range() && i < recording.ranges.size(); ++i)
-    events_.push_back({recording.ranges[i].stamp, LaserEvent::Kind::kRange, 0, i});
+  for (std::size_t i = 0; pipeline.uses_range() && i < recording.range.readings.size(); ++i)
+    events_.push_back({recording.range.readings[i].stamp, LaserEvent::Kind::kRange, 0, i});
   for (std::size_t laser = 0; laser < recording.lasers.size(); ++laser) {
     if (!pipeline.uses(laser)) continue;
     const auto& scans = recording.lasers[laser].scans;
@@ -80,7 +76,7 @@ void give(LaserPipeline& pipeline, const LaserRecording& recording, const LaserE
     case LaserEvent::Kind::kOdometry:
       return pipeline.add_odometry(recording.odometry[event.index]);
     case LaserEvent::Kind::kRange:
-      return pipeline.add_range(recording.ranges[event.index]);
+      return pipeline.add_range(recording.range.readings[event.index]);
     case LaserEvent::Kind::kScan:
       return pipeline.add_scan(recording.lasers[event.stream].scans[event.index], event.stream);
   }

@@ -76,7 +76,6 @@ std::string range_text(const LaserChoiceInput& input) {
         "tilt_rad",
         counts.used, counted(counts.processed, "reading"));
   std::string why = "it gives no reading within its limits, or does not look down";
-  if (!recording.T_base_range) why = "where it is mounted is not known";
   if (!input.pipeline.matches_scans()) why = "poses are those of odometry";
   if (recording.rig && recording.rig->down) why = "a mirror measures the height";
   return fmt::format("readings of the range sensor are not used: {}", why);
@@ -112,7 +111,8 @@ std::vector<std::string> laser_choices(const LaserChoiceInput& input) {
                                   scans_horizontally(laser_platform(recording).rigs.front())
                                       ? ""
                                       : ", as no laser scans horizontally: the scans only build the map"));
-  if (!recording.ranges.empty()) choices.push_back(range_text(input));
+  // That its mount is not known is among the recording's notes.
+  if (!recording.range.readings.empty() && recording.range.T_base_range) choices.push_back(range_text(input));
   choices.insert(choices.end(), recording.notes.begin(), recording.notes.end());
   return choices;
 }
