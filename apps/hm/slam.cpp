@@ -8,7 +8,7 @@
 namespace {
 
 struct SlamFlags {
-  std::string recording, maps;
+  std::string recording, maps, continued;
   double voxel_m = 0;
   OutputFlags output;
   RecordingFlags of_recording;
@@ -20,6 +20,7 @@ hm::Result<Outcome> run(const SlamFlags& flags, Session& session) {
   options.recording = flags.recording;
   options.output = flags.output.folder(flags.recording, "slam");
   options.existing = flags.output.existing();
+  options.continued = flags.continued;
   if (flags.output.resume) {
     auto complete = flags.output.complete_result({options.output, {}, "slam", options.recording, {}});
     if (!complete) return hm::forward_error(complete);
@@ -50,6 +51,7 @@ void add_slam(Program& program) {
        "  hm slam recording -o result\n"
        "  hm slam recording -o fine --voxel 0.01\n"
        "  hm slam recording -o result --resume\n"
+       "  hm slam recording -o both --continue result\n"
        "  hm slam recording -o maps --maps points,octomap,mvog --set slam.map_top_m=2 --json",
        [flags](Session& session) { return run(*flags, session); }});
   command.add_option("recording", flags->recording, "folder of a recording (TUM RGB-D, 7-Scenes, ICL-NUIM)")
@@ -59,6 +61,9 @@ void add_slam(Program& program) {
   flags->output.add_resume_to(
       command,
       "continue an interrupted run in the same folder where its last save stood, with its parameters");
+  command.add_option(
+      "--continue", flags->continued,
+      "go on in the map of this earlier result, which is only read: it must be recognised (exit code 1)");
   command.add_option("--voxel", flags->voxel_m, "edge of a voxel in metres (tsdf.voxel_size_m)")
       ->check(positive_number());
   command.add_option(

@@ -140,7 +140,7 @@ Rgb8 PointMap::color_at(const Eigen::Vector3f& p_map, Rgb8 otherwise) const {
   return cell == impl_->cells.end() ? otherwise : mean_color(cell->second);
 }
 
-KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
+KeyframeMaps make_keyframe_maps(const FrameSource& frames, const CorrectedKeyframes& keyframes,
                                 const KeyframeMapParams& wanted, const RunContext& run) {
   KeyframeMaps maps;
   const auto kinds = map_kinds(wanted.slam);
@@ -153,12 +153,12 @@ KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyfr
     maps.colors = std::make_unique<PointMap>(cells.resolution_m);
   }
   if (has(*kinds, "mvog")) maps.volumes = std::make_unique<MultiVolumeGrid>(wanted.mvog);
-  const PinholeCamera camera = recording.info().camera.without_distortion();
+  const PinholeCamera camera = frames.camera();
   const std::size_t total = keyframes.keyframes().size();
   for (const CorrectedKeyframe& keyframe : keyframes.keyframes()) {
     if (run.stop.stop_requested()) break;
     if (keyframe.map != 0) continue;
-    auto frame = recording.read(keyframe.frame_index);
+    auto frame = frames.read(keyframe.frame_index);
     if (!frame) {
       ++maps.unreadable;
       continue;

@@ -72,7 +72,7 @@ struct KeyframeMapParams {
 
 /// Reads the keyframes of the first map again and builds the maps listed in slam.maps; if stopped early, from
 /// the keyframes read so far.
-KeyframeMaps make_keyframe_maps(const Recording& recording, const CorrectedKeyframes& keyframes,
+KeyframeMaps make_keyframe_maps(const FrameSource& frames, const CorrectedKeyframes& keyframes,
                                 const KeyframeMapParams& params, const RunContext& run);
 
 /// Colours of the occupancy map's voxels: white unless occupied, as in OctoMap.

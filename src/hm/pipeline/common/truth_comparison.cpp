@@ -40,4 +40,12 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
   return std::nullopt;
 }
 
+std::optional<SE3> first_true_pose(const RecordingInfo& info, std::size_t first_frame) {
+  const Trajectory truth = true_trajectory(info);
+  const Duration max_gap = Duration::from_seconds(RecordingOptions{}.max_pose_gap_s);
+  for (std::size_t i = first_frame; i < info.stamps.size(); ++i)
+    if (const auto T_world_camera = pose_at(truth, info.stamps[i], max_gap)) return T_world_camera;
+  return std::nullopt;
+}
+
 }  // namespace hm

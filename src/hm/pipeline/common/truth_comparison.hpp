@@ -30,4 +30,7 @@ std::optional<TrajectoryError> compare_with_truth(const Trajectory& estimate, co
                                                   const TrajectoryErrorParams& params,
                                                   std::vector<std::string>& warnings);
 
+/// Pose of the first frame from this one on that the recording gives one for.
+std::optional<SE3> first_true_pose(const RecordingInfo& info, std::size_t first_frame);
+
 }  // namespace hm

@@ -77,14 +77,14 @@ Image<Rgb8> draw_pair(const Image<Rgb8>& first, const Image<Rgb8>& second, const
 
 }  // namespace
 
-std::vector<LoopFigure> draw_loops(const Recording& recording, const PoseGraph3D& graph,
+std::vector<LoopFigure> draw_loops(const FrameSource& frames, const PoseGraph3D& graph,
                                    KeyframeList keyframes, const PlaceVerifierParams& params,
                                    std::size_t most) {
   std::vector<LoopFigure> figures;
   for (const auto& [older, newer] : longest_loops(graph, keyframes.size())) {
     if (figures.size() >= most) break;
     const Keyframe &a = *keyframes[older], &b = *keyframes[newer];
-    const auto first = recording.read(a.frame_index), second = recording.read(b.frame_index);
+    const auto first = frames.read(a.frame_index), second = frames.read(b.frame_index);
     if (!first || !second || first->color.empty() || second->color.empty()) continue;
     const PlaceMatch match = verify_place(a, b, params);
     std::string words = fmt::format("frames {} and {}, {:.1f} s apart", a.frame_index, b.frame_index,

@@ -19,7 +19,7 @@ struct LoopFigure {
 /// Draws at most `most` loops of the graph, those with most keyframes between their ends: reads both colour
 /// images again and matches the keyframes' features by verify_place(). Node i of the graph is keyframe i.
 /// Loops whose images cannot be read are left out.
-std::vector<LoopFigure> draw_loops(const Recording& recording, const PoseGraph3D& graph,
+std::vector<LoopFigure> draw_loops(const FrameSource& frames, const PoseGraph3D& graph,
                                    KeyframeList keyframes, const PlaceVerifierParams& params,
                                    std::size_t most = 12);
 

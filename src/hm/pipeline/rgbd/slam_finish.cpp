@@ -20,6 +20,24 @@ Error nothing_tracked(const SlamRunOptions& options, const SlamPipeline::State& 
   return {ErrorCode::kInvalidValue, why_no_pose(state.track, warnings), options.recording.string()};
 }
 
+/// An error where the run was to go on in a saved map that it has not recognised.
+Result<void> check_recognised(const SlamRunOptions& options, const SlamPipeline::State& state) {
+  if (!state.continued || state.continued->recognised_at_s) return {};
+  const ContinuedMap& continued = *state.continued;
+  const std::string best =
+      continued.best.inliers == 0
+          ? std::string("not one of its keyframes shares features with the map")
+          : fmt::format(
+                "at best {} agreed on a place, after {:.1f} s ({}), and two keyframes must agree, "
+                "with {} each",
+                counted(static_cast<std::size_t>(continued.best.inliers), "feature"), continued.best_at_s,
+                to_string(continued.best.outcome), continued.inliers_needed);
+  return fail(ErrorCode::kNoResult, options.continued.string(),
+              "{}the map was not recognised in {} of {}: {}; nothing was written",
+              state.interrupted ? "stopped too early: " : "",
+              counted(state.track.keyframes.size(), "keyframe"), options.recording.string(), best);
+}
+
 void compare_trajectories(SlamSummary& summary) {
   const TrajectoryErrorParams& params = summary.parameters.trajectory_error;
   std::vector<std::string> said;
@@ -81,9 +99,11 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
   pipeline.close_loops();
   if (pipeline.state().track.trajectory.empty())
     return tl::make_unexpected(nothing_tracked(options, pipeline.state(), summary.warnings));
+  if (const auto found = check_recognised(options, pipeline.state()); !found) return found;
   pipeline.level();
   TriangleMesh before;
-  const bool compare = has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures;
+  const bool compare = (has_mesh_truth(options.recording) || options.parameters.reconstruction.pictures) &&
+                       !pipeline.state().continued;
   if (compare && pipeline.state().loops.accepted > 0) before = pipeline.mesh_of_odometry();
   if (const auto corrected = pipeline.correct_dense_map(); !corrected) return corrected;
   summary.recording = run.recording.info();
@@ -97,7 +117,7 @@ Result<void> finish_slam(const TrackedSlam& run, SlamSummary& summary) {
   if (options.run.view) options.run.view->on_end(summary.verdict);
   SlamRunOptions staged = options;
   staged.output = run.staging;
-  return as_run_failure(write_slam_results(pipeline, run.recording, before, staged, summary));
+  return as_run_failure(write_slam_results(pipeline, before, staged, summary));
 }
 
 }  // namespace hm

@@ -1,6 +1,7 @@
 #include "hm/pipeline/rgbd/slam_output.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
@@ -28,9 +29,8 @@ namespace {
 /// One writing of write_slam_results().
 class Output {
  public:
-  Output(SlamPipeline& pipeline, const Recording& recording, const SlamRunOptions& options,
-         SlamSummary& summary)
-      : pipeline_(pipeline), recording_(recording), options_(options), summary_(summary) {}
+  Output(SlamPipeline& pipeline, const SlamRunOptions& options, SlamSummary& summary)
+      : pipeline_(pipeline), options_(options), summary_(summary) {}
 
   Result<void> write(const TriangleMesh& before);
 
@@ -60,7 +60,6 @@ class Output {
   void write_report();
 
   SlamPipeline& pipeline_;
-  const Recording& recording_;
   const SlamRunOptions& options_;
   SlamSummary& summary_;
   SlamReportMaterial material_;
@@ -70,7 +69,8 @@ class Output {
 void Output::write_trajectories() {
   const SlamPipeline::State& state = summary_.state;
   Trajectory keyframes;
-  for (const CorrectedKeyframe& keyframe : state.keyframes->keyframes())
+  const std::size_t first = state.continued ? state.continued->earlier_keyframes : 0;
+  for (const CorrectedKeyframe& keyframe : std::span(state.keyframes->keyframes()).subspan(first))
     if (keyframe.map == 0) keyframes.push_back({keyframe.stamp, keyframe.T_map_camera});
   file("trajectory.tum", [&](const auto& path) { return write_tum_trajectory(path, state.corrected); });
   file("odometry.tum", [&](const auto& path) { return write_tum_trajectory(path, state.track.trajectory); });
@@ -81,7 +81,8 @@ void Output::write_trajectories() {
 
 void Output::write_map_file() {
   file("map.hmap", [&](const auto& path) -> Result<void> {
-    SlamSaveState state = initial_save_state(summary_.recording, options_.run.program_version);
+    SlamSaveState state =
+        initial_save_state(summary_.recording, options_.run.program_version, options_.recording_options);
     state.next_frame = summary_.state.frames_done;
     state.up = summary_.state.up;
     const MapHeader header = slam_map_header(options_.parameters, pipeline_.dense().grid(), state);
@@ -114,7 +115,8 @@ void Output::write_keyframe_maps() {
   finishing.stop = {};
   KeyframeMapParams wanted = keyframe_map_params(options_.parameters);
   wanted.up = height_axis();
-  const KeyframeMaps maps = make_keyframe_maps(recording_, *summary_.state.keyframes, wanted, finishing);
+  const KeyframeMaps maps =
+      make_keyframe_maps(pipeline_.frames(), *summary_.state.keyframes, wanted, finishing);
   if (maps.unreadable > 0)
     summary_.warnings.push_back(
         fmt::format("{} could not be read again for the maps", counted(maps.unreadable, "keyframe")));
@@ -192,7 +194,7 @@ void Output::draw_matrices() {
 void Output::draw_accepted_loops() {
   if (!options_.parameters.reconstruction.pictures) return;
   say("drawing loops");
-  material_.loops = draw_loops(recording_, summary_.state.graph, summary_.state.track.keyframes,
+  material_.loops = draw_loops(pipeline_.frames(), summary_.state.graph, summary_.state.graph_keyframes,
                                options_.parameters.loops.verifier);
 }
 
@@ -270,10 +272,9 @@ Result<void> Output::write(const TriangleMesh& before) {
 
 }  // namespace
 
-Result<void> write_slam_results(SlamPipeline& pipeline, const Recording& recording,
-                                const TriangleMesh& before, const SlamRunOptions& options,
-                                SlamSummary& summary) {
-  return Output(pipeline, recording, options, summary).write(before);
+Result<void> write_slam_results(SlamPipeline& pipeline, const TriangleMesh& before,
+                                const SlamRunOptions& options, SlamSummary& summary) {
+  return Output(pipeline, options, summary).write(before);
 }
 
 }  // namespace hm

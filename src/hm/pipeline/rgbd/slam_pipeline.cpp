@@ -22,6 +22,7 @@
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/odometry_run.hpp"
+#include "hm/pipeline/rgbd/resume/earlier_map.hpp"
 #include "hm/pipeline/rgbd/resume/slam_checkpoint.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
@@ -31,36 +32,10 @@
 namespace hm {
 namespace {
 
-/// Pose of the first frame from here on that the recording gives one for.
-std::optional<SE3> first_camera(const RecordingInfo& info, std::size_t first_frame, bool at_pose) {
-  if (!at_pose) return std::nullopt;
-  const Trajectory truth = true_trajectory(info);
-  const Duration max_gap = Duration::from_seconds(RecordingOptions{}.max_pose_gap_s);
-  for (std::size_t i = first_frame; i < info.stamps.size(); ++i)
-    if (const auto T_world_camera = pose_at(truth, info.stamps[i], max_gap)) return T_world_camera;
-  return std::nullopt;
-}
-
 VisualTracking::Start start_of(const Recording& recording, const FrameRange& range,
                                const std::optional<SE3>& T_map_first_camera) {
   return {range.count(), T_map_first_camera.value_or(level_camera()), recording.info().imu,
           is_from_kinect(recording.info())};
-}
-
-Trajectory turned(const Trajectory& path, const SE3& T_turned_map) {
-  Trajectory out;
-  for (const StampedPose& pose : path) out.push_back({pose.stamp, T_turned_map * pose.T_world_base});
-  return out;
-}
-
-std::shared_ptr<const CorrectedKeyframes> turned(const CorrectedKeyframes& keyframes,
-                                                 const SE3& T_turned_map) {
-  std::vector<CorrectedKeyframe> out = keyframes.keyframes();
-  for (CorrectedKeyframe& keyframe : out) {
-    keyframe.T_odom_camera = T_turned_map * keyframe.T_odom_camera;
-    keyframe.T_map_camera = T_turned_map * keyframe.T_map_camera;
-  }
-  return std::make_shared<const CorrectedKeyframes>(std::move(out));
 }
 
 }  // namespace
@@ -86,6 +61,8 @@ struct SlamPipeline::Impl {
   };
   Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
   void align(const RgbdFrame& frame, TrackedFrame& tracked);
+  void begin_in(const EarlierMap& saved);
+  void join_sessions(TrackedFrame& tracked) const;
   void close_earlier_loops(std::span<const std::shared_ptr<const Keyframe>> keyframes);
   void keep(const RgbdFrame& frame);
   [[nodiscard]] bool is_for_map() const;
@@ -98,6 +75,8 @@ struct SlamPipeline::Impl {
   void conclude_tracking();
   void place_trajectory();
 
+  std::unique_ptr<FrameSource> sessions;  ///< with an earlier map
+  const EarlierMap* earlier = nullptr;
   std::unique_ptr<FrameArchive> archive;  ///< of the map's frames, where nobody else keeps them
   const Recording* recording = nullptr;   ///< where the frames come from; null: add()
   RgbdParameters parameters;
@@ -123,15 +102,21 @@ struct SlamPipeline::Impl {
 };
 
 SlamPipeline::SlamPipeline(const Recording& recording, const RgbdParameters& parameters,
-                           const RunContext& run) {
+                           const RunContext& run, const EarlierMap* earlier) {
   const FrameRange range = frame_range(parameters.reconstruction, recording.info().frame_count);
-  const auto first = first_camera(recording.info(), range.begin, parameters.slam.start_at_pose);
-  impl_ = std::make_unique<Impl>(recording, start_of(recording, range, first), parameters, run);
+  const bool at_pose = parameters.slam.start_at_pose && !earlier;
+  const auto first = at_pose ? first_true_pose(recording.info(), range.begin) : std::nullopt;
+  std::unique_ptr<FrameSource> sessions;
+  if (earlier) sessions = std::make_unique<FramesOfSessions>(recording, *earlier);
+  const FrameSource& frames = sessions ? *sessions : static_cast<const FrameSource&>(recording);
+  impl_ = std::make_unique<Impl>(frames, start_of(recording, range, first), parameters, run);
+  impl_->sessions = std::move(sessions);
   impl_->clues.imu = recording.info().imu;
-  impl_->chooses_frame = parameters.slam.level && !first;
+  impl_->chooses_frame = parameters.slam.level && !first && !earlier;
   impl_->recording = &recording;
   impl_->range = range;
   impl_->first_frame = range.begin;
+  if (earlier) impl_->begin_in(*earlier);
 }
 SlamPipeline::SlamPipeline(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 SlamPipeline::SlamPipeline(SlamPipeline&&) noexcept = default;
@@ -205,7 +190,11 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
   Taken taken{tracking.take(index, frame, wait_ms), {}};
   TrackedFrame& tracked = taken.tracked;
   if (frame) align(*frame, tracked);
-  if (tracked.new_keyframe && parameters.loops.enabled) closer.add(tracked.new_keyframe);
+  if (earlier) join_sessions(tracked);
+  if (tracked.new_keyframe && parameters.loops.enabled) {
+    closer.add(tracked.new_keyframe);
+    state.graph_keyframes.push_back(tracked.new_keyframe);
+  }
   bool is_mapped = false;
   if (!frame) show(nullptr, {});
   if (frame) {
@@ -325,12 +314,9 @@ Result<void> SlamPipeline::resume(const SavedSlam& saved) {
   Impl& impl = *impl_;
   HM_CHECK(impl.recording && impl.tracking.track().frames_read == 0, "frames have been tracked");
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
-  std::vector<Observation> observations;
   for (const TrackedRecord& record : saved.records) {
     if (record.keyframe) keyframes.push_back(record.keyframe);
     if (record.was_read) impl.frame_ms.add(record.frame_ms);
-    if (record.is_mapped)
-      observations.push_back({record.index, record.stamp, record.submap, *record.T_odom_camera, {}});
   }
   StateReader reader(saved.checkpoint.odometry);
   const auto read_frame = [&impl](std::size_t index) { return impl.source.read(index); };
@@ -338,7 +324,7 @@ Result<void> SlamPipeline::resume(const SavedSlam& saved) {
     return restored;
   if (reader.remaining() > 0)
     return fail(ErrorCode::kCorrupted, "state of odometry", "is longer than it should be");
-  impl.map.restore(observations);
+  impl.map.restore(mapped_frames(saved.records));
   impl.first_frame = saved.checkpoint.next_frame;
   if (impl.parameters.loops.enabled) impl.close_earlier_loops(keyframes);
   return {};
@@ -348,12 +334,25 @@ Result<void> SlamPipeline::resume(const SavedSlam& saved) {
 void SlamPipeline::Impl::close_earlier_loops(std::span<const std::shared_ptr<const Keyframe>> keyframes) {
   constexpr std::chrono::milliseconds kPoll{5};
   for (const auto& keyframe : keyframes) closer.add(keyframe);
+  state.graph_keyframes.assign(keyframes.begin(), keyframes.end());
   for (std::size_t waiting = keyframes.size(); waiting > 0 && !run.stop.stop_requested();) {
     std::this_thread::sleep_for(kPoll);
     waiting = closer.snapshot().waiting_keyframes;
     if (run.progress)
       run.progress({"closing the loops so far again", keyframes.size() - waiting, keyframes.size(), {}});
   }
+}
+
+/// The new frames are a map of their own until a loop joins them with the saved one.
+void SlamPipeline::Impl::begin_in(const EarlierMap& saved) {
+  earlier = &saved;
+  map.restore(saved.mapped_frames());
+  close_earlier_loops(saved.keyframes());
+}
+
+void SlamPipeline::Impl::join_sessions(TrackedFrame& tracked) const {
+  tracked.submap += earlier->of_new.submaps;
+  if (tracked.new_keyframe) tracked.new_keyframe = shifted(*tracked.new_keyframe, earlier->of_new);
 }
 
 /// To whom watches: the frame, and after a loop the path.
@@ -394,11 +393,10 @@ void SlamPipeline::Impl::place_trajectory() {
       continue;
     }
     const auto placed = corrected.T_map_camera(pose.stamp, pose.T_world_base);
-    const SE3 T_map_camera = placed ? *placed : pose.T_world_base;
-    state.largest_shift_m = std::max(state.largest_shift_m,
-                                     (T_map_camera.translation() - pose.T_world_base.translation()).norm());
-    state.corrected.push_back({pose.stamp, T_map_camera});
+    state.corrected.push_back({pose.stamp, placed ? *placed : pose.T_world_base});
   }
+  if (earlier) begin_odometry_in_map(state);
+  state.largest_shift_m = largest_shift_m(state);
 }
 
 void SlamPipeline::close_loops() {
@@ -412,6 +410,9 @@ void SlamPipeline::close_loops() {
   impl.state.keyframes = snapshot.corrected;
   impl.state.loops = snapshot.statistics;
   impl.state.graph = impl.closer.graph();
+  if (impl.earlier)
+    impl.state.continued =
+        continued_map(impl.state, *impl.earlier, impl.parameters.loops.verifier.min_inliers);
   impl.state.track = impl.tracking.finish();
   if (!impl.recording) impl.state.track.frames_total = impl.frames_added;
   if (impl.alignment) {
@@ -447,11 +448,7 @@ std::vector<SurfacePatch> SlamPipeline::Impl::seen_patches() const {
 }
 
 void SlamPipeline::Impl::turn(const Mat3& R_turned_map) {
-  const SE3 T_turned_map(R_turned_map, Vec3::Zero());
-  state.track.trajectory = turned(state.track.trajectory, T_turned_map);
-  state.corrected = turned(state.corrected, T_turned_map);
-  state.keyframes = turned(*state.keyframes, T_turned_map);
-  for (SE3& T_map_node : state.graph.T_map_node) T_map_node = T_turned_map * T_map_node;
+  hm::turn(state, R_turned_map);
   map.set_turn(R_turned_map);
 }
 
@@ -479,6 +476,7 @@ void SlamPipeline::level() {
   impl.state.up = up;
 }
 
+const FrameSource& SlamPipeline::frames() const { return impl_->source; }
 UpDirection SlamPipeline::up() const { return impl_->state.up; }
 TriangleMesh SlamPipeline::mesh_of_odometry() { return impl_->map.mesh_of_odometry(); }
 

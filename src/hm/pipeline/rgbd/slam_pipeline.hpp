@@ -19,6 +19,7 @@ namespace hm {
 class DensePipeline;
 class FrameSource;
 class Recording;
+struct EarlierMap;
 struct RgbdParameters;
 struct SavedSlam;
 struct SlamCheckpoint;
@@ -88,7 +89,11 @@ class SlamPipeline {
   /// The same with parameters that have been checked (check_parameters()).
   static SlamPipeline create(const SlamInput& input, const RgbdParameters& parameters, const RunContext& run);
   /// Takes its frames from a recording, which must outlive the pipeline: track_and_map() instead of add().
-  SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run);
+  /// With an earlier map, which must outlive it too, it goes on there: the loops of the saved keyframes are
+  /// closed again first, tracking begins at an origin of its own, and once a loop joins the two all poses are
+  /// those of the saved map. SlamState::continued says whether and when.
+  SlamPipeline(const Recording& recording, const RgbdParameters& parameters, const RunContext& run,
+               const EarlierMap* earlier = nullptr);
   ~SlamPipeline();
   SlamPipeline(SlamPipeline&&) noexcept;
   SlamPipeline& operator=(SlamPipeline&&) = delete;
@@ -146,6 +151,8 @@ class SlamPipeline {
   /// Brings the map to the final poses; frames of a map that nothing connects to the first are not in it. Not
   /// to be stopped: a run that was stopped early gets the right map of what there is. Errors: as finish().
   Result<void> correct_dense_map();
+  /// The frames of the map, by the indices of keyframes.
+  [[nodiscard]] const FrameSource& frames() const;
   /// slam_state.hpp
   using State = SlamState;
   [[nodiscard]] const State& state() const;

@@ -8,8 +8,10 @@
 #include "hm/core/stopwatch.hpp"
 #include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/box_json.hpp"
+#include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
 #include "hm/pipeline/common/scene_level.hpp"
+#include "hm/pipeline/rgbd/resume/earlier_map.hpp"
 #include "hm/pipeline/rgbd/slam_finish.hpp"
 #include "hm/pipeline/rgbd/slam_report.hpp"
 #include "hm/pipeline/rgbd/slam_save.hpp"
@@ -49,7 +51,8 @@ Result<std::unique_ptr<SlamSave>> begin_saves(SlamPipeline& pipeline, ResultFold
                                               SlamSummary& summary) {
   auto saved = saved_run(folder, recording, options);
   if (!saved) return forward_error(saved);
-  SlamSaveState state = initial_save_state(recording.info(), options.run.program_version);
+  SlamSaveState state =
+      initial_save_state(recording.info(), options.run.program_version, options.recording_options);
   if (folder.resumed()) {
     const auto frames = frames_of_saved_slam(folder.path() / "map.hmap", state);
     if (!frames) return forward_error(frames);
@@ -74,6 +77,60 @@ Result<void> track_and_save(SlamPipeline& pipeline, SlamSave& save) {
   return save.end_of_tracking(pipeline.state().frames_done);
 }
 
+/// The saved map that the run is to go on in, if any.
+Result<std::optional<EarlierMap>> map_to_continue(const Recording& recording, const SlamRunOptions& options) {
+  if (options.continued.empty()) return std::nullopt;
+  if (options.existing == ExistingResult::kResume)
+    return fail(ErrorCode::kUsage, "--resume", "a run that goes on in a saved map cannot be resumed");
+  std::error_code code;
+  if (std::filesystem::equivalent(options.continued, options.output, code))
+    return fail(ErrorCode::kUsage, options.output.string(),
+                "is the map to continue, which stays as it is: choose another folder for the result");
+  if (!options.parameters.loops.enabled)
+    return fail(ErrorCode::kUsage, "loops.enabled", "a saved map is recognised by its loops: switch them on");
+  const FrameRange range = frame_range(options.parameters.reconstruction, recording.info().frame_count);
+  auto earlier = read_earlier_map(options.continued, recording, range.begin);
+  if (!earlier) return forward_error(earlier);
+  return std::optional<EarlierMap>(std::move(*earlier));
+}
+
+/// Runs to the end in the saved map, with its state; the summary then names all files. Nothing is saved
+/// before, since a map that is not joined yet would not be the map.
+Result<void> run_in_map(SlamPipeline& pipeline, const EarlierMap& earlier, const TrackedSlam& run,
+                        SlamSummary& summary) {
+  const SlamRunOptions& options = run.options;
+  if (!pipeline.can_be_saved())
+    return fail(ErrorCode::kUsage, "--continue", "needs odometry.method=tracker and slam.align off");
+  std::vector<TrackedRecord> records;
+  const auto tracked = pipeline.track_and_map([&](std::size_t) {
+    records.push_back(pipeline.last_frame());
+    return Result<void>();
+  });
+  if (!tracked) return tracked;
+  SlamCheckpoint checkpoint = pipeline.checkpoint(pipeline.state().frames_done);
+  initial_save_state(run.recording.info(), options.run.program_version, options.recording_options)
+      .describe(checkpoint);
+  if (const auto finished = finish_slam(run, summary); !finished) return finished;
+  checkpoint.places = keyframe_places(*summary.state.keyframes);
+  const auto files = as_run_failure(write_joined_state(earlier, records, std::move(checkpoint), run.staging));
+  if (!files) return forward_error(files);
+  summary.outputs.insert(summary.outputs.end(), files->begin(), files->end());
+  return {};
+}
+
+/// Runs to the end, with saves on the way; the summary then names all files.
+Result<void> run_with_saves(SlamPipeline& pipeline, ResultFolder& folder, const TrackedSlam& run,
+                            SlamSummary& summary) {
+  const auto save = begin_saves(pipeline, folder, run.recording, run.options, summary);
+  if (!save) return forward_error(save);
+  if (const auto tracked = track_and_save(pipeline, **save); !tracked) return tracked;
+  if (const auto finished = finish_slam(run, summary); !finished) return finished;
+  const auto state_files = (*save)->finish(*summary.state.keyframes);
+  if (!state_files) return forward_error(state_files);
+  summary.outputs.insert(summary.outputs.end(), state_files->begin(), state_files->end());
+  return {};
+}
+
 }  // namespace
 
 Result<SlamSummary> run_slam(const SlamRunOptions& options) {
@@ -89,17 +146,17 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
   if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
-  SlamPipeline pipeline(**recording, options.parameters, options.run);
+  const auto earlier = map_to_continue(**recording, options);
+  if (!earlier) return forward_error(earlier);
+  SlamPipeline pipeline(**recording, options.parameters, options.run, *earlier ? &**earlier : nullptr);
   SlamSummary summary;
-  const auto save = begin_saves(pipeline, *folder, **recording, options, summary);
-  if (!save) return forward_error(save);
-  if (const auto tracked = track_and_save(pipeline, **save); !tracked) return forward_error(tracked);
   summary.warnings = std::move(*warnings);
-  const auto finished = finish_slam({pipeline, **recording, folder->staging(), options, watch}, summary);
-  if (!finished) return forward_error(finished);
-  const auto state_files = (*save)->finish(*summary.state.keyframes);
-  if (!state_files) return forward_error(state_files);
-  summary.outputs.insert(summary.outputs.end(), state_files->begin(), state_files->end());
+  if (*earlier)
+    summary.warnings.insert(summary.warnings.end(), (*earlier)->warnings.begin(), (*earlier)->warnings.end());
+  const TrackedSlam run{pipeline, **recording, folder->staging(), options, watch};
+  const auto done = *earlier ? run_in_map(pipeline, **earlier, run, summary)
+                             : run_with_saves(pipeline, *folder, run, summary);
+  if (!done) return forward_error(done);
   const auto published =
       folder->publish(summary.outputs, summary.state.interrupted ? RunState::kStopped : RunState::kComplete);
   if (!published) return forward_error(published);
@@ -117,6 +174,15 @@ void visit(const RgbdLoopStatistics& loops, SummaryTree& v) {
   v.shown("submaps", "submaps", loops.submaps);
   v({"maps", "maps after connecting"}, loops.maps);
   v({"solutions", "times solved"}, loops.solutions);
+}
+
+void visit(const ContinuedMap& continued, SummaryTree& v) {
+  v({"from", "saved map"}, continued.folder.string());
+  v({"earlier_keyframes", "keyframes of before"}, continued.earlier_keyframes);
+  v({"recognised_at_s", "recognised after", "{:.1f} s"}, continued.recognised_at_s);
+  v({"loops", "loops between the recordings"}, continued.loops);
+  v({"best_score", "features that agreed at best"}, continued.best.inliers);
+  v({"score_needed", "features needed"}, continued.inliers_needed);
 }
 
 /// Sentences about bundle adjustment have values only where it was kept.
@@ -208,6 +274,7 @@ void visit(const SlamSummary& summary, SummaryTree& v) {
   if (summary.resumed_at_frame)
     v({"resumed_at_frame", "resumed at frame", "{:d}"}, *summary.resumed_at_frame);
   visit(state.track, v);
+  v.group("continued", state.continued);
   v.group("loops", state.loops);
   v.group("bundle_adjustment", state.alignment);
   if (summary.error) visit_error(*summary.error, v);
@@ -253,7 +320,9 @@ std::string to_text(const SlamSummary& summary) {
   return tree.lines({"resumed at frame {resumed_at_frame}", "verdict   {verdict.text}"}) +
          capture_lines(tree) + tracking_lines(tree) +
          tree.lines(
-             {"loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
+             {"continued {continued.from}: recognised after {continued.recognised_at_s}, "
+              "{continued.loops|loop} with its {continued.earlier_keyframes|keyframe}",
+              "loops     {loops.accepted} of {loops.candidates|candidate} accepted, largest correction "
               "{largest_correction_m}",
               "alignment {alignment.accepted|frame} aligned, {alignment.not_accepted} not; "
               "{alignment.mean_ms} a "

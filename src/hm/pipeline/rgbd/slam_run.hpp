@@ -23,6 +23,9 @@ struct SlamRunOptions {
   /// run that was not interrupted. One without a state (SlamPipeline::can_be_saved) is repeated from its
   /// first frame; what it has saved stays until this one is further.
   ExistingResult existing = ExistingResult::kRefuse;
+  /// The folder of an earlier result to go on in, which is only read; empty: a map of its own. The run ends
+  /// with an error (kNoResult) and writes nothing unless it recognises that map.
+  std::filesystem::path continued = {};
   bool force = false;  ///< runs even where the recording looks unusable (check_before_run)
   RgbdParameters parameters;
   RunContext run;  ///< asked to stop, it finishes with what there is, as right as ever
@@ -73,7 +76,8 @@ struct SlamSummary {
 /// slam.maps names, parameters.toml, pictures/, report.json, report.html. Map and
 /// trajectory are also saved while it runs (SlamSave), so that a kill leaves those of the last save. Poses of
 /// the recording are compared with; the first one says where the map begins, if it is there
-/// (slam.start_at_pose).
+/// (slam.start_at_pose). With `continued` the map is that of both recordings, in the frame of the saved one;
+/// trajectory and keyframes are those of this recording.
 ///
 /// Errors: recording or output folder unusable, parameters that contradict, not a single pose. A frame that
 /// cannot be used is none: it is named in `state.track.unused`.

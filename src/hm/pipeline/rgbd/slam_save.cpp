@@ -75,8 +75,21 @@ MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& gr
   return header;
 }
 
-SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version) {
-  return {program_version, info.stamps.empty() ? Time{} : info.stamps.front(), info.frame_count, 0, {}};
+SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version,
+                                 const RecordingOptions& options) {
+  return {program_version,
+          info.stamps.empty() ? Time{} : info.stamps.front(),
+          info.frame_count,
+          0,
+          {},
+          MapSession::of(info.path, options, info.frame_count)};
+}
+
+void SlamSaveState::describe(SlamCheckpoint& checkpoint) const {
+  checkpoint.program_version = program_version;
+  checkpoint.first_stamp = first_stamp;
+  checkpoint.recording_frames = recording_frames;
+  checkpoint.sessions = {session};
 }
 
 Result<std::size_t> frames_of_saved_slam(const std::filesystem::path& map, const SlamSaveState& state) {
@@ -104,6 +117,9 @@ Result<void> check_continues(const SavedSlam& saved, const RecordingInfo& info, 
     return record.index < info.stamps.size() &&
            (!record.was_read || record.stamp == info.stamps[record.index]);
   };
+  if (checkpoint.sessions.size() > 1)
+    return fail(ErrorCode::kUsage, where, "the run went on in a saved map, and cannot be resumed; {}",
+                kStartAnew);
   if (info.stamps.empty() || info.stamps.front() != checkpoint.first_stamp ||
       info.frame_count != checkpoint.recording_frames ||
       checkpoint.next_frame >
@@ -184,9 +200,7 @@ Result<void> SlamSave::begin_state(std::size_t next_frame) {
   saved_frames_ = next_frame;
   if (journal_) {
     checkpoint_ = pipeline_.checkpoint(next_frame);
-    checkpoint_.program_version = state_.program_version;
-    checkpoint_.first_stamp = state_.first_stamp;
-    checkpoint_.recording_frames = state_.recording_frames;
+    state_.describe(checkpoint_);
     checkpoint_.journal = journal_->mark();
     if (const auto flushed = journal_->flush(); !flushed) return flushed;
   }

@@ -22,13 +22,18 @@ struct SlamSaveState {
   std::size_t recording_frames = 0;
   std::size_t next_frame = 0;  ///< the first one that is not in the map
   UpDirection up = {};         ///< in the map; known at the end only
+  MapSession session = {};
+
+  /// Puts the program, the recording and its session into a checkpoint.
+  void describe(SlamCheckpoint& checkpoint) const;
 };
 
 /// The header of a file with the map of a SLAM run.
 MapHeader slam_map_header(const RgbdParameters& parameters, const VolumeGrid& grid,
                           const SlamSaveState& state);
 /// A state at the start of a recording.
-SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version);
+SlamSaveState initial_save_state(const RecordingInfo& info, const std::string& program_version,
+                                 const RecordingOptions& options);
 /// How far the run was that saved a map; 0 where there is no map. Errors: not a map of `hm slam`, or of
 /// another recording than `state`.
 Result<std::size_t> frames_of_saved_slam(const std::filesystem::path& map, const SlamSaveState& state);

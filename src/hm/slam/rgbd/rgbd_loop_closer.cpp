@@ -37,6 +37,7 @@ struct RgbdLoopCloser::Impl {
       : camera(c), params(p), search(p.search), graph(p), selector(p) {}
 
   std::vector<LoopProposal> propose(std::size_t node, RgbdLoopStep& step);
+  void note_other_map(std::size_t older, std::size_t newer, const PlaceMatch& match);
   void link(std::size_t a, std::size_t b, const PlaceMatch& match);
   void link_with_last(std::size_t node);
   void accept(const std::vector<LoopProposal>& loops);
@@ -66,12 +67,19 @@ std::vector<LoopProposal> RgbdLoopCloser::Impl::propose(std::size_t node, RgbdLo
     ++statistics.candidates;
     PlaceMatch match =
         verify_candidate(graph.keyframe(candidate.keyframe), keyframe, candidate, rank, params.verifier);
+    note_other_map(candidate.keyframe, node, match);
     if (match.is_same_place())
       proposals.push_back({candidate.keyframe, node, std::move(match)});
     else
       ++(match.outcome == PlaceOutcome::kAmbiguous ? statistics.ambiguous : statistics.not_verified);
   }
   return proposals;
+}
+
+void RgbdLoopCloser::Impl::note_other_map(std::size_t older, std::size_t newer, const PlaceMatch& match) {
+  BestMapMatch& best = statistics.best_of_other_map;
+  if (graph.map_of(older) != graph.map_of(newer) && match.inliers > best.inliers)
+    best = {match.inliers, match.outcome, graph.keyframe(newer).stamp};
 }
 
 void RgbdLoopCloser::Impl::link(std::size_t a, std::size_t b, const PlaceMatch& match) {

@@ -7,11 +7,19 @@
 #include "hm/core/run_context.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/feature/keyframe.hpp"
+#include "hm/slam/places/place_verifier.hpp"
 #include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
 namespace hm {
+
+/// The comparison of a keyframe with one of another map that most features agreed on.
+struct BestMapMatch {
+  int inliers = 0;  ///< 0: none had any
+  PlaceOutcome outcome = PlaceOutcome::kFewMatches;
+  Time stamp;  ///< of the newer keyframe
+};
 
 /// Outcomes of the candidates. `candidates` is the sum of accepted, waiting and the rejected below.
 struct RgbdLoopStatistics {
@@ -26,6 +34,7 @@ struct RgbdLoopStatistics {
   std::size_t removed = 0;            ///< of the accepted: the solved graph contradicts them
   std::size_t submaps = 0, maps = 0;  ///< seen; left apart after connecting
   std::size_t solutions = 0;
+  BestMapMatch best_of_other_map;
 };
 
 /// Result of adding one keyframe.

@@ -15,18 +15,54 @@ namespace hm {
 namespace {
 
 constexpr std::string_view kStateMagic = "hmslamst";
-constexpr std::uint32_t kStateFileVersion = 2;
-
-template <class T>
-tl::unexpected<Error> with_remedy(const Result<T>& result) {
-  return tl::make_unexpected(cannot_continue(result.error()));
-}
+constexpr std::uint32_t kStateFileVersion = 3;
 
 }  // namespace
 
 Error cannot_continue(Error error) {
   error.message += fmt::format("; the run cannot be continued: {}", kStartAnew);
   return error;
+}
+
+MapSession MapSession::of(const std::filesystem::path& recording, const RecordingOptions& options,
+                          std::size_t frames) {
+  MapSession session;
+  session.recording = std::filesystem::absolute(recording).lexically_normal().string();
+  session.frames = frames;
+  if (options.kind) session.kind = static_cast<int>(*options.kind);
+  session.depth_units_per_m = options.depth_units_per_m;
+  if (!options.calibration.empty())
+    session.calibration = std::filesystem::absolute(options.calibration).lexically_normal().string();
+  if (options.camera) {
+    const PinholeCamera& c = *options.camera;
+    const LensDistortion& d = c.distortion;
+    session.camera = {static_cast<double>(c.width),
+                      static_cast<double>(c.height),
+                      c.fx,
+                      c.fy,
+                      c.cx,
+                      c.cy,
+                      d.k1,
+                      d.k2,
+                      d.p1,
+                      d.p2,
+                      d.k3};
+  }
+  return session;
+}
+
+RecordingOptions MapSession::options() const {
+  RecordingOptions options;
+  if (kind) options.kind = static_cast<RecordingKind>(*kind);
+  options.depth_units_per_m = depth_units_per_m;
+  options.calibration = calibration;
+  if (camera) {
+    const auto& n = *camera;
+    options.camera =
+        PinholeCamera{static_cast<int>(n[0]),         static_cast<int>(n[1]), n[2], n[3], n[4], n[5],
+                      {n[6], n[7], n[8], n[9], n[10]}};
+  }
+  return options;
 }
 
 std::vector<KeyframePlace> keyframe_places(const CorrectedKeyframes& keyframes) {
@@ -72,17 +108,23 @@ Result<SlamCheckpoint> parse_slam_checkpoint(std::span<const std::uint8_t> bytes
   return checkpoint;
 }
 
-Result<std::optional<SavedSlam>> read_saved_slam(const std::filesystem::path& folder) {
+Result<std::optional<SavedSlam>> read_slam_state(const std::filesystem::path& folder) {
   const auto path = folder / kSlamStateName;
   std::error_code code;
   if (!std::filesystem::exists(path, code)) return std::nullopt;
   const auto bytes = read_file_bytes(path);
-  if (!bytes) return with_remedy(bytes);
+  if (!bytes) return forward_error(bytes);
   auto checkpoint = parse_slam_checkpoint(*bytes, path.string());
-  if (!checkpoint) return with_remedy(checkpoint);
+  if (!checkpoint) return forward_error(checkpoint);
   auto records = read_slam_journal(folder / kSlamJournalName, checkpoint->journal);
-  if (!records) return with_remedy(records);
+  if (!records) return forward_error(records);
   return SavedSlam{std::move(*checkpoint), std::move(*records)};
+}
+
+Result<std::optional<SavedSlam>> read_saved_slam(const std::filesystem::path& folder) {
+  auto saved = read_slam_state(folder);
+  if (!saved) return tl::make_unexpected(cannot_continue(saved.error()));
+  return saved;
 }
 
 }  // namespace hm
