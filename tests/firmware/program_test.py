@@ -14,7 +14,7 @@ QUICK = ["--set", "laser.pictures=false"]
 
 class FlyOnTheBoard(support.ProgramTest):
     def hover(self, name, *more, **options):
-        return self.run_json("fly", "hover", "--duration", 4, "-o", name, *QUICK, *more, **options)
+        return self.run_json("fly", "hover", "--height", 0.5, "--duration", 1, "-o", name, *QUICK, *more, **options)
 
     def on_board(self, name, *more, image=IMAGE, **options):
         return self.hover(name, "--autopilot", "qemu", "--firmware", image, *more, **options)
@@ -23,7 +23,8 @@ class FlyOnTheBoard(support.ProgramTest):
         run, host = self.on_board("board"), self.hover("host")
         self.assertEqual(run["end_state"], "landed")
         self.assertEqual(run["collisions"], 0)
-        for key in ("hover", "path_length_m", "flight_s", "failsafes", "orders"):
+        self.assertLess(run["estimate_error_m"]["rmse"], 0.1)
+        for key in ("path_length_m", "flight_s", "failsafes", "orders"):
             self.assertEqual(run[key], host[key], key)
         # What the board was given and what it did, to the bit: every step of the flight.
         self.assertEqual((self.folder / "board/core.trace").read_bytes(), (self.folder / "host/core.trace").read_bytes())

@@ -92,7 +92,7 @@ struct SafetyVerdict {
 
 /// Watches all conditions of the table, each with its time-out. No state but how long conditions have lasted,
 /// and what the battery has asked for: what follows from a verdict, and that recovery only leads to kHold, is
-/// SafetyResponse's part.
+/// the autopilot's part.
 class FailSafes {
  public:
   explicit FailSafes(const FailSafeParams& params = {}) : params_(params) {}

@@ -106,7 +106,8 @@ CoreTraceRecord core_outputs_record(const AutopilotOutputs& outputs, const Basic
   record.input[3] = outputs.rpyt.thrust_ratio;
   record.input[4] = outputs.tilt_mismatch_rad.value_or(0);
   record.input[5] = word(outputs.invalid_inputs);
-  record.flags = outputs.tilt_mismatch_rad ? 1 : 0;
+  record.flags = static_cast<std::uint8_t>((outputs.tilt_mismatch_rad ? 1 : 0) |
+                                           (estimate.planar_ready ? 2 : 0) | (estimate.height_ready ? 4 : 0));
   note_core_outputs(outputs, estimate, record);
   return record;
 }

@@ -125,6 +125,8 @@ std::optional<CoreOutputs> read_core_outputs(const CoreTraceRecord& record) {
   out.safety.action = static_cast<SafetyAction>(word >> 16U & 0xffU);
   out.safety.reason = static_cast<FailSafe>(word >> 24U);
   out.safety.active = bits_of(record.input[12]);
+  result.planar_ready = (record.flags & 2U) != 0;
+  result.height_ready = (record.flags & 4U) != 0;
   result.position_m = {record.estimate[0], record.estimate[1], record.estimate[2]};
   result.velocity_m_s = {record.estimate[3], record.estimate[4], record.estimate[5]};
   result.roll_pitch_yaw_rad = {record.estimate[6], record.estimate[7], record.estimate[8]};

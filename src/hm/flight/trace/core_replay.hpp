@@ -21,10 +21,12 @@ class CoreInputReader {
   bool complete_ = true;
 };
 
-/// What a board's step gave (record kOutputs). Of the estimate: position, velocity, angles.
+/// What a board's step gave (record kOutputs). Of the estimate: position, velocity, angles, and what of it is
+/// known.
 struct CoreOutputs {
   AutopilotOutputs outputs;
   Vec3f position_m = Vec3f::Zero(), velocity_m_s = Vec3f::Zero(), roll_pitch_yaw_rad = Vec3f::Zero();
+  bool planar_ready = false, height_ready = false;
 };
 /// Nothing if the record is of another kind.
 [[nodiscard]] std::optional<CoreOutputs> read_core_outputs(const CoreTraceRecord& record);

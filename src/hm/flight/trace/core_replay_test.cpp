@@ -176,6 +176,7 @@ TEST(CoreReplay, OutputsOfABoardComeBack) {
   out.refusal = Refusal::kBackwardStamp;
   out.invalid_inputs = 0xffffffffU;
   BasicVehicleState<float> state;
+  state.height_ready = true;
   state.position_m = {1, 2, 3}, state.velocity_m_s = {4, 5, 6}, state.roll_pitch_yaw_rad = {7, 8, 9};
   const auto back = read_core_outputs(*decode_core_trace(encode(core_outputs_record(out, state, 3))));
   ASSERT_TRUE(back);
@@ -188,6 +189,8 @@ TEST(CoreReplay, OutputsOfABoardComeBack) {
             std::tuple(out.safety.action, out.safety.reason, out.safety.active));
   EXPECT_EQ(std::tuple(o.tilt_mismatch_rad, o.refusal, o.invalid_inputs),
             std::tuple(out.tilt_mismatch_rad, out.refusal, out.invalid_inputs));
+  EXPECT_FALSE(back->planar_ready);
+  EXPECT_TRUE(back->height_ready);
   EXPECT_EQ(back->position_m, state.position_m);
   EXPECT_EQ(back->velocity_m_s, state.velocity_m_s);
   EXPECT_EQ(back->roll_pitch_yaw_rad, state.roll_pitch_yaw_rad);

@@ -31,7 +31,8 @@ struct CoreTraceRecord {
                    ///< output 0 thrust
     kOrientation,  ///< stamp: of the step; 0..8 R_world_imu of its IMU sample, row by row
     kOutputs,  ///< what a step gave, from a board: as kStep, and 0..3 roll, pitch, yaw rate, thrust, 4 tilt
-               ///< mismatch, if bit 0 of the flags is set, 5 invalid inputs (word)
+               ///< mismatch, if bit 0 of the flags is set, 5 invalid inputs (word); bits 1 and 2 of
+               ///< the flags: position, height are known
   };
   static constexpr std::size_t kKinds = 6, kBytes = 128;
 

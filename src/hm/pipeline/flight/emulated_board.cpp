@@ -158,6 +158,8 @@ AutopilotOutputs EmulatedBoard::step(const AutopilotInputs& inputs) {
       estimate_.position_m = answer->position_m;
       estimate_.velocity_m_s = answer->velocity_m_s;
       estimate_.roll_pitch_yaw_rad = answer->roll_pitch_yaw_rad;
+      estimate_.planar_ready = answer->planar_ready;
+      estimate_.height_ready = answer->height_ready;
       return answer->outputs;
     }
     failure_ = answer.error();
