@@ -1,5 +1,5 @@
-// Flies the course of the flight tests with the host's core and writes its core.trace: fly_trace FILE [planted-bug]
-// With a planted bug the host's core has one gain that is wrong in its last bit.
+// Flies the course of the flight tests with the host's core and writes its core.trace: fly_trace FILE
+// [planted-bug] With a planted bug the host's core has one gain that is wrong in its last bit.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -393,41 +393,6 @@ TEST(Autopilot, BadInputReachesNoOutput) {
   EXPECT_EQ(polluted->gate().refused(Refusal::kStaleStamp), 8997u);
 }
 
-TEST(Autopilot, RepeatedAndOlderMeasurementsAreIgnoredAndCounted) {
-  FlightRig rig;
-  const auto polluted = std::make_unique<Autopilot>();
-  std::uint32_t repeated = 0;
-  std::optional<PoseReading<float>> pose;
-  std::optional<BasicHeightReading<float>> height;
-  for (int i = 0; i < 5000; ++i) {
-    if (i == 1500)
-      rig.send(CommandKind::kToggleEngage);
-    else if (i == 2500)
-      rig.send(CommandKind::kTakeOff);
-    else if (i == 2501)
-      rig.send(CommandKind::kRelease);
-    else
-      rig.run_ms(1);
-    AutopilotInputs inputs = rig.inputs;
-    if (inputs.pose) pose = inputs.pose;
-    if (inputs.height) height = inputs.height;
-    const Duration older{i % 2 == 0 ? 0 : 10'000'000};
-    if (!inputs.pose && pose) {  // what was measured before, somewhere else
-      inputs.pose = PoseReading<float>{pose->stamp - older, {0.3F, 0, 0.1F}, {}};
-      ++repeated;
-    }
-    if (!inputs.height && height) {
-      inputs.height = BasicHeightReading<float>{height->stamp - older, 0.5F, {}};
-      ++repeated;
-    }
-    polluted->step(inputs);
-    ASSERT_EQ(rig.autopilot->outputs().rotor_speed_rad_s, polluted->outputs().rotor_speed_rad_s) << i;
-    ASSERT_EQ(rig.autopilot->estimate().position_m, polluted->estimate().position_m) << i;
-  }
-  EXPECT_EQ(polluted->outputs().invalid_inputs - rig.autopilot->outputs().invalid_inputs, repeated);
-  EXPECT_EQ(polluted->outputs().state, AutopilotState::kFlying);
-}
-
 TEST(Autopilot, ASecondTakeOffStartsFromZero) {
   FlightRig rig;
   rig.take_off();
