@@ -51,9 +51,6 @@ struct PointModelParams {
   static constexpr double kAssociationGateRatio = 10;
   /// Lower limit of the standard deviation of a model point.
   static constexpr double kLeastSigma_m = 0.002;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {}
 };
 
 /// Parameters of the dissertation's pipeline with the values of the published code; section
@@ -80,7 +77,6 @@ struct PublishedParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     RansacParams::visit(self.ransac, v);
-    PointModelParams::visit(self.model, v);
     v(ParamDoc{"constraint", {}, "excluded motion; odom's z axis must point up"}, self.constraint,
       kMotionConstraintNames);
   }
