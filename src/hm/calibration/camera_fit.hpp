@@ -49,6 +49,7 @@ struct CameraFit {
 struct CameraFitParams {
   bool fit_k3 = true;
   bool fit_tangential = true;
+  /// Exclude images whose error exceeds this multiple of the median; smaller excludes more.
   double outlier_ratio = 4.0;
 
   template <class Self, class Visitor>
@@ -56,10 +57,6 @@ struct CameraFitParams {
     v(ParamDoc{"fit_k3", {}, "fit the sixth-order radial distortion coefficient k3"}, self.fit_k3);
     v(ParamDoc{"fit_tangential", {}, "fit the tangential distortion coefficients p1, p2"},
       self.fit_tangential);
-    v(ParamDoc{"outlier_ratio",
-               {1.5, 1000},
-               "exclude images whose error exceeds this multiple of the median; smaller excludes more"},
-      self.outlier_ratio);
   }
 };
 

@@ -15,13 +15,17 @@ struct DepthFitParams {
   int columns = 16, rows = 12;
   int degree = 2;
   double smoothness_m = 0.003;
+  /// Edge of the square of readings that each pixel's polynomial is fitted to; larger is smoother.
   int window_px = 21;
   double gate_m = 0.5;
   /// Every n-th pose is held out for testing when there is no folder test/.
   static constexpr int kHoldOutEvery = 4;
   DepthRefine refine = DepthRefine::kNone;
+  /// Refine: prior standard deviation of focal lengths and principal points.
   double prior_intrinsics_px = 1;
+  /// Refine: prior standard deviation of the translation between the cameras.
   double prior_translation_m = 0.001;
+  /// Refine: prior standard deviation of the rotation between the cameras.
   double prior_rotation_rad = 0.001;
 
   template <class Self, class Visitor>
@@ -38,30 +42,12 @@ struct DepthFitParams {
                "standard deviation of control points from the plane through their neighbours; smaller is "
                "smoother"},
       self.smoothness_m);
-    v(
-        ParamDoc{
-            "window_px",
-            {1, 101},
-            "edge of the square of readings that each pixel's polynomial is fitted to; larger is smoother"},
-        self.window_px);
     v(ParamDoc{"gate_m", {0.01, 10}, "readings farther from the board's plane are ignored"}, self.gate_m);
     v(ParamDoc{"refine",
                {},
                "cameras: intrinsics and the transform between the cameras are refined together with board "
                "poses and correction"},
       self.refine, kDepthRefineNames);
-    v(ParamDoc{"prior_intrinsics_px",
-               {1e-3, 100},
-               "refine: prior standard deviation of focal lengths and principal points"},
-      self.prior_intrinsics_px);
-    v(ParamDoc{"prior_translation_m",
-               {1e-6, 1},
-               "refine: prior standard deviation of the translation between the cameras"},
-      self.prior_translation_m);
-    v(ParamDoc{"prior_rotation_rad",
-               {1e-6, 1},
-               "refine: prior standard deviation of the rotation between the cameras"},
-      self.prior_rotation_rad);
   }
 };
 

@@ -20,13 +20,10 @@ struct NoiseFitParams {
   static constexpr double kBin_m = 0.1;
   /// Bins with fewer readings are ignored.
   int min_readings = 200;
-  double min_depth_m = 0.2, max_depth_m = 10;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"min_depth_m", {0, 100}, "nearest depth used"}, self.min_depth_m);
-    v(ParamDoc{"max_depth_m", {0.1, 100}, "farthest depth used"}, self.max_depth_m);
-  }
+  /// Nearest depth used.
+  double min_depth_m = 0.2;
+  /// Farthest depth used.
+  double max_depth_m = 10;
 };
 
 /// Histogram of standard deviations over depth.

@@ -18,6 +18,7 @@ inline constexpr std::string_view kStereoRefineNames[] = {"extrinsics", "intrins
 
 struct StereoFitParams {
   StereoRefine refine = StereoRefine::kExtrinsics;
+  /// Exclude pairs whose error exceeds this multiple of the median; smaller excludes more.
   double outlier_ratio = 4.0;
 
   template <class Self, class Visitor>
@@ -27,10 +28,6 @@ struct StereoFitParams {
                "parameters to fit: the transform between the cameras, or focal lengths and principal points "
                "too"},
       self.refine, kStereoRefineNames);
-    v(ParamDoc{"outlier_ratio",
-               {1.5, 1000},
-               "exclude pairs whose error exceeds this multiple of the median; smaller excludes more"},
-      self.outlier_ratio);
   }
 };
 

@@ -4,6 +4,12 @@
 
 namespace hm {
 namespace {
+/// Braking that large tilt errors are reduced with: about half of what the rotors give in hover.
+constexpr float kTiltAcceleration_rad_s2 = 80;
+/// Counter torque per measured acceleration of roll and pitch: damps what the rotors' delay excites.
+constexpr float kDampingRatio = 0.5F;
+/// Cut-off frequency of that acceleration: below the vibration of the rotors.
+constexpr float kDampingCutoff_hz = 40;
 /// Integrals of the rates are limited to this angular acceleration.
 constexpr float kMaxIntegral_rad_s2 = 15;
 /// Time constant with which saturation unloads them.
@@ -30,8 +36,8 @@ AttitudeController::AttitudeController(const AttitudeParams& params, const Quadr
       step_s_(step_s),
       inertia_(model.inertia_xy_kg_m2, model.inertia_xy_kg_m2, model.inertia_z_kg_m2),
       gains_(params.rate_xy_per_s, params.rate_xy_per_s, params.rate_z_per_s),
-      damping_(params.damping_xy_ratio, params.damping_xy_ratio, 0),
-      low_pass_(params.damping_cutoff_hz, step_s) {}
+      damping_(kDampingRatio, kDampingRatio, 0),
+      low_pass_(kDampingCutoff_hz, step_s) {}
 
 void AttitudeController::reset() {
   low_pass_.reset();
@@ -44,13 +50,13 @@ Vec3f AttitudeController::wanted_rates(const Attitude& wanted, const Attitude& m
   const AttitudeParams& p = params_;
   const TiltYawError error = tilt_yaw_error(wanted, measured);
   const float angle = norm_f(error.tilt_rad);
-  const float linear = p.tilt_acceleration_rad_s2 / (p.tilt_per_s * p.tilt_per_s);
+  const float linear = kTiltAcceleration_rad_s2 / (p.tilt_per_s * p.tilt_per_s);
   float rate = p.tilt_per_s * angle;
-  if (angle > linear) rate = std::sqrt(2 * p.tilt_acceleration_rad_s2 * (angle - 0.5F * linear));
+  if (angle > linear) rate = std::sqrt(2 * kTiltAcceleration_rad_s2 * (angle - 0.5F * linear));
   rate = min_f(rate, p.tilt_rate_rad_s);
   const float scale = angle > 1e-6F ? rate / angle : p.tilt_per_s;
   Vec3f rates = scale * error.tilt_rad + measured.rotate_back(Vec3f(0, 0, yaw_rate_rad_s));
-  rates.z() = clamp_f(rates.z() + p.yaw_per_s * error.yaw_rad, -p.yaw_rate_rad_s, p.yaw_rate_rad_s);
+  rates.z() = clamp_f(rates.z() + p.yaw_per_s * error.yaw_rad, -p.kMaxYawRate_rad_s, p.kMaxYawRate_rad_s);
   return rates;
 }
 

@@ -8,35 +8,20 @@ namespace hm {
 struct AttitudeParams {
   float tilt_per_s = 16;
   float yaw_per_s = 3.2F;
-  float tilt_acceleration_rad_s2 = 80;
-  float tilt_rate_rad_s = 6, yaw_rate_rad_s = 2;
+  float tilt_rate_rad_s = 6;  ///< maximum rate of roll and pitch
+  /// Maximum yaw rate; twice that of the shaper, so that errors are made up for.
+  static constexpr float kMaxYawRate_rad_s = 2;
   float rate_xy_per_s = 60, rate_z_per_s = 10;
-  float rate_integral_per_s = 2;
-  float damping_xy_ratio = 0.5F;
-  float damping_cutoff_hz = 40;
+  float rate_integral_per_s = 2;  ///< integral gain of the rates, per proportional gain
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"tilt_per_s", {0.5, 60}, "turning rate per error of roll and pitch", ParamLevel::kBasic},
-      self.tilt_per_s);
+    v(ParamDoc{"tilt_per_s", {0.5, 60}, "turning rate per error of roll and pitch"}, self.tilt_per_s);
     v(ParamDoc{"yaw_per_s", {0.1, 30}, "turning rate per yaw error"}, self.yaw_per_s);
-    v(ParamDoc{"tilt_acceleration_rad_s2", {1, 1000}, "braking that large tilt errors are reduced with"},
-      self.tilt_acceleration_rad_s2);
-    v(ParamDoc{"tilt_rate_rad_s", {0.1, 30}, "maximum rate of roll and pitch"}, self.tilt_rate_rad_s);
-    v(ParamDoc{"yaw_rate_rad_s", {0.1, 10}, "maximum yaw rate"}, self.yaw_rate_rad_s);
-    v(ParamDoc{"rate_xy_per_s",
-               {1, 200},
-               "angular acceleration per error of the rates of roll and pitch",
-               ParamLevel::kBasic},
+    v(ParamDoc{"rate_xy_per_s", {1, 200}, "angular acceleration per error of the rates of roll and pitch"},
       self.rate_xy_per_s);
     v(ParamDoc{"rate_z_per_s", {0.5, 100}, "angular acceleration per error of the yaw rate"},
       self.rate_z_per_s);
-    v(ParamDoc{"rate_integral_per_s", {0, 50}, "integral gain of the rates, per proportional gain"},
-      self.rate_integral_per_s);
-    v(ParamDoc{"damping_xy_ratio", {0, 1}, "counter torque per measured acceleration of roll and pitch"},
-      self.damping_xy_ratio);
-    v(ParamDoc{"damping_cutoff_hz", {5, 400}, "cut-off frequency of that acceleration"},
-      self.damping_cutoff_hz);
   }
 };
 

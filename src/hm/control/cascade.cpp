@@ -182,7 +182,7 @@ Cascade::Wanted Cascade::want(const ControlState& state, float yaw_rad) {
 
 /// Limits and slew limits of the inner loop's command.
 void Cascade::limit(const Wanted& wanted, float yaw_rad) {
-  const float most_yaw = params_.attitude.yaw_rate_rad_s;
+  const float most_yaw = params_.attitude.kMaxYawRate_rad_s;
   const float most_thrust = clamp_f(command_.limits.thrust_ratio, 0, 1);
   RpytCommand& rpyt = output_.rpyt;
   rpyt.roll_rad = roll_.step(wanted.roll_rad, params_.tilt_slew_rad_s, step_s_);

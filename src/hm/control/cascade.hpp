@@ -20,11 +20,12 @@ inline constexpr std::array<std::string_view, 2> kCascadeOutputKindNames{"rotors
 struct CascadeParams {
   CascadeOutputKind output = CascadeOutputKind::kRotors;
   float tilt_gain_ratio = 1;
-  float tilt_response_s = 0.07F, thrust_response_s = 0.02F;
+  float tilt_response_s = 0.07F;
+  float thrust_response_s = 0.02F;  ///< time constant with which vertical acceleration follows its command
   float tilt_slew_rad_s = 10;
-  float yaw_slew_rad_s2 = 20;
-  float thrust_slew_per_s = 5;
-  float rotor_slew_rad_s2 = 60000;
+  float yaw_slew_rad_s2 = 20;       ///< maximum change of the yaw rate command in a second
+  float thrust_slew_per_s = 5;      ///< maximum change of the thrust in a second, per full thrust
+  float rotor_slew_rad_s2 = 60000;  ///< maximum change of a rotor's commanded speed in a second
   ShaperParams shaper;
   PositionParams position;
   AttitudeParams attitude;
@@ -40,18 +41,8 @@ struct CascadeParams {
                {0, 1},
                "time constant with which horizontal acceleration follows its command"},
       self.tilt_response_s);
-    v(ParamDoc{"thrust_response_s",
-               {0, 1},
-               "time constant with which vertical acceleration follows its command"},
-      self.thrust_response_s);
     v(ParamDoc{"tilt_slew_rad_s", {0.1, 1000}, "maximum change of the roll and pitch commands in a second"},
       self.tilt_slew_rad_s);
-    v(ParamDoc{"yaw_slew_rad_s2", {0.1, 1000}, "maximum change of the yaw rate command in a second"},
-      self.yaw_slew_rad_s2);
-    v(ParamDoc{"thrust_slew_per_s", {0.1, 1000}, "maximum change of the thrust in a second, per full thrust"},
-      self.thrust_slew_per_s);
-    v(ParamDoc{"rotor_slew_rad_s2", {10, 1e6}, "maximum change of a rotor's commanded speed in a second"},
-      self.rotor_slew_rad_s2);
   }
 };
 

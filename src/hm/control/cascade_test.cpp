@@ -366,7 +366,6 @@ TEST(Cascade, ParametersAreWithinTheirRanges) {
   list.add("control_shaper", params.shaper);
   list.add("control_position", params.position);
   list.add("control_attitude", params.attitude);
-  list.add("control_hover", params.hover);
   list.add("control_vehicle", model);
   const auto checked = list.check();
   EXPECT_TRUE(checked) << checked.error().message;

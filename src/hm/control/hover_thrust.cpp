@@ -6,6 +6,12 @@
 
 namespace hm {
 namespace {
+/// Samples that differ by more standard deviations are ignored.
+constexpr float kGateSigma = 4;
+/// Noise of one sample of the accelerometer, with vibration.
+constexpr float kAccelerometerStd_m_s2 = 2;
+/// Standard deviation of the hover thrust at take-off, per thrust: battery and load are not known.
+constexpr float kInitialStdRatio = 0.15F;
 /// Below this share of the nominal weight the rotors are not what carries the vehicle.
 constexpr float kLeastThrustRatio = 0.3F;
 /// Refused samples for so long show that the estimate is wrong.
@@ -23,7 +29,7 @@ HoverThrust::HoverThrust(const HoverThrustParams& params, const QuadrotorModel& 
 
 void HoverThrust::reset() {
   force_per_newton_ = nominal_;
-  const float deviation = params_.initial_std_ratio * nominal_;
+  const float deviation = kInitialStdRatio * nominal_;
   variance_ = deviation * deviation;
   lagged_thrust_n_ = 0;
   refused_s_ = 0;
@@ -32,13 +38,13 @@ void HoverThrust::reset() {
 void HoverThrust::step(float commanded_thrust_n, float specific_force_z_m_s2) {
   lag(commanded_thrust_n);
   const float walk = params_.walk_ratio_sqrt_s * nominal_;
-  const float initial = params_.initial_std_ratio * nominal_;
+  const float initial = kInitialStdRatio * nominal_;
   variance_ = min_f(variance_ + walk * walk * step_s_, initial * initial);
   if (lagged_thrust_n_ < least_thrust_n_ || !std::isfinite(specific_force_z_m_s2)) return;
-  const float noise = params_.accelerometer_std_m_s2 * params_.accelerometer_std_m_s2;
+  const float noise = kAccelerometerStd_m_s2 * kAccelerometerStd_m_s2;
   const float residual = specific_force_z_m_s2 - force_per_newton_ * lagged_thrust_n_;
   const float spread = lagged_thrust_n_ * lagged_thrust_n_ * variance_ + noise;
-  if (residual * residual > params_.gate_sigma * params_.gate_sigma * spread) {
+  if (residual * residual > kGateSigma * kGateSigma * spread) {
     refused_s_ += step_s_;
     if (refused_s_ > kRefusedTime_s) {
       variance_ = initial * initial;

@@ -4,28 +4,7 @@
 namespace hm {
 
 struct HoverThrustParams {
-  float initial_std_ratio = 0.15F;
-  float walk_ratio_sqrt_s = 0.0065F;
-  float accelerometer_std_m_s2 = 2;
-  float gate_sigma = 4;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"initial_std_ratio",
-               {0.001, 1},
-               "standard deviation of the hover thrust at take-off, per thrust"},
-      self.initial_std_ratio);
-    v(ParamDoc{"walk_ratio_sqrt_s",
-               {0, 1},
-               "change of the hover thrust in a second (battery, load), per thrust"},
-      self.walk_ratio_sqrt_s);
-    v(ParamDoc{"accelerometer_std_m_s2",
-               {0.01, 100},
-               "noise of one sample of the accelerometer, with vibration"},
-      self.accelerometer_std_m_s2);
-    v(ParamDoc{"gate_sigma", {1, 100}, "samples that differ by more standard deviations are ignored"},
-      self.gate_sigma);
-  }
+  float walk_ratio_sqrt_s = 0.0065F;  ///< change of the hover thrust in a second (battery, load), per thrust
 };
 
 /// Commanded thrust that carries the vehicle, estimated while it flies by a Kalman filter of one state: the

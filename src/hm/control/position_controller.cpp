@@ -3,6 +3,12 @@
 #include <cmath>
 
 namespace hm {
+namespace {
+
+/// Least vertical thrust per weight: with less the rotors can hardly turn the vehicle upright again.
+constexpr float kLeastVerticalThrustRatio = 0.3F;
+
+}  // namespace
 
 Vec3f limited_specific_force(const Vec3f& force_m_s2, float least_m_s2, float most_m_s2, float tilt_rad) {
   const float vertical = clamp_f(force_m_s2.z(), least_m_s2, most_m_s2);
@@ -24,7 +30,7 @@ const Vec3f& PositionController::step(const PositionErrors& errors, float tilt_l
   const Vec3f gains(p.velocity_xy_per_s, p.velocity_xy_per_s, p.velocity_z_per_s);
   wanted_ = errors.feed_forward_m_s2 + gains.cwiseProduct(velocity_error_) + integral_ +
             Vec3f(0, 0, kGravityF_m_s2);
-  limited_ = limited_specific_force(wanted_, p.least_thrust_ratio * kGravityF_m_s2,
+  limited_ = limited_specific_force(wanted_, kLeastVerticalThrustRatio * kGravityF_m_s2,
                                     p.most_thrust_ratio * kGravityF_m_s2, tilt_limit_rad);
   return limited_;
 }

@@ -8,35 +8,26 @@ struct PositionParams {
   float position_xy_per_s = 1.5F, position_z_per_s = 2;
   float velocity_xy_per_s = 3, velocity_z_per_s = 5;
   float integral_xy_per_s2 = 0.8F, integral_z_per_s2 = 2;
-  float anti_windup_s = 0.5F;
-  float max_integral_m_s2 = 2.5F;
-  float correction_m_s = 1;
+  float anti_windup_s = 0.5F;      ///< time constant with which saturation unloads the integrals
+  float max_integral_m_s2 = 2.5F;  ///< limit of each integral
+  float correction_m_s = 1;        ///< maximum velocity that position errors ask for
   float tilt_rad = 0.349F;
-  float least_thrust_ratio = 0.3F, most_thrust_ratio = 1.7F;
+  float most_thrust_ratio = 1.7F;  ///< maximum thrust per weight
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"position_xy_per_s", {0, 10}, "horizontal velocity per position error", ParamLevel::kBasic},
+    v(ParamDoc{"position_xy_per_s", {0, 10}, "horizontal velocity per position error"},
       self.position_xy_per_s);
     v(ParamDoc{"position_z_per_s", {0, 10}, "vertical velocity per position error"}, self.position_z_per_s);
-    v(
-        ParamDoc{
-            "velocity_xy_per_s", {0, 20}, "horizontal acceleration per velocity error", ParamLevel::kBasic},
-        self.velocity_xy_per_s);
+    v(ParamDoc{"velocity_xy_per_s", {0, 20}, "horizontal acceleration per velocity error"},
+      self.velocity_xy_per_s);
     v(ParamDoc{"velocity_z_per_s", {0, 20}, "vertical acceleration per velocity error"},
       self.velocity_z_per_s);
     v(ParamDoc{"integral_xy_per_s2", {0, 20}, "integral gain of the horizontal velocity error"},
       self.integral_xy_per_s2);
     v(ParamDoc{"integral_z_per_s2", {0, 20}, "integral gain of the vertical velocity error"},
       self.integral_z_per_s2);
-    v(ParamDoc{"anti_windup_s", {0.05, 60}, "time constant with which saturation unloads the integrals"},
-      self.anti_windup_s);
-    v(ParamDoc{"max_integral_m_s2", {0, 9}, "limit of each integral"}, self.max_integral_m_s2);
-    v(ParamDoc{"correction_m_s", {0.05, 20}, "maximum velocity that position errors ask for"},
-      self.correction_m_s);
     v(ParamDoc{"tilt_rad", {0.02, 1}, "maximum tilt of the thrust", ParamLevel::kBasic}, self.tilt_rad);
-    v(ParamDoc{"least_thrust_ratio", {0, 1}, "least vertical thrust per weight"}, self.least_thrust_ratio);
-    v(ParamDoc{"most_thrust_ratio", {1, 10}, "maximum thrust per weight"}, self.most_thrust_ratio);
   }
 };
 

@@ -16,17 +16,6 @@ struct PiDGains {
   float bias = 0;          ///< output at rest
   float max_integral = 0;  ///< of the integral of the error, before ki
   float max_error = 1;     ///< errors are clamped to this
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"kp", {0, 1000}, "output per error"}, self.kp);
-    v(ParamDoc{"ki", {0, 1000}, "output per integral of the error"}, self.ki);
-    v(ParamDoc{"kd", {0, 1000}, "output per velocity, against it"}, self.kd);
-    v(ParamDoc{"d_base", {1, 100}, "the D gain falls by this factor per unit of error"}, self.d_base);
-    v(ParamDoc{"bias", {-100, 100}, "output at rest"}, self.bias);
-    v(ParamDoc{"max_integral", {0, 1000}, "limit of the integral of the error"}, self.max_integral);
-    v(ParamDoc{"max_error", {0.001, 1000}, "errors are clamped to this"}, self.max_error);
-  }
 };
 
 /// One axis of the dissertation's controller, 2.3.2: position by PI-D, eq. 2.18 and Fig. 2.7,
@@ -75,6 +64,7 @@ struct PublishedModes {
 [[nodiscard]] PublishedModes published_velocity_modes();
 
 /// The author's gains as launched on the CityFlyer; limits and slew limits of the outputs. Thrust in percent.
+/// They belong to that vehicle and its inner loop, so they are no parameters of the program.
 struct PublishedControlParams {
   PiDGains position_xy{0.4F, 0.2F, 0.7F, 2.6F, 0, 0.1F, 0.5F};
   PiDGains velocity_x{0.3F, 0.1F, 0, 1, -0.03F, 0.1F, 1};
@@ -82,25 +72,16 @@ struct PublishedControlParams {
   PiDGains position_z{20, 5, 25, 1, 48.5F, 0.25F, 1};
   PiDGains velocity_z{20, 0, 0, 1, 48.3F, 0, 1};
   PiDGains yaw{1.2F, 0, 0, 1, 0, 1, 1};
+  /// Limit of roll and of pitch.
   float tilt_rad = 0.15F;
+  /// Limit of the yaw rate.
   float yaw_rate_rad_s = 1;
+  /// Limit of the thrust, per full thrust.
   float thrust_percent = 70;
-  float roll_slew_rad_s = 10, pitch_slew_rad_s = 100, yaw_slew_rad_s2 = 100, thrust_slew_percent_s = 500;
-
-  /// Only its own members; the gains are sections of their own.
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"tilt_rad", {0, 0.89}, "limit of roll and of pitch"}, self.tilt_rad);
-    v(ParamDoc{"yaw_rate_rad_s", {0, 6}, "limit of the yaw rate"}, self.yaw_rate_rad_s);
-    v(ParamDoc{"thrust_percent", {0, 100}, "limit of the thrust, per full thrust"}, self.thrust_percent);
-    v(ParamDoc{"roll_slew_rad_s", {0.01, 1000}, "maximum change of roll in a second"}, self.roll_slew_rad_s);
-    v(ParamDoc{"pitch_slew_rad_s", {0.01, 1000}, "maximum change of pitch in a second"},
-      self.pitch_slew_rad_s);
-    v(ParamDoc{"yaw_slew_rad_s2", {0.01, 1000}, "maximum change of the yaw rate in a second"},
-      self.yaw_slew_rad_s2);
-    v(ParamDoc{"thrust_slew_percent_s", {0.01, 10000}, "maximum change of the thrust in a second"},
-      self.thrust_slew_percent_s);
-  }
+  float roll_slew_rad_s = 10;         ///< maximum change of roll in a second
+  float pitch_slew_rad_s = 100;       ///< maximum change of pitch in a second
+  float yaw_slew_rad_s2 = 100;        ///< maximum change of the yaw rate in a second
+  float thrust_slew_percent_s = 500;  ///< maximum change of the thrust in a second
 };
 
 struct PublishedCommand {

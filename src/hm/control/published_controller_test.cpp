@@ -1,12 +1,11 @@
 #include "hm/control/published_controller.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "hm/control/testing/quadrotor_body.hpp"
-#include "hm/core/params.hpp"
 
 namespace hm {
 namespace {
@@ -230,21 +229,6 @@ TEST(PublishedController, WhatIsNoNumberChangesNothing) {
   EXPECT_EQ(controller.output().thrust_ratio, before.thrust_ratio);
   EXPECT_NEAR(controller.step(state_at({0, 0, 0}), go_to({0, 0, 0})).thrust_ratio, before.thrust_ratio,
               1e-4F);
-}
-
-TEST(PublishedController, AMisspeltGainIsAnErrorThatNamesTheNearest) {
-  // The launch file's `max_error` of the velocity laws was ignored without a word.
-  PublishedControlParams params;
-  ParamList list;
-  list.add("published", params);
-  list.add("published_velocity_x", params.velocity_x);
-  list.add("published_position_xy", params.position_xy);
-  ASSERT_TRUE(list.check());
-  const auto wrong = list.read_toml("[published_velocity_x]\nmax_eror = 0.5\n", "flight.toml");
-  ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error().message, testing::HasSubstr("max_error"));
-  ASSERT_TRUE(list.set("published_velocity_x.max_error=0.5"));
-  EXPECT_EQ(params.velocity_x.max_error, 0.5F);
 }
 
 TEST(PublishedController, HoversTheVehicleItWasMadeFor) {

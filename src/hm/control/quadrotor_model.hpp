@@ -22,6 +22,7 @@ struct QuadrotorModel {
   float thrust_constant_n_s2 = 9.9865e-6F;
   float torque_ratio_m = 0.016F;
   float max_speed_rad_s = 838;
+  /// Least rotor speed in flight.
   float idle_speed_rad_s = 120;
   float motor_s = 0.0188F;
   float drag_per_s = 0.136F;
@@ -46,7 +47,6 @@ struct QuadrotorModel {
     v(ParamDoc{"torque_ratio_m", {1e-4, 1}, "torque of a rotor about its axis per thrust"},
       self.torque_ratio_m);
     v(ParamDoc{"max_speed_rad_s", {1, 1e4}, "maximum rotor speed"}, self.max_speed_rad_s);
-    v(ParamDoc{"idle_speed_rad_s", {0, 1e4}, "least rotor speed in flight"}, self.idle_speed_rad_s);
     v(ParamDoc{"motor_s", {0, 1}, "time constant of the rotors, mean of speeding up and slowing down"},
       self.motor_s);
     v(ParamDoc{"drag_per_s", {0, 5}, "deceleration by rotor drag per horizontal speed"}, self.drag_per_s);

@@ -2,6 +2,10 @@
 
 namespace hm {
 namespace {
+/// Maximum yaw acceleration: about a fifth of what the rotors' drag torque gives in hover.
+constexpr float kYawAcceleration_rad_s2 = 2;
+/// Maximum change of the yaw acceleration in a second: reached in an eighth of a second.
+constexpr float kYawJerk_rad_s3 = 16;
 /// Shorter vectors have no direction worth turning the axes to.
 constexpr float kLeastDirection = 0.01F;
 /// A vehicle that cannot turn as fast as wanted is not asked to make up for more than this.
@@ -19,8 +23,7 @@ AxisLimits SetpointShaper::vertical_limits() const {
 }
 
 AxisLimits SetpointShaper::heading_limits() const {
-  return {params_.yaw_rate_rad_s, params_.yaw_rate_rad_s, params_.yaw_acceleration_rad_s2,
-          params_.yaw_jerk_rad_s3};
+  return {params_.yaw_rate_rad_s, params_.yaw_rate_rad_s, kYawAcceleration_rad_s2, kYawJerk_rad_s3};
 }
 
 void SetpointShaper::limit_speed(float speed_m_s, float climb_m_s, float sink_m_s) {

@@ -12,8 +12,6 @@ struct ShaperParams {
   float acceleration_m_s2 = 2.5F;
   float jerk_m_s3 = 8;
   float yaw_rate_rad_s = 1;
-  float yaw_acceleration_rad_s2 = 2;
-  float yaw_jerk_rad_s3 = 16;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -23,10 +21,6 @@ struct ShaperParams {
     v(ParamDoc{"acceleration_m_s2", {0.1, 9}, "maximum acceleration of set-points"}, self.acceleration_m_s2);
     v(ParamDoc{"jerk_m_s3", {0.5, 200}, "maximum change of that acceleration in a second"}, self.jerk_m_s3);
     v(ParamDoc{"yaw_rate_rad_s", {0.05, 6}, "maximum yaw rate"}, self.yaw_rate_rad_s);
-    v(ParamDoc{"yaw_acceleration_rad_s2", {0.1, 20}, "maximum yaw acceleration"},
-      self.yaw_acceleration_rad_s2);
-    v(ParamDoc{"yaw_jerk_rad_s3", {0.5, 500}, "maximum change of that acceleration in a second"},
-      self.yaw_jerk_rad_s3);
   }
 };
 

@@ -11,23 +11,11 @@ namespace hm {
 /// Gains of an alpha-beta filter, dissertation 2.2.4; the defaults are for poses (heights: 0.9, 0.9).
 template <class Scalar>
 struct BasicAlphaBetaParams {
+  /// Share of the residual added to the estimate; smaller is smoother, with more lag.
   Scalar alpha_ratio = Scalar(0.9);
+  /// Share of the residual added to the velocity; smaller is smoother, with more lag.
   Scalar beta_ratio = Scalar(0.5);
-  Scalar max_gap_s = Scalar(0.5);
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"alpha_ratio",
-               {0, 1},
-               "share of the residual added to the estimate; smaller is smoother, with more lag"},
-      self.alpha_ratio);
-    v(ParamDoc{"beta_ratio",
-               {0, 1},
-               "share of the residual added to the velocity; smaller is smoother, with more lag"},
-      self.beta_ratio);
-    v(ParamDoc{"max_gap_s", {0.01, 60}, "the filter restarts after a longer gap between samples"},
-      self.max_gap_s);
-  }
+  Scalar max_gap_s = Scalar(0.5);  ///< the filter restarts after a longer gap between samples
 };
 using AlphaBetaParams = BasicAlphaBetaParams<double>;
 

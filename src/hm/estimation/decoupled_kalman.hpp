@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "hm/core/param_doc.hpp"
 #include "hm/estimation/filter_math.hpp"
 
 namespace hm {
@@ -21,18 +20,11 @@ template <class Scalar>
 struct BasicDecoupledKalmanParams {
   BasicAxisNoise<Scalar> x, y;
   BasicAxisNoise<Scalar> z{Scalar(0.7), Scalar(5.0), Scalar(10.0)};
-  Scalar q_yaw = Scalar(0.083);
-  Scalar r_yaw = Scalar(2.0);
+  Scalar q_yaw = Scalar(0.083);  ///< process noise: added to the variance of yaw at every step
+  Scalar r_yaw = Scalar(2.0);    ///< measurement noise variance of yaw
 
   /// Values used on the dissertation's vehicle.
   static BasicDecoupledKalmanParams city_flyer();
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    const Range any{1e-9, 1e9};
-    v(ParamDoc{"q_yaw", any, "process noise: added to the variance of yaw at every step"}, self.q_yaw);
-    v(ParamDoc{"r_yaw", any, "measurement noise variance of yaw"}, self.r_yaw);
-  }
 };
 using DecoupledKalmanParams = BasicDecoupledKalmanParams<double>;
 

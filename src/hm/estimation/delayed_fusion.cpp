@@ -129,7 +129,7 @@ FusionStatus BasicDelayedFusion<Scalar, kCapacity>::add_input(const Input& input
   if (input.stamp <= stamp()) return FusionStatus::kTimeBackwards;
   const Scalar dt_s = seconds_of<Scalar>(input.stamp - stamp());
   // After a long gap the last sample is not valid for the interval.
-  const bool gap = dt_s > params_.max_gap_s;
+  const bool gap = dt_s > params_.kMaxGap_s;
   if (gap) used = {};
   if constexpr (kSums) {
     if (gap || used.from_imu != open_.sums.from_imu || used.own_tilt != open_.sums.own_tilt)

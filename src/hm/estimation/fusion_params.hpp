@@ -29,17 +29,22 @@ struct BasicFusionParams {
   Scalar position_std_m = Scalar(0.02);
   Scalar yaw_std_rad = Scalar(0.01);
   Scalar height_std_m = Scalar(0.01);
+  /// Added to the matcher's covariance, which models only range noise.
   Scalar added_position_std_m = Scalar(0.003);
-  Scalar added_yaw_std_rad = Scalar(0.001);
+  Scalar added_yaw_std_rad = Scalar(0.001);  ///< added to the matcher's covariance of yaw
   Scalar pose_gate_chi2 = Scalar(16.3);
+  /// Heights beyond this are rejected (chi-squared, 1 degree of freedom; 10.8: one in 1000); larger rejects
+  /// fewer.
   Scalar height_gate_chi2 = Scalar(10.8);
+  /// Number of consecutive rejections after which the filter restarts from the next measurement.
   int recover_after_rejections = 20;
 
   bool delay_compensation = true;
   Scalar max_delay_s = Scalar(0.2);
   /// Measurements newer than the IMU by more are rejected.
   static constexpr Scalar kMaxLead_s = Scalar(0.05);
-  Scalar max_gap_s = Scalar(0.1);
+  /// Longer gaps in the IMU data are bridged with constant velocity.
+  static constexpr Scalar kMaxGap_s = Scalar(0.1);
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -57,27 +62,14 @@ struct BasicFusionParams {
                {0, 1},
                "added to the matcher's covariance, which models only range noise"},
       self.added_position_std_m);
-    v(ParamDoc{"added_yaw_std_rad", {0, 1}, "added to the matcher's covariance of yaw"},
-      self.added_yaw_std_rad);
     v(ParamDoc{"pose_gate_chi2",
                {1, 1e9},
                "poses beyond this are rejected (chi-squared, 3 degrees of freedom; 16.3: one in 1000); "
                "larger rejects fewer"},
       self.pose_gate_chi2);
-    v(ParamDoc{"height_gate_chi2",
-               {1, 1e9},
-               "heights beyond this are rejected (chi-squared, 1 degree of freedom; 10.8: one in 1000); "
-               "larger rejects fewer"},
-      self.height_gate_chi2);
-    v(ParamDoc{"recover_after_rejections",
-               {1, 100000},
-               "number of consecutive rejections after which the filter restarts from the next measurement"},
-      self.recover_after_rejections);
     v(ParamDoc{"delay_compensation", {}, "apply measurements at their own time instead of on arrival"},
       self.delay_compensation);
     v(ParamDoc{"max_delay_s", {0, 1}, "older measurements are rejected"}, self.max_delay_s);
-    v(ParamDoc{"max_gap_s", {0.001, 10}, "longer gaps in the IMU data are bridged with constant velocity"},
-      self.max_gap_s);
   }
 };
 using FusionParams = BasicFusionParams<double>;

@@ -90,7 +90,7 @@ typename BasicStateEstimator<Scalar, kCapacity>::Vector3 BasicStateEstimator<Sca
 template <class Scalar, FusionCapacity kCapacity>
 void BasicStateEstimator<Scalar, kCapacity>::update_tilt(const InertialReading<Scalar>& sample,
                                                          const BodyReading& reading, Scalar dt_s) {
-  if (tilt_.ready() && dt_s > params_.fusion.max_gap_s) {  // rotation during the gap is unknown
+  if (tilt_.ready() && dt_s > params_.fusion.kMaxGap_s) {  // rotation during the gap is unknown
     tilt_ = BasicTiltFilter<Scalar>(params_.tilt);
     gravity_.reset();
   } else {

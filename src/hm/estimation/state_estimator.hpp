@@ -25,8 +25,8 @@ struct BasicStateEstimatorParams {
   BasicAlphaBetaParams<Scalar> pose_alpha_beta;
   BasicAlphaBetaParams<Scalar> height_alpha_beta{Scalar(0.9), Scalar(0.9), Scalar(0.5)};
 
-  /// Visits only its own members; `fusion`, `tilt`, `thesis` and the alpha-beta filters have their own
-  /// sections.
+  /// Visits only its own members; `fusion` and `tilt` have their own sections. The gains of the published
+  /// filters are those of the dissertation, and no parameters.
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"mode",

@@ -31,7 +31,7 @@ void BasicTiltFilter<Scalar>::update(const Vector3& angular_velocity_rad_s,
   const Vector3 up_body = R_world_body_.conjugate() * Vector3::UnitZ();
   const Vector3 correction = (specific_force_m_s2 / force_m_s2).cross(up_body);
   const Scalar time_constant_s =
-      running_s_ < params_.start_s ? params_.kStartTimeConstant_s : params_.time_constant_s;
+      running_s_ < params_.kStart_s ? params_.kStartTimeConstant_s : params_.time_constant_s;
   R_world_body_ = turned(R_world_body_, at_most_one(dt_s / time_constant_s) * correction);
 }
 

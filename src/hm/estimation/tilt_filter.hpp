@@ -8,9 +8,10 @@ namespace hm {
 template <class Scalar>
 struct BasicTiltFilterParams {
   Scalar time_constant_s = Scalar(4.0);
-  /// The same during the first start_s.
+  /// The same during the first kStart_s.
   static constexpr Scalar kStartTimeConstant_s = Scalar(0.2);
-  Scalar start_s = Scalar(1.0);
+  /// Duration of the initial phase with a shorter time constant.
+  static constexpr Scalar kStart_s = Scalar(1.0);
   /// Specific force whose magnitude differs more from gravity is not used.
   static constexpr Scalar kGravityToleranceRatio = Scalar(0.15);
   /// Time constant over which acceleration is estimated from the velocity.
@@ -23,8 +24,6 @@ struct BasicTiltFilterParams {
                "time constant of correcting the gyroscope by gravity; smaller corrects faster, but is "
                "disturbed more by acceleration"},
       self.time_constant_s);
-    v(ParamDoc{"start_s", {0, 60}, "duration of the initial phase with a shorter time constant"},
-      self.start_s);
   }
 };
 using TiltFilterParams = BasicTiltFilterParams<double>;

@@ -15,6 +15,7 @@ namespace hm {
 struct MeshErrorParams {
   int samples = 1'000'000;
   double threshold_m = 0.02;
+  /// Seed of the sampled points.
   int seed = 1;
 
   template <class Self, class Visitor>
@@ -29,7 +30,6 @@ struct MeshErrorParams {
                "distance within which a point counts as correct (precision) or reconstructed (recall)",
                ParamLevel::kBasic},
       self.threshold_m);
-    v(ParamDoc{"seed", {0, 2147483647.0}, "seed of the sampled points"}, self.seed);
   }
 };
 

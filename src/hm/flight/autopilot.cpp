@@ -6,6 +6,8 @@ namespace hm {
 namespace {
 
 constexpr float kStep_s = 0.001F;
+/// Charge that a metre of the way home takes: a full battery for 11 minutes at 1.5 m/s.
+constexpr float kBatteryPerMetreRatio = 0.001F;
 /// In kTakeOff the vehicle has left the ground when it is so far above home.
 constexpr float kLiftedOff_m = 0.05F;
 /// Of the specific force that the ground gives: vibration is much faster.
@@ -44,16 +46,13 @@ AutopilotParams::AutopilotParams() { estimator.fusion.max_delay_s = 0.18F; }
 
 Autopilot::Autopilot(const AutopilotParams& params)
     : law_(params.law),
-      battery_per_m_ratio_(params.battery_per_m_ratio),
       idle_speed_rad_s_(params.vehicle.idle_speed_rad_s),
       limits_(params.fail_safes),
       R_base_imu_(params.imu.R_base_imu),
       estimator_(params.estimator, params.imu),
-      machine_(params.machine),
       fail_safes_(params.fail_safes),
       gate_(params.commands),
-      guidance_(params.guidance, params.path),
-      touchdown_(params.touchdown),
+      guidance_(params.guidance),
       published_(params.published, kStep_s),
       cascade_(params.cascade, params.vehicle, kStep_s) {}
 
@@ -326,7 +325,7 @@ SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
   if (computer_seen_) safety.computer_age = now_ - computer_at_;
   if (battery_known_) safety.battery_ratio = battery_ratio_;
   safety.return_need_ratio =
-      limits_.battery_empty_ratio + battery_per_m_ratio_ * guidance_.way_home_m(state_.position_m);
+      limits_.battery_empty_ratio + kBatteryPerMetreRatio * guidance_.way_home_m(state_.position_m);
   const bool shaped = phase != FlightPhase::kTakeOff;  // whose goal is inside
   if (shaped) safety.stop_outside_m = guidance_.outside_m(cascade_.stopping_point());
   safety.outside_m = guidance_.outside_m(state_.position_m);

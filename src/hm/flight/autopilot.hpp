@@ -18,10 +18,6 @@ namespace hm {
 
 struct AutopilotParams {
   ControlLaw law = ControlLaw::kCascade;
-  float battery_per_m_ratio = 0.001F;
-  StateMachineParams machine;
-  TouchdownParams touchdown;
-  FlownPathParams path;
   GuidanceParams guidance;
   CommandParams commands;
   FailSafeParams fail_safes;
@@ -37,8 +33,6 @@ struct AutopilotParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"law", {}, "controller of position and velocity: the default one, or the dissertation's"},
       self.law, kControlLawNames);
-    v(ParamDoc{"battery_per_m_ratio", {0, 1}, "charge that a metre of the way home takes"},
-      self.battery_per_m_ratio);
   }
 };
 
@@ -108,7 +102,7 @@ class Autopilot {
 
   // The parameters that no part below keeps.
   ControlLaw law_;
-  float battery_per_m_ratio_, idle_speed_rad_s_;
+  float idle_speed_rad_s_;
   FailSafeParams limits_;
   FilterMatrix<float, 3> R_base_imu_;
 

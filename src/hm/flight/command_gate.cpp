@@ -5,6 +5,17 @@
 #include "hm/estimation/filter_math.hpp"
 
 namespace hm {
+namespace {
+/// Larger direct roll and pitch commands are refused: 29 degrees.
+constexpr float kMostDirectTilt_rad = 0.5F;
+/// Longer position steps are refused: a longer way is a goal, which the fence and the path know.
+constexpr float kMostStep_m = 1.0F;
+
+/// Commands from so much later than now are refused: more than the clocks of pilots differ once they are
+/// synchronised.
+constexpr float kCommandLead_s = 0.05F;
+
+}  // namespace
 
 Refusal CommandGate::admit(const FlightCommand& command, Time now) {
   if (command.kind == CommandKind::kEStop) return Refusal::kNone;
@@ -30,7 +41,7 @@ Refusal CommandGate::judge(const FlightCommand& command, Time now) const {
 }
 
 Refusal CommandGate::judge_stamp(const FlightCommand& command, Time now) const {
-  if (command.stamp - now > duration_of(params_.command_lead_s)) return Refusal::kFutureStamp;
+  if (command.stamp - now > duration_of(kCommandLead_s)) return Refusal::kFutureStamp;
   if (now - command.stamp > duration_of(params_.command_age_s)) return Refusal::kStaleStamp;
   for (const PilotStamp& entry : stamps_)
     if (entry.pilot == command.pilot && command.stamp <= entry.stamp) return Refusal::kBackwardStamp;
@@ -51,14 +62,14 @@ Refusal CommandGate::judge_values(const FlightCommand& command) const {
                  std::abs(command.yaw_rad) <= params_.yaw_rate_rad_s;
       break;
     case CommandKind::kPositionStep:
-      in_range = length(command.position_m) <= params_.step_m;
+      in_range = length(command.position_m) <= kMostStep_m;
       break;
     case CommandKind::kPath:
       in_range = length(command.velocity_m_s) <= params_.speed_m_s;
       break;
     case CommandKind::kDirect:
-      in_range = std::abs(command.roll_rad) <= params_.direct_tilt_rad &&
-                 std::abs(command.pitch_rad) <= params_.direct_tilt_rad &&
+      in_range = std::abs(command.roll_rad) <= kMostDirectTilt_rad &&
+                 std::abs(command.pitch_rad) <= kMostDirectTilt_rad &&
                  std::abs(command.yaw_rate_rad_s) <= params_.yaw_rate_rad_s && command.thrust_ratio >= 0 &&
                  command.thrust_ratio <= 1;
       break;

@@ -11,23 +11,14 @@ namespace hm {
 
 struct CommandParams {
   float command_age_s = 0.5F;
-  float command_lead_s = 0.05F;
   float speed_m_s = 1.5F;
   float yaw_rate_rad_s = 1.0F;
-  float step_m = 1.0F;
-  float direct_tilt_rad = 0.5F;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"command_age_s", {0.01, 10}, "older commands are refused"}, self.command_age_s);
-    v(ParamDoc{"command_lead_s", {0, 1}, "commands from so much later than now are refused"},
-      self.command_lead_s);
-    v(ParamDoc{"speed_m_s", {0.05, 20}, "faster velocity commands are refused", ParamLevel::kBasic},
-      self.speed_m_s);
+    v(ParamDoc{"speed_m_s", {0.05, 20}, "faster velocity commands are refused"}, self.speed_m_s);
     v(ParamDoc{"yaw_rate_rad_s", {0.05, 6}, "faster turns are refused"}, self.yaw_rate_rad_s);
-    v(ParamDoc{"step_m", {0.05, 100}, "longer position steps are refused"}, self.step_m);
-    v(ParamDoc{"direct_tilt_rad", {0.05, 1}, "larger direct roll and pitch commands are refused"},
-      self.direct_tilt_rad);
   }
 };
 

@@ -3,12 +3,24 @@
 #include "hm/estimation/filter_math.hpp"
 
 namespace hm {
+namespace {
 
-FlightStateMachine::FlightStateMachine(const StateMachineParams& params)
-    : transition_(duration_of(params.motor_transition_s)),
-      debounce_(duration_of(params.motor_debounce_s)),
-      ramp_(duration_of(params.thrust_ramp_s)),
-      landed_(duration_of(params.landed_s)) {}
+/// Motors that take longer to start or stop are an error.
+constexpr float kMotorTransition_s = 2.0F;
+/// Duration after which a change of the motors is believed: a single wrong report lasts 1 ms.
+constexpr float kMotorDebounce_s = 0.005F;
+/// Duration in which the thrust is taken away after touch-down, so that the vehicle does not tip over.
+constexpr float kThrustRamp_s = 0.5F;
+/// Time without thrust after which the vehicle counts as landed.
+constexpr float kLanded_s = 0.3F;
+
+}  // namespace
+
+FlightStateMachine::FlightStateMachine()
+    : transition_(duration_of(kMotorTransition_s)),
+      debounce_(duration_of(kMotorDebounce_s)),
+      ramp_(duration_of(kThrustRamp_s)),
+      landed_(duration_of(kLanded_s)) {}
 
 void FlightStateMachine::go(AutopilotState state, FlightPhase phase) {
   state_ = state;

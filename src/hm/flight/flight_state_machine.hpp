@@ -1,30 +1,10 @@
 #pragma once
 #include <cstdint>
 
-#include "hm/core/param_doc.hpp"
 #include "hm/core/time.hpp"
 #include "hm/flight/flight_state.hpp"
 
 namespace hm {
-
-struct StateMachineParams {
-  float motor_transition_s = 2.0F;
-  float motor_debounce_s = 0.005F;
-  float thrust_ramp_s = 0.5F;
-  float landed_s = 0.3F;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"motor_transition_s", {0.1, 30}, "motors that take longer to start or stop are an error"},
-      self.motor_transition_s);
-    v(ParamDoc{"motor_debounce_s", {0, 0.5}, "duration after which a change of the motors is believed"},
-      self.motor_debounce_s);
-    v(ParamDoc{"thrust_ramp_s", {0.05, 10}, "duration in which the thrust is taken away after touch-down"},
-      self.thrust_ramp_s);
-    v(ParamDoc{"landed_s", {0, 10}, "time without thrust after which the vehicle counts as landed"},
-      self.landed_s);
-  }
-};
 
 /// What actions depend on besides the state.
 struct ActionConditions {
@@ -40,7 +20,7 @@ struct ActionConditions {
 /// why.
 class FlightStateMachine {
  public:
-  explicit FlightStateMachine(const StateMachineParams& params = {});
+  FlightStateMachine();
 
   /// Carries out an action at once.
   Refusal act(FlightAction action, const ActionConditions& conditions);

@@ -23,12 +23,12 @@ void FlownPath::start(const Vec3f& home_m) {
 void FlownPath::record(const Vec3f& position_m) {
   if (size_ == 0) return start(position_m);
   for (std::size_t i = 0; i + 1 < size_; ++i) {
-    if (norm_f(Vec3f(position_m - points_[i])) < 0.5F * spacing_m_) {
+    if (norm_f(Vec3f(position_m - points_[i])) < 0.5F * kSpacing_m) {
       size_ = i + 1;  // back at an earlier point: what lies between is a loop
       return;
     }
   }
-  if (norm_f(Vec3f(position_m - last())) < spacing_m_) return;
+  if (norm_f(Vec3f(position_m - last())) < kSpacing_m) return;
   if (size_ == kCapacity) remove_least_needed();
   points_[size_++] = position_m;
 }

@@ -2,31 +2,21 @@
 #include <array>
 #include <cstddef>
 
-#include "hm/core/param_doc.hpp"
 #include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 
-struct FlownPathParams {
-  float path_spacing_m = 0.5F;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"path_spacing_m", {0.1, 10}, "distance between the recorded points of the way home"},
-      self.path_spacing_m);
-  }
-};
-
 /// The way back: way points where the vehicle has flown, from home to its last position, of bounded number.
 ///
-/// A point is recorded each path_spacing_m. Where the path comes back to within half of it of an earlier
+/// A point is recorded each kSpacing_m. Where the path comes back to within half of it of an earlier
 /// point, the loop between is cut off. When the record is full, the point is removed that changes the path
 /// least. Recording and removing cost O(capacity).
 class FlownPath {
  public:
   static constexpr std::size_t kCapacity = 64;
+  /// Narrower than a door, so that no corner is cut that something stands in; the record holds 32 m of it.
+  static constexpr float kSpacing_m = 0.5F;
 
-  explicit FlownPath(const FlownPathParams& params = {}) : spacing_m_(params.path_spacing_m) {}
   /// Forgets everything and starts at home.
   void start(const Vec3f& home_m);
   /// Adds the vehicle's position (finite, odom frame), in order of time.
@@ -42,7 +32,6 @@ class FlownPath {
 
  private:
   void remove_least_needed();
-  float spacing_m_;
   std::array<Vec3f, kCapacity> points_{};
   std::size_t size_ = 0;
 };

@@ -2,6 +2,21 @@
 
 namespace hm {
 namespace {
+/// Sinking speed without a pose, down to kFlareHeight_m: the vehicle drifts meanwhile, so it is faster than a
+/// landing.
+constexpr float kBlindDescend_m_s = 0.7F;
+/// Height above home below which it sinks as in a landing.
+constexpr float kFlareHeight_m = 0.6F;
+/// Maximum tilt without a pose, 10 degrees: it bounds the speed that nothing measures.
+constexpr float kDeadReckoningTilt_rad = 0.175F;
+/// Thrust without a height, per hover thrust: a little less than what carries the vehicle.
+constexpr float kSinkThrustRatio = 0.97F;
+/// Reduction of that thrust per climbing speed: 0.3 m/s of sinking balance it.
+constexpr float kSinkDamping_s_m = 0.1F;
+/// Reduction of that thrust in a second once the ground should have been reached.
+constexpr float kSinkFade_per_s = 0.3F;
+/// Without pose or height, the velocity of inertia is controlled up to this standard deviation.
+constexpr float kInertialStd_m_s = 1.5F;
 
 constexpr float kGuidanceStep_s = 0.001F;
 constexpr FlightModes kToPosition{AxisMode::kPosition, AxisMode::kPosition, AxisMode::kPosition};
@@ -79,7 +94,7 @@ CascadeCommand Guidance::step(FlightPhase phase, const ControlState& state, floa
     case FlightPhase::kDeadReckoning:
       follow_goal(command);
       command.modes.horizontal = AxisMode::kVelocity;
-      command.limits.tilt_rad = params_.dead_reckoning_tilt_rad;
+      command.limits.tilt_rad = kDeadReckoningTilt_rad;
       break;
     case FlightPhase::kDescend:
       descend(command, state, signs);
@@ -92,7 +107,7 @@ CascadeCommand Guidance::step(FlightPhase phase, const ControlState& state, floa
       break;
   }
   if (!signs.height_lost) {
-    sink_left_m_ = max_f(state.position_m.z() - home_m_.z(), 0) + params_.flare_height_m;
+    sink_left_m_ = max_f(state.position_m.z() - home_m_.z(), 0) + kFlareHeight_m;
     sink_share_ = 1;
   } else if (phase != FlightPhase::kTouchDown) {
     descend_blindly(command, phase, state, signs);
@@ -158,11 +173,11 @@ void Guidance::descend(CascadeCommand& command, const ControlState& state, const
   command.modes.vertical = AxisMode::kVelocity;
   command.goal.velocity_m_s = Vec3f(0, 0, -params_.descend_m_s);
   if (!signs.pose_lost) return;
-  const bool inertial = signs.speed_std_m_s < params_.inertial_std_m_s;
+  const bool inertial = signs.speed_std_m_s < kInertialStd_m_s;
   command.modes.horizontal = inertial ? AxisMode::kVelocity : AxisMode::kDisabled;
-  command.limits.tilt_rad = params_.dead_reckoning_tilt_rad;
-  const bool high = state.position_m.z() - home_m_.z() > params_.flare_height_m;
-  if (high) command.goal.velocity_m_s.z() = -max_f(params_.blind_descend_m_s, params_.descend_m_s);
+  command.limits.tilt_rad = kDeadReckoningTilt_rad;
+  const bool high = state.position_m.z() - home_m_.z() > kFlareHeight_m;
+  if (high) command.goal.velocity_m_s.z() = -max_f(kBlindDescend_m_s, params_.descend_m_s);
 }
 
 /// Level, with a thrust that falls from that of the touch-down to none.
@@ -178,10 +193,9 @@ void Guidance::touch_down(CascadeCommand& command, const GuidanceSigns& signs) c
 void Guidance::descend_blindly(CascadeCommand& command, FlightPhase phase, const ControlState& state,
                                const GuidanceSigns& signs) {
   const bool lands = phase == FlightPhase::kDescend;
-  const bool inertial = lands && sink_left_m_ > 0 && signs.climb_std_m_s < params_.inertial_std_m_s;
-  const float sinking_m_s = inertial
-                                ? -command.goal.velocity_m_s.z()
-                                : (1 - params_.sink_thrust_ratio) / max_f(params_.sink_damping_s_m, 0.01F);
+  const bool inertial = lands && sink_left_m_ > 0 && signs.climb_std_m_s < kInertialStd_m_s;
+  const float sinking_m_s =
+      inertial ? -command.goal.velocity_m_s.z() : (1 - kSinkThrustRatio) / kSinkDamping_s_m;
   sink_left_m_ -= kGuidanceStep_s * sinking_m_s;
   if (!inertial) sink_slowly(command, state, signs);
 }
@@ -191,8 +205,8 @@ void Guidance::descend_blindly(CascadeCommand& command, FlightPhase phase, const
 /// touch-down is found, in the air the vehicle sinks a little faster.
 void Guidance::sink_slowly(CascadeCommand& command, const ControlState& state, const GuidanceSigns& signs) {
   constexpr float kMostChange = 0.15F;  // per hover thrust: the climb rate drifts without a height
-  if (sink_left_m_ < 0) sink_share_ = max_f(sink_share_ - kGuidanceStep_s * params_.sink_fade_per_s, 0.5F);
-  const float change = params_.sink_thrust_ratio - 1 - params_.sink_damping_s_m * state.velocity_m_s.z();
+  if (sink_left_m_ < 0) sink_share_ = max_f(sink_share_ - kGuidanceStep_s * kSinkFade_per_s, 0.5F);
+  const float change = kSinkThrustRatio - 1 - kSinkDamping_s_m * state.velocity_m_s.z();
   command.modes.vertical = AxisMode::kDirect;
   command.direct.thrust_ratio =
       sink_share_ * signs.hover_thrust_ratio * (1 + clamp_f(change, -kMostChange, kMostChange));

@@ -9,13 +9,6 @@ struct GuidanceParams {
   float takeoff_height_m = 1.3F;
   float takeoff_climb_m_s = 0.5F;
   float descend_m_s = 0.4F;
-  float blind_descend_m_s = 0.7F;
-  float flare_height_m = 0.6F;
-  float dead_reckoning_tilt_rad = 0.175F;
-  float sink_thrust_ratio = 0.97F;
-  float sink_damping_s_m = 0.1F;
-  float sink_fade_per_s = 0.3F;
-  float inertial_std_m_s = 1.5F;
   float arrival_m = 0.2F;
   float fence_radius_m = 50;
   float fence_height_m = 10;
@@ -26,26 +19,6 @@ struct GuidanceParams {
       self.takeoff_height_m);
     v(ParamDoc{"takeoff_climb_m_s", {0.05, 5}, "maximum speed at take-off"}, self.takeoff_climb_m_s);
     v(ParamDoc{"descend_m_s", {0.05, 2}, "sinking speed of landings"}, self.descend_m_s);
-    v(ParamDoc{"blind_descend_m_s",
-               {0.05, 2},
-               "sinking speed without a pose, while the vehicle drifts: down to flare_height_m"},
-      self.blind_descend_m_s);
-    v(ParamDoc{"flare_height_m", {0, 10}, "height above home below which it sinks with descend_m_s"},
-      self.flare_height_m);
-    v(ParamDoc{"dead_reckoning_tilt_rad", {0.02, 0.6}, "maximum tilt without a pose"},
-      self.dead_reckoning_tilt_rad);
-    v(ParamDoc{"sink_thrust_ratio", {0.5, 1}, "thrust without a height, per hover thrust"},
-      self.sink_thrust_ratio);
-    v(ParamDoc{"sink_damping_s_m", {0, 1}, "reduction of that thrust per climbing speed"},
-      self.sink_damping_s_m);
-    v(ParamDoc{"sink_fade_per_s",
-               {0, 1},
-               "reduction of that thrust in a second once the ground should have been reached"},
-      self.sink_fade_per_s);
-    v(ParamDoc{"inertial_std_m_s",
-               {0, 5},
-               "without pose or height, the velocity of inertia is controlled up to this standard deviation"},
-      self.inertial_std_m_s);
     v(ParamDoc{"arrival_m", {0.02, 5}, "distance at which a way point counts as reached"}, self.arrival_m);
     v(ParamDoc{"fence_radius_m", {1, 1e5}, "radius of the fence about home", ParamLevel::kBasic},
       self.fence_radius_m);
@@ -67,8 +40,7 @@ struct GuidanceSigns {
 /// Turns phases and commands into what the cascade flies.
 class Guidance {
  public:
-  explicit Guidance(const GuidanceParams& params = {}, const FlownPathParams& path = {})
-      : params_(params), path_(path) {}
+  explicit Guidance(const GuidanceParams& params = {}) : params_(params) {}
 
   /// Take-off from here: home, the fence's centre, and the goal above. Height 0: the parameter's.
   void take_off(const ControlState& state, float yaw_rad, float height_m);

@@ -20,6 +20,7 @@ struct HeightParams {
   static constexpr double kDoubtfulHeightStd_m = 0.03;
   /// Standard deviation of the error common to all readings of a scan.
   static constexpr double kLevelStd_m = 0.002;
+  /// No result when the vehicle is tilted more.
   double max_tilt_rad = 0.6;
 
   double min_step_m = 0.03;
@@ -58,7 +59,6 @@ struct HeightParams {
                {0, 1},
                "no result for scans with a smaller share of readings on surfaces (edges)"},
       self.min_explained_ratio);
-    v(ParamDoc{"max_tilt_rad", {0.05, 1.5}, "no result when the vehicle is tilted more"}, self.max_tilt_rad);
     v(ParamDoc{"min_step_m",
                {0.005, 1},
                "surfaces closer to each other than this are one floor; smaller steps count as climb"},

@@ -12,13 +12,19 @@ struct PlIcpParams {
   double epsilon_angle_rad = 2e-5;
   /// Maximum distance of paired points.
   static constexpr double kMaxCorrespondenceDistance_m = 0.3;
+  /// A result further from the guess is rejected.
   double max_linear_correction_m = 0.5;
   /// A result rotated further from the guess is rejected.
   static constexpr double kMaxAngularCorrection_rad = 0.785;
-  double keep_percentile_ratio = 0.95, adaptive_multiple = 2.5;
+  /// Largest share of the pairs that is kept, nearest first.
+  double keep_percentile_ratio = 0.95;
+  /// Pairs beyond this multiple of the 0.7 quantile of the distances are rejected.
+  double adaptive_multiple = 2.5;
   /// Quantile of the distances for the adaptive limit.
   static constexpr double kAdaptiveOrderRatio = 0.7;
+  /// Of several points paired with one reference point, keep only the nearest ones.
   bool remove_duplicates = true;
+  /// A match with fewer pairs than this share of the smaller scan is rejected.
   double min_pairs_ratio = 0.05;
   /// Minimum number of pairs.
   static constexpr int kMinPairs = 10;
@@ -35,6 +41,7 @@ struct PlIcpParams {
   double min_information_ratio = 0.005;
   /// A direction is free unless its information is this many times that expected from noise of the normals.
   double information_over_noise = 5;
+  /// Compute the covariance of every match.
   bool compute_covariance = true;
 
   /// The matcher as published: lines through the two nearest points, every beam in every iteration, no
@@ -54,25 +61,8 @@ struct PlIcpParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"max_iterations", {1, 1000}, "maximum number of iterations"}, self.max_iterations);
-    v(ParamDoc{"max_linear_correction_m", {1e-3, 100}, "a result further from the guess is rejected"},
-      self.max_linear_correction_m);
-    v(ParamDoc{"keep_percentile_ratio", {0.1, 1}, "largest share of the pairs that is kept, nearest first"},
-      self.keep_percentile_ratio);
-    v(ParamDoc{"adaptive_multiple",
-               {1, 100},
-               "pairs beyond this multiple of the 0.7 quantile of the distances are rejected"},
-      self.adaptive_multiple);
-    v(ParamDoc{"remove_duplicates",
-               {},
-               "of several points paired with one reference point, keep only the nearest ones"},
-      self.remove_duplicates);
-    v(ParamDoc{"min_pairs_ratio",
-               {0, 1},
-               "a match with fewer pairs than this share of the smaller scan is rejected"},
-      self.min_pairs_ratio);
     v(ParamDoc{"range_sigma_m", {0, 1}, "standard deviation of a range; 0: estimated from each scan"},
       self.range_sigma_m);
-    v(ParamDoc{"compute_covariance", {}, "compute the covariance of every match"}, self.compute_covariance);
   }
 };
 

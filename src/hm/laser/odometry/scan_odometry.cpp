@@ -87,7 +87,7 @@ SE2 ScanOdometry::predicted_motion(double dt_s, const MotionPrediction& predicti
     motion = *prediction.T_last_now;
   else if (prediction.velocity_base)
     motion = SE2::exp(*prediction.velocity_base * dt_s);
-  else if (params_.use_velocity && dt_s <= params_.max_gap_s)
+  else if (params_.use_velocity && dt_s <= params_.kMaxGap_s)
     motion = SE2::exp(velocity_.velocity() * dt_s);
   if (prediction.yaw_change_rad) motion = SE2(motion.translation(), *prediction.yaw_change_rad);
   return motion;
@@ -97,7 +97,7 @@ SE2 ScanOdometry::predicted_motion(double dt_s, const MotionPrediction& predicti
 /// had other things to do: scans much closer than usual were not taken so close.
 double ScanOdometry::motion_time(double dt_s) {
   const double time_s = std::max(dt_s, kLeastSpacingRatio * spacing_s_);
-  if (dt_s <= params_.max_gap_s)
+  if (dt_s <= params_.kMaxGap_s)
     spacing_s_ = spacing_s_ == 0 ? dt_s : spacing_s_ + kSpacingGain * (dt_s - spacing_s_);
   return time_s;
 }
@@ -114,7 +114,7 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
     return step;
   }
   last_stamp_ = scan.stamp;
-  step.after_gap = dt_s > params_.max_gap_s;
+  step.after_gap = dt_s > params_.kMaxGap_s;
   // The motion since the last scan, in that scan's body frame: composed on the right.
   const double motion_s = motion_time(dt_s);
   T_base_predicted_ = T_base_predicted_ * predicted_motion(motion_s, prediction);
@@ -185,7 +185,7 @@ bool ScanOdometry::fits(const ScanMatch& match) const {
 void ScanOdometry::conclude(const SE2& T_odom_base) {
   T_odom_base_ = T_odom_base;
   T_base_predicted_ = {};
-  if (unmatched_s_ > params_.max_gap_s)
+  if (unmatched_s_ > params_.kMaxGap_s)
     velocity_.reset(T_odom_base_);
   else
     velocity_.update(T_odom_base_, unmatched_s_);

@@ -12,7 +12,9 @@ namespace hm {
 struct ScanOdometryParams {
   PlIcpParams matcher;
   bool use_keyframes = true;
-  double keyframe_distance_m = 2.0, keyframe_angle_rad = 1.0;
+  double keyframe_distance_m = 2.0;
+  /// Rotation from the last keyframe that triggers a new one.
+  double keyframe_angle_rad = 1.0;
   /// A smaller share of paired points triggers a new keyframe.
   double keyframe_min_pairs_ratio = 0.6;
   bool use_velocity = true;
@@ -20,8 +22,11 @@ struct ScanOdometryParams {
   static constexpr double kVelocityAlpha = 0.9;
   /// Gain of the velocity in the velocity filter.
   static constexpr double kVelocityBeta = 0.5;
+  /// Number of scans averaged in the reference; 1: the keyframe's scan only.
   int reference_scans = 100;
-  double max_gap_s = 1.0;
+  /// The velocity is reset after a longer gap between scans.
+  static constexpr double kMaxGap_s = 1.0;
+  /// Number of consecutive failed scans after which a new reference is started.
   int max_failures = 5;
   /// A match with a smaller share of paired points triggers MotionPrediction::find,
   static constexpr double kFindMinPairsRatio = 0.3;
@@ -54,22 +59,10 @@ struct ScanOdometryParams {
             {0, 100},
             "distance from the last keyframe that triggers a new one; larger drifts less but overlaps less"},
         self.keyframe_distance_m);
-    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "rotation from the last keyframe that triggers a new one"},
-      self.keyframe_angle_rad);
     v(ParamDoc{"use_velocity",
                {},
                "predict with the velocity of the last scans if no better prediction is given"},
       self.use_velocity);
-    v(ParamDoc{"reference_scans",
-               {1, 1000},
-               "number of scans averaged in the reference; 1: the keyframe's scan only"},
-      self.reference_scans);
-    v(ParamDoc{"max_gap_s", {1e-3, 1e6}, "the velocity is reset after a longer gap between scans"},
-      self.max_gap_s);
-    v(ParamDoc{"max_failures",
-               {1, 1000},
-               "number of consecutive failed scans after which a new reference is started"},
-      self.max_failures);
   }
 };
 
@@ -119,7 +112,7 @@ struct OdometryStep {
   /// keyframes; grows without bound.
   Mat3 covariance = Mat3::Zero();
   bool new_keyframe = false;  ///< this scan is the reference of the next ones
-  bool after_gap = false;     ///< more than max_gap_s since the last scan; the velocity was reset
+  bool after_gap = false;     ///< more than kMaxGap_s since the last scan; the velocity was reset
   std::size_t keyframe = 0;   ///< index of its reference
   bool searched = false;      ///< MotionPrediction::find was called
   ScanMatch match;            ///< kFound: with the covariance of the FoundPose

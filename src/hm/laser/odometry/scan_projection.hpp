@@ -13,24 +13,19 @@
 namespace hm {
 
 struct ScanProjectionParams {
+  /// Beams measured while the vehicle is tilted more are dropped.
   double max_tilt_rad = 0.35;
+  /// End points closer than this to the floor or the ceiling are dropped.
   double surface_margin_m = 0.15;
   /// Reference time within the sweep: 0 first beam, 1 last.
   static constexpr double kReferenceMomentRatio = 0.5;
   int every_nth_beam = 1;
+  /// Points closer than this to the last kept one are dropped; 0: none.
   double min_spacing_m = 0;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_tilt_rad", {0, 1.5}, "beams measured while the vehicle is tilted more are dropped"},
-      self.max_tilt_rad);
-    v(ParamDoc{"surface_margin_m",
-               {0, 5},
-               "end points closer than this to the floor or the ceiling are dropped"},
-      self.surface_margin_m);
     v(ParamDoc{"every_nth_beam", {1, 1000}, "use every n-th beam; 1: all"}, self.every_nth_beam);
-    v(ParamDoc{"min_spacing_m", {0, 10}, "points closer than this to the last kept one are dropped; 0: none"},
-      self.min_spacing_m);
   }
 };
 

@@ -120,7 +120,7 @@ void place_in_space(Feature& feature, const DepthImage& depth, const PinholeCame
       at && at->mean_m <= gate.max_depth_m && at->variance_m2 <= gate.max_sigma_m * gate.max_sigma_m;
   if (!feature.has_depth) return;
   feature.p_camera = camera.unproject(feature.pixel, at->mean_m);
-  feature.covariance = feature_covariance(camera, feature.pixel, *at, params.pixel_sigma_px);
+  feature.covariance = feature_covariance(camera, feature.pixel, *at, params.kPixelSigma_px);
 }
 
 struct FeatureDetector::Impl {

@@ -19,16 +19,20 @@ struct FeatureParams {
   static constexpr int kCell_px = 40;
   /// Corners weaker than this times the best are ignored.
   double quality_ratio = 0.002;
+  /// Minimum distance between two corners.
   double min_distance_px = 6;
+  /// Grid: pyramid levels, each 1.2 times smaller.
   int levels = 1;
   /// Gaussian blur before detection; 0: none.
   static constexpr int kBlurRadius_px = 0;
+  /// Refine corners to subpixel positions.
   bool subpixel = true;
   /// Rotates descriptors with the patch; off: upright.
   bool oriented = true;
   /// Model for the standard deviation of a feature's depth.
   DepthModel depth_model = DepthModel::kCorrectedMixture;
-  double pixel_sigma_px = 1.0;
+  /// Standard deviation of a corner's image position.
+  static constexpr double kPixelSigma_px = 1.0;
   DepthNoise depth_noise;
 
   template <class Self, class Visitor>
@@ -41,12 +45,12 @@ struct FeatureParams {
                {10, 10000},
                "maximum number of corners per frame; larger is more robust but slower"},
       self.max_features);
-    v(ParamDoc{"min_distance_px", {0, 100}, "minimum distance between two corners"}, self.min_distance_px);
-    v(ParamDoc{"levels", {1, 8}, "grid: pyramid levels, each 1.2 times smaller"}, self.levels);
-    v(ParamDoc{"subpixel", {}, "refine corners to subpixel positions"}, self.subpixel);
-    v(ParamDoc{"pixel_sigma_px", {0.01, 10}, "standard deviation of a corner's image position"},
-      self.pixel_sigma_px);
-    DepthNoise::visit(self.depth_noise, v);
+    v(ParamDoc{"quadratic_per_m", {0, 1}, "axial depth noise of features: factor of z^2"},
+      self.depth_noise.quadratic_per_m);
+    v(ParamDoc{"linear_ratio", {-1, 1}, "axial depth noise of features: factor of z"},
+      self.depth_noise.linear_ratio);
+    v(ParamDoc{"constant_m", {0, 1}, "axial depth noise of features: constant part"},
+      self.depth_noise.constant_m);
   }
 };
 

@@ -43,6 +43,7 @@ struct ModelIcpParams {
 };
 
 struct PointModelParams {
+  /// Maximum number of model points; the oldest are replaced.
   int max_model_points = 3000;
   /// Number of nearest model points considered for association.
   static constexpr int kAssociationNeighbours = 4;
@@ -50,12 +51,6 @@ struct PointModelParams {
   static constexpr double kAssociationGateRatio = 10;
   /// Lower limit of the standard deviation of a model point.
   static constexpr double kLeastSigma_m = 0.002;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_model_points", {10, 1e6}, "maximum number of model points; the oldest are replaced"},
-      self.max_model_points);
-  }
 };
 
 /// Parameters of the dissertation's pipeline with the values of the published code; section
@@ -68,29 +63,22 @@ struct PublishedParams {
   ModelIcpParams icp;
   PointModelParams model;
   MotionConstraint constraint = MotionConstraint::kNone;
+  /// Number of lost frames after which a new submap starts.
   int max_lost_frames = 30;
-  int max_keyframes = 60;
-  double keyframe_distance_m = 0.10;
-  double keyframe_angle_rad = 0.1745;
-  int seed = 1;
+  /// Maximum number of keyframes for relocalisation; the oldest are dropped.
+  static constexpr int kMaxKeyframes = 60;
+  /// Translation that triggers a new keyframe.
+  static constexpr double kKeyframeDistance_m = 0.10;
+  /// Rotation that triggers a new keyframe: 10 degrees.
+  static constexpr double kKeyframeAngle_rad = 0.1745;
+  /// Seed of RANSAC's random samples.
+  static constexpr int kSeed = 1;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     RansacParams::visit(self.ransac, v);
-    PointModelParams::visit(self.model, v);
     v(ParamDoc{"constraint", {}, "excluded motion; odom's z axis must point up"}, self.constraint,
       kMotionConstraintNames);
-    v(ParamDoc{"max_lost_frames", {1, 1e6}, "number of lost frames after which a new submap starts"},
-      self.max_lost_frames);
-    v(ParamDoc{"max_keyframes",
-               {1, 10000},
-               "maximum number of keyframes for relocalisation; the oldest are dropped"},
-      self.max_keyframes);
-    v(ParamDoc{"keyframe_distance_m", {0, 100}, "translation that triggers a new keyframe"},
-      self.keyframe_distance_m);
-    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "rotation that triggers a new keyframe"},
-      self.keyframe_angle_rad);
-    v(ParamDoc{"seed", {0, 2147483647}, "seed of RANSAC's random samples"}, self.seed);
   }
 };
 

@@ -5,19 +5,23 @@ namespace hm {
 
 /// Parameters of the default method (OdometryMethod::kTracker).
 struct TrackerParams {
+  /// Maximum number of landmarks; the oldest are dropped.
   int max_model_points = 5000;
   int max_keyframes = 60;
   /// Number of landmarks searched for in a frame.
   static constexpr int kTargetLandmarks = 220;
-  int min_inliers = 15;
+  /// Minimum number of inlier landmarks of a valid pose.
+  static constexpr int kMinInliers = 15;
   /// Number of keyframes in the window adjustment.
   static constexpr int kWindowKeyframes = 7;
   /// A new keyframe is added when fewer than this share of the last one's landmarks are found.
   static constexpr double kKeyframeInlierRatio = 0.65;
   /// A new keyframe is added when moved by this share of the scene's depth.
   static constexpr double kKeyframeDistanceRatio = 0.10;
-  double keyframe_angle_rad = 0.20;
-  double pixel_sigma_px = 0.5;
+  /// Rotation that triggers a new keyframe.
+  static constexpr double kKeyframeAngle_rad = 0.20;
+  /// Standard deviation of a match in addition to that of its patch alignment.
+  static constexpr double kPixelSigma_px = 0.5;
   /// Weight of the point-to-plane distances to the keyframe's surface.
   double surface_weight_ratio = 0.03;
   bool motion_filter = true;
@@ -25,24 +29,15 @@ struct TrackerParams {
   static constexpr double kLostSigma_m = 0.05;
   bool estimate_row_times = true;
   double readout_s = 0, color_delay_s = 0;
+  /// Number of lost frames after which a new submap starts.
   int submap_after_frames = 60;
   /// Time after which a new submap starts when lost, if earlier than submap_after_frames.
   static constexpr double kSubmapAfter_s = 2;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_model_points", {100, 1e6}, "maximum number of landmarks; the oldest are dropped"},
-      self.max_model_points);
     v(ParamDoc{"max_keyframes", {4, 10000}, "maximum number of keyframes; the oldest are dropped"},
       self.max_keyframes);
-    v(ParamDoc{"min_inliers", {6, 1000}, "minimum number of inlier landmarks of a valid pose"},
-      self.min_inliers);
-    v(ParamDoc{"keyframe_angle_rad", {0.01, 3}, "rotation that triggers a new keyframe"},
-      self.keyframe_angle_rad);
-    v(ParamDoc{"pixel_sigma_px",
-               {0.01, 10},
-               "standard deviation of a match in addition to that of its patch alignment"},
-      self.pixel_sigma_px);
     v(
         ParamDoc{
             "motion_filter", {}, "smooth the output poses by the depth surfaces' motion from frame to frame"},
@@ -61,8 +56,6 @@ struct TrackerParams {
                {-0.1, 0.1},
                "time from the depth image of a frame to the middle row of its colour image"},
       self.color_delay_s);
-    v(ParamDoc{"submap_after_frames", {1, 1e6}, "number of lost frames after which a new submap starts"},
-      self.submap_after_frames);
   }
 };
 

@@ -180,7 +180,7 @@ Answer PublishedOdometry::register_frame(const FeatureSet& features, TrackingNum
   const Stopwatch stopwatch;
   FrameMotion predicted;
   if (has_ransac()) {
-    Rng rng(static_cast<std::uint64_t>(params_.seed), static_cast<std::uint64_t>(last_stamp_->ns));
+    Rng rng(static_cast<std::uint64_t>(params_.kSeed), static_cast<std::uint64_t>(last_stamp_->ns));
     predicted = match_frames(last_features_, features,
                              {{params_.kMaxMatchRatio, 256, false, true}, params_.ransac}, rng);
     numbers.prediction_ms = stopwatch.milliseconds();
@@ -217,8 +217,8 @@ void PublishedOdometry::accept(const RgbdFrame& frame, const Answer& answer, Fea
   result.T_odom_camera = T_odom_camera_;
   result.covariance = covariance_;
   const SE3 moved = places_.back().keyframe->T_odom_camera.inverse() * T_odom_camera_;
-  if (moved.translation().norm() >= params_.keyframe_distance_m ||
-      moved.angle() >= params_.keyframe_angle_rad) {
+  if (moved.translation().norm() >= params_.kKeyframeDistance_m ||
+      moved.angle() >= params_.kKeyframeAngle_rad) {
     make_keyframe(frame, result);
   }
 }
@@ -271,7 +271,7 @@ void PublishedOdometry::make_keyframe(const RgbdFrame& frame, TrackedFrame& resu
       {std::make_shared<const Keyframe>(
            Keyframe{frame.index, frame.stamp, submap_, T_odom_camera_, last_features_, Mat6::Zero(), {}}),
        covariance_});
-  if (places_.size() > static_cast<std::size_t>(params_.max_keyframes)) places_.pop_front();
+  if (places_.size() > static_cast<std::size_t>(params_.kMaxKeyframes)) places_.pop_front();
   result.new_keyframe = places_.back().keyframe;
 }
 

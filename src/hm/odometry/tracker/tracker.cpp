@@ -52,9 +52,9 @@ class Tracker final : public VisualOdometry {
     attempts_.matching.max_depth_m = params.max_depth_m;
     attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
     attempts_.matching.noise = attempts_.registration.noise = noise();
-    attempts_.matching.pixel_sigma_px = params.tracker.pixel_sigma_px;
+    attempts_.matching.pixel_sigma_px = params.tracker.kPixelSigma_px;
     attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
-    attempts_.min_inliers = params.tracker.min_inliers;
+    attempts_.min_inliers = params.tracker.kMinInliers;
     attempts_.max_sigma_m = params.tracker.kLostSigma_m;
   }
 
@@ -312,7 +312,7 @@ class Tracker final : public VisualOdometry {
     const SE3 motion = last.T_odom_camera.inverse() * T;
     best_inliers_ = std::max(best_inliers_, inliers);
     return inliers < params_.tracker.kKeyframeInlierRatio * best_inliers_ ||
-           motion.angle() > params_.tracker.keyframe_angle_rad ||
+           motion.angle() > params_.tracker.kKeyframeAngle_rad ||
            motion.translation().norm() > params_.tracker.kKeyframeDistanceRatio * keyframe_depth_m_;
   }
 

@@ -96,7 +96,7 @@ TEST(TrackerCovariance, KeyframesAreHonestAboutMotionAndSights) {
   RecordProperty("sights", std::to_string(sights / sight_count / 2));
   EXPECT_LT(motions / motion_count, 2.5 * 6);
   EXPECT_GT(motions / motion_count, 0.3 * 6);
-  EXPECT_LT(sights / sight_count, 2);  // less noise in this room than TrackerParams::pixel_sigma_px assumes
+  EXPECT_LT(sights / sight_count, 2);  // less noise in this room than TrackerParams::kPixelSigma_px assumes
   EXPECT_LT(far_off, sight_count / 50);
 }
 

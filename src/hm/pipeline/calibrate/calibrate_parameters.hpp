@@ -26,7 +26,6 @@ inline ParamList list_calibration(CalibrateParameters& parameters) {
   list.add("camera_fit", parameters.camera_fit);
   list.add("stereo_fit", parameters.stereo_fit);
   list.add("depth_fit", parameters.depth_fit);
-  list.add("noise_fit", parameters.noise_fit);
   list.add("calibration_simulation", parameters.calibration_simulation);
   return list;
 }

@@ -23,8 +23,11 @@ struct CalibrationSimulationParams {
   int test_steps = 6;
   int depth_images = 8;
   double min_distance_m = 1.0, max_distance_m = 4.0;
+  /// Xtion: largest bias of depth at 4 m.
   double warp_at_4m_m = 0.10;
+  /// Xtion: axial noise of depth, factor of z^2.
   double noise_quadratic_per_m = 0.001425;
+  /// Noise of images, grey levels.
   double gray_sigma = 2.0;
   /// Inner corners along a row of the board for both cameras.
   static constexpr int kSmallCornersX = 8;
@@ -47,10 +50,6 @@ struct CalibrationSimulationParams {
     v(ParamDoc{"depth_images", {1, 1000}, "depth images at each place"}, self.depth_images);
     v(ParamDoc{"min_distance_m", {0.5, 10}, "nearest board of the depth images"}, self.min_distance_m);
     v(ParamDoc{"max_distance_m", {0.6, 20}, "farthest board of the depth images"}, self.max_distance_m);
-    v(ParamDoc{"warp_at_4m_m", {0, 1}, "xtion: largest bias of depth at 4 m"}, self.warp_at_4m_m);
-    v(ParamDoc{"noise_quadratic_per_m", {0, 0.1}, "xtion: axial noise of depth, factor of z^2"},
-      self.noise_quadratic_per_m);
-    v(ParamDoc{"gray_sigma", {0, 50}, "noise of images, grey levels"}, self.gray_sigma);
     v(ParamDoc{"seed", {0, 2147483647}, "seed of the random numbers"}, self.seed);
   }
 };

@@ -8,6 +8,7 @@
 
 #include "hm/pipeline/calibrate/calibrate_parameters.hpp"
 #include "hm/pipeline/dense/dense_parameters.hpp"
+#include "hm/pipeline/flight/mission/flight_mission.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
 #include "hm/pipeline/rgbd/rgbd_parameters.hpp"
 #include "hm/pipeline/simulate/simulate_parameters.hpp"
@@ -15,11 +16,12 @@
 namespace hm {
 namespace {
 
-/// Every section of every part, once.
+/// Every section of every part that a verb registers, once: what `hm params show` can list.
 struct AllSections {
-  std::vector<ParameterPart> parts{make_parameter_part(list_dense), make_parameter_part(list_slam),
-                                   make_parameter_part(list_laser), make_parameter_part(list_simulation),
-                                   make_parameter_part(list_calibration)};
+  std::vector<ParameterPart> parts{
+      make_parameter_part(list_dense),       make_parameter_part(list_slam),
+      make_parameter_part(list_laser),       make_parameter_part(list_simulation),
+      make_parameter_part(list_calibration), make_parameter_part(list_flight_mission)};
   ParamList list;
   AllSections() {
     for (const ParameterPart& part : parts) list.add_missing(part.list);

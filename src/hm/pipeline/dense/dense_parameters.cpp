@@ -22,8 +22,6 @@ ParamList list_reconstruction(DenseParams& parameters) {
   list.add("mesh", parameters.mesh);
   list.add("reconstruction", parameters.reconstruction);
   list.add_renamed("mesh.min_piece_triangles", "mesh.min_piece_size_m");
-  list.add_renamed("alignment.max_shift_m", "alignment.max_translation_m");
-  list.add_renamed("alignment.max_turn_rad", "alignment.max_rotation_rad");
   return list;
 }
 

@@ -10,6 +10,10 @@
 
 namespace hm {
 namespace {
+/// Measurements of the battery per second: ten during fail_safes.battery_after_s.
+constexpr double kBatteryGauge_hz = 10;
+/// IMU samples per second that the board sends to the computer: five in a sweep of the laser.
+constexpr double kImuDown_hz = 200;
 
 constexpr Time kStart{1'000'000'000};
 constexpr std::size_t kMotorBytes = 16;
@@ -104,9 +108,9 @@ FlightRun::Impl::Impl(const FlightSite& site, const FlightRunParams& parameters,
       vehicle(vehicle_setup(parameters, sensors.rig(), faults), cast_into(site.renderer)),
       computer(parameters.perception, LaserPlatform{{sensors.rig()}, true, true},
                Duration::from_seconds(parameters.run.perception_s),
-               parameters.vehicle.airframe.arm_m + parameters.vehicle.rotor.radius_m, observer),
-      board(core ? std::move(core) : make_host_core(core_aboard(parameters, sensors.rig())),
-            parameters.run.imu_down_hz, observer),
+               parameters.vehicle.airframe.arm_m + parameters.vehicle.rotor.kRadius_m, observer),
+      board(core ? std::move(core) : make_host_core(core_aboard(parameters, sensors.rig())), kImuDown_hz,
+            observer),
       up(parameters.links.serial_up, static_cast<std::uint64_t>(parameters.run.seed) + 10),
       down(parameters.links.serial_down, static_cast<std::uint64_t>(parameters.run.seed) + 11),
       to_motors(parameters.links.motors, static_cast<std::uint64_t>(parameters.run.seed) + 12) {
@@ -148,7 +152,7 @@ void FlightRun::Impl::run_board(const std::optional<ImuSample>& sample) {
   if (vehicle.has_fault(FaultKind::kClockStep)) readings.clock_step = Vehicle::kFaultClockStep;
   readings.imu = sample;
   readings.motors_on = motors.motors_on();
-  if (is_due(last_gauge, Duration::from_seconds(1 / params.run.battery_gauge_hz), now)) {
+  if (is_due(last_gauge, Duration::from_seconds(1 / kBatteryGauge_hz), now)) {
     moment.battery_ratio = static_cast<double>(gauge(vehicle.battery(), params.vehicle.battery));
     readings.battery_ratio = static_cast<float>(moment.battery_ratio);
   }

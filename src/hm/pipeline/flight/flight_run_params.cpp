@@ -7,31 +7,14 @@ namespace {
 
 void add_core(ParamList& list, AutopilotParams& core) {
   list.add("autopilot", core);
-  list.add("state_machine", core.machine);
-  list.add("touchdown", core.touchdown);
-  list.add("flown_path", core.path);
   list.add("guidance", core.guidance);
   list.add("commands", core.commands);
   list.add("fail_safes", core.fail_safes);
-  list.add("core_state", core.estimator);
-  list.add("core_fusion", core.estimator.fusion);
-  list.add("core_tilt", core.estimator.tilt);
-  list.add("core_thesis", core.estimator.thesis);
-  list.add("core_pose_alpha_beta", core.estimator.pose_alpha_beta);
-  list.add("core_height_alpha_beta", core.estimator.height_alpha_beta);
   list.add("cascade", core.cascade);
   list.add("shaper", core.cascade.shaper);
   list.add("position_control", core.cascade.position);
   list.add("attitude_control", core.cascade.attitude);
-  list.add("hover_thrust", core.cascade.hover);
   list.add("quadrotor", core.vehicle);
-  list.add("published", core.published);
-  list.add("published_position_xy", core.published.position_xy);
-  list.add("published_velocity_x", core.published.velocity_x);
-  list.add("published_velocity_y", core.published.velocity_y);
-  list.add("published_position_z", core.published.position_z);
-  list.add("published_velocity_z", core.published.velocity_z);
-  list.add("published_yaw", core.published.yaw);
 }
 
 }  // namespace
@@ -56,14 +39,7 @@ ParamList list_flight(FlightRunParams& parameters) {
   ParamList list;
   list.add("flight", parameters.run);
   list.add("vehicle", parameters.vehicle);
-  list.add("laser_sensor", parameters.laser);
-  list.add("laser_errors", parameters.laser_effects);
-  list.add("imu_sensor", parameters.imu);
-  list.add("imu_errors", parameters.imu_effects);
   list.add("laser_link", parameters.links.laser);
-  list.add("serial_up", parameters.links.serial_up);
-  list.add("serial_down", parameters.links.serial_down);
-  list.add("motor_link", parameters.links.motors);
   add_core(list, parameters.autopilot);
   return list;
 }

@@ -17,9 +17,8 @@ struct FlightRunSettings {
   int seed = 1;
   double start_x_m = 3, start_y_m = 7.5;  ///< in the hallway of the house
   double start_yaw_rad = 0;
+  /// Simulated time from the arrival of a scan to its pose.
   double perception_s = 0.005;
-  double imu_down_hz = 200;
-  double battery_gauge_hz = 10;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -31,12 +30,6 @@ struct FlightRunSettings {
       self.start_y_m);
     v(ParamDoc{"start_yaw_rad", {-3.1416, 3.1416}, "heading at the start", ParamLevel::kBasic},
       self.start_yaw_rad);
-    v(ParamDoc{"perception_s", {0, 1}, "simulated time from the arrival of a scan to its pose"},
-      self.perception_s);
-    v(ParamDoc{"imu_down_hz", {20, 1000}, "IMU samples per second that the board sends to the computer"},
-      self.imu_down_hz);
-    v(ParamDoc{"battery_gauge_hz", {0.1, 1000}, "measurements of the battery per second"},
-      self.battery_gauge_hz);
   }
 };
 
@@ -65,8 +58,9 @@ struct FlightRunParams {
   FlightRunParams();
 };
 
-/// The sections of a flight: flight, vehicle, the laser's and the IMU's sensor, the links, and everything of
-/// the autopilot. Those of the perception are list_laser()'s.
+/// The sections of a flight: flight, vehicle, the laser's link, and those of the autopilot. The perception's
+/// are list_laser()'s. The simulated laser and IMU, the autopilot's filters and the published law have none:
+/// they are as the dissertation's vehicle had them.
 ParamList list_flight(FlightRunParams& parameters);
 
 /// Whether the core would fly with its default parameters, as the firmware does. Error (kUsage): which

@@ -12,16 +12,9 @@
 
 namespace hm {
 
+/// What full sticks of its gamepad ask for, until it sets STICK_SPEED, STICK_CLIMB and STICK_TURN.
 struct GroundStationParams {
   double stick_speed_m_s = 1, stick_climb_m_s = 0.5, stick_turn_rad_s = 1;
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"stick_speed_m_s", {0.1, 10}, "speed at full stick of a ground station's gamepad"},
-      self.stick_speed_m_s);
-    v(ParamDoc{"stick_climb_m_s", {0.1, 5}, "climb rate at full stick"}, self.stick_climb_m_s);
-    v(ParamDoc{"stick_turn_rad_s", {0.1, 5}, "rate of turn at full stick"}, self.stick_turn_rad_s);
-  }
 };
 
 /// The flying vehicle as QGroundControl sees it (MAVLink 2): heartbeat, attitude, position, battery, states

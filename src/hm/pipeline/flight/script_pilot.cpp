@@ -10,6 +10,10 @@
 
 namespace hm {
 namespace {
+/// A slower vehicle has come to rest: it would stop within 5 mm.
+constexpr double kArrivalSpeed_m_s = 0.15;
+/// Error of the heading at which a way point is reached: 6 degrees.
+constexpr double kArrivalYaw_rad = 0.1;
 
 using Kind = FlightOrder::Kind;
 
@@ -228,7 +232,7 @@ bool ScriptPilot::is_there(const PilotView& view) const {
   const bool passes = next_ + 1 < records_.size() && records_[next_ + 1].order.kind == Kind::kGoTo;
   if (passes) return true;
   const float turn = wrap_angle_f(view.yaw_rad - goal_yaw_rad_);
-  return view.velocity_m_s.norm() <= params_.arrival_speed_m_s && std::abs(turn) <= params_.arrival_yaw_rad;
+  return view.velocity_m_s.norm() <= kArrivalSpeed_m_s && std::abs(turn) <= kArrivalYaw_rad;
 }
 
 std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
@@ -299,7 +303,7 @@ std::optional<FlightCommand> ScriptPilot::hold(const PilotView& view) {
     return {};
   }
   const bool holds = view.phase == FlightPhase::kHold;
-  if (holds && view.velocity_m_s.norm() <= params_.arrival_speed_m_s) {
+  if (holds && view.velocity_m_s.norm() <= kArrivalSpeed_m_s) {
     finish(view, OrderOutcome::kDone);
     return {};
   }

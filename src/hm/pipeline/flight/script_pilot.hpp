@@ -16,9 +16,8 @@ namespace hm {
 
 struct PilotParams {
   double arrival_m = 0.1;
-  double arrival_speed_m_s = 0.15;
-  double arrival_yaw_rad = 0.1;
   double leg_speed_m_s = 0.25;
+  /// A vehicle that cannot take off for so long ends the script.
   double ready_s = 15;
   /// Beyond the time that a leg or a climb takes at `leg_speed_m_s`.
   static constexpr double kSpare_s = 10;
@@ -29,14 +28,8 @@ struct PilotParams {
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"arrival_m", {0.02, 5}, "distance at which a way point is reached", ParamLevel::kBasic},
       self.arrival_m);
-    v(ParamDoc{"arrival_speed_m_s", {0.02, 5}, "slower than this the vehicle has come to rest"},
-      self.arrival_speed_m_s);
-    v(ParamDoc{"arrival_yaw_rad", {0.01, 3.2}, "error of the heading at which a way point is reached"},
-      self.arrival_yaw_rad);
     v(ParamDoc{"leg_speed_m_s", {0.01, 5}, "a way point that takes longer than at this speed is missed"},
       self.leg_speed_m_s);
-    v(ParamDoc{"ready_s", {1, 600}, "a vehicle that cannot take off for so long ends the script"},
-      self.ready_s);
   }
 };
 

@@ -16,9 +16,6 @@ ParamList list_laser(LaserRunParameters& parameters) {
   list.add("state", laser.state);
   list.add("fusion", laser.state.fusion);
   list.add("tilt", laser.state.tilt);
-  list.add("thesis", laser.state.thesis);
-  list.add("pose_alpha_beta", laser.state.pose_alpha_beta);
-  list.add("height_alpha_beta", laser.state.height_alpha_beta);
   list.add("mvog", laser.mvog);
   list.add("trajectory_error", parameters.trajectory_error);
   list.add("relation_error", parameters.relation_error);

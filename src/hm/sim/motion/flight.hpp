@@ -34,8 +34,6 @@ struct FlightParams {
                "speed of the flight; above 1 m/s the radius of corners is constant",
                ParamLevel::kBasic},
       self.speed_m_s);
-    v(ParamDoc{"sway_m", {0, 0.1}, "standard deviation of the vehicle's deviation from its path"},
-      self.sway_m);
   }
 };
 

@@ -56,10 +56,6 @@ struct LaserSimulationParams {
                "record planar odometry that drifts like wheel odometry",
                ParamLevel::kBasic},
       self.wheel_odometry);
-    v(ParamDoc{"odometry_drift_ratio", {0, 1}, "standard deviation of its distance per metre"},
-      self.odometry_drift_ratio);
-    v(ParamDoc{"odometry_yaw_rad_m", {0, 1}, "standard deviation of its yaw error per metre"},
-      self.odometry_yaw_rad_m);
   }
 };
 

@@ -41,12 +41,9 @@ struct SimulationParams {
     v(ParamDoc{"frame_limit", {0, 1e9}, "maximum number of frames; 0: the whole walk", ParamLevel::kBasic},
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);
-    v(ParamDoc{"duration_scale_ratio", {0.01, 100}, "factor on the duration of the walk; below 1: faster"},
-      self.duration_scale_ratio);
     SensorEffects::visit(self.effects, v);
     v(ParamDoc{"rolling_shutter", {}, "rows of the colour image are exposed one after another"},
       self.rolling_shutter);
-    v(ParamDoc{"readout_s", {0, 0.2}, "time from the first colour row to the last"}, self.readout_s);
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},
       self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);

@@ -47,8 +47,6 @@ struct SensorEffects {
     v(ParamDoc{"depth_bias", {}, "per-pixel quadratic depth bias (tango_phone)"}, self.depth_bias);
     v(ParamDoc{"grazing_dropout", {}, "no reading at grazing angles"}, self.grazing_dropout);
     v(ParamDoc{"material_dropout", {}, "no reading from glass and black surfaces"}, self.material_dropout);
-    v(ParamDoc{"grazing_limit_rad", {0.5, 1.5707}, "angle from the normal beyond which there is no reading"},
-      self.grazing_limit_rad);
   }
 };
 

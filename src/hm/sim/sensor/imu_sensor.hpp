@@ -32,10 +32,6 @@ struct ImuSensorParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"imu_rate_hz", {20, 1000}, "samples per second"}, self.imu_rate_hz);
-    v(ParamDoc{"gyro_bias_rad_s", {0, 1}, "standard deviation of the gyroscopes' bias at the start"},
-      self.gyro_bias_rad_s);
-    v(ParamDoc{"imu_orientation", {}, "the device reports an orientation from its own filter"},
-      self.imu_orientation);
   }
 };
 

@@ -34,7 +34,7 @@ Vec3 inner_loop_acceleration(const InnerLoopParams& params, const InnerLoopComma
   Vec3 acceleration = first_order ? Vec3((error / params.attitude_time_constant_s - w) / kRateLag_s)
                                   : Vec3(w0 * w0 * error - 2 * params.attitude_damping_ratio * w0 * w);
   acceleration.z() = (std::clamp(command.yaw_rate_rad_s, -kMaxYawRate_rad_s, kMaxYawRate_rad_s) - w.z()) /
-                     params.yaw_rate_time_constant_s;
+                     params.kYawRateTimeConstant_s;
   return acceleration;
 }
 

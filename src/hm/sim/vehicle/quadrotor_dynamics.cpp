@@ -49,7 +49,7 @@ double QuadrotorDynamics::thrust_n(std::size_t rotor, const QuadrotorState& stat
   double factor = inputs.thrust_factor[index_of(rotor)];
   if (surfaces.below || surfaces.above)
     factor *= surface_effect_factor(surfaces, state.com_world_m + R_world_base * arms_[rotor],
-                                    R_world_base.col(2), params_.rotor.radius_m);
+                                    R_world_base.col(2), params_.rotor.kRadius_m);
   return factor * nominal_n;
 }
 
@@ -63,7 +63,7 @@ QuadrotorDynamics::Forces QuadrotorDynamics::forces(const QuadrotorState& state,
   for (std::size_t i = 0; i < kRotors; ++i) {
     const double thrust = thrust_n(i, state, R_world_base, inputs);
     const Vec3 through_air = airspeed + state.angular_velocity_base_rad_s.cross(arms_[i]);
-    const double drag = params_.rotor.drag_constant_n_s2_m * state.rotor_speed_rad_s[index_of(i)];
+    const double drag = params_.rotor.kDragConstant_n_s2_m * state.rotor_speed_rad_s[index_of(i)];
     const Vec3 force(-drag * through_air.x(), -drag * through_air.y(), thrust);
     sum.force_base_n += force;
     sum.torque_base_nm += arms_[i].cross(force);

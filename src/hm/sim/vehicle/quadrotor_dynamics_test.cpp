@@ -153,7 +153,7 @@ TEST(QuadrotorDynamics, ErrorFallsWithTheFourthPowerOfTheStep) {
 TEST(QuadrotorDynamics, ThrustGrowsOverAFloor) {
   const VehicleParams params = still_air();
   const QuadrotorDynamics dynamics(params, Vec3::Zero());
-  const double height = params.rotor.radius_m - params.airframe.rotor_height_m;  // rotors at z = R
+  const double height = params.rotor.kRadius_m - params.airframe.kRotorHeight_m;  // rotors at z = R
   QuadrotorState state = dynamics.at_rest(SE3(Mat3::Identity(), Vec3(0, 0, height)));
   state.rotor_speed_rad_s.setConstant(params.hover_speed_rad_s());
   QuadrotorInputs inputs;
@@ -168,7 +168,7 @@ TEST(QuadrotorDynamics, RotorDragActsAcrossTheAxisOnly) {
   QuadrotorState state = dynamics.at_rest({});
   state.rotor_speed_rad_s.setConstant(params.hover_speed_rad_s());
   state.com_velocity_world_m_s = Vec3(1.5, 0, 2);
-  const double drag = params.rotor.drag_constant_n_s2_m * 4 * params.hover_speed_rad_s() * 1.5;
+  const double drag = params.rotor.kDragConstant_n_s2_m * 4 * params.hover_speed_rad_s() * 1.5;
   const Vec3 a = dynamics.rates(state, {}).acceleration_world_m_s2;
   EXPECT_LT((a - Vec3(-drag / params.airframe.mass_kg, 0, 0)).norm(), 1e-12);
 }
@@ -180,7 +180,7 @@ TEST(QuadrotorDynamics, RotorDragDampsTheYawRate) {
   state.rotor_speed_rad_s.setConstant(params.hover_speed_rad_s());
   state.angular_velocity_base_rad_s.z() = 3;
   const double arm2 = params.airframe.arm_m * params.airframe.arm_m;
-  const double torque = -params.rotor.drag_constant_n_s2_m * 4 * params.hover_speed_rad_s() * arm2 * 3;
+  const double torque = -params.rotor.kDragConstant_n_s2_m * 4 * params.hover_speed_rad_s() * arm2 * 3;
   const Vec3 dw = dynamics.rates(state, {}).angular_acceleration_base_rad_s2;
   EXPECT_LT((dw - Vec3(0, 0, torque / params.airframe.inertia_z_kg_m2)).norm(), 1e-12);
 }

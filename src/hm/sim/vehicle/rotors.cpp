@@ -18,7 +18,7 @@ std::optional<double> distance_along(const Vec3& from, const Vec3& direction, co
 }  // namespace
 
 std::array<Vec3, kRotors> rotor_positions(const AirframeParams& airframe) {
-  const double arm = airframe.arm_m, height = airframe.rotor_height_m;
+  const double arm = airframe.arm_m, height = airframe.kRotorHeight_m;
   return {Vec3(arm, 0, height), Vec3(0, arm, height), Vec3(-arm, 0, height), Vec3(0, -arm, height)};
 }
 

@@ -23,10 +23,6 @@ struct StreamLinkParams {
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"latency_s", {0, 10}, "latency of the link"}, self.latency_s);
-    v(ParamDoc{"jitter_s", {0, 10}, "maximum time added to the latency"}, self.jitter_s);
-    v(ParamDoc{"bytes_per_s", {0, 1e12}, "bandwidth of the link; 0: unlimited"}, self.bytes_per_s);
-    v(ParamDoc{"bit_error_ratio", {0, 0.5}, "probability of a bit to arrive inverted"}, self.bit_error_ratio);
-    v(ParamDoc{"max_queue_s", {0, 100}, "messages that would wait longer are dropped"}, self.max_queue_s);
   }
 };
 

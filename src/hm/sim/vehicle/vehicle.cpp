@@ -82,7 +82,7 @@ void Vehicle::update_inputs() {
   inputs_.thrust_factor = thrust_errors_.factors();
   const BatteryParams& battery = setup_.params.battery;
   const double power_w =
-      dynamics_.rotor_power_w(body_, inputs_) / battery.kMotorEfficiency + battery.avionics_power_w;
+      dynamics_.rotor_power_w(body_, inputs_) / battery.kMotorEfficiency + battery.kAvionicsPower_w;
   battery_.step(power_w, kStep_s, has_fault(FaultKind::kCellLost));
   inputs_.rotor_command_rad_s = attainable_speeds();
   inputs_.attitude = command_.attitude;

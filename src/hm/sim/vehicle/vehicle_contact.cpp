@@ -53,7 +53,7 @@ VehicleContact::VehicleContact(const VehicleParams& params, const Vec3& com_base
     points_[kFeet + i].tip_base = around(kTopRadius_m, turn, kHullTop_m);
     for (std::size_t k = 0; k < 2; ++k)
       points_[2 * kFeet + 2 * i + k].tip_base =
-          around(kHullRadius_m, turn + static_cast<double>(k) * kQuarter / 2, params.airframe.rotor_height_m);
+          around(kHullRadius_m, turn + static_cast<double>(k) * kQuarter / 2, params.airframe.kRotorHeight_m);
   }
 }
 

@@ -87,7 +87,7 @@ TEST(VehicleFaults, LostCellLowersTheVoltage) {
   const Flown flown("cell_lost");
   const VehicleParams params;
   const double rotors_w = params.airframe.mass_kg * kGravity_m_s2 * params.rotor.torque_ratio_m * 583.5;
-  const double power_w = rotors_w / BatteryParams::kMotorEfficiency + params.battery.avionics_power_w;
+  const double power_w = rotors_w / BatteryParams::kMotorEfficiency + params.battery.kAvionicsPower_w;
   const auto loaded_v = [&](double open_v) {
     return (open_v + std::sqrt(open_v * open_v - 4 * params.battery.internal_resistance_ohm * power_w)) / 2;
   };

@@ -13,10 +13,12 @@ struct RotorParams {
   double spin_up_s = 0.0125;                ///< time constant of a rising speed
   double spin_down_s = 0.025;               ///< time constant of a falling speed
   double max_speed_rad_s = 838;             ///< at the battery's nominal voltage
-  double radius_m = 0.128;
-  double drag_constant_n_s2_m = 8.06e-5;  ///< cd in F = -cd W v_perp
-  double thrust_mismatch_ratio = 0.03;    ///< standard deviation of a rotor's constant thrust error
-  double thrust_noise_ratio = 0.01;       ///< standard deviation of its varying error
+  /// Of a rotor: 10 inch propellers.
+  static constexpr double kRadius_m = 0.128;
+  /// cd in F = -cd W v_perp (rotors_description).
+  static constexpr double kDragConstant_n_s2_m = 8.06e-5;
+  double thrust_mismatch_ratio = 0.03;  ///< standard deviation of a rotor's constant thrust error
+  double thrust_noise_ratio = 0.01;     ///< standard deviation of its varying error
   /// Correlation time of the varying error.
   static constexpr double kThrustNoise_s = 0.1;
   /// Motor controllers hold the commanded speed up to the maximum; otherwise the speed is the commanded one
@@ -31,15 +33,6 @@ struct RotorParams {
     v(ParamDoc{"spin_up_s", {0.002, 1}, "time constant of a rising rotor speed"}, self.spin_up_s);
     v(ParamDoc{"spin_down_s", {0.002, 1}, "time constant of a falling rotor speed"}, self.spin_down_s);
     v(ParamDoc{"max_speed_rad_s", {1, 1e4}, "maximum rotor speed at nominal voltage"}, self.max_speed_rad_s);
-    v(ParamDoc{"radius_m", {0.01, 1}, "radius of a rotor"}, self.radius_m);
-    v(ParamDoc{"drag_constant_n_s2_m", {0, 1}, "rotor drag per rotor speed and speed through the air"},
-      self.drag_constant_n_s2_m);
-    v(ParamDoc{"thrust_mismatch_ratio", {0, 0.3}, "standard deviation of a rotor's constant thrust error"},
-      self.thrust_mismatch_ratio);
-    v(ParamDoc{"thrust_noise_ratio", {0, 0.3}, "standard deviation of a rotor's varying thrust error"},
-      self.thrust_noise_ratio);
-    v(ParamDoc{"speed_governed", {}, "motor controllers hold the commanded speed when the voltage falls"},
-      self.speed_governed);
   }
 };
 
@@ -49,9 +42,10 @@ struct AirframeParams {
   double mass_kg = 1.387;
   double inertia_xy_kg_m2 = 0.01, inertia_z_kg_m2 = 0.02;  ///< about the centre of mass
   double arm_m = 0.21;                                     ///< from the middle to a rotor's axis
-  double rotor_height_m = 0.03;                            ///< of the rotors above the base's origin
-  double body_drag_n_s2_m2 = 0.02;                         ///< c2 in F = -c2 |v| v
-  double com_offset_m = 0.005;  ///< horizontal distance of the centre of mass from the base's origin
+  /// Of the rotors above the base's origin.
+  static constexpr double kRotorHeight_m = 0.03;
+  double body_drag_n_s2_m2 = 0.02;  ///< c2 in F = -c2 |v| v
+  double com_offset_m = 0.005;      ///< horizontal distance of the centre of mass from the base's origin
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -60,10 +54,6 @@ struct AirframeParams {
       self.inertia_xy_kg_m2);
     v(ParamDoc{"inertia_z_kg_m2", {1e-5, 10}, "moment of inertia about the z axis"}, self.inertia_z_kg_m2);
     v(ParamDoc{"arm_m", {0.02, 2}, "distance from the middle to the axis of a rotor"}, self.arm_m);
-    v(ParamDoc{"rotor_height_m", {-1, 1}, "height of the rotors above the base"}, self.rotor_height_m);
-    v(ParamDoc{"body_drag_n_s2_m2", {0, 1}, "drag of the body per squared speed through the air"},
-      self.body_drag_n_s2_m2);
-    v(ParamDoc{"com_offset_m", {0, 0.1}, "horizontal offset of the centre of mass"}, self.com_offset_m);
   }
 };
 
@@ -73,7 +63,8 @@ struct BatteryParams {
   double capacity_ah = 6.25;
   double internal_resistance_ohm = 0.025;
   double initial_charge_ratio = 1;
-  double avionics_power_w = 15;  ///< of computers and sensors
+  /// Electric power of computers and sensors.
+  static constexpr double kAvionicsPower_w = 15;
   /// Open-circuit voltage of a full and of an empty cell, linear in the charge between them.
   static constexpr double kCellFull_v = 4.2, kCellEmpty_v = 3.4;
   /// Voltage of a cell at which rotors reach RotorParams::max_speed_rad_s.
@@ -83,36 +74,29 @@ struct BatteryParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"cells", {1, 14}, "cells of the battery, in series"}, self.cells);
-    v(ParamDoc{"capacity_ah", {0.1, 100}, "capacity of the battery"}, self.capacity_ah);
-    v(ParamDoc{"internal_resistance_ohm", {0, 1}, "internal resistance of the battery"},
-      self.internal_resistance_ohm);
     v(ParamDoc{"initial_charge_ratio", {0, 1}, "charge of the battery at the start"},
       self.initial_charge_ratio);
-    v(ParamDoc{"avionics_power_w", {0, 1000}, "electric power of computers and sensors"},
-      self.avionics_power_w);
   }
 };
 
 /// Wind: turbulence as an Ornstein-Uhlenbeck process on each axis, and horizontal gusts of the form 1 - cos
 /// (as in MIL-F-8785C, 3.7.3) from random directions.
 struct WindParams {
-  double turbulence_m_s = 0.3;            ///< standard deviation on each axis
-  double turbulence_correlation_s = 1.5;  ///< correlation time
-  double gust_m_s = 1.5;                  ///< peak speed of a gust
-  double gust_duration_s = 2;             ///< from calm to calm
-  double gust_period_s = 20;              ///< between the beginnings of two gusts; the first begins at half
+  double turbulence_m_s = 0.3;  ///< standard deviation on each axis
+  /// Correlation time of the turbulence.
+  static constexpr double kTurbulenceCorrelation_s = 1.5;
+  double gust_m_s = 1.5;  ///< peak speed of a gust
+  /// Of a gust, from calm to calm.
+  static constexpr double kGustDuration_s = 2;
+  /// Between the beginnings of two gusts; the first begins at half.
+  static constexpr double kGustPeriod_s = 20;
   static constexpr double kFaultGust_m_s = 4;  ///< peak speed of the fault `gust`
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"turbulence_m_s", {0, 20}, "standard deviation of the turbulence on each axis"},
       self.turbulence_m_s);
-    v(ParamDoc{"turbulence_correlation_s", {0.01, 100}, "correlation time of the turbulence"},
-      self.turbulence_correlation_s);
     v(ParamDoc{"gust_m_s", {0, 20}, "peak speed of the gusts"}, self.gust_m_s);
-    v(ParamDoc{"gust_duration_s", {0.1, 100}, "duration of a gust"}, self.gust_duration_s);
-    v(ParamDoc{"gust_period_s", {0.1, 1e6}, "time between the beginnings of two gusts"}, self.gust_period_s);
   }
 };
 
@@ -122,18 +106,6 @@ struct VibrationParams {
   double vibration_rad_s = 0.03;  ///< amplitude of each line in the angular velocity
   double imu_filter_hz = 188;     ///< cut-off of the IMU's second-order low pass, less than 500
   double imu_misalignment_rad = 0.0174533;  ///< angle between the IMU and its nominal orientation
-
-  template <class Self, class Visitor>
-  static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"vibration_m_s2", {0, 100}, "amplitude of a rotor's vibration in the accelerometers"},
-      self.vibration_m_s2);
-    v(ParamDoc{"vibration_rad_s", {0, 10}, "amplitude of a rotor's vibration in the gyroscopes"},
-      self.vibration_rad_s);
-    v(ParamDoc{"imu_filter_hz", {1, 450}, "cut-off frequency of the IMU's low-pass filter"},
-      self.imu_filter_hz);
-    v(ParamDoc{"imu_misalignment_rad", {0, 0.2}, "angle between the IMU and its nominal orientation"},
-      self.imu_misalignment_rad);
-  }
 };
 
 /// What the vehicle's own electronics do with a command.
@@ -152,7 +124,8 @@ struct InnerLoopParams {
   double attitude_damping_ratio = 0.8;      ///< of the second-order loop
   double attitude_time_constant_s = 0.257;  ///< of the first-order loop
   double attitude_gain = 0.75;              ///< reached per commanded angle, first-order loop
-  double yaw_rate_time_constant_s = 0.1;    ///< of the yaw rate, both loops
+  /// Of the yaw rate, both loops.
+  static constexpr double kYawRateTimeConstant_s = 0.1;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
@@ -166,8 +139,6 @@ struct InnerLoopParams {
       self.attitude_time_constant_s);
     v(ParamDoc{"attitude_gain", {0.1, 10}, "attitude reached per commanded one, first-order loop"},
       self.attitude_gain);
-    v(ParamDoc{"yaw_rate_time_constant_s", {0.01, 10}, "time constant of the yaw rate"},
-      self.yaw_rate_time_constant_s);
   }
 };
 
@@ -192,7 +163,6 @@ struct VehicleParams {
     RotorParams::visit(self.rotor, v);
     BatteryParams::visit(self.battery, v);
     WindParams::visit(self.wind, v);
-    VibrationParams::visit(self.vibration, v);
     InnerLoopParams::visit(self.inner_loop, v);
   }
 };

@@ -34,7 +34,7 @@ TEST(VehicleParams, PerfectOnesHaveNoDisturbance) {
   EXPECT_EQ(params.airframe.com_offset_m, 0);
   EXPECT_EQ(params.vibration.vibration_m_s2 + params.vibration.vibration_rad_s, 0);
   EXPECT_EQ(params.vibration.imu_misalignment_rad, 0);
-  EXPECT_GT(params.rotor.drag_constant_n_s2_m, 0);
+  EXPECT_GT(params.rotor.kDragConstant_n_s2_m, 0);
 }
 
 }  // namespace

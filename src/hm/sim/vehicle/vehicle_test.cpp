@@ -84,7 +84,7 @@ TEST(Vehicle, SteadyFlightTiltsByTheRotorsDrag) {
     (void)vehicle.step(command);
   }
   const double speed = vehicle.state().velocity_world_m_s.x();
-  const double drag = rotor.drag_constant_n_s2_m * vehicle.rotor_speed_rad_s().sum();
+  const double drag = rotor.kDragConstant_n_s2_m * vehicle.rotor_speed_rad_s().sum();
   EXPECT_NEAR(vehicle.state().velocity_world_m_s.z(), 0, 1e-4);
   EXPECT_NEAR(std::tan(kTilt_rad), drag * speed / weight_n, 2e-4 * std::tan(kTilt_rad));
   EXPECT_GT(speed, 2);
@@ -144,7 +144,7 @@ TEST(Vehicle, FliesIntoAWallThatWasFarAway) {
 
 TEST(Vehicle, IsPulledToACeilingAndCarriedByAFloor) {
   const VehicleSetup setup = calm_vehicle();
-  const double rotor_z = 2 + setup.params.airframe.rotor_height_m, near = 0.16;
+  const double rotor_z = 2 + setup.params.airframe.kRotorHeight_m, near = 0.16;
   Vehicle free(setup, cast_into_nothing());
   Vehicle below(setup, cast_into_planes({{Vec3(0, 0, rotor_z + near), -Vec3::UnitZ()}}));
   Vehicle above(setup, cast_into_planes({{Vec3(0, 0, rotor_z - 0.25), Vec3::UnitZ()}}));
@@ -154,7 +154,7 @@ TEST(Vehicle, IsPulledToACeilingAndCarriedByAFloor) {
     at_ceiling = below.step(rotors_at(kHover_rad_s));
     at_floor = above.step(rotors_at(kHover_rad_s));
   }
-  const double radius = setup.params.rotor.radius_m, force = in_air->specific_force_m_s2.z();
+  const double radius = setup.params.rotor.kRadius_m, force = in_air->specific_force_m_s2.z();
   const double down = 2 - below.state().T_world_base.translation().z();
   EXPECT_NEAR(at_ceiling->specific_force_m_s2.z() / force, ground_effect_factor(near + down, radius), 2e-3);
   const double sunk = 2 - above.state().T_world_base.translation().z();

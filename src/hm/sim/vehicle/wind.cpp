@@ -24,7 +24,7 @@ WindModel::WindModel(const WindParams& params, std::uint64_t seed)
 
 void WindModel::step(double step_s) {
   time_s_ += step_s;
-  const double keep = std::exp(-step_s / params_.turbulence_correlation_s);
+  const double keep = std::exp(-step_s / params_.kTurbulenceCorrelation_s);
   const double fresh = params_.turbulence_m_s * std::sqrt(1 - keep * keep);
   for (double& v : turbulence_) v = keep * v + rng_.normal(0, fresh);
 }
@@ -39,9 +39,9 @@ void WindModel::begin_gust(double duration_s) {
 }
 
 std::optional<WindGust> WindModel::periodic_gust() const {
-  const double periods = std::floor(time_s_ / params_.gust_period_s - 0.5);
+  const double periods = std::floor(time_s_ / params_.kGustPeriod_s - 0.5);
   if (periods < 0) return std::nullopt;
-  return WindGust{(periods + 0.5) * params_.gust_period_s, params_.gust_duration_s, params_.gust_m_s,
+  return WindGust{(periods + 0.5) * params_.kGustPeriod_s, params_.kGustDuration_s, params_.gust_m_s,
                   direction_rad(kGustStream + static_cast<std::uint64_t>(periods))};
 }
 

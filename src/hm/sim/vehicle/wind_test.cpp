@@ -37,7 +37,7 @@ TEST(Wind, TurbulenceHasItsVarianceAndSpectrum) {
         power[h] += std::norm(sum) * kStep_s * kStep_s / kSegment_s / 3;
       }
   }
-  const double s = params.turbulence_m_s, t = params.turbulence_correlation_s;
+  const double s = params.turbulence_m_s, t = params.kTurbulenceCorrelation_s;
   EXPECT_NEAR(square / (kSegments * kSteps), s * s, 0.06 * s * s);
   for (std::size_t h = 0; h < harmonics.size(); ++h) {
     const double wt = 2 * std::numbers::pi * harmonics[h] / kSegment_s * t;

@@ -92,10 +92,10 @@ Localisation GridLocaliser::follow(std::span<const Vec2> points_m, const SE2& T_
   CorrelativeSearchParams search;
   search.min_score = params_.kTrackMinScore;
   search.ambiguity_ratio = 1;
-  search.other_place_m = params_.window_m * widened;
+  search.other_place_m = params_.kWindow_m * widened;
   const CorrelativeMatch match =
       search_correlative(map_, points_m,
-                         {T_map_predicted, params_.window_m * widened, params_.window_m * widened,
+                         {T_map_predicted, params_.kWindow_m * widened, params_.kWindow_m * widened,
                           params_.kWindow_rad * widened},
                          search);
   if (match.status != CorrelativeStatus::kFound && match.status != CorrelativeStatus::kAmbiguous)

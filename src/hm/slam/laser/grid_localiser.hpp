@@ -22,12 +22,15 @@ struct GridLocaliserParams {
   double global_min_score = 0.55, ambiguity_ratio = 0.92;
   /// Minimum distance between two candidates that count as different places.
   double other_place_m = 1.0;
-  double window_m = 0.3;
+  /// Half width of the tracking window.
+  static constexpr double kWindow_m = 0.3;
   /// Half width of the tracking window.
   static constexpr double kWindow_rad = 0.2;
   /// Minimum mean likelihood for tracking.
   static constexpr double kTrackMinScore = 0.4;
+  /// After so many scans without a match the place is lost.
   int max_failures = 5;
+  /// Bound on the cost of one global search.
   int global_max_evaluations = 20'000'000;
 
   template <class Self, class Visitor>
@@ -37,11 +40,6 @@ struct GridLocaliserParams {
       self.global_min_score);
     v(ParamDoc{"ambiguity_ratio", {0, 1}, "no answer when another place scores more than this part of it"},
       self.ambiguity_ratio);
-    v(ParamDoc{"window_m", {0.01, 10}, "half the window of tracking"}, self.window_m);
-    v(ParamDoc{"max_failures", {1, 1000}, "after so many scans without a match the place is lost"},
-      self.max_failures);
-    v(ParamDoc{"global_max_evaluations", {1000, 2000000000}, "bound on the cost of one global search"},
-      self.global_max_evaluations);
   }
 };
 

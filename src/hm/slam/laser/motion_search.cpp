@@ -59,11 +59,11 @@ void MotionSearch::add(const PlanarScan& scan, const SE2& T_odom_base) {
   if (scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return;
   if (!keyframes_.empty()) {
     const SE2 motion = keyframes_.back().T_odom_base.inverse() * T_odom_base;
-    if (motion.translation().norm() < params_.keyframe_distance_m &&
-        std::abs(motion.angle()) < params_.keyframe_angle_rad)
+    if (motion.translation().norm() < params_.kKeyframeDistance_m &&
+        std::abs(motion.angle()) < params_.kKeyframeAngle_rad)
       return;
   }
-  if (keyframes_.size() >= static_cast<std::size_t>(params_.keyframes)) keyframes_.pop_front();
+  if (keyframes_.size() >= static_cast<std::size_t>(params_.kKeyframes)) keyframes_.pop_front();
   keyframes_.push_back({scan, T_odom_base});
   raster_.reset();
 }
@@ -75,7 +75,7 @@ const CorrelativeMap& MotionSearch::raster() {
     for (const Vec2& point : points_within(keyframe.scan, params_.kMaxPointRange_m,
                                            static_cast<std::size_t>(4 * params_.kMaxPoints)))
       points_m.push_back(keyframe.T_odom_base * point);
-  raster_.emplace(points_m, CorrelativeMapParams{kResolution_m, params_.sigma_m, kLevels});
+  raster_.emplace(points_m, CorrelativeMapParams{kResolution_m, params_.kSigma_m, kLevels});
   return *raster_;
 }
 
@@ -98,7 +98,7 @@ bool MotionSearch::agrees(const PlanarScan& scan, const SE2& T_odom_base) const 
 std::vector<MotionSearch::Place> MotionSearch::places(const std::vector<Vec2>& points_m,
                                                       const MotionSearchStart& start) {
   const double half_m =
-      std::min(params_.max_window_m, (1 + failures_) * params_.window_m + kWander_m_s * start.elapsed_s);
+      std::min(params_.kMaxWindow_m, (1 + failures_) * params_.window_m + kWander_m_s * start.elapsed_s);
   const double half_rad = std::min(start.half_angle_rad, std::numbers::pi);
   const int sectors = std::max(1, static_cast<int>(std::ceil(2 * half_rad / kSector_rad)));
   const double sector_rad = 2 * half_rad / sectors;
@@ -172,8 +172,8 @@ void MotionSearch::refine(const PlanarScan& scan, Place& place) {
   }
   const ScanMatch match =
       matcher_.match(nearest->scan, scan, nearest->T_odom_base.inverse() * place.T_odom_base);
-  if (!match.ok() || match.mean_error_m > params_.max_error_m ||
-      static_cast<double>(match.pairs) < params_.min_pairs_ratio * static_cast<double>(match.sensed_points))
+  if (!match.ok() || match.mean_error_m > params_.kMaxError_m ||
+      static_cast<double>(match.pairs) < params_.kMinPairsRatio * static_cast<double>(match.sensed_points))
     return;
   const SE2 refined = nearest->T_odom_base * *match.T_reference_sensed;
   const SE2 change = place.T_odom_base.inverse() * refined;

@@ -11,38 +11,38 @@
 namespace hm {
 
 struct MotionSearchParams {
-  int keyframes = 12;
-  double keyframe_distance_m = 0.3, keyframe_angle_rad = 0.35;
-  double sigma_m = 0.15;
+  /// Last keyframes that are searched for a scan.
+  static constexpr int kKeyframes = 12;
+  /// A keyframe when the last one is further away.
+  static constexpr double kKeyframeDistance_m = 0.3;
+  /// A keyframe when turned further from the last one: 20 degrees.
+  static constexpr double kKeyframeAngle_rad = 0.35;
+  /// Spread of the likelihood about a point.
+  static constexpr double kSigma_m = 0.15;
   /// Maximum range of the points used.
   static constexpr double kMaxPointRange_m = 12;
   /// Maximum number of points used per scan.
   static constexpr int kMaxPoints = 100;
   /// Minimum number of points of a scan.
   static constexpr int kMinPoints = 30;
-  double window_m = 0.8, max_window_m = 4;
+  double window_m = 0.8;
+  /// Half the window at most.
+  static constexpr double kMaxWindow_m = 4;
   double min_score = 0.5;
   /// Penalty for the deviation from the predicted velocity, per (m/s)^2.
   static constexpr double kShiftPenaltyS2PerM2 = 0.1;
   /// Penalty for the deviation from the predicted angular velocity, per (rad/s)^2.
   static constexpr double kTurnPenaltyS2PerRad2 = 0.03;
-  double min_pairs_ratio = 0.1, max_error_m = 0.06;
+  /// Share of the points that PL-ICP must pair to refine a place.
+  static constexpr double kMinPairsRatio = 0.1;
+  /// Mean distance from line that PL-ICP may leave.
+  static constexpr double kMaxError_m = 0.06;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"keyframes", {1, 1000}, "last keyframes that are searched for a scan"}, self.keyframes);
-    v(ParamDoc{"keyframe_distance_m", {0, 100}, "a keyframe when the last one is further away"},
-      self.keyframe_distance_m);
-    v(ParamDoc{"keyframe_angle_rad", {0, 3.2}, "a keyframe when turned further from the last one"},
-      self.keyframe_angle_rad);
-    v(ParamDoc{"sigma_m", {0.005, 1}, "spread of the likelihood about a point"}, self.sigma_m);
     v(ParamDoc{"window_m", {0.01, 50}, "half the window; wider by as much with every scan that is not found"},
       self.window_m);
-    v(ParamDoc{"max_window_m", {0.01, 50}, "half the window at most"}, self.max_window_m);
     v(ParamDoc{"min_score", {0, 1}, "mean likelihood of the points that is needed"}, self.min_score);
-    v(ParamDoc{"min_pairs_ratio", {0, 1}, "share of the points that PL-ICP must pair to refine a place"},
-      self.min_pairs_ratio);
-    v(ParamDoc{"max_error_m", {0, 1}, "mean distance from line that PL-ICP may leave"}, self.max_error_m);
   }
 };
 

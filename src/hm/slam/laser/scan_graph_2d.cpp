@@ -152,7 +152,7 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
   std::vector<std::size_t> anchors;
   for (std::size_t s = 0; s + 1 < submaps_.size(); ++s) {
     const ScanSubmap& submap = submaps_[s];
-    if (submap.end + static_cast<std::size_t>(params_.min_keyframes_apart) > node + 1) break;
+    if (submap.end + static_cast<std::size_t>(params_.kMinKeyframesApart) > node + 1) break;
     const double distance_m = apartness(submap);
     if (distance_m > params_.kMaxLoopDistance_m + params_.max_window_m) continue;
     candidates.push_back({s, distance_m, {}});

@@ -21,7 +21,8 @@ struct ScanGraph2DParams {
   static constexpr double kMaxPointRange_m = 20;
   /// Maximum number of points of a scan used for loop search.
   static constexpr int kMaxSearchPoints = 120;
-  int min_keyframes_apart = 12;
+  /// A loop spans at least so many keyframes: nearer ones see the same as odometry did.
+  static constexpr int kMinKeyframesApart = 12;
   /// Maximum number of submaps searched per keyframe; 0: no loops.
   static constexpr int kMaxSubmapsTried = 2;
   /// Maximum distance of a searched submap, in addition to the uncertainty.
@@ -58,8 +59,6 @@ struct ScanGraph2DParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"min_keyframes_apart", {1, 100000}, "a loop spans at least so many keyframes"},
-      self.min_keyframes_apart);
     v(ParamDoc{"max_window_m", {0, 100}, "half the search window at most"}, self.max_window_m);
     v(ParamDoc{"min_score", {0, 1}, "mean likelihood that a loop needs"}, self.min_score);
     v(ParamDoc{"ambiguity_ratio", {0, 1}, "no loop when another place scores more than this part of it"},

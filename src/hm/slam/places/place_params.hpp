@@ -6,22 +6,20 @@ namespace hm {
 /// Parameters of the candidate search by feature descriptors (dissertation 3.3.2).
 struct PlaceSearchParams {
   int candidates = 10;
+  /// Nearest descriptors that vote, per feature (k).
   int neighbours = 4;
   /// Maximum descriptor distance for votes and matches.
   static constexpr int kMaxDescriptorBits = 64;
   /// Minimum number of votes of a candidate.
   static constexpr int kMinVotes = 4;
+  /// Nearer keyframes of a submap are no loop.
   int min_keyframes_apart = 2;
+  /// Descriptors compared per feature: more finds more, slower.
   int max_checks = 512;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"candidates", {1, 100000}, "keyframes that are verified at most (n)"}, self.candidates);
-    v(ParamDoc{"neighbours", {1, 1000}, "nearest descriptors that vote, per feature (k)"}, self.neighbours);
-    v(ParamDoc{"min_keyframes_apart", {1, 100000}, "nearer keyframes of a submap are no loop"},
-      self.min_keyframes_apart);
-    v(ParamDoc{"max_checks", {16, 1000000}, "descriptors compared per feature: more finds more, slower"},
-      self.max_checks);
   }
 };
 
@@ -31,7 +29,8 @@ struct PlaceVerifierParams {
   static constexpr int kMaxMatchBits = 64;
   /// Maximum ratio of a match's descriptor distance to the second best.
   static constexpr double kMatchRatio = 0.85;
-  int max_iterations = 500;
+  /// Samples of RANSAC at most.
+  static constexpr int kMaxIterations = 500;
   /// Confidence at which RANSAC ends.
   static constexpr double kConfidenceRatio = 0.99;
   /// Maximum squared Mahalanobis distance of an inlier (chi-squared, 3 degrees of freedom, 99 %).
@@ -48,20 +47,19 @@ struct PlaceVerifierParams {
   double rival_ratio = 0.6;
   /// Maximum conflict_ratio() of an accepted motion.
   static constexpr double kMaxConflictRatio = 0.1;
-  double sigma_floor_m = 0.003, sigma_floor_rad = 0.002;
+  /// Added to a registration: what it does not know of itself.
+  double sigma_floor_m = 0.003;
+  /// Added to a registration.
+  double sigma_floor_rad = 0.002;
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_iterations", {1, 1000000}, "samples of RANSAC at most"}, self.max_iterations);
     v(ParamDoc{"min_inliers", {4, 100000}, "matches that agree once the motion guides the search for them"},
       self.min_inliers);
     v(ParamDoc{"rival_ratio",
                {0, 1},
                "no answer when another motion explains this part of the inliers with other matches"},
       self.rival_ratio);
-    v(ParamDoc{"sigma_floor_m", {0, 1}, "added to a registration: what it does not know of itself"},
-      self.sigma_floor_m);
-    v(ParamDoc{"sigma_floor_rad", {0, 1}, "added to a registration"}, self.sigma_floor_rad);
   }
 };
 

@@ -100,7 +100,7 @@ std::optional<SE3> best_sample(const std::vector<MatchPoints>& points, const Pla
   const auto wanted = static_cast<std::size_t>(
       std::max<double>(params.kMinSeeds, params.kMinSeedRatio * static_cast<double>(points.size())));
   double needed = samples_needed(std::min(wanted, points.size()), points.size(), params.kConfidenceRatio);
-  for (int i = 0; i < params.max_iterations && i < needed; ++i) {
+  for (int i = 0; i < params.kMaxIterations && i < needed; ++i) {
     const auto sample = draw(rng, points, params.kMaxMatchDistance_m);
     if (!sample) continue;
     std::array<Vec3, 3> p_a, p_b;

@@ -12,7 +12,7 @@ Mat6 odometry_covariance(const SE3& T_last_now, const Keyframe& now, const RgbdL
   const double way_m = T_last_now.translation().norm();
   const bool is_known = !now.motion_covariance.isZero(0);
   const double sigma_m = is_known ? params.kOdometryFloor_m + params.kOdometryFloorRatio * way_m
-                                  : params.kOdometrySigma_m + params.odometry_drift_ratio * way_m;
+                                  : params.kOdometrySigma_m + params.kOdometryDriftRatio * way_m;
   const double sigma_rad = is_known ? params.kOdometryFloor_rad + params.kOdometryFloor_rad_m * way_m
                                     : params.kOdometrySigma_rad + params.kOdometryDrift_rad_m * way_m;
   Vec6 variances;
@@ -70,7 +70,7 @@ void KeyframeGraph::add_loop(const PoseEdge3D& edge) {
 KeyframeGraphSolution KeyframeGraph::solve(std::size_t first) {
   GraphPart<PoseGraph3D> part = part_since(graph_, first);
   ContradictionResult result =
-      solve_without_contradictions(part.graph, params_.max_loop_chi2, params_.solver, part.held);
+      solve_without_contradictions(part.graph, params_.kMaxLoopChi2, params_.solver, part.held);
   put_back(part, graph_);
   KeyframeGraphSolution solution{std::move(result.solution), {}};
   for (auto taken = result.removed.rbegin(); taken != result.removed.rend(); ++taken) {

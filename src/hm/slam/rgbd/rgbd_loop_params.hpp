@@ -22,7 +22,8 @@ struct RgbdLoopParams {
   static constexpr double kOdometrySigma_m = 0.003;
   /// Constant part of the rotation's deviation, radians.
   static constexpr double kOdometrySigma_rad = 0.002;
-  double odometry_drift_ratio = 0.01;
+  /// Part of the translation's deviation that grows with the translation.
+  static constexpr double kOdometryDriftRatio = 0.01;
   /// Part of the rotation's deviation that grows with the translation, radians a metre.
   static constexpr double kOdometryDrift_rad_m = 0.004;
   // Where odometry states a covariance, the squares of these deviations are added to it: a floor.
@@ -54,7 +55,8 @@ struct RgbdLoopParams {
   static constexpr int kMaxWaitingKeyframes = 30;
   /// A loop becomes an edge when the graph's variance of its motion is larger by this factor.
   static constexpr double kMinInformationGainRatio = 1;
-  double max_loop_chi2 = 40;
+  /// Loops that disagree more with the solved graph are taken out.
+  static constexpr double kMaxLoopChi2 = 40;
   PoseGraphSolverParams solver{50, 9};
 
   /// Own parameters only; search, verifier and solver are sections of their own, since some names are the
@@ -72,10 +74,6 @@ struct RgbdLoopParams {
                "before they are adjusted, match features of all keyframes that see the same place",
                ParamLevel::kBasic},
       self.match_covisible);
-    v(ParamDoc{"odometry_drift_ratio", {0, 1}, "and the part that grows with the way"},
-      self.odometry_drift_ratio);
-    v(ParamDoc{"max_loop_chi2", {0, 1e9}, "loops that disagree more with the solved graph are taken out"},
-      self.max_loop_chi2);
   }
 };
 

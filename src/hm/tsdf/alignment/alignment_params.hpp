@@ -13,6 +13,7 @@ struct AlignmentParams {
   static constexpr int kSmoothing_px = 2;
   /// Readings closer to each other than this count as one observation.
   static constexpr int kIndependent_px = 8;
+  /// Maximum number of iterations per round.
   int max_iterations = 10;
   /// Width of the robust function, in standard deviations of the distance from the surface.
   static constexpr double kRobustSigmasRatio = 1.5;
@@ -26,8 +27,10 @@ struct AlignmentParams {
   static constexpr double kMinObservabilityRatio = 0.002;
   double min_inlier_ratio = 0.6;
   double min_overlap_ratio = 0.25;
-  double max_translation_m = 0.25;
-  double max_rotation_rad = 0.2;
+  /// Larger corrections of the position are rejected.
+  static constexpr double kMaxTranslation_m = 0.25;
+  /// Larger corrections of the orientation are rejected.
+  static constexpr double kMaxRotation_rad = 0.2;
   double prior_shift_sigma_m = 0.01;
   double prior_turn_sigma_rad = 0.01;
   double odometry_sigmas_ratio = 8.0;
@@ -35,7 +38,6 @@ struct AlignmentParams {
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
-    v(ParamDoc{"max_iterations", {1, 100}, "maximum number of iterations per round"}, self.max_iterations);
     v(ParamDoc{"search_voxel",
                {0, 64},
                "distance along a ray over which the surface is searched for when the prior pose is "
@@ -51,10 +53,6 @@ struct AlignmentParams {
       self.min_inlier_ratio);
     v(ParamDoc{"min_overlap_ratio", {0, 1}, "minimum share of the readings that lie on the map"},
       self.min_overlap_ratio);
-    v(ParamDoc{"max_translation_m", {0, 10}, "larger corrections of the position are rejected"},
-      self.max_translation_m);
-    v(ParamDoc{"max_rotation_rad", {0, 3}, "larger corrections of the orientation are rejected"},
-      self.max_rotation_rad);
     v(ParamDoc{"prior_shift_sigma_m",
                {1e-6, 10},
                "position error of given poses from frame to frame, standard deviation per axis; larger "

@@ -280,7 +280,7 @@ void AlignmentRun::judge(AlignmentResult& result) const {
   } else if (after.cost > result.before.cost) {
     result.reason = fmt::format("it explains the scan worse than before: mean cost {:.4f} after {:.4f}",
                                 after.cost, result.before.cost);
-  } else if (shift_m > params_.max_translation_m || turn_rad > params_.max_rotation_rad) {
+  } else if (shift_m > params_.kMaxTranslation_m || turn_rad > params_.kMaxRotation_rad) {
     result.reason =
         fmt::format("a correction of {:.3f} m and {:.3f} rad exceeds the limits", shift_m, turn_rad);
   } else {

@@ -80,10 +80,7 @@ struct TsdfParams {
     v(ParamDoc{"near_m", {0.01, 100}, "readings nearer than this are ignored", ParamLevel::kBasic},
       self.near_m);
     v(ParamDoc{"far_m", {0.1, 200}, "readings farther than this only carve", ParamLevel::kBasic}, self.far_m);
-    v(ParamDoc{"dynamic_truncation",
-               {},
-               "truncation follows the sensor's noise at the measured depth",
-               ParamLevel::kBasic},
+    v(ParamDoc{"dynamic_truncation", {}, "truncation follows the sensor's noise at the measured depth"},
       self.dynamic_truncation);
     v(ParamDoc{"truncation_sigmas_ratio",
                {0.5, 20},

@@ -62,7 +62,6 @@ void add_latency(const StageLatency& stage, SummaryTree& v) {
 ParamList list_flight_mission(FlightParameters& parameters) {
   ParamList list = list_flight(parameters.flight);
   list.add("pilot", parameters.pilot);
-  list.add("ground_station", parameters.ground_station);
   list.add_missing(list_laser(parameters.perception));
   return list;
 }
