@@ -1,6 +1,6 @@
 // An independent MAVLink implementation (node-mavlink, a process of its own) against which src/hm/link is tested.
 //
-//   npm install --prefix tests/link          once; src/hm/link/node_peer_test.cpp then finds it
+//   npm ci --prefix tests/link               `./hm test` does it; src/hm/link/node_peer_test.cpp then finds it
 //   node node_peer.js vectors > FILE         writes the frames that mavlink_vectors_test.cpp reads without node
 //   node node_peer.js live PORT              talks over UDP to a peer at 127.0.0.1:PORT, until standard input ends
 //
