@@ -13,7 +13,7 @@ const { MavLinkProtocolV2, MavLinkPacketSplitter, MavLinkPacketParser } = requir
 const { minimal, common, standard } = require('mavlink-mappings')
 
 const REGISTRY = { ...standard.REGISTRY, ...common.REGISTRY, ...minimal.REGISTRY }
-const MESSAGES = [0, 1, 20, 21, 22, 23, 30, 31, 32, 43, 44, 48, 69, 76, 77, 82, 84, 102, 111, 147, 148, 245, 253, 331, 93, 107]
+const MESSAGES = [0, 1, 20, 21, 22, 23, 30, 31, 32, 43, 44, 48, 69, 76, 77, 82, 84, 102, 111, 147, 148, 245, 253, 331, 93, 107, 75]
 const KEY = Buffer.from(Array.from({ length: 32 }, (_, i) => i))  // of the signed vectors
 const IFLAG_SIGNED = 1
 
