@@ -1,5 +1,4 @@
-// Rows about flying: hovering, steps, way points, fail-safes, speed, memory; each in closed loop, against the
-// truth.
+// Rows about flying: hovering, steps, way points, speed, memory; each in closed loop, against the truth.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -7,7 +6,6 @@
 
 #include "hm/core/process_memory.hpp"
 #include "hm/core/stopwatch.hpp"
-#include "hm/flight/flight_text.hpp"
 #include "hm/flight/trace/core_replay.hpp"
 #include "hm/pipeline/flight/mission/flight_log.hpp"
 #include "hm/sim/world/house_plan.hpp"
@@ -209,43 +207,6 @@ double course_m(const FlightScript& course) {
   return length_m;
 }
 
-/// When the newest pose and height that reached the board were measured.
-class MessageTimes : public FlightObserver {
- public:
-  void on_pose(const Received<PoseMessage>& pose) override { pose_s_.push_back(pose.measured.pose.stamp); }
-  void on_height(const Received<HeightMessage>& height) override {
-    height_s_.push_back(height.measured.height.stamp);
-  }
-  [[nodiscard]] const std::vector<Time>& poses() const { return pose_s_; }
-  [[nodiscard]] const std::vector<Time>& heights() const { return height_s_; }
-
- private:
-  std::vector<Time> pose_s_, height_s_;
-};
-
-/// A fault, and the fail-safe that must act so long after what it is counted from.
-struct ExpectedFailSafe {
-  const char* script;
-  FailSafe which;
-  double after_s;
-  enum class From { kFault, kPose, kHeight } from;
-};
-
-constexpr double kStart_s = 1;  ///< stamp of a flight's first moment
-
-/// Seconds since the start from which a fail-safe counts: the fault's beginning, or the last stamp that
-/// arrived before the fail-safe acted.
-double counted_from(const ExpectedFailSafe& expected, const MessageTimes& times, double fault_s,
-                    double acted_s) {
-  if (expected.from == ExpectedFailSafe::From::kFault) return fault_s;
-  double last_s = 0;
-  const bool pose = expected.from == ExpectedFailSafe::From::kPose;
-  for (const Time stamp : pose ? times.poses() : times.heights())
-    if (stamp.seconds() - kStart_s < acted_s - 0.5 * expected.after_s)
-      last_s = std::max(last_s, stamp.seconds() - kStart_s);
-  return last_s;
-}
-
 /// Keeps the inputs of a core's steps.
 class StepInputs : public FlightObserver {
  public:
@@ -347,51 +308,11 @@ Result<BenchResult> bench_fly_waypoints(const BenchOptions& options) {
   }
   BenchResult result;
   result.rows = {{"fly_waypoints", worst_m * kCm, {}},
+                 {"fly_waypoints_speed", speed_m_s, {}},
                  {"fly_waypoints_collisions", static_cast<double>(collisions_of(flown) + missed), {}}};
   result.details = JsonValue::object({{"course_m", course_m(course)},
                                       {"way_points", flown.front().log.way_points().size()},
-                                      {"missed", missed},
-                                      {"slowest_mean_speed_m_s", speed_m_s}});
-  return result;
-}
-
-Result<BenchResult> bench_fly_failsafes(const BenchOptions& options) {
-  using From = ExpectedFailSafe::From;
-  const FailSafeParams limits;
-  const auto s = [](float value) { return static_cast<double>(value); };
-  const ExpectedFailSafe expected[] = {
-      {"fault laser_off at 12 for 2", FailSafe::kPoseStale, s(limits.pose_stale_s), From::kPose},
-      {"fault laser_off at 12 for 2", FailSafe::kHeightStale, s(limits.height_stale_s), From::kHeight},
-      {"fault laser_off at 12 for 2", FailSafe::kPoseLost, s(limits.pose_lost_s), From::kPose},
-      {"fault imu_gap at 12 for 0.05", FailSafe::kImuGap, s(limits.imu_gap_s), From::kFault},
-      {"fault imu_gap at 12 for 1", FailSafe::kImuLost, s(limits.imu_lost_s), From::kFault},
-      {"fault link_cut at 12 for 3", FailSafe::kPoseStale, s(limits.pose_stale_s), From::kPose},
-  };
-  constexpr double kFault_s = 12;
-  const FlightSite site(WorldKind::kHouse, 1);
-  BenchResult result;
-  double worst_steps = 0;
-  std::size_t collisions = 0;
-  for (const ExpectedFailSafe& row : expected)
-    for (int seed = 1; seed <= seeds_of(options); ++seed) {
-      FlightRunParams params;
-      params.run.seed = seed;
-      MessageTimes times;
-      const Flown flown = fly(
-          site, params, script_of(fmt::format("takeoff 1.2\nwait 8\n{}\nwait 4\nland", row.script)), &times);
-      double off_steps = std::numeric_limits<double>::infinity();
-      for (const FailSafeEpisode& episode : flown.log.fail_safes())
-        if (episode.which == row.which && std::isinf(off_steps))
-          off_steps = 1e3 * std::abs(episode.begin_s - row.after_s -
-                                     counted_from(row, times, kFault_s, episode.begin_s));
-      worst_steps = std::max(worst_steps, off_steps);
-      const bool cut = row.which == FailSafe::kImuLost;  // it falls, as it must
-      collisions += cut ? 0 : flown.collisions;
-      result.details[fmt::format("{} ({})", text_of(row.which), row.script)] =
-          JsonValue::object({{"steps_off", off_steps}, {"collisions", flown.collisions}});
-    }
-  result.rows = {{"fly_failsafes", worst_steps, {}},
-                 {"fly_failsafes_collisions", static_cast<double>(collisions), {}}};
+                                      {"missed", missed}});
   return result;
 }
 
@@ -414,12 +335,14 @@ Result<BenchResult> bench_fly_soak(const BenchOptions& options) {
   const double hover_s = options.frame_limit > 0 ? kQuickHour_s : kHour_s;
   const FlightSite site(WorldKind::kHouse, 1);
   FlightRun run(site, {}, {});
+  FlightLog log;
   ScriptPilot pilot;
   for (const FlightOrder& order : hover_script(1.3, Duration::from_seconds(hover_s)).orders) pilot.add(order);
   pilot.close();
   std::size_t quarter_bytes = 0, end_bytes = 0;
   while (!pilot.is_over()) {
     run.step(pilot.step(pilot_view(run.moment())));
+    log.add(run, pilot);
     const double now_s = run.elapsed().seconds();
     if (quarter_bytes == 0 && now_s >= hover_s / 4) quarter_bytes = resident_bytes();
     if (now_s <= hover_s)

@@ -1,8 +1,12 @@
 #include "fly_flags.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
+#include <span>
 
+#include "hm/core/text/nearest_name.hpp"
 #include "hm/link/transport/transport_url.hpp"
 #include "hm/pipeline/flight/emulated_board.hpp"
 #include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
@@ -37,6 +41,15 @@ hm::Result<std::unique_ptr<hm::FlightCore>> start_external(const hm::FlightRunPa
       std::make_unique<hm::MavlinkAutopilot>(std::move(*transport), setup));
 }
 
+/// A usage error of --world; empty: none.
+std::string check_world(const std::string& text) {
+  const std::span<const std::string_view> names(hm::kWorldKindNames);
+  if (std::ranges::find(names, text) != names.end()) return {};
+  const auto nearest = hm::nearest_name(text, names);
+  return nearest ? fmt::format("unknown world '{}'; did you mean '{}'?", text, *nearest)
+                 : fmt::format("unknown world '{}'; there are {}", text, fmt::join(names, ", "));
+}
+
 /// A usage error of --autopilot; empty: none.
 std::string check_autopilot(const std::string& text) {
   if (text == "core" || text == "qemu" || text.starts_with(kMavlink)) return {};
@@ -57,9 +70,7 @@ hm::Result<void> add_faults(const std::vector<std::string>& texts, hm::FlightScr
 void FlyFlags::add_to(CLI::App& command) {
   output.add_to(command, "MISSION_flight, FILE_flight");
   serve.add_to(command);
-  command.add_option("--world", world, "house, room or corridor (default: house)")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(std::begin(hm::kWorldKindNames), std::end(hm::kWorldKindNames))));
+  command.add_option("--world", world, "house, room or corridor (default: house)")->check(check_world);
   command
       .add_option(
           "--autopilot", autopilot,

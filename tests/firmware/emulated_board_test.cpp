@@ -44,13 +44,13 @@ TEST_F(EmulatedBoardTest, FliesInClosedLoopWithTheBitsOfTheHost) {
     ++steps;
     return outputs;
   };
-  rig.run_ms(100);
+  rig.run_ms(800);
   EXPECT_EQ(rig.send(CommandKind::kToggleEngage), Refusal::kNone);
   rig.run_ms(350);
   EXPECT_EQ(rig.send(CommandKind::kTakeOff), Refusal::kNone);
   rig.run_ms(2500);
   ASSERT_FALSE(board->failure()) << to_string(*board->failure());
-  EXPECT_EQ(steps, 2952);
+  EXPECT_EQ(steps, 3652);
   EXPECT_EQ(different, 0);
   EXPECT_GT(rig.body.position.z(), FlightRig::kFeet_m + 0.5);  // it did fly
 }

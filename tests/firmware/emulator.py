@@ -30,9 +30,9 @@ def build(folder):
             raise RuntimeError(f"{' '.join(map(str, words))} failed:\n{done.stdout[-4000:]}")
 
 
-def fly_trace(path):
+def fly_trace(path, *more):
     """Flies the course of the flight tests on the host and writes its core.trace."""
-    subprocess.run([os.environ["HM_FLY_TRACE"], path], check=True, capture_output=True)
+    subprocess.run([os.environ["HM_FLY_TRACE"], path, *more], check=True, capture_output=True)
 
 
 def replay(folder, trace):

@@ -58,6 +58,14 @@ class Replay(unittest.TestCase):
         self.assertEqual((found["difference"], found["index"], found["step"]), ("position", 1, 4000))
         self.assertNotEqual(found["recorded_bits"], found["replayed_bits"])
 
+    def test_a_bug_planted_in_one_of_the_cores_is_found(self):
+        path = Path(self.work.name, "bug.trace")
+        emulator.fly_trace(path, "planted-bug")
+        code, found = emulator.replay(FOLDER, path)
+        self.assertEqual(code, 1, found)
+        self.assertEqual(found["difference"], "rotor speed")
+        self.assertGreater(found["step"], 1000)  # on the ground no gain counts
+
     def test_another_input_gives_other_outputs(self):
         code, found = self.replay_of(self.changed(4000, INPUT + 4, 0.01))  # pitch rate
         self.assertEqual(code, 1, found)

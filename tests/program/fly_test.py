@@ -169,6 +169,13 @@ class Fly(support.ProgramTest):
         self.assertEqual(run["end_state"], "landed")
         self.assertIn("missed", run["warnings"][0])
 
+    def test_a_take_off_without_a_height_goes_to_the_parameters(self):
+        self.write("up.fly", "takeoff\nwait 4\nland\n")
+        run = self.run_json("fly", "script", "up.fly", "--set", "guidance.takeoff_height_m=0.8", "--fault",
+                            "camera_black at 5 for 1", "-o", "out", *QUICK)
+        self.assertLess(run["hover"]["max_z_m"], 0.10)
+        self.assertIn("camera_black", run["warnings"][0])
+
     def test_a_collision_is_a_failure(self):
         self.write("wall.fly", "takeoff 1\nvelocity 0 1 0 0 for 4\nland\n")
         run = self.run_json("fly", "script", "wall.fly", "-o", "out", *QUICK, expect=1)
@@ -189,8 +196,10 @@ class Fly(support.ProgramTest):
         self.assertEqual(self.run_json("fly", "waypoints", "bad.txt", expect=2)["error"]["where"], "bad.txt:1")
         self.run_json("fly", "script", "none.fly", expect=3)
         self.run_json("fly", "hover", "--world", "moon", expect=2)
+        self.assertIn("did you mean 'house'?", self.run_json("fly", "hover", "--world", "hous", expect=2)["error"]["message"])
         self.run_json("fly", "hover", "--fault", "gust at x for 1", expect=2)
-        self.run_json("fly", "hover", "--set", "pilot.arival_m=1", expect=2)
+        unknown = self.run_json("fly", "hover", "--set", "pilot.arival_m=1", expect=2)["error"]
+        self.assertIn("pilot.arrival_m", unknown["message"])
         self.assertIn("did you mean 'hover'", self.run_hm("fly", "hovr", expect=2).stderr)
 
     def start_long(self, *more):

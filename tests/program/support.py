@@ -31,16 +31,16 @@ class ProgramTest(unittest.TestCase):
         return subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True, **options)
 
-    def run_hm(self, *words, expect=0):
+    def run_hm(self, *words, expect=0, **environment):
         result = subprocess.run([PROGRAM, *map(str, words)], cwd=self.folder, capture_output=True, text=True,
-                                timeout=500)
+                                timeout=500, env={**os.environ, **environment})
         self.assertEqual(result.returncode, expect,
                          f"hm {' '.join(map(str, words))}\n{result.stdout[-3000:]}\n{result.stderr[-3000:]}")
         return result
 
-    def run_json(self, *words, expect=0):
+    def run_json(self, *words, expect=0, **environment):
         """Runs with --json; the one object on standard output, its common keys checked."""
-        result = self.run_hm(*words, "--json", expect=expect)
+        result = self.run_hm(*words, "--json", expect=expect, **environment)
         document = json.loads(result.stdout)  # fails on anything before or after the object
         self.assertIsInstance(document, dict)
         self.assertLessEqual(COMMON_KEYS, set(document), words)

@@ -33,7 +33,8 @@ bool is_used(FusionStatus status) {
          status == FusionStatus::kWaiting || status == FusionStatus::kRecovered;
 }
 bool is_invalid(FusionStatus status) {
-  return status == FusionStatus::kInvalid || status == FusionStatus::kTimeBackwards;
+  return status == FusionStatus::kInvalid || status == FusionStatus::kTimeBackwards ||
+         status == FusionStatus::kTooOld || status == FusionStatus::kFromFuture;
 }
 
 }  // namespace
@@ -85,11 +86,7 @@ const AutopilotOutputs& Autopilot::step(const AutopilotInputs& inputs) {
 void Autopilot::estimate(const AutopilotInputs& inputs) {
   if (inputs.imu) take_imu(*inputs.imu);
   if (inputs.pose) take_pose(*inputs.pose);
-  if (inputs.height) {
-    const FusionStatus status = estimator_.add_height(*inputs.height);
-    if (is_invalid(status)) ++outputs_.invalid_inputs;
-    if (is_used(status) && inputs.height->stamp > height_at_) height_at_ = inputs.height->stamp;
-  }
+  if (inputs.height) take_height(*inputs.height);
   if (inputs.computer_alive) {
     computer_seen_ = true;
     computer_at_ = now_;
@@ -112,7 +109,10 @@ void Autopilot::take_imu(InertialReading<float> imu) {
     ++outputs_.invalid_inputs;
   }
   const Vec3f rates_rad_s = imu.angular_velocity_rad_s;
-  if (machine_.state() == AutopilotState::kOff && is_finite_f(rates_rad_s)) gyro_.add(rates_rad_s);
+  const bool stands =
+      machine_.state() == AutopilotState::kOff ||
+      (!gyro_.is_calibrated() && !in_air(machine_.state()));  // motors vibrate: only if needed
+  if (stands && is_finite_f(rates_rad_s)) gyro_.add(rates_rad_s);
   imu.angular_velocity_rad_s -= gyro_.bias_rad_s();
   const FusionStatus status = estimator_.add_imu(imu);
   if (is_invalid(status)) {
@@ -126,10 +126,25 @@ void Autopilot::take_imu(InertialReading<float> imu) {
   specific_force_m_s2_ = R_base_imu_ * imu.specific_force_m_s2;
 }
 
+void Autopilot::take_height(const BasicHeightReading<float>& height) {
+  // The filter would take a repeated one for another measurement.
+  const bool is_newer = !height_used_ || height.stamp > *height_used_;
+  const FusionStatus status = is_newer ? estimator_.add_height(height) : FusionStatus::kTimeBackwards;
+  if (is_invalid(status)) ++outputs_.invalid_inputs;
+  if (!is_used(status)) return;
+  height_used_ = height.stamp;
+  if (height.stamp > height_at_) height_at_ = height.stamp;
+}
+
 void Autopilot::take_pose(const PoseReading<float>& pose) {
+  if (pose_used_ && pose.stamp <= *pose_used_) {
+    ++outputs_.invalid_inputs;
+    return;
+  }
   const FusionStatus status = is_doubtful(pose) ? FusionStatus::kRejected : estimator_.add_pose(pose);
   if (is_invalid(status)) ++outputs_.invalid_inputs;
   if (is_used(status)) {
+    pose_used_ = pose.stamp;
     if (pose.stamp > pose_at_) pose_at_ = pose.stamp;
     refused_since_.reset();
   }
@@ -189,7 +204,8 @@ Refusal Autopilot::may_take_off(const AutopilotInputs& inputs) const {
   const bool fresh = safety.pose_age < duration_of(limits_.pose_stale_s) &&
                      safety.height_age < duration_of(limits_.height_stale_s) &&
                      safety.imu_age < duration_of(limits_.imu_gap_s);
-  if (!state_.planar_ready || !state_.height_ready || !fresh) return Refusal::kNotReady;
+  if (!state_.planar_ready || !state_.height_ready || !fresh || !gyro_.is_calibrated())
+    return Refusal::kNotReady;
   const float least = max_f(safety.return_need_ratio, limits_.battery_empty_ratio);
   if (battery_known_ && battery_ratio_ < least) return Refusal::kBatteryLow;
   return Refusal::kNone;

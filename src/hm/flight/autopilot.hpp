@@ -83,11 +83,13 @@ class Autopilot {
   [[nodiscard]] const CommandGate& gate() const { return gate_; }
   [[nodiscard]] const FlightStateMachine& machine() const { return machine_; }
   [[nodiscard]] const Guidance& guidance() const { return guidance_; }
+  [[nodiscard]] const Cascade& cascade() const { return cascade_; }
 
  private:
   void estimate(const AutopilotInputs& inputs);
   void take_imu(InertialReading<float> imu);
   void take_pose(const PoseReading<float>& pose);
+  void take_height(const BasicHeightReading<float>& height);
   [[nodiscard]] bool is_doubtful(const PoseReading<float>& pose);
   [[nodiscard]] bool jumps(const PoseReading<float>& pose) const;
   void check_tilt(const ControlState& state);
@@ -122,6 +124,7 @@ class Autopilot {
 
   bool started_ = false, e_stop_ = false, computer_seen_ = false;
   Time now_, pose_at_, height_at_, imu_at_, set_point_at_, computer_at_;
+  std::optional<Time> pose_used_, height_used_;  // stamps of the last that the estimator took
   std::optional<Time> refused_since_, jumped_at_, mismatch_since_;
   std::optional<PoseReading<float>> last_pose_;
   std::optional<float> turned_rad_;           // by which the poses' sensor is turned; latched in the air

@@ -117,6 +117,18 @@ TEST(Autopilot, EveryRefusalSaysWhy) {
   EXPECT_EQ(rig.autopilot->gate().refused(Refusal::kErrorLatched), 1u);
 }
 
+TEST(Autopilot, TakesOffOnlyOnceTheGyroscopesAreCalibrated) {
+  FlightRig rig;
+  rig.run_ms(100);
+  EXPECT_EQ(rig.send(CommandKind::kToggleEngage), Refusal::kNone);
+  rig.run_ms(600);
+  EXPECT_EQ(rig.autopilot->outputs().state, AutopilotState::kIdle);
+  EXPECT_EQ(rig.send(CommandKind::kTakeOff), Refusal::kNotReady);
+  rig.run_ms(GyroCalibration::kLeastSamples - 702);  // of all steps so far
+  EXPECT_EQ(rig.send(CommandKind::kTakeOff), Refusal::kNone);
+  EXPECT_EQ(rig.autopilot->outputs().state, AutopilotState::kFlying);
+}
+
 TEST(Autopilot, AVelocityLastsAsLongAsThePilotHoldsIt) {
   FlightRig rig;
   rig.take_off();
@@ -379,6 +391,64 @@ TEST(Autopilot, BadInputReachesNoOutput) {
   EXPECT_EQ(polluted->outputs().invalid_inputs, broken);
   EXPECT_EQ(polluted->outputs().state, AutopilotState::kFlying);
   EXPECT_EQ(polluted->gate().refused(Refusal::kStaleStamp), 8997u);
+}
+
+TEST(Autopilot, RepeatedAndOlderMeasurementsAreIgnoredAndCounted) {
+  FlightRig rig;
+  const auto polluted = std::make_unique<Autopilot>();
+  std::uint32_t repeated = 0;
+  std::optional<PoseReading<float>> pose;
+  std::optional<BasicHeightReading<float>> height;
+  for (int i = 0; i < 5000; ++i) {
+    if (i == 1500)
+      rig.send(CommandKind::kToggleEngage);
+    else if (i == 2500)
+      rig.send(CommandKind::kTakeOff);
+    else if (i == 2501)
+      rig.send(CommandKind::kRelease);
+    else
+      rig.run_ms(1);
+    AutopilotInputs inputs = rig.inputs;
+    if (inputs.pose) pose = inputs.pose;
+    if (inputs.height) height = inputs.height;
+    const Duration older{i % 2 == 0 ? 0 : 10'000'000};
+    if (!inputs.pose && pose) {  // what was measured before, somewhere else
+      inputs.pose = PoseReading<float>{pose->stamp - older, {0.3F, 0, 0.1F}, {}};
+      ++repeated;
+    }
+    if (!inputs.height && height) {
+      inputs.height = BasicHeightReading<float>{height->stamp - older, 0.5F, {}};
+      ++repeated;
+    }
+    polluted->step(inputs);
+    ASSERT_EQ(rig.autopilot->outputs().rotor_speed_rad_s, polluted->outputs().rotor_speed_rad_s) << i;
+    ASSERT_EQ(rig.autopilot->estimate().position_m, polluted->estimate().position_m) << i;
+  }
+  EXPECT_EQ(polluted->outputs().invalid_inputs - rig.autopilot->outputs().invalid_inputs, repeated);
+  EXPECT_EQ(polluted->outputs().state, AutopilotState::kFlying);
+}
+
+TEST(Autopilot, ASecondTakeOffStartsFromZero) {
+  FlightRig rig;
+  rig.take_off();
+  rig.go_to(1.5F, -1, 1.2F);
+  rig.send(CommandKind::kRelease);
+  rig.run_ms(4000);
+  const auto state = [&] { return rig.autopilot->outputs().state; };
+  rig.send(CommandKind::kLand);
+  ASSERT_GT(rig.ms_until([&] { return state() == AutopilotState::kIdle; }, 12000), 0);
+  const Eigen::Vector2d place = rig.body.position.head<2>();
+  EXPECT_GT(place.norm(), 1.5);  // away from the origin
+  EXPECT_EQ(rig.send(CommandKind::kTakeOff), Refusal::kNone);
+  EXPECT_EQ(rig.autopilot->cascade().integral_m_s2(), Vec3f::Zero());
+  rig.send(CommandKind::kRelease);
+  double most_m = 0;
+  for (int i = 0; i < 5000; ++i) {
+    rig.run_ms(1);
+    most_m = std::max(most_m, (rig.body.position.head<2>() - place).norm());
+  }
+  EXPECT_LT(most_m, 0.1);
+  EXPECT_NEAR(rig.body.position.z(), FlightRig::kFeet_m + 1.3, 0.05);
 }
 
 TEST(Autopilot, RubbishInPlaceOfEveryInputLeavesOutputsFinite) {

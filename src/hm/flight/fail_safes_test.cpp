@@ -100,19 +100,67 @@ TEST(FailSafes, EachRowActsAtItsTimeOut) {
   }
 }
 
-TEST(FailSafes, EachTimeOutIsAParameter) {
-  FailSafeParams params;
-  params.pose_stale_s = 0.35F;
-  params.overturned_s = 0.25F;
-  FailSafes guards(params);
-  for (int t = 0; t < 500; ++t) {
-    SafetyInputs inputs = healthy(t);
-    inputs.pose_age = ms(t);
-    inputs.tilt_rad = 1.5F;
-    const SafetyVerdict& verdict = guards.step(inputs);
-    ASSERT_EQ(verdict.has(FailSafe::kPoseStale), t >= 350) << t;
-    ASSERT_EQ(verdict.has(FailSafe::kOverturned), t >= 250) << t;
+/// The parameter of a row's time-out; null: it acts at once.
+float FailSafeParams::*time_out_of(const Row& row) {
+  switch (row.which) {
+    case FailSafe::kPoseStale:
+      return &FailSafeParams::pose_stale_s;
+    case FailSafe::kPoseLost:
+      return row.after_ms > 0 ? &FailSafeParams::pose_lost_s : nullptr;
+    case FailSafe::kHeightStale:
+      return &FailSafeParams::height_stale_s;
+    case FailSafe::kPoseRefused:
+      return &FailSafeParams::pose_refused_s;
+    case FailSafe::kSetpointStale:
+      return row.after_ms == 300 ? &FailSafeParams::velocity_stale_s : &FailSafeParams::direct_stale_s;
+    case FailSafe::kPilotLost:
+      return &FailSafeParams::pilot_lost_s;
+    case FailSafe::kPilotGone:
+      return &FailSafeParams::pilot_gone_s;
+    case FailSafe::kComputerSilent:
+      return &FailSafeParams::computer_silent_s;
+    case FailSafe::kBatteryForReturn:
+    case FailSafe::kBatteryEmpty:
+      return &FailSafeParams::battery_after_s;
+    case FailSafe::kNoLift:
+      return &FailSafeParams::no_lift_s;
+    case FailSafe::kImuGap:
+      return &FailSafeParams::imu_gap_s;
+    case FailSafe::kImuLost:
+      return &FailSafeParams::imu_lost_s;
+    case FailSafe::kOverturned:
+      return &FailSafeParams::overturned_s;
+    case FailSafe::kTiltMismatch:
+      return &FailSafeParams::tilt_mismatch_s;
+    default:
+      return nullptr;
   }
+}
+
+TEST(FailSafes, EachTimeOutIsAParameter) {
+  int varied = 0;
+  for (const Row& row : rows()) {
+    float FailSafeParams::*const time_out = time_out_of(row);
+    ASSERT_EQ(time_out == nullptr, row.after_ms == 0) << static_cast<int>(row.which);
+    if (time_out == nullptr) continue;
+    FailSafeParams params;
+    params.*time_out *= 1.5F;
+    FailSafes guards(params);
+    const int after_ms = row.after_ms * 3 / 2;
+    for (int t = 0; t < after_ms + 100; ++t) {
+      SafetyInputs inputs = healthy(t);
+      row.break_it(inputs, t);
+      if (t < after_ms) {
+        ASSERT_FALSE(guards.step(inputs).has(row.which)) << static_cast<int>(row.which) << " after " << t;
+      } else if (t > after_ms) {
+        ASSERT_TRUE(guards.step(inputs).has(row.which)) << static_cast<int>(row.which) << " after " << t;
+      } else {
+        guards.step(inputs);  // rounding decides this one
+      }
+    }
+    ++varied;
+  }
+  EXPECT_EQ(varied, 16);
 }
 
 TEST(FailSafes, ShortTroubleIsNone) {

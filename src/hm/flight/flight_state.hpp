@@ -54,7 +54,7 @@ enum class Refusal : std::uint8_t {
   kLandingForced,   ///< a fail-safe lands the vehicle
   kTouchedDown,     ///< too late: it is on the ground
   kNotSupported,    ///< the action has no meaning
-  kNotReady,        ///< no position, no height, or no attitude yet
+  kNotReady,        ///< no position, height or attitude yet, or gyroscopes not calibrated
   kBatteryLow,      ///< not enough for a flight
   kFailSafeActive,  ///< a fail-safe controls the vehicle
   kOtherPilot,      ///< another pilot has control: take over first

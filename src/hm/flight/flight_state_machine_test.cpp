@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hm/flight/flight_text.hpp"
@@ -173,6 +175,81 @@ TEST(FlightStateMachine, EveryStateAndChangeOfTheMotorsHasItsOutcome) {
     flight.run_ms(10);
     EXPECT_EQ(flight.machine.state(), state);
   }
+}
+
+/// A start of the tests of events: one of kStarts, or a phase of pilots in flight.
+struct EventStart {
+  Start start;
+  std::optional<Phase> phase;
+};
+
+std::vector<EventStart> event_starts() {
+  std::vector<EventStart> all;
+  for (const Start start : kStarts) all.push_back({start, {}});
+  for (const Phase phase :
+       {Phase::kVelocity, Phase::kDirect, Phase::kPath, Phase::kHold, Phase::kDeadReckoning, Phase::kReturn})
+    all.push_back({Start::kPosition, phase});
+  return all;
+}
+
+struct Event {
+  const char* name;
+  void (*happens)(Flight&);
+  /// Where it leads from a state and phase; nothing: it changes neither.
+  std::optional<std::pair<State, Phase>> (*leads_to)(Start, State, Phase);
+};
+
+const Event kEvents[] = {
+    {"landing is forced", [](Flight& f) { f.machine.force_landing(); },
+     [](Start, State s, Phase) -> std::optional<std::pair<State, Phase>> {
+       if (s == State::kFlying) return std::pair(State::kLanding, Phase::kDescend);
+       return {};
+     }},
+    {"its cause is gone", [](Flight& f) { f.machine.recover_to_hold(); },
+     [](Start start, State s, Phase) -> std::optional<std::pair<State, Phase>> {
+       if (s == State::kFlying || start == Start::kForced) return std::pair(State::kFlying, Phase::kHold);
+       return {};
+     }},
+    {"motors are cut", [](Flight& f) { f.machine.fail(); },
+     [](Start, State, Phase) -> std::optional<std::pair<State, Phase>> {
+       return std::pair(State::kError, Phase::kGround);
+     }},
+    {"ground is touched", [](Flight& f) { f.machine.touched_down(); },
+     [](Start, State, Phase p) -> std::optional<std::pair<State, Phase>> {
+       if (p == Phase::kDescend) return std::pair(State::kLanding, Phase::kTouchDown);
+       return {};
+     }},
+    {"height is reached", [](Flight& f) { f.machine.took_off(); },
+     [](Start, State, Phase p) -> std::optional<std::pair<State, Phase>> {
+       if (p == Phase::kTakeOff) return std::pair(State::kFlying, Phase::kPosition);
+       return {};
+     }},
+    {"two seconds pass", [](Flight& f) { f.run_ms(2100); },
+     [](Start, State s, Phase p) -> std::optional<std::pair<State, Phase>> {
+       if (s == State::kEngaging || s == State::kDisengaging) return std::pair(State::kError, Phase::kGround);
+       if (p == Phase::kTouchDown) return std::pair(State::kIdle, Phase::kGround);
+       return {};
+     }},
+};
+
+TEST(FlightStateMachine, EveryStateAndEventHasItsOutcome) {
+  int checked = 0;
+  for (const Event& event : kEvents)
+    for (const EventStart& from : event_starts()) {
+      Flight flight;
+      if (!bring_to(from.start, true, flight)) bring_to(from.start, false, flight = Flight());
+      if (from.phase) {
+        ASSERT_EQ(flight.machine.enter_phase(*from.phase), Refusal::kNone);
+      }
+      const State state = flight.machine.state();
+      const Phase phase = flight.machine.phase();
+      const auto expected = event.leads_to(from.start, state, phase).value_or(std::pair(state, phase));
+      event.happens(flight);
+      EXPECT_EQ(flight.machine.state(), expected.first) << event.name << " from " << text_of(state);
+      EXPECT_EQ(flight.machine.phase(), expected.second) << event.name << " from phase " << text_of(phase);
+      ++checked;
+    }
+  EXPECT_EQ(checked, 6 * 16);
 }
 
 TEST(FlightStateMachine, TimedTransitionsEndToTheMillisecond) {

@@ -77,7 +77,7 @@ std::string_view text_of(Refusal refusal) {
     case Refusal::kNotSupported:
       return "the action has no meaning";
     case Refusal::kNotReady:
-      return "position, height or attitude is not known yet";
+      return "position, height or attitude is not known yet, or the vehicle has not stood still for a second";
     case Refusal::kBatteryLow:
       return "the battery is too low for a flight";
     case Refusal::kFailSafeActive:

@@ -19,8 +19,10 @@ TEST(GyroCalibration, FindsTheBiasOfAVehicleThatStands) {
   const Vec3f bias(0.003F, -0.002F, 0.001F);
   for (int i = 0; i < GyroCalibration::kLeastSamples - 1; ++i) calibration.add(noisy(bias, rng));
   EXPECT_EQ(calibration.bias_rad_s(), Vec3f::Zero());
+  EXPECT_FALSE(calibration.is_calibrated());
   for (int i = 0; i < 2000; ++i) calibration.add(noisy(bias, rng));
   EXPECT_LT(norm_f(Vec3f(calibration.bias_rad_s() - bias)), 6e-4F);
+  EXPECT_TRUE(calibration.is_calibrated());
 }
 
 TEST(GyroCalibration, MotionIsNoBias) {
@@ -28,8 +30,9 @@ TEST(GyroCalibration, MotionIsNoBias) {
   Rng rng(2);
   for (int i = 0; i < 3000; ++i) calibration.add(noisy({0, 0, 0.2F}, rng));  // carried, turning
   EXPECT_EQ(calibration.bias_rad_s(), Vec3f::Zero());
+  EXPECT_FALSE(calibration.is_calibrated());
   const Vec3f bias(0, 0.004F, 0);
-  for (int i = 0; i < 1000; ++i) calibration.add(noisy(bias, rng));
+  for (int i = 0; i <= 1000; ++i) calibration.add(noisy(bias, rng));
   const Vec3f found = calibration.bias_rad_s();
   EXPECT_LT(norm_f(Vec3f(found - bias)), 8e-4F);
   for (int i = 0; i < 400; ++i) calibration.add(noisy({0.1F, 0, 0}, rng));  // picked up: the bias stays

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
+#include "hm/core/angle.hpp"
 #include "hm/core/text/counted.hpp"
+#include "hm/geometry/se2.hpp"
 #include "hm/pipeline/flight/mission/flight_mission.hpp"
 #include "hm/pipeline/flight/mission/flight_plots.hpp"
 #include "hm/sim/world/height_course.hpp"
@@ -215,12 +218,23 @@ FlightScript way_point_script(bool tiny) {
   return parse_way_points(tiny ? kTiny : kWhole, "way point experiment").value();
 }
 
+/// True heading less the commanded one when a way point was reached, absolute; NaN without either.
+double turn_left_rad(const FlightLog& log, const WayPointRecord& way_point) {
+  const auto& samples = log.samples();
+  const auto after =
+      std::ranges::upper_bound(samples, way_point.end_s.value_or(0), {}, &FlightSample::time_s);
+  if (after == samples.begin() || !std::prev(after)->goal_yaw_rad) return std::nan("");
+  const FlightSample& last = *std::prev(after);
+  return std::abs(wrap_angle(last.truth.yaw_rad - *last.goal_yaw_rad));
+}
+
 void add_way_point_rows(const FlightSummary& flight, const char* law, std::vector<ExperimentRow>& rows) {
-  double worst_m = 0;
+  double worst_m = 0, worst_turn_rad = 0;
   std::size_t reached = 0;
   for (const WayPointRecord& way_point : flight.log.way_points()) {
     if (!way_point.reached) continue;
     worst_m = std::max(worst_m, way_point.nearest_m);
+    worst_turn_rad = std::fmax(worst_turn_rad, turn_left_rad(flight.log, way_point));
     ++reached;
   }
   rows.push_back({fmt::format("{}: way points reached, of {}", law, flight.log.way_points().size()),
@@ -228,6 +242,10 @@ void add_way_point_rows(const FlightSummary& flight, const char* law, std::vecto
                   static_cast<double>(reached),
                   ""});
   rows.push_back({fmt::format("{}: true distance from them, at most", law), {}, kCm * worst_m, "cm"});
+  rows.push_back({fmt::format("{}: true heading off when they are reached, at most", law),
+                  {},
+                  worst_turn_rad * kDegreesPerRadian,
+                  "deg"});
   rows.push_back({fmt::format("{}: error of the estimate, RMS", law),
                   {},
                   kCm * flight.log.estimate_error_m().rmse,

@@ -48,6 +48,7 @@ TEST_F(TinyExperiment, ReachesWayPointsUnderBothControlLaws) {
   const auto values = run("waypoints");
   EXPECT_EQ(values.at("default control: way points reached, of 1"), 1);
   EXPECT_LT(values.at("default control: true distance from them, at most"), 15);
+  EXPECT_LT(values.at("default control: true heading off when they are reached, at most"), 15);
   EXPECT_EQ(values.count("published control: way points reached, of 1"), 1U);
 }
 

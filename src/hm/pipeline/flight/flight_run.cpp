@@ -42,14 +42,6 @@ VehicleSensorsSetup sensors_setup(const FlightRunParams& params) {
   return setup;
 }
 
-AutopilotParams core_params(const FlightRunParams& params, const LaserRig& rig) {
-  AutopilotParams core = params.autopilot;
-  core.imu.R_base_imu = rig.T_base_imu.rotation().cast<float>();
-  core.imu.p_base_imu_m = rig.T_base_imu.translation().cast<float>();
-  match_inner_loop(core.cascade, params.vehicle.inner_loop);
-  return core;
-}
-
 /// Charge by voltage and current at the terminals, as a battery gauge measures it.
 float gauge(const VehicleBattery& battery, const BatteryParams& params) {
   const double open_v = battery.voltage_v() + battery.current_a() * params.internal_resistance_ohm;
@@ -113,7 +105,7 @@ FlightRun::Impl::Impl(const FlightSite& site, const FlightRunParams& parameters,
       computer(parameters.perception, LaserPlatform{{sensors.rig()}, true, true},
                Duration::from_seconds(parameters.run.perception_s),
                parameters.vehicle.airframe.arm_m + parameters.vehicle.rotor.radius_m, observer),
-      board(core ? std::move(core) : make_host_core(core_params(parameters, sensors.rig())),
+      board(core ? std::move(core) : make_host_core(core_aboard(parameters, sensors.rig())),
             parameters.run.imu_down_hz, observer),
       up(parameters.links.serial_up, static_cast<std::uint64_t>(parameters.run.seed) + 10),
       down(parameters.links.serial_down, static_cast<std::uint64_t>(parameters.run.seed) + 11),

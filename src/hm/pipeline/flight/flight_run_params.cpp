@@ -83,6 +83,14 @@ Result<void> check_default_core(FlightRunParams parameters) {
   return {};
 }
 
+AutopilotParams core_aboard(const FlightRunParams& parameters, const LaserRig& rig) {
+  AutopilotParams core = parameters.autopilot;
+  core.imu.R_base_imu = rig.T_base_imu.rotation().cast<float>();
+  core.imu.p_base_imu_m = rig.T_base_imu.translation().cast<float>();
+  match_inner_loop(core.cascade, parameters.vehicle.inner_loop);
+  return core;
+}
+
 void match_inner_loop(CascadeParams& cascade, const InnerLoopParams& inner_loop) {
   switch (inner_loop.inner_loop) {
     case InnerLoopKind::kMotors:

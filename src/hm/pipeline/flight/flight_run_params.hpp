@@ -2,6 +2,7 @@
 #include "hm/core/params.hpp"
 #include "hm/flight/autopilot.hpp"
 #include "hm/pipeline/laser/laser_params.hpp"
+#include "hm/sensors/laser_rig.hpp"
 #include "hm/sim/sensor/imu_sensor.hpp"
 #include "hm/sim/sensor/laser_sensor.hpp"
 #include "hm/sim/vehicle/stream_link.hpp"
@@ -71,6 +72,9 @@ ParamList list_flight(FlightRunParams& parameters);
 /// Whether the core would fly with its default parameters, as the firmware does. Error (kUsage): which
 /// section differs.
 Result<void> check_default_core(FlightRunParams parameters);
+
+/// The core's parameters aboard this vehicle: those given, with the mounting of its IMU and its inner loop.
+AutopilotParams core_aboard(const FlightRunParams& parameters, const LaserRig& rig);
 
 /// What the core assumes of a vehicle with this inner loop: the kind of its output, and how fast and how far
 /// tilt follows its command.

@@ -119,6 +119,13 @@ TEST(FlightRun, NothingOfTheTruthReachesTheCore) {
   EXPECT_EQ(flight.now().estimate.position_m, estimate);
 }
 
+TEST(FlightRun, WithoutSensorsFromTheStartItDoesNotTakeOff) {
+  ScriptedFlight flight({}, "fault laser_off at 0 for 60\nfault imu_gap at 0 for 60");
+  EXPECT_FALSE(flight.take_off(0));
+  EXPECT_EQ(flight.last_refusal, Refusal::kNotReady);
+  EXPECT_LT(flight.position().z(), kBaseOverGround_m + 0.01);
+}
+
 TEST(FlightRun, AMetreTakesTwoSeconds) {
   ScriptedFlight flight;
   ASSERT_TRUE(flight.take_off());

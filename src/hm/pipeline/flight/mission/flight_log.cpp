@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
+#include "hm/geometry/se2.hpp"
 
 namespace hm {
 namespace {
@@ -110,7 +112,13 @@ void FlightLog::note_fail_safes(const FlightMoment& moment) {
     if (was == is) continue;
     if (is && fail_safes_.size() < kMostEvents) {
       fail_safes_.push_back({which, action_of(which), now_s_, {}});
-      note(now_s_, fmt::format("fail-safe: {}", text_of(which)));
+      const std::optional<float>& turned_rad = moment.autopilot.tilt_mismatch_rad;
+      std::string text = fmt::format("fail-safe: {}", text_of(which));
+      if (which == FailSafe::kTiltMismatch && turned_rad) {
+        fail_safes_.back().angle_rad = static_cast<double>(*turned_rad);
+        text += fmt::format(" by {:.0f} degrees", *fail_safes_.back().angle_rad * kDegreesPerRadian);
+      }
+      note(now_s_, std::move(text));
     }
     const auto open = std::find_if(fail_safes_.rbegin(), fail_safes_.rend(), [&](const auto& episode) {
       return episode.which == which && !episode.end_s;
@@ -162,15 +170,23 @@ void FlightLog::note_orders(const ScriptPilot& pilot) {
 
 /// The goal of the position mode follows from the commands that the core accepts.
 void FlightLog::follow_goal(const FlightMoment& moment) {
-  if (phase_ != FlightPhase::kPosition && phase_ != FlightPhase::kTakeOff) goal_m_.reset();
+  if (phase_ != FlightPhase::kPosition && phase_ != FlightPhase::kTakeOff) {
+    goal_m_.reset();
+    goal_yaw_rad_.reset();
+  }
   if (!moment.answer || moment.answer->refusal != Refusal::kNone) return;
   const FlightCommand& command = moment.answer->command;
   if (command.kind == CommandKind::kGoTo) {
     goal_m_ = command.position_m.cast<double>();
     goal_m_->head<2>() = moment.T_map_odom * Vec2(goal_m_->head<2>());
+    goal_yaw_rad_ = wrap_angle(static_cast<double>(command.yaw_rad) + moment.T_map_odom.angle());
   }
-  if (command.kind == CommandKind::kTakeOff && command.position_m.z() > 0)
-    goal_m_ = (estimate_in_map(moment).position_m + Vec3f(0, 0, command.position_m.z())).cast<double>();
+  if (command.kind == CommandKind::kTakeOff) {
+    const FlightMotion estimate = estimated_motion(moment);
+    const auto asked_m = static_cast<double>(command.position_m.z());
+    goal_m_ = estimate.position_m + Vec3(0, 0, asked_m > 0 ? asked_m : takeoff_height_m_);
+    goal_yaw_rad_ = estimate.yaw_rad;
+  }
 }
 
 void FlightLog::measure(const FlightMoment& moment, const ScriptPilot& pilot) {
@@ -195,7 +211,7 @@ void FlightLog::measure(const FlightMoment& moment, const ScriptPilot& pilot) {
     if (last_m_) path_m_ += (truth.position_m - *last_m_).norm();
   }
   last_m_ = truth.position_m;
-  samples_.push_back({now_s_, truth, estimate, goal_m_, tilt_rad, moment.battery_ratio});
+  samples_.push_back({now_s_, truth, estimate, goal_m_, goal_yaw_rad_, tilt_rad, moment.battery_ratio});
 }
 
 void FlightLog::measure_hover(const Vec3& true_m, bool waits) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hm/core/statistics.hpp"
+#include "hm/flight/guidance.hpp"
 #include "hm/geometry/trajectory.hpp"
 #include "hm/pipeline/common/run_records.hpp"
 #include "hm/pipeline/flight/flight_run.hpp"
@@ -22,7 +23,8 @@ struct FlightSample {
   double time_s = 0;  ///< since the start
   FlightMotion truth, estimate;
   std::optional<Vec3> goal_m;  ///< of the position mode
-  double tilt_rad = 0;         ///< true
+  std::optional<double> goal_yaw_rad;
+  double tilt_rad = 0;  ///< true
   double battery_ratio = 1;
 };
 
@@ -36,7 +38,8 @@ struct FailSafeEpisode {
   FailSafe which = FailSafe::kEStop;
   SafetyAction action = SafetyAction::kNone;
   double begin_s = 0;
-  std::optional<double> end_s;  ///< nothing: it lasted to the end of the flight
+  std::optional<double> end_s;           ///< nothing: it lasted to the end of the flight
+  std::optional<double> angle_rad = {};  ///< kTiltMismatch: by which the position sensor seems turned
 };
 
 /// Distance of the true position from a goal at which the vehicle waits, from three seconds after it began to
@@ -59,7 +62,10 @@ struct WayPointRecord {
 /// what it finds goes to no part of the vehicle.
 class FlightLog {
  public:
-  explicit FlightLog(const FaultSchedule& faults = {}) : faults_(faults) {}
+  /// `takeoff_height_m`: of a take-off that names none.
+  explicit FlightLog(const FaultSchedule& faults = {},
+                     double takeoff_height_m = static_cast<double>(GuidanceParams{}.takeoff_height_m))
+      : faults_(faults), takeoff_height_m_(takeoff_height_m) {}
   /// Takes a step of the run, in order, and what the pilot does meanwhile.
   void add(const FlightRun& run, const ScriptPilot& pilot);
   void note(double time_s, std::string text) { events_.push_back({time_s, std::move(text)}); }
@@ -95,7 +101,9 @@ class FlightLog {
   std::vector<FailSafeEpisode> fail_safes_;
   std::vector<WayPointRecord> way_points_;
   RunningSummary estimate_error_m_;
+  double takeoff_height_m_;
   std::optional<Vec3> goal_m_;
+  std::optional<double> goal_yaw_rad_;
   double now_s_ = 0, path_m_ = 0, max_speed_m_s_ = 0, max_tilt_rad_ = 0;
   std::size_t steps_ = 0, air_steps_ = 0, refusals_ = 0, collisions_ = 0, texts_ = 0;
   std::size_t orders_begun_ = 0, orders_ended_ = 0;

@@ -30,7 +30,7 @@ class Mission {
         view_(options.run.view, recorder, options.parameters.perception.laser.run),
         run_(site, run_params(options), faults_, &view_, std::move(core)),
         pilot_(options.parameters.pilot),
-        log_(faults_) {
+        log_(faults_, static_cast<double>(options.parameters.flight.autopilot.guidance.takeoff_height_m)) {
     for (const FlightOrder& order : options.script.orders) pilot_.add(order);
     if (!options.live) pilot_.close();
     if (options.ground_station)
@@ -197,6 +197,9 @@ FlightSummary Mission::summarise() {
   summary.T_world_odom = run_.T_world_odom();
   summary.start = summary.truth.front().stamp;
   summary.map = run_.perception().map().size();
+  const auto needs_camera = [](const ScriptedFault& fault) { return fault.kind == FaultKind::kCameraBlack; };
+  if (std::ranges::any_of(faults_.all(), needs_camera))
+    summary.warnings.emplace_back("the fault camera_black changed nothing: this vehicle flies by its laser");
   if (const auto failure = run_.core().failure()) {
     summary.core_failure = to_string(*failure);
     summary.warnings.push_back("the autopilot failed: " + *summary.core_failure);

@@ -21,6 +21,13 @@ FlightQuantity true_position(int axis) {
   return [axis](const FlightSample& sample) { return sample.truth.position_m(axis); };
 }
 
+FlightQuantity commanded_yaw_deg() {
+  return [](const FlightSample& sample) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    return sample.goal_yaw_rad ? *sample.goal_yaw_rad * kDegreesPerRadian : kNone;
+  };
+}
+
 FlightQuantity estimated_yaw_deg() {
   return [](const FlightSample& sample) { return sample.estimate.yaw_rad * kDegreesPerRadian; };
 }
@@ -60,8 +67,10 @@ void add_position_plots(HtmlReport& report, const FlightSummary& summary) {
                      flight_series(summary, "true", true_position(axis))},
                     kLabels[k], kCaptions[k]);
   }
+  PlotSeries heading = flight_series(summary, "commanded", commanded_yaw_deg());
+  heading.style = SeriesStyle::kStep;
   add_flight_plot(report,
-                  {flight_series(summary, "estimated", estimated_yaw_deg()),
+                  {std::move(heading), flight_series(summary, "estimated", estimated_yaw_deg()),
                    flight_series(summary, "true", true_yaw_deg())},
                   "yaw (deg)", "Heading.");
 }

@@ -15,6 +15,7 @@ FlightQuantity commanded_position(int axis);
 FlightQuantity estimated_position(int axis);
 FlightQuantity true_position(int axis);
 /// Heading, degrees.
+FlightQuantity commanded_yaw_deg();
 FlightQuantity estimated_yaw_deg();
 FlightQuantity true_yaw_deg();
 

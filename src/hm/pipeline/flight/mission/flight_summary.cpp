@@ -45,6 +45,7 @@ void add_fail_safe(const FailSafeEpisode& episode, SummaryTree& v) {
   v({"name", "fail-safe"}, text_of(episode.which));
   v({"begin_s", "from", "{:.3f} s"}, episode.begin_s);
   v.or_null({"end_s", "to", "{:.3f} s"}, episode.end_s);
+  v({"angle_deg", "angle", "{:.0f} deg", kDegreesPerRadian}, episode.angle_rad);
 }
 
 void add_latency(const StageLatency& stage, SummaryTree& v) {
