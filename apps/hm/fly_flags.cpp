@@ -7,10 +7,11 @@
 #include <span>
 
 #include "hm/core/text/nearest_name.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/link/mavlink_key.hpp"
 #include "hm/link/transport/transport_url.hpp"
 #include "hm/pipeline/flight/emulated_board.hpp"
 #include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
 
 namespace {
 
@@ -113,7 +114,10 @@ hm::Result<hm::FlightMissionOptions> FlyFlags::mission(const std::string& name,
   if (!mavlink_key.empty()) {
     if (mavlink.empty() && !autopilot.starts_with(kMavlink))
       return hm::fail(hm::ErrorCode::kUsage, "--mavlink-key", "needs --mavlink or --autopilot mavlink:URL");
-    const auto key = hm::read_mavlink_key(mavlink_key);
+    constexpr std::size_t kMostBytes = 4096;
+    const auto bytes = hm::read_file_bytes(mavlink_key, kMostBytes);
+    if (!bytes) return hm::forward_error(bytes);
+    const auto key = hm::parse_mavlink_key(*bytes, mavlink_key);
     if (!key) return hm::forward_error(key);
     options.mavlink_key = *key;
   }

@@ -340,16 +340,17 @@ bool read_core_trace(Bytes bytes) {
              "record {} is written otherwise", records);
     ++records;
   }
-  HM_CHECK(reader.bytes_left() == sealed.size() - records * kTraceBytes, "{} bytes left", reader.bytes_left());
+  HM_CHECK(reader.bytes_left() == sealed.size() - records * kTraceBytes, "{} bytes left",
+           reader.bytes_left());
   return records + count_core_frames(bytes) + count_core_frames(with_frame_sums(bytes)) > 0;
 }
 
 void check_sound(const FlightScript& script) {
   HM_CHECK(!script.orders.empty(), "a script without orders");
   for (const FlightOrder& order : script.orders)
-    HM_CHECK(std::isfinite(order.height_m) && order.position_m.allFinite() && order.velocity_m_s.allFinite() &&
-                 std::isfinite(order.yaw_rate_rad_s) && std::isfinite(order.yaw_rad.value_or(0)) &&
-                 order.duration >= Duration{},
+    HM_CHECK(std::isfinite(order.height_m) && order.position_m.allFinite() &&
+                 order.velocity_m_s.allFinite() && std::isfinite(order.yaw_rate_rad_s) &&
+                 std::isfinite(order.yaw_rad.value_or(0)) && order.duration >= Duration{},
              "an order that is no number: {}", order.text);
 }
 

@@ -149,7 +149,8 @@ void add_flight(Collection& seeds) {
     file.insert(file.end(), bytes.begin(), bytes.end());
     const CoreTraceFrame frame = frame_of(record);
     stream.push_back('H');  // noise that looks like a beginning
-    stream.insert(stream.end(), frame.bytes.begin(), frame.bytes.begin() + static_cast<std::ptrdiff_t>(frame.size));
+    stream.insert(stream.end(), frame.bytes.begin(),
+                  frame.bytes.begin() + static_cast<std::ptrdiff_t>(frame.size));
   }
   seeds.add("core_trace", file);
   seeds.add("core_trace", stream);

@@ -29,7 +29,8 @@ Time steady_now() {
                   .count()};
 }
 
-/// The folder node_modules with node-mavlink: HM_NODE_MODULES, or that of tests/link, which `./hm test` fills.
+/// The folder node_modules with node-mavlink: HM_NODE_MODULES, or that of tests/link, which `./hm test`
+/// fills.
 fs::path node_modules() {
   const char* given = std::getenv("HM_NODE_MODULES");
   const fs::path folder = given ? fs::path(given) : fs::path(HM_SOURCE_DIR) / "tests/link/node_modules";

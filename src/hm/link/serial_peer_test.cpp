@@ -83,8 +83,7 @@ class SerialPeers : public ::testing::Test {
     land.target_system = land.target_component = 1;
     land.command = kMavCommandLand;
     ASSERT_TRUE(station->commands().send(land));
-    EXPECT_TRUE(
-        run_until([&] { return station->commands().state() != CommandSender::State::kWaiting; }));
+    EXPECT_TRUE(run_until([&] { return station->commands().state() != CommandSender::State::kWaiting; }));
     EXPECT_EQ(station->commands().state(), CommandSender::State::kAnswered);
     const Time asked = now;
     EXPECT_TRUE(run_until([&] { return now - asked > Duration{1'500'000'000}; }));

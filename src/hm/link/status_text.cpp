@@ -9,7 +9,8 @@ constexpr unsigned kMostParts = 255;
 
 std::string text_of_part(const MavStatusText& message) {
   std::string text(message.text.begin(), std::ranges::find(message.text, '\0'));
-  std::ranges::replace_if(text, [](char letter) { return letter < ' ' || letter > '~'; }, '?');
+  std::ranges::replace_if(
+      text, [](char letter) { return letter < ' ' || letter > '~'; }, '?');
   return text;
 }
 

@@ -67,7 +67,10 @@ TEST(StatusTextReader, WhatIsMissingIsShown) {
 
 TEST(StatusTextReader, OtherLettersAreReplaced) {
   StatusTextReader reader;
-  EXPECT_EQ(words(reader.add(part_of(0, 0, "a\n\x1b[1m\xff" "b"), kVehicle)),
+  EXPECT_EQ(words(reader.add(part_of(0, 0,
+                                     "a\n\x1b[1m\xff"
+                                     "b"),
+                             kVehicle)),
             (std::vector<std::string>{"a??[1m?b"}));
 }
 

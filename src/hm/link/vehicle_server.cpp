@@ -31,8 +31,7 @@ MavCommandLong without_frame(const MavCommandInt& command) {
 
 }  // namespace
 
-VehicleServer::VehicleServer(MavlinkPeer& peer, std::vector<LinkParameter> parameters,
-                             DoCommand do_command)
+VehicleServer::VehicleServer(MavlinkPeer& peer, std::vector<LinkParameter> parameters, DoCommand do_command)
     : peer_(peer), parameters_(std::move(parameters)), do_command_(std::move(do_command)) {}
 
 bool VehicleServer::is_for_us(std::uint8_t system, std::uint8_t component) const {
@@ -62,8 +61,9 @@ bool VehicleServer::receive(const MavlinkFrame& frame, Time now) {
         receive_command(without_frame(command), {frame.from, command.frame}, now);
       }))
     return true;
-  return answer(read_mavlink_message<MavCommandLong>(frame),
-                [&](const MavCommandLong& command) { receive_command(command, {frame.from, {}}, now); });
+  return answer(read_mavlink_message<MavCommandLong>(frame), [&](const MavCommandLong& command) {
+    receive_command(command, {frame.from, {}}, now);
+  });
 }
 
 bool VehicleServer::is_repetition(const MavCommandLong& command, MavlinkAddress from, Time now) const {
@@ -73,7 +73,7 @@ bool VehicleServer::is_repetition(const MavCommandLong& command, MavlinkAddress 
 }
 
 std::vector<VehicleServer::Begun>::iterator VehicleServer::find_begun(std::uint16_t command,
-                                                                     MavlinkAddress from) {
+                                                                      MavlinkAddress from) {
   return std::ranges::find_if(begun_, [&](const Begun& begun) {
     return begun.ack.command == command && begun.ack.target_system == from.system &&
            begun.ack.target_component == from.component;

@@ -55,8 +55,7 @@ void fill(LiveStore& store) {
 
 TEST(FoxglovePeer, ItsClientReadsEveryChannelInBothSubprotocols) {
   if (node_modules().empty() || std::system("node --version > /dev/null 2>&1") != 0)
-    GTEST_SKIP()
-        << "no node or no @foxglove/ws-protocol: npm ci --prefix tests/station (or HM_NODE_MODULES)";
+    GTEST_SKIP() << "no node or no @foxglove/ws-protocol: npm ci --prefix tests/station (or HM_NODE_MODULES)";
   const auto station = start_station();
   fill(station->store());
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {

@@ -65,7 +65,7 @@ enum MavCommand : std::uint16_t {
   kMavCommandTakeoff = 22,
   kMavCommandSetMode = 176,
   kMavCommandReposition = 192,  ///< param4: yaw, rad, NaN: as it is
-  kMavCommandArmDisarm = 400,  ///< param1 1 arms; param2 21196 disarms in flight
+  kMavCommandArmDisarm = 400,   ///< param1 1 arms; param2 21196 disarms in flight
   kMavCommandSetMessageInterval = 511,
   kMavCommandRequestMessage = 512,
 };

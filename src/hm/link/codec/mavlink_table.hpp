@@ -21,13 +21,14 @@ struct MavlinkMessageList {
 };
 
 /// Every message that we speak, ordered by number.
-using MavlinkMessages = MavlinkMessageList<
-    MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue, MavParamSet,
-    MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed, MavMissionRequestList, MavMissionCount,
-    MavSetGpsGlobalOrigin, MavManualControl, MavCommandInt, MavCommandLong, MavCommandAck,
-    MavSetAttitudeTarget, MavSetPositionTargetLocalNed, MavHilActuatorControls, MavVisionPositionEstimate,
-    MavHilSensor, MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState, MavStatusText,
-    MavOdometry>;
+using MavlinkMessages =
+    MavlinkMessageList<MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue,
+                       MavParamSet, MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed,
+                       MavMissionRequestList, MavMissionCount, MavSetGpsGlobalOrigin, MavManualControl,
+                       MavCommandInt, MavCommandLong, MavCommandAck, MavSetAttitudeTarget,
+                       MavSetPositionTargetLocalNed, MavHilActuatorControls, MavVisionPositionEstimate,
+                       MavHilSensor, MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState,
+                       MavStatusText, MavOdometry>;
 
 /// What the frame needs to know of a message.
 struct MavlinkTableEntry {

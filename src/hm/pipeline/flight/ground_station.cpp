@@ -6,7 +6,7 @@
 #include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
 #include "hm/geometry/se3.hpp"
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
+#include "hm/link/mavlink_key.hpp"
 
 namespace hm {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "hm/link/mavlink_key.hpp"
 #include "hm/link/testing/pipe_transport.hpp"
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
 
 namespace hm {
 namespace {
@@ -86,7 +86,10 @@ class Flown : public testing::Test {
     const auto ready = [&] {
       return run_->moment().estimate.planar_ready && run_->moment().estimate.height_ready;
     };
-    if (!fly_until(10, ready) || ask(kMavCommandArmDisarm, 1) != kMavAccepted) return false;
+    // Gyroscopes are calibrated after a second, too.
+    if (!fly_until(10, ready) || fly_until(1.5, [] { return false; }) ||
+        ask(kMavCommandArmDisarm, 1) != kMavAccepted)
+      return false;
     if (!fly_until(5, [&] { return state() == AutopilotState::kIdle; })) return false;
     return ask(kMavCommandTakeoff, 0, height_m) == kMavAccepted &&
            fly_until(10, [&] { return phase() == FlightPhase::kPosition; });

@@ -8,7 +8,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/se2.hpp"
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
+#include "hm/link/mavlink_key.hpp"
 
 namespace hm {
 namespace {

@@ -12,9 +12,9 @@
 #include <string>
 #include <thread>
 
+#include "hm/link/mavlink_key.hpp"
 #include "hm/link/testing/pipe_transport.hpp"
 #include "hm/link/transport/udp_socket.hpp"
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
 #include "hm/pipeline/flight/flight_run.hpp"
 #include "hm/pipeline/flight/mission/flight_log.hpp"
 #include "hm/pipeline/flight/script_pilot.hpp"
@@ -30,9 +30,11 @@ namespace {
 /// second is refused with a reason in words.
 class PeerAutopilot {
  public:
-  PeerAutopilot(UdpSocket& socket, MavAutopilot kind) : socket_(socket), kind_(kind), peer_(socket, options(kind)) {}
+  PeerAutopilot(UdpSocket& socket, MavAutopilot kind)
+      : socket_(socket), kind_(kind), peer_(socket, options(kind)) {}
 
-  static constexpr const char* kReason = "PreArm: Gyros inconsistent, calibrate or wait until they have settled";
+  static constexpr const char* kReason =
+      "PreArm: Gyros inconsistent, calibrate or wait until they have settled";
 
   void run() {
     while (!stop) {
@@ -336,7 +338,8 @@ TEST(MavlinkAutopilot, FliesPx4WhereThereIsOne) {
 
 /// A MavlinkAutopilot whose other end stands in memory and does what the test says.
 struct ByHand {
-  explicit ByHand(const std::optional<MavlinkKey>& ours_key = {}, const std::optional<MavlinkKey>& theirs = {}) {
+  explicit ByHand(const std::optional<MavlinkKey>& ours_key = {},
+                  const std::optional<MavlinkKey>& theirs = {}) {
     auto ours = std::make_unique<link_testing::PipeTransport>();
     ours->other = &far;
     far.other = ours.get();
@@ -365,9 +368,11 @@ struct ByHand {
       LinkState state;
       state.stamp = inputs.now;
       peer->send(to_attitude(state, {}, AutopilotWorld::kLocalFrd));
-      peer->step([this] { return inputs.now; }, [this](const MavlinkFrame& frame) {
-        if (const auto odometry = read_mavlink_message<MavOdometry>(frame)) poses.push_back(*odometry);
-      });
+      peer->step([this] { return inputs.now; },
+                 [this](const MavlinkFrame& frame) {
+                   if (const auto odometry = read_mavlink_message<MavOdometry>(frame))
+                     poses.push_back(*odometry);
+                 });
     }
   }
   link_testing::PipeTransport far;

@@ -1,26 +1,19 @@
-#include "hm/pipeline/flight/external/mavlink_key.hpp"
-
-#include <fmt/format.h>
+#include "hm/link/mavlink_key.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <string>
 
-#include "hm/io/bytes/file_bytes.hpp"
-
 namespace hm {
 
-Result<MavlinkKey> read_mavlink_key(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 4096;
-  const auto bytes = read_file_bytes(path, kMostBytes);
-  if (!bytes) return forward_error(bytes);
+Result<MavlinkKey> parse_mavlink_key(std::span<const std::uint8_t> bytes, const std::string& name) {
   MavlinkKey key{};
-  if (bytes->size() == key.size()) {
-    std::ranges::copy(*bytes, key.begin());
+  if (bytes.size() == key.size()) {
+    std::ranges::copy(bytes, key.begin());
     return key;
   }
-  std::string digits(bytes->begin(), bytes->end());
+  std::string digits(bytes.begin(), bytes.end());
   std::erase_if(digits, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; });
   bool is_hexadecimal = digits.size() == 2 * key.size();
   for (std::size_t i = 0; is_hexadecimal && i < key.size(); ++i) {
@@ -28,9 +21,8 @@ Result<MavlinkKey> read_mavlink_key(const std::filesystem::path& path) {
     is_hexadecimal = std::from_chars(begin, begin + 2, key[i], 16).ptr == begin + 2;
   }
   if (is_hexadecimal) return key;
-  return fail(ErrorCode::kInvalidValue, path.string(),
-              fmt::format("a key of MAVLink is 32 bytes or 64 hexadecimal digits; this file has {} bytes",
-                          bytes->size()));
+  return fail(ErrorCode::kInvalidValue, name,
+              "a key of MAVLink is 32 bytes or 64 hexadecimal digits; this file has {} bytes", bytes.size());
 }
 
 MavlinkPeerOptions with_key(MavlinkPeerOptions options, const std::optional<MavlinkKey>& key) {
