@@ -32,8 +32,8 @@ Result<BenchResult> bench_fly_failsafes(const BenchOptions& options) {
       ended_well += outcome.ended_well ? 1 : 0;
     }
     worst_steps = std::max(worst_steps, *std::max_element(off_steps.begin(), off_steps.end()));
-    collisions += (all[row].end == ProvokedEnd::kCuts ? 0 : touched) +
-                  (seeds - ended_well);  // what is cut falls, as it must
+    collisions += (stays_whole(all[row].end) ? touched : 0) +
+                  (seeds - ended_well);  // what is cut or not carried falls, as it must
     JsonValue steps = JsonValue::object();
     for (std::size_t i = 0; i < off_steps.size(); ++i)
       steps[std::string(text_of(all[row].judged[i]))] = off_steps[i];

@@ -141,7 +141,8 @@ void Autopilot::take_pose(const PoseReading<float>& pose) {
     ++outputs_.invalid_inputs;
     return;
   }
-  const FusionStatus status = is_doubtful(pose) ? FusionStatus::kRejected : estimator_.add_pose(pose);
+  const PoseReading<float> turned_back = turn_back(pose);
+  const FusionStatus status = is_doubtful(pose) ? FusionStatus::kRejected : estimator_.add_pose(turned_back);
   if (is_invalid(status)) ++outputs_.invalid_inputs;
   if (is_used(status)) {
     pose_used_ = pose.stamp;
@@ -153,9 +154,23 @@ void Autopilot::take_pose(const PoseReading<float>& pose) {
     tilt_.add_pose(pose.stamp, pose.x_y_yaw.x(), pose.x_y_yaw.y());
 }
 
+/// Poses of a sensor that is turned on the vehicle move it along wrong directions: each step between them is
+/// turned back by the angle that is known, from where the vehicle was taken to be when this was noticed.
+PoseReading<float> Autopilot::turn_back(const PoseReading<float>& pose) {
+  if (!turned_rad_ || !last_pose_) return pose;
+  const Vec3f raw = pose.x_y_yaw - last_pose_->x_y_yaw;
+  const SinCos turn = sin_cos_f(*turned_rad_);
+  turned_back_m_.x() += turn.cos * raw.x() + turn.sin * raw.y();
+  turned_back_m_.y() += turn.cos * raw.y() - turn.sin * raw.x();
+  PoseReading<float> result = pose;
+  result.x_y_yaw.x() = turned_back_m_.x();
+  result.x_y_yaw.y() = turned_back_m_.y();
+  return result;
+}
+
 /// The frame of the poses is continuous: a jump beyond what the velocity explains shows that their sensor or
-/// its perception fails, as does a tilt that does not fit their motion. Such poses are refused until the
-/// vehicle is on the ground, or soon comes back to where inertia sees it.
+/// its perception fails. Such poses are refused until the vehicle is on the ground, or soon comes back to
+/// where inertia sees it.
 bool Autopilot::is_doubtful(const PoseReading<float>& pose) {
   if (!in_air(machine_.state())) {
     jumped_at_.reset();
@@ -170,7 +185,7 @@ bool Autopilot::is_doubtful(const PoseReading<float>& pose) {
     if (away_m < limits_.pose_jump_m) jumped_at_.reset();
   }
   last_pose_ = pose;
-  return jumped_at_ || turned_rad_;
+  return jumped_at_.has_value();
 }
 
 bool Autopilot::jumps(const PoseReading<float>& pose) const {
@@ -401,12 +416,15 @@ void Autopilot::check_tilt(const ControlState& state) {
   const Vec3f force = state.attitude.rotate(state.specific_force_m_s2);
   tilt_.step(force.x(), force.y(), kStep_s);
   const std::optional<float> mismatch = tilt_.mismatch_rad();
+  if (turned_rad_ && mismatch) turned_rad_ = mismatch;  // better known than before
   if (!mismatch || std::abs(*mismatch) < limits_.tilt_mismatch_rad) {
     mismatch_since_.reset();
     return;
   }
   if (!mismatch_since_) mismatch_since_ = now_;
-  if (!turned_rad_ && now_ - *mismatch_since_ >= duration_of(limits_.tilt_doubt_s)) turned_rad_ = mismatch;
+  if (turned_rad_ || now_ - *mismatch_since_ < duration_of(limits_.tilt_doubt_s)) return;
+  turned_rad_ = mismatch;
+  turned_back_m_ = state_.position_m;
 }
 
 void Autopilot::find_ground() {

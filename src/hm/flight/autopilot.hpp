@@ -90,6 +90,7 @@ class Autopilot {
   void take_imu(InertialReading<float> imu);
   void take_pose(const PoseReading<float>& pose);
   void take_height(const BasicHeightReading<float>& height);
+  [[nodiscard]] PoseReading<float> turn_back(const PoseReading<float>& pose);
   [[nodiscard]] bool is_doubtful(const PoseReading<float>& pose);
   [[nodiscard]] bool jumps(const PoseReading<float>& pose) const;
   void check_tilt(const ControlState& state);
@@ -128,6 +129,7 @@ class Autopilot {
   std::optional<Time> refused_since_, jumped_at_, mismatch_since_;
   std::optional<PoseReading<float>> last_pose_;
   std::optional<float> turned_rad_;           // by which the poses' sensor is turned; latched in the air
+  Vec3f turned_back_m_ = Vec3f::Zero();       // the last pose, turned back
   FlightPhase phase_ = FlightPhase::kGround;  // that guidance has entered
   SafetyAction action_ = SafetyAction::kNone;
   FailSafe action_reason_ = FailSafe::kEStop;

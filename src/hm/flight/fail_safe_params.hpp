@@ -28,7 +28,7 @@ struct FailSafeParams {
   float overturned_s = 0.1F;
   float tilt_mismatch_rad = 0.785F;
   float tilt_mismatch_s = 3.0F;
-  float tilt_doubt_s = 1.0F;
+  float tilt_doubt_s = 0.15F;
   float pose_jump_m = 0.2F;
 
   template <class Self, class Visitor>
@@ -55,7 +55,7 @@ struct FailSafeParams {
         self.tilt_mismatch_rad);
     v(ParamDoc{"tilt_mismatch_s", {0.1, 60}, "such a difference for so long: the sensor is turned, land"},
       self.tilt_mismatch_s);
-    v(ParamDoc{"tilt_doubt_s", {0.1, 60}, "such a difference for so long: poses are refused"},
+    v(ParamDoc{"tilt_doubt_s", {0.02, 60}, "such a difference for so long: poses are turned back by it"},
       self.tilt_doubt_s);
     v(ParamDoc{"pose_jump_m", {0.02, 100}, "poses that jump further are refused"}, self.pose_jump_m);
   }

@@ -60,6 +60,7 @@ const SafetyVerdict& FailSafes::step(const SafetyInputs& inputs) {
 
 void FailSafes::activate(FailSafe which) {
   verdict_.active |= 1U << static_cast<unsigned>(which);
+  been_ |= verdict_.active;
   const SafetyAction action = action_of(which);
   if (action > verdict_.action) {
     verdict_.action = action;
@@ -110,8 +111,11 @@ void FailSafes::check_surroundings(const SafetyInputs& in) {
 }
 
 void FailSafes::check_vehicle(const SafetyInputs& in) {
-  const bool low = in.battery_ratio && !(*in.battery_ratio >= in.return_need_ratio);
-  const bool empty = in.battery_ratio && !(*in.battery_ratio >= params_.battery_empty_ratio);
+  // Charge does not come back: what the battery has asked for stays, though the way home becomes shorter.
+  const bool low = has_been(FailSafe::kBatteryForReturn) ||
+                   (in.battery_ratio && !(*in.battery_ratio >= in.return_need_ratio));
+  const bool empty = has_been(FailSafe::kBatteryEmpty) ||
+                     (in.battery_ratio && !(*in.battery_ratio >= params_.battery_empty_ratio));
   lasting(FailSafe::kBatteryForReturn, low, params_.battery_after_s, in.now);
   lasting(FailSafe::kBatteryEmpty, empty, params_.battery_after_s, in.now);
   const bool no_lift = in.thrust_saturated && !(in.climb_m_s >= -params_.no_lift_sink_m_s);

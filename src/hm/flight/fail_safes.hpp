@@ -90,12 +90,13 @@ struct SafetyVerdict {
 /// (battery).
 [[nodiscard]] bool is_recoverable(FailSafe which);
 
-/// Watches all conditions of the table, each with its time-out. No state but how long conditions have lasted:
-/// what follows from a verdict, and that recovery only leads to kHold, is SafetyResponse's part.
+/// Watches all conditions of the table, each with its time-out. No state but how long conditions have lasted,
+/// and what the battery has asked for: what follows from a verdict, and that recovery only leads to kHold, is
+/// SafetyResponse's part.
 class FailSafes {
  public:
   explicit FailSafes(const FailSafeParams& params = {}) : params_(params) {}
-  void reset() { lasting_ = 0; }
+  void reset() { lasting_ = been_ = 0; }
   /// One step; values that are no numbers count as the dangerous ones.
   const SafetyVerdict& step(const SafetyInputs& inputs);
   [[nodiscard]] const SafetyVerdict& verdict() const { return verdict_; }
@@ -105,6 +106,9 @@ class FailSafes {
   void lasting(FailSafe which, bool condition, float after_s, Time now);
   void aged(FailSafe which, const std::optional<Duration>& age, float after_s);
   void activate(FailSafe which);
+  [[nodiscard]] bool has_been(FailSafe which) const {
+    return (been_ >> static_cast<unsigned>(which) & 1U) != 0;
+  }
   void check_estimate(const SafetyInputs& inputs);
   void check_commands(const SafetyInputs& inputs);
   void check_surroundings(const SafetyInputs& inputs);
@@ -113,6 +117,7 @@ class FailSafes {
   FailSafeParams params_;
   std::array<Time, kFailSafeCount> since_{};  // of those in lasting_
   std::uint32_t lasting_ = 0;                 // bit per FailSafe whose condition holds
+  std::uint32_t been_ = 0;                    // bit per FailSafe that has acted in this flight
   SafetyVerdict verdict_;
 };
 

@@ -28,7 +28,7 @@ TEST(FailSafesInFlight, EachActsAfterItsTimeOut) {
     for (std::size_t k = 0; k < outcome.off_steps.size(); ++k)
       EXPECT_LE(outcome.off_steps[k], 1.0 + 1e-6) << all[i].name << ": " << text_of(all[i].judged[k]);
     EXPECT_TRUE(outcome.ended_well) << all[i].name;
-    if (all[i].end != ProvokedEnd::kCuts) {
+    if (stays_whole(all[i].end)) {
       EXPECT_EQ(outcome.collisions, 0u) << all[i].name;
     }
   }

@@ -65,8 +65,9 @@ class DueTimes {
 
   void acts(FailSafe which, double at_s) { due_s_[index(which)] = std::min(due_s_[index(which)], at_s); }
   void aged(FailSafe which, double since_s, float after_s) {
-    const double due_s = since_s + static_cast<double>(after_s);
-    if (now_s_ >= due_s - 1e-9) acts(which, due_s);
+    const double due_s =
+        since_s + std::round(1e6 * static_cast<double>(after_s)) * 1e-6;  // as it was written
+    if (now_s_ >= due_s - 1e-7) acts(which, due_s);
   }
   void lasts(FailSafe which, bool condition, float after_s) {
     double& since_s = lasting_s_[index(which)];
@@ -231,7 +232,7 @@ class ProvokingPilot {
     sent_goal_ = sent_goal_ || sent;
     return sent;
   }
-  /// Forward by velocity or attitude; those that stop do so after a second.
+  /// Forward by velocity or attitude, for ten seconds; those that stop do so after one.
   std::optional<FlightCommand> steer(const FlightMoment& moment, double elapsed_s) {
     const bool stops =
         pilot_ == ProvokingBehaviour::kStopsVelocity || pilot_ == ProvokingBehaviour::kStopsDirect;
@@ -239,7 +240,8 @@ class ProvokingPilot {
         pilot_ == ProvokingBehaviour::kStopsVelocity || pilot_ == ProvokingBehaviour::kForwardByVelocity;
     const FlightPhase mode = by_velocity ? FlightPhase::kVelocity : FlightPhase::kDirect;
     entered_ = entered_ || moment.autopilot.phase == mode;
-    const bool over = entered_ && (moment.autopilot.phase != mode || (stops && elapsed_s > kProvoked_s + 1));
+    const double commands_s = stops ? 1 : 10;
+    const bool over = entered_ && (moment.autopilot.phase != mode || elapsed_s > kProvoked_s + commands_s);
     if (over || stopped_) {
       stopped_ = true;
       return every(0.2, elapsed_s, of(CommandKind::kSignOfLife), moment);
@@ -265,6 +267,7 @@ class ProvokingPilot {
 bool has_ended(const Provocation& provocation, const FlightMoment& moment, double elapsed_s, double acted_s) {
   switch (provocation.end) {
     case ProvokedEnd::kLands:
+    case ProvokedEnd::kFalls:
       return moment.autopilot.state == AutopilotState::kIdle ||
              moment.autopilot.state == AutopilotState::kOff;
     case ProvokedEnd::kHolds:
@@ -336,7 +339,7 @@ std::vector<Provocation> fail_safe_provocations() {
        ProvokingBehaviour::kFliesAway,
        ProvokedEnd::kLands,
        {F::kBatteryForReturn},
-       [](FlightRunParams& params) { params.autopilot.battery_per_m_ratio = 0.8F; }},
+       [](FlightRunParams& params) { params.autopilot.battery_per_m_ratio = 0.5F; }},
       {"cell lost",
        "fault cell_lost at 7 for 60",
        ProvokingBehaviour::kHovers,
@@ -371,7 +374,7 @@ std::vector<Provocation> fail_safe_provocations() {
       {"no lift",
        "fault cell_lost at 7 for 60",
        ProvokingBehaviour::kHovers,
-       ProvokedEnd::kLands,
+       ProvokedEnd::kFalls,
        {F::kNoLift},
        [](FlightRunParams& params) {
          params.vehicle.rotor.speed_governed = false;

@@ -24,7 +24,16 @@ enum class ProvokingBehaviour {
   kEStops,
 };
 /// How the flight must end.
-enum class ProvokedEnd { kHolds, kLands, kCuts };
+enum class ProvokedEnd {
+  kHolds,
+  kLands,
+  kFalls,  ///< lands, without the lift for a soft touch
+  kCuts,
+};
+/// Whether it must end without a collision.
+constexpr bool stays_whole(ProvokedEnd end) {
+  return end == ProvokedEnd::kHolds || end == ProvokedEnd::kLands;
+}
 
 /// A way to bring fail-safes about in closed loop, seven seconds after the start, in the largest room of the
 /// house.
