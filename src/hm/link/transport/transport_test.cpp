@@ -86,7 +86,7 @@ TEST(SerialPort, UnpluggedAndPluggedInAgainItRecovers) {
       (*port)->read(buffer);
     }
     EXPECT_EQ((*port)->reconnections(), round);
-    device.send({1, 2, 3});
+    device.send(Bytes{1, 2, 3});
     EXPECT_EQ(read_from(**port), (Bytes{1, 2, 3}));
   }
 }
