@@ -7,6 +7,8 @@
 #include <span>
 
 #include "hm/core/text/nearest_name.hpp"
+#include "hm/io/bytes/file_bytes.hpp"
+#include "hm/link/mavlink_key.hpp"
 #include "hm/link/transport/transport_url.hpp"
 #include "hm/pipeline/flight/emulated_board.hpp"
 #include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
@@ -24,13 +26,15 @@ hm::Result<std::unique_ptr<hm::FlightCore>> start_board(const hm::FlightRunParam
 constexpr std::string_view kMavlink = "mavlink:";
 
 hm::Result<std::unique_ptr<hm::FlightCore>> start_external(const hm::FlightRunParams& parameters,
-                                                           const std::string& url) {
+                                                           const std::string& url,
+                                                           const std::optional<hm::MavlinkKey>& key) {
   if (parameters.vehicle.inner_loop.inner_loop != hm::InnerLoopKind::kMotors)
     return hm::fail(hm::ErrorCode::kUsage, "vehicle.inner_loop",
                     "an autopilot behind MAVLink turns the motors itself: it needs motors");
   auto transport = hm::open_transport(url);
   if (!transport) return hm::forward_error(transport);
   hm::MavlinkAutopilotSetup setup;
+  setup.key = key;
   setup.commands = parameters.autopilot.commands;
   setup.takeoff_height_m = parameters.autopilot.guidance.takeoff_height_m;
   setup.max_rotor_speed_rad_s = static_cast<float>(parameters.vehicle.rotor.max_speed_rad_s);
@@ -88,6 +92,11 @@ void FlyFlags::add_to(CLI::App& command) {
   command.add_option("--mavlink", mavlink,
                      "fly in real time beside a ground station, which sees the vehicle and may fly it: "
                      "udp:127.0.0.1:14550 (QGroundControl), udp:listen:PORT, serial:DEVICE:BAUD");
+  command
+      .add_option("--mavlink-key", mavlink_key,
+                  "sign MAVLink (--mavlink, --autopilot mavlink:URL) and hear signed frames only: a file "
+                  "with 32 bytes or 64 hexadecimal digits")
+      ->type_name("FILE");
   command.add_flag("--realtime", realtime, "fly no faster than the clock on the wall");
 }
 
@@ -102,13 +111,24 @@ hm::Result<hm::FlightMissionOptions> FlyFlags::mission(const std::string& name,
            options.parameters.flight.run);
   if (seed >= 0) options.parameters.flight.run.seed = seed;
   options.realtime = realtime || !mavlink.empty();
+  if (!mavlink_key.empty()) {
+    if (mavlink.empty() && !autopilot.starts_with(kMavlink))
+      return hm::fail(hm::ErrorCode::kUsage, "--mavlink-key", "needs --mavlink or --autopilot mavlink:URL");
+    constexpr std::size_t kMostBytes = 4096;
+    const auto bytes = hm::read_file_bytes(mavlink_key, kMostBytes);
+    if (!bytes) return hm::forward_error(bytes);
+    const auto key = hm::parse_mavlink_key(*bytes, mavlink_key);
+    if (!key) return hm::forward_error(key);
+    options.mavlink_key = *key;
+  }
   if (autopilot == "qemu")
     options.make_core = [image = firmware](const hm::FlightRunParams& parameters) {
       return start_board(parameters, image);
     };
   if (autopilot.starts_with(kMavlink))
-    options.make_core = [url = autopilot.substr(kMavlink.size())](const hm::FlightRunParams& parameters) {
-      return start_external(parameters, url);
+    options.make_core = [url = autopilot.substr(kMavlink.size()),
+                         key = options.mavlink_key](const hm::FlightRunParams& parameters) {
+      return start_external(parameters, url, key);
     };
   options.output = output.folder(file.empty() ? name : file, "flight");
   options.existing = output.existing();

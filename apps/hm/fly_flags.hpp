@@ -15,14 +15,16 @@ struct FlyFlags {
   std::vector<std::string> faults;
   int seed = -1;
   bool realtime = false;
-  std::string mavlink;  ///< way to a ground station; empty: none
+  std::string mavlink;      ///< way to a ground station; empty: none
+  std::string mavlink_key;  ///< file with the key that signs; empty: none
   std::string file;
   std::array<double, 3> goal{};
   double height_m = 1.3, duration_s = 20;
 
   /// Adds the options that all missions have.
   void add_to(CLI::App& command);
-  /// What these options ask for, before --params and --set. Error (kUsage): a fault that there is not.
+  /// What these options ask for, before --params and --set. Errors: kUsage for a fault that there
+  /// is not and for a key without MAVLink; the key's file.
   [[nodiscard]] hm::Result<hm::FlightMissionOptions> mission(const std::string& name,
                                                              hm::FlightScript script) const;
 };

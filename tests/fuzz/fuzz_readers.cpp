@@ -8,12 +8,14 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hm/core/check.hpp"
 #include "hm/core/hash.hpp"
 #include "hm/core/params.hpp"
+#include "hm/flight/trace/core_trace.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/stamped_list.hpp"
 #include "hm/io/camera/calibration_file.hpp"
@@ -35,6 +37,7 @@
 #include "hm/link/codec/mavlink_parser.hpp"
 #include "hm/link/codec/serial_frame.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
+#include "hm/pipeline/flight/flight_script.hpp"
 
 namespace hm::fuzz {
 namespace {
@@ -279,6 +282,85 @@ bool read_link(Bytes bytes) {
   return accepted_frames > 0;
 }
 
+constexpr std::size_t kTraceBytes = CoreTraceRecord::kBytes, kTraceSummed = kTraceBytes - 4;
+
+/// Gives every frame of a stream of core.trace's frames the right checksum.
+std::vector<std::uint8_t> with_frame_sums(Bytes bytes) {
+  std::vector<std::uint8_t> sealed(bytes.begin(), bytes.end());
+  for (std::size_t at = 0; at + CoreTraceFrame::kOverhead <= sealed.size();) {
+    const std::size_t length = sealed[at + 1], size = length + CoreTraceFrame::kOverhead;
+    if (sealed[at] != 'H' || length > CoreTraceFrame::kMaxLength || at + size > sealed.size()) {
+      ++at;
+      continue;
+    }
+    std::array<std::uint8_t, kTraceSummed> whole{'H', 'M', 'T', '1'};
+    std::memcpy(whole.data() + 4, sealed.data() + at + 2, length);
+    const std::uint32_t sum = crc32(whole);
+    std::memcpy(sealed.data() + at + 2 + length, &sum, sizeof(sum));
+    at += size;
+  }
+  return sealed;
+}
+
+/// A stream from a board: what is accepted is accepted again when it is written.
+std::size_t count_core_frames(Bytes bytes) {
+  std::size_t count = 0;
+  CoreTraceParser parser;
+  for (const std::uint8_t byte : bytes) {
+    parser.push(byte);
+    while (const auto record = parser.next()) {
+      ++count;
+      const CoreTraceFrame frame = frame_of(*record);
+      CoreTraceParser again;
+      std::optional<CoreTraceRecord> read;
+      for (const std::uint8_t written : std::span(frame.bytes).first(frame.size)) {
+        again.push(written);
+        read = again.next();
+      }
+      HM_CHECK(read && encode(*read) == encode(*record), "another record");
+    }
+  }
+  HM_CHECK(parser.skipped() <= bytes.size(), "{} bytes skipped", parser.skipped());
+  return count;
+}
+
+/// core.trace as a file, each record with its magic and checksum set right, and as a stream of frames.
+bool read_core_trace(Bytes bytes) {
+  std::vector<std::uint8_t> sealed(bytes.begin(), bytes.end());
+  for (std::size_t at = 0; at + kTraceBytes <= sealed.size(); at += kTraceBytes) {
+    std::memcpy(sealed.data() + at, "HMT1", 4);
+    const std::uint32_t sum = crc32(std::span(sealed).subspan(at, kTraceSummed));
+    std::memcpy(sealed.data() + at + kTraceSummed, &sum, sizeof(sum));
+  }
+  CoreTraceReader reader(sealed);
+  std::size_t records = 0;
+  while (const auto record = reader.next()) {
+    const auto written = encode(*record);
+    HM_CHECK(std::ranges::equal(written, std::span(sealed).subspan(records * kTraceBytes, kTraceBytes)),
+             "record {} is written otherwise", records);
+    ++records;
+  }
+  HM_CHECK(reader.bytes_left() == sealed.size() - records * kTraceBytes, "{} bytes left",
+           reader.bytes_left());
+  return records + count_core_frames(bytes) + count_core_frames(with_frame_sums(bytes)) > 0;
+}
+
+void check_sound(const FlightScript& script) {
+  HM_CHECK(!script.orders.empty(), "a script without orders");
+  for (const FlightOrder& order : script.orders)
+    HM_CHECK(std::isfinite(order.height_m) && order.position_m.allFinite() &&
+                 order.velocity_m_s.allFinite() && std::isfinite(order.yaw_rate_rad_s) &&
+                 std::isfinite(order.yaw_rad.value_or(0)) && order.duration >= Duration{},
+             "an order that is no number: {}", order.text);
+}
+
+template <class Parse>
+bool read_orders(Parse&& parse, Bytes bytes) {
+  const auto script = parse(text_of(bytes), "flight.fly");
+  if (script) check_sound(*script);
+  return accepted(script);
+}
+
 constexpr std::array kReaders{
     Reader{"accelerometer", [](Bytes b) { return read_carried<0>("tum_imu/accelerometer.txt", b, {}); }},
     Reader{"associations",
@@ -289,10 +371,12 @@ constexpr std::array kReaders{
     Reader{"camera", [](Bytes b) { return accepted(read_camera_file(as_file("camera.txt", b))); }},
     Reader{"carmen", [](Bytes b) { return read_laser<LaserRecordingKind::kCarmen>("carmen/a.log", b); }},
     Reader{"color_image", read_color},
+    Reader{"core_trace", read_core_trace},
     Reader{"depth_correction", read_correction},
     Reader{"depth_image", read_depth},
     Reader{"euroc_imu",
            [](Bytes b) { return read_laser<LaserRecordingKind::kEurocImu>("euroc/imu0.csv", b); }},
+    Reader{"flight_script", [](Bytes b) { return read_orders(parse_flight_script, b); }},
     Reader{"g2o_2d", [](Bytes b) { return accepted(read_g2o_2d(as_file("graph2.g2o", b))); }},
     Reader{"g2o_3d", [](Bytes b) { return accepted(read_g2o_3d(as_file("graph3.g2o", b))); }},
     Reader{"imu_csv",
@@ -335,6 +419,7 @@ constexpr std::array kReaders{
     Reader{"rosbag", [](Bytes b) { return read_laser<LaserRecordingKind::kRosBag>("bag/a.bag", b); }},
     Reader{"seven_scenes_pose", read_seven_scenes_pose},
     Reader{"trajectory", read_trajectory_file},
+    Reader{"way_points", [](Bytes b) { return read_orders(parse_way_points, b); }},
     Reader{"wean_hall",
            [](Bytes b) { return read_laser<LaserRecordingKind::kWeanHall>("wean_hall/a.log", b); }},
 };

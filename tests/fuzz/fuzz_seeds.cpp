@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hm/core/rng.hpp"
+#include "hm/flight/trace/core_trace.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/camera/calibration_file.hpp"
 #include "hm/io/image/image_file.hpp"
@@ -133,6 +134,31 @@ void add_link(Collection& seeds) {
   seeds.add("link", {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)});
   count = write_serial_frame(make_serial_frame(SerialImu{}, SerialDirection::kDown), bytes);
   seeds.add("link", {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count)});
+}
+
+void add_flight(Collection& seeds) {
+  std::vector<std::uint8_t> file, stream;
+  for (std::size_t kind = 0; kind < CoreTraceRecord::kKinds; ++kind) {
+    CoreTraceRecord record;
+    record.kind = static_cast<CoreTraceRecord::Kind>(kind);
+    record.sequence = static_cast<std::uint32_t>(kind);
+    record.stamp = Time{1'000'000'000};
+    record.input[3] = 9.81F;
+    if (kind == 0) record.estimate.fill(0.5F);
+    const auto bytes = encode(record);
+    file.insert(file.end(), bytes.begin(), bytes.end());
+    const CoreTraceFrame frame = frame_of(record);
+    stream.push_back('H');  // noise that looks like a beginning
+    stream.insert(stream.end(), frame.bytes.begin(),
+                  frame.bytes.begin() + static_cast<std::ptrdiff_t>(frame.size));
+  }
+  seeds.add("core_trace", file);
+  seeds.add("core_trace", stream);
+  seeds.text("flight_script",
+             "# a tour\ntakeoff 1.3\ngoto 1 -2.5 1.2 90\nfault laser_off at 12 for 2e0 # seconds\nwait 0.5\n"
+             "velocity 0.5 0 -0.1 -20 for 1.5\nhold\nland\n");
+  seeds.text("flight_script", "takeoff\r\n\r\ngoto 1e-3 +2 .5\r\nestop");
+  seeds.text("way_points", "# x y z yaw\n1 0 1.2\n-1 0.3 1.2 -90.5\n");
 }
 
 void add_mvog(Collection& seeds) {
@@ -276,6 +302,7 @@ std::vector<Seed> seeds() {
   add_meshes(collection);
   add_maps(collection);
   add_link(collection);
+  add_flight(collection);
   add_mvog(collection);
   add_cameras(collection);
   add_poses(collection);

@@ -1,6 +1,6 @@
 // An independent MAVLink implementation (node-mavlink, a process of its own) against which src/hm/link is tested.
 //
-//   npm install --prefix tests/link          once; src/hm/link/node_peer_test.cpp then finds it
+//   npm ci --prefix tests/link               `./hm test` does it; src/hm/link/node_peer_test.cpp then finds it
 //   node node_peer.js vectors > FILE         writes the frames that mavlink_vectors_test.cpp reads without node
 //   node node_peer.js live PORT              talks over UDP to a peer at 127.0.0.1:PORT, until standard input ends
 //
@@ -13,7 +13,7 @@ const { MavLinkProtocolV2, MavLinkPacketSplitter, MavLinkPacketParser } = requir
 const { minimal, common, standard } = require('mavlink-mappings')
 
 const REGISTRY = { ...standard.REGISTRY, ...common.REGISTRY, ...minimal.REGISTRY }
-const MESSAGES = [0, 1, 20, 21, 22, 23, 30, 31, 32, 43, 44, 48, 69, 76, 77, 82, 84, 102, 111, 147, 148, 245, 253, 331, 93, 107]
+const MESSAGES = [0, 1, 20, 21, 22, 23, 30, 31, 32, 43, 44, 48, 69, 76, 77, 82, 84, 102, 111, 147, 148, 245, 253, 331, 93, 107, 75]
 const KEY = Buffer.from(Array.from({ length: 32 }, (_, i) => i))  // of the signed vectors
 const IFLAG_SIGNED = 1
 

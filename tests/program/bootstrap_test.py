@@ -1,4 +1,6 @@
 """The script ./hm with pretended dpkg, apt, cmake and ninja: what it installs, when, and what it says."""
+import json
+import re
 import shutil
 import subprocess
 import sys
@@ -9,7 +11,7 @@ from pathlib import Path
 import support
 
 TOOLS = ["bash", "awk", "sed", "sort", "comm", "tr", "wc", "mktemp", "tail", "head", "grep", "dirname", "readlink",
-         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true", "ls", "find", "sha256sum"]
+         "rm", "mkdir", "tee", "nproc", "flock", "cat", "env", "touch", "chmod", "true", "ls", "find", "sha256sum", "timeout"]
 FAKES = {
     "dpkg-query": 'for word in "$@"; do grep -qx "$word" "$STATE/installed" && echo "installed $word"; done; true',
     "apt-get": 'echo "apt-get $*" >> "$STATE/log"; [ ! -e "$STATE/apt_fails" ] || { echo "no network"; exit 100; }\n'
@@ -219,11 +221,21 @@ class Bootstrap(Clone):
         self.assertEqual(result.stdout, "program: info\n", result.stderr)
 
 
-class Page(Clone):
-    """The page of the ground station: a part of the program that node bundles, where there is one."""
+class WithNode(Clone):
+    """Where node and npm can be given."""
     NODE = 'echo "node $*" >> "$STATE/log"; [ ! -e "$STATE/bundle_fails" ] || exit 1\n' \
            'mkdir -p "$3"; echo "page" > "$3/page_files.cpp"'
     NPM = 'echo "npm $*" >> "$STATE/log"; [ ! -e "$STATE/npm_fails" ] || { echo "no network"; exit 1; }\nmkdir -p node_modules'
+
+    def give(self, *names):
+        for name in names:
+            path = self.path / name
+            path.write_text(f"#!/bin/bash\n{self.NODE if name == 'node' else self.NPM}\n")
+            path.chmod(0o755)
+
+
+class Page(WithNode):
+    """The page of the ground station: a part of the program that node bundles, where there is one."""
 
     def setUp(self):
         super().setUp()
@@ -231,12 +243,6 @@ class Page(Clone):
         (web / "src").mkdir(parents=True)
         for name in ("build.mjs", "package-lock.json", "src/main.ts"):
             (web / name).write_text(name)
-
-    def give(self, *names):
-        for name in names:
-            path = self.path / name
-            path.write_text(f"#!/bin/bash\n{self.NODE if name == 'node' else self.NPM}\n")
-            path.chmod(0o755)
 
     def test_is_built_once_for_verbs_that_show_it(self):
         self.give("node", "npm")
@@ -312,6 +318,54 @@ class Page(Clone):
         (self.state / "log").unlink()
         self.hm("package")
         self.assertNotIn("npm ci", self.log())
+
+
+class TestPeers(WithNode):
+    """Other implementations that tests talk to, with locked packages of their own."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("link", "station"):
+            (self.clone / "tests" / name).mkdir(parents=True)
+            (self.clone / "tests" / name / "package-lock.json").write_text(name)
+
+    def test_are_fetched_once_for_the_tests_only(self):
+        self.give("node", "npm")
+        self.hm("info", "x")
+        self.assertNotIn("npm", self.log())
+        self.hm("test")
+        self.assertEqual(len(re.findall(r"npm ci .*--fetch-retries=1 --fetch-timeout=20000", self.log())), 2)
+        self.assertLess(self.log().rindex("npm ci"), self.log().rindex("ctest"))
+        (self.state / "log").unlink()
+        self.hm("test")
+        self.assertNotIn("npm", self.log())
+        (self.clone / "tests/link/package-lock.json").write_text("changed")
+        self.hm("test")
+        self.assertEqual(self.log().count("npm ci"), 1)
+
+    def test_without_node_or_network_the_tests_run_all_the_same(self):
+        self.hm("test")
+        self.assertNotIn("npm", self.log())
+        self.give("node", "npm")
+        (self.state / "npm_fails").touch()
+        result = self.hm("test")
+        self.assertIn("warning: the packages of tests/link could not be fetched", result.stderr)
+        self.assertIn("warning: the packages of tests/station could not be fetched", result.stderr)
+        self.assertEqual(self.log().count("ctest"), 2)
+        self.assertFalse((self.clone / "tests/link/node_modules").exists(), "half a package would not be skipped")
+        (self.state / "npm_fails").unlink()
+        self.assertNotIn("warning", self.hm("test").stderr)
+
+    def test_lock_files_pin_every_package_and_name_no_host(self):
+        for name in ("web", "tests/link", "tests/station"):
+            with self.subTest(name):
+                lock = json.loads((support.SOURCE / name / "package-lock.json").read_text())
+                wanted = json.loads((support.SOURCE / name / "package.json").read_text()).get("dependencies", {})
+                self.assertEqual(lock["packages"][""].get("dependencies", {}), wanted)
+                for place, package in lock["packages"].items():
+                    self.assertNotIn("resolved", package, place)
+                    if place:
+                        self.assertTrue(package["integrity"].startswith("sha512-"), place)
 
 
 if __name__ == "__main__":

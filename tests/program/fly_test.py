@@ -1,6 +1,8 @@
 """hm fly: hover, way points, scripts, live orders; its files, keys, faults, mistakes, a stop, a kill."""
+import hashlib
 import json
 import signal
+import socket
 import struct
 import time
 import zlib
@@ -22,6 +24,69 @@ def whole_records(data):
             break
         count += 1
     return count
+
+
+HEARTBEAT, COMMAND_LONG, COMMAND_ACK, STATUSTEXT = 0, 76, 77, 253
+CRC_EXTRA = {HEARTBEAT: 50, COMMAND_LONG: 152, COMMAND_ACK: 143, STATUSTEXT: 83}
+PAYLOAD_BYTES = {HEARTBEAT: 9, COMMAND_LONG: 33, COMMAND_ACK: 10, STATUSTEXT: 54}
+
+
+def mavlink_crc(data):
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x8408 if crc & 1 else 0)
+    return struct.pack("<H", crc)
+
+
+class GroundStation:
+    """The other end of --mavlink: reads and writes frames of MAVLink 2 by itself."""
+
+    def __init__(self, key=None):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.settimeout(120)
+        self.key, self.sequence = key, 0
+
+    def url(self):
+        return f"udp:127.0.0.1:{self.socket.getsockname()[1]}"
+
+    def read(self):
+        """Number and payload of the next message that is known here; damaged or unsigned ones are an error."""
+        while True:
+            data, self.vehicle = self.socket.recvfrom(2048)
+            length, signed = data[1], data[2] & 1
+            message = int.from_bytes(data[7:10], "little")
+            assert data[0] == 0xFD and len(data) == 12 + length + 13 * signed, data.hex()
+            if message not in CRC_EXTRA:
+                continue
+            body, crc = data[1:10 + length], data[10 + length:12 + length]
+            assert mavlink_crc(body + bytes([CRC_EXTRA[message]])) == crc, data.hex()
+            assert bool(signed) == (self.key is not None)
+            if signed:
+                assert data[-6:] == hashlib.sha256(self.key + data[:-6]).digest()[:6], data.hex()
+            return message, data[10:10 + length].ljust(PAYLOAD_BYTES[message], b"\0")
+
+    def read_until(self, wanted):
+        """Payloads of the messages before the wanted one, by number, and its own."""
+        seen = {}
+        while True:
+            message, payload = self.read()
+            if message == wanted:
+                return seen, payload
+            seen.setdefault(message, []).append(payload)
+
+    def command(self, number):
+        payload = struct.pack("<7fHBBB", *[0] * 7, number, 1, 1, 0).rstrip(b"\0")
+        body = bytes([len(payload), 1 if self.key else 0, 0, self.sequence, 255, 190]) + COMMAND_LONG.to_bytes(3, "little")
+        body += payload
+        frame = b"\xfd" + body + mavlink_crc(body + bytes([CRC_EXTRA[COMMAND_LONG]]))
+        if self.key:
+            frame += b"\0" + int((time.time() - 1420070400) * 1e5).to_bytes(6, "little")
+            frame += hashlib.sha256(self.key + frame).digest()[:6]
+        self.sequence += 1
+        self.socket.sendto(frame, self.vehicle)
 
 
 class Fly(support.ProgramTest):
@@ -181,6 +246,38 @@ class Fly(support.ProgramTest):
         self.assertIn("line 2: unknown word 'fly'", errors)
         orders = {order["order"]: order["outcome"] for order in json.loads(output)["orders"]}
         self.assertEqual(orders, {"takeoff 0.5": "done", "wait 500": "skipped", "hold": "done", "land": "done"})
+
+    def fly_beside(self, station, *more):
+        """Heartbeats come, a command is answered with its reason; the flight ends with its input."""
+        process = self.start("fly", "teleop", "--world", "room", "--mavlink", station.url(), "-o", "out", "--json",
+                             *QUICK, *more, stdin=-1)
+        self.addCleanup(process.kill)
+        self.addCleanup(station.socket.close)
+        for _ in range(3):
+            _, heartbeat = station.read_until(HEARTBEAT)
+            custom_mode, kind, autopilot, base_mode, status, version = struct.unpack("<I5B", heartbeat)
+            self.assertEqual((kind, autopilot, base_mode & 128, status, version), (2, 0, 0, 3, 3))
+        station.command(22)  # take-off, with the motors off
+        seen, ack = station.read_until(COMMAND_ACK)
+        self.assertEqual(struct.unpack("<HB", ack[:3]), (22, 1))  # temporarily rejected
+        self.assertIn(b"the motors are off: engage first", b"".join(seen.get(STATUSTEXT, [])))
+        output, errors = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 0, errors)
+        self.assertIn("command refused: the motors are off: engage first",
+                      [event["text"] for event in json.loads(output)["events"]])
+
+    def test_a_ground_station_sees_it_and_may_command(self):
+        self.fly_beside(GroundStation())
+
+    def test_with_a_key_mavlink_is_signed(self):
+        key = bytes(range(100, 132))
+        (self.folder / "key").write_text(key.hex() + "\n")
+        self.fly_beside(GroundStation(key), "--mavlink-key", "key")
+        (self.folder / "key").write_text(key.hex()[:40])
+        for words, code, text in ((["--mavlink", "udp:127.0.0.1:9"], 3, "32 bytes or 64 hexadecimal digits"),
+                                  ([], 2, "needs --mavlink or --autopilot mavlink:URL")):
+            error = self.run_json("fly", "hover", "--mavlink-key", "key", *words, "-o", "x", expect=code)["error"]
+            self.assertIn(text, error["message"])
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 // An independent client of /foxglove (@foxglove/ws-protocol, a process of its own).
 //
-//   npm install --prefix tests/station                 once; src/hm/station/foxglove_peer_test.cpp then finds it
+//   npm ci --prefix tests/station                      `./hm test` does it; src/hm/station/foxglove_peer_test.cpp finds it
 //   node foxglove_client.js URL SUBPROTOCOL            subscribes to every channel; prints a JSON line per channel
 //                                                      {topic, schema, stamp_ns, message} for the first message of each
-//                                                      and ends when it has one of each, or after 10 s with exit code 1
+//                                                      and ends when it has one of each, or after 60 s with exit code 1
 'use strict'
 const { FoxgloveClient } = require('@foxglove/ws-protocol')
 const { WebSocket } = require('ws')
@@ -33,4 +33,4 @@ client.on('message', ({ subscriptionId, timestamp, data }) => {
   console.log(JSON.stringify({ topic: channel.topic, schema: channel.schemaName, stamp_ns: Number(timestamp), message }))
   if (--missing === 0) process.exit(0)
 })
-setTimeout(() => { console.error('not every channel gave a message'); process.exit(1) }, 10000)
+setTimeout(() => { console.error('not every channel gave a message'); process.exit(1) }, 60000)

@@ -52,14 +52,17 @@ void MavlinkPeer::send_text(std::uint8_t severity, std::string_view text) {
     if (++text_id_ == 0) ++text_id_;  // 0 means a text of one part
     message.id = text_id_;
   }
-  text = text.substr(0, part * 255);
-  do {
+  text = text.substr(0, part * 255 - 1);
+  bool is_last = false;
+  while (!is_last) {
     message.text = {};
     std::ranges::copy(text.substr(0, part), message.text.begin());
     send(message);
     ++message.chunk_seq;
+    // The last one of several is known by its end before 50 letters.
+    is_last = message.id == 0 || text.size() < part;
     text.remove_prefix(std::min(part, text.size()));
-  } while (!text.empty());
+  }
 }
 
 void MavlinkPeer::step(const std::function<Time()>& clock,

@@ -39,7 +39,7 @@ class MavlinkPeers : public ::testing::Test {
                      server.receive(frame, now + Duration{kAhead});
                      at_vehicle.push_back(frame);
                    });
-      server.step();
+      server.step(now + Duration{kAhead});
       station.step([&] { return now; }, [&](const MavlinkFrame& frame) { at_station.push_back(frame); });
     }
   }
@@ -56,10 +56,15 @@ class MavlinkPeers : public ::testing::Test {
   link_testing::PipePair way;
   MavlinkPeer vehicle, station;
   int commands_done = 0;
+  MavCommandLong last_command;
+  std::optional<std::uint8_t> last_frame;
   VehicleServer server{vehicle,
                        {{"MPC_XY_P", 1.5F, 0, 3, false}, {"COM_MODE", 2, 0, 5, true}},
-                       [this](const MavCommandLong& command, MavlinkAddress) -> std::uint8_t {
+                       [this](const MavCommandLong& command, const CommandOrigin& origin) -> std::uint8_t {
                          ++commands_done;
+                         last_command = command;
+                         last_frame = origin.frame;
+                         if (command.command == kMavCommandLand) return kMavInProgress;
                          return command.command == kMavCommandTakeoff ? kMavAccepted : kMavUnsupported;
                        }};
   std::vector<MavlinkFrame> at_vehicle, at_station;
@@ -115,6 +120,83 @@ TEST_F(MavlinkPeers, ACommandWhoseAnswerIsLostIsRepeatedAndDoneOnce) {
   EXPECT_EQ(commands_done, 2);
 }
 
+/// COMMAND_LONG of the station to the vehicle.
+MavCommandLong to_vehicle(std::uint16_t kind) {
+  MavCommandLong command;
+  command.target_system = command.target_component = 1;
+  command.command = kind;
+  return command;
+}
+
+TEST_F(MavlinkPeers, ACommandThatTakesTimeIsAcknowledgedByItsEnd) {
+  run(1.5);
+  ASSERT_TRUE(station.commands().send(to_vehicle(kMavCommandLand)));
+  run(0.1);
+  EXPECT_TRUE(received<MavCommandAck>().empty());
+  server.finish(kMavCommandLand, {255, 190}, kMavTemporarilyRejected);
+  way.vehicle.lose = 1;
+  server.finish(kMavCommandLand, {255, 190}, kMavAccepted);  // it has ended already
+  way.vehicle.lose = 0;
+  run(0.1);
+  ASSERT_EQ(received<MavCommandAck>().size(), 1U);
+  EXPECT_EQ(station.commands().state(), CommandSender::State::kAnswered);
+  EXPECT_EQ(station.commands().result(), kMavTemporarilyRejected);
+}
+
+TEST_F(MavlinkPeers, AnEndThatIsLostIsToldAgainWithoutDoingTheCommandAgain) {
+  run(1.5);
+  ASSERT_TRUE(station.commands().send(to_vehicle(kMavCommandLand)));
+  run(0.05);
+  way.vehicle.lose = 1;
+  server.finish(kMavCommandLand, {255, 190}, kMavAccepted);
+  EXPECT_EQ(way.vehicle.lose, 0);
+  run(1.0);
+  EXPECT_EQ(station.commands().state(), CommandSender::State::kAnswered);
+  EXPECT_EQ(station.commands().result(), kMavAccepted);
+  EXPECT_EQ(commands_done, 1);
+}
+
+TEST_F(MavlinkPeers, ACommandWithoutAnEndIsInProgressThenFails) {
+  run(1.5);
+  ASSERT_TRUE(station.commands().send(to_vehicle(kMavCommandLand)));
+  run(0.4);
+  ASSERT_EQ(received<MavCommandAck>().size(), 1U);
+  EXPECT_EQ(received<MavCommandAck>()[0].result, kMavInProgress);
+  station.send(to_vehicle(kMavCommandLand));  // the same again, anew
+  run(0.1);
+  EXPECT_EQ(received<MavCommandAck>().back().result, kMavTemporarilyRejected);
+  EXPECT_EQ(commands_done, 1);
+  at_station.clear();
+  run(2.0);
+  ASSERT_EQ(received<MavCommandAck>().size(), 1U);
+  EXPECT_EQ(received<MavCommandAck>()[0].result, kMavFailed);
+  ASSERT_EQ(received<MavStatusText>().size(), 1U);
+  EXPECT_STREQ(received<MavStatusText>()[0].text.data(), "the vehicle does not answer a command");
+  station.send(to_vehicle(kMavCommandLand));
+  run(0.1);
+  EXPECT_EQ(commands_done, 2);
+}
+
+TEST_F(MavlinkPeers, ACommandWithAFrameHasItsPositionInMetres) {
+  MavCommandInt command;
+  command.target_system = command.target_component = 1;
+  command.command = kMavCommandTakeoff;
+  command.frame = kMavFrameLocalNed;
+  command.param4 = 0.5F;
+  command.x = 12'345;
+  command.y = -20'000;
+  command.z = -1.5F;
+  station.send(command);
+  run(0.1);
+  ASSERT_EQ(received<MavCommandAck>().size(), 1U);
+  EXPECT_EQ(received<MavCommandAck>()[0].result, kMavAccepted);
+  EXPECT_EQ(last_frame, std::optional<std::uint8_t>(kMavFrameLocalNed));
+  EXPECT_EQ(last_command.param4, 0.5F);
+  EXPECT_FLOAT_EQ(last_command.param5, 1.2345F);
+  EXPECT_FLOAT_EQ(last_command.param6, -2);
+  EXPECT_EQ(last_command.param7, -1.5F);
+}
+
 TEST_F(MavlinkPeers, CommandsForOthersAreNotDone) {
   MavCommandLong command;
   command.target_system = 7;
@@ -137,7 +219,9 @@ TEST_F(MavlinkPeers, AGroundStationGetsWhatItAsksForFirst) {
   station.send(mission);
   run(0.1);
   ASSERT_EQ(received<MavAutopilotVersion>().size(), 1U);
-  EXPECT_NE(received<MavAutopilotVersion>()[0].capabilities & kMavCanMavlink2, 0U);
+  // What it obeys, no more: no SET_ATTITUDE_TARGET.
+  EXPECT_EQ(received<MavAutopilotVersion>()[0].capabilities,
+            kMavCanMavlink2 | kMavCanParamFloat | kMavCanCommandInt | kMavCanSetPosition);
   ASSERT_EQ(received<MavCommandAck>().size(), 1U);
   EXPECT_EQ(received<MavCommandAck>()[0].result, kMavAccepted);
   ASSERT_EQ(received<MavMissionCount>().size(), 1U);

@@ -15,8 +15,7 @@
 #include "hm/station/testing/station_rig.hpp"
 
 /// Against another implementation of the protocol (tests/station/foxglove_client.js). Skipped without node
-/// and
-/// @foxglove/ws-protocol; foxglove_session_test.cpp needs neither.
+/// and @foxglove/ws-protocol, which `./hm test` fetches; foxglove_session_test.cpp needs neither.
 namespace hm {
 namespace {
 
@@ -56,8 +55,7 @@ void fill(LiveStore& store) {
 
 TEST(FoxglovePeer, ItsClientReadsEveryChannelInBothSubprotocols) {
   if (node_modules().empty() || std::system("node --version > /dev/null 2>&1") != 0)
-    GTEST_SKIP()
-        << "no node or no @foxglove/ws-protocol: npm install --prefix tests/station (or HM_NODE_MODULES)";
+    GTEST_SKIP() << "no node or no @foxglove/ws-protocol: npm ci --prefix tests/station (or HM_NODE_MODULES)";
   const auto station = start_station();
   fill(station->store());
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {

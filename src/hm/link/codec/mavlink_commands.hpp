@@ -160,6 +160,36 @@ struct MavManualControl {
   }
 };
 
+/// A command with the frame of its position; answered by COMMAND_ACK.
+struct MavCommandInt {
+  static constexpr std::uint32_t kId = 75;
+  static constexpr std::string_view kName = "COMMAND_INT";
+  std::uint8_t target_system = 0, target_component = 0;
+  std::uint8_t frame = 0;     ///< MavFrame, of x, y, z
+  std::uint16_t command = 0;  ///< MavCommand
+  std::uint8_t current = 0, autocontinue = 0;
+  float param1 = 0, param2 = 0, param3 = 0, param4 = 0;
+  std::int32_t x = 0, y = 0;  ///< 0.1 mm of a local frame, 1e-7 degrees of a global one
+  float z = 0;                ///< m
+
+  template <class Self, class Visitor>
+  static constexpr void visit(Self& self, Visitor&& v) {
+    v.field("target_system", self.target_system);
+    v.field("target_component", self.target_component);
+    v.field("frame", self.frame);
+    v.field("command", self.command);
+    v.field("current", self.current);
+    v.field("autocontinue", self.autocontinue);
+    v.field("param1", self.param1);
+    v.field("param2", self.param2);
+    v.field("param3", self.param3);
+    v.field("param4", self.param4);
+    v.field("x", self.x);
+    v.field("y", self.y);
+    v.field("z", self.z);
+  }
+};
+
 /// A command with seven parameters; answered by COMMAND_ACK.
 struct MavCommandLong {
   static constexpr std::uint32_t kId = 76;

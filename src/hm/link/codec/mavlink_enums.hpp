@@ -59,10 +59,13 @@ enum MavTargetMask : std::uint16_t {
 };
 enum MavAttitudeMask : std::uint8_t { kMavIgnoreRates = 7, kMavIgnoreThrust = 64, kMavIgnoreAttitude = 128 };
 enum MavCommand : std::uint16_t {
+  kMavCommandLoiter = 17,  ///< without an end: hold
+  kMavCommandReturn = 20,
   kMavCommandLand = 21,
   kMavCommandTakeoff = 22,
   kMavCommandSetMode = 176,
-  kMavCommandArmDisarm = 400,  ///< param1 1 arms; param2 21196 disarms in flight
+  kMavCommandReposition = 192,  ///< param4: yaw, rad, NaN: as it is
+  kMavCommandArmDisarm = 400,   ///< param1 1 arms; param2 21196 disarms in flight
   kMavCommandSetMessageInterval = 511,
   kMavCommandRequestMessage = 512,
 };
@@ -74,12 +77,16 @@ enum MavResult : std::uint8_t {
   kMavFailed = 4,
   kMavInProgress = 5,
   kMavCancelled = 6,
+  kMavCommandIntOnly = 8,
+  kMavUnsupportedFrame = 9,
 };
+/// Of a text; smaller is worse.
 enum MavSeverity : std::uint8_t { kMavCritical = 2, kMavError = 3, kMavWarning = 4, kMavInfo = 6 };
 enum MavLandedState : std::uint8_t { kMavOnGround = 1, kMavInAir = 2, kMavTakingOff = 3, kMavLanding = 4 };
 enum MavParamType : std::uint8_t { kMavParamInt32 = 6, kMavParamFloat = 9 };
 enum MavCapability : std::uint64_t {
   kMavCanParamFloat = 1U << 1U,
+  kMavCanCommandInt = 1U << 3U,
   kMavCanSetAttitude = 1U << 6U,
   kMavCanSetPosition = 1U << 7U,
   kMavCanMavlink2 = 1U << 13U,

@@ -21,12 +21,14 @@ struct MavlinkMessageList {
 };
 
 /// Every message that we speak, ordered by number.
-using MavlinkMessages = MavlinkMessageList<
-    MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue, MavParamSet,
-    MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed, MavMissionRequestList, MavMissionCount,
-    MavSetGpsGlobalOrigin, MavManualControl, MavCommandLong, MavCommandAck, MavSetAttitudeTarget,
-    MavSetPositionTargetLocalNed, MavHilActuatorControls, MavVisionPositionEstimate, MavHilSensor,
-    MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState, MavStatusText, MavOdometry>;
+using MavlinkMessages =
+    MavlinkMessageList<MavHeartbeat, MavSysStatus, MavParamRequestRead, MavParamRequestList, MavParamValue,
+                       MavParamSet, MavAttitude, MavAttitudeQuaternion, MavLocalPositionNed,
+                       MavMissionRequestList, MavMissionCount, MavSetGpsGlobalOrigin, MavManualControl,
+                       MavCommandInt, MavCommandLong, MavCommandAck, MavSetAttitudeTarget,
+                       MavSetPositionTargetLocalNed, MavHilActuatorControls, MavVisionPositionEstimate,
+                       MavHilSensor, MavTimesync, MavBatteryStatus, MavAutopilotVersion, MavExtendedSysState,
+                       MavStatusText, MavOdometry>;
 
 /// What the frame needs to know of a message.
 struct MavlinkTableEntry {
@@ -90,6 +92,7 @@ static_assert(detail::mavlink_message_is<MavMissionRequestList>(132, 3));
 static_assert(detail::mavlink_message_is<MavMissionCount>(221, 9));
 static_assert(detail::mavlink_message_is<MavSetGpsGlobalOrigin>(41, 21));
 static_assert(detail::mavlink_message_is<MavManualControl>(243, 30));
+static_assert(detail::mavlink_message_is<MavCommandInt>(158, 35));
 static_assert(detail::mavlink_message_is<MavCommandLong>(152, 33));
 static_assert(detail::mavlink_message_is<MavCommandAck>(143, 10));
 static_assert(detail::mavlink_message_is<MavSetAttitudeTarget>(49, 51));

@@ -1,17 +1,14 @@
 #include "hm/link/transport/transport.hpp"
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hm/link/testing/plugged_terminal.hpp"
 #include "hm/link/transport/serial_port.hpp"
 #include "hm/link/transport/transport_url.hpp"
 #include "hm/link/transport/udp_socket.hpp"
@@ -20,6 +17,7 @@ namespace hm {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
+using link_testing::PluggedTerminal;
 constexpr Duration kPatience{2'000'000'000};
 
 Bytes read_from(Transport& transport) {
@@ -28,48 +26,6 @@ Bytes read_from(Transport& transport) {
   const std::size_t count = transport.read(buffer);
   return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(count)};
 }
-
-/// A device that can be unplugged: a pseudo-terminal behind a symbolic link of a fixed name.
-class PluggedTerminal {
- public:
-  PluggedTerminal() {
-    std::string pattern = ::testing::TempDir() + "hm_terminal_XXXXXX";
-    folder_ = ::mkdtemp(pattern.data());
-    plug_in();
-  }
-  ~PluggedTerminal() {
-    unplug();
-    std::filesystem::remove_all(folder_);
-  }
-  PluggedTerminal(const PluggedTerminal&) = delete;
-  PluggedTerminal& operator=(const PluggedTerminal&) = delete;
-
-  void plug_in() {
-    other_side_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
-    ASSERT_GE(other_side_, 0);
-    ASSERT_EQ(::grantpt(other_side_), 0);
-    ASSERT_EQ(::unlockpt(other_side_), 0);
-    std::filesystem::create_symlink(::ptsname(other_side_), path());
-  }
-  void unplug() {
-    if (other_side_ >= 0) ::close(other_side_);
-    other_side_ = -1;
-    std::filesystem::remove(path());
-  }
-  void send(const Bytes& bytes) const {
-    ASSERT_EQ(::write(other_side_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
-  }
-  [[nodiscard]] Bytes receive() const {
-    std::array<std::uint8_t, 4096> buffer{};
-    const ssize_t count = ::read(other_side_, buffer.data(), buffer.size());
-    return count > 0 ? Bytes(buffer.begin(), buffer.begin() + count) : Bytes{};
-  }
-  [[nodiscard]] std::string path() const { return folder_ + "/device"; }
-
- private:
-  std::string folder_;
-  int other_side_ = -1;
-};
 
 /// Every byte, those among them that a terminal would treat (newline, start, stop, end of file, interrupt).
 Bytes every_byte() {
@@ -130,7 +86,7 @@ TEST(SerialPort, UnpluggedAndPluggedInAgainItRecovers) {
       (*port)->read(buffer);
     }
     EXPECT_EQ((*port)->reconnections(), round);
-    device.send({1, 2, 3});
+    device.send(Bytes{1, 2, 3});
     EXPECT_EQ(read_from(**port), (Bytes{1, 2, 3}));
   }
 }

@@ -96,6 +96,7 @@ AutopilotInputs FlightBoard::gather(const BoardReadings& readings) {
   if (readings.imu) inputs.imu = reading_of(*readings.imu);
   if (const auto pose = dequeue(poses_, measured_)) {
     inputs.pose = pose->measured.pose;
+    core_->note_restarts(pose->measured.restarts);
     inputs.pose->stamp = inputs.pose->stamp - readings.clock_step;
     pose_age_s_.add((readings.now - inputs.pose->stamp).seconds());
     scan_to_core_s_.add((readings.now - pose->measured.scan_end).seconds());

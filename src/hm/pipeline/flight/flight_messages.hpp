@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <variant>
 
@@ -14,6 +15,8 @@ namespace hm {
 /// Pose of the vehicle from scan matching, as the on-board computer sends it. Symmetric covariance.
 struct PoseMessage {
   PoseReading<float> pose;
+  /// Counts up whenever tracking was lost before this pose: it may have jumped. In the flag of its frame.
+  std::uint8_t restarts = 0;
   Time scan_end;  ///< when the last beam of its scan was measured; not sent, for latencies
 };
 

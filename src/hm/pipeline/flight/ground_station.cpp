@@ -1,10 +1,12 @@
 #include "hm/pipeline/flight/ground_station.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
 #include "hm/geometry/se3.hpp"
+#include "hm/link/mavlink_key.hpp"
 
 namespace hm {
 namespace {
@@ -13,6 +15,7 @@ constexpr Duration kFast{100'000'000}, kSlow{1'000'000'000}, kLifePeriod{500'000
 constexpr float kDisarmByForce = 21196;
 constexpr std::uint16_t kTakeOverButton = 1;
 constexpr std::uint16_t kUnknownVoltage = 65535;
+constexpr std::size_t kMostSent = 16;
 
 MavlinkPeerOptions vehicle_options() {
   MavlinkPeerOptions options;
@@ -30,6 +33,21 @@ std::vector<LinkParameter> parameters_of(const GroundStationParams& params) {
 }
 
 bool is_armed(AutopilotState state) { return state == AutopilotState::kIdle || in_air(state); }
+
+/// Result of a command that was refused, for MAVLink.
+MavResult result_of(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::kNone:
+      return kMavAccepted;
+    case Refusal::kNotSupported:
+      return kMavUnsupported;
+    case Refusal::kNotANumber:
+    case Refusal::kOutOfRange:
+      return kMavDenied;
+    default:
+      return kMavTemporarilyRejected;
+  }
+}
 
 MavLandedState landed_state(AutopilotState state, FlightPhase phase) {
   if (state == AutopilotState::kLanding) return kMavLanding;
@@ -50,11 +68,15 @@ LinkState link_state(const BasicVehicleState<float>& estimate) {
   return state;
 }
 
-GroundStation::GroundStation(Transport& transport, const GroundStationParams& params)
-    : peer_(transport, vehicle_options()),
+GroundStation::GroundStation(Transport& transport, const GroundStationParams& params,
+                             const std::optional<MavlinkKey>& key)
+    : peer_(transport, with_key(vehicle_options(), key)),
       server_(peer_, parameters_of(params),
-              [this](const MavCommandLong& command, MavlinkAddress) { return obey(command); }),
+              [this](const MavCommandLong& command, const CommandOrigin& origin) {
+                return obey(command, origin);
+              }),
       params_(params) {
+  start_signing(peer_);
   server_.parameters().changed = [this](const LinkParameter& changed) {
     double& value = changed.name == "STICK_SPEED"   ? params_.stick_speed_m_s
                     : changed.name == "STICK_CLIMB" ? params_.stick_climb_m_s
@@ -63,9 +85,10 @@ GroundStation::GroundStation(Transport& transport, const GroundStationParams& pa
   };
 }
 
-FlightCommand& GroundStation::order(CommandKind kind) {
-  queue_.emplace_back().kind = kind;
-  return queue_.back();
+FlightCommand& GroundStation::order(CommandKind kind, const std::optional<Asked>& asked) {
+  queue_.push_back({{}, asked});
+  queue_.back().command.kind = kind;
+  return queue_.back().command;
 }
 
 std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
@@ -76,6 +99,7 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
     fast_at_ = slow_at_ = life_at_ = now;
   }
   note_heartbeat(moment);
+  note_answer(moment);
   peer_.step([now] { return now; },
              [this, now](const MavlinkFrame& frame) {
                if (const auto sticks = read_mavlink_message<MavManualControl>(frame))
@@ -85,7 +109,7 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
                else
                  server_.receive(frame, now);
              });
-  server_.step();
+  server_.step(now);
   send_telemetry(moment);
   send_news(moment);
   fly_by_sticks();
@@ -94,11 +118,13 @@ std::optional<FlightCommand> GroundStation::step(const FlightMoment& moment) {
   if (queue_.empty() && heard && in_control_ && is_due(life_at_, kLifePeriod, now))
     order(CommandKind::kSignOfLife);
   if (queue_.empty() || now <= last_stamp_) return std::nullopt;
-  FlightCommand command = queue_.front();
+  Order next = queue_.front();
   queue_.pop_front();
-  command.stamp = last_stamp_ = now;
-  command.pilot = kPilot;
-  return command;
+  next.command.stamp = last_stamp_ = now;
+  next.command.pilot = kPilot;
+  if (next.asked) sent_.push_back(next);
+  if (sent_.size() > kMostSent) sent_.pop_front();  // their answers were lost
+  return next.command;
 }
 
 void GroundStation::note_heartbeat(const FlightMoment& moment) {
@@ -143,7 +169,7 @@ void GroundStation::send_telemetry(const FlightMoment& moment) {
   peer_.send(extended);
 }
 
-/// Changes of state, new fail-safes and refused commands, in words.
+/// Changes of state and new fail-safes, in words.
 void GroundStation::send_news(const FlightMoment& moment) {
   const AutopilotOutputs& out = moment.autopilot;
   if (out.state != told_state_) {
@@ -155,6 +181,10 @@ void GroundStation::send_news(const FlightMoment& moment) {
   told_fail_safes_ = out.safety.active;
   if (begun != 0 && out.safety.action != SafetyAction::kNone)
     peer_.send_text(kMavWarning, text_of(out.safety.reason));
+}
+
+/// What became of our last command: a refusal in words, and the acknowledgement for whoever asked.
+void GroundStation::note_answer(const FlightMoment& moment) {
   if (!moment.answer || moment.answer->command.pilot != kPilot) return;
   const auto& [command, refusal] = *moment.answer;
   in_control_ = refusal != Refusal::kOtherPilot && command.kind != CommandKind::kRelease;
@@ -162,35 +192,74 @@ void GroundStation::send_news(const FlightMoment& moment) {
   if (command.kind == CommandKind::kGoTo && goal_) goal_->accepted = refusal == Refusal::kNone;
   if (refusal != Refusal::kNone && command.kind != CommandKind::kSignOfLife)
     peer_.send_text(kMavWarning, text_of(refusal));
+  const auto stamp = command.stamp;
+  const auto sent = std::ranges::find_if(sent_, [&](const Order& o) { return o.command.stamp == stamp; });
+  if (sent == sent_.end()) return;
+  server_.finish(sent->asked->command, sent->asked->from, result_of(refusal));
+  sent_.erase(sent);
 }
 
-std::uint8_t GroundStation::arm(bool on, bool by_force) {
-  if (!on && by_force) {
-    order(CommandKind::kEStop);
-    return kMavAccepted;
-  }
+/// Refuses a command that the core is not asked about.
+std::uint8_t GroundStation::refuse(Refusal reason) {
+  peer_.send_text(kMavWarning, text_of(reason));
+  return result_of(reason);
+}
+
+/// The core knows a toggle only: it is not asked for in a state in which it would do something else.
+std::uint8_t GroundStation::arm(bool on, const Asked& asked) {
   const AutopilotState state = moment_->autopilot.state;
   if (on == is_armed(state)) return kMavAccepted;  // it is so already
-  if (state != (on ? AutopilotState::kOff : AutopilotState::kIdle)) return kMavTemporarilyRejected;
-  order(CommandKind::kToggleEngage);
+  if (state == AutopilotState::kError) return refuse(Refusal::kErrorLatched);
+  if (in_air(state)) return refuse(Refusal::kAlreadyFlying);
+  if (state != (on ? AutopilotState::kOff : AutopilotState::kIdle)) return refuse(Refusal::kInTransition);
+  order(CommandKind::kToggleEngage, asked);
   if (!on) order(CommandKind::kRelease);
-  return kMavAccepted;
+  return kMavInProgress;
 }
 
-std::uint8_t GroundStation::obey(const MavCommandLong& command) {
+/// Flies to a place of a local frame.
+std::uint8_t GroundStation::reposition(const MavCommandLong& command, const CommandOrigin& origin) {
+  if (!origin.frame) return kMavCommandIntOnly;
+  if (*origin.frame != kMavFrameLocalNed && *origin.frame != kMavFrameLocalFrd) return kMavUnsupportedFrame;
+  const Vec3 theirs(static_cast<double>(command.param5), static_cast<double>(command.param6),
+                    static_cast<double>(command.param7));
+  if (!theirs.allFinite() || std::isinf(command.param4)) return refuse(Refusal::kNotANumber);
+  const double yaw_rad = std::isnan(command.param4)
+                             ? static_cast<double>(estimate_in_map(*moment_).roll_pitch_yaw_rad.z())
+                             : swap_yaw(static_cast<double>(command.param4), AutopilotWorld::kLocalFrd);
+  goal_ = Goal{swap_world(theirs, AutopilotWorld::kLocalFrd), yaw_rad, {}, false};
+  send_goal(Asked{command.command, origin.from});
+  return kMavInProgress;
+}
+
+std::uint8_t GroundStation::obey(const MavCommandLong& command, const CommandOrigin& origin) {
+  const Asked asked{command.command, origin.from};
   switch (command.command) {
     case kMavCommandArmDisarm:
-      return arm(command.param1 >= 0.5F, command.param2 == kDisarmByForce);
+      if (command.param1 >= 0.5F || command.param2 != kDisarmByForce)
+        return arm(command.param1 >= 0.5F, asked);
+      queue_.clear();
+      order(CommandKind::kEStop, asked);
+      break;
     case kMavCommandTakeoff:
-      order(CommandKind::kTakeOff).position_m.z() =
+      order(CommandKind::kTakeOff, asked).position_m.z() =
           std::isfinite(command.param7) ? max_f(command.param7, 0) : 0;
-      return kMavAccepted;
+      break;
     case kMavCommandLand:
-      order(CommandKind::kLand);
-      return kMavAccepted;
+      order(CommandKind::kLand, asked);
+      break;
+    case kMavCommandLoiter:
+      order(CommandKind::kHold, asked);
+      break;
+    case kMavCommandReturn:
+      order(CommandKind::kMode, asked).mode = FlightPhase::kReturn;
+      break;
+    case kMavCommandReposition:
+      return reposition(command, origin);
     default:
       return kMavUnsupported;
   }
+  return kMavInProgress;
 }
 
 void GroundStation::take_sticks(const MavManualControl& message) {
@@ -219,9 +288,9 @@ void GroundStation::take_goal(const MavSetPositionTargetLocalNed& message) {
   send_goal();
 }
 
-void GroundStation::send_goal() {
+void GroundStation::send_goal(const std::optional<Asked>& asked) {
   goal_->T_map_odom = moment_->T_map_odom;
-  FlightCommand& command = order(CommandKind::kGoTo);
+  FlightCommand& command = order(CommandKind::kGoTo, asked);
   command.position_m = goal_->position_m.cast<float>();
   command.yaw_rad = static_cast<float>(goal_->yaw_rad);
 }

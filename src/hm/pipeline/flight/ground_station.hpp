@@ -19,11 +19,12 @@ struct GroundStationParams {
 
 /// The flying vehicle as QGroundControl sees it (MAVLink 2): heartbeat, attitude, position, battery, states
 /// and the words of fail-safes and refusals; and what a ground station asks for as FlightCommand of a pilot
-/// of its own: arm and disarm (param2 21196: emergency stop), take-off, land, goals
-/// (SET_POSITION_TARGET_LOCAL_NED with a position, in `map`; one that comes again is the same goal, and it is
-/// sent on again when the map was corrected), and MANUAL_CONTROL as velocities. The first button takes
-/// control over from another pilot. Sends what the vehicle estimates, nothing of a simulation. The world is
-/// AutopilotWorld::kLocalFrd.
+/// of its own: arm and disarm (param2 21196: emergency stop), take-off, land, hold, return, goals
+/// (DO_REPOSITION by COMMAND_INT in a local frame, or SET_POSITION_TARGET_LOCAL_NED with a position, in
+/// `map`; one that comes again is the same goal, and it is sent on again when the map was corrected), and
+/// MANUAL_CONTROL as velocities. A command is acknowledged with what the core answered; why it was refused
+/// goes before as a text. The first button takes control over from another pilot. Sends what the vehicle
+/// estimates, nothing of a simulation. The world is AutopilotWorld::kLocalFrd.
 class GroundStation {
  public:
   /// Its identity among pilots.
@@ -32,8 +33,9 @@ class GroundStation {
   static constexpr double kStickDeadBand = 0.05;
   static constexpr Duration kStickRest{500'000'000};
 
-  /// The transport must outlive it.
-  GroundStation(Transport& transport, const GroundStationParams& params = {});
+  /// The transport must outlive it. With a key it signs, and hears what is signed with it only.
+  explicit GroundStation(Transport& transport, const GroundStationParams& params = {},
+                         const std::optional<MavlinkKey>& key = {});
 
   /// Called after each step of the flight: sends what is due and reads what came. The next command of the
   /// ground station, if there is one, for the next step.
@@ -44,21 +46,34 @@ class GroundStation {
   void send_telemetry(const FlightMoment& moment);
   void send_news(const FlightMoment& moment);
   void note_heartbeat(const FlightMoment& moment);
-  [[nodiscard]] std::uint8_t obey(const MavCommandLong& command);
-  [[nodiscard]] std::uint8_t arm(bool on, bool by_force);
+  /// Whose command it was that a command of the pilot carries out.
+  struct Asked {
+    std::uint16_t command = 0;
+    MavlinkAddress from;
+  };
+  struct Order {
+    FlightCommand command;
+    std::optional<Asked> asked;
+  };
+  [[nodiscard]] std::uint8_t obey(const MavCommandLong& command, const CommandOrigin& origin);
+  [[nodiscard]] std::uint8_t arm(bool on, const Asked& asked);
+  [[nodiscard]] std::uint8_t reposition(const MavCommandLong& command, const CommandOrigin& origin);
+  [[nodiscard]] std::uint8_t refuse(Refusal reason);
+  void note_answer(const FlightMoment& moment);
   void take_sticks(const MavManualControl& message);
   void take_goal(const MavSetPositionTargetLocalNed& message);
   void follow_goal();
-  void send_goal();
+  void send_goal(const std::optional<Asked>& asked = {});
   void fly_by_sticks();
-  FlightCommand& order(CommandKind kind);
+  FlightCommand& order(CommandKind kind, const std::optional<Asked>& asked = {});
 
   MavlinkPeer peer_;
   VehicleServer server_;
   GroundStationParams params_;
   std::optional<Time> boot_;
   const FlightMoment* moment_ = nullptr;  // of the step that runs
-  std::deque<FlightCommand> queue_;
+  std::deque<Order> queue_;
+  std::deque<Order> sent_;  // that somebody waits for
   Time last_stamp_{INT64_MIN};
   std::optional<Time> fast_at_, slow_at_, life_at_;  // when the streams of the telemetry were sent
   std::optional<LinkSticks> sticks_;

@@ -4,11 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "hm/link/mavlink_key.hpp"
 #include "hm/link/testing/pipe_transport.hpp"
 
 namespace hm {
@@ -30,6 +34,7 @@ class Flown : public testing::Test {
     if (const auto position = read_mavlink_message<MavLocalPositionNed>(frame)) position_ = *position;
     if (const auto value = read_mavlink_message<MavParamValue>(frame)) parameters_.push_back(*value);
     if (const auto state = read_mavlink_message<MavExtendedSysState>(frame)) landed_ = state->landed_state;
+    if (const auto ack = read_mavlink_message<MavCommandAck>(frame)) results_[ack->command] = ack->result;
     if (const auto text = read_mavlink_message<MavStatusText>(frame))
       texts_.emplace_back(text->text.data(), strnlen(text->text.data(), text->text.size()));
   }
@@ -59,13 +64,32 @@ class Flown : public testing::Test {
         fly_until(5, [&] { return station_->commands().state() == CommandSender::State::kAnswered; }));
     return station_->commands().result();
   }
+  /// Result of DO_REPOSITION to a place of ours.
+  std::uint8_t ask_to_go(const Vec3& position_m, std::uint8_t frame) {
+    const Vec3 theirs = swap_world(position_m, AutopilotWorld::kLocalFrd);
+    MavCommandInt message;
+    message.target_system = message.target_component = 1;
+    message.command = kMavCommandReposition;
+    message.frame = frame;
+    message.param4 = std::numeric_limits<float>::quiet_NaN();
+    message.x = static_cast<std::int32_t>(std::lround(1e4 * theirs.x()));
+    message.y = static_cast<std::int32_t>(std::lround(1e4 * theirs.y()));
+    message.z = static_cast<float>(theirs.z());
+    results_.clear();
+    station_->send(message);
+    EXPECT_TRUE(fly_until(5, [&] { return results_.contains(kMavCommandReposition); }));
+    return results_[kMavCommandReposition];
+  }
   [[nodiscard]] AutopilotState state() const { return run_->moment().autopilot.state; }
   [[nodiscard]] FlightPhase phase() const { return run_->moment().autopilot.phase; }
   bool take_off(float height_m) {
     const auto ready = [&] {
       return run_->moment().estimate.planar_ready && run_->moment().estimate.height_ready;
     };
-    if (!fly_until(10, ready) || ask(kMavCommandArmDisarm, 1) != kMavAccepted) return false;
+    // Gyroscopes are calibrated after a second, too.
+    if (!fly_until(10, ready) || fly_until(1.5, [] { return false; }) ||
+        ask(kMavCommandArmDisarm, 1) != kMavAccepted)
+      return false;
     if (!fly_until(5, [&] { return state() == AutopilotState::kIdle; })) return false;
     return ask(kMavCommandTakeoff, 0, height_m) == kMavAccepted &&
            fly_until(10, [&] { return phase() == FlightPhase::kPosition; });
@@ -80,6 +104,7 @@ class Flown : public testing::Test {
   std::optional<MavManualControl> sticks_;
   std::map<std::uint32_t, int> heard_;
   std::vector<MavParamValue> parameters_;
+  std::map<std::uint16_t, std::uint8_t> results_;  // newest of each command
   std::vector<std::string> texts_;
   MavLocalPositionNed position_;
   int landed_ = 0;
@@ -101,6 +126,7 @@ TEST_F(Flown, AGroundStationSeesTheVehicleAndItsParameters) {
 TEST_F(Flown, ItArmsTakesOffFliesBySticksAndLands) {
   ASSERT_TRUE(take_off(1));
   EXPECT_EQ(ask(kMavCommandArmDisarm, 0), kMavTemporarilyRejected) << "motors stop on the ground only";
+  EXPECT_THAT(texts_, testing::Contains("the vehicle flies: land first"));
   fly_until(2, [] { return false; });
   const Vec3 before = run_->moment().T_odom_base.translation();
   sticks_.emplace();
@@ -208,6 +234,33 @@ TEST(GroundStationGoal, MovesWithTheMapWhileTheVehicleKeepsIt) {
   EXPECT_TRUE(goals_in(500).empty());
 }
 
+TEST(SignedGroundStation, HearsAndIsHeardWithTheKeyOnly) {
+  link_testing::PipePair way;
+  MavlinkKey key{1, 2, 3}, wrong{1, 2, 4};
+  GroundStation link(way.vehicle, {}, key);
+  FlightMoment moment;
+  moment.stamp = Time{1'000'000'000};
+  const auto listens = [&](const std::optional<MavlinkKey>& theirs) {
+    MavlinkPeer station(way.station, with_key(link_testing::station_options(), theirs));
+    start_signing(station);
+    MavCommandLong land;
+    land.target_system = land.target_component = 1;
+    land.command = kMavCommandLand;
+    station.send(land);
+    bool obeyed = false;
+    for (int i = 0; i < 2000; ++i) {
+      moment.stamp = moment.stamp + Duration{1'000'000};
+      const auto command = link.step(moment);
+      obeyed |= command && command->kind == CommandKind::kLand;
+      station.step([&] { return moment.stamp; }, [](const MavlinkFrame&) {});
+    }
+    return std::pair(obeyed, station.autopilot(moment.stamp) != nullptr);
+  };
+  EXPECT_EQ(listens(std::nullopt), std::pair(false, true)) << "without a key everything is heard";
+  EXPECT_EQ(listens(wrong), std::pair(false, false));
+  EXPECT_EQ(listens(key), std::pair(true, true));
+}
+
 TEST_F(Flown, AGoalWhileAnotherPilotFliesIsRefusedOnce) {
   next_.emplace();
   next_->stamp = run_->now();
@@ -235,8 +288,7 @@ TEST_F(Flown, RefusalsAreToldInWords) {
   next_->pilot = 1;
   next_->kind = CommandKind::kTakeOver;
   fly_until(0.2, [] { return false; });
-  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavAccepted);
-  fly_until(0.5, [] { return false; });
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavTemporarilyRejected);
   EXPECT_EQ(state(), AutopilotState::kOff);
   EXPECT_THAT(texts_, testing::Contains(testing::HasSubstr("take over")));
   // The first button takes control.
@@ -250,10 +302,52 @@ TEST_F(Flown, RefusalsAreToldInWords) {
   EXPECT_TRUE(fly_until(5, [&] { return state() == AutopilotState::kIdle; }));
 }
 
+TEST_F(Flown, ACommandIsAcknowledgedWithWhatTheCoreAnswers) {
+  const auto ready = [&] { return run_->moment().estimate.planar_ready; };
+  ASSERT_TRUE(fly_until(10, ready));
+  EXPECT_EQ(ask(kMavCommandTakeoff, 0, 1), kMavTemporarilyRejected);
+  EXPECT_THAT(texts_, testing::Contains("the motors are off: engage first"));
+  texts_.clear();
+  EXPECT_EQ(ask(kMavCommandLand), kMavTemporarilyRejected);
+  EXPECT_EQ(ask(kMavCommandLoiter), kMavTemporarilyRejected);
+  EXPECT_EQ(ask(kMavCommandReturn), kMavTemporarilyRejected);
+  EXPECT_EQ(ask_to_go({1, 0, 1}, kMavFrameLocalNed), kMavTemporarilyRejected);
+  EXPECT_EQ(texts_, std::vector<std::string>(4, "the vehicle does not fly"));
+  constexpr std::uint8_t kGlobal = 0;
+  EXPECT_EQ(ask_to_go({1, 0, 1}, kGlobal), kMavUnsupportedFrame);
+  EXPECT_EQ(ask(kMavCommandReposition), kMavCommandIntOnly);
+  texts_.clear();
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 0), kMavAccepted) << "they are off";
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavAccepted);
+  EXPECT_EQ(state(), AutopilotState::kEngaging);
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavTemporarilyRejected);
+  EXPECT_THAT(texts_, testing::Contains("the motors are being started or stopped: wait"));
+}
+
+TEST_F(Flown, ItFliesToPlacesHoldsAndReturns) {
+  ASSERT_TRUE(take_off(1));
+  const Vec3 goal(-0.8, 0.3, 1.1);
+  ASSERT_EQ(ask_to_go(goal, kMavFrameLocalNed), kMavAccepted);
+  const auto distance_m = [&] { return (run_->moment().T_odom_base.translation() - goal).norm(); };
+  EXPECT_TRUE(fly_until(10, [&] { return distance_m() < 0.1; }));
+  ASSERT_EQ(ask_to_go({0, 0, 1}, kMavFrameLocalFrd), kMavAccepted);
+  EXPECT_EQ(phase(), FlightPhase::kPosition);
+  ASSERT_EQ(ask(kMavCommandLoiter), kMavAccepted);
+  EXPECT_EQ(phase(), FlightPhase::kHold);
+  fly_until(3, [] { return false; });
+  EXPECT_LT(distance_m(), 0.4) << "it stopped on the way";
+  ASSERT_EQ(ask(kMavCommandReturn), kMavAccepted);
+  EXPECT_EQ(phase(), FlightPhase::kReturn);
+  ASSERT_TRUE(fly_until(30, [&] { return state() == AutopilotState::kIdle; }));
+  EXPECT_LT(run_->moment().T_odom_base.translation().head<2>().norm(), 0.2);
+}
+
 TEST_F(Flown, TheEmergencyStopWorksInFlight) {
   ASSERT_TRUE(take_off(0.5F));
   EXPECT_EQ(ask(kMavCommandArmDisarm, 0, 0, 21196), kMavAccepted);
   EXPECT_TRUE(fly_until(0.5, [&] { return state() == AutopilotState::kError; }));
+  EXPECT_EQ(ask(kMavCommandArmDisarm, 1), kMavTemporarilyRejected);
+  EXPECT_THAT(texts_, testing::Contains(testing::HasSubstr("an error is latched")));
 }
 
 }  // namespace

@@ -141,14 +141,21 @@ void OnboardComputer::judge_tracking(const LaserStep& step) {
       odometry.status == OdometryStatus::kTracking && odometry.searched &&
       static_cast<double>(odometry.match.pairs) <
           ScanOdometryParams::kFindMinPairsRatio * static_cast<double>(odometry.match.sensed_points);
+  const bool standing = stands(step);
+  const bool was_lost = tracking_lost_ || odometry.status == OdometryStatus::kRestarted;
   if (odometry.status == OdometryStatus::kRestarted || poorly_paired) tracking_lost_ = true;
-  if (odometry.status == OdometryStatus::kFound) tracking_lost_ = false;
-  if (!step.height || step.height->status != HeightStatus::kOk) return;
+  if (odometry.status == OdometryStatus::kFound || standing) tracking_lost_ = false;
+  if (was_lost && !tracking_lost_) ++restarts_;
+}
+
+/// Whether the vehicle has stood on the ground for kStandingFor, by the last height.
+bool OnboardComputer::stands(const LaserStep& step) {
+  if (!step.height || step.height->status != HeightStatus::kOk) return false;
   if (step.height->clearance_m > kBaseOverGround_m + kStanding_m)
     standing_since_.reset();
   else if (!standing_since_)
     standing_since_ = step.height->stamp;
-  if (standing_since_ && step.height->stamp - *standing_since_ > kStandingFor) tracking_lost_ = false;
+  return standing_since_ && step.height->stamp - *standing_since_ > kStandingFor;
 }
 
 void OnboardComputer::send_results(const LaserStep& step, Time ready) {
@@ -157,6 +164,7 @@ void OnboardComputer::send_results(const LaserStep& step, Time ready) {
   ++(posed ? scans_.out : scans_.dropped);
   if (posed) {
     PoseMessage message = pose_message(step);
+    message.restarts = restarts_;
     message.scan_end = step.scan_stamp + sweep_;
     outbox_.push_back({ready, message});
   }

@@ -1,11 +1,14 @@
 #include "hm/pipeline/flight/external/mavlink_autopilot.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/se2.hpp"
+#include "hm/link/mavlink_key.hpp"
 
 namespace hm {
 namespace {
@@ -53,13 +56,30 @@ double velocity_variance_ratio(const AlphaBetaParams& gains, double period_s) {
   return 2 * b * b / (period_s * period_s * a * (4 - 2 * a - b));
 }
 
+std::string_view name_of_command(std::uint16_t command) {
+  switch (command) {
+    case kMavCommandSetMode:
+      return "to follow set-points";
+    case kMavCommandArmDisarm:
+      return "to arm or disarm";
+    case kMavCommandTakeoff:
+      return "to take off";
+    case kMavCommandLand:
+      return "to land";
+    default:
+      return "a command";
+  }
+}
+
 }  // namespace
 
 MavlinkAutopilot::MavlinkAutopilot(std::unique_ptr<Transport> transport, const MavlinkAutopilotSetup& setup)
     : transport_(std::move(transport)),
       setup_(setup),
-      peer_(*transport_, companion()),
-      pilot_(setup.commands, setup.takeoff_height_m) {}
+      peer_(*transport_, with_key(companion(), setup.key)),
+      pilot_(setup.commands, setup.takeoff_height_m) {
+  start_signing(peer_);
+}
 
 AutopilotOutputs MavlinkAutopilot::step(const AutopilotInputs& inputs) {
   view_.now = inputs.now;
@@ -90,12 +110,16 @@ void MavlinkAutopilot::take_pose(const PoseReading<float>& pose) {
   if (!height_ || view_.now - height_->stamp > kHeightValid || !attitude_at_) return;
   const Vec3 position(static_cast<double>(pose.x_y_yaw[0]), static_cast<double>(pose.x_y_yaw[1]),
                       static_cast<double>(height_->height_m));
+  if (restarts_ != sent_restarts_) path_ = AlphaBetaPosition();  // a jump is no velocity
+  sent_restarts_ = restarts_;
   const Duration since = pose.stamp - path_.time();
-  if (path_.update(pose.stamp, position) == AlphaBetaStatus::kTimeBackwards) return;
+  // The first pose of a path has no velocity yet: it is not sent.
+  if (path_.update(pose.stamp, position) != AlphaBetaStatus::kUpdated) return;
   Vec3 angles = view_.estimate.roll_pitch_yaw_rad.cast<double>();
   angles.z() = static_cast<double>(pose.x_y_yaw[2]);
   LinkState state;
   state.stamp = pose.stamp;
+  state.reset_counter = restarts_;
   const Mat3 rotation = rotation_from_roll_pitch_yaw(angles);
   state.T_odom_base = SE3(rotation, position);
   state.velocity_body = rotation.transpose() * path_.velocity();
@@ -168,7 +192,31 @@ void MavlinkAutopilot::receive(const MavlinkFrame& frame) {
     attitude_at_ = now;
   } else if (const auto landed = read_mavlink_message<MavExtendedSysState>(frame)) {
     view_.landed = landed->landed_state;
+  } else if (const auto text = read_mavlink_message<MavStatusText>(frame)) {
+    const MavlinkRemote* autopilot = peer_.autopilot(now);
+    if (autopilot == nullptr || autopilot->address.system != frame.from.system) return;
+    for (LinkText& said : text_reader_.add(*text, frame.from))
+      note(said.severity <= kMavWarning, std::move(said.text));
   }
+}
+
+void MavlinkAutopilot::note(bool is_warning, std::string text) {
+  if (texts_.size() < kMostTexts) texts_.push_back({is_warning, std::move(text)});
+}
+
+/// ArduPilot's estimator starts only when it knows a place on earth; which one does not matter indoors, but
+/// it takes 0, 0 for unknown. It does not acknowledge: repeated until it estimates a position.
+void MavlinkAutopilot::send_origin(const MavlinkRemote& autopilot) {
+  if (autopilot.heartbeat.autopilot != kMavAutopilotArdupilot || position_at_) return;
+  if (origin_at_ && view_.now - *origin_at_ < kOriginPeriod) return;
+  origin_at_ = view_.now;
+  constexpr std::int32_t kPlace_1e7deg = 450'000'000;
+  MavSetGpsGlobalOrigin origin;
+  origin.target_system = autopilot.address.system;
+  origin.latitude = kPlace_1e7deg;
+  origin.longitude = kPlace_1e7deg;
+  origin.time_usec = static_cast<std::uint64_t>(view_.now.ns / 1000);
+  peer_.send(origin);
 }
 
 void MavlinkAutopilot::follow_autopilot() {
@@ -186,6 +234,7 @@ void MavlinkAutopilot::follow_autopilot() {
   view_.armed = autopilot != nullptr && (autopilot->heartbeat.base_mode & kMavModeArmed) != 0;
   if (autopilot == nullptr) return;
   view_.autopilot = autopilot->heartbeat.autopilot;
+  send_origin(*autopilot);
   if (asked_for_streams_) return;
   asked_for_streams_ = true;
   constexpr float kFast_us = 4e3F, kMedium_us = 20e3F, kSlow_us = 200e3F;
@@ -202,9 +251,14 @@ void MavlinkAutopilot::send_commands() {
   const bool stop = pilot_.state() == AutopilotState::kError && !waiting.empty();
   if (sender.state() == CommandSender::State::kWaiting && !stop) return;
   if (std::exchange(command_runs_, false) && !stop) {
-    const bool refused = sender.state() == CommandSender::State::kTimedOut || sender.result() != kMavAccepted;
+    const bool unanswered = sender.state() == CommandSender::State::kTimedOut;
+    const bool refused = unanswered || sender.result() != kMavAccepted;
     refused_commands_ += refused ? 1U : 0U;
-    if (refused && sent_command_ != kMavCommandSetMessageInterval) waiting.clear();
+    if (refused && sent_command_ != kMavCommandSetMessageInterval) {
+      waiting.clear();
+      const std::string why = unanswered ? "no answer" : fmt::format("result {}", sender.result());
+      note(true, fmt::format("it refuses {} ({})", name_of_command(sent_command_), why));
+    }
   }
   const MavlinkRemote* autopilot = peer_.autopilot(view_.now);
   if (waiting.empty() || autopilot == nullptr) return;

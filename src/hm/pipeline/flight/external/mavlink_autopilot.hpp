@@ -1,9 +1,12 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "hm/estimation/alpha_beta.hpp"
 #include "hm/link/mavlink_peer.hpp"
+#include "hm/link/status_text.hpp"
 #include "hm/pipeline/flight/external/offboard_pilot.hpp"
 #include "hm/pipeline/flight/flight_core.hpp"
 
@@ -18,6 +21,8 @@ struct MavlinkAutopilotSetup {
   Duration answer_limit{20'000'000};
   /// Unanswered messages in a row after which it has failed.
   int most_unanswered = 500;
+  /// Signs what is sent, and hears what is signed with it only.
+  std::optional<MavlinkKey> key;
 };
 
 /// A vehicle of the simulation under an autopilot of others (PX4, ArduPilot) behind MAVLink. As companion
@@ -35,13 +40,20 @@ class MavlinkAutopilot : public FlightCore {
   static constexpr Duration kEstimateValid{500'000'000};
   /// A second of estimates, and of set-points before offboard mode is asked for (PX4).
   static constexpr Duration kReadyAfter{1'000'000'000};
+  /// Between two SET_GPS_GLOBAL_ORIGIN to an ArduPilot that does not estimate a position yet.
+  static constexpr Duration kOriginPeriod{1'000'000'000};
+  /// What it says is kept up to so many texts.
+  static constexpr std::size_t kMostTexts = 1000;
 
   MavlinkAutopilot(std::unique_ptr<Transport> transport, const MavlinkAutopilotSetup& setup = {});
 
+  void note_restarts(std::uint8_t restarts) override { restarts_ = restarts; }
   AutopilotOutputs step(const AutopilotInputs& inputs) override;
   [[nodiscard]] BasicVehicleState<float> estimate() const override { return view_.estimate; }
   /// The way that does not answer any more; nothing while it does.
   [[nodiscard]] std::optional<Error> failure() const override { return failure_; }
+  /// STATUSTEXT of the autopilot, and which commands it refused.
+  [[nodiscard]] std::span<const CoreText> texts() const override { return texts_; }
   [[nodiscard]] const MavlinkPeer& peer() const { return peer_; }
   /// Commands that were not accepted, or never answered.
   [[nodiscard]] std::uint64_t refused_commands() const { return refused_commands_; }
@@ -51,6 +63,8 @@ class MavlinkAutopilot : public FlightCore {
   void exchange();
   void receive(const MavlinkFrame& frame);
   void follow_autopilot();
+  void send_origin(const MavlinkRemote& autopilot);
+  void note(bool is_warning, std::string text);
   void send_commands();
   void send_set_point();
   [[nodiscard]] AutopilotOutputs outputs(Refusal refusal, bool motors_on) const;
@@ -62,6 +76,7 @@ class MavlinkAutopilot : public FlightCore {
   OffboardView view_;
   std::optional<Time> boot_, position_at_, attitude_at_, estimated_since_, set_point_at_;
   std::optional<BasicHeightReading<float>> height_;
+  std::uint8_t restarts_ = 0, sent_restarts_ = 0;
   AlphaBetaPosition path_;
   Vec3 force_sum_ = Vec3::Zero(), rates_sum_ = Vec3::Zero();
   int samples_ = 0, steps_ = 0;
@@ -71,6 +86,9 @@ class MavlinkAutopilot : public FlightCore {
   std::uint64_t refused_commands_ = 0;
   std::array<float, 4> controls_{};
   std::optional<Error> failure_;
+  std::optional<Time> origin_at_;
+  StatusTextReader text_reader_;
+  std::vector<CoreText> texts_;
 };
 
 }  // namespace hm

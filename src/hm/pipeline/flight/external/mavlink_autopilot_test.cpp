@@ -5,11 +5,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <string>
 #include <thread>
 
+#include "hm/link/mavlink_key.hpp"
+#include "hm/link/testing/pipe_transport.hpp"
 #include "hm/link/transport/udp_socket.hpp"
 #include "hm/pipeline/flight/flight_run.hpp"
 #include "hm/pipeline/flight/mission/flight_log.hpp"
@@ -19,11 +23,18 @@ namespace hm {
 namespace {
 
 /// An autopilot of its own behind MAVLink, which knows nothing but its messages: HIL_SENSOR and ODOMETRY in,
-/// HIL_ACTUATOR_CONTROLS out, by the rules of PX4: ODOMETRY in LOCAL_FRD and BODY_FRD of the type VISION,
-/// offboard mode after a second of set-points, arming in offboard mode. The first order to arm gets lost.
+/// HIL_ACTUATOR_CONTROLS out. Either by the rules of PX4: ODOMETRY in LOCAL_FRD and BODY_FRD of the type
+/// VISION, offboard mode (custom mode 6) after a second of set-points, arming in offboard mode, climbing to
+/// the set-point. Or by those of ArduPilot: an estimate only after SET_GPS_GLOBAL_ORIGIN, guided mode (4) and
+/// arming only with a position, climbing only when told to take off. The first order to arm gets lost, the
+/// second is refused with a reason in words.
 class PeerAutopilot {
  public:
-  explicit PeerAutopilot(UdpSocket& socket) : socket_(socket), peer_(socket, options()) {}
+  PeerAutopilot(UdpSocket& socket, MavAutopilot kind)
+      : socket_(socket), kind_(kind), peer_(socket, options(kind)) {}
+
+  static constexpr const char* kReason =
+      "PreArm: Gyros inconsistent, calibrate or wait until they have settled";
 
   void run() {
     while (!stop) {
@@ -34,23 +45,26 @@ class PeerAutopilot {
 
   std::atomic<bool> stop = false;
   // Read when the thread has ended.
-  std::uint64_t poses = 0, faulty_poses = 0, refused_early = 0, repeated_orders = 0;
-  bool armed_in_offboard = false;
+  std::uint64_t poses = 0, faulty_poses = 0, refused_early = 0, repeated_orders = 0, origins = 0;
+  bool armed_in_offboard = false, told_to_take_off = false;
   double worst_clock_s = 0;
 
  private:
-  static MavlinkPeerOptions options() {
+  static MavlinkPeerOptions options(MavAutopilot kind) {
     MavlinkPeerOptions options;
     options.address = {1, 1};
     options.heartbeat.type = kMavTypeQuadrotor;
-    options.heartbeat.autopilot = kMavAutopilotPx4;
+    options.heartbeat.autopilot = kind;
     return options;
   }
+  [[nodiscard]] bool is_px4() const { return kind_ == kMavAutopilotPx4; }
 
   void receive(const MavlinkFrame& frame) {
     if (const auto sensor = read_mavlink_message<MavHilSensor>(frame)) fly(*sensor);
     if (const auto pose = read_mavlink_message<MavOdometry>(frame)) take(*pose);
     if (const auto order = read_mavlink_message<MavCommandLong>(frame)) obey(*order, frame.from);
+    if (const auto origin = read_mavlink_message<MavSetGpsGlobalOrigin>(frame))
+      origins += origin->target_system == 1 && origin->latitude != 0 && origin->longitude != 0 ? 1U : 0U;
     if (const auto target = read_mavlink_message<MavSetPositionTargetLocalNed>(frame)) {
       if (!first_target_) first_target_ = now_;
       if (const auto point = from_position_target(*target, AutopilotWorld::kLocalFrd)) target_ = *point;
@@ -65,6 +79,7 @@ class PeerAutopilot {
       ++faulty_poses;
       return;
     }
+    if (!is_px4() && origins == 0) return;  // its estimator has not started
     const Vec3 p = state->T_odom_base.translation();
     const Mat3 R = state->T_odom_base.rotation();
     pose_.emplace();
@@ -75,15 +90,27 @@ class PeerAutopilot {
 
   std::uint8_t answer(const MavCommandLong& order) {
     switch (order.command) {
-      case kMavCommandSetMode:
-        if (!first_target_ || now_ - *first_target_ < Duration{1'000'000'000}) {
+      case kMavCommandSetMode: {
+        const bool streamed = first_target_ && now_ - *first_target_ >= Duration{1'000'000'000};
+        const bool may = is_px4() ? streamed : core_.estimate().planar_ready;
+        if (!may || order.param1 != 1 || order.param2 != (is_px4() ? 6 : 4)) {
           ++refused_early;
           return kMavDenied;
         }
         offboard_ = true;
         return kMavAccepted;
+      }
+      case kMavCommandTakeoff:
+        if (is_px4() || !offboard_ || !is_on()) return kMavDenied;
+        told_to_take_off = true;
+        give(CommandKind::kTakeOff, {0, 0, order.param7});
+        return kMavAccepted;
       case kMavCommandArmDisarm:
         if (order.param1 > 0 && !offboard_) return kMavDenied;
+        if (order.param1 > 0 && !std::exchange(said_why_, true)) {
+          peer_.send_text(kMavCritical, kReason);
+          return kMavTemporarilyRejected;
+        }
         armed_in_offboard = offboard_;
         if (is_on() != (order.param1 > 0)) give(CommandKind::kToggleEngage);
         return kMavAccepted;
@@ -96,7 +123,8 @@ class PeerAutopilot {
   }
 
   void obey(const MavCommandLong& order, MavlinkAddress from) {
-    if (order.command == kMavCommandArmDisarm && order.confirmation == 0 && order.param1 > 0) return;  // lost
+    const bool arms = order.command == kMavCommandArmDisarm && order.param1 > 0;
+    if (arms && !std::exchange(lost_, true)) return;
     repeated_orders += order.confirmation > 0 ? 1U : 0U;
     peer_.send(MavCommandAck{order.command, answer(order), 0, 0, from.system, from.component});
   }
@@ -115,7 +143,7 @@ class PeerAutopilot {
     const Vec3f goal = target_.position_m->cast<float>();
     const AutopilotOutputs& out = core_.outputs();
     const float up_m = goal.z() - core_.estimate().position_m.z();
-    if (out.state == AutopilotState::kIdle && up_m > 0.2F && !landed_) {
+    if (is_px4() && out.state == AutopilotState::kIdle && up_m > 0.2F && !landed_) {
       give(CommandKind::kTakeOff, {0, 0, up_m});
     } else if (out.phase == FlightPhase::kPosition && (!goal_ || *goal_ != goal)) {
       goal_ = goal;
@@ -183,6 +211,7 @@ class PeerAutopilot {
   }
 
   UdpSocket& socket_;
+  MavAutopilot kind_;
   MavlinkPeer peer_;
   Autopilot core_;
   Time now_;
@@ -192,7 +221,7 @@ class PeerAutopilot {
   std::optional<FlightCommand> command_;
   std::optional<Vec3f> goal_;
   LinkSetPoint target_;
-  bool offboard_ = false, landed_ = false;
+  bool offboard_ = false, landed_ = false, lost_ = false, said_why_ = false;
 };
 
 /// A socket of the loopback and one that sends to it.
@@ -220,6 +249,7 @@ struct ExternalFlight {
     double nearest_m = 1e9;
     while (!pilot.is_over() && run->elapsed().seconds() < limit_s && !autopilot->failure()) {
       run->step(pilot.step(pilot_view(run->moment())));
+      log.add(*run, pilot);
       nearest_m = std::min(nearest_m, (run->moment().T_odom_base.translation() - goal).norm());
     }
     return nearest_m;
@@ -236,12 +266,15 @@ struct ExternalFlight {
   FlightSite site{WorldKind::kRoom, 1};
   std::optional<FlightRun> run;
   ScriptPilot pilot;
+  FlightLog log;
   const MavlinkAutopilot* autopilot = nullptr;
 };
 
-TEST(MavlinkAutopilot, PerceptionFliesAnotherAutopilotOverUdp) {
+class EachAutopilot : public ::testing::TestWithParam<MavAutopilot> {};
+
+TEST_P(EachAutopilot, IsFlownByPerceptionOverUdp) {
   auto [ours, theirs] = socket_pair();
-  PeerAutopilot peer(*theirs);
+  PeerAutopilot peer(*theirs, GetParam());
   std::thread thread([&peer] { peer.run(); });
   MavlinkAutopilotSetup setup;
   setup.answer_limit = Duration{2'000'000'000};  // lock-step, however slow the machine is
@@ -254,13 +287,27 @@ TEST(MavlinkAutopilot, PerceptionFliesAnotherAutopilotOverUdp) {
   EXPECT_LT(nearest_m, 0.1);
   EXPECT_GT(peer.poses, 200U);
   EXPECT_EQ(peer.faulty_poses, 0U);
+  EXPECT_EQ(peer.refused_early, 0U);
   EXPECT_TRUE(peer.armed_in_offboard);
   EXPECT_GE(peer.repeated_orders, 1U) << "the order to arm was lost and must come again";
+  const bool is_ardupilot = GetParam() == kMavAutopilotArdupilot;
+  EXPECT_EQ(peer.told_to_take_off, is_ardupilot);
+  EXPECT_EQ(peer.origins > 0, is_ardupilot);
+  EXPECT_LT(peer.origins, 10U) << "once it estimates a position it has one";
   const auto offset = flight.autopilot->peer().time_sync().offset_at(flight.run->now());
   ASSERT_TRUE(offset);
   EXPECT_NEAR(offset->seconds(), 0, 0.01);
   EXPECT_LT(peer.worst_clock_s, 0.01);
+  // Why it did not arm at first stands among the events of the flight.
+  const auto said = [&](const std::string& text) {
+    return std::ranges::count(flight.log.events(), "autopilot: " + text, &FlightEvent::text);
+  };
+  EXPECT_EQ(said(PeerAutopilot::kReason), 1);
+  EXPECT_EQ(said("it refuses to arm or disarm (result 1)"), 1);
 }
+
+INSTANTIATE_TEST_SUITE_P(MavlinkAutopilot, EachAutopilot,
+                         ::testing::Values(kMavAutopilotPx4, kMavAutopilotArdupilot));
 
 /// HM_PX4 names a program that starts PX4 in the foreground, which sends to UDP port 14550 (docs/link.md).
 TEST(MavlinkAutopilot, FliesPx4WhereThereIsOne) {
@@ -287,6 +334,80 @@ TEST(MavlinkAutopilot, FliesPx4WhereThereIsOne) {
   ASSERT_TRUE(sends) << program << " sends nothing to UDP port " << kPort;
   flight.expect_done();
   EXPECT_LT(nearest_m, 0.25);
+}
+
+/// A MavlinkAutopilot whose other end stands in memory and does what the test says.
+struct ByHand {
+  explicit ByHand(const std::optional<MavlinkKey>& ours_key = {},
+                  const std::optional<MavlinkKey>& theirs = {}) {
+    auto ours = std::make_unique<link_testing::PipeTransport>();
+    ours->other = &far;
+    far.other = ours.get();
+    MavlinkAutopilotSetup setup;
+    setup.most_unanswered = 1'000'000;
+    setup.key = ours_key;
+    autopilot = std::make_unique<MavlinkAutopilot>(std::move(ours), setup);
+    MavlinkPeerOptions options;
+    options.address = {1, 1};
+    options.heartbeat.autopilot = kMavAutopilotPx4;
+    peer.emplace(far, with_key(options, theirs));
+    start_signing(*peer);
+  }
+  /// Steps of 1 ms in which the other end says its attitude.
+  void run(int steps, std::optional<PoseReading<float>> pose = {}) {
+    for (int i = 0; i < steps; ++i) {
+      inputs.now = inputs.now + Duration{1'000'000};
+      inputs.imu.emplace();
+      inputs.pose = pose;
+      if (pose) {
+        inputs.pose->stamp = inputs.now;
+        inputs.height = BasicHeightReading<float>{inputs.now, 1, {}};
+      }
+      pose.reset();
+      autopilot->step(inputs);
+      LinkState state;
+      state.stamp = inputs.now;
+      peer->send(to_attitude(state, {}, AutopilotWorld::kLocalFrd));
+      peer->step([this] { return inputs.now; },
+                 [this](const MavlinkFrame& frame) {
+                   if (const auto odometry = read_mavlink_message<MavOdometry>(frame))
+                     poses.push_back(*odometry);
+                 });
+    }
+  }
+  link_testing::PipeTransport far;
+  std::optional<MavlinkPeer> peer;
+  std::unique_ptr<MavlinkAutopilot> autopilot;
+  AutopilotInputs inputs;
+  std::vector<MavOdometry> poses;
+};
+
+TEST(MavlinkAutopilot, AJumpOfThePosesIsAResetAndNoVelocity) {
+  ByHand link;
+  link.run(20);
+  PoseReading<float> pose;
+  for (int i = 0; i < 5; ++i) link.run(25, pose);
+  pose.x_y_yaw = {3, 0, 0};
+  link.autopilot->note_restarts(1);
+  for (int i = 0; i < 5; ++i) link.run(25, pose);
+  ASSERT_EQ(link.poses.size(), 8U) << "the first ones of both paths have no velocity";
+  for (std::size_t i = 0; i < link.poses.size(); ++i) {
+    EXPECT_EQ(link.poses[i].reset_counter, i < 4 ? 0 : 1);
+    EXPECT_NEAR(link.poses[i].x, i < 4 ? 0 : 3, 1e-5);
+    EXPECT_NEAR(link.poses[i].vx, 0, 1e-5);
+  }
+}
+
+TEST(MavlinkAutopilot, WithAKeyItHearsAndIsHeardByThoseWithIt) {
+  const MavlinkKey key{1, 2, 3}, wrong{1, 2, 4};
+  const auto poses_heard = [](const ByHand& link) { return link.poses.size(); };
+  for (const auto& theirs : {std::optional<MavlinkKey>(), std::optional(wrong), std::optional(key)}) {
+    ByHand link(key, theirs);
+    link.run(20);
+    for (int i = 0; i < 5; ++i) link.run(25, PoseReading<float>{});
+    EXPECT_EQ(poses_heard(link), theirs == key ? 4U : 0U);
+    EXPECT_EQ(link.autopilot->peer().autopilot(link.inputs.now) != nullptr, theirs == key);
+  }
 }
 
 TEST(MavlinkAutopilot, AnAutopilotThatNeverAnswersIsNamed) {

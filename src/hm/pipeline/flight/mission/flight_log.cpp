@@ -75,10 +75,18 @@ void FlightLog::add(const FlightRun& run, const ScriptPilot& pilot) {
   note_state(moment);
   note_fail_safes(moment);
   note_collisions(run);
+  note_texts(run.core());
   note_orders(pilot);
   follow_goal(moment);
   measure(moment, pilot);
   ++steps_;
+}
+
+/// What another autopilot says, as why it does not arm.
+void FlightLog::note_texts(const FlightCore& core) {
+  for (const CoreText& said : core.texts().subspan(texts_))
+    if (events_.size() < kMostEvents) note(now_s_, "autopilot: " + said.text);
+  texts_ = core.texts().size();
 }
 
 void FlightLog::note_state(const FlightMoment& moment) {

@@ -88,6 +88,7 @@ class FlightLog {
   void note_state(const FlightMoment& moment);
   void note_fail_safes(const FlightMoment& moment);
   void note_faults();
+  void note_texts(const FlightCore& core);
   void note_collisions(const FlightRun& run);
   void note_orders(const ScriptPilot& pilot);
   void follow_goal(const FlightMoment& moment);
@@ -104,7 +105,7 @@ class FlightLog {
   std::optional<Vec3> goal_m_;
   std::optional<double> goal_yaw_rad_;
   double now_s_ = 0, path_m_ = 0, max_speed_m_s_ = 0, max_tilt_rad_ = 0;
-  std::size_t steps_ = 0, air_steps_ = 0, refusals_ = 0, collisions_ = 0;
+  std::size_t steps_ = 0, air_steps_ = 0, refusals_ = 0, collisions_ = 0, texts_ = 0;
   std::size_t orders_begun_ = 0, orders_ended_ = 0;
   AutopilotState state_ = AutopilotState::kOff;
   FlightPhase phase_ = FlightPhase::kGround;

@@ -34,7 +34,8 @@ class Mission {
     for (const FlightOrder& order : options.script.orders) pilot_.add(order);
     if (!options.live) pilot_.close();
     if (options.ground_station)
-      ground_station_.emplace(*options.ground_station, options.parameters.ground_station);
+      ground_station_.emplace(*options.ground_station, options.parameters.ground_station,
+                              options.mavlink_key);
     note_poses();
   }
 
@@ -52,6 +53,7 @@ class Mission {
   void take_lines();
   void obey(const std::string& line);
   void keep_pace();
+  void show_texts();
   void show_progress();
   void note_poses();
   [[nodiscard]] std::string end_state() const;
@@ -66,7 +68,7 @@ class Mission {
   FlightLog log_;
   Stopwatch watch_;
   std::int64_t steps_ = 0;
-  std::size_t lines_ = 0;
+  std::size_t lines_ = 0, texts_ = 0;
   bool interrupted_ = false;
   EvenlyThinned<StampedPose> truth_{kMostPoses}, estimate_{kMostPoses};
   double run_s_ = 0;
@@ -85,6 +87,7 @@ void Mission::step() {
   ++steps_;
   if (steps_ % kPollSteps != 0) return;
   note_poses();
+  show_texts();
   if (options_.live) take_lines();
   if (options_.realtime) keep_pace();
 }
@@ -132,6 +135,15 @@ void Mission::take_lines() {
     if (line.substr(0, line.find('#')).find_first_not_of(" \t\r") != std::string::npos) obey(line);
   }
   if (options_.live->ended() && !options_.page) pilot_.close();
+}
+
+/// Warnings of another autopilot, for whoever waits for it to fly.
+void Mission::show_texts() {
+  const auto texts = run_.core().texts().subspan(texts_);
+  texts_ += texts.size();
+  if (!options_.run.log) return;
+  for (const CoreText& said : texts)
+    if (said.is_warning) options_.run.log(LogLevel::kWarning, "autopilot: " + said.text);
 }
 
 void Mission::keep_pace() {

@@ -1,9 +1,11 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "hm/core/run_context.hpp"
+#include "hm/link/codec/mavlink_signing.hpp"
 #include "hm/link/transport/transport.hpp"
 #include "hm/pipeline/common/result_folder.hpp"
 #include "hm/pipeline/flight/flight_core.hpp"
@@ -25,6 +27,7 @@ struct FlightMissionOptions {
   std::function<Result<std::unique_ptr<FlightCore>>(const FlightRunParams&)> make_core;
   /// A way to a MAVLink ground station, which sees the vehicle and may fly it (GroundStation). Null: none.
   Transport* ground_station = nullptr;
+  std::optional<MavlinkKey> mavlink_key;  ///< of that way; nothing: unsigned
   /// Somebody at a page who may fly; with `live`, the flight then goes on until it is stopped. Null: none.
   PagePilot* page = nullptr;
   /// Where it flies; null: the world of the parameters. It must outlive the flight.
