@@ -34,5 +34,13 @@ TEST(FailSafesInFlight, EachActsAfterItsTimeOut) {
   }
 }
 
+TEST(FailSafesInFlight, ATurnedSensorIsSaidWithItsAngle) {
+  AutopilotOutputs outputs;
+  outputs.tilt_mismatch_rad = 1.5708F;
+  EXPECT_EQ(fail_safe_text(FailSafe::kTiltMismatch, outputs),
+            "tilt and motion disagree: the position sensor is turned by 90 degrees");
+  EXPECT_EQ(fail_safe_text(FailSafe::kPoseLost, outputs), "position lost");
+}
+
 }  // namespace
 }  // namespace hm

@@ -1,5 +1,10 @@
 #include "hm/pipeline/flight/flight_messages.hpp"
 
+#include <fmt/format.h>
+
+#include "hm/core/angle.hpp"
+#include "hm/flight/flight_text.hpp"
+
 namespace hm {
 namespace {
 
@@ -33,5 +38,13 @@ bool is_goal_moved(const Vec2& goal_map_m, const SE2& T_map_odom_then, const SE2
 
 std::size_t bytes_on_wire(const UpMessage& message) { return kFrame + std::visit(UpLength{}, message); }
 std::size_t bytes_on_wire(const DownMessage& message) { return kFrame + std::visit(DownLength{}, message); }
+
+std::string fail_safe_text(FailSafe which, const AutopilotOutputs& outputs) {
+  std::string text(text_of(which));
+  if (which == FailSafe::kTiltMismatch && outputs.tilt_mismatch_rad)
+    text += fmt::format(" by {:.0f} degrees",
+                        static_cast<double>(*outputs.tilt_mismatch_rad) * kDegreesPerRadian);
+  return text;
+}
 
 }  // namespace hm

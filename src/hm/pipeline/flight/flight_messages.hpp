@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <variant>
 
 #include "hm/estimation/filter_types.hpp"
@@ -76,5 +77,8 @@ struct CommandAnswer {
   FlightCommand command;
   Refusal refusal = Refusal::kNone;
 };
+
+/// The words of a fail-safe that acts; of a turned sensor with its angle.
+std::string fail_safe_text(FailSafe which, const AutopilotOutputs& outputs);
 
 }  // namespace hm

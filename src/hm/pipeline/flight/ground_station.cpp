@@ -180,7 +180,7 @@ void GroundStation::send_news(const FlightMoment& moment) {
   const std::uint32_t begun = out.safety.active & ~told_fail_safes_;
   told_fail_safes_ = out.safety.active;
   if (begun != 0 && out.safety.action != SafetyAction::kNone)
-    peer_.send_text(kMavWarning, text_of(out.safety.reason));
+    peer_.send_text(kMavWarning, fail_safe_text(out.safety.reason, out));
 }
 
 /// What became of our last command: a refusal in words, and the acknowledgement for whoever asked.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "hm/core/angle.hpp"
 #include "hm/flight/flight_text.hpp"
 #include "hm/geometry/se2.hpp"
 
@@ -113,12 +112,9 @@ void FlightLog::note_fail_safes(const FlightMoment& moment) {
     if (is && fail_safes_.size() < kMostEvents) {
       fail_safes_.push_back({which, action_of(which), now_s_, {}});
       const std::optional<float>& turned_rad = moment.autopilot.tilt_mismatch_rad;
-      std::string text = fmt::format("fail-safe: {}", text_of(which));
-      if (which == FailSafe::kTiltMismatch && turned_rad) {
+      if (which == FailSafe::kTiltMismatch && turned_rad)
         fail_safes_.back().angle_rad = static_cast<double>(*turned_rad);
-        text += fmt::format(" by {:.0f} degrees", *fail_safes_.back().angle_rad * kDegreesPerRadian);
-      }
-      note(now_s_, std::move(text));
+      note(now_s_, "fail-safe: " + fail_safe_text(which, moment.autopilot));
     }
     const auto open = std::find_if(fail_safes_.rbegin(), fail_safes_.rend(), [&](const auto& episode) {
       return episode.which == which && !episode.end_s;

@@ -75,8 +75,7 @@ LiveVehicle FlightView::vehicle(const FlightMoment& moment) const {
   vehicle.pilot = name_of_pilot(pilot_);
   vehicle.armed = out.state == AutopilotState::kIdle || in_air(out.state);
   vehicle.battery_ratio = moment.battery_ratio;
-  if (out.safety.action != SafetyAction::kNone)
-    vehicle.fail_safes = {std::string(text_of(out.safety.reason))};
+  if (out.safety.action != SafetyAction::kNone) vehicle.fail_safes = {fail_safe_text(out.safety.reason, out)};
   const auto age = [&](std::string_view name, const std::optional<Time>& at) {
     if (at) vehicle.links_s.emplace_back(name, (moment.stamp - *at).seconds());
   };

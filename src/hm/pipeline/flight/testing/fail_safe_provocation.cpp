@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kProvoked_s = 7;  ///< since the start
 constexpr double kLongestFlight_s = 45;
-constexpr double kStart_s = 1;  ///< stamp of a flight's first moment
+constexpr double kBatteryPerMetre = 0.001;  ///< charge that a metre of the way home takes
+constexpr double kStart_s = 1;              ///< stamp of a flight's first moment
 
 void narrow_fence(FlightRunParams& params) { params.autopilot.guidance.fence_radius_m = 1; }
 
@@ -109,8 +110,7 @@ class DueTimes {
   void note_vehicle(const Autopilot& core, const CascadeOutput& flown) {
     const BasicVehicleState<float>& state = core.estimate();
     const double empty = static_cast<double>(limits_.battery_empty_ratio);
-    const double home =
-        static_cast<double>(params_.battery_per_m_ratio * core.guidance().way_home_m(state.position_m));
+    const double home = kBatteryPerMetre * static_cast<double>(core.guidance().way_home_m(state.position_m));
     lasts(FailSafe::kBatteryForReturn, battery_ratio_ < empty + home, limits_.battery_after_s);
     lasts(FailSafe::kBatteryEmpty, battery_ratio_ < empty, limits_.battery_after_s);
     lasts(FailSafe::kNoLift, flown.thrust_limited && state.velocity_m_s.z() < -limits_.no_lift_sink_m_s,
@@ -334,12 +334,15 @@ std::vector<Provocation> fail_safe_provocations() {
        ProvokingBehaviour::kFallsSilent,
        ProvokedEnd::kLands,
        {F::kPilotLost, F::kPilotGone}},
-      {"far from home",
+      {"charge for the way home",
        "",
        ProvokingBehaviour::kFliesAway,
        ProvokedEnd::kLands,
        {F::kBatteryForReturn},
-       [](FlightRunParams& params) { params.autopilot.battery_per_m_ratio = 0.5F; }},
+       [](FlightRunParams& params) {
+         params.vehicle.battery.initial_charge_ratio = 0.908;
+         params.autopilot.fail_safes.battery_empty_ratio = 0.9F;
+       }},
       {"cell lost",
        "fault cell_lost at 7 for 60",
        ProvokingBehaviour::kHovers,
