@@ -19,6 +19,11 @@ def used(bench, folder=""):
     return [name for name in entry.get("needs", []) + entry.get("uses", []) if name.startswith(folder)]
 
 
+def seeds(simulation, part):
+    """The seeds of a simulation that may choose constants ("tuning") or that judge ("judging")."""
+    return DECLARED["simulations"][simulation][f"{part}_seeds"]
+
+
 def part_judged(bench):
     """What the rows of a bench judge: a part of recordings, or simulation where it uses none."""
     return BENCHES[bench]["part"] if bench in BENCHES else "simulation"

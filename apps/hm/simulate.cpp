@@ -2,6 +2,7 @@
 
 #include "hm/core/text/counted.hpp"
 #include "hm/pipeline/simulate/laser_simulation_recording.hpp"
+#include "hm/pipeline/simulate/office_recording.hpp"
 #include "hm/pipeline/simulate/simulate_parameters.hpp"
 #include "hm/pipeline/simulate/simulation_recording.hpp"
 #include "program.hpp"
@@ -9,7 +10,9 @@
 
 namespace {
 
-constexpr std::string_view kLaserMav = "laser_mav", kXtion = "xtion";
+constexpr std::string_view kLaserMav = "laser_mav", kXtion = "xtion", kLaserRobot = "laser_robot",
+                           kLaserRobotShort = "laser_robot_8m";
+constexpr double kShortRange_m = 8;
 constexpr const char* kStopped = "the unfinished recording is removed";
 
 struct SimulateFlags {
@@ -92,8 +95,40 @@ hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
   return outcome;
 }
 
+hm::Result<Outcome> run_office(const SimulateFlags& flags, Session& session) {
+  hm::OfficeSimulationOptions simulation;
+  if (flags.sensor == kLaserRobotShort) simulation.range_max_m = kShortRange_m;
+  if (flags.frames > 0) simulation.scan_limit = flags.frames;
+  if (flags.seed >= 0) simulation.seed = flags.seed;
+  simulation.perfect = flags.perfect;
+  hm::ParamList none;
+  if (const auto applied = session.apply(none); !applied) return hm::forward_error(applied);
+  const hm::OfficeRecordingOptions options{simulation, output_of(flags),
+                                           session.interruptible_context(kStopped)};
+  const auto summary = hm::simulate_office_recording(options);
+  if (!summary) return hm::forward_error(summary);
+  Outcome outcome;
+  outcome.text = fmt::format("{}: {}, {:.1f} s, path {:.1f} m, by the wheels {:.1f} m\n",
+                             options.output.string(), hm::counted(summary->scans, "scan"),
+                             summary->duration_s, summary->path_length_m, summary->wheel_path_length_m);
+  outcome.json = hm::JsonValue::object({{"scans", summary->scans},
+                                        {"duration_s", summary->duration_s},
+                                        {"path_length_m", summary->path_length_m},
+                                        {"wheel_path_length_m", summary->wheel_path_length_m},
+                                        {"valid_ratio", summary->valid_ratio},
+                                        {"seed", simulation.seed}});
+  outcome.outputs = summary->outputs;
+  return outcome;
+}
+
 hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
-  const bool boards = flags.world == "calibration";
+  const bool boards = flags.world == "calibration", office = flags.world == "office";
+  const bool robot = flags.sensor == kLaserRobot || flags.sensor == kLaserRobotShort;
+  if (office != robot && !(office && flags.sensor.empty()))
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor",
+                    office ? "the office is for laser_robot and laser_robot_8m"
+                           : "a laser_robot drives in the office only");
+  if (office) return run_office(flags, session);
   if (boards && flags.sensor == kLaserMav)
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser cannot take images of boards");
   if (!boards && flags.sensor == kXtion)
@@ -111,21 +146,26 @@ void add_simulate(Program& program) {
                    "  hm simulate room -o recording --frames 40\n"
                    "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
                    "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
+                   "  hm simulate office -o office --seed 3\n"
                    "  hm simulate corridor -o drifting --drift --seed 7 --frames 50\n"
                    "  hm simulate calibration -o boards --set calibration_simulation.depth_images=4",
                    [flags](Session& session) { return run(*flags, session); }});
   command
-      .add_option(
-          "world", flags->world,
-          "house, room or corridor (default: house), or calibration: images of boards for `hm calibrate`")
-      ->check(CLI::IsMember({"house", "room", "corridor", "calibration"}));
+      .add_option("world", flags->world,
+                  "house, room or corridor (default: house), office: a floor for a robot with a laser, or "
+                  "calibration: "
+                  "images of boards for `hm calibrate`")
+      ->check(CLI::IsMember({"house", "room", "corridor", "office", "calibration"}));
   command.add_option("-o,--output", flags->output, "folder to write (default: WORLD_recording)");
   command
-      .add_option("--sensor", flags->sensor,
-                  "hand-held depth camera: tango_tablet (default), tango_phone or kinect; laser_mav: a "
-                  "quadrotor with "
-                  "a laser and an IMU; xtion (calibration only, default there)")
-      ->check(CLI::IsMember({"tango_tablet", "tango_phone", "kinect", "laser_mav", "xtion"}));
+      .add_option(
+          "--sensor", flags->sensor,
+          "hand-held depth camera: tango_tablet (default), tango_phone or kinect; laser_mav: a "
+          "quadrotor with "
+          "a laser and an IMU; laser_robot (office only, default there): a robot on wheels with a laser of "
+          "30 m, laser_robot_8m: of 8 m; xtion (calibration only, default there)")
+      ->check(CLI::IsMember(
+          {"tango_tablet", "tango_phone", "kinect", "laser_mav", "laser_robot", "laser_robot_8m", "xtion"}));
   command
       .add_option("--frames", flags->frames, "maximum number of frames or scans (default: the whole path)")
       ->check(positive_number());

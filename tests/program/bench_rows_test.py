@@ -95,7 +95,11 @@ print("bench rows: good")
 # The split of the recordings: every bench of it exists, and every recording that a bench uses has a split.
 assert set(recordings.BENCHES) <= {row.bench for row in rows.ROWS} | {"kernel_limit"}
 for bench, entry in recordings.BENCHES.items():
-    assert entry["part"] in recordings.PARTS and recordings.used(bench), bench
+    assert entry["part"] in recordings.PARTS and (recordings.used(bench) or entry["simulates"]), bench
     assert set(recordings.used(bench)) <= set(recordings.SPLITS), bench
+    for simulation in entry.get("simulates", []):
+        assert recordings.seeds(simulation, entry["part"]), bench
+for simulation in recordings.DECLARED["simulations"]:
+    assert not set(recordings.seeds(simulation, "tuning")) & set(recordings.seeds(simulation, "judging")), simulation
 assert fast["judges"] == "whole" and drift["judges"] == "simulation"
 assert recordings.laser_part("laser/flirt_fr079.log", "judging")[1] == f"laser.begin_s={recordings.SPLITS['laser/flirt_fr079.log']}"

@@ -163,6 +163,7 @@ void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& predict
 /// uncertain.
 void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction,
                                       OdometryStep& step) {
+  step.confirmed = !prediction.confirms;
   if (prediction.confirms && prediction.T_last_now) {
     const double sigma_m = kUnsureShift_m + kUnsureRatio * T_base_predicted_.translation().norm();
     const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(T_base_predicted_.angle());
@@ -250,6 +251,7 @@ void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   unmatched_s_ = 0;
   failures_ = 0;
   step.status = OdometryStatus::kRestarted;
+  step.confirmed = false;
   step.T_odom_base = T_odom_base_;
   step.covariance = keyframe_covariance_;
   step.covariance.diagonal().array() += kFreeDirectionVariance_m2;

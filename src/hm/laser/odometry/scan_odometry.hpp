@@ -115,7 +115,10 @@ struct OdometryStep {
   bool after_gap = false;     ///< more than kMaxGap_s since the last scan; the velocity was reset
   std::size_t keyframe = 0;   ///< index of its reference
   bool searched = false;      ///< MotionPrediction::find was called
-  ScanMatch match;            ///< kFound: with the covariance of the FoundPose
+  /// False where neither the last scans nor the reference confirm the pose (kTracking with a match that may
+  /// be wrong, kFound with the motion that odometry gave), and for kRestarted.
+  bool confirmed = true;
+  ScanMatch match;  ///< kFound: with the covariance of the FoundPose
 };
 
 /// Pose of the vehicle's base in the plane from scans alone (dissertation 2.2.1): PL-ICP against keyframes

@@ -303,7 +303,12 @@ bool LaserPipeline::State::match(const PlanarScan& scan, LaserStep& step) {
   step.odometry = odometry.process(scan, prediction);
   if (step.odometry.T_odom_base) {
     last_match = scan.stamp;
-    if (params.run.search_motion) search.add(scan, *step.odometry.T_odom_base);
+    if (params.run.search_motion) {
+      // Odometry took the place of a match: by its error, the scans before lie elsewhere. Good matches of the
+      // next scans with this one would not agree with them.
+      if (!step.odometry.confirmed && step.odometry.status == OdometryStatus::kFound) search.clear();
+      search.add(scan, *step.odometry.T_odom_base);
+    }
   }
   step.match_ms = watch.milliseconds();
   step.matched_scan = true;

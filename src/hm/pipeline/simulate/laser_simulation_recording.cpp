@@ -33,15 +33,6 @@ Result<void> check_params(LaserSimulationParams params) {
               params.laser.range_min_m, params.laser.range_max_m);
 }
 
-Result<void> check_folder(const fs::path& folder) {
-  std::error_code code;
-  for (const char* name : {"recording.bag", "depth.txt", "groundtruth.txt", kSimulationFile})
-    if (fs::exists(folder / name, code))
-      return fail(ErrorCode::kUsage, folder.string(),
-                  "there is a recording already ({}); choose another folder", name);
-  return make_folder(folder);
-}
-
 Result<void> check_not_stopped(const std::stop_token& stop, std::size_t done, std::size_t count) {
   if (!stop.stop_requested()) return {};
   return fail(ErrorCode::kCancelled, {},
@@ -170,7 +161,7 @@ Result<LaserSimulationSummary> simulate_laser_recording(const LaserSimulationOpt
   const Stopwatch watch;
   const auto folder = SimulationFolder::acquire(options.output);
   if (!folder) return forward_error(folder);
-  if (auto free = check_folder(options.output); !free) return forward_error(free);
+  if (auto free = make_simulation_folder(options.output); !free) return forward_error(free);
   LaserSimulationParams params = options.params;
   if (const auto marked = folder->mark(list_of(params).to_toml()); !marked) return forward_error(marked);
   auto summary = folder->finish(as_run_failure(write_all(LaserSimulation(options.params), options)));

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "hm/io/bytes/file_bytes.hpp"
+#include "hm/io/bytes/output_file.hpp"
 
 namespace hm {
 namespace {
@@ -63,6 +64,15 @@ void SimulationFolder::remove() const {
   remove_files(path_);
   std::error_code ignored;
   fs::remove(path_, ignored);  // fails when something else is in it, as it should
+}
+
+Result<void> make_simulation_folder(const fs::path& folder) {
+  std::error_code code;
+  for (const char* name : {"recording.bag", "depth.txt", "groundtruth.txt", kSimulationFile})
+    if (fs::exists(folder / name, code))
+      return fail(ErrorCode::kUsage, folder.string(),
+                  "there is a recording already ({}); choose another folder", name);
+  return make_folder(folder);
 }
 
 Result<void> remove_simulation(const fs::path& folder) {

@@ -46,7 +46,10 @@ class SimulationFolder {
   FolderLock lock_;
 };
 
-/// Removes a recording that simulate_recording() or simulate_laser_recording() wrote, finished or not, and
+/// Makes the folder of a laser simulation if it is not there. Error (kUsage): it holds a recording.
+Result<void> make_simulation_folder(const std::filesystem::path& folder);
+
+/// Removes a recording that a simulation wrote, finished or not, and
 /// its folder when nothing else is in it. Leaves any other folder alone. Error (kUsage): it is being written.
 Result<void> remove_simulation(const std::filesystem::path& folder);
 

@@ -34,8 +34,6 @@ void compare_with_relations(const LaserRecording& recording, const LaserRunOptio
   if (odom) summary.relation_error_odom = std::move(*odom);
 }
 
-constexpr VisitLimits kVisitLimits{9, 0.25, 0.6, 0.4};
-
 std::vector<VisitComparison> compare_visits(const ScanVisits& visits, const LaserMapFrame& frame,
                                             Time begin) {
   std::vector<VisitComparison> comparisons;
@@ -65,8 +63,8 @@ RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits
                            const LaserMapFrame& frame) {
   RunVerdict verdict;
   if (!summary.trajectory_odom.empty())
-    judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kVisitLimits, "scans",
-                 verdict);
+    judge_visits(compare_visits(visits, frame, summary.trajectory_odom.front().stamp), kLaserVisitLimits,
+                 "scans", verdict);
   judge_failures(summary, verdict);
   return verdict;
 }

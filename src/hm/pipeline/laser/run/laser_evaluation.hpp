@@ -9,6 +9,9 @@ namespace hm {
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary);
 
+/// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md).
+inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 0.6, 0.4};
+
 /// What speaks against the result, without truth: contradictions between visits of a place, scans without a
 /// pose, matching that was lost, a doubtful place in a saved map.
 RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits, const LaserMapFrame& frame);

@@ -14,16 +14,16 @@ namespace {
 
 constexpr std::size_t kScansPerReport = 100;
 
+constexpr std::size_t kFileBufferBytes = std::size_t{1} << 16u;
+
+}  // namespace
+
 const LaserScan* find_scan(const LaserRecording& recording, const MappedScan& mapped) {
   const auto& scans = recording.lasers[mapped.laser].scans;
   const auto found = std::lower_bound(scans.begin(), scans.end(), mapped.scan_stamp,
                                       [](const LaserScan& scan, Time stamp) { return scan.stamp < stamp; });
   return found != scans.end() && found->stamp == mapped.scan_stamp ? &*found : nullptr;
 }
-
-constexpr std::size_t kFileBufferBytes = std::size_t{1} << 16u;
-
-}  // namespace
 
 std::optional<MappedScan> mapped_scan(const LaserStep& step) {
   if (!step.T_odom_base || step.sweep.empty()) return std::nullopt;

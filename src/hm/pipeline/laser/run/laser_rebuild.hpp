@@ -23,6 +23,8 @@ struct MappedScan {
     archive(laser, scan_stamp, stamp, T_odom_base, sweep);
   }
 };
+/// The scan itself; null where the recording has none of its stamp.
+const LaserScan* find_scan(const LaserRecording& recording, const MappedScan& mapped);
 /// The scan of a step; nothing where it is not in the map.
 std::optional<MappedScan> mapped_scan(const LaserStep& step);
 

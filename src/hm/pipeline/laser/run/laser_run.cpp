@@ -15,6 +15,7 @@
 #include "hm/pipeline/laser/run/laser_evaluation.hpp"
 #include "hm/pipeline/laser/run/laser_events.hpp"
 #include "hm/pipeline/laser/run/laser_output.hpp"
+#include "hm/pipeline/laser/run/laser_pieces.hpp"
 #include "hm/pipeline/laser/run/laser_rebuild.hpp"
 #include "hm/pipeline/laser/run/laser_run_view.hpp"
 #include "hm/pipeline/laser/run/laser_scan_counts.hpp"
@@ -146,6 +147,7 @@ class Run {
   void describe();
   void count();
   [[nodiscard]] Result<std::optional<MultiVolumeGrid>> correct();
+  [[nodiscard]] Result<void> cut_into_pieces();
   [[nodiscard]] Error nothing_posed() const;
 
   const LaserRunOptions& options_;
@@ -158,6 +160,7 @@ class Run {
   LaserScanCounts counts_;
   LaserTables tables_;
   MappedScanFile mapped_;             ///< where `map` is not `odom`
+  std::vector<Time> breaks_;          ///< stamps of poses that nothing joins with the one before
   std::optional<LaserRunView> view_;  ///< of somebody who watches
   RunningSummary match_ms_, insert_ms_;
   double insert_sum_ms_ = 0;
@@ -235,6 +238,7 @@ void Run::note(LaserScanRecord record) {
     ++summary_.failure_reasons[step.reason];
   } else {
     if (step.matched_scan) ++summary_.scans_matched;
+    if (step.matched_scan && !step.odometry.confirmed) breaks_.push_back(step.stamp);
     insert_ms_.add(step.insert_ms);
     insert_sum_ms_ += step.insert_ms;
     summary_.beams += step.beams.returns + step.beams.no_returns;
@@ -250,6 +254,7 @@ void Run::note(LaserScanRecord record) {
 void Run::count() {
   summary_.records = records_.take();
   summary_.height_error = counts_.height_error();
+  summary_.scans_unconfirmed = breaks_.size();
   std::stable_sort(summary_.trajectory_odom.begin(), summary_.trajectory_odom.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp < b.stamp; });
   const auto twice =
@@ -314,6 +319,14 @@ Result<std::optional<MultiVolumeGrid>> Run::correct() {
   return std::optional(std::move(*grid));
 }
 
+/// The pieces of a broken map, and their files.
+Result<void> Run::cut_into_pieces() {
+  if (summary_.verdict.value != MapVerdict::kBroken || !pipeline_.matches_scans()) return {};
+  summary_.pieces = consistent_pieces(summary_.trajectory_odom, breaks_, pipeline_.visits(), events_.begin());
+  return write_laser_pieces({recording_, laser_platform(recording_).rigs, mapped_, summary_.trajectory_odom},
+                            options_.parameters.laser, folder_.staging(), summary_.pieces);
+}
+
 Error not_localised(const LocalisationSummary& place) {
   return {ErrorCode::kNoResult,
           fmt::format(
@@ -342,6 +355,8 @@ Result<LaserSummary> Run::finish() {
   summary_.planar = is_planar(map);
   LaserRunOptions staged = options_;
   staged.output = folder_.staging();
+  if (const auto cut = as_run_failure(cut_into_pieces()); !cut) return forward_error(cut);
+  if (!summary_.pieces.empty()) summary_.outputs.push_back(folder_.staging() / kPiecesFolder);
   const auto written =
       write_laser_results({map, corrected ? &pipeline_.map() : nullptr}, recording_, staged, summary_);
   if (!written) return forward_error(written);

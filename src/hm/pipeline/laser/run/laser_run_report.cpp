@@ -199,6 +199,15 @@ void add_height_section(HtmlReport& report, const LaserSummary& summary) {
   add_list_table(report, describe(summary), "floors");
 }
 
+void add_pieces_section(HtmlReport& report, const LaserSummary& laser, const SummaryTree& summary) {
+  if (laser.pieces.empty()) return;
+  report.begin_section(
+      "Pieces",
+      "The whole map is torn. Each of these pieces is consistent: confirmed matches join its "
+      "scans, and its visits of a place agree. How the pieces lie to each other is not known.");
+  add_list_table(report, summary, "pieces");
+}
+
 void add_motion_section(HtmlReport& report, const LaserSummary& summary) {
   if (!summary.matched_scans) return;
   report.begin_section("Velocity", "Along the vehicle's own axes.");
@@ -256,6 +265,7 @@ std::string laser_report_html(const LaserSummary& summary, const LaserReportMate
     if (more) add_figure(report, figure);
   add_path_section(report, summary);
   add_visits_section(report, summary.verdict);
+  add_pieces_section(report, summary, tree);
   add_map_frame_section(report, summary, tree);
   add_height_section(report, summary);
   add_motion_section(report, summary);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hm/core/angle.hpp"
+#include "hm/core/text/counted.hpp"
 #include "hm/io/bytes/text_lines.hpp"
 #include "hm/pipeline/common/box_json.hpp"
 #include "hm/report/run_report.hpp"
@@ -174,8 +175,17 @@ void visit(const FloorLevel& floor, SummaryTree& v) {
   v.shown("sightings", "scans", floor.sightings);
 }
 
+void visit(const LaserPiece& piece, SummaryTree& v) {
+  v({"map", "map"}, piece.map.string());
+  v({"begin_s", "begin", "{:.1f} s"}, piece.begin_s);
+  v({"end_s", "end", "{:.1f} s"}, piece.end_s);
+  v({"scans", "scans"}, piece.scans);
+  v({"path_m", "path", "{:.1f} m"}, piece.path_m);
+}
+
 void visit(const LaserSummary& summary, SummaryTree& v) {
   v.group("verdict", summary.verdict);
+  v.list("pieces", summary.pieces);
   v({"kind"}, summary.kind);
   v({"laser"}, summary.laser);
   v({"poses"}, summary.matched_scans ? "scans" : "odometry");
@@ -191,6 +201,7 @@ void visit(const LaserSummary& summary, SummaryTree& v) {
     scans({"keyframes"}, summary.keyframes);
     scans({"searched"}, summary.scans_searched);
     scans({"found"}, summary.scans_found);
+    scans({"unconfirmed"}, summary.scans_unconfirmed);
     scans({"restarts"}, summary.restarts);
   });
   v.object("failure_reasons", [&](SummaryTree& reasons) {
@@ -256,6 +267,10 @@ std::string to_text(const LaserSummary& summary) {
                       "{scans.posed} of {scans.total|scan} have a pose, {scans.failed} without; "
                       "{scans.keyframes|keyframe}, path {path_length_m}[ (true path {truth_path})]",
                       "matching  median {match_ms.median}, 99 % under {match_ms.p99} a scan"});
+  if (!summary.pieces.empty())
+    text += fmt::format("pieces    a map of each of {} that {} consistent: {}/\n",
+                        counted(summary.pieces.size(), "piece"), summary.pieces.size() == 1 ? "is" : "are",
+                        kPiecesFolder);
   if (summary.scans_searched > 0)
     text +=
         tree.lines({"search    {scans.searched|scan} searched for among the last keyframes, "

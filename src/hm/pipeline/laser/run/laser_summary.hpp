@@ -72,6 +72,17 @@ struct MapFrameSummary {
   std::optional<LocalisationSummary> localisation;
 };
 
+/// A part of a run whose scans are joined by confirmed matches, and whose map does not contradict itself.
+struct LaserPiece {
+  Time begin, end;                 ///< of the poses of its first and its last scan
+  double begin_s = 0, end_s = 0;   ///< the same since the start of the recording
+  std::size_t scans = 0;           ///< with a pose
+  double path_m = 0;               ///< driven in it
+  std::filesystem::path map = {};  ///< below the folder of results
+};
+/// Folder of their maps below that of the results.
+inline constexpr const char* kPiecesFolder = "pieces";
+
 /// Result of a run.
 struct LaserSummary {
   std::filesystem::path recording;
@@ -87,7 +98,8 @@ struct LaserSummary {
   std::size_t scans_searched = 0;  ///< searched for among the last keyframes, for want of a good prediction
   std::size_t scans_found = 0;     ///< of these, with a pose from there, as matching gave none
   std::size_t restarts = 0;        ///< scan matching was lost, and began anew at a predicted pose
-  std::size_t scans_dropped = 0;   ///< live: came too fast
+  std::size_t scans_unconfirmed = 0;  ///< with a pose that no match and no search confirmed
+  std::size_t scans_dropped = 0;      ///< live: came too fast
   std::map<std::string, std::size_t> failure_reasons;
   std::vector<LaserScanRecord> records;  ///< of more than LaserRunOptions::most_records an even thinning
   double run_s = 0, recording_s = 0;
@@ -109,6 +121,7 @@ struct LaserSummary {
   std::optional<RelationErrors> relation_error;       ///< of `trajectory`
   std::optional<RelationErrors> relation_error_odom;  ///< of `trajectory_odom`, where it is another
   RunVerdict verdict;
+  std::vector<LaserPiece> pieces;  ///< of a broken map
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> outputs;
 };

@@ -1,0 +1,43 @@
+"""Laser SLAM in simulated office floors: errors over seeds, and whether the verdict admits the large ones."""
+from pathlib import Path
+
+import recordings
+from verdicts import run_hm
+
+
+def percentile(values, share):
+    """The value that this share of them does not exceed; of the sorted values, without interpolation."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+
+
+def drive(program, seed, work):
+    """One floor: what `hm laser` makes of it."""
+    work = Path(work) / str(seed)
+    run_hm(program, "simulate", "office", "--seed", seed, "-o", work / "office")
+    run = run_hm(program, "laser", work / "office", "-o", work / "out", "--set", "laser.pictures=false")
+    return {"seed": seed, "ate_m": run["ate_rmse_m"], "ate_odom_m": run.get("ate_rmse_odom_m", run["ate_rmse_m"]),
+            "verdict": run["verdict"]["value"], "loops": run["loops"]["accepted"] - run["loops"]["removed"],
+            "unconfirmed": run["scans"]["unconfirmed"], "scans": run["scans"]["total"], "match_ms": run["match_ms"]["mean"],
+            "pieces": len(run["pieces"])}
+
+
+def offices(program, work, part="judging"):
+    """(rows, details) of bench/run; the seeds are those of recordings.json for this part."""
+    runs = [drive(program, seed, work) for seed in recordings.seeds("office", part)]
+    errors = [run["ate_m"] for run in runs]
+    worst_ok = max((run["ate_m"] for run in runs if run["verdict"] == "ok"), default=0.0)
+    values = {"laser_office": percentile(errors, 0.5), "laser_office_ok": worst_ok}
+    matching = [run["ate_odom_m"] for run in runs]
+    details = {"ate_m": {"median": percentile(errors, 0.5), "p90": percentile(errors, 0.9), "worst": max(errors)},
+               "ate_odom_m": {"median": percentile(matching, 0.5), "p90": percentile(matching, 0.9), "worst": max(matching)},
+               "runs": runs}
+    return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], details
+
+
+if __name__ == "__main__":
+    import json
+    import sys
+    import tempfile
+    with tempfile.TemporaryDirectory(prefix="hm_bench_") as folder:
+        print(json.dumps(offices(sys.argv[1], folder, sys.argv[2]), indent=1))
