@@ -62,7 +62,7 @@ std::vector<bool> contradictory(const Trajectory& poses, const std::vector<PoseR
   for (const VisitAgreement& agreement : visits.compare(placed)) {
     const std::size_t pose = pose_at_or_after(poses, agreement.stamp);
     if (pose < poses.size() && piece[pose] < ranges.size())
-      found[piece[pose]].push_back({0, agreement.contradicted_ratio(), {}});
+      found[piece[pose]].push_back({0, agreement.contradicted_ratio(), agreement.place_m});
   }
   std::vector<bool> result;
   for (std::vector<VisitComparison>& comparisons : found) {
