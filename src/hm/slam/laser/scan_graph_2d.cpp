@@ -136,7 +136,8 @@ SearchWindow ScanGraph2D::window_of(const ScanSubmap& submap, const PathUncertai
   Vec3 sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   if (!seen.reached) sigmas.setConstant(std::numeric_limits<double>::infinity());
   const auto metres = [&](double sigma) {
-    return std::clamp(params_.kWindowSigmas * sigma, params_.kMinWindow_m, params_.max_window_m);
+    const double most_m = params_.max_window_m;
+    return std::clamp(params_.kWindowSigmas * sigma, std::min<double>(params_.kMinWindow_m, most_m), most_m);
   };
   window.half_x_m = metres(sigmas.x());
   window.half_y_m = metres(sigmas.y());
