@@ -33,7 +33,9 @@ TEST(OnboardComputer, PosesCountHowOftenTrackingWasLost) {
   for (std::size_t i = 1; i < poses.all.size(); ++i) {
     const PoseMessage &before = poses.all[i - 1].measured, &now = poses.all[i].measured;
     const float jump_rad = std::abs(wrap_angle_f(now.pose.x_y_yaw[2] - before.pose.x_y_yaw[2]));
-    if (now.restarts == before.restarts) EXPECT_LT(jump_rad, 0.1F) << i;
+    if (now.restarts == before.restarts) {
+      EXPECT_LT(jump_rad, 0.1F) << i;
+    }
   }
 }
 
