@@ -16,7 +16,7 @@ struct WheelNoiseParams {
   /// Standard deviation of the heading per metre driven.
   double angle_rad_per_m = 0.02;
   /// Standard deviation of the systematic scale error.
-  static constexpr double kScaleSigmaRatio = 0.01;
+  double scale_sigma_ratio = 0.01;
   /// Standard deviation of the systematic heading drift per metre.
   double drift_sigma_rad_per_m = 0.01;
   int seed = 1;

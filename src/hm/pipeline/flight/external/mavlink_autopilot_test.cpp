@@ -404,7 +404,7 @@ TEST(MavlinkAutopilot, WithAKeyItHearsAndIsHeardByThoseWithIt) {
   for (const auto& theirs : {std::optional<MavlinkKey>(), std::optional(wrong), std::optional(key)}) {
     ByHand link(key, theirs);
     link.run(20);
-    for (int i = 0; i < 5; ++i) link.run(25, PoseReading<float>{});
+    for (int i = 0; i < 5; ++i) link.run(25, PoseReading<float>{{}, Vec3f::Zero(), {}});
     EXPECT_EQ(poses_heard(link), theirs == key ? 4U : 0U);
     EXPECT_EQ(link.autopilot->peer().autopilot(link.inputs.now) != nullptr, theirs == key);
   }

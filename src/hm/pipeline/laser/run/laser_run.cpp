@@ -52,7 +52,7 @@ std::string prediction_text(const LaserRecording& recording, const LaserParamete
       "systematic "
       "errors of {:g} % and {:g} rad/m (seed {})",
       recording.truth_source, 100 * noise.along_ratio, 100 * noise.across_ratio, 100 * noise.angle_ratio,
-      noise.angle_rad_per_m, 100 * noise.kScaleSigmaRatio, noise.drift_sigma_rad_per_m, noise.seed);
+      noise.angle_rad_per_m, 100 * noise.scale_sigma_ratio, noise.drift_sigma_rad_per_m, noise.seed);
 }
 
 std::string map_frame_text(const LaserPipeline& pipeline, const LaserRunOptions& options) {
