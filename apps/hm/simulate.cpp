@@ -125,7 +125,7 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
   const bool boards = flags.world == "calibration", office = flags.world == "office";
   const bool robot = flags.sensor == kLaserRobot || flags.sensor == kLaserRobotShort;
   if (office != robot && !(office && flags.sensor.empty()))
-    return hm::fail(hm::ErrorCode::kUsage, "--sensor",
+    return hm::fail(hm::ErrorCode::kUsage, "--sensor", "{}",
                     office ? "the office is for laser_robot and laser_robot_8m"
                            : "a laser_robot drives in the office only");
   if (office) return run_office(flags, session);
