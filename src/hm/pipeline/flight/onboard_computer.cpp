@@ -142,8 +142,8 @@ void OnboardComputer::judge_tracking(const LaserStep& step) {
       static_cast<double>(odometry.match.pairs) <
           ScanOdometryParams::kFindMinPairsRatio * static_cast<double>(odometry.match.sensed_points);
   const bool standing = stands(step);
-  const bool was_lost = tracking_lost_ || odometry.status == OdometryStatus::kRestarted;
   if (odometry.status == OdometryStatus::kRestarted || poorly_paired) tracking_lost_ = true;
+  const bool was_lost = tracking_lost_;
   if (odometry.status == OdometryStatus::kFound || standing) tracking_lost_ = false;
   if (was_lost && !tracking_lost_) ++restarts_;
 }

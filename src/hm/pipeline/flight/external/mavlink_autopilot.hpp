@@ -39,7 +39,7 @@ class MavlinkAutopilot : public FlightCore {
   /// Estimates of the autopilot that are older do not count.
   static constexpr Duration kEstimateValid{500'000'000};
   /// A second of estimates, and of set-points before offboard mode is asked for (PX4).
-  static constexpr Duration kReadyAfter{1'000'000'000};
+  static constexpr Duration kReadyAfter{1'200'000'000};
   /// Between two SET_GPS_GLOBAL_ORIGIN to an ArduPilot that does not estimate a position yet.
   static constexpr Duration kOriginPeriod{1'000'000'000};
   /// What it says is kept up to so many texts.

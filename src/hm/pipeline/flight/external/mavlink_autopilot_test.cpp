@@ -103,7 +103,7 @@ class PeerAutopilot {
       case kMavCommandTakeoff:
         if (is_px4() || !offboard_ || !is_on()) return kMavDenied;
         told_to_take_off = true;
-        give(CommandKind::kTakeOff, {0, 0, order.param7});
+        climb_m_ = order.param7;
         return kMavAccepted;
       case kMavCommandArmDisarm:
         if (order.param1 > 0 && !offboard_) return kMavDenied;
@@ -143,8 +143,9 @@ class PeerAutopilot {
     const Vec3f goal = target_.position_m->cast<float>();
     const AutopilotOutputs& out = core_.outputs();
     const float up_m = goal.z() - core_.estimate().position_m.z();
-    if (is_px4() && out.state == AutopilotState::kIdle && up_m > 0.2F && !landed_) {
-      give(CommandKind::kTakeOff, {0, 0, up_m});
+    const bool climbs = is_px4() ? up_m > 0.2F : climb_m_ > 0;
+    if (out.state == AutopilotState::kIdle && climbs && !landed_) {  // again until it is calibrated
+      give(CommandKind::kTakeOff, {0, 0, is_px4() ? up_m : climb_m_});
     } else if (out.phase == FlightPhase::kPosition && (!goal_ || *goal_ != goal)) {
       goal_ = goal;
       give(CommandKind::kGoTo, goal, static_cast<float>(target_.yaw_rad.value_or(0)));
@@ -220,6 +221,7 @@ class PeerAutopilot {
   std::optional<BasicHeightReading<float>> height_;
   std::optional<FlightCommand> command_;
   std::optional<Vec3f> goal_;
+  float climb_m_ = 0;  ///< as it was told
   LinkSetPoint target_;
   bool offboard_ = false, landed_ = false, lost_ = false, said_why_ = false;
 };

@@ -158,7 +158,9 @@ void OffboardPilot::update(const OffboardView& view) {
     state_ = AutopilotState::kOff;
     phase_ = FlightPhase::kGround;
     set_point_.reset();
-    if (view.ready) keep(view, FlightPhase::kGround);  // streams before it is asked to follow
+    // Streams for a second before it is asked to follow.
+    const bool estimates = view.estimate.planar_ready && view.estimate.height_ready;
+    if (view.ready || estimates) keep(view, FlightPhase::kGround);
     return;
   }
   if (state_ == AutopilotState::kOff) state_ = AutopilotState::kIdle;

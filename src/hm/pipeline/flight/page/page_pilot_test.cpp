@@ -51,6 +51,7 @@ class PageFlight : public testing::Test {
   void take_off() {
     ASSERT_TRUE(fly_until(
         10, [this] { return run_->moment().estimate.planar_ready && run_->moment().estimate.height_ready; }));
+    fly_until(1.1, [] { return false; });  // it stands still: gyroscopes are calibrated
     const Answered engaged = ask("toggle_engage");
     ASSERT_TRUE(engaged.accepted) << engaged.reason;
     ASSERT_TRUE(fly_until(8, [this] { return run_->moment().autopilot.state == AutopilotState::kIdle; }));
