@@ -145,9 +145,11 @@ class Scan(support.SharedFolderTest):
              "--voxel", "0.02", "--set", "reconstruction.save_interval_s=0.2"], cwd=self.folder, capture_output=True,
             text=True, timeout=300, preexec_fn=limit_files)
         self.assertEqual(result.returncode, 1, result.stderr[-2000:])
-        self.assertIn("map.hmap", result.stderr)
+        # Which file grows too large first depends on how many frames were taken until then.
+        self.assertRegex(result.stderr, r"(map\.hmap|mesh\.ply): ")
         self.assertEqual(self.run_json("info", "result/recording")["frames"], len(self.stamps("result/recording")))
-        self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
+        if (self.folder / "result/map.hmap").exists():
+            self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
 
     def test_a_recording_with_a_gap_has_results(self):
         process = self.start_replay("result", "--speed", "0.5")
