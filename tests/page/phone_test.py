@@ -63,11 +63,14 @@ class Growing(page.PageTest):
         self.wait(f"{VIEW}.mesh.pageCount > {first} + 5")
         self.wait("document.getElementById('progress').innerText.includes('finished')")
         self.wait(f"{VIEW}.mesh.pageCount === {self.server.state()['house']}")
-        time.sleep(0.7)
-        corners = self.js(f"const b = {VIEW}.box(); return [0,1,2,3,4,5,6,7].map(c => {VIEW}.project([0,1,2].map(k => c >> k & 1 ? b.high[k] : b.low[k])))")
-        stage = self.js("const b = document.getElementById('stage').getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]")
-        for x, y in corners:
-            self.assertTrue(stage[0] <= x <= stage[2] and stage[1] <= y <= stage[3], (x, y))
+        # The camera follows within a moment, or several where pictures are drawn slowly.
+        self.wait(f"""(() => {{
+            const box = {VIEW}.box(), stage = document.getElementById('stage').getBoundingClientRect();
+            return [0, 1, 2, 3, 4, 5, 6, 7].every(corner => {{
+              const [x, y] = {VIEW}.project([0, 1, 2].map(k => corner >> k & 1 ? box.high[k] : box.low[k]));
+              return x >= stage.left && x <= stage.right && y >= stage.top && y <= stage.bottom;
+            }});
+          }})()""")
         self.assertEqual(self.errors(), [])
 
     def test_a_thin_line_brings_all_of_it(self):
