@@ -46,9 +46,7 @@ hm::Result<std::unique_ptr<hm::FlightCore>> start_external(const hm::FlightRunPa
 std::string check_world(const std::string& text) {
   const std::span<const std::string_view> names(hm::kWorldKindNames);
   if (std::ranges::find(names, text) != names.end()) return {};
-  const auto nearest = hm::nearest_name(text, names);
-  return nearest ? fmt::format("unknown world '{}'; did you mean '{}'?", text, *nearest)
-                 : fmt::format("unknown world '{}'; there are {}", text, fmt::join(names, ", "));
+  return hm::unknown_name("world", text, names);
 }
 
 /// A usage error of --autopilot; empty: none.

@@ -125,10 +125,16 @@ void Autopilot::take_imu(InertialReading<float> imu) {
   specific_force_m_s2_ = R_base_imu_ * imu.specific_force_m_s2;
 }
 
+/// The estimator would take a repeated measurement for another one: it is counted as invalid.
+bool Autopilot::is_newer(Time stamp, const std::optional<Time>& used) {
+  const bool newer = !used || stamp > *used;
+  if (!newer) ++outputs_.invalid_inputs;
+  return newer;
+}
+
 void Autopilot::take_height(const BasicHeightReading<float>& height) {
-  // The filter would take a repeated one for another measurement.
-  const bool is_newer = !height_used_ || height.stamp > *height_used_;
-  const FusionStatus status = is_newer ? estimator_.add_height(height) : FusionStatus::kTimeBackwards;
+  if (!is_newer(height.stamp, height_used_)) return;
+  const FusionStatus status = estimator_.add_height(height);
   if (is_invalid(status)) ++outputs_.invalid_inputs;
   if (!is_used(status)) return;
   height_used_ = height.stamp;
@@ -136,10 +142,7 @@ void Autopilot::take_height(const BasicHeightReading<float>& height) {
 }
 
 void Autopilot::take_pose(const PoseReading<float>& pose) {
-  if (pose_used_ && pose.stamp <= *pose_used_) {
-    ++outputs_.invalid_inputs;
-    return;
-  }
+  if (!is_newer(pose.stamp, pose_used_)) return;
   const PoseReading<float> turned_back = turn_back(pose);
   const FusionStatus status = is_doubtful(pose) ? FusionStatus::kRejected : estimator_.add_pose(turned_back);
   if (is_invalid(status)) ++outputs_.invalid_inputs;

@@ -84,6 +84,7 @@ class Autopilot {
   void take_imu(InertialReading<float> imu);
   void take_pose(const PoseReading<float>& pose);
   void take_height(const BasicHeightReading<float>& height);
+  [[nodiscard]] bool is_newer(Time stamp, const std::optional<Time>& used);
   [[nodiscard]] PoseReading<float> turn_back(const PoseReading<float>& pose);
   [[nodiscard]] bool is_doubtful(const PoseReading<float>& pose);
   [[nodiscard]] bool jumps(const PoseReading<float>& pose) const;

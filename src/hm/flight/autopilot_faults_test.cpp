@@ -94,14 +94,7 @@ TEST(AutopilotFaults, RepeatedAndOlderMeasurementsAreIgnoredAndCounted) {
   std::optional<PoseReading<float>> pose;
   std::optional<BasicHeightReading<float>> height;
   for (int i = 0; i < 5000; ++i) {
-    if (i == 1500)
-      rig.send(CommandKind::kToggleEngage);
-    else if (i == 2500)
-      rig.send(CommandKind::kTakeOff);
-    else if (i == 2501)
-      rig.send(CommandKind::kRelease);
-    else
-      rig.run_ms(1);
+    rig.take_off_step(i);
     AutopilotInputs inputs = rig.inputs;
     if (inputs.pose) pose = inputs.pose;
     if (inputs.height) height = inputs.height;

@@ -371,14 +371,7 @@ TEST(Autopilot, BadInputReachesNoOutput) {
   const auto polluted = std::make_unique<Autopilot>();
   std::uint32_t broken = 0;
   for (int i = 0; i < 9000; ++i) {
-    if (i == 1500)
-      rig.send(CommandKind::kToggleEngage);
-    else if (i == 2500)
-      rig.send(CommandKind::kTakeOff);
-    else if (i == 2501)
-      rig.send(CommandKind::kRelease);
-    else
-      rig.run_ms(1);
+    rig.take_off_step(i);
     AutopilotInputs inputs = rig.inputs;
     if (!inputs.pose) inputs.pose = PoseReading<float>{rig.now, {0, kNan, 0}, {}}, ++broken;
     if (!inputs.height) inputs.height = BasicHeightReading<float>{rig.now, kNan, {}}, ++broken;

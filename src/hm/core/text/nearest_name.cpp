@@ -1,5 +1,7 @@
 #include "hm/core/text/nearest_name.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <limits>
@@ -61,6 +63,15 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
     if (3 * distance <= std::max(name.size(), wanted.size())) consider(name, distance);
   }
   return nearest;
+}
+
+std::string unknown_name(std::string_view kind, std::string_view word,
+                         std::span<const std::string_view> names) {
+  if (const auto nearest = nearest_name(word, names))
+    return fmt::format("unknown {} '{}'; did you mean '{}'?", kind, word, *nearest);
+  std::string text = fmt::format("unknown {} '{}'; valid ones are", kind, word);
+  for (const std::string_view name : names) text.append(1, ' ').append(name);
+  return text;
 }
 
 }  // namespace hm

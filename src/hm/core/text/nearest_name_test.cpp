@@ -28,5 +28,12 @@ TEST(NearestName, NothingWhenNothingIsNear) {
   EXPECT_EQ(nearest_name("voxel", {}), std::nullopt);
 }
 
+TEST(NearestName, AnUnknownNameIsSaidWithTheNearestOrAll) {
+  EXPECT_EQ(unknown_name("parameter", "recontruct", kNames),
+            "unknown parameter 'recontruct'; did you mean 'reconstruct'?");
+  const std::array<std::string_view, 2> worlds{"house", "room"};
+  EXPECT_EQ(unknown_name("world", "moons", worlds), "unknown world 'moons'; valid ones are house room");
+}
+
 }  // namespace
 }  // namespace hm

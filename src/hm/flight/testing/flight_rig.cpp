@@ -134,6 +134,17 @@ Refusal FlightRig::fly_velocity(float x_m_s, float y_m_s, float z_m_s) {
   return send(command);
 }
 
+void FlightRig::take_off_step(int i) {
+  if (i == 1500)
+    send(CommandKind::kToggleEngage);
+  else if (i == 2500)
+    send(CommandKind::kTakeOff);
+  else if (i == 2501)
+    send(CommandKind::kRelease);
+  else
+    run_ms(1);
+}
+
 void FlightRig::take_off() {
   run_ms(1500);
   send(CommandKind::kToggleEngage);

@@ -24,6 +24,9 @@ class FlightRig {
   Refusal fly_velocity(float x_m_s, float y_m_s, float z_m_s = 0);
   /// Engages and takes off; ends hovering 5 s later.
   void take_off();
+  /// Millisecond `i` (from 0) of a flight that engages after 1.5 s, takes off after 2.5 s and gives control
+  /// up.
+  void take_off_step(int i);
   /// Steps until the condition holds; how many milliseconds that took, -1 if never within `most_ms`.
   template <class Condition>
   int ms_until(Condition condition, int most_ms) {

@@ -71,10 +71,7 @@ class LineNumbers {
 std::string unknown_word(std::string_view word) {
   std::vector<std::string_view> names{kFault};
   for (const LineForm& form : kForms) names.push_back(form.word);
-  word = word.substr(0, kMaxQuoted);
-  const auto nearest = nearest_name(word, names);
-  return nearest ? fmt::format("unknown word '{}'; did you mean '{}'?", word, *nearest)
-                 : fmt::format("unknown word '{}'; valid ones are {}", word, fmt::join(names, " "));
+  return unknown_name("word", word.substr(0, kMaxQuoted), names);
 }
 
 FlightOrder read_go_to(Words arguments, LineNumbers& numbers) {

@@ -33,10 +33,8 @@ Result<void> check_params(LaserSimulationParams params) {
               params.laser.range_min_m, params.laser.range_max_m);
 }
 
-Result<void> check_not_stopped(const std::stop_token& stop, std::size_t done, std::size_t count) {
-  if (!stop.stop_requested()) return {};
-  return fail(ErrorCode::kCancelled, {},
-              "the simulation was stopped at scan {} of {}; nothing of it was kept", done, count);
+std::string at_scan(std::size_t done, std::size_t count) {
+  return fmt::format("at scan {} of {}", done, count);
 }
 
 /// Puts messages into a bag in the order in which they are received.
@@ -95,7 +93,7 @@ Result<void> record(const LaserSimulation& simulation, const LaserSimulationOpti
   BeamCount beams;
   for (std::size_t begin = 0; begin < count; begin += kScanBatch) {
     if (options.run.progress) options.run.progress({"flying", begin, count, {}});
-    if (auto go_on = check_not_stopped(options.run.stop, begin, count); !go_on) return go_on;
+    if (auto go_on = check_not_stopped(options.run.stop, at_scan(begin, count)); !go_on) return go_on;
     batch.resize(std::min(kScanBatch, count - begin));
     loop.for_ranges(batch.size(), 1,
                     [&](std::size_t item, std::size_t) { batch[item] = simulation.scan(begin + item); });
@@ -145,7 +143,7 @@ Result<LaserSimulationSummary> write_all(const LaserSimulation& simulation,
   if (options.run.progress) options.run.progress({"writing the truth", 0, 0, {}});
   if (auto written = write_truth(simulation, options.output, summary); !written)
     return forward_error(written);
-  if (auto go_on = check_not_stopped(options.run.stop, summary.scans, summary.scans); !go_on)
+  if (auto go_on = check_not_stopped(options.run.stop, at_scan(summary.scans, summary.scans)); !go_on)
     return forward_error(go_on);
   summary.outputs = {options.output};
   for (const char* name :

@@ -31,9 +31,8 @@ Result<void> record(const OfficeSimulation& simulation, const OfficeRecordingOpt
   const std::size_t count = simulation.scan_count();
   for (std::size_t i = 0; i < count; ++i) {
     if (i % kScansPerReport == 0 && options.run.progress) options.run.progress({"driving", i, count, {}});
-    if (options.run.stop.stop_requested())
-      return fail(ErrorCode::kCancelled, {},
-                  "the simulation was stopped at scan {} of {}; nothing of it was kept", i, count);
+    const std::string place = fmt::format("at scan {} of {}", i, count);
+    if (auto go_on = check_not_stopped(options.run.stop, place); !go_on) return go_on;
     const LaserScan scan = simulation.scan(i);
     for (std::size_t beam = 0; beam < scan.size(); ++beam) read += scan.is_return(beam);
     beams += scan.size();

@@ -66,6 +66,11 @@ void SimulationFolder::remove() const {
   fs::remove(path_, ignored);  // fails when something else is in it, as it should
 }
 
+Result<void> check_not_stopped(const std::stop_token& stop, const std::string& where) {
+  if (!stop.stop_requested()) return {};
+  return fail(ErrorCode::kCancelled, {}, "the simulation was stopped {}; nothing of it was kept", where);
+}
+
 Result<void> make_simulation_folder(const fs::path& folder) {
   std::error_code code;
   for (const char* name : {"recording.bag", "depth.txt", "groundtruth.txt", kSimulationFile})

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -45,6 +46,9 @@ class SimulationFolder {
   std::filesystem::path path_;
   FolderLock lock_;
 };
+
+/// Error (kCancelled) when the simulation is to stop; `where` it was, as "at scan 3 of 40".
+Result<void> check_not_stopped(const std::stop_token& stop, const std::string& where);
 
 /// Makes the folder of a laser simulation if it is not there. Error (kUsage): it holds a recording.
 Result<void> make_simulation_folder(const std::filesystem::path& folder);

@@ -30,11 +30,6 @@ double valid_share(const DepthImage& depth) {
   return static_cast<double>(valid) / static_cast<double>(pixels.size());
 }
 
-Result<void> check_not_stopped(const std::stop_token& stop, const std::string& where) {
-  if (!stop.stop_requested()) return {};
-  return fail(ErrorCode::kCancelled, {}, "the simulation was stopped {}; nothing of it was kept", where);
-}
-
 /// Renders frames in batches on all threads while the batch before is written by one of them. Returns
 /// the mean share of valid depth pixels.
 Result<double> write_frames(const Simulation& simulation, TumWriter& writer, const SimulationOptions& options,

@@ -39,15 +39,6 @@ std::optional<double> seconds_of(std::string_view word) {
   return value;
 }
 
-std::string unknown_fault(std::string_view word) {
-  const auto nearest = nearest_name(word.substr(0, kMaxQuoted), kFaultNames);
-  std::string text = fmt::format("unknown fault '{}'; ", word.substr(0, kMaxQuoted));
-  if (nearest) return text + fmt::format("did you mean '{}'?", *nearest);
-  text += "valid ones are";
-  for (const std::string_view name : kFaultNames) text += fmt::format(" {}", name);
-  return text;
-}
-
 Result<Duration> parse_seconds(std::string_view word, std::string_view meaning, bool may_be_zero,
                                const std::string& where) {
   const auto seconds = seconds_of(word);
@@ -69,7 +60,8 @@ Result<ScriptedFault> parse_fault(std::string_view line, const std::string& wher
   if (!words.empty() && words[0] != "fault")
     return fail(ErrorCode::kUsage, where, "{}; {}", unexpected(words[0], "fault"), kForm);
   if (words.size() > 1 && std::ranges::find(kFaultNames, words[1]) == std::end(kFaultNames))
-    return fail(ErrorCode::kUsage, where, "{}", unknown_fault(words[1]));
+    return fail(ErrorCode::kUsage, where, "{}",
+                unknown_name("fault", words[1].substr(0, kMaxQuoted), kFaultNames));
   for (const auto& [place, expected] : {std::pair<std::size_t, std::string_view>{2, "at"}, {4, "for"}})
     if (words.size() > place && words[place] != expected)
       return fail(ErrorCode::kUsage, where, "{}; {}", unexpected(words[place], expected), kForm);
