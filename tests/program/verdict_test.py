@@ -45,6 +45,23 @@ class Verdict(support.SharedFolderTest):
                               "--strict", expect=1)
         self.assertEqual(again["error"]["message"], run["error"]["message"])
 
+    def test_a_jump_shows_where_no_place_is_seen_twice(self):
+        self.run_hm("simulate", "room", "--set", "simulation.frame_limit=25", "-o", "short", "--quiet")
+        rows = read_rows(self.folder / "short" / "groundtruth.txt")
+        for name, bend, limit in (("still", {}, 0), ("twist", {"turn_deg": 8}, 1), ("shift", {"shift_m": 0.25, "axis": (0, 1, 0)}, 1)):
+            (self.folder / "poses.txt").write_text(bent(rows, 0.5, **bend))
+            run = self.run_json("reconstruct", "short", "-o", name, "--poses", self.folder / "poses.txt", "--set",
+                                "reconstruction.pictures=false")
+            verdict = run["verdict"]
+            self.assertEqual(verdict["visits"]["places"], 0, "nothing else can show it")
+            self.assertEqual(verdict["steps"]["compared"], 24)
+            self.assertEqual(len(verdict["reasons"]), limit, verdict)
+            if limit:
+                self.assertIn("the path jumps", verdict["reasons"][0])
+                self.assertAlmostEqual(verdict["steps"]["worst_time_s"], rows[12][0] - rows[0][0], delta=0.01)
+            else:
+                self.assertLess(verdict["steps"]["tilt_rad"], 0.03)
+
 
 if __name__ == "__main__":
     support.main()

@@ -38,9 +38,26 @@ class TileMeans {
     ++tile.count;
   }
 
+  /// Slope of the means over the image by least squares, per radian: a turn about an axis in the image plane
+  /// brings one side nearer and the other farther, by its angle.
+  [[nodiscard]] double slope_rad(const PinholeCamera& camera) const {
+    Mat3 normal = Mat3::Zero();
+    Vec3 right = Vec3::Zero();
+    for (std::size_t i = 0; i < tiles_.size(); ++i) {
+      const Tile& tile = tiles_[i];
+      if (tile.count < kMinCount) continue;
+      const int column = static_cast<int>(i) % columns_, row = static_cast<int>(i) / columns_;
+      const Vec3 place(1, (column * kTile_px + kTile_px / 2 - camera.cx) / camera.fx,
+                       (row * kTile_px + kTile_px / 2 - camera.cy) / camera.fy);
+      normal += tile.count * place * place.transpose();
+      right += tile.sum * place;
+    }
+    const Vec3 plane = normal.ldlt().solve(right);
+    return plane.allFinite() ? plane.tail<2>().norm() : 0;
+  }
+
   /// Median of |mean| over the tiles that hold enough.
   [[nodiscard]] double median() const {
-    constexpr int kMinCount = 20;
     std::vector<double> means;
     for (const Tile& tile : tiles_)
       if (tile.count >= kMinCount) means.push_back(std::fabs(tile.sum / tile.count));
@@ -52,6 +69,7 @@ class TileMeans {
     double sum = 0;
     int count = 0;
   };
+  static constexpr int kMinCount = 20;
   int columns_;
   std::vector<Tile> tiles_;
 };
@@ -121,6 +139,7 @@ Agreement compare(const RgbdFrame& from, const RgbdFrame& to, const PinholeCamer
   result.median_m = middle_value(std::span(errors));
   result.relative = middle_value(std::span(relative));
   result.systematic = tiles.median();
+  result.tilt_rad = tiles.slope_rad(camera);
   result.contradicted_ratio = visible.contradicted_ratio();
   return result;
 }
@@ -139,7 +158,8 @@ Agreement median_of(const std::vector<Agreement>& agreements) {
     for (const Agreement& agreement : agreements) values.push_back(agreement.*member);
     return quantile(std::move(values), 0.5);
   };
-  return {median(&Agreement::median_m), median(&Agreement::relative), median(&Agreement::systematic),
+  return {median(&Agreement::median_m),      median(&Agreement::relative),
+          median(&Agreement::systematic),    median(&Agreement::tilt_rad),
           median(&Agreement::overlap_ratio), median(&Agreement::contradicted_ratio)};
 }
 

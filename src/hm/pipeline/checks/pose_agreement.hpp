@@ -31,6 +31,8 @@ struct Agreement {
   /// Median over tiles of 80 x 80 pixels of |mean of (z predicted - z measured) / z measured|: what is left
   /// of the difference when the noise of single pixels is averaged out. 1 when nothing overlaps.
   double systematic = 1;
+  /// Turn about an axis in the image plane that these means show, as far as surfaces face the camera.
+  double tilt_rad = 0;
   double overlap_ratio = 0;  ///< share of the points moved that met a valid depth
   /// Share of the points that the other view saw through: they stand clearly in front of what it measured.
   /// Of those only that it could have seen (points behind are hidden). 0 when nothing overlaps.

@@ -48,6 +48,7 @@ void visit(const RunVerdict& verdict, SummaryTree& v) {
   v.json("reasons", JsonValue::array_of(verdict.reasons));
   v.shown("text", {}, text_of(verdict));
   v.group("visits", verdict.visits);
+  v.group("steps", verdict.steps);
 }
 
 RunVerdict verdict_of_report(const JsonValue& report) {
@@ -125,6 +126,14 @@ void visit(const VisitConsistency& visits, SummaryTree& v) {
     visits.p95_ratio);
   if (visits.worst_offset_ratio)
     v({"worst_offset_ratio", "worst place, depth differs by", "{:.1f} %", 100}, *visits.worst_offset_ratio);
+}
+
+void visit(const StepConsistency& steps, SummaryTree& v) {
+  v({"compared", "neighbouring depth images compared"}, steps.compared);
+  v({"worst_time_s", "worst neighbours, time", "{:.1f} s"}, steps.worst_time_s);
+  v({"contradicted_ratio", "worst neighbours, contradicted", "{:.0f} %", 100}, steps.contradicted_ratio);
+  v({"offset_ratio", "worst neighbours, depth differs by", "{:.1f} %", 100}, steps.offset_ratio);
+  v({"tilt_rad", "worst neighbours, tilted by", "{:.3f} rad"}, steps.tilt_rad);
 }
 
 constexpr std::size_t kEnoughToBreak = 9;

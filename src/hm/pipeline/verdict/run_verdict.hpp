@@ -50,17 +50,26 @@ struct VisitConsistency {
 VisitConsistency summarise_visits(std::vector<VisitComparison> comparisons, std::size_t window);
 void visit(const VisitConsistency& visits, SummaryTree& v);
 
+/// Depth images compared with the next one; differences of the pair that speaks most against the path.
+struct StepConsistency {
+  std::size_t compared = 0;
+  double worst_time_s = 0;
+  double contradicted_ratio = 0, offset_ratio = 0, tilt_rad = 0;
+};
+void visit(const StepConsistency& steps, SummaryTree& v);
+
 /// Verdict of a run, with what speaks against its result, the gravest first.
 struct RunVerdict {
   MapVerdict value = MapVerdict::kOk;
   std::vector<std::string> reasons;
   std::optional<VisitConsistency> visits;  ///< where visits were compared
+  std::optional<StepConsistency> steps;    ///< where neighbouring depth images were compared
   double doubtful_ratio = 1;               ///< from here on a window speaks against the result
   /// The verdict is the gravest of all that were added. kOk adds nothing.
   void add(MapVerdict verdict, std::string reason);
 };
 
-/// "value", "reasons", "visits{}"; the key "text" for sentences: "doubtful: why; why".
+/// "value", "reasons", "visits{}", "steps{}"; the key "text" for sentences: "doubtful: why; why".
 void visit(const RunVerdict& verdict, SummaryTree& v);
 /// The verdict that a report in JSON has, without its comparisons; ok where it has none.
 RunVerdict verdict_of_report(const JsonValue& report);

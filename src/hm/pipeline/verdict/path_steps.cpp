@@ -1,0 +1,98 @@
+#include "hm/pipeline/verdict/path_steps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "hm/core/angle.hpp"
+
+namespace hm {
+namespace {
+
+constexpr std::size_t kMostSteps = 60;
+/// From where on a difference is doubtful, and broken.
+struct StepLimits {
+  double doubtful, broken;
+};
+/// Shares of points in the free space of the image before or after. True poses of real recordings, turning at
+/// 3 rad/s among them, reach 0.10.
+constexpr StepLimits kContradictedRatio{0.2, 0.5};
+/// Relative differences of depth. True poses of real recordings reach 0.018.
+constexpr StepLimits kStepOffsetRatio{0.025, 0.06};
+/// Turns of what one image shows against the other. True poses of real recordings reach 0.046.
+constexpr StepLimits kTilt_rad{0.06, 0.15};
+
+/// A step from a view to the next.
+struct PathStep {
+  std::size_t to = 0;     ///< the view at its end
+  double jump_ratio = 0;  ///< of its motion, what the steps before and after do not explain
+};
+
+/// Motion from the view before to this one, and how long it took.
+struct StepMotion {
+  Vec6 motion;  ///< in the frame of the view before
+  double elapsed_s;
+};
+StepMotion motion_to(const std::vector<PosedView>& views, std::size_t to) {
+  return {(views[to - 1].T_world_camera.inverse() * views[to].T_world_camera).log(),
+          views[to].time_s - views[to - 1].time_s};
+}
+
+/// How large the difference of a step's motion is from a neighbour's, stretched to the same time: in units of
+/// 2 cm or 1 degree.
+double unlikeness(const StepMotion& step, const StepMotion& neighbour) {
+  constexpr double kShift_m = 0.02, kTurn_rad = std::numbers::pi / 180;
+  if (!(neighbour.elapsed_s > 0)) return 0;
+  const Vec6 rest = step.motion - neighbour.motion * (step.elapsed_s / neighbour.elapsed_s);
+  return std::max(rest.head<3>().norm() / kShift_m, rest.tail<3>().norm() / kTurn_rad);
+}
+
+/// The steps that are least like both of their neighbours, largest first.
+std::vector<PathStep> suspicious_steps(const std::vector<PosedView>& views) {
+  std::vector<PathStep> steps;
+  for (std::size_t to = 1; to < views.size(); ++to) {
+    const StepMotion step = motion_to(views, to);
+    const double before = to > 1 ? unlikeness(step, motion_to(views, to - 1)) : 0;
+    const double after = to + 1 < views.size() ? unlikeness(step, motion_to(views, to + 1)) : 0;
+    steps.push_back({to, std::min(before, after)});
+  }
+  std::ranges::stable_sort(steps, std::greater<>(), &PathStep::jump_ratio);
+  steps.resize(std::min(steps.size(), kMostSteps));
+  return steps;
+}
+
+}  // namespace
+
+void judge_steps(const Recording& recording, const std::vector<PosedView>& views, const RunContext& run,
+                 RunVerdict& verdict) {
+  StepConsistency& found = verdict.steps.emplace();
+  double worst = 0;
+  const std::vector<PathStep> steps = suspicious_steps(views);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    if (run.progress) run.progress({"comparing neighbours", k, steps.size(), {}});
+    const PosedView &before = views[steps[k].to - 1], &after = views[steps[k].to];
+    const auto differs = difference(recording, before, after);
+    if (!differs) continue;
+    ++found.compared;
+    const double gravity =
+        std::max({differs->contradicted_ratio / kContradictedRatio.doubtful,
+                  differs->offset_ratio / kStepOffsetRatio.doubtful, differs->tilt_rad / kTilt_rad.doubtful});
+    if (gravity <= worst) continue;
+    worst = gravity;
+    found.worst_time_s = after.time_s;
+    found.contradicted_ratio = differs->contradicted_ratio;
+    found.offset_ratio = differs->offset_ratio;
+    found.tilt_rad = differs->tilt_rad;
+  }
+  if (worst <= 1) return;
+  const bool broken = found.contradicted_ratio > kContradictedRatio.broken ||
+                      found.offset_ratio > kStepOffsetRatio.broken || found.tilt_rad > kTilt_rad.broken;
+  verdict.add(broken ? MapVerdict::kBroken : MapVerdict::kDoubtful,
+              fmt::format("{:.1f} s after the start the path jumps: {:.0f} % of a depth image stands in the "
+                          "free space of the one before, depth differs by {:.1f} %, tilted by {:.1f} degrees",
+                          found.worst_time_s, 100 * found.contradicted_ratio, 100 * found.offset_ratio,
+                          found.tilt_rad * kDegreesPerRadian));
+}
+
+}  // namespace hm

@@ -1,0 +1,14 @@
+#pragma once
+#include "hm/core/run_context.hpp"
+#include "hm/pipeline/verdict/posed_views.hpp"
+#include "hm/pipeline/verdict/run_verdict.hpp"
+
+namespace hm {
+
+/// Adds what depth images say of a path's steps from one image to the next: both show nearly the same, so a
+/// pose that is suddenly wrong shows at once, even where no place is seen a second time. Compares the sixty
+/// steps that are least like the step before and the step after.
+void judge_steps(const Recording& recording, const std::vector<PosedView>& views, const RunContext& run,
+                 RunVerdict& verdict);
+
+}  // namespace hm

@@ -1,0 +1,49 @@
+#include "hm/pipeline/verdict/posed_views.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "hm/pipeline/checks/pose_agreement.hpp"
+
+namespace hm {
+namespace {
+
+std::optional<RgbdFrame> read(const Recording& recording, const PosedView& view) {
+  auto frame = recording.read(view.index);
+  if (!frame) return std::nullopt;
+  frame->T_world_camera = view.T_world_camera;
+  return std::move(*frame);
+}
+
+}  // namespace
+
+std::vector<PosedView> posed_views(const RecordingInfo& info, const Trajectory& T_world_camera) {
+  std::vector<PosedView> views;
+  auto pose = T_world_camera.begin();
+  for (std::size_t i = 0; i < info.stamps.size(); ++i) {
+    while (pose != T_world_camera.end() && pose->stamp < info.stamps[i]) ++pose;
+    if (pose == T_world_camera.end()) break;
+    if (pose->stamp == info.stamps[i])
+      views.push_back({i, (info.stamps[i] - info.stamps.front()).seconds(), pose->T_world_base});
+  }
+  return views;
+}
+
+double turning_rad_s(const PosedView& before, const PosedView& after) {
+  const double elapsed_s = after.time_s - before.time_s;
+  if (!(elapsed_s > 0)) return 0;
+  return (before.T_world_camera.inverse() * after.T_world_camera).log().tail<3>().norm() / elapsed_s;
+}
+
+std::optional<ViewDifference> difference(const Recording& recording, const PosedView& a, const PosedView& b) {
+  constexpr double kMinOverlapRatio = 0.3;  // views with less of their points in common say nothing
+  const auto first = read(recording, a), second = read(recording, b);
+  if (!first || !second) return std::nullopt;
+  const Agreement there = compare(*first, *second, recording.camera(), {});
+  if (there.overlap_ratio < kMinOverlapRatio) return std::nullopt;
+  const Agreement back = compare(*second, *first, recording.camera(), {});
+  return ViewDifference{std::max(there.contradicted_ratio, back.contradicted_ratio),
+                        std::min(there.systematic, back.systematic), std::min(there.tilt_rad, back.tilt_rad)};
+}
+
+}  // namespace hm
