@@ -1,5 +1,4 @@
-// Rows about visual odometry on a real recording: ours against OpenCV's dense odometries in the same run, and
-// the dissertation's pipeline as it was published against a prototype of it.
+// Rows about visual odometry on a real recording: ours against OpenCV's dense odometries in the same run.
 #include <algorithm>
 #include <ctime>
 #include <functional>
@@ -131,23 +130,6 @@ Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options) {
       {"vo_vs_opencv_ate", ours.ate_m * 100, std::min(rgbd.ate_m, icp.ate_m) * 100},
       {"vo_vs_opencv_rpe", ours.rpe_second_m * 100, std::min(rgbd.rpe_second_m, icp.rpe_second_m) * 100},
       {"vo_vs_opencv_rpe_frame", ours.rpe_frame_m * 1e3, std::min(rgbd.rpe_frame_m, icp.rpe_frame_m) * 1e3}};
-  result.details = JsonValue::object({{"methods", to_json(*outcomes)}});
-  return result;
-}
-
-Result<BenchResult> bench_vo_published(const BenchOptions& options) {
-  const auto source = open(options);
-  if (!source) return forward_error(source);
-  const PinholeCamera camera = (*source)->camera();
-  std::vector<Method> methods{our_method(OdometryMethod::kPublishedIcp, camera),
-                              our_method(OdometryMethod::kPublishedRansacIcp, camera),
-                              our_method(OdometryMethod::kFrameToFrame, camera)};
-  const auto outcomes = run(methods, **source);
-  if (!outcomes) return forward_error(outcomes);
-  BenchResult result;
-  result.rows = {{"vo_published_icp", (*outcomes)[0].ate_m * 100, {}},
-                 {"vo_published_ransac_icp", (*outcomes)[1].ate_m * 100, {}},
-                 {"vo_frame_to_frame", (*outcomes)[2].ate_m * 100, {}}};
   result.details = JsonValue::object({{"methods", to_json(*outcomes)}});
   return result;
 }

@@ -1,8 +1,5 @@
-// Rows about the vehicle: height over steps, velocity with a late laser, and what a step of the fusion costs.
+// Rows about the vehicle: height over steps, and velocity with a late laser.
 #include <algorithm>
-#include <chrono>
-#include <limits>
-#include <memory>
 
 #include "hm/core/statistics.hpp"
 #include "hm/estimation/testing/laser_flight.hpp"
@@ -79,33 +76,6 @@ Result<BenchResult> bench_late_laser(const BenchOptions&) {
   result.rows = {{"late_laser", with, without}};
   result.details =
       JsonValue::object({{"published_filters_m_s", thesis}, {"laser_without_delay_m_s", punctual}});
-  return result;
-}
-
-Result<BenchResult> bench_fusion_step(const BenchOptions& options) {
-  using Clock = std::chrono::steady_clock;
-  LaserFlightParams flight_params;
-  flight_params.duration_s = 5;
-  const LaserFlight flight(flight_params);
-  // Every step counts with its fastest round: what is left is its own work.
-  std::vector<double> fastest_us(flight.steps().size(), std::numeric_limits<double>::infinity());
-  for (int round = 0; round < std::max(options.rounds, 10); ++round) {
-    const auto estimator = std::make_unique<StateEstimator>();
-    for (std::size_t i = 0; i < fastest_us.size(); ++i) {
-      const auto begin = Clock::now();
-      feed(*estimator, flight.steps()[i]);
-      fastest_us[i] =
-          std::min(fastest_us[i], std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
-    }
-  }
-  const Summary summary = summarise(fastest_us);
-  BenchResult result;
-  result.rows = {{"fusion_step", summary.max, {}}};
-  result.details = JsonValue::object({{"steps", fastest_us.size()},
-                                      {"median_us", summary.median},
-                                      {"p95_us", summary.p95},
-                                      {"p99_us", summary.p99},
-                                      {"state_bytes", sizeof(StateEstimator)}});
   return result;
 }
 

@@ -120,13 +120,14 @@ void add_fly(Program& program) {
        }},
       "text file with a way point a line");
   add_go(program, flags);
-  add_file_mission(program, flags,
-                   {"fly script", "Fly a script: takeoff, goto, velocity, wait, hold, land, estop, fault.",
-                    "  hm fly script tour.fly -o scripted",
-                    [flags](Session& session) {
-                      return fly_file(*flags, "script", hm::read_flight_script(flags->file), session);
-                    }},
-                   "text file with an order a line");
+  add_file_mission(
+      program, flags,
+      {"fly script", "Fly a script: takeoff, goto, step, velocity, wait, hold, return, land, estop, fault.",
+       "  hm fly script tour.fly -o scripted",
+       [flags](Session& session) {
+         return fly_file(*flags, "script", hm::read_flight_script(flags->file), session);
+       }},
+      "text file with an order a line");
   CLI::App& teleop =
       program.add({"fly teleop",
                    "Fly live, in real time, by lines of a script on standard input; `now hold` "

@@ -7,7 +7,7 @@ namespace {
 /// Braking that large tilt errors are reduced with: about half of what the rotors give in hover.
 constexpr float kTiltAcceleration_rad_s2 = 80;
 /// Counter torque per measured acceleration of roll and pitch: damps what the rotors' delay excites.
-constexpr float kDampingRatio = 0.5F;
+constexpr float kDampingRatio = 0.8F;
 /// Cut-off frequency of that acceleration: below the vibration of the rotors.
 constexpr float kDampingCutoff_hz = 40;
 /// Integrals of the rates are limited to this angular acceleration.

@@ -26,11 +26,13 @@ struct LineForm {
   std::string_view word, form;
   std::size_t least, most;
 };
-constexpr std::array<LineForm, 7> kForms{{{"takeoff", "takeoff [HEIGHT]", 0, 1},
+constexpr std::array<LineForm, 9> kForms{{{"takeoff", "takeoff [HEIGHT]", 0, 1},
                                           {"goto", "goto X Y Z [YAW]", 3, 4},
+                                          {"step", "step FORWARD LEFT UP [YAW]", 3, 4},
                                           {"velocity", "velocity VX VY VZ YAW_RATE for S", 6, 6},
                                           {"wait", "wait S", 1, 1},
                                           {"hold", "hold", 0, 0},
+                                          {"return", "return", 0, 0},
                                           {"land", "land", 0, 0},
                                           {"estop", "estop", 0, 0}}};  // in the order of Kind
 constexpr std::string_view kFault = "fault";
@@ -74,10 +76,12 @@ std::string unknown_word(std::string_view word) {
   return unknown_name("word", word.substr(0, kMaxQuoted), names);
 }
 
-FlightOrder read_go_to(Words arguments, LineNumbers& numbers) {
+/// Of kGoTo or kStep.
+FlightOrder read_place(Kind kind, Words arguments, LineNumbers& numbers) {
   FlightOrder order;
-  order.kind = Kind::kGoTo;
-  order.position_m = numbers.vector_at(0, {"x", "y", "z"}, kMost_m);
+  order.kind = kind;
+  order.position_m = kind == Kind::kGoTo ? numbers.vector_at(0, {"x", "y", "z"}, kMost_m)
+                                         : numbers.vector_at(0, {"forward", "left", "up"}, kMost_m);
   if (arguments.size() > 3)
     order.yaw_rad = numbers.at(3, "yaw in degrees", -kMostTurn_deg, kMostTurn_deg) * kRadiansPerDegree;
   return order;
@@ -92,7 +96,8 @@ FlightOrder read_order(Kind kind, Words arguments, LineNumbers& numbers) {
       if (!arguments.empty()) order.height_m = numbers.at(0, "height in metres", kLowest_m, kHighest_m);
       break;
     case Kind::kGoTo:
-      return read_go_to(arguments, numbers);
+    case Kind::kStep:
+      return read_place(kind, arguments, numbers);
     case Kind::kVelocity:
       order.velocity_m_s =
           numbers.vector_at(0, {"speed forward", "speed to the left", "speed up"}, kMost_m_s);
@@ -130,12 +135,13 @@ class Problems {
 /// Why an order makes no sense after those before it; empty: it does. Keeps track of whether the vehicle
 /// flies.
 std::string out_of_order(const FlightOrder& order, bool& flies) {
-  const bool needs_flight = order.kind == Kind::kGoTo || order.kind == Kind::kVelocity ||
-                            order.kind == Kind::kHold || order.kind == Kind::kLand;
+  const bool needs_flight =
+      order.kind != Kind::kTakeOff && order.kind != Kind::kWait && order.kind != Kind::kEStop;
   if (needs_flight && !flies) return fmt::format("'{}' before a takeoff", order.text);
   if (order.kind == Kind::kTakeOff && flies) return "a takeoff in flight: land first";
   if (order.kind == Kind::kTakeOff) flies = true;
-  if (order.kind == Kind::kLand || order.kind == Kind::kEStop) flies = false;
+  const bool ends = order.kind == Kind::kReturn || order.kind == Kind::kLand || order.kind == Kind::kEStop;
+  if (ends) flies = false;
   return {};
 }
 
@@ -234,7 +240,7 @@ Result<FlightScript> parse_way_points(std::string_view text, const std::string& 
     if (all.size() < 3 || all.size() > 4)
       return problems.add({ErrorCode::kUsage, "a way point is written 'X Y Z [YAW]'", where});
     LineNumbers numbers(all);
-    FlightOrder order = read_go_to(all, numbers);
+    FlightOrder order = read_place(Kind::kGoTo, all, numbers);
     if (!numbers.problem().empty()) return problems.add({ErrorCode::kUsage, numbers.problem(), where});
     order.text = fmt::format("goto {}", fmt::join(all, " "));
     script.orders.push_back(std::move(order));

@@ -16,11 +16,12 @@ namespace hm {
 /// One thing that a pilot does. Positions in the frame `odom`: metres, x forward and y left of the vehicle at
 /// the start, z above the floor there.
 struct FlightOrder {
-  enum class Kind { kTakeOff, kGoTo, kVelocity, kWait, kHold, kLand, kEStop };
+  enum class Kind { kTakeOff, kGoTo, kStep, kVelocity, kWait, kHold, kReturn, kLand, kEStop };
   Kind kind = Kind::kHold;
-  double height_m = 0;               ///< kTakeOff: above the place; 0: the autopilot's default
-  Vec3 position_m = Vec3::Zero();    ///< kGoTo
-  std::optional<double> yaw_rad;     ///< kGoTo; nothing: keeps the heading
+  double height_m = 0;  ///< kTakeOff: above the place; 0: the autopilot's default
+  /// kGoTo; kStep: from where the vehicle is, in its level frame (x forward)
+  Vec3 position_m = Vec3::Zero();
+  std::optional<double> yaw_rad;     ///< kGoTo, kStep (by how much); nothing: keeps the heading
   Vec3 velocity_m_s = Vec3::Zero();  ///< kVelocity, in the level frame of the vehicle (x forward)
   double yaw_rate_rad_s = 0;         ///< kVelocity
   Duration duration;                 ///< kVelocity, kWait
@@ -37,9 +38,11 @@ struct FlightScript {
 ///
 ///     takeoff [HEIGHT]                              metres above the place
 ///     goto X Y Z [YAW]                              metres, degrees
+///     step FORWARD LEFT UP [YAW]                     metres and degrees from where it is
 ///     velocity VX VY VZ YAW_RATE for S              m/s, forward, to the left, up; degrees a second
 ///     wait S
 ///     hold
+///     return                                        back along the path that it has flown; lands there
 ///     land
 ///     estop
 ///     fault NAME at T for D                         seconds since the start of the simulation

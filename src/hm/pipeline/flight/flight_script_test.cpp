@@ -35,6 +35,11 @@ TEST(FlightScript, ReadsEveryKindOfLine) {
   EXPECT_DOUBLE_EQ(go_to.yaw_rad.value(), 90 * kRadiansPerDegree);
   EXPECT_EQ(go_to.text, "goto 1 -2 1.5 90");
   EXPECT_FALSE(order_of("goto 1 -2 1.5").yaw_rad);
+  const FlightOrder step = order_of("step 0.5 -1 0.2 -45");
+  EXPECT_EQ(step.kind, Kind::kStep);
+  EXPECT_EQ(step.position_m, Vec3(0.5, -1, 0.2));
+  EXPECT_DOUBLE_EQ(step.yaw_rad.value(), -45 * kRadiansPerDegree);
+  EXPECT_EQ(order_of("return").kind, Kind::kReturn);
   const FlightOrder velocity = order_of("velocity 0.5 0 -0.1 30 for 2.5\r");
   EXPECT_EQ(velocity.velocity_m_s, Vec3(0.5, 0, -0.1));
   EXPECT_DOUBLE_EQ(velocity.yaw_rate_rad_s, 30 * kRadiansPerDegree);
@@ -82,6 +87,8 @@ TEST(FlightScript, ReportsOrdersThatCannotBeCarriedOut) {
   EXPECT_THAT(error("wait 1\ngoto 1 2 3\ntakeoff"), HasSubstr("s:2: 'goto 1 2 3' before a takeoff"));
   EXPECT_THAT(error("takeoff 1\ntakeoff 2"), HasSubstr("s:2: a takeoff in flight"));
   EXPECT_THAT(error("takeoff 1\nland\nhold"), HasSubstr("s:3: 'hold' before a takeoff"));
+  EXPECT_THAT(error("step 1 0 0\nland"), HasSubstr("s:1: 'step 1 0 0' before a takeoff"));
+  EXPECT_THAT(error("takeoff\nreturn\nhold"), HasSubstr("s:3: 'hold' before a takeoff"));
   EXPECT_THAT(error("fault gust at 1 for 1"), HasSubstr("no order"));
   EXPECT_TRUE(parse_flight_script("takeoff\nland\ntakeoff\nestop\n", "s"));
 }
@@ -122,7 +129,7 @@ TEST(FlightScript, ReadyMadeScriptsAreWhatTheirTextsSay) {
 TEST(FlightScript, AnyBytesGiveAScriptOrAnError) {
   constexpr std::string_view kPieces[] = {
       "takeoff", "goto", "velocity", "wait", "land", "fault", "gust", "at",  "for",  "1",    "-2.5",
-      "1e400",   "nan",  "#",        "\n",   "\r",   "\t",    " ",    "\0x", "\xff", "hold", "estop"};
+      "1e400",   "nan",  "#",        "\n",   "\r",   "\t",    " ",    "\0x", "\xff", "hold", "estop", "step", "return"};
   Rng rng(3);
   for (int round = 0; round < 2000; ++round) {
     std::string text;

@@ -29,6 +29,12 @@ std::string not_flying(const PilotView& view) {
                      : fmt::format("the vehicle is {}", state);
 }
 
+/// Where a step from here leads to, in `map`.
+Vec3 end_of_step(const FlightOrder& order, const PilotView& view) {
+  const Eigen::AngleAxisd turn(static_cast<double>(view.yaw_rad), Vec3::UnitZ());
+  return view.position_m.cast<double>() + turn * order.position_m;
+}
+
 bool is_hopeless(Refusal refusal) {
   return refusal == Refusal::kOutOfRange || refusal == Refusal::kNotANumber;
 }
@@ -119,7 +125,8 @@ void ScriptPilot::note_answer(const PilotView& view) {
   }
   if (*view.answered != sent_) return;  // of an order before
   if (view.refusal != Refusal::kNone) refusal_ = view.refusal;
-  if (*view.answered == CommandKind::kGoTo) accepted_ = view.refusal == Refusal::kNone;
+  const bool place = *view.answered == CommandKind::kGoTo || *view.answered == CommandKind::kPositionStep;
+  if (place) accepted_ = view.refusal == Refusal::kNone;
 }
 
 std::optional<FlightCommand> ScriptPilot::fly(const PilotView& view) {
@@ -136,6 +143,8 @@ std::optional<FlightCommand> ScriptPilot::carry_out(const PilotView& view) {
       return take_off(view);
     case Kind::kGoTo:
       return go_to(view);
+    case Kind::kStep:
+      return go_step(view);
     case Kind::kVelocity:
       return fly_velocity(view);
     case Kind::kWait:
@@ -143,6 +152,8 @@ std::optional<FlightCommand> ScriptPilot::carry_out(const PilotView& view) {
       return {};
     case Kind::kHold:
       return hold(view);
+    case Kind::kReturn:
+      return return_home(view);
     case Kind::kLand:
       return land(view);
     case Kind::kEStop:
@@ -163,11 +174,19 @@ void ScriptPilot::begin(const PilotView& view) {
   since_.reset();
   accepted_ = false;
   refusal_ = Refusal::kNone;
-  const double leg_m = now.order.kind == Kind::kGoTo
-                           ? (now.order.position_m - view.position_m.cast<double>()).norm()
-                           : now.order.height_m;
+  const auto turn_rad = static_cast<float>(now.order.yaw_rad.value_or(0));
+  goal_yaw_rad_ = view.yaw_rad;
+  double leg_m = now.order.height_m;
+  if (now.order.kind == Kind::kGoTo) {
+    goal_m_ = now.order.position_m;
+    leg_m = (goal_m_ - view.position_m.cast<double>()).norm();
+    if (now.order.yaw_rad) goal_yaw_rad_ = wrap_angle_f(turn_rad);
+  } else if (now.order.kind == Kind::kStep) {
+    goal_m_ = end_of_step(now.order, view);
+    leg_m = now.order.position_m.norm();
+    goal_yaw_rad_ = wrap_angle_f(view.yaw_rad + turn_rad);
+  }
   time_limit_s_ = leg_m / params_.leg_speed_m_s + PilotParams::kSpare_s;
-  goal_yaw_rad_ = now.order.yaw_rad ? wrap_angle_f(static_cast<float>(*now.order.yaw_rad)) : view.yaw_rad;
 }
 
 void ScriptPilot::finish(const PilotView& view, OrderOutcome outcome, std::string reason) {
@@ -175,8 +194,8 @@ void ScriptPilot::finish(const PilotView& view, OrderOutcome outcome, std::strin
   now.outcome = outcome;
   now.end = view.now;
   now.reason = std::move(reason);
-  if (now.order.kind == Kind::kGoTo)
-    now.distance_m = (now.order.position_m - view.position_m.cast<double>()).norm();
+  if (now.order.kind == Kind::kGoTo || now.order.kind == Kind::kStep)
+    now.distance_m = (goal_m_ - view.position_m.cast<double>()).norm();
   ++next_;
 }
 
@@ -227,27 +246,29 @@ std::optional<FlightCommand> ScriptPilot::take_off(const PilotView& view) {
 }
 
 bool ScriptPilot::is_there(const PilotView& view) const {
-  const double distance_m = (record().order.position_m - view.position_m.cast<double>()).norm();
+  const double distance_m = (goal_m_ - view.position_m.cast<double>()).norm();
   if (distance_m > params_.arrival_m) return false;
-  const bool passes = next_ + 1 < records_.size() && records_[next_ + 1].order.kind == Kind::kGoTo;
+  const bool passes = record().order.kind == Kind::kGoTo && next_ + 1 < records_.size() &&
+                      records_[next_ + 1].order.kind == Kind::kGoTo;
   if (passes) return true;
   const float turn = wrap_angle_f(view.yaw_rad - goal_yaw_rad_);
   return view.velocity_m_s.norm() <= kArrivalSpeed_m_s && std::abs(turn) <= kArrivalYaw_rad;
 }
 
-std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
-  if (view.state != AutopilotState::kFlying) {
+bool ScriptPilot::gives_up(const PilotView& view) {
+  if (view.state != AutopilotState::kFlying)
     miss(view, not_flying(view));
-    return {};
-  }
-  if (is_hopeless(refusal_)) {
+  else if (is_hopeless(refusal_))
     miss(view, std::string(text_of(refusal_)));
-    return {};
-  }
-  if (running_s(view) > time_limit_s_) {
+  else if (running_s(view) > time_limit_s_)
     miss(view, fmt::format("not there after {:.0f} s", running_s(view)));
-    return {};
-  }
+  else
+    return false;
+  return true;
+}
+
+std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
+  if (gives_up(view)) return {};
   const bool in_position = view.phase == FlightPhase::kPosition;
   const bool moved = is_goal_moved(record().order.position_m.head<2>(), T_map_odom_sent_, view.T_map_odom);
   if (accepted_ && in_position && !moved) {
@@ -265,6 +286,31 @@ std::optional<FlightCommand> ScriptPilot::go_to(const PilotView& view) {
   const bool by_pilot = view.phase == FlightPhase::kVelocity || view.phase == FlightPhase::kDirect ||
                         view.phase == FlightPhase::kPath;
   return by_pilot ? again(command_of(CommandKind::kHold), view, kRepeat_s) : std::nullopt;
+}
+
+/// First into position mode, in which the goal is where the vehicle is; then the step, which is not repeated
+/// before its answer is overdue: two would be added.
+std::optional<FlightCommand> ScriptPilot::go_step(const PilotView& view) {
+  if (gives_up(view)) return {};
+  const FlightOrder& order = record().order;
+  if (accepted_) {
+    if (is_there(view)) finish(view, OrderOutcome::kDone);
+    return {};
+  }
+  const bool mode_answered = view.answered == CommandKind::kMode && view.refusal == Refusal::kNone;
+  if (!since_ && mode_answered && sent_ == CommandKind::kMode) {
+    since_ = view.now;
+    goal_m_ = end_of_step(order, view);
+  }
+  if (!since_) {
+    FlightCommand command = command_of(CommandKind::kMode);
+    command.mode = FlightPhase::kPosition;
+    return again(command, view, kRepeat_s);
+  }
+  FlightCommand command = command_of(CommandKind::kPositionStep);
+  command.position_m = order.position_m.cast<float>();
+  command.yaw_rad = static_cast<float>(order.yaw_rad.value_or(0));
+  return again(command, view, kToggleRepeat_s);
 }
 
 std::optional<FlightCommand> ScriptPilot::fly_velocity(const PilotView& view) {
@@ -314,13 +360,28 @@ std::optional<FlightCommand> ScriptPilot::hold(const PilotView& view) {
   return holds ? std::nullopt : again(command_of(CommandKind::kHold), view, kRepeat_s);
 }
 
+/// The autopilot lands by itself where it took off.
+std::optional<FlightCommand> ScriptPilot::return_home(const PilotView& view) {
+  constexpr double kLongestReturn_s = 600;
+  if (view.state != AutopilotState::kFlying) return land(view);
+  since_ = view.now;
+  if (running_s(view) > kLongestReturn_s) {
+    miss(view, fmt::format("not back after {:g} s", kLongestReturn_s));
+    return {};
+  }
+  if (view.phase == FlightPhase::kReturn) return {};
+  FlightCommand command = command_of(CommandKind::kMode);
+  command.mode = FlightPhase::kReturn;
+  return again(command, view, kRepeat_s);
+}
+
 std::optional<FlightCommand> ScriptPilot::land(const PilotView& view) {
   constexpr double kLongestLanding_s = 120;
   if (view.state == AutopilotState::kOff) {
     finish(view, OrderOutcome::kDone);
     return {};
   }
-  if (running_s(view) > kLongestLanding_s) {
+  if ((view.now - since_.value_or(record().begin)).seconds() > kLongestLanding_s) {
     miss(view, fmt::format("not on the ground after {:g} s", kLongestLanding_s));
     return {};
   }

@@ -55,7 +55,7 @@ struct OrderRecord {
   FlightOrder order;
   OrderOutcome outcome = OrderOutcome::kWaiting;
   Time begin, end;          ///< valid where it was begun, ended
-  double distance_m = 0;    ///< kGoTo: from the goal at the end, by the estimate
+  double distance_m = 0;    ///< kGoTo, kStep: from the goal at the end, by the estimate
   std::string reason = {};  ///< kMissed, kSkipped
 };
 
@@ -95,8 +95,10 @@ class ScriptPilot {
   std::optional<FlightCommand> carry_out(const PilotView& view);
   std::optional<FlightCommand> take_off(const PilotView& view);
   std::optional<FlightCommand> go_to(const PilotView& view);
+  std::optional<FlightCommand> go_step(const PilotView& view);
   std::optional<FlightCommand> fly_velocity(const PilotView& view);
   std::optional<FlightCommand> hold(const PilotView& view);
+  std::optional<FlightCommand> return_home(const PilotView& view);
   std::optional<FlightCommand> land(const PilotView& view);
   std::optional<FlightCommand> end_flight(const PilotView& view);
 
@@ -108,6 +110,8 @@ class ScriptPilot {
   }
   void skip_rest(const std::string& reason, Time now);
   [[nodiscard]] bool is_there(const PilotView& view) const;
+  /// Whether a place that the vehicle flies to cannot be reached any more; the order is missed then.
+  bool gives_up(const PilotView& view);
   [[nodiscard]] FlightCommand command_of(CommandKind kind) const;
   /// The command, unless the same kind was sent less than `period_s` ago.
   std::optional<FlightCommand> again(const FlightCommand& command, const PilotView& view, double period_s);
@@ -128,9 +132,11 @@ class ScriptPilot {
   // Of the order that runs.
   std::optional<CommandKind> sent_;
   Time sent_at_;
-  std::optional<Time> since_;  // kVelocity: when the vehicle was in that mode
-  bool accepted_ = false;      // kGoTo: the vehicle has this goal
-  SE2 T_map_odom_sent_;        // kGoTo: when the goal was sent
+  std::optional<Time>
+      since_;              // kVelocity, kStep: when the vehicle was in that mode; kReturn: when it last flew
+  bool accepted_ = false;  // kGoTo, kStep: the vehicle has this goal
+  SE2 T_map_odom_sent_;    // kGoTo: when the goal was sent
+  Vec3 goal_m_ = Vec3::Zero();  // kGoTo, kStep: in `map`
   Refusal refusal_ = Refusal::kNone;
   float goal_yaw_rad_ = 0;
   double time_limit_s_ = 0;

@@ -173,6 +173,45 @@ TEST(ScriptPilot, RepeatsVelocitiesAndThenHolds) {
   EXPECT_LT(flight.rig.body.position.x(), x + 0.5);
 }
 
+/// Also where the answer to a step comes late: a second one would be added to it.
+TEST(ScriptPilot, StepsFromWhereItIs) {
+  Flight flight("takeoff 1\ngoto 1 0 1 90\nstep 0.8 0 0.2 -90\nstep 0 0.5 0\nland");
+  ASSERT_TRUE(flight.run_until([&] {
+    return flight.pilot.records()[3].outcome != OrderOutcome::kRunning &&
+           flight.pilot.records()[3].outcome != OrderOutcome::kWaiting;
+  }));
+  EXPECT_EQ(flight.pilot.records()[2].outcome, OrderOutcome::kDone);
+  EXPECT_EQ(flight.pilot.records()[3].outcome, OrderOutcome::kDone);
+  EXPECT_EQ(flight.sent[CommandKind::kPositionStep], 2);
+  const Vec3 place_m = flight.rig.body.position - Vec3(0, 0, FlightRig::kFeet_m);
+  EXPECT_LT((place_m - Vec3(1, 1.3, 1.2)).norm(), 0.3)
+      << "0.8 m ahead of a heading of 90 degrees, 0.5 m to its left";
+  EXPECT_NEAR(flight.rig.autopilot->estimate().roll_pitch_yaw_rad.z(), 0, 0.1);
+}
+
+TEST(ScriptPilot, AStepOutOfRangeIsMissed) {
+  Flight flight("takeoff 1\nstep 900 0 0\nland");
+  flight.run();
+  EXPECT_THAT(flight.outcomes(), ElementsAre("takeoff 1: done", "step 900 0 0: missed", "land: done"));
+  EXPECT_EQ(flight.pilot.records()[1].reason, text_of(Refusal::kOutOfRange));
+}
+
+TEST(ScriptPilot, ReturnsAlongItsPathAndLands) {
+  Flight flight("takeoff 1\ngoto 2 0 1\ngoto 2 2 1\nreturn");
+  double nearest_corner_m = 9;
+  ASSERT_TRUE(flight.run_until([&] { return flight.outputs().phase == FlightPhase::kReturn; }));
+  while (!flight.pilot.is_over() && flight.rig.now.seconds() < 200) {
+    flight.step();
+    nearest_corner_m = std::min(nearest_corner_m, (flight.rig.body.position.head<2>() - Vec2(2, 0)).norm());
+  }
+  EXPECT_THAT(flight.outcomes(),
+              ElementsAre("takeoff 1: done", "goto 2 0 1: done", "goto 2 2 1: done", "return: done"));
+  EXPECT_LT(nearest_corner_m, 0.4) << "not straight home";
+  EXPECT_LT(flight.rig.body.position.head<2>().norm(), 0.3);
+  EXPECT_TRUE(flight.rig.stands());
+  EXPECT_EQ(flight.outputs().state, AutopilotState::kOff);
+}
+
 TEST(ScriptPilot, AddsTheLandingThatAScriptLacks) {
   Flight flight("takeoff 0.6\nwait 1");
   flight.run();
