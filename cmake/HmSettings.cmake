@@ -52,7 +52,7 @@ if(HM_COVERAGE)
 endif()
 
 # Headers that nearly every file reads, parsed once; each file still includes what it uses (scripts/check_includes.py
-# sees what these would hide; the asan-ubsan preset compiles every file alone).
+# sees what these would hide).
 set(hm_precompiled <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory>
     <optional> <set> <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>
     <Eigen/Core> <Eigen/Geometry> <fmt/core.h> <tl/expected.hpp>)
