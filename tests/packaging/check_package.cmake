@@ -15,8 +15,13 @@ function(expect PATTERN)
   endif()
 endfunction()
 
+find_program(CCACHE ccache)
+set(launcher)
+if(CCACHE)
+  set(launcher -DCMAKE_CXX_COMPILER_LAUNCHER=${CCACHE})
+endif()
 function(build_against_prefix FOLDER)
-  run(${CMAKE_COMMAND} -S ${FOLDER} -B ${FOLDER}/build -G Ninja -DCMAKE_BUILD_TYPE=Release
+  run(${CMAKE_COMMAND} -S ${FOLDER} -B ${FOLDER}/build -G Ninja -DCMAKE_BUILD_TYPE=Release ${launcher}
       -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix ${ARGN})
   run(${CMAKE_COMMAND} --build ${FOLDER}/build)
 endfunction()

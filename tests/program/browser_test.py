@@ -3,7 +3,7 @@ import sys
 import unittest
 
 from browser import Browser, find_browser
-from support import SharedFolderTest, main
+from support import SMALL_SET, SharedFolderTest, main, simulated
 
 SIZES = ((1200, 800), (390, 844))
 MOST_BYTES = 6e6
@@ -41,33 +41,34 @@ MODEL = """(() => {
           kinds: view.kinds(), top: box.getBoundingClientRect().top, drawn_ms: +box.dataset.drawnMs,
           still: [...document.querySelectorAll('.still')].filter(e => e.offsetHeight > 0).length};
 })()"""
+VERDICT = "(r => [r.top, r.bottom])(document.querySelector('.verdict').getBoundingClientRect())"
+WITH_MODEL = ("reconstruct", "slam", "evaluate mesh")
+FEW_SAMPLES = ["--set", "mesh_error.samples=50000"]
 
 
 @unittest.skipUnless(find_browser(), "no Chromium: install [test] of packages.txt")
 class ReportInBrowser(SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.simulate("recording", 40)
-        keeper.run_hm("reconstruct", "recording", "-o", "reconstruct")
-        keeper.run_hm("evaluate", "mesh", "reconstruct/mesh.ply", "recording", "--report", "mesh.html")
+        keeper.simulate("recording", 30)
+        keeper.run_hm("reconstruct", "recording", "-o", "reconstruct", *FEW_SAMPLES)
+        keeper.run_hm("evaluate", "mesh", "reconstruct/mesh.ply", "recording", "--report", "mesh.html", *FEW_SAMPLES)
         cls.pages = {"reconstruct": "reconstruct/report.html", "evaluate mesh": "mesh.html"}
         verbs = keeper.run_hm("--help").stdout
         if "slam" in verbs:
-            keeper.run_hm("slam", "recording", "-o", "slam")
+            keeper.run_hm("slam", "recording", "-o", "slam", *FEW_SAMPLES)
             keeper.run_hm("odometry", "recording", "-o", "odometry")
             keeper.run_hm("evaluate", "trajectory", "odometry/trajectory.tum", "recording", "--report", "path.html")
             keeper.run_hm("evaluate", "trajectory", "odometry/trajectory.tum", "slam/trajectory.tum", "recording", "--report",
                           "paths.html")
-            keeper.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "240", "--quiet")
+            keeper.simulate("flight", 200, "room", "--sensor", "laser_mav")
             keeper.run_hm("laser", "flight", "-o", "laser")
-            keeper.run_hm("simulate", "calibration", "-o", "set", "--quiet", "--set", "calibration_simulation.camera_views=12",
-                          "--set", "calibration_simulation.stereo_views=2", "--set", "calibration_simulation.depth_steps=3",
-                          "--set", "calibration_simulation.test_steps=2", "--set", "calibration_simulation.depth_images=2")
-            keeper.run_hm("calibrate", "intrinsics", "set/color", "-o", "calibrate")
+            boards, _ = simulated(*SMALL_SET)
+            keeper.run_hm("calibrate", "intrinsics", boards / "color", "-o", "calibrate")
             cls.pages |= {"calibrate": "calibrate/report.html",
                           "slam": "slam/report.html", "odometry": "odometry/report.html",
                           "evaluate trajectory": "path.html", "several": "paths.html", "laser": "laser/report.html"}
-        cls.browser = Browser()
+        cls.browser, cls.visits = Browser(), {}
 
     @classmethod
     def tearDownClass(cls):
@@ -75,8 +76,18 @@ class ReportInBrowser(SharedFolderTest):
             cls.browser.close()
         super().tearDownClass()
 
-    def show(self, page, size, dark=False):
-        return self.browser.open(self.keeper.folder / self.pages[page], *size, dark)
+    def show(self, page, size):
+        return self.browser.open(self.keeper.folder / self.pages[page], *size)
+
+    def visit(self, page, size):
+        """What is measured of a page at this size; every page is shown once, as software draws it."""
+        if (page, size) not in self.visits:
+            seconds = self.show(page, size)
+            found = {"seconds": seconds, "overflow": self.browser.evaluate(OVERFLOW),
+                     "small_text": self.browser.evaluate(SMALL_TEXT), "verdict": self.browser.evaluate(VERDICT)}
+            found["model"] = self.browser.evaluate(MODEL) if page in WITH_MODEL else None
+            self.visits[page, size] = {**found, "errors": list(self.browser.errors)}
+        return self.visits[page, size]
 
     def each(self):
         for page in self.pages:
@@ -86,27 +97,24 @@ class ReportInBrowser(SharedFolderTest):
 
     def test_nothing_overflows_and_the_console_is_silent(self):
         for page, size in self.each():
-            self.show(page, size)
-            found = self.browser.evaluate(OVERFLOW)
-            self.assertEqual(self.browser.errors, [])
+            found = self.visit(page, size)["overflow"]
+            self.assertEqual(self.visit(page, size)["errors"], [])
             self.assertLessEqual(found["page"], found["view"], found["wide"])
             self.assertEqual(found["wide"], [])
 
     def test_text_of_plots_can_be_read_on_a_phone(self):
         for page in self.pages:
             with self.subTest(page=page):
-                self.show(page, SIZES[1])
-                self.assertEqual(self.browser.evaluate(SMALL_TEXT), [])
+                self.assertEqual(self.visit(page, SIZES[1])["small_text"], [])
 
     def test_first_screen_shows_verdict_and_model(self):
         for page, size in self.each():
-            self.show(page, size)
-            box = self.browser.evaluate("(r => [r.top, r.bottom])(document.querySelector('.verdict').getBoundingClientRect())")
+            box = self.visit(page, size)["verdict"]
             self.assertGreaterEqual(box[0], 0)
             self.assertLess(box[1], 0.4 * size[1])
-            if page not in ("reconstruct", "slam", "evaluate mesh"):
+            model = self.visit(page, size)["model"]
+            if page not in WITH_MODEL:
                 continue
-            model = self.browser.evaluate(MODEL)
             self.assertNotIn("error", model)
             self.assertLess(model["top"], 0.4 * size[1])
             self.assertGreater(model["triangles"], 1000)
@@ -121,7 +129,7 @@ class ReportInBrowser(SharedFolderTest):
         for page in self.pages:
             with self.subTest(page=page):
                 self.assertLess((self.keeper.folder / self.pages[page]).stat().st_size, MOST_BYTES)
-                self.assertLess(self.show(page, SIZES[0]), MOST_SECONDS)
+                self.assertLess(self.visit(page, SIZES[0])["seconds"], MOST_SECONDS)
 
     def test_without_webgl_and_on_paper_the_figures_are_shown(self):
         page = self.keeper.folder / "reconstruct" / "report.html"

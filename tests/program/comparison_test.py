@@ -6,6 +6,8 @@ import shutil
 
 import support
 
+PLAIN = ("--set", "reconstruction.pictures=false", "--set", "slam.matrices=false", "--set", "tsdf.voxel_size_m=0.06", "--set",
+         "mesh_error.samples=20000")
 KEYS = ("ate_rmse_m", "rpe_frame_m", "rpe_second_m", "rpe_second_rad", "rpe_metre_m", "truth_path_m")
 
 
@@ -42,7 +44,7 @@ class SameNumbers(support.SharedFolderTest):
     def check_verbs(self, recording, *more):
         for verb in ("odometry", "slam"):
             result = f"{verb}_{recording.name}"
-            run = self.keeper.run_json(verb, recording, "-o", result, "--set", "reconstruction.pictures=false", *more)
+            run = self.keeper.run_json(verb, recording, "-o", result, *PLAIN, *more)
             for truth in (recording, recording / "groundtruth.txt"):
                 with self.subTest(verb=verb, truth=truth.name):
                     self.check_same(run, result + "/trajectory.tum", truth)
@@ -82,7 +84,7 @@ class Several(support.SharedFolderTest):
     def prepare(cls, keeper):
         keeper.simulate("recording", 30)
         keeper.run_hm("odometry", "recording", "-o", "a", "--quiet")
-        keeper.run_hm("slam", "recording", "-o", "b", "--quiet")
+        keeper.run_hm("slam", "recording", "-o", "b", "--quiet", *PLAIN)
 
     def test_a_table_of_all_with_and_without_alignment(self):
         words = ("a/trajectory.tum", "b/trajectory.tum", "b/odometry.tum")
@@ -123,7 +125,7 @@ class OneSource(support.SharedFolderTest):
     def prepare(cls, keeper):
         keeper.simulate("recording", 20)
         keeper.run_hm("odometry", "recording", "-o", "tracked", "--quiet")
-        few = ("--quiet", "--voxel", "0.06", "--set", "reconstruction.pictures=false")
+        few = ("--quiet", *PLAIN)
         keeper.run_hm("reconstruct", "recording", "-o", "built", *few)
         keeper.run_hm("reconstruct", "recording", "-o", "aligned", *few, "--align")
         keeper.run_hm("reconstruct", "recording", "-o", "own", *few, "--align", "--poses", "tracked/trajectory.tum")
@@ -209,8 +211,7 @@ class Misleading(support.ProgramTest):
             (recording / name).write_text(re.sub(rf"(^|\s){stamps[10]}(?=\s)", rf"\g<1>{wrong}", text))
         for verb in ("odometry", "slam"):
             with self.subTest(verb):
-                run = self.run_json(verb, "recording", "-o", verb, "--set", "odometry.use_imu=off", "--set",
-                                    "reconstruction.pictures=false")
+                run = self.run_json(verb, "recording", "-o", verb, "--set", "odometry.use_imu=off", *PLAIN)
                 self.assertEqual(run["frames"]["tracked"], 20)
                 page = (self.folder / verb / "report.html").read_text()
                 self.assertRegex(page, r"\d not physical")

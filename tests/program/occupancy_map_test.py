@@ -7,7 +7,7 @@ import support
 class OccupancyMap(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "200", "--quiet")
+        keeper.simulate("flight", 200, "room", "--sensor", "laser_mav")
         keeper.run_json("laser", "flight", "-o", "result")
         cls.result = keeper.folder / "result"
         cls.map = cls.result / "map.mvog"

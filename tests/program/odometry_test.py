@@ -29,7 +29,7 @@ def black_png(width, height, bits, channels):
 class Odometry(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
+        keeper.simulate("room", 60, "room", "--sensor", "kinect")
         Odometry.recording = keeper.folder / "room"
 
     def check_files(self, result):
@@ -60,7 +60,8 @@ class Odometry(support.SharedFolderTest):
     def test_published_methods(self):
         for method in ("published_icp", "published_ransac_icp", "frame_to_frame"):
             with self.subTest(method):
-                run = self.run_json("odometry", self.recording, "-o", method, "--method", method)
+                run = self.run_json("odometry", self.recording, "-o", method, "--method", method, "--set",
+                                    "reconstruction.frame_limit=40")
                 self.assertEqual(run["method"], method)
                 self.assertGreater(run["frames"]["tracked"], 30)
         self.run_hm("odometry", self.recording, "--method", "guessing", expect=2)

@@ -16,7 +16,8 @@ class RealRecordings(support.ProgramTest):
         for name, (frames, share, triangles, edge_m) in EXPECTED.items():
             with self.subTest(name):
                 recording = support.real_data() / name
-                run = self.run_json("reconstruct", recording, "-o", name.replace("/", "_"), "--voxel", "0.02")
+                run = self.run_json("reconstruct", recording, "-o", name.replace("/", "_"), "--voxel", "0.02", "--set",
+                                    "reconstruction.pictures=false")
                 self.assertEqual(run["frames"]["total"], frames)
                 self.assertGreaterEqual(run["frames"]["integrated"], share * frames)
                 self.assertEqual(run["frames"]["skipped"], len(run["skipped_frames"]))

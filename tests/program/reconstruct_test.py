@@ -9,13 +9,15 @@ RECONSTRUCT_KEYS = {"frames", "integrate_ms", "mesh_ms", "volumes", "map_bytes",
                     "triangles", "bounds_m", "surface_error_mm", "completeness_ratio"}
 RESULT_FILES = ["mesh.ply", "mesh.glb", "map.hmap", "trajectory.tum", "parameters.toml", "report.json", "report.html",
                 "floor_plan.svg"]
+FEW_SAMPLES = ["--set", "mesh_error.samples=200000"]
+PLAIN = ["--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000"]
 
 
 class Reconstruct(support.ProgramTest):
     def test_room_end_to_end(self):
         simulated = self.run_json("simulate", "room", "-o", "recording", "--frames", "40")
         self.assertEqual(simulated["frames"], 40)
-        run = self.run_json("reconstruct", "recording", "-o", "result", "--voxel", "0.03")
+        run = self.run_json("reconstruct", "recording", "-o", "result", "--voxel", "0.03", *FEW_SAMPLES)
         self.assertLessEqual(RECONSTRUCT_KEYS, set(run))
         self.assertEqual(run["frames"], {"total": 40, "read": 40, "integrated": 40, "skipped": 0})
         self.assertEqual(run["voxel_size_m"], 0.03)
@@ -28,15 +30,13 @@ class Reconstruct(support.ProgramTest):
         self.run_json("simulate", "room", "-o", "recording", "--sensor", "kinect", "--drift", "--set",
                       "simulation.frame_stride=10", "--set", "simulation.drift_ratio=0.03", "--set",
                       "simulation.drift_yaw_rad_m=0.01")
-        run = self.run_json("reconstruct", "recording", "-o", "aligned", "--align", "--set",
-                            "reconstruction.pictures=false")
+        run = self.run_json("reconstruct", "recording", "-o", "aligned", "--align", *PLAIN)
         alignment = run["alignment"]
         self.assertGreater(alignment["accepted"], 4 * alignment["not_accepted"])
         self.assertLess(alignment["ate_aligned_m"], 0.5 * alignment["ate_given_m"])
         self.assertGreater(alignment["align_ms"]["median"], 0)
         self.assertIn("Alignment", (self.folder / "aligned/report.html").read_text())
-        self.assertNotIn("alignment", self.run_json("reconstruct", "recording", "-o", "given", "--set",
-                                                    "reconstruction.pictures=false"))
+        self.assertNotIn("alignment", self.run_json("reconstruct", "recording", "-o", "given", *PLAIN))
 
     def check_numbers(self, run):
         # The room is 6 x 4 x 2.8 m with walls; the tablet's noise at 4 m is 30 mm.
@@ -75,12 +75,12 @@ class Reconstruct(support.ProgramTest):
         self.assertLess(poses["ate_rmse_m"], 1e-6)
         self.assertLess(poses["rpe_translation_rmse_m"], 1e-6)
         self.assertLess(poses["rpe_rotation_rmse_rad"], 1e-4)
-        mesh = self.run_json("evaluate", "mesh", "result/mesh.ply", "recording", "--report", "mesh.html")
+        mesh = self.run_json("evaluate", "mesh", "result/mesh.ply", "recording", "--report", "mesh.html", *FEW_SAMPLES)
         self.assertAlmostEqual(mesh["accuracy_mm"]["mean"], run["surface_error_mm"]["mean"], places=9)
         self.assertAlmostEqual(mesh["completeness_ratio"], run["completeness_ratio"], places=9)
         self.assertIn("<svg", (self.folder / "mesh.html").read_text())
         # A mesh compared with itself is exact: the check that the measure is not blind.
-        exact = self.run_json("evaluate", "mesh", "recording/truth_mesh.ply", "recording")
+        exact = self.run_json("evaluate", "mesh", "recording/truth_mesh.ply", "recording", *FEW_SAMPLES)
         self.assertLess(exact["accuracy_mm"]["p95"], 0.01)
         self.assertGreater(exact["completeness_ratio"], 0.9999)
 
@@ -99,8 +99,7 @@ class Reconstruct(support.ProgramTest):
         self.assertEqual(len((self.folder / "poses.kitti").read_text().splitlines()), 40)
         copied = self.run_json("convert", "recording", "copy")
         self.assertEqual((copied["items"], copied["skipped"]), (40, 0))
-        self.run_hm("reconstruct", "copy", "-o", "of_copy", "--voxel", "0.03", "--quiet", "--set",
-                    "reconstruction.pictures=false")
+        self.run_hm("reconstruct", "copy", "-o", "of_copy", "--voxel", "0.03", "--quiet", *PLAIN)
         self.assertEqual((self.folder / "of_copy/mesh.ply").read_bytes(),
                          (self.folder / "result/mesh.ply").read_bytes())
 
@@ -111,8 +110,7 @@ class Reconstruct(support.ProgramTest):
                                     ("late", 2, ["reconstruction.live_mesh=false"]),
                                     ("plain", 2, ["tsdf.kernel=scalar"])):
             words = [word for assignment in more for word in ("--set", assignment)]
-            self.run_hm("reconstruct", "recording", "-o", name, "--threads", threads, "--quiet", "--set",
-                        "reconstruction.pictures=false", *words)
+            self.run_hm("reconstruct", "recording", "-o", name, "--threads", threads, "--quiet", *PLAIN, *words)
             meshes.append((self.folder / name / "mesh.ply").read_bytes())
         self.assertTrue(all(mesh == meshes[0] for mesh in meshes))
 
@@ -130,7 +128,7 @@ class Reconstruct(support.ProgramTest):
         truth = folder / "groundtruth.txt"
         lines = truth.read_text().splitlines()
         truth.write_text("\n".join(lines[:-2]) + "\n")  # the last two frames lose their poses
-        run = self.run_json("reconstruct", "recording", "-o", "result")
+        run = self.run_json("reconstruct", "recording", "-o", "result", *PLAIN)
         reasons = {frame["index"]: frame["reason"] for frame in run["skipped_frames"]}
         self.assertEqual(run["frames"]["integrated"], 12 - len(reasons))
         self.assertEqual(run["frames"]["skipped"], len(reasons))
@@ -150,7 +148,7 @@ class Reconstruct(support.ProgramTest):
 
     def test_memory_cap(self):
         self.simulate(frames=20)
-        run = self.run_json("reconstruct", "recording", "-o", "result", "--set", "tsdf.max_map_mb=2")
+        run = self.run_json("reconstruct", "recording", "-o", "result", "--set", "tsdf.max_map_mb=2", *PLAIN)
         self.assertLessEqual(run["map_bytes"], 2_000_000)
         self.assertGreater(run["volumes_refused"], 0)
         self.assertTrue(any("memory cap of 2 MB" in warning for warning in run["warnings"]))

@@ -1,5 +1,6 @@
 """Killed, stopped, resumed: the result is that of a run that nobody disturbed, bit for bit."""
 import json
+import shutil
 import signal
 import sqlite3
 import time
@@ -25,11 +26,16 @@ def wait_for_saves(process, path, count):
         time.sleep(0.0005)
 
 
-class Resume(support.ProgramTest):
+class Resume(support.SharedFolderTest):
+    @classmethod
+    def prepare(cls, keeper):
+        keeper.simulate(frames=FRAMES)
+        cls.whole = keeper.run_json("reconstruct", "recording", "-o", "whole", *FAST)
+
     def setUp(self):
         super().setUp()
-        self.simulate(frames=FRAMES)
-        self.whole = self.run_json("reconstruct", "recording", "-o", "whole", *FAST)
+        (self.folder / "recording").symlink_to(self.keeper.folder / "recording")
+        shutil.copytree(self.keeper.folder / "whole", self.folder / "whole")
 
     def assert_equal_to_whole(self, name):
         for file in ("mesh.ply", "mesh.glb", "trajectory.tum"):

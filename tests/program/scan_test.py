@@ -18,7 +18,7 @@ FAKENECT = Path("/usr/lib/x86_64-linux-gnu/fakenect")
 class Scan(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "60", "--quiet")
+        keeper.simulate("room", 60, "room", "--sensor", "kinect")
         cls.recording = keeper.folder / "room"
 
     def check_capture(self, capture):

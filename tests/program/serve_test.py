@@ -92,7 +92,7 @@ class ServeTest(ProgramTest):
         self.assertEqual(process.wait(timeout=20), 0)
 
     def test_a_laser_recording_is_replayed(self):
-        self.run_hm("simulate", "room", "-o", "flight", "--sensor", "laser_mav", "--frames", "200", "--quiet")
+        self.simulate("flight", 200, "room", "--sensor", "laser_mav")
         _, port = self.open("serve", "flight", "--listen", "0")
         viewer = self.view(port)
         viewer.send({"type": "replay", "speed": 100})

@@ -29,7 +29,7 @@ def wait_for_states(process, path, count):
 class SlamResume(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", FRAMES, "--quiet")
+        keeper.simulate("room", FRAMES, "room", "--sensor", "kinect")
         keeper.run_hm("slam", keeper.folder / "room", "-o", "whole", "--quiet", *FAST)
         SlamResume.recording = keeper.folder / "room"
         SlamResume.whole = keeper.folder / "whole"
@@ -94,7 +94,7 @@ class SlamResume(support.SharedFolderTest):
         self.assertIn("slam_journal.bin", refused())
         journal.write_bytes(good_journal)
         self.assertIn("odometry.max_depth_m", refused("--set", "odometry.max_depth_m=3", expect=2))
-        self.run_hm("simulate", "corridor", "-o", "other", "--sensor", "kinect", "--frames", 12, "--quiet")
+        self.simulate("other", 12, "corridor", "--sensor", "kinect")
         text = self.run_hm("slam", "other", "-o", "part", "--resume", *FAST, expect=2).stderr
         self.assertIn("another recording", text)
         # None of this has harmed the state.

@@ -20,8 +20,10 @@ COARSE = ["--voxel", "0.05", "--set", "mesh_error.samples=50000"]
 class Slam(support.SharedFolderTest):
     @classmethod
     def prepare(cls, keeper):
-        keeper.run_hm("simulate", "room", "-o", "room", "--sensor", "kinect", "--frames", "70", "--quiet")
-        Slam.recording = keeper.folder / "room"
+        Slam.recording = keeper.simulate("room", 70, "room", "--sensor", "kinect")
+        if data := support.real_data():
+            Slam.desk = keeper.run_json("slam", data / "rgbd/tum_fr1_xyz", "-o", "desk", *COARSE)
+            Slam.desk_folder = keeper.folder / "desk"
 
     def check_files(self, result, names):
         self.check_results(result, names, ("<svg", "data:image", "From above", "Loops", "rebuilt from the recording"))
@@ -58,12 +60,10 @@ class Slam(support.SharedFolderTest):
         self.assertTrue(self.run_json("info", "result/map.hmap")["ok"])
 
     def test_accepted_loops_are_shown_with_their_images(self):
-        data = support.real_data()
-        if not data:
+        if not support.real_data():
             self.skipTest("no real recordings")
-        run = self.run_json("slam", data / "rgbd/tum_fr1_xyz", "-o", "result", *COARSE)
-        self.assertGreater(run["loops"]["accepted"], 0)
-        page = (self.folder / "result/report.html").read_text()
+        self.assertGreater(self.desk["loops"]["accepted"], 0)
+        page = (self.desk_folder / "report.html").read_text()
         shown = re.findall(r"<details><summary>frames (\d+) and (\d+), [\d.]+ s apart: (\d+) matches", page)
         self.assertGreater(len(shown), 0)
         self.assertLessEqual(len(shown), 12)
@@ -131,13 +131,11 @@ class Slam(support.SharedFolderTest):
         self.run_json("slam", self.recording, "-o", "file/result", expect=2)
 
     def test_real_recording(self):
-        data = support.real_data()
-        if not data:
+        if not support.real_data():
             self.skipTest("no real recordings in $HM_DATA or ../shared/data")
-        run = self.run_json("slam", data / "rgbd/tum_fr1_xyz", "-o", "xyz", "--voxel", "0.03")
-        self.assertEqual(run["frames"]["tracked"], 101)
-        self.assertLess(run["ate_rmse_m"], 0.03)
-        self.check_files("xyz", FILES)
+        self.assertEqual(self.desk["frames"]["tracked"], 101)
+        self.assertLess(self.desk["ate_rmse_m"], 0.03)
+        self.check_files(self.desk_folder, FILES)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
 """Runs the built program in a folder of its own; what the program tests share."""
+import atexit
+import hashlib
 import json
 import os
 import shutil
@@ -7,17 +9,58 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from functools import lru_cache
 from pathlib import Path
 
 PROGRAM = os.environ.get("HM_PROGRAM", "build/release/bin/hm")
 SOURCE = Path(os.environ.get("HM_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 COMMON_KEYS = {"verb", "ok", "version", "wall_s", "peak_rss_bytes", "warnings", "outputs"}
+# Boards for a calibration of both cameras, as few as calibrate.
+SMALL_SET = ["calibration"] + [word for assignment in ("camera_views=12", "stereo_views=8", "depth_steps=3", "test_steps=2",
+                                                       "depth_images=6")
+                               for word in ("--set", f"calibration_simulation.{assignment}")]
 
 
 def real_data():
     """The folder with real recordings, or None."""
     folder = Path(os.environ.get("HM_DATA", SOURCE.parent / "shared" / "data"))
     return folder if (folder / "rgbd").is_dir() else None
+
+
+@lru_cache(maxsize=None)
+def simulations():
+    """The folder of the simulations that tests share: in the build folder, for this build of the program only."""
+    program = Path(PROGRAM).resolve()
+    if not (program.parent.parent / "CMakeCache.txt").exists():  # an installed one
+        folder = Path(tempfile.mkdtemp(prefix="hm_simulations_"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return folder
+    status = program.stat()
+    folder = program.parent.parent / "test_simulations" / f"{program.name}-{status.st_size}-{status.st_mtime_ns}"
+    for other in folder.parent.glob(f"{program.name}-*"):
+        if other != folder:
+            shutil.rmtree(other, ignore_errors=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def simulated(*words):
+    """Folder and report of `hm simulate` with these words, which is run once for all tests; not to be changed."""
+    words = list(map(str, words))
+    folder = simulations() / hashlib.sha256("\0".join(words).encode()).hexdigest()[:16]
+    if not folder.exists():
+        made = Path(tempfile.mkdtemp(prefix="making_", dir=folder.parent))
+        try:
+            run = subprocess.run([PROGRAM, "simulate", *words, "-o", made / "out", "--json"], stdout=subprocess.PIPE, check=True,
+                                 timeout=500)
+            (made / "report.json").write_bytes(run.stdout)
+            made.rename(folder)
+        except OSError:
+            if not folder.exists():  # else another test was faster
+                raise
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+    return folder / "out", json.loads((folder / "report.json").read_text())
 
 
 class ProgramTest(unittest.TestCase):
@@ -55,8 +98,8 @@ class ProgramTest(unittest.TestCase):
         return document
 
     def simulate(self, name="recording", frames=24, world="room", *more):
-        self.run_hm("simulate", world, "-o", name, "--frames", frames, "--quiet", *more)
-        return self.folder / name
+        """A copy of a recording that was simulated for all tests."""
+        return Path(shutil.copytree(simulated(world, "--frames", frames, *more)[0], self.folder / name))
 
     def interrupt(self, process, timeout=60):
         """Ctrl-C: the run finishes with what there is; what it prints, and what it says."""

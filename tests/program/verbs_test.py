@@ -65,13 +65,14 @@ class Verbs(support.ProgramTest):
         self.assertEqual(demo["frames"]["integrated"], 30)
         self.assertLess(demo["surface_error_mm"]["mean"], 20)
         self.assertIn("completeness_ratio", demo)
-        text = self.run_hm("demo", *ROOM).stdout  # again, over the old one
+        text = self.run_hm("demo", *ROOM, "--set", "reconstruction.pictures=false").stdout  # again, over the old one
         for word in ("report.html", "mesh.ply", "map.hmap", "mean error is"):
             self.assertIn(word, text)
 
     def test_the_truth_of_the_demo_reaches_as_far_as_its_reconstruction(self):
         def truth_points(*more):
-            self.run_hm("demo", *ROOM, "--set", "reconstruction.pictures=false", "--quiet", *more)
+            self.run_hm("demo", *ROOM, "--set", "simulation.frame_limit=15", "--voxel", "0.05", "--set", "reconstruction.pictures=false",
+                        "--quiet", *more)
             return self.run_json("info", "demo/recording/truth_visible.ply")["vertices"]
         near, whole = truth_points("--set", "tsdf.far_m=2"), truth_points()
         self.assertLess(near, 0.9 * whole)

@@ -3,7 +3,7 @@ import support
 from bent_poses import bent, read_rows
 
 
-FEWER = ("--set", "reconstruction.frame_stride=2")
+FEWER = ("--set", "reconstruction.frame_stride=2", "--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000")
 
 
 class Verdict(support.SharedFolderTest):

@@ -12,7 +12,7 @@ import termios
 
 import support
 
-FAST = ["--set", "reconstruction.pictures=false"]
+FAST = ["--set", "reconstruction.pictures=false", "--set", "mesh_error.samples=20000"]
 PAGE_FAST = ["--set", "slam.matrices=false", *FAST]
 # "1 keyframes", but not "1 s", "0.1 ms" or "11 frames".
 WRONG_PLURAL = re.compile(r"(?<![\w.,-])1 (?!(?:is|was|has|ms|times as|of)\b)[a-z]+s\b")
@@ -113,16 +113,14 @@ class Words(support.SharedFolderTest):
             self.assertTrue((self.folder / f"of_{verb}/report.html").exists())
         evaluated = self.run_hm("evaluate", "trajectory", "of_odometry/trajectory.tum", self.recording, "--report", "ate.html")
         self.assertEqual(evaluated.stdout.splitlines()[-1], "open ate.html")
-        evaluated = self.run_hm("evaluate", "mesh", "of_reconstruct/mesh.ply", self.recording, "--report", "mesh.html")
+        evaluated = self.run_hm("evaluate", "mesh", "of_reconstruct/mesh.ply", self.recording, "--report", "mesh.html", *FAST)
         self.assertEqual(evaluated.stdout.splitlines()[-1], "open mesh.html")
-        demo = self.run_hm("demo", "-o", "demo", "--set", "simulation.frame_limit=4", "--set", "mesh_error.samples=20000", *FAST)
+        demo = self.run_hm("demo", "-o", "demo", "--set", "simulation.frame_limit=4", *FAST)
         self.assertEqual(demo.stdout.splitlines()[-1], "open demo/result/report.html")
         self.assertNotIn("open ", self.run_hm("info", self.recording).stdout)
 
     def test_the_last_line_of_a_calibration_opens_its_report(self):
-        self.run_hm("simulate", "calibration", "-o", "set", "--quiet", "--set", "calibration_simulation.camera_views=12", "--set",
-                    "calibration_simulation.stereo_views=8", "--set", "calibration_simulation.depth_steps=3", "--set",
-                    "calibration_simulation.test_steps=2", "--set", "calibration_simulation.depth_images=6")
+        (self.folder / "set").symlink_to(support.simulated(*support.SMALL_SET)[0])
         for words in (["intrinsics", "set/color", "-o", "color"], ["intrinsics", "set/ir", "-o", "both", "--camera", "depth",
                                                                  "--calibration", "color"],
                       ["extrinsics", "set/stereo/ir", "set/stereo/color", "--calibration", "both", "-o", "rig"],
