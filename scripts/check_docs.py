@@ -35,7 +35,7 @@ PLAIN = ["--set", "reconstruction.pictures=false"] + FEW_SAMPLES
 SHORT = {"demo": ["--set", "simulation.frame_limit=25"] + PLAIN, "reconstruct": PLAIN,
          "slam": PLAIN + ["--set", "slam.matrices=false"], "scan": PLAIN + ["--set", "slam.matrices=false"],
          "laser": ["--set", "laser.pictures=false"], "fly": ["--set", "laser.pictures=false"], "evaluate mesh": FEW_SAMPLES,
-         "evaluate depth-compensation": FEW_SAMPLES + ["--voxel", "0.04"]}
+         "evaluate depth-compensation": PLAIN + ["--voxel", "0.05"]}
 HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "scan", "laser", "calibrate", "calibrate intrinsics",
               "calibrate extrinsics", "calibrate depth", "calibrate noise", "evaluate", "evaluate trajectory", "evaluate mesh",
               "evaluate uncertainty", "evaluate depth-compensation", "convert",
@@ -43,7 +43,7 @@ HELP_VERBS = ["simulate", "info", "reconstruct", "odometry", "slam", "scan", "la
               "params", "params show", "params check", "params explain", "params diff", "demo"]
 LIMIT_S = 240
 SMALL_SET = "".join(f" --set calibration_simulation.{assignment}" for assignment in (
-    "camera_views=8", "stereo_views=4", "depth_steps=3", "test_steps=2", "depth_images=4"))
+    "camera_views=8", "stereo_views=4", "depth_steps=3", "test_steps=2", "depth_images=6"))
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)#:]+)\)")  # no anchor in the page, no address on the web
 PICTURE_LIMIT_BYTES = 300_000
 SOURCE_REFERENCE = re.compile(r"\[`[^`]+`\]\(\.\./(src/[^)]+)\): ((?:`\w+`(?:, )?)+)")

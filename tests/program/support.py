@@ -51,8 +51,8 @@ def simulated(*words):
     if not folder.exists():
         made = Path(tempfile.mkdtemp(prefix="making_", dir=folder.parent))
         try:
-            run = subprocess.run([PROGRAM, "simulate", *words, "-o", made / "out", "--json"], stdout=subprocess.PIPE, check=True,
-                                 timeout=500)
+            run = subprocess.run([PROGRAM, "simulate", *words, "-o", made / "out", "--json", "--quiet"], stdout=subprocess.PIPE,
+                                 check=True, timeout=500)
             (made / "report.json").write_bytes(run.stdout)
             made.rename(folder)
         except OSError:
