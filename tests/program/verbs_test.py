@@ -71,8 +71,8 @@ class Verbs(support.ProgramTest):
 
     def test_the_truth_of_the_demo_reaches_as_far_as_its_reconstruction(self):
         def truth_points(*more):
-            self.run_hm("demo", *ROOM, "--set", "simulation.frame_limit=15", "--voxel", "0.05", "--set", "reconstruction.pictures=false",
-                        "--quiet", *more)
+            self.run_hm("demo", *ROOM, "--set", "simulation.frame_limit=15", "--set", "tsdf.voxel_size_m=0.05", "--set",
+                        "reconstruction.pictures=false", "--quiet", *more)
             return self.run_json("info", "demo/recording/truth_visible.ply")["vertices"]
         near, whole = truth_points("--set", "tsdf.far_m=2"), truth_points()
         self.assertLess(near, 0.9 * whole)

@@ -127,9 +127,10 @@ TEST(FlightScript, ReadyMadeScriptsAreWhatTheirTextsSay) {
 }
 
 TEST(FlightScript, AnyBytesGiveAScriptOrAnError) {
-  constexpr std::string_view kPieces[] = {
-      "takeoff", "goto", "velocity", "wait", "land", "fault", "gust", "at",  "for",  "1",    "-2.5",
-      "1e400",   "nan",  "#",        "\n",   "\r",   "\t",    " ",    "\0x", "\xff", "hold", "estop", "step", "return"};
+  constexpr std::string_view kPieces[] = {"takeoff", "goto", "velocity", "wait",  "land", "fault",
+                                          "gust",    "at",   "for",      "1",     "-2.5", "1e400",
+                                          "nan",     "#",    "\n",       "\r",    "\t",   " ",
+                                          "\0x",     "\xff", "hold",     "estop", "step", "return"};
   Rng rng(3);
   for (int round = 0; round < 2000; ++round) {
     std::string text;
