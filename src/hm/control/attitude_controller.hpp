@@ -6,7 +6,7 @@
 namespace hm {
 
 struct AttitudeParams {
-  float tilt_per_s = 13;
+  float tilt_per_s = 16;
   float yaw_per_s = 3.2F;
   float tilt_rate_rad_s = 6;  ///< maximum rate of roll and pitch
   /// Maximum yaw rate; twice that of the shaper, so that errors are made up for.
