@@ -5,8 +5,6 @@
 #include <fstream>
 #include <string>
 
-#include "hm/core/testing/sanitized.hpp"
-
 namespace hm::test {
 
 /// Bytes that this process may write to and that are its own.
@@ -26,6 +24,10 @@ inline void limit_memory_to_what_is_there_and(std::size_t bytes) {
 }
 
 /// A sanitizer needs more memory than such a limit leaves.
-inline constexpr bool kCanLimitMemory = !kSanitized;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kCanLimitMemory = false;
+#else
+inline constexpr bool kCanLimitMemory = true;
+#endif
 
 }  // namespace hm::test
