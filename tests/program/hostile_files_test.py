@@ -74,7 +74,8 @@ class HostileFiles(support.ProgramTest):
             out = self.folder / f"out_{name}"
             out.mkdir()
             (out / name).symlink_to(target)
-            result = self.start("reconstruct", recording, "-o", out, "--quiet")
+            result = self.start("reconstruct", recording, "-o", out, "--quiet", "--voxel", "0.05", "--set", "mesh_error.samples=20000",
+                                "--set", f"reconstruction.pictures={'true' if name == 'pictures' else 'false'}")
             _, errors = result.communicate(timeout=300)
             if result.returncode == 0:
                 self.assertFalse((out / name).is_symlink(), name)
