@@ -172,7 +172,7 @@ ROWS = [
     Row("fly_waypoints", "cm", 15, None, "at_most", "fly_waypoints", 2,
         "60 m of given way points through the doors of the house, set-points of 1 m/s, each door there and back: largest true distance "
         "from a way point, 20 seeds", ("fly_waypoints_collisions", "fly_waypoints_speed")),
-    Row("fly_waypoints_speed", "m/s", 0.3, None, "at_least", "fly_waypoints", 2,
+    Row("fly_waypoints_speed", "m/s", 0.6, None, "at_least", "fly_waypoints", 2,
         "mean speed over the course, with its 180-degree stops before and behind each door: slowest seed"),
     Row("fly_waypoints_collisions", "cases", 0, None, "at_most", "fly_waypoints", 2,
         "collisions, way points missed, flights that did not land"),
