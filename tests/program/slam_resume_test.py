@@ -103,7 +103,8 @@ class SlamResume(support.SharedFolderTest):
         self.assert_equal_to_whole("part", run)
 
     def test_what_cannot_be_saved_is_repeated(self):
-        words = ["slam", self.recording, "-o", "published", *FAST, *SAVING, "--set", "odometry.method=frame_to_frame"]
+        words = ["slam", self.recording, "-o", "published", *FAST, *SAVING, "--set", "odometry.method=frame_to_frame",
+                 "--set", "reconstruction.frame_limit=40"]
         process = self.start(*words, "--quiet")
         self.addCleanup(process.kill)
         wait_for_states(process, self.folder / "published/map.hmap", 2)
