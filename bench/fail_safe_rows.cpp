@@ -1,5 +1,6 @@
 // The row about fail-safes: each of the table (docs/flight.md), provoked in closed loop over seeds.
 #include <algorithm>
+#include <cmath>
 
 #include "hm/core/parallel.hpp"
 #include "hm/flight/flight_text.hpp"
@@ -7,6 +8,16 @@
 #include "measurement.hpp"
 
 namespace hm::bench {
+
+namespace {
+
+/// Without the rounding of times, and as a number where a fail-safe never acted (JSON has no infinity).
+double whole_micro_steps(double steps) {
+  constexpr double kNever_steps = 1e6, kMicro = 1e6;
+  return std::min(std::round(steps * kMicro) / kMicro, kNever_steps);
+}
+
+}  // namespace
 
 Result<BenchResult> bench_fly_failsafes(const BenchOptions& options) {
   constexpr int kSeeds = 20;
@@ -27,7 +38,7 @@ Result<BenchResult> bench_fly_failsafes(const BenchOptions& options) {
     for (std::size_t seed = 0; seed < seeds; ++seed) {
       const ProvocationOutcome& outcome = outcomes[row * seeds + seed];
       for (std::size_t i = 0; i < off_steps.size(); ++i)
-        off_steps[i] = std::max(off_steps[i], outcome.off_steps[i]);
+        off_steps[i] = std::max(off_steps[i], whole_micro_steps(outcome.off_steps[i]));
       touched += outcome.collisions;
       ended_well += outcome.ended_well ? 1 : 0;
     }
