@@ -54,22 +54,24 @@ hm::Result<Outcome> fly(const FlyFlags& flags, const std::string& name, hm::Flig
   return outcome_of_flight(summary);
 }
 
-hm::Result<Outcome> fly_file(const FlyFlags& flags, const char* mission,
-                             const hm::Result<hm::FlightScript>& script, Session& session) {
-  if (!script) return hm::forward_error(script);
-  return fly(flags, fmt::format("{} {}", mission, flags.file), *script, session);
-}
-
 hm::Result<Outcome> fly_live(const FlyFlags& flags, Session& session) {
   hm::LiveLines lines(STDIN_FILENO);
   return fly(flags, "teleop", {}, session, &lines);
 }
 
-/// A mission whose script stands in a file.
-void add_file_mission(Program& program, const std::shared_ptr<FlyFlags>& flags, const Program::Verb& verb,
-                      const char* help) {
-  CLI::App& command = program.add(verb);
-  command.add_option("file", flags->file, help)->required();
+/// A mission whose script stands in a file, and how that is read.
+struct FileMission {
+  const char *name, *about, *example, *help;
+  hm::Result<hm::FlightScript> (*read)(const std::filesystem::path& path);
+};
+void add_file_mission(Program& program, const std::shared_ptr<FlyFlags>& flags, const FileMission& mission) {
+  const auto run = [flags, mission](Session& session) -> hm::Result<Outcome> {
+    const auto script = mission.read(flags->file);
+    if (!script) return hm::forward_error(script);
+    return fly(*flags, fmt::format("{} {}", mission.name, flags->file), *script, session);
+  };
+  CLI::App& command = program.add({fmt::format("fly {}", mission.name), mission.about, mission.example, run});
+  command.add_option("file", flags->file, mission.help)->required();
   flags->add_to(command);
 }
 
@@ -113,21 +115,13 @@ void add_fly(Program& program) {
   add_hover(program, flags);
   add_file_mission(
       program, flags,
-      {"fly waypoints", "Visit way points: lines x y z [yaw], metres from the start and degrees.",
-       "  hm fly waypoints tour.txt -o toured",
-       [flags](Session& session) {
-         return fly_file(*flags, "waypoints", hm::read_way_points(flags->file), session);
-       }},
-      "text file with a way point a line");
+      {"waypoints", "Visit way points: lines x y z [yaw], metres from the start and degrees.",
+       "  hm fly waypoints tour.txt -o toured", "text file with a way point a line", hm::read_way_points});
   add_go(program, flags);
   add_file_mission(
       program, flags,
-      {"fly script", "Fly a script: takeoff, goto, step, velocity, wait, hold, return, land, estop, fault.",
-       "  hm fly script tour.fly -o scripted",
-       [flags](Session& session) {
-         return fly_file(*flags, "script", hm::read_flight_script(flags->file), session);
-       }},
-      "text file with an order a line");
+      {"script", "Fly a script: takeoff, goto, step, velocity, wait, hold, return, land, estop, fault.",
+       "  hm fly script tour.fly -o scripted", "text file with an order a line", hm::read_flight_script});
   CLI::App& teleop =
       program.add({"fly teleop",
                    "Fly live, in real time, by lines of a script on standard input; `now hold` "

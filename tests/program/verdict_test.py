@@ -46,11 +46,11 @@ class Verdict(support.SharedFolderTest):
         self.assertEqual(again["error"]["message"], run["error"]["message"])
 
     def test_a_jump_shows_where_no_place_is_seen_twice(self):
-        self.run_hm("simulate", "room", "--set", "simulation.frame_limit=25", "-o", "short", "--quiet")
-        rows = read_rows(self.folder / "short" / "groundtruth.txt")
+        short, _ = support.simulated("room", "--set", "simulation.frame_limit=25")
+        rows = read_rows(short / "groundtruth.txt")
         for name, bend, limit in (("still", {}, 0), ("twist", {"turn_deg": 8}, 1), ("shift", {"shift_m": 0.25, "axis": (0, 1, 0)}, 1)):
             (self.folder / "poses.txt").write_text(bent(rows, 0.5, **bend))
-            run = self.run_json("reconstruct", "short", "-o", name, "--poses", self.folder / "poses.txt", "--set",
+            run = self.run_json("reconstruct", short, "-o", name, "--poses", self.folder / "poses.txt", "--set",
                                 "reconstruction.pictures=false")
             verdict = run["verdict"]
             self.assertEqual(verdict["visits"]["places"], 0, "nothing else can show it")

@@ -20,7 +20,7 @@ struct StepLimits {
 constexpr StepLimits kContradictedRatio{0.2, 0.5};
 /// Relative differences of depth. True poses of real recordings reach 0.018.
 constexpr StepLimits kStepOffsetRatio{0.025, 0.06};
-/// Turns of what one image shows against the other. True poses of real recordings reach 0.046.
+/// Turns of what one image shows against the other. True poses of real recordings reach 0.048.
 constexpr StepLimits kTilt_rad{0.06, 0.15};
 
 /// A step from a view to the next.
@@ -29,14 +29,17 @@ struct PathStep {
   double jump_ratio = 0;  ///< of its motion, what the steps before and after do not explain
 };
 
-/// Motion from the view before to this one, and how long it took.
+/// Motion from a view to the next, and how long it took.
 struct StepMotion {
-  Vec6 motion;  ///< in the frame of the view before
+  Vec6 motion;  ///< in the frame of the first view
   double elapsed_s;
 };
-StepMotion motion_to(const std::vector<PosedView>& views, std::size_t to) {
-  return {(views[to - 1].T_world_camera.inverse() * views[to].T_world_camera).log(),
-          views[to].time_s - views[to - 1].time_s};
+std::vector<StepMotion> motions_along(const std::vector<PosedView>& views) {
+  std::vector<StepMotion> motions;
+  for (std::size_t to = 1; to < views.size(); ++to)
+    motions.push_back({(views[to - 1].T_world_camera.inverse() * views[to].T_world_camera).log(),
+                       views[to].time_s - views[to - 1].time_s});
+  return motions;
 }
 
 /// How large the difference of a step's motion is from a neighbour's, stretched to the same time: in units of
@@ -50,12 +53,12 @@ double unlikeness(const StepMotion& step, const StepMotion& neighbour) {
 
 /// The steps that are least like both of their neighbours, largest first.
 std::vector<PathStep> suspicious_steps(const std::vector<PosedView>& views) {
+  const std::vector<StepMotion> motions = motions_along(views);
   std::vector<PathStep> steps;
-  for (std::size_t to = 1; to < views.size(); ++to) {
-    const StepMotion step = motion_to(views, to);
-    const double before = to > 1 ? unlikeness(step, motion_to(views, to - 1)) : 0;
-    const double after = to + 1 < views.size() ? unlikeness(step, motion_to(views, to + 1)) : 0;
-    steps.push_back({to, std::min(before, after)});
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const double before = i > 0 ? unlikeness(motions[i], motions[i - 1]) : 0;
+    const double after = i + 1 < motions.size() ? unlikeness(motions[i], motions[i + 1]) : 0;
+    steps.push_back({i + 1, std::min(before, after)});
   }
   std::ranges::stable_sort(steps, std::greater<>(), &PathStep::jump_ratio);
   steps.resize(std::min(steps.size(), kMostSteps));
