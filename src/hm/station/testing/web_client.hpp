@@ -47,13 +47,14 @@ class WebClient {
   std::optional<Message> read_message();
   /// Whether there is something to read, waiting so long for it.
   bool has_data(double wait_s);
+  /// The next bytes as they are; nothing when fewer come.
+  std::optional<std::string> take(std::size_t count);
   /// True when the other end has closed the connection.
   bool wait_for_end();
   [[nodiscard]] std::uint16_t port() const { return port_; }
 
  private:
   bool fill();
-  std::optional<std::string> take(std::size_t count);
   std::uint16_t port_;
   double patience_s_;
   int socket_;

@@ -65,7 +65,8 @@ class EchoHandler : public WebHandler {
 
 class WebServerTest : public testing::Test {
  protected:
-  explicit WebServerTest(double patience_s = 0.3) {
+  /// Longer than a busy machine stalls a client.
+  explicit WebServerTest(double patience_s = 1) {
     WebLimits limits;
     limits.patience = Duration::from_seconds(patience_s);
     limits.messages_per_s = 1e6;
@@ -146,7 +147,7 @@ TEST_F(WebServerTest, AWebSocketThatVanishedIsEndedOneThatIsSilentIsNot) {
     EXPECT_EQ(message->data, "still here");
   });
   EXPECT_TRUE(wait_until([&] { return handler.alive == 1; }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  std::this_thread::sleep_for(std::chrono::milliseconds(2000));
   EXPECT_EQ(handler.alive, 1);
   alive.send_text("still here");
   pongs.join();
@@ -160,16 +161,6 @@ TEST_F(WebServerTest, AWebSocketThatReadsNothingIsEnded) {
   EXPECT_TRUE(wait_until([&] { return handler.alive == 0; }));
 }
 
-TEST_F(WebServerTest, ALargeFileTakesAsLongAsItTakesUnlessNobodyReads) {
-  WebClient slow(server->port());
-  slow.send_raw("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
-  const auto response = slow.read_response();
-  EXPECT_EQ(response.body.size(), 20'000'000u);
-  WebClient stalled(server->port(), 5, 4096);
-  stalled.send_raw("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
-  EXPECT_TRUE(wait_until([&] { return server->connections() == 0; }));
-}
-
 TEST_F(WebServerTest, EndsWithAnswersThatAreOwed) {
   WebClient client(server->port());
   client.send_raw("GET /never HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -177,6 +168,18 @@ TEST_F(WebServerTest, EndsWithAnswersThatAreOwed) {
   handler.unanswered.clear();
   server.reset();
   EXPECT_TRUE(client.wait_for_end());
+}
+
+TEST_F(WebServerTest, ALargeFileTakesAsLongAsItTakesUnlessNobodyReads) {
+  WebClient slow(server->port());
+  slow.send_raw("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+  for (int piece = 0; piece < 20; ++piece) {
+    ASSERT_TRUE(slow.take(1'000'000)) << "piece " << piece;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  WebClient stalled(server->port(), 5, 4096);
+  stalled.send_raw("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_TRUE(wait_until([&] { return server->connections() == 0; }));
 }
 
 class PatientServerTest : public WebServerTest {
