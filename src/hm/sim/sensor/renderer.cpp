@@ -81,7 +81,8 @@ struct Renderer::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void build_scene() {
-    device = rtcNewDevice("threads=1");
+    // A number of threads here would be a limit of TBB for the whole process while the device lives.
+    device = rtcNewDevice(nullptr);
     HM_CHECK(device != nullptr, "Embree gives no device: error {}",
              static_cast<int>(rtcGetDeviceError(nullptr)));
     scene = rtcNewScene(device);
