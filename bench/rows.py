@@ -177,7 +177,7 @@ ROWS = [
     Row("fly_waypoints_collisions", "cases", 0, None, "at_most", "fly_waypoints", 2,
         "collisions, way points missed, flights that did not land"),
     Row("fly_failsafes", "steps", 1, None, "at_most", "fly_failsafes", 2,
-        "all 20 fail-safes of the table, provoked in 19 ways: largest deviation from the time-out, 20 seeds", ("fly_failsafes_collisions",)),
+        "all 21 fail-safes of the table, provoked in 19 ways: largest deviation from the time-out, 20 seeds", ("fly_failsafes_collisions",)),
     Row("fly_failsafes_collisions", "flights", 0, None, "at_most", "fly_failsafes", 2,
         "collisions before motors are cut, and flights that do not end held, landed or cut as the table says"),
     Row("fly_speed", "times", 2, 4, "at_least", "fly_speed", 1, "simulated hover of 60 s with the laser, against real time"),

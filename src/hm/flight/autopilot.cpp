@@ -337,9 +337,18 @@ SafetyInputs Autopilot::safety_inputs(const AutopilotInputs& inputs) const {
   safety.thrust_saturated = cascade_.output().thrust_limited;
   safety.climb_m_s = state_.velocity_m_s.z();
   safety.tilt_rad = attitude_.tilt_rad();
+  safety.cos_tilt_error = cos_tilt_error();
   safety.tilt_mismatch_rad = turned_rad_ ? turned_rad_ : tilt_.mismatch_rad();
   if (safety.tilt_mismatch_rad) safety.tilt_mismatch_rad = std::abs(*safety.tilt_mismatch_rad);
   return safety;
+}
+
+/// Of the rotors' direction and the commanded one; 1 while no thrust is commanded, which has no direction.
+float Autopilot::cos_tilt_error() const {
+  constexpr float kLeastForce_m_s2 = 1;
+  const Vec3f& wanted = cascade_.output().specific_force_m_s2;
+  const float force = norm_f(wanted);
+  return force < kLeastForce_m_s2 ? 1 : dot_f(attitude_.up_axis(), wanted) / force;
 }
 
 /// Carries the worst action out; what has ended leads to kHold.

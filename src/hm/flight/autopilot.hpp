@@ -94,6 +94,7 @@ class Autopilot {
   [[nodiscard]] Refusal obey(const FlightCommand& command, const AutopilotInputs& inputs);
   [[nodiscard]] Refusal obey_in_flight(const FlightCommand& command);
   [[nodiscard]] Refusal change_mode(FlightPhase mode);
+  [[nodiscard]] float cos_tilt_error() const;
   [[nodiscard]] SafetyInputs safety_inputs(const AutopilotInputs& inputs) const;
   void respond(const SafetyVerdict& verdict);
   void follow_phase();

@@ -26,6 +26,8 @@ struct FailSafeParams {
   float imu_lost_s = 0.1F;
   float overturned_rad = 1.047F;
   float overturned_s = 0.1F;
+  float uncontrolled_rad = 0.524F;
+  float uncontrolled_s = 0.4F;
   float tilt_mismatch_rad = 0.785F;
   float tilt_mismatch_s = 3.0F;
   float tilt_doubt_s = 0.15F;
@@ -88,6 +90,10 @@ struct FailSafeParams {
     v(ParamDoc{"imu_lost_s", {0.005, 5}, "without the IMU for so long: motors off"}, self.imu_lost_s);
     v(ParamDoc{"overturned_rad", {0.2, 3.1}, "larger tilt is a crash"}, self.overturned_rad);
     v(ParamDoc{"overturned_s", {0, 5}, "such a tilt for so long: motors off"}, self.overturned_s);
+    v(ParamDoc{"uncontrolled_rad", {0.1, 3.1}, "a tilt that differs more from its command is not controlled"},
+      self.uncontrolled_rad);
+    v(ParamDoc{"uncontrolled_s", {0.05, 5}, "such a difference for so long: motors off"},
+      self.uncontrolled_s);
   }
 };
 

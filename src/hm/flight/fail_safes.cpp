@@ -34,6 +34,7 @@ SafetyAction action_of(FailSafe which) {
       return SafetyAction::kHoldMotors;
     case FailSafe::kImuLost:
     case FailSafe::kOverturned:
+    case FailSafe::kUncontrolled:
     case FailSafe::kEStop:
       return SafetyAction::kCut;
   }
@@ -121,6 +122,8 @@ void FailSafes::check_vehicle(const SafetyInputs& in) {
   const bool no_lift = in.thrust_saturated && !(in.climb_m_s >= -params_.no_lift_sink_m_s);
   lasting(FailSafe::kNoLift, no_lift, params_.no_lift_s, in.now);
   lasting(FailSafe::kOverturned, !(in.tilt_rad <= params_.overturned_rad), params_.overturned_s, in.now);
+  lasting(FailSafe::kUncontrolled, !(in.cos_tilt_error >= least_cos_tilt_error_), params_.uncontrolled_s,
+          in.now);
   const bool mismatch = in.tilt_mismatch_rad && !(*in.tilt_mismatch_rad <= params_.tilt_mismatch_rad);
   lasting(FailSafe::kTiltMismatch, mismatch, params_.tilt_mismatch_s, in.now);
 }

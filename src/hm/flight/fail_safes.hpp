@@ -5,6 +5,7 @@
 
 #include "hm/core/time.hpp"
 #include "hm/flight/fail_safe_params.hpp"
+#include "hm/geometry/float/float_math.hpp"
 
 namespace hm {
 
@@ -28,6 +29,8 @@ enum class FailSafe : std::uint8_t {
   kImuGap,
   kImuLost,
   kOverturned,    ///< tilt beyond any that is flown
+  kUncontrolled,  ///< the attitude does not follow its command: a rotor is lost, or something holds the
+                  ///< vehicle
   kTiltMismatch,  ///< tilt and acceleration of the poses disagree: the sensor is turned
   kEStop,
 };
@@ -72,6 +75,7 @@ struct SafetyInputs {
   bool thrust_saturated = false;
   float climb_m_s = 0;
   float tilt_rad = 0;
+  float cos_tilt_error = 1;  ///< of the angle between the thrust's direction and the commanded one
   /// Angle between the horizontal acceleration by tilt and the one of the poses; nothing if either is small.
   std::optional<float> tilt_mismatch_rad;
   bool e_stop = false;
@@ -95,7 +99,8 @@ struct SafetyVerdict {
 /// the autopilot's part.
 class FailSafes {
  public:
-  explicit FailSafes(const FailSafeParams& params = {}) : params_(params) {}
+  explicit FailSafes(const FailSafeParams& params = {})
+      : params_(params), least_cos_tilt_error_(sin_cos_f(params.uncontrolled_rad).cos) {}
   void reset() { lasting_ = been_ = 0; }
   /// One step; values that are no numbers count as the dangerous ones.
   const SafetyVerdict& step(const SafetyInputs& inputs);
@@ -115,6 +120,7 @@ class FailSafes {
   void check_vehicle(const SafetyInputs& inputs);
 
   FailSafeParams params_;
+  float least_cos_tilt_error_;
   std::array<Time, kFailSafeCount> since_{};  // of those in lasting_
   std::uint32_t lasting_ = 0;                 // bit per FailSafe whose condition holds
   std::uint32_t been_ = 0;                    // bit per FailSafe that has acted in this flight

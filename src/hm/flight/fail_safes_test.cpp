@@ -77,6 +77,8 @@ std::vector<Row> rows() {
       {FailSafe::kImuGap, 20, SafetyAction::kHoldMotors, [](SafetyInputs& in, int t) { in.imu_age = ms(t); }},
       {FailSafe::kImuLost, 100, SafetyAction::kCut, [](SafetyInputs& in, int t) { in.imu_age = ms(t); }},
       {FailSafe::kOverturned, 100, SafetyAction::kCut, [](SafetyInputs& in, int) { in.tilt_rad = 1.06F; }},
+      {FailSafe::kUncontrolled, 400, SafetyAction::kCut,
+       [](SafetyInputs& in, int) { in.cos_tilt_error = std::cos(0.53F); }},
       {FailSafe::kTiltMismatch, 3000, SafetyAction::kLand,
        [](SafetyInputs& in, int) { in.tilt_mismatch_rad = 0.8F; }},
       {FailSafe::kEStop, 0, SafetyAction::kCut, [](SafetyInputs& in, int) { in.e_stop = true; }},
@@ -134,6 +136,8 @@ float FailSafeParams::*time_out_of(const Row& row) {
       return &FailSafeParams::imu_lost_s;
     case FailSafe::kOverturned:
       return &FailSafeParams::overturned_s;
+    case FailSafe::kUncontrolled:
+      return &FailSafeParams::uncontrolled_s;
     case FailSafe::kTiltMismatch:
       return &FailSafeParams::tilt_mismatch_s;
     default:
@@ -164,7 +168,7 @@ TEST(FailSafes, EachTimeOutIsAParameter) {
     }
     ++varied;
   }
-  EXPECT_EQ(varied, 16);
+  EXPECT_EQ(varied, 17);
 }
 
 TEST(FailSafes, ShortTroubleIsNone) {
@@ -226,14 +230,15 @@ TEST(FailSafes, NumbersThatAreNoneCountAsDangerous) {
   for (int t = 0; t <= 3000; ++t) {
     SafetyInputs inputs = healthy(t);
     inputs.position_std_m = inputs.stop_outside_m = inputs.outside_m = inputs.tilt_rad = kNan;
+    inputs.cos_tilt_error = kNan;
     inputs.battery_ratio = inputs.tilt_mismatch_rad = inputs.obstacle_m = kNan;
     inputs.thrust_saturated = true;
     inputs.climb_m_s = kNan;
     verdict = guards.step(inputs);
   }
-  for (const FailSafe which :
-       {FailSafe::kPoseLost, FailSafe::kFenceAhead, FailSafe::kFenceFarOutside, FailSafe::kObstacleAhead,
-        FailSafe::kBatteryEmpty, FailSafe::kNoLift, FailSafe::kOverturned, FailSafe::kTiltMismatch})
+  for (const FailSafe which : {FailSafe::kPoseLost, FailSafe::kFenceAhead, FailSafe::kFenceFarOutside,
+                               FailSafe::kObstacleAhead, FailSafe::kBatteryEmpty, FailSafe::kNoLift,
+                               FailSafe::kOverturned, FailSafe::kUncontrolled, FailSafe::kTiltMismatch})
     EXPECT_TRUE(verdict.has(which)) << static_cast<int>(which);
 }
 

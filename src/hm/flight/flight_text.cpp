@@ -140,6 +140,8 @@ std::string_view text_of(FailSafe reason) {
       return "IMU lost";
     case FailSafe::kOverturned:
       return "overturned";
+    case FailSafe::kUncontrolled:
+      return "the attitude does not follow its command";
     case FailSafe::kTiltMismatch:
       return "tilt and motion disagree: the position sensor is turned";
     case FailSafe::kEStop:

@@ -15,7 +15,8 @@ struct GroundSigns {
 };
 
 /// Finds the touch-down: the set-point sinks, the vehicle does not, its thrust stays far below that of
-/// hovering, and the ground is near if its distance is known; all for 350 ms (as in PX4).
+/// hovering or its feet are seen down, and the ground is near if its distance is known; all for 350 ms (as in
+/// PX4).
 /// Where the climb rate has drifted without a height, the accelerometer finds it: something else than the
 /// rotors carries a good part of the weight. It needs thrust below hovering, as a descent that does not
 /// descend comes to. A sensor may see the floor beside what the feet stand on (a table): without a near

@@ -44,6 +44,18 @@ TEST(TouchdownDetector, EachSignCanRuleItOut) {
   }
 }
 
+TEST(TouchdownDetector, FeetThatAreSeenDownNeedLessOfTheThrustGone) {
+  GroundSigns weak_battery = on_the_ground();
+  weak_battery.thrust_per_hover = 0.8F;
+  TouchdownDetector detector;
+  EXPECT_EQ(found_after_ms(detector, weak_battery), -1);
+  weak_battery.clearance_m = 0.01F;
+  EXPECT_NEAR(found_after_ms(detector, weak_battery, 5000), 350, 1);
+  detector.reset();
+  weak_battery.thrust_per_hover = 1.1F;  // brakes above the ground
+  EXPECT_EQ(found_after_ms(detector, weak_battery, 9000), -1);
+}
+
 TEST(TouchdownDetector, WhatCarriesBesidesTheRotorsIsTheGroundWhateverTheSpeedSeems) {
   GroundSigns drifted = on_the_ground();
   drifted.climb_m_s = -0.3F;

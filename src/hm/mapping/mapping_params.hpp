@@ -18,6 +18,7 @@ struct ReconstructionParams {
   int frame_stride = 1;
   /// Number of frames decoded ahead.
   int prefetch_frames = 4;
+  bool register_color = true;
   bool align = false;
   bool level = false;
   bool live_mesh = true;
@@ -34,6 +35,10 @@ struct ReconstructionParams {
     v(ParamDoc{"frame_limit", {0, 1e9}, "maximum number of frames; 0: all", ParamLevel::kBasic},
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "use every n-th frame", ParamLevel::kBasic}, self.frame_stride);
+    v(ParamDoc{"register_color",
+               {},
+               "register colour images to depth where they are not and the images show how"},
+      self.register_color);
     v(ParamDoc{"align",
                {},
                "correct each given pose by aligning its depth image to the map",

@@ -13,9 +13,14 @@ constexpr std::size_t kMinEdges = 500;
 
 int luminance(const Rgb8& c) { return (77 * c.r + 150 * c.g + 29 * c.b) >> 8; }
 
-/// Sum of the absolute differences across a pixel, in x and y; capped, so that a few strong edges of texture
-/// do not outvote the rest.
-Image<std::uint8_t> gradient(const Image<Rgb8>& color) {
+/// True between two valid depths that differ by more than a tenth: the border of something.
+bool is_edge(std::uint16_t a, std::uint16_t b) {
+  return a > 0 && b > 0 && 10 * std::abs(static_cast<int>(a) - static_cast<int>(b)) > std::min(a, b);
+}
+
+}  // namespace
+
+Image<std::uint8_t> color_gradient(const Image<Rgb8>& color) {
   constexpr int kCap = 60;
   Image<std::uint8_t> result(color.width(), color.height());
   for (int y = 1; y + 1 < color.height(); ++y)
@@ -26,13 +31,6 @@ Image<std::uint8_t> gradient(const Image<Rgb8>& color) {
     }
   return result;
 }
-
-/// True between two valid depths that differ by more than a tenth: the border of something.
-bool is_edge(std::uint16_t a, std::uint16_t b) {
-  return a > 0 && b > 0 && 10 * std::abs(static_cast<int>(a) - static_cast<int>(b)) > std::min(a, b);
-}
-
-}  // namespace
 
 ColorShiftEstimator::ColorShiftEstimator()
     : sums_(static_cast<std::size_t>(kSide * kSide), 0.0),
@@ -65,7 +63,7 @@ void ColorShiftEstimator::add(const RgbdFrame& frame) {
     for (int x = kReach_px; x + kReach_px < depth.width(); ++x)
       if (is_edge(depth(x - 1, y), depth(x + 1, y)) || is_edge(depth(x, y - 1), depth(x, y + 1)))
         edges.emplace_back(x, y);
-  const Image<std::uint8_t> colors = gradient(frame.color);
+  const Image<std::uint8_t> colors = color_gradient(frame.color);
   add_scales(edges, colors);
   const std::size_t step = edges.size() / kMaxEdgesPerFrame + 1;
   for (std::size_t i = 0; i < edges.size(); i += step) {

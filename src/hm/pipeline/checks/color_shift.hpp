@@ -7,6 +7,10 @@
 
 namespace hm {
 
+/// Sum of the absolute differences of brightness across a pixel, in x and y, at most 60, so that a few strong
+/// edges of texture do not outvote the rest.
+Image<std::uint8_t> color_gradient(const Image<Rgb8>& color);
+
 /// Finds the shift and scale between colour and depth: sums the colour gradient found at depth edges for
 /// every shift of up to kReach_px pixels, and for scales about the image's middle, which two cameras of
 /// different focal lengths have. Where colour is registered the sum is largest at no shift and scale 1.

@@ -1,7 +1,10 @@
 #include "hm/pipeline/checks/preflight.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
+#include "hm/pipeline/checks/color_registration_fit.hpp"
 #include "hm/pipeline/checks/laser_check.hpp"
 #include "hm/pipeline/checks/recording_check.hpp"
 #include "hm/pipeline/common/reading_warnings.hpp"
@@ -64,22 +67,33 @@ bool concerns_run(const Finding& finding, PoseUse poses) {
   return finding.kind != FindingKind::kMissingPoses && finding.kind != FindingKind::kPoorAgreement;
 }
 
+/// Registers the recording's colour if its images show how; then says what was done.
+std::optional<std::string> register_color_of(std::unique_ptr<Recording>& recording) {
+  const std::optional<FittedRegistration> fitted = fit_color_registration(*recording);
+  if (!fitted) return std::nullopt;
+  recording = with_registered_color(std::move(recording), fitted->registration);
+  return to_string(*fitted, recording->camera());
+}
+
 void add_once(std::vector<std::string>& sentences, std::string sentence) {
   if (std::ranges::find(sentences, sentence) == sentences.end()) sentences.push_back(std::move(sentence));
 }
 
 }  // namespace
 
-Result<std::vector<std::string>> check_before_run(const Recording& recording,
+Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& recording,
                                                   const PreflightOptions& options) {
-  const RecordingReport report = quick_report(recording, options);
-  std::vector<std::string> warnings = reading_warnings(recording.info());
+  const RecordingReport report = quick_report(*recording, options);
+  std::vector<std::string> warnings = reading_warnings(recording->info());
   for (const Finding& finding : report.findings) {
     if (is_fatal(finding, report, options.poses) && !options.force)
-      return fail(ErrorCode::kInvalidValue, recording.info().path.string(),
+      return fail(ErrorCode::kInvalidValue, recording->info().path.string(),
                   "{}. Nothing was made of it; `hm info` shows more, --force runs all the same",
                   finding.message);
-    if (concerns_run(finding, options.poses)) add_once(warnings, finding.message);
+    if (!concerns_run(finding, options.poses)) continue;
+    const bool wants_color = finding.kind == FindingKind::kUnregisteredColor && options.register_color;
+    const std::optional<std::string> registered = wants_color ? register_color_of(recording) : std::nullopt;
+    add_once(warnings, registered.value_or(finding.message));
   }
   return warnings;
 }

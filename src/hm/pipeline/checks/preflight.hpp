@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,14 +21,17 @@ struct PreflightOptions {
   const Trajectory* given = nullptr;  ///< T_world_camera to be used instead of the recording's own poses
   double max_pose_gap_s = 0.15;       ///< between two of `given` that one in the middle is interpolated from
   bool force = false;                 ///< what makes a result impossible is a warning too
+  bool register_color = true;         ///< where colour is not registered to depth
 };
 
 /// Checks a recording before a run begins: the checks of inspect_recording() on few frames (about twenty
-/// images are decoded), and what its reader left out. Gives sentences with number and remedy, each once.
+/// images are decoded), and what its reader left out. Gives sentences with number and remedy, each once. A
+/// recording whose colour is not registered to depth is replaced by one where it is, if its images show how
+/// (fit_color_registration()).
 /// Error (kInvalidValue): no sensible result can come out, because depth is in another unit, the poses that
 /// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where
 /// the run finds its own poses.
-Result<std::vector<std::string>> check_before_run(const Recording& recording,
+Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& recording,
                                                   const PreflightOptions& options);
 
 /// Findings of inspect_laser_recording() and what the reader left out, each sentence once.

@@ -10,7 +10,9 @@
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/rgbd/tum_writer.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/pipeline/checks/color_registration_fit.hpp"
 #include "hm/pipeline/checks/pose_agreement.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/checks/recording_check_test_support.hpp"
 
 namespace hm {
@@ -54,6 +56,7 @@ SE3 pose_at_frame(int i) {
 struct RoomOptions {
   int color_right_px = 0;
   double color_scale_ratio = 1;  ///< about the image's middle
+  double color_left_m = 0;       ///< of the colour camera, beside the depth camera
   bool invert_poses = false;
   int frames = 60;
 };
@@ -65,6 +68,7 @@ void write_room(const fs::path& folder, const RoomOptions& options = {}) {
   const Vec2 middle((kCamera.width - 1) / 2.0, (kCamera.height - 1) / 2.0), shift(options.color_right_px, 0);
   for (int i = 0; i < options.frames; ++i) {
     const SE3 pose = pose_at_frame(i);
+    const SE3 color_pose = pose * SE3(Mat3::Identity(), Vec3(-options.color_left_m, 0, 0));
     RgbdFrame frame;
     frame.stamp = frame.color_stamp = Time{1'000'000'000'000 + 33'333'333LL * i};
     frame.depth = {Image<std::uint16_t>(kCamera.width, kCamera.height), 1.0 / 5000};
@@ -74,8 +78,9 @@ void write_room(const fs::path& folder, const RoomOptions& options = {}) {
         const double depth_m = look_at_room(pose, kCamera.unproject(Vec2(x, y), 1.0)).depth_m;
         frame.depth.units(x, y) = static_cast<std::uint16_t>((depth_m + rng.normal(0, 0.004)) * 5000);
         const int seen =
-            look_at_room(pose, kCamera.unproject(
-                                   middle + (Vec2(x, y) - shift - middle) / options.color_scale_ratio, 1.0))
+            look_at_room(
+                color_pose,
+                kCamera.unproject(middle + (Vec2(x, y) - shift - middle) / options.color_scale_ratio, 1.0))
                 .surface;
         frame.color(x, y) = {static_cast<std::uint8_t>(30 * seen), static_cast<std::uint8_t>(255 - 30 * seen),
                              90};
@@ -242,6 +247,50 @@ TEST_F(RoomCheck, ColorOfAnotherFocalLengthIsFound) {
     EXPECT_NEAR(report.color_shift.right_px, -4, 2.1);
     EXPECT_THAT(messages(report), HasSubstr("the colour image is scaled by about"));
   }
+}
+
+/// Share of the pixels whose colours are the same, of all frames that both have.
+double same_colors_ratio(const Recording& a, const Recording& b) {
+  std::size_t same = 0, all = 0;
+  for (std::size_t i = 0; i < std::min(a.info().frame_count, b.info().frame_count); ++i) {
+    const auto from_a = a.read(i), from_b = b.read(i);
+    EXPECT_TRUE(from_a && from_b);
+    if (!from_a || !from_b) return 0;
+    for (std::size_t k = 0; k < from_a->color.size(); ++k) {
+      same += std::abs(from_a->color.pixels()[k].r - from_b->color.pixels()[k].r) < 10;
+      ++all;
+    }
+  }
+  return static_cast<double>(same) / static_cast<double>(all);
+}
+
+TEST_F(RoomCheck, ColorIsRegisteredBeforeARunIfTheImagesShowHow) {
+  const fs::path path = folder_.path() / "beside";
+  write_room(path, {.color_right_px = 3, .color_scale_ratio = 0.9, .color_left_m = -0.03, .frames = 20});
+  const auto registered = open_recording(path_);  // the same walk
+  auto recording = open_recording(path);
+  ASSERT_TRUE(registered && recording);
+  const double before = same_colors_ratio(**recording, **registered);
+  auto left_alone = open_recording(path);
+  const auto found = check_before_run(*left_alone, {.register_color = false});
+  ASSERT_TRUE(found);
+  EXPECT_THAT(*found, ElementsAre(HasSubstr("colour is not registered to depth")));
+  EXPECT_EQ(same_colors_ratio(**left_alone, **registered), before);
+  const auto said = check_before_run(*recording, {});
+  ASSERT_TRUE(said);
+  EXPECT_THAT(*said, ElementsAre(HasSubstr("colour was not registered to depth and is now")));
+  // What is left are pixels on borders, whose colours are mixed.
+  EXPECT_GT(1 - before, 0.05);
+  EXPECT_LT(1 - same_colors_ratio(**recording, **registered), 0.02);
+}
+
+TEST_F(RoomCheck, ColorThatIsRegisteredStaysAsItIs) {
+  auto recording = open_recording(path_);
+  ASSERT_TRUE(recording);
+  const Recording* const before = recording->get();
+  EXPECT_FALSE(fit_color_registration(**recording));
+  ASSERT_TRUE(check_before_run(*recording, {}));
+  EXPECT_EQ(recording->get(), before);
 }
 
 TEST_F(RoomCheck, AStillCameraIsNotJudged) {

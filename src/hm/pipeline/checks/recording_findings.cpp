@@ -191,8 +191,10 @@ void find_color_shift(RecordingReport& report) {
         fmt::format(
             "colour is not registered to depth: in the image centre, the colour image is scaled by about "
             "{:.2f} and shifted by {} px right and {} px down; with this correction, colour edges match "
-            "depth edges {:.2f} times as well. Without it, surfaces get wrong colours. A "
-            "calibration.toml with both cameras (`hm calibrate`) registers depth to colour",
+            "depth edges {:.2f} times as well. hm reconstruct, odometry and slam register it by "
+            "what the images show, if they show it clearly; a calibration.toml with both cameras (`hm "
+            "calibrate`) does "
+            "it better",
             shift.scale_ratio, shift.right_px, shift.down_px, shift.gain_ratio));
   if (std::max(std::abs(shift.right_px), std::abs(shift.down_px)) < kMinShift_px ||
       shift.gain_ratio < kMinGain_ratio)

@@ -455,8 +455,9 @@ Result<ReconstructionSummary> reconstruct(const ReconstructionOptions& options) 
     return fail(ErrorCode::kInvalidValue, options.recording.string(),
                 "this recording has no poses of its camera; `hm slam` finds them, or give them with --poses");
   }
-  auto warnings = check_before_run(**recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
-                                                 options.recording_options.max_pose_gap_s, options.force});
+  auto warnings = check_before_run(*recording, {PoseUse::kBuildsOn, poses.empty() ? nullptr : &poses,
+                                                options.recording_options.max_pose_gap_s, options.force,
+                                                options.parameters.reconstruction.register_color});
   if (!warnings) return forward_error(warnings);
   Run run(options, *folder, std::move(*recording), std::move(poses));
   run.add_warnings(std::move(*warnings));

@@ -89,7 +89,10 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  auto warnings =
+      check_before_run(*recording, {.poses = PoseUse::kComparesWith,
+                                    .force = options.force,
+                                    .register_color = options.parameters.reconstruction.register_color});
   if (!warnings) return forward_error(warnings);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);

@@ -143,7 +143,10 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   if (!folder) return forward_error(folder);
   auto recording = open_recording(options.recording, options.recording_options);
   if (!recording) return forward_error(recording);
-  auto warnings = check_before_run(**recording, {.poses = PoseUse::kComparesWith, .force = options.force});
+  auto warnings =
+      check_before_run(*recording, {.poses = PoseUse::kComparesWith,
+                                    .force = options.force,
+                                    .register_color = options.parameters.reconstruction.register_color});
   if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
   const auto earlier = map_to_continue(**recording, options);

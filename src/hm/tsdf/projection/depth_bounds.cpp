@@ -188,12 +188,12 @@ void fill_bands(const PreparedDepth& depth, const ProjectionScan& scan, float un
   const std::size_t tiles = depth.tile_min_m.size();
   for (std::size_t i = 0; i < tiles; ++i) {
     const float low = depth.tile_min_m[i], high = depth.tile_max_m[i];
+    bands[i] = high == PreparedDepth::kOpen ? 0x0000ffffu : 0xffffffffu;
+    if (high <= 0.0f) continue;
     const float tau = std::max(scan.truncation.at(low), scan.truncation.at(high));
     const auto near_units = static_cast<std::int32_t>(std::max(low - tau, 0.0f) * units_per_m);
     const auto far_units = static_cast<std::int32_t>((high + tau) * units_per_m) + 1;
-    const auto band = static_cast<std::uint32_t>(near_units) | static_cast<std::uint32_t>(65535 - far_units)
-                                                                   << 16u;
-    bands[i] = high > 0.0f ? band : high == PreparedDepth::kOpen ? 0x0000ffffu : 0xffffffffu;
+    bands[i] = static_cast<std::uint32_t>(near_units) | static_cast<std::uint32_t>(65535 - far_units) << 16u;
   }
 }
 

@@ -15,6 +15,8 @@ constexpr double kLongestFlight_s = 45;
 constexpr double kBatteryPerMetre = 0.001;  ///< charge that a metre of the way home takes
 constexpr double kStart_s = 1;              ///< stamp of a flight's first moment
 
+std::size_t index_of(FailSafe which) { return static_cast<std::size_t>(which); }
+
 void narrow_fence(FlightRunParams& params) { params.autopilot.guidance.fence_radius_m = 1; }
 
 /// When each fail-safe must act: the first step at which its condition has lasted for its time-out.
@@ -38,11 +40,10 @@ class DueTimes {
     note_place(in, core, stop_m, phase_before);
     note_vehicle(core, flown);
   }
-  [[nodiscard]] double due_s(FailSafe which) const { return due_s_[index(which)]; }
+  [[nodiscard]] double due_s(FailSafe which) const { return due_s_[index_of(which)]; }
 
  private:
   static constexpr double kNever = std::numeric_limits<double>::infinity();
-  static std::size_t index(FailSafe which) { return static_cast<std::size_t>(which); }
 
   void take(const AutopilotInputs& in, bool wrong_pose, const Autopilot& core) {
     if (in.pose && !wrong_pose) pose_s_ = in.pose->stamp.seconds();
@@ -64,14 +65,16 @@ class DueTimes {
       set_point_s_ = pilot_s_;
   }
 
-  void acts(FailSafe which, double at_s) { due_s_[index(which)] = std::min(due_s_[index(which)], at_s); }
+  void acts(FailSafe which, double at_s) {
+    due_s_[index_of(which)] = std::min(due_s_[index_of(which)], at_s);
+  }
   void aged(FailSafe which, double since_s, float after_s) {
     const double due_s =
         since_s + std::round(1e6 * static_cast<double>(after_s)) * 1e-6;  // as it was written
     if (now_s_ >= due_s - 1e-7) acts(which, due_s);
   }
   void lasts(FailSafe which, bool condition, float after_s) {
-    double& since_s = lasting_s_[index(which)];
+    double& since_s = lasting_s_[index_of(which)];
     since_s = condition ? std::min(since_s, now_s_) : kNever;
     if (condition) aged(which, since_s, after_s);
   }
@@ -118,9 +121,20 @@ class DueTimes {
     const Vec3f& angles = state.roll_pitch_yaw_rad;
     const float tilt_rad = std::acos(std::clamp(std::cos(angles.x()) * std::cos(angles.y()), -1.0F, 1.0F));
     lasts(FailSafe::kOverturned, tilt_rad > limits_.overturned_rad, limits_.overturned_s);
+    lasts(FailSafe::kUncontrolled, tilt_error_rad(angles, flown) > limits_.uncontrolled_rad,
+          limits_.uncontrolled_s);
     const std::optional<float>& mismatch = core.outputs().tilt_mismatch_rad;
     lasts(FailSafe::kTiltMismatch, mismatch && std::abs(*mismatch) > limits_.tilt_mismatch_rad,
           limits_.tilt_mismatch_s);
+  }
+
+  static float tilt_error_rad(const Vec3f& roll_pitch_yaw_rad, const CascadeOutput& flown) {
+    const Vec3f& wanted = flown.specific_force_m_s2;
+    if (wanted.norm() < 1) return 0;
+    const Vec3f up = Eigen::AngleAxisf(roll_pitch_yaw_rad.z(), Vec3f::UnitZ()) *
+                     (Eigen::AngleAxisf(roll_pitch_yaw_rad.y(), Vec3f::UnitY()) *
+                      (Eigen::AngleAxisf(roll_pitch_yaw_rad.x(), Vec3f::UnitX()) * Vec3f::UnitZ()));
+    return std::acos(std::clamp(up.dot(wanted.normalized()), -1.0F, 1.0F));
   }
 
   AutopilotParams params_;
@@ -232,7 +246,7 @@ class ProvokingPilot {
     sent_goal_ = sent_goal_ || sent;
     return sent;
   }
-  /// Forward by velocity or attitude, for ten seconds; those that stop do so after one.
+  /// Forward by velocity or attitude, long enough to come to a wall; those that stop do so after a second.
   std::optional<FlightCommand> steer(const FlightMoment& moment, double elapsed_s) {
     const bool stops =
         pilot_ == ProvokingBehaviour::kStopsVelocity || pilot_ == ProvokingBehaviour::kStopsDirect;
@@ -240,7 +254,7 @@ class ProvokingPilot {
         pilot_ == ProvokingBehaviour::kStopsVelocity || pilot_ == ProvokingBehaviour::kForwardByVelocity;
     const FlightPhase mode = by_velocity ? FlightPhase::kVelocity : FlightPhase::kDirect;
     entered_ = entered_ || moment.autopilot.phase == mode;
-    const double commands_s = stops ? 1 : 10;
+    const double commands_s = stops ? 1 : 14;
     const bool over = entered_ && (moment.autopilot.phase != mode || elapsed_s > kProvoked_s + commands_s);
     if (over || stopped_) {
       stopped_ = true;
@@ -252,8 +266,11 @@ class ProvokingPilot {
       command.mode = mode;
     }
     command.velocity_m_s = {stops ? 0.2F : 0.6F, 0, 0};
-    command.pitch_rad = stops ? 0.0F : 0.07F;
-    // Keeps the height, as a pilot does by sight.
+    // Fast enough to leave the fence, slow enough to stop within a metre; keeps height and line, as a pilot
+    // does by sight.
+    const Vec3 seen_m_s = moment.truth.T_world_base.rotation().inverse() * moment.truth.velocity_world_m_s;
+    command.pitch_rad = stops ? 0.0F : 0.05F;
+    command.roll_rad = std::clamp(0.2F * static_cast<float>(seen_m_s.y()), -0.07F, 0.07F);
     const auto climb_m_s = static_cast<float>(moment.truth.velocity_world_m_s.z());
     command.thrust_ratio = std::clamp(0.485F - 0.1F * climb_m_s, 0.4F, 0.6F);
     return every(entered_ ? 0.05 : 0.2, elapsed_s, command, moment);
@@ -276,6 +293,27 @@ bool has_ended(const Provocation& provocation, const FlightMoment& moment, doubl
       return moment.autopilot.state == AutopilotState::kError;
   }
   return false;
+}
+
+/// When the fail-safe acted that decides the end.
+std::optional<double> decision_s(const Provocation& provocation, const Observed& observed) {
+  if (!provocation.first_decides) return observed.acted_s[index_of(provocation.judged.back())];
+  std::optional<double> first_s;
+  for (const FailSafe which : provocation.judged) {
+    const std::optional<double>& acted_s = observed.acted_s[index_of(which)];
+    if (acted_s && (!first_s || *acted_s < *first_s)) first_s = acted_s;
+  }
+  return first_s;
+}
+
+/// Steps of 1 ms between an action and the moment at which it was due; infinite if there was only one of
+/// them. Where there was neither: 0 if the fail-safe `may_rest`.
+double off_steps(const Observed& observed, FailSafe which, bool may_rest) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const std::optional<double>& acted_s = observed.acted_s[index_of(which)];
+  const double due_s = observed.due.due_s(which);
+  if (!acted_s) return may_rest && due_s == kNever ? 0 : kNever;
+  return 1e3 * std::abs(*acted_s - due_s);
 }
 
 }  // namespace
@@ -326,7 +364,10 @@ std::vector<Provocation> fail_safe_provocations() {
        "fault motor_lost at 7 for 60",
        ProvokingBehaviour::kHovers,
        ProvokedEnd::kCuts,
-       {F::kOverturned}},
+       {F::kOverturned, F::kUncontrolled},
+       nullptr,
+       Poses::kGood,
+       true},
       {"velocity stops", "", ProvokingBehaviour::kStopsVelocity, ProvokedEnd::kHolds, {F::kSetpointStale}},
       {"attitude stops", "", ProvokingBehaviour::kStopsDirect, ProvokedEnd::kHolds, {F::kSetpointStale}},
       {"pilot silent",
@@ -400,18 +441,15 @@ ProvocationOutcome provoke(const FlightSite& site, const Provocation& provocatio
                 std::make_unique<ObservedCore>(core, provocation.poses, observed));
   ProvokingPilot pilot(provocation.pilot);
   ProvocationOutcome outcome;
-  const auto& last = observed.acted_s[static_cast<std::size_t>(provocation.judged.back())];
   while (run.elapsed().seconds() < kLongestFlight_s && !outcome.ended_well) {
     const double elapsed_s = run.elapsed().seconds();
     run.step(pilot.step(run.moment(), elapsed_s));
-    outcome.ended_well = last && has_ended(provocation, run.moment(), elapsed_s, *last - kStart_s);
+    const std::optional<double> decided_s = decision_s(provocation, observed);
+    outcome.ended_well = decided_s && has_ended(provocation, run.moment(), elapsed_s, *decided_s - kStart_s);
   }
-  for (const FailSafe which : provocation.judged) {
-    const auto& acted_s = observed.acted_s[static_cast<std::size_t>(which)];
-    const double off_s =
-        acted_s ? std::abs(*acted_s - observed.due.due_s(which)) : std::numeric_limits<double>::infinity();
-    outcome.off_steps.push_back(1e3 * off_s);
-  }
+  const bool may_rest = provocation.first_decides && decision_s(provocation, observed);
+  for (const FailSafe which : provocation.judged)
+    outcome.off_steps.push_back(off_steps(observed, which, may_rest));
   outcome.collisions = run.collisions().size();
   return outcome;
 }

@@ -45,6 +45,7 @@ struct Provocation {
   std::vector<FailSafe> judged;  ///< that must act, the one that decides the end last
   void (*change)(FlightRunParams&) = nullptr;
   Poses poses = Poses::kGood;
+  bool first_decides = false;  ///< the first of those judged ends the flight; the others need not act
 };
 
 /// Provocations of all fail-safes of the table (docs/flight.md).
@@ -52,7 +53,7 @@ std::vector<Provocation> fail_safe_provocations();
 
 struct ProvocationOutcome {
   /// Of each fail-safe judged: time between its action and the moment at which the table asks for it, in
-  /// steps of 1 ms; infinite if it did not act.
+  /// steps of 1 ms; infinite if it did not act, though it had to, or the other way round.
   std::vector<double> off_steps;
   std::size_t collisions = 0;
   bool ended_well = false;
