@@ -22,12 +22,9 @@ set(hm_left_out_when_sanitized
   # flight
   FailSafesInFlight.EachActsAfterItsTimeOut
   FlightLimits.*
-  FlightFaults.APilotWhoFallsSilentMeansHoldThenHome
+  FlightFaults.*
+  TinyExperiment.HoversUnderBothControlLaws
   FlightFaults.NoiseOnTheLinkLosesMessagesNotTheVehicle
-  FlightFaults.ALaserThatTurnsIsRefusedAndItLands
-  FlightFaults.AGapOfTheImuHoldsTheMotorsThenItHolds
-  FlightFaults.ALostMotorEndsInACut
-  FlightFaults.ALostCellMeansALandingAfterASecond
   # repeated to compare bits: of threads and runs
   LaserSimulationRecording.HasTheSameBytesForAnyNumberOfThreads
   SimulationRecording.HasTheSameBytesForAnyNumberOfThreads
