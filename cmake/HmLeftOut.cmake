@@ -24,7 +24,6 @@ set(hm_left_out_when_sanitized
   FlightLimits.*
   FlightFaults.*
   TinyExperiment.HoversUnderBothControlLaws
-  FlightFaults.NoiseOnTheLinkLosesMessagesNotTheVehicle
   # repeated to compare bits: of threads and runs
   LaserSimulationRecording.HasTheSameBytesForAnyNumberOfThreads
   SimulationRecording.HasTheSameBytesForAnyNumberOfThreads
