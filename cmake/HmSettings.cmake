@@ -29,13 +29,15 @@ if(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
 endif()
 if(HM_UNITY)
   # A file that is included by a unit is no header, though g++ takes it for one.
-  target_compile_options(hm_settings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
+  target_compile_options(hm_settings INTERFACE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
 endif()
 if(HM_SANITIZE)
-  # Instrumented code makes g++ 12 warn of uninitialised members inside the standard library: shown here, and
-  # errors in every other build.
+  # Warnings are for the other builds, where they are errors: instrumented code makes g++ 12 warn of uninitialised members
+  # inside the standard library, and clang warns of other things.
   target_compile_options(hm_settings INTERFACE -fsanitize=${HM_SANITIZE} -fno-sanitize-recover=all
-                         -fno-omit-frame-pointer -Wno-error)
+                         -fno-omit-frame-pointer -Wno-error $<$<COMPILE_LANG_AND_ID:CXX,Clang>:-w>)
+  # The compilers have no common way to ask for it.
+  target_compile_definitions(hm_settings INTERFACE HM_SANITIZED)
   if(HM_SANITIZE MATCHES "undefined")
     # Checks that cost much compile time and find little: the address sanitizer reports null pointers too. Leaving null
     # and alignment out of the tests' own code saves a third of their compile time; the rooms keep both.
@@ -50,7 +52,7 @@ if(HM_COVERAGE)
 endif()
 
 # Headers that nearly every file reads, parsed once; each file still includes what it uses (scripts/check_includes.py
-# sees what these would hide; the asan-ubsan preset compiles every file alone).
+# sees what these would hide).
 set(hm_precompiled <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory>
     <optional> <set> <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>
     <Eigen/Core> <Eigen/Geometry> <fmt/core.h> <tl/expected.hpp>)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks that every C++ file reaches what it uses through its own includes: headers of the standard library, Eigen and
-fmt, and the project's own types and constants; and that no file uses what another one keeps to itself.
+fmt, and the project's own types, constants and free functions; and that no file uses what another one keeps to itself.
 
     scripts/check_includes.py [--self-test]
 
@@ -88,6 +88,8 @@ def missing(root, path):
 
 OWN_TYPE = re.compile(r"^(?:template <[^\n]*>\n)?(?:struct|class|enum class|enum) (?:\[\[\w+\]\] )?(\w+)\b[^;{]*\{", re.M)
 OWN_CONSTANT = re.compile(r"^inline constexpr [\w:<>, ]+ (k[A-Z]\w*)\b", re.M)
+# A free function: declared in a header at the beginning of a line. Names of one word are those of variables too.
+OWN_FUNCTION = re.compile(r"^(?=\w|\[\[)(?!using\b|typedef\b)(?:\[\[\w+\]\] )?[\w:<>,&* ]+[ &*>]([a-z]\w*_\w+)\(", re.M)
 DECLARED = re.compile(r"^(?:struct|class|enum class) (\w+)(?: : [\w:]+)?;", re.M)
 # What a file defines in an anonymous namespace: functions, types, constants.
 HIDDEN = re.compile(r"^namespace \{\n(.*?)^\}  // namespace\n", re.M | re.S)
@@ -108,6 +110,15 @@ def own_names(root):
         for pattern in (OWN_TYPE, OWN_CONSTANT):
             for name in pattern.findall(code_of(path)):
                 homes.setdefault(name, set()).add(path)
+    return {name: next(iter(paths)) for name, paths in homes.items() if len(paths) == 1}
+
+
+def own_functions(root):
+    """Free functions of namespace hm -> the one header that declares them."""
+    homes = {}
+    for path in sorted((root / "src").rglob("*.hpp")):
+        for name in OWN_FUNCTION.findall(code_of(path)):
+            homes.setdefault(name, set()).add(path)
     return {name: next(iter(paths)) for name, paths in homes.items() if len(paths) == 1}
 
 
@@ -136,6 +147,25 @@ def missing_own(root, path, homes):
             not any(re.search(rf"\b{name}\b", code_of(file)) for file in files - {path})]
 
 
+def missing_functions(root, path, functions):
+    """(line, name, its header) of the project's free functions that a source file calls without reaching them."""
+    text, files, found = code_of(path), own_files_reached(root, path), []
+    for name in set(re.findall(r"(?<![\w.:>&])(?:hm::)?([a-z]\w*_\w+)\(", text)) & functions.keys():
+        if functions[name] in files or any(re.search(rf"\b{name}\b", code_of(file)) for file in files - {path}):
+            continue
+        if not is_defined(name, text):
+            call = re.search(rf"(?<![\w.:>&])(?:hm::)?{name}\(", text)
+            found.append((text[:call.start()].count("\n") + 1, name, functions[name]))
+    return sorted(found)
+
+
+def is_defined(name, text):
+    """Whether a file itself defines something of this name: function, variable, member or type."""
+    before = r"^ *(?!return\b|else\b|throw\b|case\b)(?:[\w:<>,\[\]]+[&*]* )+[&*]*"
+    return re.search(rf"{before}{name}\(", text, re.M) or \
+        re.search(rf"(?:[\w>&*\]] |[\[,{{(] ?|[&*]){name}\b *[={{,;:)\]]|\b(?:struct|class|using|typename) {name}\b", text)
+
+
 @lru_cache(maxsize=None)
 def hidden_names(path):
     blocks = [NOISE.sub("", block) for block in HIDDEN.findall(path.read_text(encoding="utf-8"))]
@@ -158,10 +188,10 @@ def borrowed(root, path, siblings):
     return found
 
 
-def own_problems(root, path, homes):
+def own_problems(root, path, homes, functions):
     where = path.relative_to(root)
     problems = [f"{where}:{line}: uses {name} without reaching {home.relative_to(root / 'src')}"
-                for line, name, home in missing_own(root, path, homes)]
+                for line, name, home in missing_own(root, path, homes) + missing_functions(root, path, functions)]
     if path.suffix == ".cpp":
         siblings = [other for other in sorted(path.parent.glob("*.cpp")) if other != path and not other.stem.endswith("_test")]
         problems += [f"{where}:{line}: uses {name}, which {other} keeps to itself" for line, name, other in borrowed(root, path, siblings)]
@@ -170,7 +200,7 @@ def own_problems(root, path, homes):
 
 def check(root):
     """(number of files, problems)"""
-    homes = own_names(root)
+    homes, functions = own_names(root), own_functions(root)
     count, problems = 0, []
     for folder in FOLDERS:
         for path in sorted((root / folder).rglob("*.[ch]pp")):
@@ -179,7 +209,7 @@ def check(root):
             count += 1
             problems += [f"{path.relative_to(root)}:{line}: uses {name} without reaching <{header}>"
                          for line, name, header in missing(root, path)]
-            problems += own_problems(root, path, homes)
+            problems += own_problems(root, path, homes, functions)
     return count, problems
 
 
@@ -187,9 +217,10 @@ def self_test():
     files = {"src/hm/a.hpp": "#pragma once\n#include <vector>\n", "src/hm/b.cpp":
              '#include "hm/a.hpp"\n#include <cmath>\n// std::map is only spoken of\nstd::vector<int> v;\n'
              "auto a = std::sqrt(2.0);\nstd::optional<int> o;\nEigen::Vector3d e;\n"}
-    files |= {"src/hm/room/own.hpp": "#pragma once\nstruct Own {\n  int a;\n};\ninline constexpr int kOwn = 1;\n",
+    files |= {"src/hm/room/own.hpp": "#pragma once\nstruct Own {\n  int a;\n};\ninline constexpr int kOwn = 1;\nint own_sum(int a);\nint other_sum(int a);\n",
               "src/hm/room/keeps.cpp": "namespace {\nint hidden(int a) { return a; }\n}  // namespace\nint b = hidden(1);\n",
-              "src/hm/room/uses.cpp": "int hides(int own) { return own; }\nint c = hidden(2) + hides(3);\nOwn d;\nint e = kOwn;\n"}
+              "src/hm/room/uses.cpp": "int hides(int own) { return own; }\nint c = hidden(2) + hides(3);\nOwn d;\nint e = kOwn;\n"
+              "int other_sum(int a) { return a; }\nint f = 1 + own_sum(2) + other_sum(3);\n"}
     with tempfile.TemporaryDirectory() as root:
         for name, text in files.items():
             (Path(root) / name).parent.mkdir(parents=True, exist_ok=True)
@@ -199,6 +230,7 @@ def self_test():
                                        "src/hm/b.cpp:7: uses Eigen:: without reaching <Eigen/>",
                                        "src/hm/room/uses.cpp:3: uses Own without reaching hm/room/own.hpp",
                                        "src/hm/room/uses.cpp:4: uses kOwn without reaching hm/room/own.hpp",
+                                       "src/hm/room/uses.cpp:6: uses own_sum without reaching hm/room/own.hpp",
                                        "src/hm/room/uses.cpp:2: uses hidden, which keeps.cpp keeps to itself"]
     print("includes self-test:", "good" if good else f"wrong: {count} {problems}")
     return 0 if good else 1

@@ -53,6 +53,9 @@ class Clone(unittest.TestCase):
         (self.clone / "packages.txt").write_text(
             "# needs\n[dense]  # most\ng++  # compiler\nlibone-dev # why\n\nlibtwo-dev\n"
             "[all]\nlibbig-dev # slam\n[test]  # tests\nlibcheck-dev\n[node]\nnodejs # page\n[npm]\nnpm # page\n")
+        for room in ("core", "pipeline", "slam"):
+            (self.clone / "src" / "hm" / room).mkdir(parents=True)
+        (self.clone / "src" / "hm" / "public_headers.txt").touch()
         (self.state / "installed").write_text("g++\nlibtwo-dev\n")
         (self.state / "uid").write_text("0\n")
 
@@ -146,10 +149,10 @@ class Bootstrap(Clone):
         dense = {package for name, package in seen if name == "[dense]"}
         self.assertFalse(dense & {"libopencv-dev", "libceres-dev", "libgtest-dev", "liboctomap-dev"})
 
-    def test_sanitizers_build_and_run_what_they_are_for(self):
+    def test_sanitizers_build_and_run_every_room(self):
         result = self.hm("test", "--sanitize", "-R", "slam")
-        self.assertRegex(self.log(), r"ninja -C \S*asan-ubsan .*hm_core_test .*hm_slam_test .*hm_sim_test")
-        self.assertRegex(self.log(), r"ctest --test-dir \S*asan-ubsan .*-L \^\(core\|.*\|sim\)\$ -R slam")
+        self.assertRegex(self.log(), r"ninja -C \S*asan-ubsan -j \d+ hm_core_test hm_pipeline_test hm_slam_test hm_fuzz_corpus_test\n")
+        self.assertRegex(self.log(), r"ctest --test-dir \S*asan-ubsan .*-L \^\(core\|pipeline\|slam\|fuzz_corpora\)\$ -R slam")
         self.assertRegex(result.stderr, r"asan-ubsan: built in \d+ s, tested in \d+ s")
         (self.state / "tests_fail").touch()
         self.hm("test", "--tsan", expect=1)

@@ -387,11 +387,16 @@ TEST(Cascade, TheBitsOfAFlightAreThoseOfEveryProcessor) {
     random = random * 1664525U + 1013904223U;
     return static_cast<float>(static_cast<std::int32_t>(random >> 8U) - (1 << 23)) * (1.0F / (1 << 23));
   };
+  // Each compiler has its own order for the arguments of a call.
+  const auto noise_vector = [&noise] {
+    const float z = noise(), y = noise(), x = noise();
+    return Vec3f(x, y, z);
+  };
   for (int i = 0; i < 5000; ++i) {
-    state.position_m += 0.001F * Vec3f(noise(), noise(), noise());
-    state.velocity_m_s = 0.5F * Vec3f(noise(), noise(), noise());
+    state.position_m += 0.001F * noise_vector();
+    state.velocity_m_s = 0.5F * noise_vector();
     state.attitude = normalised({1, 0.1F * noise(), 0.1F * noise(), 0.3F * noise()});
-    state.rates_rad_s = Vec3f(noise(), noise(), noise());
+    state.rates_rad_s = noise_vector();
     state.specific_force_m_s2 = Vec3f(0, 0, kGravityF_m_s2 + noise());
     CascadeCommand command = go_to({static_cast<float>(i / 1000), 0.5F, 0.25F}, 1);
     if (i % 1500 > 1000) command.modes = kAllVelocity;

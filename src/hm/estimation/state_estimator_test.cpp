@@ -11,7 +11,7 @@
 #include "hm/estimation/testing/laser_flight.hpp"
 
 // Every allocation of this test program is counted; the address sanitizer has a heap of its own.
-#ifdef __SANITIZE_ADDRESS__
+#ifdef HM_SANITIZED
 constexpr bool kCounting = false;
 #else
 constexpr bool kCounting = true;
@@ -19,7 +19,7 @@ constexpr bool kCounting = true;
 namespace {
 std::atomic<std::size_t> allocations{0};
 }  // namespace
-#ifndef __SANITIZE_ADDRESS__
+#ifndef HM_SANITIZED
 static void* counted(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "hm/core/testing/memory_limit.hpp"
-#include "hm/core/testing/repetitions.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/live_map_correction.hpp"
 #include "hm/sim/recording/simulation.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "hm/core/testing/repetitions.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/mesh/mesh_test_support.hpp"
 
 namespace hm {

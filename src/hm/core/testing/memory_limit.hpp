@@ -5,6 +5,8 @@
 #include <fstream>
 #include <string>
 
+#include "hm/core/testing/sanitized.hpp"
+
 namespace hm::test {
 
 /// Bytes that this process may write to and that are its own.
@@ -24,10 +26,6 @@ inline void limit_memory_to_what_is_there_and(std::size_t bytes) {
 }
 
 /// A sanitizer needs more memory than such a limit leaves.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kCanLimitMemory = false;
-#else
-inline constexpr bool kCanLimitMemory = true;
-#endif
+inline constexpr bool kCanLimitMemory = !kSanitized;
 
 }  // namespace hm::test

@@ -16,14 +16,8 @@
 namespace hm {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef HM_SANITIZED
 constexpr bool kLimitsMemory = false;  // sanitizers reserve terabytes of address space
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool kLimitsMemory = false;
-#else
-constexpr bool kLimitsMemory = true;
-#endif
 #else
 constexpr bool kLimitsMemory = true;
 #endif

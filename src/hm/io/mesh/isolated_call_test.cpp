@@ -7,6 +7,8 @@
 #include <new>
 #include <string>
 
+#include "hm/core/testing/sanitized.hpp"
+
 namespace hm {
 namespace {
 
@@ -68,9 +70,7 @@ TEST(IsolatedCall, ALoopEnds) {
 }
 
 TEST(IsolatedCall, TooMuchMemoryIsAnError) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers reserve all address space: there is no limit";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers reserve all address space: there is no limit";
   const auto result = call_isolated("a.stl", {64 << 20, 60}, []() -> Result<std::string> {
     std::string bytes(std::size_t{200} << 20U, 'x');
     return bytes;

@@ -8,7 +8,7 @@
 #include "hm/laser/testing/planar_world.hpp"
 
 // Counts what is taken from the heap in this program; the address sanitizer has a heap of its own.
-#ifdef __SANITIZE_ADDRESS__
+#ifdef HM_SANITIZED
 constexpr bool kCounting = false;
 #else
 constexpr bool kCounting = true;
@@ -17,7 +17,7 @@ namespace {
 std::size_t taken = 0;
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef HM_SANITIZED
 void* operator new(std::size_t size) {
   ++taken;
   if (void* memory = std::malloc(size)) return memory;

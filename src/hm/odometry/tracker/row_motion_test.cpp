@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "hm/core/testing/repetitions.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/odometry/testing/swinging_camera.hpp"
 
 namespace hm {
@@ -68,7 +68,7 @@ TEST(RowMotion, TheGainIsTheDerivativeByThePose) {
 
 /// Errors of 3.5 mm with known and 7 mm with estimated times, 62 mm when they are ignored.
 TEST(RowMotion, ARollingShutterIsTrackedAndItsTimesAreFound) {
-  if (test::repetitions(1, 0) == 0) GTEST_SKIP() << "it judges errors; the next test runs the same code";
+  if (test::kSanitized) GTEST_SKIP() << "it judges errors; the next test runs the same code";
   TrackerParams ignored, known;
   ignored.estimate_row_times = known.estimate_row_times = false;
   known.readout_s = kReadout_s;

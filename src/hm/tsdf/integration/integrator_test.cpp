@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "hm/core/statistics.hpp"
+#include "hm/core/testing/sanitized.hpp"
 #include "hm/tsdf/testing/grid_compare.hpp"
 #include "hm/tsdf/testing/integration_bench.hpp"
 
@@ -283,9 +284,7 @@ std::string message_without_memory() {
 }
 
 TEST(IntegratorDeathTest, WithoutMemoryThereIsAnErrorWithTheRemedy) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer needs more memory than the limit";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer needs more memory than the limit";
   EXPECT_EXIT(
       {
         const std::string message = message_without_memory();

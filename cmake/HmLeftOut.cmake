@@ -1,0 +1,33 @@
+# Left out under the address and undefined behaviour sanitizers: these judge figures over many seeds, long flights or whole walks, for
+# minutes there, and run code that other tests of their files run on less.
+set(hm_left_out_when_sanitized
+  # sim, geometry, io
+  WalkCoverage.TheHouseWalkSeesNearlyAllThatAPersonCouldSee
+  SceneUp.AtAnyRollItIsRightOrUnknown
+  SceneUp.ACameraHeldOnItsSideIsNotTakenForUpright
+  # odometry
+  TrackerCovariance.IsHonestOverSeeds
+  TrackerCovariance.KeyframesAreHonestAboutMotionAndSights
+  RowMotion.LateStampsDoNotMatter
+  Tracker.DroppedFramesDoNotSpoilThePrediction
+  TrackerInertia.WrongReadingsDoNoHarm
+  OdometryRates.*
+  # slam
+  CovisibilityMatches.MakeTheMapBetter
+  RgbdLoopCloser.RingIsClosed
+  LoopSelector.CorridorOfIdenticalDoors
+  SlamPipeline.CountsFramesThatItsCapDoesNotLetItKeep
+  # laser
+  LaserRing.*
+  # flight
+  FailSafesInFlight.EachActsAfterItsTimeOut
+  FlightLimits.*
+  FlightFaults.*
+  TinyExperiment.HoversUnderBothControlLaws
+  # repeated to compare bits: of threads and runs
+  LaserSimulationRecording.HasTheSameBytesForAnyNumberOfThreads
+  SimulationRecording.HasTheSameBytesForAnyNumberOfThreads
+  Simulation.IsTheSameForEveryRunAndNumberOfThreads
+  Reconstruction.ThreadsBudgetsAndSavesDoNotChangeTheResult
+  FlightRun.TheSameSeedGivesTheSameBits)
+list(JOIN hm_left_out_when_sanitized ":" hm_left_out_when_sanitized)
