@@ -142,8 +142,8 @@ function(hm_make_room_test NAME)
 endfunction()
 
 # hm_add_tests(PROGRAM LABEL [FILTER]): one test a case; under sanitizers, where a process takes long to start, two for
-# all cases but those of HmLeftOut.cmake, or for those of a filter of GoogleTest. What each case did is then written to the folder cases/
-# (scripts/summarise_tests.py counts it).
+# all cases but those of HmLeftOut.cmake, or for those of a filter of GoogleTest. What each case did is then written to the
+# folder cases/ (scripts/summarise_tests.py counts it).
 function(hm_add_tests PROGRAM LABEL)
   if(NOT HM_SANITIZE)
     set(timeout 300)

@@ -1,9 +1,9 @@
 # hm_unity(OUT NAME LINES SOURCES...): with HM_UNITY, sources that include each other's headers anyway are compiled
 # together, a folder's at a time and about LINES lines, so that no unit takes much longer than the others; otherwise
-# OUT is SOURCES. With HM_UNITY=TESTS those whose NAME begins with test_ only. The files that are made include by the path below the root, so that what the compiler sees does
-# not depend on where the clone lies.
+# OUT is SOURCES. The files that are made include by the path below the root, so that what the compiler sees does not depend on where the
+# clone lies.
 function(hm_unity OUT NAME LINES)
-  if(NOT HM_UNITY OR (HM_UNITY STREQUAL "TESTS" AND NOT NAME MATCHES "^test_"))
+  if(NOT HM_UNITY)
     set(${OUT} ${ARGN} PARENT_SCOPE)
     return()
   endif()

@@ -11,6 +11,7 @@
 #include "hm/control/testing/quadrotor_body.hpp"
 #include "hm/core/params.hpp"
 #include "hm/core/rng.hpp"
+#include "hm/core/testing/drawn_vector.hpp"
 
 namespace hm {
 namespace {
@@ -387,16 +388,11 @@ TEST(Cascade, TheBitsOfAFlightAreThoseOfEveryProcessor) {
     random = random * 1664525U + 1013904223U;
     return static_cast<float>(static_cast<std::int32_t>(random >> 8U) - (1 << 23)) * (1.0F / (1 << 23));
   };
-  // Each compiler has its own order for the arguments of a call.
-  const auto noise_vector = [&noise] {
-    const float z = noise(), y = noise(), x = noise();
-    return Vec3f(x, y, z);
-  };
   for (int i = 0; i < 5000; ++i) {
-    state.position_m += 0.001F * noise_vector();
-    state.velocity_m_s = 0.5F * noise_vector();
+    state.position_m += 0.001F * test::drawn<3>(noise);
+    state.velocity_m_s = 0.5F * test::drawn<3>(noise);
     state.attitude = normalised({1, 0.1F * noise(), 0.1F * noise(), 0.3F * noise()});
-    state.rates_rad_s = noise_vector();
+    state.rates_rad_s = test::drawn<3>(noise);
     state.specific_force_m_s2 = Vec3f(0, 0, kGravityF_m_s2 + noise());
     CascadeCommand command = go_to({static_cast<float>(i / 1000), 0.5F, 0.25F}, 1);
     if (i % 1500 > 1000) command.modes = kAllVelocity;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hm/core/rng.hpp"
+#include "hm/core/testing/drawn_vector.hpp"
 #include "hm/mvog/multi_volume_grid.hpp"
 
 namespace hm::test {
@@ -20,7 +21,9 @@ struct OwnedScan {
 /// Random beams in all directions, some without return, some vertical, from a random origin around `centre`.
 inline OwnedScan random_scan(Rng& rng, int beams, double reach_m, const Eigen::Vector3d& centre) {
   const auto around = [&](double r) {
-    return Eigen::Vector3d(rng.uniform(-r, r), rng.uniform(-r, r), rng.uniform(-r, r) / 2);
+    Eigen::Vector3d offset = drawn<3>([&] { return rng.uniform(-r, r); });
+    offset.z() /= 2;
+    return offset;
   };
   OwnedScan scan;
   scan.origin = centre + around(1);

@@ -271,7 +271,7 @@ TEST(MultiVolumeGrid, BytesFollowTheContents) {
   EXPECT_EQ(size.bytes, grid.bytes());
   const std::size_t content = (size.runs + size.columns + size.tiles * 65) * 2;
   EXPECT_GT(grid.bytes(), content);
-  EXPECT_LT(grid.bytes(), content * 7 / 4 + empty + 40000);
+  EXPECT_LT(grid.bytes(), content * 8 / 5 + empty + 40000);
 }
 
 TEST(MultiVolumeGrid, ParametersAreChecked) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "hm/core/testing/drawn_vector.hpp"
+
 namespace hm {
 namespace {
 
@@ -39,9 +41,7 @@ LaserFlight::LaserFlight(const LaserFlightParams& params) : params_(params) {
   const auto every = static_cast<std::size_t>(params.imu_hz / params.laser_hz);
   const auto delay = static_cast<std::size_t>(params.laser_delay_s * params.imu_hz);
   Vec3 position = Vec3::Zero();
-  const auto noise = [&](double sigma) {
-    return Vec3(rng.normal(0, sigma), rng.normal(0, sigma), rng.normal(0, sigma));
-  };
+  const auto noise = [&](double sigma) { return test::drawn<3>([&] { return rng.normal(0, sigma); }); };
   steps_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double end_s = static_cast<double>(i) * dt, middle_s = end_s - 0.5 * dt;

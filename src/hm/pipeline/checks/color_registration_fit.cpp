@@ -6,9 +6,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "hm/core/statistics.hpp"
 #include "hm/pipeline/checks/color_shift.hpp"
 
 namespace hm {
@@ -38,14 +41,6 @@ struct Borders {
   std::vector<Image<std::uint8_t>> gradients;
   std::vector<Border> all;
   Vec2 principal_point = Vec2::Zero();
-
-  /// Every n-th border of the images for which image % 2 is among `parity`.
-  [[nodiscard]] std::vector<Border> some(std::size_t step, std::optional<std::size_t> parity = {}) const {
-    std::vector<Border> result;
-    for (std::size_t i = 0; i < all.size(); i += step)
-      if (!parity || all[i].image % 2 == *parity) result.push_back(all[i]);
-    return result;
-  }
 };
 
 /// Appends the borders along a line of the depth image, whose pixel k is at from + k step.
@@ -78,8 +73,8 @@ void add_frame(const RgbdFrame& frame, Borders& borders) {
     add_borders_of_line(depth, {0, y}, {1, 0}, depth.width(), image, found);
   for (int x = 0; x < depth.width(); ++x)
     add_borders_of_line(depth, {x, 0}, {0, 1}, depth.height(), image, found);
-  const std::size_t step = found.size() / kBordersPerFrame + 1;
-  for (std::size_t i = 0; i < found.size(); i += step) borders.all.push_back(found[i]);
+  found = thinned(std::move(found), kBordersPerFrame);
+  borders.all.insert(borders.all.end(), found.begin(), found.end());
   borders.gradients.push_back(color_gradient(frame.color));
 }
 
@@ -162,10 +157,18 @@ double distance_px(const ColorRegistration& a, const ColorRegistration& b, const
   return largest;
 }
 
-double median_inverse_depth(std::vector<Border> borders) {
-  const auto middle = borders.begin() + static_cast<std::ptrdiff_t>(borders.size() / 2);
-  std::ranges::nth_element(borders, middle, {}, &Border::inverse_depth);
-  return middle->inverse_depth;
+double median_inverse_depth(const std::vector<Border>& borders) {
+  std::vector<double> values;
+  for (const Border& border : borders) values.push_back(border.inverse_depth);
+  return middle_value(std::span(values));
+}
+
+/// Those of every other image.
+std::vector<Border> half_of(const std::vector<Border>& borders, std::size_t parity) {
+  std::vector<Border> half;
+  std::ranges::copy_if(borders, std::back_inserter(half),
+                       [&](const Border& border) { return border.image % 2 == parity; });
+  return half;
 }
 
 class RegisteredRecording final : public Recording {
@@ -192,18 +195,16 @@ std::optional<FittedRegistration> fit_color_registration(const Recording& record
   const Borders borders = borders_of(recording);
   if (borders.all.size() < kMinBorders) return std::nullopt;
   constexpr std::size_t kCoarseBorders = 4000;
-  const ColorRegistration start =
-      best_of_grid(borders, borders.some(borders.all.size() / kCoarseBorders + 1));
-  const std::vector<Border> all = borders.some(1);
-  const ColorRegistration best = refined(borders, all, start);
-  const double before = score(borders, all, {});
-  const double gain = before > 0 ? score(borders, all, best) / before : 0;
+  const ColorRegistration start = best_of_grid(borders, thinned(borders.all, kCoarseBorders));
+  const ColorRegistration best = refined(borders, borders.all, start);
+  const double before = score(borders, borders.all, {});
+  const double gain = before > 0 ? score(borders, borders.all, best) / before : 0;
   if (gain < kMinGain_ratio) return std::nullopt;
   const PinholeCamera camera = recording.camera();
-  const double inverse_depth = median_inverse_depth(all);
+  const double inverse_depth = median_inverse_depth(borders.all);
   if (distance_px(best, {}, camera, inverse_depth) < kSame_px) return std::nullopt;
-  for (const std::size_t half : {std::size_t{0}, std::size_t{1}}) {
-    const ColorRegistration by_half = refined(borders, borders.some(1, half), start);
+  for (const std::size_t parity : {0, 1}) {
+    const ColorRegistration by_half = refined(borders, half_of(borders.all, parity), start);
     if (distance_px(best, by_half, camera, inverse_depth) > kSame_px) return std::nullopt;
   }
   return FittedRegistration{best, gain};

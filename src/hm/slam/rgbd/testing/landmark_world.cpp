@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hm/core/testing/drawn_vector.hpp"
+
 namespace hm::test {
 namespace {
 
@@ -79,7 +81,7 @@ FeatureSet see(const LandmarkWorld& world, const SE3& T_world_camera, Rng& rng, 
     if (features.size() == options.max_features) break;
     Feature feature;
     const double sigma_m = options.depth_sigma_per_m * p.z() * p.z();
-    feature.pixel = camera.project(p) + options.pixel_sigma_px * Vec2(rng.normal(), rng.normal());
+    feature.pixel = camera.project(p) + options.pixel_sigma_px * drawn<2>([&] { return rng.normal(); });
     feature.descriptor = noisy(point.descriptor, options.wrong_bits_ratio, rng);
     feature.has_depth = true;
     const double z = p.z() + sigma_m * rng.normal();
