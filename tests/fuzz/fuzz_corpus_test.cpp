@@ -6,6 +6,7 @@
 
 #include "fuzz_readers.hpp"
 #include "fuzz_seeds.hpp"
+#include "hm/core/testing/source_folder.hpp"
 #include "hm/io/bytes/file_bytes.hpp"
 
 /// Every reader over its good files and over what fuzzing found in the past (corpus/READER/), without clang.
@@ -39,7 +40,7 @@ TEST(FuzzCorpus, CutOffAndChangedSeedsAreReadOrRefused) {
 }
 
 TEST(FuzzCorpus, FormerFindingsAreReadOrRefused) {
-  const fs::path corpus = fs::path(HM_SOURCE_DIR) / "tests/fuzz/corpus";
+  const fs::path corpus = test::source_folder() / "tests/fuzz/corpus";
   ASSERT_TRUE(fs::is_directory(corpus));
   for (const auto& folder : fs::directory_iterator(corpus)) {
     const Reader* reader = find_reader(folder.path().filename().string());

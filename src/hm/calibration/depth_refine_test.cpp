@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing_calibration;
 
-const BoardParams kBoard;  // 9 x 6, 0.1 m
+const BoardParams kRefinedBoard;  // 9 x 6, 0.1 m
 
 DepthGeometry truth() { return {kDepthCamera.without_distortion(), kColorCamera, kT_color_depth}; }
 
@@ -37,13 +37,13 @@ std::vector<DepthPose> poses_seen_with(const DepthGeometry& geometry, int count)
   Rng rng(17);
   std::vector<DepthPose> poses;
   for (int i = 0; i < count; ++i) {
-    const SE3 T_true = random_pose(kColorCamera, kBoard, 1.2 + 2.6 * i / count, rng);
+    const SE3 T_true = random_pose(kColorCamera, kRefinedBoard, 1.2 + 2.6 * i / count, rng);
     DepthPose pose;
-    pose.view = seen_by(kColorCamera, kBoard, T_true, 0.05, rng);
-    pose.T_color_board = *board_pose(pose.view, kBoard, geometry.color_camera);
+    pose.view = seen_by(kColorCamera, kRefinedBoard, T_true, 0.05, rng);
+    pose.T_color_board = *board_pose(pose.view, kRefinedBoard, geometry.color_camera);
     const SE3 T_depth_true = kT_color_depth.inverse() * T_true;
     const SE3 T_depth_believed = geometry.T_color_depth.inverse() * pose.T_color_board;
-    const Vec2 middle = truth().depth_camera.project(T_depth_true * Vec3(0.5 * corner_on_board(kBoard, 53)));
+    const Vec2 middle = truth().depth_camera.project(T_depth_true * Vec3(0.5 * corner_on_board(kRefinedBoard, 53)));
     const double half = 0.25 * kDepthCamera.fx / T_depth_true.translation().z();
     for (double y = std::max(0.0, middle.y() - half); y < std::min(480.0, middle.y() + half); y += 2)
       for (double x = std::max(0.0, middle.x() - half); x < std::min(640.0, middle.x() + half); x += 2) {
@@ -71,7 +71,7 @@ TEST(DepthRefine, CamerasAreFoundTogetherWithTheCorrection) {
   const std::vector<DepthPose> poses = poses_seen_with(start(), 24);
   DepthFitParams params;
   params.prior_intrinsics_px = 3;
-  const auto refined = refine_geometry(poses, kBoard, start(), fitted_to(poses), params);
+  const auto refined = refine_geometry(poses, kRefinedBoard, start(), fitted_to(poses), params);
   ASSERT_TRUE(refined) << to_string(refined.error());
   const DepthGeometry &found = refined->geometry, given = start(), wanted = truth();
   EXPECT_LT(std::abs(found.color_camera.fx - wanted.color_camera.fx),
@@ -101,7 +101,7 @@ TEST(DepthRefine, KnownCamerasStay) {
   const std::vector<DepthPose> poses = poses_seen_with(truth(), 12);
   DepthFitParams params;
   params.prior_intrinsics_px = 1e-3, params.prior_translation_m = 1e-6, params.prior_rotation_rad = 1e-6;
-  const auto refined = refine_geometry(poses, kBoard, truth(), fitted_to(poses), params);
+  const auto refined = refine_geometry(poses, kRefinedBoard, truth(), fitted_to(poses), params);
   ASSERT_TRUE(refined);
   EXPECT_NEAR(refined->geometry.color_camera.fx, truth().color_camera.fx, 0.01);
   EXPECT_LT((refined->geometry.T_color_depth.inverse() * truth().T_color_depth).log().norm(), 1e-4);
@@ -111,7 +111,7 @@ TEST(DepthRefine, OnlySplinesAreAdjusted) {
   const std::vector<DepthPose> poses = poses_seen_with(truth(), 4);
   DepthCorrectionModel model = fitted_to(poses);
   model.mode = DepthFitMode::kQuadratic;
-  const auto refined = refine_geometry(poses, kBoard, truth(), model);
+  const auto refined = refine_geometry(poses, kRefinedBoard, truth(), model);
   ASSERT_FALSE(refined);
   EXPECT_EQ(refined.error().code, ErrorCode::kUsage);
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "hm/core/testing/source_folder.hpp"
 #include "hm/link/codec/mavlink_enums.hpp"
 #include "hm/link/mavlink_peer.hpp"
 #include "hm/link/testing/random_messages.hpp"
@@ -33,7 +34,7 @@ Time steady_now() {
 /// fills.
 fs::path node_modules() {
   const char* given = std::getenv("HM_NODE_MODULES");
-  const fs::path folder = given ? fs::path(given) : fs::path(HM_SOURCE_DIR) / "tests/link/node_modules";
+  const fs::path folder = given ? fs::path(given) : test::source_folder() / "tests/link/node_modules";
   return fs::exists(folder / "node-mavlink") ? folder : fs::path();
 }
 
@@ -48,8 +49,8 @@ class NodePeer : public ::testing::Test {
     auto socket = UdpSocket::listen("127.0.0.1", 0);
     ASSERT_TRUE(socket);
     way = std::move(*socket);
-    const std::string command = "NODE_PATH='" + node_modules().string() +
-                                "' node '" HM_SOURCE_DIR "/tests/link/node_peer.js' live " +
+    const std::string command = "NODE_PATH='" + node_modules().string() + "' node '" +
+                                (test::source_folder() / "tests/link/node_peer.js").string() + "' live " +
                                 std::to_string(way->port());
     process = ::popen(command.c_str(), "w");  // it ends with its standard input
     ASSERT_NE(process, nullptr);

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "hm/core/json_value.hpp"
+#include "hm/core/testing/source_folder.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/station/live_frames.hpp"
 #include "hm/station/testing/station_rig.hpp"
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 fs::path node_modules() {
   const char* given = std::getenv("HM_NODE_MODULES");
-  const fs::path folder = given ? fs::path(given) : fs::path(HM_SOURCE_DIR) / "tests/station/node_modules";
+  const fs::path folder = given ? fs::path(given) : test::source_folder() / "tests/station/node_modules";
   return fs::exists(folder / "@foxglove/ws-protocol") && fs::exists(folder / "ws") ? folder : fs::path();
 }
 
@@ -61,7 +62,7 @@ TEST(FoxglovePeer, ItsClientReadsEveryChannelInBothSubprotocols) {
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     const std::string output = output_of(fmt::format(
         "NODE_PATH='{}' node '{}/tests/station/foxglove_client.js' ws://127.0.0.1:{}/foxglove {} 2>&1",
-        node_modules().string(), HM_SOURCE_DIR, port_of(*station), protocol));
+        node_modules().string(), test::source_folder().string(), port_of(*station), protocol));
     std::map<std::string, JsonValue> messages;
     for (std::size_t at = 0; at < output.size();) {
       const auto end = output.find('\n', at);

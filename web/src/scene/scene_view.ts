@@ -178,7 +178,7 @@ export class SceneView {
     const started = performance.now(), dtS = Math.min(Math.max(time / 1000 - this.lastS, 0), 0.1);
     this.lastS = time / 1000;
     if (this.onFrame(dtS)) this.dirty = true;
-    if (!this.dirty || this.isDrawing()) return;
+    if (this.isDrawing() || !this.dirty) return;
     this.draw();
     this.fence();
     this.scriptMs.push(performance.now() - started);

@@ -1,4 +1,5 @@
 #include "hm/io/laser/laser_rig_file.hpp"
+#include "hm/core/testing/source_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -90,7 +91,7 @@ TEST(LaserRigFile, EveryDamageIsAnErrorOrARig) {
 
 /// The dissertation author's vehicle: the mirror at beam 0 turns its beams straight down, the other one up.
 TEST(LaserRigFile, CityFlyer) {
-  const auto rig = read_laser_rig(std::filesystem::path(HM_SOURCE_DIR) / "configs" / "city_flyer_rig.toml");
+  const auto rig = read_laser_rig(test::source_folder() / "configs" / "city_flyer_rig.toml");
   ASSERT_TRUE(rig) << to_string(rig.error());
   EXPECT_EQ(rig->T_base_laser.translation(), Vec3(0, 0, 0.12));
   ASSERT_TRUE(rig->horizontal && rig->down && rig->up);

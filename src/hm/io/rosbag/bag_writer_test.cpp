@@ -1,4 +1,5 @@
 #include "hm/io/rosbag/bag_writer.hpp"
+#include "hm/core/testing/source_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -37,8 +38,9 @@ TEST(BagWriter, EverythingComesBack) {
 
 /// What rosbag's own library says of a bag; nothing where it is not installed.
 std::optional<std::string> rosbag_says(const std::filesystem::path& bag) {
-  const std::string command = fmt::format(
-      "/usr/bin/python3 '{}/tests/program/rosbag_tool.py' check '{}' 2>&1", HM_SOURCE_DIR, bag.string());
+  const std::string command =
+      fmt::format("/usr/bin/python3 '{}/tests/program/rosbag_tool.py' check '{}' 2>&1",
+                  test::source_folder().string(), bag.string());
   std::FILE* pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return std::nullopt;
   std::string output;

@@ -13,7 +13,7 @@ namespace {
 using laser_testing::PlanarWorld;
 using laser_testing::TestLaser;
 
-PlanarScan scan_of(const PlanarWorld& world, const SE2& pose, double sigma_m, std::uint64_t seed) {
+PlanarScan scan_with_noise(const PlanarWorld& world, const SE2& pose, double sigma_m, std::uint64_t seed) {
   Rng rng(seed);
   TestLaser laser;
   laser.range_sigma_m = sigma_m;
@@ -34,9 +34,9 @@ TEST(PlIcpDegenerate, ACorridorKeepsTheGuessAlongItself) {
   for (const double angle : {0.0, 0.5, 2.0}) {
     const Vec2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      const auto a = scan_of(corridor(angle), {}, 0.03, 2 * seed);
+      const auto a = scan_with_noise(corridor(angle), {}, 0.03, 2 * seed);
       const SE2 motion(0.05 * along + 0.04 * across, 0.03);
-      const auto b = scan_of(corridor(angle), motion, 0.03, 2 * seed + 1);
+      const auto b = scan_with_noise(corridor(angle), motion, 0.03, 2 * seed + 1);
       const SE2 guess(0.2 * along, 0);
       const ScanMatch match = PlIcp().match(a, b, guess);
       ASSERT_TRUE(match.ok()) << to_string(match.status);
@@ -57,7 +57,7 @@ TEST(PlIcpDegenerate, ACorridorWithAnEndIsNotFree) {
   PlanarWorld world = corridor(0);
   world.segments.push_back({{7, -1.2}, {7, 1.0}});
   const SE2 motion(0.05, 0.02, 0.01);
-  const ScanMatch match = PlIcp().match(scan_of(world, {}, 0.01, 1), scan_of(world, motion, 0.01, 2), {});
+  const ScanMatch match = PlIcp().match(scan_with_noise(world, {}, 0.01, 1), scan_with_noise(world, motion, 0.01, 2), {});
   ASSERT_TRUE(match.ok());
   EXPECT_EQ(match.free.count, 0) << match.free.to_string();
   EXPECT_NEAR(match.T_reference_sensed->x(), 0.05, 0.01);
@@ -68,8 +68,8 @@ TEST(PlIcpDegenerate, ARoundRoomLeavesTheAngleFree) {
   world.circles.push_back({{0, 0}, 3});
   const SE2 motion(0.05, -0.03, 0.1);
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const ScanMatch match = PlIcp().match(scan_of(world, {}, 0.01, 2 * seed),
-                                          scan_of(world, motion, 0.01, 2 * seed + 1), {0, 0, 0.02});
+    const ScanMatch match = PlIcp().match(scan_with_noise(world, {}, 0.01, 2 * seed),
+                                          scan_with_noise(world, motion, 0.01, 2 * seed + 1), {0, 0, 0.02});
     ASSERT_TRUE(match.ok());
     ASSERT_EQ(match.free.count, 1) << match.free.to_string();
     EXPECT_GT(std::abs(match.free.directions[0].z()), 0.99);
@@ -85,7 +85,7 @@ TEST(PlIcpDegenerate, OneWallLeavesTwoDirectionsNot) {
   PlanarWorld world;
   world.segments.push_back({{3, -50}, {3, 50}});
   const ScanMatch match =
-      PlIcp().match(scan_of(world, {}, 0.01, 1), scan_of(world, {0.05, 0, 0.02}, 0.01, 2), {0, 0.1, 0});
+      PlIcp().match(scan_with_noise(world, {}, 0.01, 1), scan_with_noise(world, {0.05, 0, 0.02}, 0.01, 2), {0, 0.1, 0});
   ASSERT_TRUE(match.ok());
   ASSERT_EQ(match.free.count, 1);
   EXPECT_EQ(match.free.to_string(), "along 90 deg");
@@ -95,7 +95,7 @@ TEST(PlIcpDegenerate, OneWallLeavesTwoDirectionsNot) {
 
 TEST(PlIcpDegenerate, NoAnswerIsAStatusAndNoPose) {
   const PlanarWorld room = laser_testing::room_world();
-  const PlanarScan good = scan_of(room, {}, 0.01, 1), empty = scan_of({}, {}, 0.01, 2);
+  const PlanarScan good = scan_with_noise(room, {}, 0.01, 1), empty = scan_with_noise({}, {}, 0.01, 2);
   EXPECT_EQ(empty.size(), 0U);
   PlanarScan three;
   three.points_m = {{1, 0}, {0, 1}, {-1, 0}};
@@ -122,14 +122,14 @@ TEST(PlIcpDegenerate, AFarCorrectionIsNoAnswer) {
   PlanarWorld world;
   world.add_box({-4, -3}, {4, 3});
   const ScanMatch match =
-      PlIcp(params).match(scan_of(world, {}, 0, 1), scan_of(world, {0.12, 0, 0}, 0, 2), {});
+      PlIcp(params).match(scan_with_noise(world, {}, 0, 1), scan_with_noise(world, {0.12, 0, 0}, 0, 2), {});
   EXPECT_EQ(match.status, MatchStatus::kCorrectionTooLarge);
   EXPECT_FALSE(match.T_reference_sensed.has_value());
 }
 
 TEST(PlIcpDegenerate, NotANumberInAScanIsLeftOut) {
-  PlanarScan a = scan_of(laser_testing::room_world(), {}, 0.01, 1),
-             b = scan_of(laser_testing::room_world(), {}, 0.01, 2);
+  PlanarScan a = scan_with_noise(laser_testing::room_world(), {}, 0.01, 1),
+             b = scan_with_noise(laser_testing::room_world(), {}, 0.01, 2);
   const ScanMatch clean = PlIcp().match(a, b, {0.05, 0, 0});
   for (std::size_t i = 5; i < b.size(); i += 50) b.points_m[i] = {NAN, 1}, a.points_m[i] = {1, INFINITY};
   const ScanMatch match = PlIcp().match(a, b, {0.05, 0, 0});

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "hm/core/testing/source_folder.hpp"
 #include "hm/link/codec/mavlink_parser.hpp"
 #include "hm/link/testing/random_messages.hpp"
 
@@ -41,7 +42,7 @@ Vector vector_of(const std::string& line) {
 }
 
 std::vector<Vector> vectors() {
-  std::ifstream file(std::string(HM_SOURCE_DIR) + "/tests/link/mavlink_vectors.txt");
+  std::ifstream file(test::source_folder() / "tests/link/mavlink_vectors.txt");
   std::vector<Vector> result;
   for (std::string line; std::getline(file, line);)
     if (!line.empty() && line[0] != '#') result.push_back(vector_of(line));

@@ -10,14 +10,6 @@ using test::ScriptedFlight;
 
 constexpr double kFault_s = 7;
 
-/// In the largest room, where a blind descent has a metre to each side.
-FlightRunParams in_the_room() {
-  FlightRunParams params;
-  params.run.start_x_m = 4;
-  params.run.start_y_m = 3;
-  return params;
-}
-
 struct FaultFlight {
   explicit FaultFlight(const char* fault, const FlightRunParams& params = {}) : flight(params, fault) {
     flies = flight.take_off(0);
@@ -70,7 +62,7 @@ struct FaultFlight {
 };
 
 TEST(FlightFaults, ALaserThatEndsMeansDeadReckoningThenADescent) {
-  FaultFlight test("fault laser_off at 7 for 60", in_the_room());
+  FaultFlight test("fault laser_off at 7 for 60", test::in_the_room());
   ASSERT_TRUE(test.flies);
   const double stale_s = test.seconds_until(FailSafe::kPoseStale, 1);
   EXPECT_GT(stale_s, 0.2 - FaultFlight::kOldest_s);
@@ -149,7 +141,7 @@ TEST(FlightFaults, ALostMotorEndsInACut) {
 }
 
 TEST(FlightFaults, ACutLinkMeansADescentAndAShortOneHold) {
-  FaultFlight test("fault link_cut at 7 for 60", in_the_room());
+  FaultFlight test("fault link_cut at 7 for 60", test::in_the_room());
   ASSERT_TRUE(test.flies);
   EXPECT_LE(test.seconds_until(FailSafe::kPoseLost, 2), 1.002);
   const double silent_s = test.seconds_until(FailSafe::kComputerSilent, 2);

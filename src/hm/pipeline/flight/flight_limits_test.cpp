@@ -2,19 +2,13 @@
 // loop.
 #include <gtest/gtest.h>
 
+#include "hm/core/testing/source_folder.hpp"
 #include "hm/pipeline/flight/flight_test_support.hpp"
 
 namespace hm {
 namespace {
 
 using test::ScriptedFlight;
-
-FlightRunParams in_the_room() {
-  FlightRunParams params;
-  params.run.start_x_m = 4;
-  params.run.start_y_m = 3;
-  return params;
-}
 
 /// Repeats a command at 20 Hz until a fail-safe acts; seconds that took, -1: never within `most_s`.
 double seconds_until(ScriptedFlight& flight, FailSafe which, double most_s,
@@ -51,7 +45,7 @@ FlightCommand forward_by_attitude() {
 }
 
 TEST(FlightLimits, OutsideOfTheFenceItReturnsAndHoldsInside) {
-  FlightRunParams params = in_the_room();
+  FlightRunParams params = test::in_the_room();
   params.autopilot.guidance.fence_radius_m = 1;
   ScriptedFlight flight(params);
   ASSERT_TRUE(flight.take_off(0));
@@ -68,7 +62,7 @@ TEST(FlightLimits, OutsideOfTheFenceItReturnsAndHoldsInside) {
 }
 
 TEST(FlightLimits, FarOutsideOfTheFenceItLandsAtThePlace) {
-  FlightRunParams params = in_the_room();
+  FlightRunParams params = test::in_the_room();
   params.autopilot.guidance.fence_radius_m = 1;
   params.autopilot.fail_safes.fence_land_m = 0.3F;
   ScriptedFlight flight(params);
@@ -98,7 +92,7 @@ TEST(FlightLimits, FullThrustThatDoesNotCarryTheVehicleMeansALanding) {
 }
 
 TEST(FlightLimits, AComputerThatFallsSilentMeansALevelDescent) {
-  FlightRunParams params = in_the_room();
+  FlightRunParams params = test::in_the_room();
   FailSafeParams& limits = params.autopilot.fail_safes;
   limits.pose_stale_s = limits.pose_lost_s = limits.height_stale_s = 10;  // nothing else may act
   limits.pose_lost_std_m = 10;
@@ -138,7 +132,7 @@ TEST(FlightLimits, EveryPresetOfAVehicleHovers) {
   for (const char* name : {"pelican", "city_flyer", "firefly_attitude"}) {
     FlightRunParams params;
     ParamList list = list_flight(params);
-    ASSERT_TRUE(list.read_toml_file(std::string(HM_SOURCE_DIR) + "/configs/" + name + ".toml")) << name;
+    ASSERT_TRUE(list.read_toml_file(test::source_folder() / "configs" / (name + ".toml"))) << name;
     EXPECT_EQ(params.autopilot.law == ControlLaw::kPublished, std::string_view(name) == "city_flyer");
     ScriptedFlight flight(params);
     ASSERT_TRUE(flight.take_off(4)) << name;
@@ -150,7 +144,7 @@ TEST(FlightLimits, EveryPresetOfAVehicleHovers) {
 
 TEST(FlightLimits, ItStopsBeforeAWall) {
   for (const float speed_m_s : {0.5F, 1.0F}) {
-    ScriptedFlight flight(in_the_room());
+    ScriptedFlight flight(test::in_the_room());
     ASSERT_TRUE(flight.take_off(0));
     enter(flight, FlightPhase::kVelocity);
     FlightCommand forward;

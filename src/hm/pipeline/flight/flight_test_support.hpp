@@ -12,6 +12,14 @@ inline const FlightSite& house_site() {
   return site;
 }
 
+/// A flight that starts in the largest room, where a blind descent has a metre to each side.
+inline FlightRunParams in_the_room() {
+  FlightRunParams params;
+  params.run.start_x_m = 4;
+  params.run.start_y_m = 3;
+  return params;
+}
+
 /// A flight in the house that a script flies: engages, takes off, and sends signs of life of pilot 1.
 class ScriptedFlight {
  public:

@@ -1,4 +1,5 @@
 #include "hm/pipeline/simulate/laser_simulation_recording.hpp"
+#include "hm/core/testing/source_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -114,7 +115,7 @@ TEST_F(LaserSimulationRecording, HasRigAndTruth) {
 
 /// The rig of a laser with 1080 beams is the one of the configuration.
 TEST_F(LaserSimulationRecording, TheRigIsTheCityFlyers) {
-  const auto file = read_laser_rig(fs::path(HM_SOURCE_DIR) / "configs/city_flyer_rig.toml");
+  const auto file = read_laser_rig(test::source_folder() / "configs/city_flyer_rig.toml");
   ASSERT_TRUE(file) << to_string(file.error());
   const LaserRig rig = city_flyer_rig(1080);
   EXPECT_TRUE(rig.T_base_laser.matrix().isApprox(file->T_base_laser.matrix(), 1e-12));

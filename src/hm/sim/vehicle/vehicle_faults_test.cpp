@@ -13,8 +13,8 @@ using namespace test;
 
 /// Samples of a second and a half of hovering with vibration, noise and a fault from 0.5 s to 1 s; entry i
 /// is that of the step that ends at i + 1 ms.
-struct Flown {
-  explicit Flown(std::string_view fault) : vehicle(setup(fault), cast_into_nothing()) {
+struct FaultedFlight {
+  explicit FaultedFlight(std::string_view fault) : vehicle(setup(fault), cast_into_nothing()) {
     for (int i = 0; i < 1500; ++i) {
       samples.push_back(vehicle.step(rotors_at(583.5)));
       speeds.push_back(vehicle.rotor_speed_rad_s());
@@ -35,7 +35,7 @@ struct Flown {
 };
 
 TEST(VehicleFaults, WithoutFaultNothingIsMissing) {
-  const Flown flown("");
+  const FaultedFlight flown("");
   for (std::size_t i = 0; i < flown.samples.size(); ++i) {
     ASSERT_TRUE(flown.samples[i]);
     EXPECT_EQ(flown.samples[i]->stamp.ns, static_cast<std::int64_t>(i + 1) * 1'000'000);
@@ -46,7 +46,7 @@ TEST(VehicleFaults, WithoutFaultNothingIsMissing) {
 }
 
 TEST(VehicleFaults, ImuGapLosesSamples) {
-  const Flown flown("imu_gap"), sound("");
+  const FaultedFlight flown("imu_gap"), sound("");
   for (std::size_t i = 0; i < flown.samples.size(); ++i) {
     EXPECT_EQ(flown.samples[i].has_value(), i + 1 < 500 || i + 1 >= 1000) << i;
     if (!flown.samples[i]) continue;
@@ -55,7 +55,7 @@ TEST(VehicleFaults, ImuGapLosesSamples) {
 }
 
 TEST(VehicleFaults, StuckImuRepeatsValuesWithNewStamps) {
-  const Flown flown("imu_stuck");
+  const FaultedFlight flown("imu_stuck");
   for (std::size_t i = 499; i < 999; ++i) {
     EXPECT_EQ(flown.samples[i]->specific_force_m_s2, flown.samples[498]->specific_force_m_s2);
     EXPECT_EQ(flown.samples[i]->angular_velocity_rad_s, flown.samples[498]->angular_velocity_rad_s);
@@ -65,7 +65,7 @@ TEST(VehicleFaults, StuckImuRepeatsValuesWithNewStamps) {
 }
 
 TEST(VehicleFaults, ClockStepsAheadAndBack) {
-  const Flown flown("clock_step");
+  const FaultedFlight flown("clock_step");
   const auto stamp = [&](std::size_t i) { return flown.samples[i]->stamp.ns; };
   EXPECT_EQ(stamp(499) - stamp(498), 501'000'000);
   EXPECT_EQ(stamp(700) - stamp(699), 1'000'000);
@@ -73,18 +73,18 @@ TEST(VehicleFaults, ClockStepsAheadAndBack) {
 }
 
 TEST(VehicleFaults, LostMotorStopsAndTurnsTheVehicleOver) {
-  const Flown flown("motor_lost");
+  const FaultedFlight flown("motor_lost");
   EXPECT_NEAR(flown.speeds[450][0], 583.5, 0.1);
   EXPECT_LT(flown.speeds[700][0], 1);
   EXPECT_NEAR(flown.speeds[700][1], 583.5, 0.1);
   EXPECT_NEAR(flown.speeds[1200][0], 583.5, 0.1);
-  const Flown sound("");
+  const FaultedFlight sound("");
   EXPECT_LT(sound.vehicle.state().T_world_base.angle(), 0.1);
   EXPECT_GT(flown.vehicle.state().angular_velocity_base_rad_s.norm(), 3);
 }
 
 TEST(VehicleFaults, LostCellLowersTheVoltage) {
-  const Flown flown("cell_lost");
+  const FaultedFlight flown("cell_lost");
   const VehicleParams params;
   const double rotors_w = params.airframe.mass_kg * kGravity_m_s2 * params.rotor.torque_ratio_m * 583.5;
   const double power_w = rotors_w / BatteryParams::kMotorEfficiency + params.battery.kAvionicsPower_w;
@@ -97,7 +97,7 @@ TEST(VehicleFaults, LostCellLowersTheVoltage) {
 }
 
 TEST(VehicleFaults, GustBlows) {
-  const Flown flown("gust");
+  const FaultedFlight flown("gust");
   EXPECT_EQ(flown.winds[450], 0);
   EXPECT_NEAR(flown.winds[749], WindParams::kFaultGust_m_s, 1e-2);
   EXPECT_EQ(flown.winds[1010], 0);
@@ -125,7 +125,7 @@ TEST(VehicleFaults, LinksAreCutAndNoisy) {
 }
 
 TEST(VehicleFaults, BlackCameraIsReportedToItsSensor) {
-  const Flown flown("camera_black");
+  const FaultedFlight flown("camera_black");
   EXPECT_FALSE(flown.vehicle.has_fault(FaultKind::kCameraBlack));  // over
   EXPECT_TRUE(flown.vehicle.faults().is_active(FaultKind::kCameraBlack, Duration::from_seconds(0.6)));
 }

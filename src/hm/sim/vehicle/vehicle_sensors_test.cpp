@@ -13,8 +13,8 @@ namespace {
 using namespace test;
 
 /// A vehicle without disturbances that drifts and turns in the room, and the perfect scans it takes.
-struct Flown {
-  explicit Flown(std::string_view script, VehicleSensorsSetup sensing = perfect_laser(), int steps = 1000)
+struct SensedFlight {
+  explicit SensedFlight(std::string_view script, VehicleSensorsSetup sensing = perfect_laser(), int steps = 1000)
       : world(make_room()),
         renderer(world),
         vehicle(setup(script), cast_into(renderer)),
@@ -53,7 +53,7 @@ struct Flown {
 };
 
 /// Greatest difference between ranges and those from the true poses turned by an angle, in the analytic room.
-double greatest_error_m(const Flown& flown, const LaserScan& scan, double turn_rad) {
+double greatest_error_m(const SensedFlight& flown, const LaserScan& scan, double turn_rad) {
   double greatest = 0;
   int beams = 0;
   for (std::size_t i = 0; i < scan.size(); i += 7) {
@@ -75,7 +75,7 @@ double greatest_error_m(const Flown& flown, const LaserScan& scan, double turn_r
 }
 
 TEST(VehicleSensors, ScansAreThoseOfTheTruePoses) {
-  const Flown flown("");
+  const SensedFlight flown("");
   EXPECT_GT(flown.truth.back().T_world_base.angle(), 0.3);
   EXPECT_TRUE(flown.vehicle.collisions().empty());
   ASSERT_EQ(flown.scans.size(), 39U);  // of 40 a second; the last is under way
@@ -88,7 +88,7 @@ TEST(VehicleSensors, ScansAreThoseOfTheTruePoses) {
 }
 
 TEST(VehicleSensors, ScansArriveTwentyMillisecondsAfterTheirSweep) {
-  const Flown flown("");
+  const SensedFlight flown("");
   for (const auto& scan : flown.scans) {
     const double delay_s = (scan.at - scan.measured.stamp_of(scan.measured.size() - 1)).seconds();
     EXPECT_GE(delay_s, 0.020 - 1e-6);
@@ -103,7 +103,7 @@ TEST(VehicleSensors, ScansArriveTwentyMillisecondsAfterTheirSweep) {
 }
 
 TEST(VehicleSensors, LaserOffGivesNoScans) {
-  const Flown flown("fault laser_off at 0.3 for 0.3");
+  const SensedFlight flown("fault laser_off at 0.3 for 0.3");
   ASSERT_EQ(flown.scans.size(), 27U);
   for (const auto& scan : flown.scans) {
     const double done_s = scan.measured.stamp_of(scan.measured.size() - 1).seconds() - 5;
@@ -112,7 +112,7 @@ TEST(VehicleSensors, LaserOffGivesNoScans) {
 }
 
 TEST(VehicleSensors, TurnedSensorSeesTheRoomTurned) {
-  const Flown flown("fault sensor_turned at 0.3 for 0.3");
+  const SensedFlight flown("fault sensor_turned at 0.3 for 0.3");
   EXPECT_LT(greatest_error_m(flown, flown.scans[18].measured, std::numbers::pi / 2), 1e-4);
   EXPECT_GT(greatest_error_m(flown, flown.scans[18].measured, 0), 0.1);
   EXPECT_LT(greatest_error_m(flown, flown.scans[30].measured, 0), 1e-4);
@@ -120,9 +120,9 @@ TEST(VehicleSensors, TurnedSensorSeesTheRoomTurned) {
 
 TEST(VehicleSensors, SameSeedSameBits) {
   VehicleSensorsSetup noisy;
-  const Flown a("", noisy, 200), b("", noisy, 200);
+  const SensedFlight a("", noisy, 200), b("", noisy, 200);
   noisy.seed = 2;
-  const Flown c("", noisy, 200);
+  const SensedFlight c("", noisy, 200);
   ASSERT_EQ(a.scans.size(), b.scans.size());
   ASSERT_GT(a.scans.size(), 4U);
   for (std::size_t i = 0; i < a.scans.size(); ++i) {
@@ -133,7 +133,7 @@ TEST(VehicleSensors, SameSeedSameBits) {
 }
 
 TEST(VehicleSensors, HeightsAreThoseOfTheSurfaces) {
-  const Flown flown("", Flown::perfect_laser(), 1);
+  const SensedFlight flown("", SensedFlight::perfect_laser(), 1);
   const Vec3 over_chest(1.9, 1.15, 1.5);
   const HeightTruth heights = true_heights(flown.renderer, Time{3}, over_chest);
   EXPECT_EQ(heights.stamp, Time{3});

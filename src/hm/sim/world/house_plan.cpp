@@ -32,22 +32,21 @@ Box3 front_door() { return {Vec3(-0.2, 7.0, 0), Vec3(0, 8.0, kDoorHeight_m)}; }
 
 std::vector<Box3> house_windows() {
   std::vector<Box3> windows;
-  constexpr double kWall_m = kHalfWall_m + kOuterWall_m;
   const auto south = [&](double x, double width, double sill) {
-    windows.emplace_back(Vec3(x - width / 2, -kWall_m, sill), Vec3(x + width / 2, 0, 2.2));
+    windows.emplace_back(Vec3(x - width / 2, -kWholeOuterWall_m, sill), Vec3(x + width / 2, 0, 2.2));
   };
   const auto north = [&](double x, double width, double sill) {
     windows.emplace_back(Vec3(x - width / 2, kHouseWidth_m, sill),
-                         Vec3(x + width / 2, kHouseWidth_m + kWall_m, 2.2));
+                         Vec3(x + width / 2, kHouseWidth_m + kWholeOuterWall_m, 2.2));
   };
   south(2.2, 1.8, 1.0), south(6.4, 1.6, 0.9), south(10.2, 2.4, 0.3), south(14.0, 1.4, 1.2),
       south(17.6, 1.2, 2.0 - 0.9);
   north(3.7, 1.4, 0.9), north(6.2, 0.8, 1.5), north(10.2, 1.6, 0.9), north(15.6, 1.0, 0.9),
       north(18.1, 1.2, 1.2);
-  windows.emplace_back(Vec3(-kWall_m, 1.4, 0.9), Vec3(0, 3.2, 2.2));       // living, west
-  windows.emplace_back(Vec3(20, 4.2, 0.9), Vec3(20 + kWall_m, 5.6, 2.2));  // study, east
-  windows.emplace_back(Vec3(20, 7.0, 0.4), Vec3(20 + kWall_m, 8.0, 2.2));  // end of the hallway
-  windows.emplace_back(Vec3(-kWall_m, 13.2, 0.9), Vec3(0, 14.2, 2.2));     // bedroom, west
+  windows.emplace_back(Vec3(-kWholeOuterWall_m, 1.4, 0.9), Vec3(0, 3.2, 2.2));       // living, west
+  windows.emplace_back(Vec3(20, 4.2, 0.9), Vec3(20 + kWholeOuterWall_m, 5.6, 2.2));  // study, east
+  windows.emplace_back(Vec3(20, 7.0, 0.4), Vec3(20 + kWholeOuterWall_m, 8.0, 2.2));  // end of the hallway
+  windows.emplace_back(Vec3(-kWholeOuterWall_m, 13.2, 0.9), Vec3(0, 14.2, 2.2));     // bedroom, west
   return windows;
 }
 

@@ -20,6 +20,7 @@ inline constexpr double kHouseLength_m = 20, kHouseWidth_m = 15, kHouseHeight_m 
 inline constexpr double kHallLow_y = 6.7, kHallHigh_y = 8.3, kHallCenter_y = 7.5;
 inline constexpr double kHalfWall_m = 0.06;   ///< each room builds its half of an inner wall
 inline constexpr double kOuterWall_m = 0.14;  ///< behind the half wall of the outer rooms
+inline constexpr double kWholeOuterWall_m = kHalfWall_m + kOuterWall_m;
 inline constexpr double kDoorWidth_m = 1.0, kDoorHeight_m = 2.1;
 
 /// The nine rooms: four in the south from west to east, then five in the north.

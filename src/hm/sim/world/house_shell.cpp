@@ -7,7 +7,6 @@ namespace hm {
 namespace {
 
 constexpr double kSlab_m = 0.2, kTrim_m = 0.015;
-constexpr double kWall_m = kHalfWall_m + kOuterWall_m;
 
 std::vector<Box3> all_openings() {
   std::vector<Box3> all = house_doors();
@@ -141,8 +140,9 @@ void build_shell(HouseBuilder& builder) {
   append_skirting(builder.mesh(HouseMaterial::kTrim), hall);
   append_box(builder.mesh(HouseMaterial::kHallFloor), {-kHalfWall_m, kHallLow_y - kHalfWall_m, -kSlab_m},
              {kHouseLength_m + kHalfWall_m, kHallHigh_y + kHalfWall_m, 0});
-  append_box(builder.mesh(HouseMaterial::kCeiling), {-kWall_m, -kWall_m, kHouseHeight_m},
-             {kHouseLength_m + kWall_m, kHouseWidth_m + kWall_m, kHouseHeight_m + kSlab_m});
+  append_box(
+      builder.mesh(HouseMaterial::kCeiling), {-kWholeOuterWall_m, -kWholeOuterWall_m, kHouseHeight_m},
+      {kHouseLength_m + kWholeOuterWall_m, kHouseWidth_m + kWholeOuterWall_m, kHouseHeight_m + kSlab_m});
   const Box3 outer(Vec3(-kHalfWall_m, -kHalfWall_m, -kSlab_m),
                    Vec3(kHouseLength_m + kHalfWall_m, kHouseWidth_m + kHalfWall_m, kHouseHeight_m));
   append_ring(builder.mesh(HouseMaterial::kOutside), outer, kOuterWall_m);

@@ -13,7 +13,7 @@ namespace hm {
 namespace {
 
 /// Walls, floor and two balls: every direction is observable.
-const AnalyticScene kCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
+const AnalyticScene kFollowedCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
                             {{Vec3(1.5, -0.3, 0.1), 0.3}}};
 constexpr int kFrames = 40;
 
@@ -40,7 +40,7 @@ struct Walk {
     SE3 aligned, T_odom_camera;
     for (int i = 0; i < kFrames; ++i) {
       T_odom_camera = {truth_at(i).rotation(), truth_at(i).translation() + drift_m * i * Vec3(0.6, 0.6, 0.5)};
-      RgbdFrame frame = kCorner.render(kCamera, truth_at(i));
+      RgbdFrame frame = kFollowedCorner.render(kCamera, truth_at(i));
       // Error that depends on the image position: a map of many frames cannot agree with a new frame.
       for (int y = 0; y < kCamera.height; ++y)
         for (std::uint16_t& units : frame.depth.units.row(y))
@@ -81,7 +81,7 @@ TEST(TrajectoryAligner, WhatOdometrySaysHoldsWhereverItsOriginIs) {
   const SE3 T_map_odom(so3_exp(Vec3(0, 0, 1.2)), Vec3(5, 6, 7));
   near_aligner.set_T_map_odom(T_map_odom);
   far_aligner.set_T_map_odom(T_map_odom * T_far_near.inverse());
-  const DepthImage depth = kCorner.render(kCamera, truth_at(0)).depth;
+  const DepthImage depth = kFollowedCorner.render(kCamera, truth_at(0)).depth;
   for (int i = 0; i < 5; ++i) {
     const SE3 pose = truth_at(i), far_pose = T_far_near * pose;
     const auto a =
@@ -96,18 +96,18 @@ TEST(TrajectoryAligner, WhatOdometrySaysHoldsWhereverItsOriginIs) {
 TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
   // A correction no longer supported by depth images decays to odometry's pose, with a small covariance.
   IntegrationBench map({}), nothing({});
-  for (int i = 0; i < 6; ++i) map.add(kCorner, truth_at(i));
+  for (int i = 0; i < 6; ++i) map.add(kFollowedCorner, truth_at(i));
   TrajectoryAligner aligner({}, map.params, {}, kCamera);
   const SE3 wrong(Mat3::Identity(), Vec3(0.01, 0.008, -0.006));
   for (int i = 0; i < 6; ++i) {
     const SE3 odom = wrong * truth_at(i);
-    aligner.align(map.grid, kCorner.render(kCamera, truth_at(i)).depth, odom,
+    aligner.align(map.grid, kFollowedCorner.render(kCamera, truth_at(i)).depth, odom,
                   covariance_at(odom.translation(), 0.01, 0.005));
   }
   EXPECT_LT((aligner.T_map_odom() * wrong).translation().norm(), 0.004);  // it was corrected
   for (int i = 6; i < 12; ++i) {
     const SE3 odom = wrong * truth_at(i);
-    const auto found = aligner.align(nothing.grid, kCorner.render(kCamera, truth_at(i)).depth, odom,
+    const auto found = aligner.align(nothing.grid, kFollowedCorner.render(kCamera, truth_at(i)).depth, odom,
                                      covariance_at(odom.translation(), 3e-4, 2e-4));
     EXPECT_NE(found.status, AlignmentStatus::kAccepted);
   }
@@ -118,7 +118,7 @@ TEST(TrajectoryAligner, FadesToOdometryWithoutPictures) {
 /// result's errors agree with its covariance.
 TEST(DenseAligner, StatesAnHonestCovariance) {
   IntegrationBench bench({});
-  for (int i = 0; i < 6; ++i) bench.add(kCorner, truth_at(5 * i));
+  for (int i = 0; i < 6; ++i) bench.add(kFollowedCorner, truth_at(5 * i));
   const AlignmentParams params;
   DenseAligner aligner(params, bench.params, {}, kCamera);
   const double shared_m = params.shared_sigma_voxel * bench.params.voxel_size_m;
@@ -132,7 +132,7 @@ TEST(DenseAligner, StatesAnHonestCovariance) {
     const TurningCentre centre{truth * Vec3(0, 0, 1.6), 0.6};
     Vec6 shared;
     shared << shared_m * normal3(rng), shared_m / centre.arm_m * normal3(rng);
-    const DepthImage depth = kCorner.render(kCamera, centre.moved(truth, shared)).depth;
+    const DepthImage depth = kFollowedCorner.render(kCamera, centre.moved(truth, shared)).depth;
     AlignmentParams of_prior;
     of_prior.prior_shift_sigma_m = 0.012, of_prior.prior_turn_sigma_rad = 0.01;
     const SE3 prior{so3_exp(0.01 * normal3(rng)) * truth.rotation(),
