@@ -1,0 +1,98 @@
+#include "hm/pipeline/experiments/mobile/depth_image_experiment.hpp"
+
+#include <cmath>
+
+#include "hm/pipeline/experiments/common/experiment_frames.hpp"
+#include "hm/report/mesh_figures.hpp"
+#include "hm/report/plot.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kBand_m = 0.5;
+constexpr std::size_t kBands = 10;
+
+/// Readings of a device against the truth.
+struct DeviceReadings {
+  std::size_t pixels = 0, readings = 0;
+  std::vector<double> squares_m2 = std::vector<double>(kBands), counts = std::vector<double>(kBands);
+
+  void add(const DepthImage& depth, const Image<float>& truth_m) {
+    for (int y = 0; y < depth.height(); ++y)
+      for (int x = 0; x < depth.width(); ++x) {
+        ++pixels;
+        const auto true_m = static_cast<double>(truth_m(x, y));
+        const auto band = static_cast<std::size_t>(true_m / kBand_m);
+        if (depth.units(x, y) == 0 || true_m <= 0 || band >= kBands) continue;
+        ++readings;
+        const double error_m = depth.depth_m(x, y) - true_m;
+        // A step of depth beside the pixel is no error of the device's distance.
+        if (std::abs(error_m) > kBand_m) continue;
+        squares_m2[band] += error_m * error_m, ++counts[band];
+      }
+  }
+  [[nodiscard]] double rms_m(std::size_t band) const {
+    return counts[band] > 0 ? std::sqrt(squares_m2[band] / counts[band]) : std::nan("");
+  }
+};
+
+constexpr SensorPreset kComparedDevices[] = {SensorPreset::kTangoPhone, SensorPreset::kTangoTablet,
+                                             SensorPreset::kKinect};
+
+}  // namespace
+
+Result<ExperimentFindings> run_depth_image_experiment(const ExperimentOptions& options) {
+  constexpr double kCm = 100, kFar_m = 5;
+  SimulationParams scene = options.parameters.simulation;
+  scene.world = WorldKind::kHouse;
+  scene.sensor = SensorPreset::kTangoTablet;
+  const Simulation simulation(scene);
+  const Renderer renderer(simulation.world());
+  const std::size_t views = options.tiny ? 2 : 40;
+  const ParallelLoop loop(options.run.threads);
+  ExperimentFindings findings;
+  std::vector<Figure> figures;
+  std::vector<PlotSeries> errors;
+  for (const SensorPreset preset : kComparedDevices) {
+    const std::string name(kSensorPresetNames[static_cast<int>(preset)]);
+    const SensorModel sensor = sensor_model(preset);
+    DeviceReadings device;
+    for (std::size_t i = 0; i < views; ++i) {
+      if (options.run.stop.stop_requested())
+        return fail(ErrorCode::kCancelled, {}, "stopped among depth images");
+      const SE3 pose = simulation.true_pose((2 * i + 1) * simulation.frame_count() / (2 * views));
+      const RenderedView view = renderer.render(sensor.camera, pose, loop);
+      Rng rng(static_cast<std::uint64_t>(scene.seed), i);
+      const DepthImage depth = sense_depth(sensor, scene.effects, view, rng);
+      device.add(depth, view.depth_m);
+      if (i == views / 2)
+        figures.push_back({name, name, draw_depth(depth, kFar_m), HtmlReport::Place::kHalf});
+    }
+    findings.rows.push_back({name + ": pixels with a reading",
+                             {},
+                             100 * static_cast<double>(device.readings) / static_cast<double>(device.pixels),
+                             "%"});
+    findings.rows.push_back({name + ": readings in an image, mean",
+                             {},
+                             static_cast<double>(device.readings) / static_cast<double>(views),
+                             ""});
+    findings.rows.push_back({name + ": depth off at 1 to 1.5 m, RMS", {}, kCm * device.rms_m(2), "cm"});
+    findings.rows.push_back({name + ": depth off at 2.5 to 3 m, RMS", {}, kCm * device.rms_m(5), "cm"});
+    errors.push_back({name, {}, {}});
+    for (std::size_t band = 0; band < kBands; ++band) {
+      errors.back().x.push_back((static_cast<double>(band) + 0.5) * kBand_m);
+      errors.back().y.push_back(kCm * device.rms_m(band));
+    }
+  }
+  PlotOptions plot;
+  plot.x.label = "depth (m)", plot.y = {"depth off, RMS (cm)", AxisScale::kLog, 0, 0};
+  findings.add_figures = [figures, svg = plot_svg(errors, plot)](HtmlReport& report) {
+    report.begin_section("One view", "Depth, dark near and light far; white: no reading.");
+    for (const Figure& figure : figures) add_figure(report, figure);
+    report.begin_section("Error by depth", "Bias and noise together; logarithmic.");
+    report.add_svg(svg, "Readings more than 50 cm off, at steps of depth, are left out.");
+  };
+  return findings;
+}
+
+}  // namespace hm
