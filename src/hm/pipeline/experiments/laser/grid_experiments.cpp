@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/io/map/octomap_file.hpp"

@@ -1,6 +1,7 @@
 #include "hm/pipeline/experiments/mobile/alignment_experiment.hpp"
 
 #include <array>
+#include <memory>
 
 #include "hm/core/angle.hpp"
 #include "hm/evaluation/trajectory_error.hpp"

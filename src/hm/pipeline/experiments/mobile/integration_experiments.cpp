@@ -1,5 +1,6 @@
 #include "hm/pipeline/experiments/mobile/integration_experiments.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>

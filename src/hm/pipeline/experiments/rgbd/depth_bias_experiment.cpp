@@ -62,7 +62,9 @@ void add_bias_rows(const CalibratedBoards& boards, bool is_phone, std::vector<Ex
 Result<Image<Rgb8>> draw_training_set(const fs::path& folder, double far_m) {
   constexpr int kColumns = 7, kShrink = 4;
   std::vector<fs::path> poses;
-  for (const auto& entry : fs::directory_iterator(folder)) poses.push_back(entry.path());
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code)) poses.push_back(entry.path());
+  if (code) return fail(ErrorCode::kNotFound, folder.string(), "cannot be listed");
   std::ranges::sort(poses);
   Image<Rgb8> sheet;
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -1,6 +1,7 @@
 #include "hm/pipeline/experiments/rgbd/odometry_experiment.hpp"
 
 #include <array>
+#include <memory>
 
 #include "hm/core/angle.hpp"
 #include "hm/pipeline/experiments/common/experiment_frames.hpp"
