@@ -42,7 +42,7 @@ Result<LaserMapRun> map_recording(const char* name, const char* relations, const
           fmt::format("the recording laser/{} is absent: a simulated flight instead", name));
     LaserSimulationOptions flight;
     flight.params.seed = options.parameters.simulation.seed;
-    flight.params.scan_limit = options.tiny ? 160 : 0;
+    flight.params.scan_limit = options.tiny ? 600 : 0;
     flight.output = options.output / "flight";
     flight.run = options.run;
     if (const auto made = simulate_laser_recording(flight); !made) return forward_error(made);

@@ -26,17 +26,19 @@ struct FilterCase {
   int samples;
 };
 
-/// Error (stored minus true) after each sample, RMS over runs with different noise.
+/// Error (stored minus true) after each sample, RMS over runs with different noise. The stored value has its
+/// full weight and is wrong, as where a surface has moved.
 std::vector<double> errors_of_distance(const FilterCase& one, MeanRule rule, int runs) {
   std::vector<double> squares(static_cast<std::size_t>(one.samples), 0.0);
   for (int run = 0; run < runs; ++run) {
     Rng rng(static_cast<std::uint64_t>(run), 9);
     double mean = std::round(one.start / one.resolution);
-    TsdfVoxel voxel = TsdfVoxel::make(static_cast<std::int16_t>(mean), kWeightOne);
-    double weight = 1;
+    TsdfVoxel voxel =
+        TsdfVoxel::make(static_cast<std::int16_t>(mean), static_cast<std::uint16_t>(one.cap * kWeightOne));
+    const double gain = 1 / (one.cap + 1.0);
     for (int i = 0; i < one.samples; ++i) {
       const double sample = rng.normal(one.truth, one.sigma) / one.resolution;
-      const double exact = mean + (sample - mean) / (weight + 1);
+      const double exact = mean + (sample - mean) * gain;
       switch (rule) {
         case MeanRule::kExact:
           mean = exact;
@@ -52,7 +54,6 @@ std::vector<double> errors_of_distance(const FilterCase& one, MeanRule rule, int
                                   static_cast<float>(one.cap * kWeightOne));
           mean = voxel.sdf();
       }
-      weight = std::min(weight + 1, static_cast<double>(one.cap));
       const double error = mean * one.resolution - one.truth;
       squares[static_cast<std::size_t>(i)] += error * error / runs;
     }
@@ -61,8 +62,7 @@ std::vector<double> errors_of_distance(const FilterCase& one, MeanRule rule, int
   return squares;
 }
 
-/// The same for a level of colour; its filter has no noise and starts with a full weight, as where light has
-/// changed.
+/// The same for a level of colour, without noise, as where the light has changed.
 std::vector<double> errors_of_color(const FilterCase& one, MeanRule rule) {
   std::vector<double> errors;
   double mean = one.start;
@@ -132,9 +132,10 @@ Result<ExperimentFindings> run_filter_experiment(const ExperimentOptions& option
     plots.push_back(filter_plot(one, errors));
   }
   findings.add_figures = [plots](HtmlReport& report) {
-    report.begin_section("Convergence",
-                         "A stored distance that is 5 mm off is measured again and again, with a noise of "
-                         "0.3 mm; a colour changes from 40 to 200 after many observations.");
+    report.begin_section(
+        "Convergence",
+        "A surface moves by 5 mm, or a colour changes from 40 to 200, after so many observations "
+        "that the weight has reached its cap; measured with a noise of 0.3 mm from then on.");
     for (const std::string& plot : plots) report.add_svg(plot, "Observations: logarithmic.");
   };
   return findings;

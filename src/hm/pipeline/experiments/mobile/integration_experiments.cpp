@@ -164,7 +164,7 @@ Result<DeviceTimes> time_device(SensorPreset preset, const ExperimentOptions& op
   SimulationParams scene = options.parameters.simulation;
   scene.world = options.tiny ? WorldKind::kRoom : WorldKind::kHouse;
   scene.sensor = preset;
-  const ExperimentFrames frames = simulated_frames(scene, options.tiny ? 5 : 400, options.run.threads);
+  const ExperimentFrames frames = simulated_frames(scene, options.tiny ? 3 : 200, options.run.threads);
   DeviceTimes times;
   times.words = frames.words;
   const SensorModel& sensor = frames.simulation->sensor();

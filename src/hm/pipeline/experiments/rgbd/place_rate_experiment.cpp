@@ -20,7 +20,7 @@ struct WalkedPlaces {
 Result<WalkedPlaces> walk_places(const ExperimentOptions& options, std::size_t most) {
   constexpr double kKeyframeDistance_m = 0.3, kKeyframeAngle_rad = 0.35;
   SimulationParams scene = options.parameters.simulation;
-  scene.world = options.tiny ? WorldKind::kRoom : WorldKind::kHouse;
+  scene.world = WorldKind::kHouse;
   scene.sensor = SensorPreset::kKinect;
   const Simulation simulation(scene);
   FeatureDetector detector(options.parameters.features, simulation.camera(), {});
