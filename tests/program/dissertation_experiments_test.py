@@ -2,7 +2,7 @@
 import json
 import shutil
 import tempfile
-from functools import lru_cache
+import unittest
 from pathlib import Path
 
 import support
@@ -12,23 +12,18 @@ NAMES = ["height", "hover", "waypoints", "corridor", "floor-map", "flight-map", 
          "volumes", "memory", "scan-times"]
 
 
-@lru_cache(maxsize=None)
-def tiny_run():
-    """All experiments in their tiny form: the report, and the folder."""
+def setUpModule():
+    """Runs all experiments in their tiny form, once."""
+    global REPORT, FOLDER
     case = support.ProgramTest()
-    case.folder = Path(tempfile.mkdtemp(prefix="hm_experiments_"))
-    report = case.run_json("experiment", "all", "--tiny", "-o", "all", HM_DATA="")
-    return report, case.folder
-
-
-def tearDownModule():
-    if tiny_run.cache_info().currsize:
-        shutil.rmtree(tiny_run()[1], ignore_errors=True)
+    case.folder = FOLDER = Path(tempfile.mkdtemp(prefix="hm_experiments_"))
+    unittest.addModuleCleanup(shutil.rmtree, FOLDER, ignore_errors=True)
+    REPORT = case.run_json("experiment", "all", "--tiny", "-o", "all", HM_DATA="")
 
 
 class TinyExperiments(support.ProgramTest):
     def rows(self, name):
-        for entry in tiny_run()[0]["experiments"]:
+        for entry in REPORT["experiments"]:
             if entry["name"] == name:
                 return {row["quantity"]: row["measured"] for row in entry["rows"]}
         self.fail(f"{name} was not run")
@@ -38,7 +33,7 @@ class TinyExperiments(support.ProgramTest):
         self.assertLessEqual(rows[quantity], high, quantity)
 
     def test_pages(self):
-        report, folder = tiny_run()
+        report, folder = REPORT, FOLDER
         self.assertEqual([entry["name"] for entry in self.run_json("experiment", "list")["experiments"]], NAMES)
         self.assertEqual([entry["name"] for entry in report["experiments"]], NAMES)
         self.assertEqual(report["failed"], [])

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
@@ -71,7 +72,8 @@ constexpr std::array kExperiments{
                run_scan_time_experiment}};
 
 std::string number_text(double value, const std::string& unit) {
-  return unit.empty() ? fmt::format("{:.4g}", value) : fmt::format("{:.3g} {}", value, unit);
+  if (unit.empty()) return fmt::format("{:.0f}", value);  // a count
+  return fmt::format(fmt::runtime(std::abs(value) >= 100 ? "{:.0f} {}" : "{:.3g} {}"), value, unit);
 }
 
 std::vector<std::vector<std::string>> table_rows(const std::vector<ExperimentRow>& rows) {

@@ -40,49 +40,60 @@ struct DeviceReadings {
 constexpr SensorPreset kComparedDevices[] = {SensorPreset::kTangoPhone, SensorPreset::kTangoTablet,
                                              SensorPreset::kKinect};
 
+/// Depth images of a device at places spread over the walk; the one in the middle is drawn.
+Result<DeviceReadings> read_device(SensorPreset preset, const Simulation& simulation,
+                                   const ExperimentOptions& options, std::vector<Figure>& figures) {
+  constexpr double kFar_m = 5;
+  const SensorModel sensor = sensor_model(preset);
+  const Renderer renderer(simulation.world());
+  const ParallelLoop loop(options.run.threads);
+  const std::size_t views = options.tiny ? 2 : 40;
+  DeviceReadings device;
+  for (std::size_t i = 0; i < views; ++i) {
+    if (options.run.stop.stop_requested())
+      return fail(ErrorCode::kCancelled, {}, "stopped among depth images");
+    const SE3 pose = simulation.true_pose((2 * i + 1) * simulation.frame_count() / (2 * views));
+    const RenderedView view = renderer.render(sensor.camera, pose, loop);
+    Rng rng(static_cast<std::uint64_t>(simulation.params().seed), i);
+    const DepthImage depth = sense_depth(sensor, simulation.params().effects, view, rng);
+    device.add(depth, view.depth_m);
+    const std::string name(kSensorPresetNames[static_cast<int>(preset)]);
+    if (i == views / 2) figures.push_back({name, name, draw_depth(depth, kFar_m), HtmlReport::Place::kHalf});
+  }
+  return device;
+}
+
+void add_device_rows(const std::string& name, const DeviceReadings& device,
+                     std::vector<ExperimentRow>& rows) {
+  constexpr double kCm = 100;
+  rows.push_back({name + ": pixels with a reading",
+                  {},
+                  100 * static_cast<double>(device.readings) / static_cast<double>(device.pixels),
+                  "%"});
+  rows.push_back({name + ": depth off at 1 to 1.5 m, median", {}, kCm * device.median_m(2), "cm"});
+  rows.push_back({name + ": depth off at 2.5 to 3 m, median", {}, kCm * device.median_m(5), "cm"});
+}
+
 }  // namespace
 
 Result<ExperimentFindings> run_depth_image_experiment(const ExperimentOptions& options) {
-  constexpr double kCm = 100, kFar_m = 5;
+  constexpr double kCm = 100;
   SimulationParams scene = options.parameters.simulation;
   scene.world = WorldKind::kHouse;
   scene.sensor = SensorPreset::kTangoTablet;
   const Simulation simulation(scene);
-  const Renderer renderer(simulation.world());
-  const std::size_t views = options.tiny ? 2 : 40;
-  const ParallelLoop loop(options.run.threads);
   ExperimentFindings findings;
   std::vector<Figure> figures;
   std::vector<PlotSeries> errors;
   for (const SensorPreset preset : kComparedDevices) {
+    const auto device = read_device(preset, simulation, options, figures);
+    if (!device) return forward_error(device);
     const std::string name(kSensorPresetNames[static_cast<int>(preset)]);
-    const SensorModel sensor = sensor_model(preset);
-    DeviceReadings device;
-    for (std::size_t i = 0; i < views; ++i) {
-      if (options.run.stop.stop_requested())
-        return fail(ErrorCode::kCancelled, {}, "stopped among depth images");
-      const SE3 pose = simulation.true_pose((2 * i + 1) * simulation.frame_count() / (2 * views));
-      const RenderedView view = renderer.render(sensor.camera, pose, loop);
-      Rng rng(static_cast<std::uint64_t>(scene.seed), i);
-      const DepthImage depth = sense_depth(sensor, scene.effects, view, rng);
-      device.add(depth, view.depth_m);
-      if (i == views / 2)
-        figures.push_back({name, name, draw_depth(depth, kFar_m), HtmlReport::Place::kHalf});
-    }
-    findings.rows.push_back({name + ": pixels with a reading",
-                             {},
-                             100 * static_cast<double>(device.readings) / static_cast<double>(device.pixels),
-                             "%"});
-    findings.rows.push_back({name + ": pixels of an image",
-                             {},
-                             static_cast<double>(sensor.camera.width) * sensor.camera.height,
-                             ""});
-    findings.rows.push_back({name + ": depth off at 1 to 1.5 m, median", {}, kCm * device.median_m(2), "cm"});
-    findings.rows.push_back({name + ": depth off at 2.5 to 3 m, median", {}, kCm * device.median_m(5), "cm"});
+    add_device_rows(name, *device, findings.rows);
     errors.push_back({name, {}, {}});
     for (std::size_t band = 0; band < kBands; ++band) {
       errors.back().x.push_back((static_cast<double>(band) + 0.5) * kBand_m);
-      errors.back().y.push_back(kCm * device.median_m(band));
+      errors.back().y.push_back(kCm * device->median_m(band));
     }
   }
   PlotOptions plot;
