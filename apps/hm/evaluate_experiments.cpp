@@ -1,7 +1,7 @@
 #include <memory>
 
-#include "hm/pipeline/experiments/depth_compensation.hpp"
-#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_compensation.hpp"
+#include "hm/pipeline/experiments/rgbd/uncertainty_experiment.hpp"
 #include "program.hpp"
 #include "recording_flags.hpp"
 #include "version.hpp"

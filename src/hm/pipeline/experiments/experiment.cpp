@@ -2,13 +2,25 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "hm/io/bytes/file_bytes.hpp"
 #include "hm/io/bytes/json.hpp"
 #include "hm/io/bytes/output_file.hpp"
 #include "hm/pipeline/common/map_export.hpp"
-#include "hm/pipeline/experiments/flight_experiments.hpp"
-#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/laser/flight_experiments.hpp"
+#include "hm/pipeline/experiments/laser/grid_experiments.hpp"
+#include "hm/pipeline/experiments/laser/laser_map_experiments.hpp"
+#include "hm/pipeline/experiments/mobile/alignment_experiment.hpp"
+#include "hm/pipeline/experiments/mobile/depth_image_experiment.hpp"
+#include "hm/pipeline/experiments/mobile/filter_experiment.hpp"
+#include "hm/pipeline/experiments/mobile/integration_experiments.hpp"
+#include "hm/pipeline/experiments/mobile/volume_experiments.hpp"
+#include "hm/pipeline/experiments/rgbd/compensated_map_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_bias_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/odometry_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/place_rate_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/uncertainty_experiment.hpp"
 #include "hm/report/run_report.hpp"
 
 namespace hm {
@@ -21,11 +33,47 @@ constexpr std::array kExperiments{
                run_hover_experiment},
     Experiment{"waypoints", "Fig. 2.9", "position along way points that vary in x, y and yaw",
                run_way_point_experiment},
+    Experiment{"corridor", "Fig. 2.11", "a corridor as the points of all scans", run_corridor_experiment},
+    Experiment{"floor-map", "Fig. 2.12", "plan of a floor of a building", run_floor_map_experiment},
+    Experiment{"flight-map", "Fig. 2.13, 2.14", "map and path of a flight through a house",
+               run_flight_map_experiment},
+    Experiment{"grid", "Fig. 2.18 to 2.20, Table 2.1", "multi-volume occupancy grids: stages, plans, size",
+               run_grid_experiment},
+    Experiment{"hallway-grid", "Fig. 2.21", "multi-volume occupancy grid of a hallway",
+               run_hallway_grid_experiment},
+    Experiment{"depth-bias", "Fig. 3.2 to 3.7", "depth bias before and after calibration with boards",
+               run_depth_bias_experiment},
     Experiment{"uncertainty", "Fig. 3.8", "models of the deviation of depth against the measured deviation",
-               run_uncertainty_experiment}};
+               run_uncertainty_experiment},
+    Experiment{"places", "Fig. 3.11, Table 3.1", "place recognition: matrices, rates for n and k",
+               run_place_experiment},
+    Experiment{"odometry", "Fig. 3.12 to 3.15, Table 3.2",
+               "visual odometry, published and default: paths, sizes, durations, errors",
+               run_odometry_experiment},
+    Experiment{"large-map", "Fig. 3.16", "map of a house with and without depth compensation",
+               run_large_map_experiment},
+    Experiment{"depth-images", "Fig. 4.3", "depth images of phone, tablet and Kinect",
+               run_depth_image_experiment},
+    Experiment{"phone-bias", "Fig. 4.4, 4.5", "depth bias of the phone before and after calibration",
+               run_phone_bias_experiment},
+    Experiment{"filters", "Fig. 4.9", "convergence of discrete update filters", run_filter_experiment},
+    Experiment{"alignment", "Fig. 4.11, 4.12", "paths and maps with and without dense alignment",
+               run_alignment_experiment},
+    Experiment{"phone-room", "Fig. 4.17", "reconstruction with and without depth compensation",
+               run_phone_room_experiment},
+    Experiment{"integration", "Fig. 4.19, Table 4.1",
+               "reconstruction by traversal and projection, with and "
+               "without carving",
+               run_integration_experiment},
+    Experiment{"desk", "Fig. 4.20", "reconstruction of a desk from a public recording", run_desk_experiment},
+    Experiment{"volumes", "Fig. 4.21", "volumes that a scan affects", run_affected_volumes_experiment},
+    Experiment{"memory", "Fig. 4.22", "memory of the hashed and of a fixed grid", run_map_memory_experiment},
+    Experiment{"scan-times", "Tables 4.2, 4.3", "time of integrating a scan, by method",
+               run_scan_time_experiment}};
 
 std::string number_text(double value, const std::string& unit) {
-  return unit.empty() ? fmt::format("{:.4g}", value) : fmt::format("{:.3g} {}", value, unit);
+  if (unit.empty()) return fmt::format("{:.0f}", value);  // a count
+  return fmt::format(fmt::runtime(std::abs(value) >= 100 ? "{:.0f} {}" : "{:.3g} {}"), value, unit);
 }
 
 std::vector<std::vector<std::string>> table_rows(const std::vector<ExperimentRow>& rows) {
@@ -142,7 +190,12 @@ Result<ExperimentSummary> run_experiments(std::span<const Experiment> chosen,
       if (const auto made = make_folder(one.output); !made) return forward_error(made);
     }
     auto outcome = run_one(experiment, one, summary.outputs);
-    if (!outcome) return forward_error(outcome);
+    if (!outcome) {
+      if (chosen.size() == 1 || outcome.error().code == ErrorCode::kCancelled) return forward_error(outcome);
+      summary.warnings.push_back(fmt::format("{} failed: {}", experiment.name, to_string(outcome.error())));
+      summary.failed.push_back({&experiment, outcome.error()});
+      continue;
+    }
     for (const std::string& warning : outcome->warnings)
       summary.warnings.push_back(fmt::format("{}: {}", experiment.name, warning));
     summary.outcomes.push_back(std::move(*outcome));
@@ -157,7 +210,20 @@ JsonValue to_json(const ExperimentSummary& summary) {
   for (const ExperimentOutcome& outcome : summary.outcomes) list.push_back(to_json(outcome));
   JsonValue json = JsonValue::object();
   json["experiments"] = std::move(list);
+  JsonValue failed = JsonValue::array();
+  for (const FailedExperiment& one : summary.failed)
+    failed.push_back(
+        JsonValue::object({{"name", std::string(one.experiment->name)}, {"message", to_string(one.error)}}));
+  json["failed"] = std::move(failed);
   return json;
+}
+
+std::optional<Error> experiment_failure(const ExperimentSummary& summary) {
+  if (summary.failed.empty()) return {};
+  std::string names;
+  for (const FailedExperiment& one : summary.failed)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", one.experiment->name);
+  return Error{ErrorCode::kInternal, fmt::format("failed: {}", names), {}};
 }
 
 std::string to_text(const ExperimentSummary& summary) {
@@ -171,9 +237,9 @@ std::string to_text(const ExperimentSummary& summary) {
 }
 
 std::string experiment_list() {
-  std::string text = fmt::format("{:<14}{:<10}{}\n", "NAME", "FIGURE", "CONTENT");
+  std::string text = fmt::format("{:<14}{:<30}{}\n", "NAME", "FIGURE", "CONTENT");
   for (const Experiment& experiment : kExperiments)
-    text += fmt::format("{:<14}{:<10}{}\n", experiment.name, experiment.figure, experiment.content);
+    text += fmt::format("{:<14}{:<30}{}\n", experiment.name, experiment.figure, experiment.content);
   return text;
 }
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hm/pipeline/experiments/depth_compensation.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_compensation.hpp"
 #include "hm/report/mesh_figures.hpp"
 
 namespace hm {

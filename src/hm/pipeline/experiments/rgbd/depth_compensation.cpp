@@ -1,4 +1,4 @@
-#include "hm/pipeline/experiments/depth_compensation.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_compensation.hpp"
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@
 #include "hm/mapping/keyframes/keyframe_maps.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/mesh_evaluation.hpp"
-#include "hm/pipeline/experiments/depth_compensation_report.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_compensation_report.hpp"
 #include "hm/report/map_figures.hpp"
 
 namespace hm {

@@ -1,4 +1,4 @@
-#include "hm/pipeline/experiments/flight_experiments.hpp"
+#include "hm/pipeline/experiments/laser/flight_experiments.hpp"
 
 #include <algorithm>
 #include <cmath>

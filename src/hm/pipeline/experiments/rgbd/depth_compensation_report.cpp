@@ -1,4 +1,4 @@
-#include "hm/pipeline/experiments/depth_compensation_report.hpp"
+#include "hm/pipeline/experiments/rgbd/depth_compensation_report.hpp"
 
 #include <algorithm>
 #include <cmath>

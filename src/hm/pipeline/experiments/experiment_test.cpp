@@ -1,4 +1,4 @@
-#include "hm/pipeline/experiments/flight_experiments.hpp"
+#include "hm/pipeline/experiments/experiment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -63,6 +63,50 @@ TEST(Experiments, StoppedIsCancelled) {
   const auto summary = run_experiments(std::span(find_experiment("height"), 1), options);
   ASSERT_FALSE(summary.has_value());
   EXPECT_EQ(summary.error().code, ErrorCode::kCancelled);
+}
+
+ExperimentFindings one_row() {
+  ExperimentFindings findings;
+  findings.rows = {{"answer", 42.0, 41.5, "cm"}};
+  findings.add_figures = [](HtmlReport&) {};
+  return findings;
+}
+
+constexpr Experiment kWorks{"works", "Fig. 0.1", "nothing",
+                            [](const ExperimentOptions&) -> Result<ExperimentFindings> { return one_row(); }};
+constexpr Experiment kFails{"fails", "Fig. 0.2", "nothing",
+                            [](const ExperimentOptions&) -> Result<ExperimentFindings> {
+                              return fail(ErrorCode::kInvalidValue, "a.png", "is damaged");
+                            }};
+
+TEST(Experiments, OthersGoOnAfterOneFailed) {
+  const TemporaryFolder folder;
+  ExperimentOptions options;
+  options.output = folder.path();
+  const Experiment chosen[] = {kFails, kWorks};
+  const auto summary = run_experiments(chosen, options);
+  ASSERT_TRUE(summary.has_value()) << to_string(summary.error());
+  ASSERT_EQ(summary->outcomes.size(), 1U);
+  EXPECT_EQ(summary->outcomes.front().experiment->name, "works");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "works" / "report.html"));
+  ASSERT_EQ(summary->failed.size(), 1U);
+  EXPECT_EQ(summary->failed.front().experiment->name, "fails");
+  ASSERT_TRUE(experiment_failure(*summary).has_value());
+  EXPECT_NE(experiment_failure(*summary)->message.find("fails"), std::string::npos);
+  ASSERT_EQ(summary->warnings.size(), 1U);
+  EXPECT_NE(summary->warnings.front().find("a.png: is damaged"), std::string::npos);
+}
+
+TEST(Experiments, ASingleOneThatFailsIsAnError) {
+  const TemporaryFolder folder;
+  ExperimentOptions options;
+  options.output = folder.path();
+  const auto failed = run_experiments(std::span(&kFails, 1), options);
+  ASSERT_FALSE(failed.has_value());
+  EXPECT_EQ(failed.error().code, ErrorCode::kInvalidValue);
+  const auto worked = run_experiments(std::span(&kWorks, 1), options);
+  ASSERT_TRUE(worked.has_value());
+  EXPECT_FALSE(experiment_failure(*worked).has_value());
 }
 
 }  // namespace

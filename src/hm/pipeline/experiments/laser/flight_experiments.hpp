@@ -1,5 +1,5 @@
 #pragma once
-#include "hm/pipeline/experiments/experiment.hpp"
+#include "hm/pipeline/experiments/common/experiment_findings.hpp"
 
 namespace hm {
 

@@ -1,4 +1,4 @@
-#include "hm/pipeline/experiments/uncertainty_experiment.hpp"
+#include "hm/pipeline/experiments/rgbd/uncertainty_experiment.hpp"
 
 #include <algorithm>
 #include <limits>
