@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::size_t kMostReferences = 40, kMostSurfaces = 16;
 constexpr std::uint64_t kOwn = std::uint64_t{1}
-                               << 62;        // identities of own references, apart from the keyframes'
-constexpr double kNewReferenceShare = 0.75;  // of the view that some reference shares
+                               << 62;  // identities of own references, apart from the keyframes'
 constexpr double kLeastCompared = 0.25, kLeastFitting = 0.7;
 constexpr double kUsableCells = 0.1;  // with depth
 constexpr double kMostUncertain_m = 0.25;
@@ -100,7 +99,7 @@ GeometryAttempt GeometryTracker::attempt(const GeometryStart& start, const Geome
   const SE3 T_depth_camera = motion_until_color(frame, out.filter.twist_s());
   out.T_odom_camera = found.T_odom_depth * T_depth_camera;
   out.T_camera_depth = T_depth_camera.inverse();
-  out.keyframe_due = chosen.largest_share < kNewReferenceShare;
+  out.keyframe_due = !chosen.has_close;
   return out;
 }
 

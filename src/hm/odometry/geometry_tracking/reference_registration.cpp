@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hm/geometry/solvers/small_solvers.hpp"
+#include "hm/odometry/geometry_tracking/surface_reference.hpp"
 
 namespace hm {
 namespace {
@@ -15,7 +16,10 @@ constexpr int kComparedCells = 2, kJudgedCells = 4;  // every n-th in both direc
 constexpr double kCorrelation = 0.05;                // of readings of one surface, as in surface_following
 // Errors of one depth image against another that no number of readings reduces: distortion, sensor's steps.
 constexpr double kImageSigma_m = 0.002, kImageSigma_rad = 0.001;
-constexpr double kTrembleShare = 0.01;  // of the best held direction: normals within about 5 degrees
+// Mean square of the error of a normal (rad^2) at 1 m: the noise of a Kinect's depth over the window of an
+// element, with readings that depend on their neighbours. Noise grows with the square of the depth, the
+// window with the depth.
+constexpr double kTremble_m2 = 0.0005;
 constexpr double kStill = 2e-5, kLongestStep = 0.5;  // m and rad
 constexpr double kFittingSigmas = 3, kFitting_m = 0.01;
 
@@ -23,16 +27,6 @@ Mat6 image_covariance() {
   Vec6 sigmas;
   sigmas << Vec3::Constant(kImageSigma_m), Vec3::Constant(kImageSigma_rad);
   return sigmas.cwiseAbs2().asDiagonal();
-}
-
-/// Median-like depth of a grid, for weighing rotations against translations.
-double mean_depth_m(const DepthGrid& grid) {
-  double sum = 0;
-  int count = 0;
-  for (int y = 0; y < grid.depth_m.height(); y += kJudgedCells)
-    for (int x = 0; x < grid.depth_m.width(); x += kJudgedCells)
-      if (const float z = grid.depth_m(x, y); z > 0) sum += static_cast<double>(z), ++count;
-  return count > 0 ? sum / count : 1;
 }
 
 Mat6 to_camera(const Mat6& covariance_in_odom, const SE3& T_odom_camera) {
@@ -118,7 +112,7 @@ PoseEquations without_tremble(const PoseEquations& equations, double depth_m) {
   Vec6 unit;  // rotations as metres at the depth of the scene
   unit << Vec3::Ones(), Vec3::Constant(1 / depth_m);
   const Eigen6 held = symmetric_eigen(Mat6(unit.asDiagonal() * equations.information * unit.asDiagonal()));
-  const double tremble = kTrembleShare * held.values[5];
+  const double tremble = kTremble_m2 * depth_m * depth_m * held.values[5];
   Vec6 left, share;
   for (int i = 0; i < 6; ++i) {
     left[i] = std::max(0.0, held.values[i] - tremble);

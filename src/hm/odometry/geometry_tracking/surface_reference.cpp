@@ -12,6 +12,7 @@ namespace {
 constexpr int kSampledCells = 8;                               // every n-th in both directions
 constexpr double kSameDepth_m = 0.05, kSameDepthRatio = 0.05;  // of readings of one surface
 constexpr double kLeastShare = 0.3;
+constexpr double kCloseShare = 0.75, kCloseAngle_rad = 0.2, kCloseRatio = 0.1;  // of the depth: its distance
 constexpr double kHalf_m = 0.01;  // a reference as uncertain as this counts half
 constexpr std::size_t kByShare = 2, kByCertainty = 4;
 
@@ -36,6 +37,15 @@ void add_best(std::vector<std::size_t>& chosen, const std::vector<double>& score
 
 }  // namespace
 
+double mean_depth_m(const DepthGrid& grid) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < grid.depth_m.height(); y += kSampledCells)
+    for (int x = 0; x < grid.depth_m.width(); x += kSampledCells)
+      if (const float z = grid.depth_m(x, y); z > 0) sum += static_cast<double>(z), ++count;
+  return count > 0 ? sum / count : 1;
+}
+
 double shared_view(const DepthGrid& reference, const DepthGrid& current, const SE3& T_ref_cur) {
   int readings = 0, shared = 0;
   for (int y = kSampledCells / 2; y < current.depth_m.height(); y += kSampledCells)
@@ -58,11 +68,13 @@ double shared_view(const DepthGrid& reference, const DepthGrid& current, const S
 ChosenReferences choose_references(std::span<const SurfaceReference> references, const DepthGrid& current,
                                    const SE3& T_odom_depth) {
   ChosenReferences chosen;
+  const double depth_m = mean_depth_m(current);
   std::vector<double> by_share, by_certainty;
   for (const SurfaceReference& reference : references) {
-    const double share =
-        shared_view(*reference.grid, current, reference.T_odom_depth.inverse() * T_odom_depth);
-    chosen.largest_share = std::max(chosen.largest_share, share);
+    const SE3 T_ref_cur = reference.T_odom_depth.inverse() * T_odom_depth;
+    const double share = shared_view(*reference.grid, current, T_ref_cur);
+    chosen.has_close |= share > kCloseShare && T_ref_cur.angle() < kCloseAngle_rad &&
+                        T_ref_cur.translation().norm() < kCloseRatio * depth_m;
     by_share.push_back(share > kLeastShare ? share : 0);
     by_certainty.push_back(by_share.back() * certainty(reference));
   }

@@ -15,6 +15,9 @@ struct SurfaceReference {
   const DepthGrid* grid = nullptr;
 };
 
+/// Mean of the readings; 1 m without any.
+double mean_depth_m(const DepthGrid& grid);
+
 /// Share of the readings (0 to 1) that `reference` also has, from their depths alone, at a motion that may be
 /// wrong by a few centimetres.
 double shared_view(const DepthGrid& reference, const DepthGrid& current, const SE3& T_ref_cur);
@@ -22,7 +25,7 @@ double shared_view(const DepthGrid& reference, const DepthGrid& current, const S
 /// References chosen for a frame.
 struct ChosenReferences {
   std::vector<std::size_t> indices;
-  double largest_share = 0;  ///< of the frame's readings that one of all references has
+  bool has_close = false;  ///< one of all references shows nearly the same view
 };
 
 /// Chooses the references for a frame at a predicted pose: those that share most of its view, and those that

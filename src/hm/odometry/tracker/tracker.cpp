@@ -364,7 +364,7 @@ class Tracker final : public VisualOdometry {
     velocity_.reset();
     geometry_.begin({T_odom_last_, {}, covariance_last_}, geometry_frame(view));
     filter_.restart(view.grid, T_odom_last_);
-    finish_by_depth(view, TrackingStatus::kStarted, out);
+    finish_by_depth(TrackingStatus::kStarted, out);
     out.new_keyframe =
         make_depth_keyframe({&view, {}, {}, T_odom_start_ * T_odom_last_, {}, Mat6::Zero(), submap_});
   }
@@ -379,7 +379,7 @@ class Tracker final : public VisualOdometry {
     covariance_last_ = attempt.covariance;
     out.T_camera_depth = attempt.T_camera_depth;
     filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);
-    finish_by_depth(view, TrackingStatus::kTracked, out);
+    finish_by_depth(TrackingStatus::kTracked, out);
     const auto with_depth =
         std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
     unknown_frames_ = with_depth < kMinStartFeatures ? 0 : unknown_frames_ + 1;
@@ -401,7 +401,7 @@ class Tracker final : public VisualOdometry {
     }
   }
 
-  void finish_by_depth(const TrackerFrame& view, TrackingStatus status, TrackedFrame& out) {
+  void finish_by_depth(TrackingStatus status, TrackedFrame& out) {
     timed_.reset();
     out.status = status;
     out.reason.clear();
