@@ -8,11 +8,11 @@
 namespace hm {
 namespace {
 
-// Spectral density of the acceleration of a hand-held camera, from the error of extrapolating true poses at
-// constant velocity over 0.1 to 1 s in the tuning halves of sevenscenes_a (0.15 to 0.5 and 0.2 to 0.5),
-// tum_fr1_xyz (0.3 and 0.3 to 1.1) and tum_fr1_rpy (0.1 and 1.1 to 1.6).
-constexpr double kAcceleration = 0.3;  // m s^-1.5
-constexpr double kAngularAccel = 1.0;  // rad s^-1.5
+// Spectral density of the acceleration of a hand-held camera. Extrapolating true poses at constant velocity
+// over one to three frames in the tuning halves errs as if it were 0.5 to 0.9 and 0.5 to 1.0 (sevenscenes_a),
+// 0.3 to 0.5 and 1.1 to 1.9 (tum_fr1_xyz), 0.1 to 0.2 and 1.6 to 2.3 (tum_fr1_rpy).
+constexpr double kAcceleration = 0.5;  // m s^-1.5
+constexpr double kAngularAccel = 2.0;  // rad s^-1.5
 constexpr double kStartSigma_m = 0.001, kStartSigma_rad = 0.001;
 constexpr double kKnownSpeed_m_s = 0.1, kKnownTurn_rad_s = 0.15;  // a velocity from two poses
 constexpr double kAnySpeed_m_s = 0.5, kAnyTurn_rad_s = 1.0;       // of a hand-held camera

@@ -16,11 +16,12 @@ constexpr int kComparedCells = 2, kJudgedCells = 4;  // every n-th in both direc
 constexpr double kCorrelation = 0.05;                // of readings of one surface, as in surface_following
 // Errors of one depth image against another that no number of readings reduces: distortion, sensor's steps.
 constexpr double kImageSigma_m = 0.002, kImageSigma_rad = 0.001;
-// Mean square of the error of a normal (rad^2) at 1 m: the noise of a Kinect's depth over the window of an
-// element, with readings that depend on their neighbours. Noise grows with the square of the depth, the
-// window with the depth.
-constexpr double kTremble_m2 = 0.0005;
-constexpr double kStill = 2e-5, kLongestStep = 0.5;  // m and rad
+// Mean square of the error of a normal at a depth of 1 m (rad^2). A Kinect's noise of 1.4 mm, halved by the
+// mean of four pixels, over a window of 5 x 5 cells of 7.6 mm: (0.7 / (7.6 * sqrt(50)))^2 = 0.00017. Noise
+// grows with the square of the depth, the window with the depth. With 0.0005, fast turns over the desk of
+// tum_fr1_rpy (tuning half, 50 frames without colour) slid by 20 cm along it; with this by 9.
+constexpr double kTremble_m2 = 0.0002;
+constexpr double kStill = 3e-5, kNearlyStill = 5e-4, kLongestStep = 0.5;  // m and rad
 constexpr double kFittingSigmas = 3, kFitting_m = 0.01;
 
 Mat6 image_covariance() {
@@ -144,7 +145,7 @@ ReferenceRegistration register_to_references(std::span<const ReferenceSurface> r
       const Vec6 step = -solve_symmetric(sums.information + prior, sums.gradient + prior * from_prediction);
       if (!step.allFinite() || step.norm() > kLongestStep) return {prediction.T_odom_camera};
       result.T_odom_depth = result.T_odom_depth * SE3::exp(step);
-      if (step.lpNorm<Eigen::Infinity>() < kStill) break;
+      if (step.lpNorm<Eigen::Infinity>() < (gate_m > 0 ? kNearlyStill : kStill)) break;
     }
   result.information = 0.5 * (sums.exact_information + sums.exact_information.transpose());
   if (sums.weight > 0) result.reference_covariance = sums.covariance / sums.weight;
