@@ -393,6 +393,7 @@ class Tracker final : public VisualOdometry {
                     submap_,
                     attempt.covariance_since_model},
                    out);
+      T_odom_last_ = map_.keyframes().back().T_odom_camera;
       geometry_.end();
       unknown_frames_ = 0;
     } else if (attempt.keyframe_due) {
