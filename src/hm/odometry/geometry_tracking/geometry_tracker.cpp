@@ -25,8 +25,8 @@ Mat6 in_odom(const Mat6& covariance_in_camera, const SE3& T_odom_camera) {
 }
 
 Mat6 in_camera(const Mat6& covariance_in_odom, const SE3& T_odom_camera) {
-  const Mat6 to_camera = adjoint(T_odom_camera.inverse());
-  return to_camera * covariance_in_odom * to_camera.transpose();
+  const Mat6 by_camera = adjoint(T_odom_camera.inverse());
+  return by_camera * covariance_in_odom * by_camera.transpose();
 }
 
 double position_sigma_m(const Mat6& covariance_in_camera) {

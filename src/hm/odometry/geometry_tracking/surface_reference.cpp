@@ -17,8 +17,8 @@ constexpr double kHalf_m = 0.01;  // a reference as uncertain as this counts hal
 constexpr std::size_t kByShare = 2, kByCertainty = 4;
 
 double certainty(const SurfaceReference& reference) {
-  const Mat6 to_camera = adjoint(reference.T_odom_depth.inverse());
-  const Mat6 covariance = to_camera * reference.covariance * to_camera.transpose();
+  const Mat6 by_camera = adjoint(reference.T_odom_depth.inverse());
+  const Mat6 covariance = by_camera * reference.covariance * by_camera.transpose();
   return 1 / (1 + covariance.topLeftCorner<3, 3>().trace() / (kHalf_m * kHalf_m));
 }
 
