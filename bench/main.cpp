@@ -52,6 +52,7 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"vo_every_5th", hm::bench::bench_vo_every_5th},
                                               {"vo_tum_xyz", hm::bench::bench_vo_tum_xyz},
                                               {"vo_tum_rpy", hm::bench::bench_vo_tum_rpy},
+                                              {"vo_depth_only", hm::bench::bench_vo_depth_only},
                                               {"vo_rolling", hm::bench::bench_vo_rolling},
                                               {"slam_recordings", hm::bench::bench_slam_recordings},
                                               {"vo_icl", hm::bench::bench_vo_icl},

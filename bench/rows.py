@@ -91,6 +91,9 @@ ROWS = [
     Row("vo_tum_rpy", "cm", 2.0, 1.2, "at_most", "vo_tum_rpy", 1,
         "TUM fr1/rpy part, fast turns (its row times come from it, too): ATE", ("vo_tum_rpy_lost",)),
     Row("vo_tum_rpy_lost", "frames", 0, None, "at_most", "vo_tum_rpy", 1, "without a pose"),
+    Row("vo_depth_only", "cm", 3.0, 1.5, "at_most", "vo_depth_only", 1, "TUM fr1/xyz part without colour: ATE", ("vo_depth_only_dark",)),
+    Row("vo_depth_only_dark", "times", 1.2, 1.0, "at_most", "vo_depth_only", 1,
+        "sevenscenes_a without colour for 5 s in the middle (frames 225 to 374): ATE against that of the whole recording"),
     Row("vo_rolling", "times", 1.3, 1.1, "at_most", "vo_rolling", 1,
         "simulated, 26 ms readout, depth 15 ms earlier, stamps late by 0 to 14 ms, blur, noise, turning by 60 deg/s before a wall at 3 m: "
         "position error against that with a synchronous global shutter, medians of five seeds", ("vo_rolling_times",)),
@@ -234,7 +237,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "laser_office": ["laser", "slam/laser", "slam/pose_graph", "sim/office", "pipeline/laser", "pipeline/verdict"],
          "mvog": ["mvog"],
          "vo_sevenscenes": ["odometry"], "vo_every_5th": ["odometry"], "vo_tum_xyz": ["odometry"], "vo_icl": ["odometry"],
-         "vo_tum_rpy": ["odometry"], "vo_rolling": ["odometry"], "slam_recordings": ["odometry", "slam", "tsdf", "pipeline/rgbd"],
+         "vo_tum_rpy": ["odometry"], "vo_depth_only": ["odometry"], "vo_rolling": ["odometry"], "slam_recordings": ["odometry", "slam", "tsdf", "pipeline/rgbd"],
          "slam_continue": ["odometry", "slam", "mapping", "pipeline/rgbd"],
          "vo_hour": ["odometry"], "vo_vs_opencv": ["odometry"],
          "places": ["slam/places", "slam/rgbd", "odometry/feature"], "align_sevenscenes": ["odometry", "tsdf"],

@@ -25,19 +25,28 @@ constexpr std::size_t kHourOfFrames = 108000;
 struct Run {
   Trajectory truth, estimate;
   std::vector<double> cpu_ms;
-  int lost = 0;
+  int lost = 0, by_depth = 0;
 };
 
-Result<Run> track_all(FrameSource& source, const OdometryParams& params) {
+/// Frames whose colour is taken away: from `first` to before `end`.
+struct Darkness {
+  std::size_t first = 0, end = 0;
+};
+
+Result<Run> track_all(FrameSource& source, const OdometryParams& params, const Darkness& dark = {}) {
   Run run;
   const auto odometry = make_visual_odometry(params, source.camera());
   while (true) {
     const auto chunk = source.next_chunk();
     if (!chunk) return forward_error(chunk);
     if (chunk->empty()) return run;
-    for (const RgbdFrame& frame : *chunk) {
+    for (const RgbdFrame& given : *chunk) {
+      RgbdFrame frame = given;
+      const std::size_t number = run.cpu_ms.size();
+      if (number >= dark.first && number < dark.end) frame.color = {};
       const double begin_s = thread_cpu_s();
       const TrackedFrame tracked = odometry->track(frame);
+      run.by_depth += tracked.numbers.by_depth ? 1 : 0;
       run.cpu_ms.push_back(1e3 * (thread_cpu_s() - begin_s));
       if (frame.T_world_camera) run.truth.push_back({frame.stamp, *frame.T_world_camera});
       if (tracked.T_odom_camera)
@@ -57,6 +66,7 @@ Result<TrajectoryError> judge(const Run& run, RpeUnit unit) {
 JsonValue details_of(const Run& run, const TrajectoryError& error) {
   return JsonValue::object({{"frames", run.cpu_ms.size()},
                             {"lost", run.lost},
+                            {"by_depth", run.by_depth},
                             {"path_m", error.truth_path_m},
                             {"ate_cm", error.position_m.rmse * 100},
                             {"rpe_mm", error.relative.translation_m.rmse * 1e3}});
@@ -66,10 +76,10 @@ JsonValue details_of(const Run& run, const TrajectoryError& error) {
 OdometryParams of_kinect() { return with_kinect_prior({}); }
 
 Result<Run> track_recording(const char* name, std::size_t stride, const BenchOptions& options,
-                            const OdometryParams& params = {}) {
+                            const OdometryParams& params = {}, const Darkness& dark = {}) {
   const auto source = open_frames(name, {static_cast<std::size_t>(options.frame_limit), stride, 40});
   if (!source) return forward_error(source);
-  return track_all(**source, params);
+  return track_all(**source, params, dark);
 }
 
 double resident_mb() { return static_cast<double>(resident_bytes()) * 1e-6; }
@@ -128,6 +138,26 @@ Result<BenchResult> bench_vo_tum_rpy(const BenchOptions& options) {
   result.rows = {{"vo_tum_rpy", error->position_m.rmse * 100, {}},
                  {"vo_tum_rpy_lost", static_cast<double>(run->lost), {}}};
   result.details = details_of(*run, *error);
+  return result;
+}
+
+Result<BenchResult> bench_vo_depth_only(const BenchOptions& options) {
+  constexpr Darkness kAlways{0, 1u << 20}, kFiveSeconds{225, 375};  // of 600 frames at 30 Hz
+  BenchResult result;
+  std::vector<double> ate_cm;
+  const auto judge_run = [&](const char* name, const char* key, const Darkness& dark) -> Result<void> {
+    const auto run = track_recording(name, 1, options, of_kinect(), dark);
+    if (!run) return forward_error(run);
+    const auto error = judge(*run, RpeUnit::kSeconds);
+    if (!error) return forward_error(error);
+    ate_cm.push_back(error->position_m.rmse * 100);
+    result.details[key] = details_of(*run, *error);
+    return {};
+  };
+  if (const auto done = judge_run("tum_fr1_xyz", "without_color", kAlways); !done) return forward_error(done);
+  if (const auto done = judge_run(kRoom, "undisturbed", {}); !done) return forward_error(done);
+  if (const auto done = judge_run(kRoom, "dark", kFiveSeconds); !done) return forward_error(done);
+  result.rows = {{"vo_depth_only", ate_cm[0], {}}, {"vo_depth_only_dark", ate_cm[2] / ate_cm[1], {}}};
   return result;
 }
 

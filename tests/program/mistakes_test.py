@@ -84,7 +84,11 @@ class UsualMistakes(support.SharedFolderTest):
         copy = self.copy()
         (copy / "rgb.txt").unlink()
         for verb in ("odometry", "slam"):
-            self.refused(verb, copy, "-o", "out", says=["no colour images", "hm reconstruct"])
+            run = self.run_json(verb, copy, "-o", verb)
+            self.assertTrue(any("no colour images" in warning for warning in run["warnings"]), run["warnings"])
+            self.assertTrue(any("by depth alone" in warning for warning in run["warnings"]), run["warnings"])
+            self.assertEqual(run["frames"]["by_depth"], run["frames"]["tracked"])
+        self.refused("odometry", copy, "-o", "out", "--method", "published_icp", says=["no colour images"])
         self.assertTrue(any("no colour" in warning for warning in self.run_json("info", copy)["warnings"]))
         self.run_json("reconstruct", copy, "-o", "out", *FAST[:-1])
 

@@ -38,7 +38,7 @@ class Odometry(support.SharedFolderTest):
     def test_room_end_to_end(self):
         run = self.run_json("odometry", self.recording, "-o", "result")
         self.assertLessEqual(KEYS | TRUTH_KEYS, set(run))
-        self.assertEqual(run["frames"], {"total": 60, "read": 60, "tracked": 60, "lost": 0, "unused": 0})
+        self.assertEqual(run["frames"], {"total": 60, "read": 60, "tracked": 60, "by_depth": 0, "lost": 0, "unused": 0})
         self.assertLess(run["ate_rmse_m"], 0.02)
         self.assertLess(abs(run["path_length_m"] - run["truth_path_m"]), 0.15 * run["truth_path_m"] + 0.05)
         self.assertGreater(run["keyframes"], 0)
@@ -95,7 +95,8 @@ class Odometry(support.SharedFolderTest):
             (folder / f"{name}.txt").write_text(
                 "".join(f"{1 + i / 30:.6f} {frame[column]}\n" for i, frame in enumerate(frames)))
         run = self.run_json("odometry", "blackout", "-o", "result")
-        self.assertEqual(run["frames"], {"total": 90, "read": 90, "tracked": 60, "lost": 30, "unused": 0})
+        self.assertEqual(run["frames"], {"total": 90, "read": 90, "tracked": 60, "by_depth": 0, "lost": 30,
+                                         "unused": 0})
         self.assertEqual(len(run["lost_stretches"]), 1, run["lost_stretches"])
         # As if it had not been dark: what was tracked is where the truth of these frames is.
         tracked = (self.folder / "result/trajectory.tum").read_text().splitlines()
@@ -136,13 +137,40 @@ class Odometry(support.SharedFolderTest):
         document = self.run_json("odometry", self.recording, "-o", "late", "--set",
                                  "reconstruction.begin_frame=1000", expect=3)
         self.assertIn("range of frames is empty", document["error"]["message"])
-        dark = self.folder / "dark"  # colour pictures without anything in them
-        shutil.copytree(self.recording, dark)
-        for name in ("rgb.txt", "associations.txt"):
-            (dark / name).unlink(missing_ok=True)
-        shutil.rmtree(dark / "rgb")
-        document = self.run_json("odometry", "dark", "-o", "result", expect=3)
-        self.assertRegex(document["error"]["message"], "not one of 60 frames|no colour|nothing")
+
+    def without_color(self, name, is_kept):
+        """A copy of the recording that has only the colour images of the frames `is_kept(index)`."""
+        folder = self.folder / name
+        folder.mkdir()
+        for part in ("rgb", "depth"):
+            (folder / part).symlink_to(self.recording / part)
+        for part in ("camera.txt", "depth.txt", "groundtruth.txt"):
+            shutil.copy(self.recording / part, folder)
+        pictures = [line for line in (self.recording / "rgb.txt").read_text().splitlines() if not line.startswith("#")]
+        kept = [line for index, line in enumerate(pictures) if is_kept(index)]
+        if kept:
+            (folder / "rgb.txt").write_text("\n".join(kept) + "\n")
+        return folder
+
+    def test_colour_that_is_missing_is_no_loss(self):
+        gap = self.without_color("gap", lambda index: not 20 <= index < 45)
+        for verb in ("odometry", "slam"):
+            run = self.run_json(verb, gap, "-o", verb)
+            frames = run["frames"]
+            self.assertEqual((frames["tracked"], frames["lost"], frames["unused"]), (60, 0, 0))
+            self.assertEqual(frames["by_depth"], 25)
+            self.assertEqual(run["submaps"], 1)
+            self.assertLess(run["ate_rmse_m"], 0.02)
+            self.assertTrue(any("by depth alone" in warning for warning in run["warnings"]), run["warnings"])
+            self.assertIn("by depth alone", (self.folder / verb / "report.html").read_text())
+        status = json.loads((self.folder / "odometry/report.json").read_text())["series"]["status"]
+        self.assertEqual(status.count("tracked by depth"), 25)
+
+    def test_depth_images_alone(self):
+        run = self.run_json("odometry", self.without_color("alone", lambda index: False), "-o", "result")
+        self.assertEqual((run["frames"]["by_depth"], run["frames"]["lost"]), (60, 0))
+        self.assertLess(run["ate_rmse_m"], 0.03)
+        self.check_files("result")
 
     def test_real_recordings(self):
         data = support.real_data()

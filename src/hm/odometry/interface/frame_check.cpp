@@ -5,9 +5,10 @@
 namespace hm {
 
 std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
-                           const std::optional<Time>& last_stamp) {
-  if (frame.color.empty()) return "no colour image";
-  if (frame.color.width() != camera.width || frame.color.height() != camera.height ||
+                           const std::optional<Time>& last_stamp, ColorNeed need) {
+  const bool has_color = !frame.color.empty();
+  if (!has_color && need == ColorNeed::kAlways) return "no colour image";
+  if ((has_color && (frame.color.width() != camera.width || frame.color.height() != camera.height)) ||
       frame.depth.width() != camera.width || frame.depth.height() != camera.height)
     return fmt::format("images of {}x{} (colour) and {}x{} (depth), camera of {}x{}", frame.color.width(),
                        frame.color.height(), frame.depth.width(), frame.depth.height(), camera.width,

@@ -22,7 +22,7 @@ enum class TrackingStatus {
   kStarted,      ///< first frame of a submap
   kRelocalised,  ///< relocalised against a keyframe
   kLost,         ///< no pose; the model is unchanged
-  kSkipped,      ///< the frame is unusable (size, no colour, stamp not later than the last one)
+  kSkipped,      ///< the frame is unusable (size, stamp not later than the last one, no colour)
 };
 std::string_view to_string(TrackingStatus status);
 
@@ -38,6 +38,7 @@ struct TrackingNumbers {
   double sharpness = 0;             ///< variance of the image's Laplacian; low: blurred, dark or textureless
   double depth_coverage_ratio = 0;  ///< pixels with a depth reading
   bool turn_given = false;          ///< the prediction used a gyroscope
+  bool by_depth = false;            ///< the pose comes from the depth image alone
   GravityUse gravity = GravityUse::kNone;
   double readout_s = 0, color_delay_s = 0;  ///< of the colour image, as used (TrackerParams)
   std::size_t model_points = 0;             ///< in the persistent model after the frame
@@ -45,7 +46,8 @@ struct TrackingNumbers {
 
   template <class Archive>
   void visit_state(Archive& archive) {
-    archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given);
+    archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given,
+            by_depth);
     archive.choice(gravity, 3);
     archive(readout_s, color_delay_s, model_points, features_ms, prediction_ms, registration_ms, model_ms,
             total_ms);
@@ -77,6 +79,8 @@ struct TrackedFrame {
 struct OdometryHistory {
   std::function<Result<RgbdFrame>(std::size_t frame_index)> read_frame;
   std::span<const std::shared_ptr<const Keyframe>> keyframes;
+  /// Keyframe of a frame; null if it was none.
+  [[nodiscard]] std::shared_ptr<const Keyframe> find_keyframe(std::size_t frame_index) const;
 };
 
 /// RGB-D visual odometry with a persistent feature model (dissertation 3.2). `odom` is the camera frame of
@@ -87,7 +91,8 @@ class VisualOdometry {
  public:
   virtual ~VisualOdometry() = default;
   /// Tracks the next frame, in order of time. Depth and colour must be undistorted, registered to each other
-  /// and of the camera's size; an unusable frame is kSkipped, with the reason.
+  /// and of the camera's size; an unusable frame is kSkipped, with the reason. The tracker follows frames
+  /// without colour by their depth images.
   virtual TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint = {}) = 0;
   /// Memory of model and keyframes in bytes (bounded; see max_model_points, max_keyframes).
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;

@@ -52,6 +52,16 @@ std::optional<Relocalisation> find_again(std::span<const KnownPlace> places, con
   return best;
 }
 
+void sort_by_view(std::vector<KnownPlace>& places, const SE3& T_odom_camera) {
+  constexpr double kLikeARadian_m = 2;  // a way that changes the view of a room as much as a turn by a radian
+  const auto change = [&](const KnownPlace& place) {
+    const SE3 motion = T_odom_camera.inverse() * place.T_odom_camera;
+    return motion.angle() + motion.translation().norm() / kLikeARadian_m;
+  };
+  std::stable_sort(places.begin(), places.end(),
+                   [&](const KnownPlace& a, const KnownPlace& b) { return change(a) > change(b); });
+}
+
 RelocalisationSearch LostState::next_search(Time stamp, Time posed, int min_inliers) {
   const double passed_s = (stamp - (lost() ? last_ : posed)).seconds();
   const auto frames = static_cast<std::size_t>(std::clamp(std::round(passed_s / kFrame_s), 1.0, kMostFrames));

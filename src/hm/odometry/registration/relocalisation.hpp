@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "hm/core/time.hpp"
 #include "hm/odometry/feature/feature.hpp"
@@ -35,6 +36,10 @@ struct RelocalisationSearch {
 /// matches.
 std::optional<Relocalisation> find_again(std::span<const KnownPlace> places, const FeatureSet& features,
                                          const RelocalisationSearch& search, int& best_matches);
+
+/// Sorts places so that those that look most like a camera's view by their poses (position and direction)
+/// come last, where a search begins.
+void sort_by_view(std::vector<KnownPlace>& places, const SE3& T_odom_camera);
 
 /// State while tracking is lost: duration, and progress of the search through the keyframes.
 class LostState {

@@ -27,7 +27,8 @@ LocalMap::LocalMap(std::size_t max_landmarks, std::size_t max_keyframes)
 std::size_t LocalMap::memory_bytes() const {
   std::size_t bytes = landmarks_.capacity() * sizeof(MapLandmark) + free_.capacity() * sizeof(std::size_t);
   for (const MapKeyframe& keyframe : keyframes_) {
-    bytes += sizeof(MapKeyframe) + keyframe.pyramid.memory_bytes() + keyframe.surface.memory_bytes();
+    bytes += sizeof(MapKeyframe) + keyframe.pyramid.memory_bytes() + keyframe.surface.memory_bytes() +
+             keyframe.grid.depth_m.size() * sizeof(float);
     bytes += keyframe.sightings.capacity() * sizeof(Sighting);
     bytes += keyframe.factors.capacity() * sizeof(SurfaceFactor);
     if (keyframe.record)

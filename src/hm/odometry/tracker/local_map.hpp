@@ -67,6 +67,7 @@ struct MapKeyframe {
   SE3 T_odom_camera;
   Mat6 covariance = Mat6::Zero();  ///< left perturbation in odom, as in TrackedFrame
   ImagePyramid pyramid;
+  DepthGrid grid;
   SurfaceGrid surface;  ///< cleared when the keyframe is no longer recent
   std::vector<Sighting> sightings;
   std::vector<SurfaceFactor> factors;

@@ -8,6 +8,7 @@
 
 #include "hm/core/stopwatch.hpp"
 #include "hm/geometry/state_bytes.hpp"
+#include "hm/odometry/geometry_tracking/geometry_tracker.hpp"
 #include "hm/odometry/interface/frame_check.hpp"
 #include "hm/odometry/registration/relocalisation.hpp"
 #include "hm/odometry/tracker/color_time_estimator.hpp"
@@ -24,16 +25,8 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr int kMinStartFeatures = 30;
+constexpr int kUnknownFrames = 5;   // with features but no known landmark: the model has none here
 constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have rotated far
-
-// Few landmarks are sufficient if the surfaces constrain the camera by themselves and agree.
-constexpr int kMinWithSurface = 6;
-constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
-
-bool agree(const SE3& a, const SE3& b) {
-  const SE3 difference = a.inverse() * b;
-  return difference.translation().norm() < kAgree_m && difference.angle() < kAgree_rad;
-}
 
 class Tracker final : public VisualOdometry {
  public:
@@ -44,6 +37,7 @@ class Tracker final : public VisualOdometry {
         map_(static_cast<std::size_t>(params.tracker.max_model_points),
              static_cast<std::size_t>(params.tracker.max_keyframes)),
         filter_(params.features.depth_noise),
+        geometry_(params.features.depth_noise),
         inertia_(params.gravity_sigma_rad),
         color_times_({params.tracker.readout_s, params.tracker.color_delay_s},
                      params.tracker.estimate_row_times),
@@ -62,13 +56,13 @@ class Tracker final : public VisualOdometry {
     const Stopwatch total;
     TrackedFrame out;
     inertia_.begin_frame(hint);
-    out.reason = reason_to_skip(frame, camera_, last_stamp_);
+    out.reason = reason_to_skip(frame, camera_, last_stamp_, ColorNeed::kIfPresent);
     if (out.reason.empty()) {
       last_stamp_ = frame.stamp;
       clock_.add(frame.stamp);
       TrackerFrame view = make_view(frame, out);
-      if (map_.empty())
-        begin_submap(view, detector_.detect(view.pyramid.level(0), frame.depth), out);
+      if (map_.empty() && !geometry_.is_active())
+        begin_submap(view, features_of(view), out);
       else
         follow(view, hint, out);
       if (out.T_odom_camera) {
@@ -91,7 +85,8 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] std::size_t memory_bytes() const override {
-    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes();
+    return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes() +
+           geometry_.memory_bytes();
   }
 
   bool save(StateWriter& state) const override {
@@ -105,7 +100,8 @@ class Tracker final : public VisualOdometry {
                   map_.keyframes().size() <= static_cast<std::size_t>(params_.tracker.max_keyframes));
     state.require(!last_stamp_ || posed_stamp_ <= *last_stamp_);
     if (!state.ok()) return fail(ErrorCode::kCorrupted, "state of odometry", "is damaged");
-    if (map_.empty()) return {};
+    if (map_.empty() && !geometry_.is_active()) return {};
+    if (const auto restored = restore_geometry(history); !restored) return restored;
     if (const auto restored = map_.restore([&](MapKeyframe& keyframe, bool with_surface) {
           return restore_keyframe(keyframe, with_surface, history);
         });
@@ -124,13 +120,14 @@ class Tracker final : public VisualOdometry {
   void visit_state(Archive& archive) {
     archive(T_odom_start_, T_odom_last_, covariance_last_, velocity_, last_stamp_, clock_, posed_stamp_,
             posed_frame_, lost_, submap_, best_inliers_, keyframe_depth_m_, inertia_, filter_, color_times_,
-            timed_, map_);
+            timed_, map_, geometry_, unknown_frames_);
   }
 
   [[nodiscard]] Result<RgbdFrame> read_again(std::size_t frame_index, const OdometryHistory& history) const {
     auto frame = history.read_frame(frame_index);
     if (!frame) return frame;
-    if (const std::string reason = reason_to_skip(*frame, camera_, {}); !reason.empty())
+    if (const std::string reason = reason_to_skip(*frame, camera_, {}, ColorNeed::kIfPresent);
+        !reason.empty())
       return fail(ErrorCode::kInvalidValue, fmt::format("frame {}", frame_index), "{}", reason);
     return frame;
   }
@@ -138,18 +135,24 @@ class Tracker final : public VisualOdometry {
   Result<void> restore_keyframe(MapKeyframe& keyframe, bool with_surface,
                                 const OdometryHistory& history) const {
     const std::size_t index = keyframe.record->frame_index;
-    const auto record = std::lower_bound(
-        history.keyframes.begin(), history.keyframes.end(), index,
-        [](const std::shared_ptr<const Keyframe>& k, std::size_t i) { return k->frame_index < i; });
-    if (record == history.keyframes.end() || (*record)->frame_index != index)
+    keyframe.record = history.find_keyframe(index);
+    if (!keyframe.record)
       return fail(ErrorCode::kCorrupted, "state of odometry", "frame {} is no keyframe", index);
-    keyframe.record = *record;
     const auto frame = read_again(index, history);
     if (!frame) return forward_error(frame);
     TrackerFrame view = make_view(*frame);
     keyframe.pyramid = std::move(view.pyramid);
+    keyframe.grid = view.grid;
     if (with_surface) keyframe.surface = make_surface_grid(view.grid, attempts_.registration.noise);
     return {};
+  }
+
+  Result<void> restore_geometry(const OdometryHistory& history) {
+    return geometry_.restore([&](std::size_t index) -> Result<DepthGrid> {
+      const auto frame = read_again(index, history);
+      if (!frame) return forward_error(frame);
+      return make_depth_grid(frame->depth, camera_, noise(), params_.max_depth_m);
+    });
   }
 
   /// Transforms a result to odom. The model's frame is that of the first camera, so that results do not
@@ -163,7 +166,7 @@ class Tracker final : public VisualOdometry {
   [[nodiscard]] TrackerFrame make_view(const RgbdFrame& frame) const {
     TrackerFrame view;
     view.frame = &frame;
-    view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
+    if (!frame.color.empty()) view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
     view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
     return view;
   }
@@ -171,7 +174,7 @@ class Tracker final : public VisualOdometry {
   TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
     const Stopwatch watch;
     TrackerFrame view = make_view(frame);
-    out.numbers.sharpness = sharpness(view.pyramid.level(0));
+    if (has_color(view)) out.numbers.sharpness = sharpness(view.pyramid.level(0));
     out.numbers.depth_coverage_ratio = depth_coverage(frame.depth);
     out.numbers.features_ms = watch.milliseconds();
     return view;
@@ -187,9 +190,10 @@ class Tracker final : public VisualOdometry {
       out.reason = fmt::format(
           "{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %", with_depth,
           features.size(), kMinStartFeatures, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
-      return;
+      return begin_by_depth(view, out);
     }
     map_.clear();
+    geometry_.end();
     velocity_.reset();
     add_keyframe({&view, std::move(features), {}, T_odom_last_, covariance_last_, Mat6::Zero(), submap_},
                  out);
@@ -202,7 +206,11 @@ class Tracker final : public VisualOdometry {
 
   void follow(TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
     Stopwatch watch;
-    const SE3 T_predicted = predict(view);
+    std::optional<GeometryAttempt> by_depth;
+    if (geometry_.is_active() || !has_color(view)) by_depth = attempt_by_depth(view);
+    const bool is_followed = by_depth && by_depth->refusal.empty();
+    if (!has_color(view) || map_.empty()) return recover(view, "no landmarks", by_depth, out);
+    const SE3 T_predicted = is_followed ? by_depth->T_odom_camera : predict(view);
     view.motion = row_motion(view);
     out.numbers.turn_given = inertia_.R_posed_current().has_value();
     out.numbers.gravity = inertia_.weigh(T_predicted, hint, view);
@@ -213,10 +221,10 @@ class Tracker final : public VisualOdometry {
     if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out.numbers);
-    if (attempt.refusal.empty())
-      accept(view, attempt, TrackingStatus::kTracked, out);
-    else
-      recover(view, attempt.refusal, out);
+    if (!attempt.refusal.empty()) return recover(view, attempt.refusal, by_depth, out);
+    if (is_followed) take_back_drift(attempt.registration.T_odom_camera * by_depth->T_odom_camera.inverse());
+    const bool is_found_again = geometry_.is_active() && !is_followed;
+    accept(view, attempt, is_found_again ? TrackingStatus::kRelocalised : TrackingStatus::kTracked, out);
   }
 
   [[nodiscard]] double since_posed_s(const TrackerFrame& view) const {
@@ -228,8 +236,8 @@ class Tracker final : public VisualOdometry {
   /// Motion of the frame's rows; unknown after a long gap.
   [[nodiscard]] RowMotionModel row_motion(const TrackerFrame& view) const {
     const double since_s = since_posed_s(view);
-    return {camera_, color_times_.in_use(), T_odom_last_, since_s > kLongGap_s ? 0 : since_s,
-            velocity_.twist_s()};
+    return {camera_, color_times_.in_use(), T_odom_last_,
+            since_s > kLongGap_s || geometry_.is_active() ? 0 : since_s, velocity_.twist_s()};
   }
   [[nodiscard]] SE3 predict(const TrackerFrame& view) const {
     MotionGuess guess{motion_by_velocity(view), inertia_.R_posed_current(), false};
@@ -249,23 +257,17 @@ class Tracker final : public VisualOdometry {
   /// Repeats the attempt from the motion of the depth surfaces, when the photometric prediction was wrong.
   void attempt_by_surface(const TrackerFrame& view, const SE3& T_predicted, Attempt& attempt) const {
     const std::vector<SE3> guesses{motion_by_velocity(view), T_odom_last_.inverse() * T_predicted};
-    for (const SurfaceMotion& motion : motions_by_surface(reference_, view, guesses, noise())) {
-      const SE3 T_guess = T_odom_last_ * motion.T_ref_cur;
-      AttemptParams params = attempts_.widened();
-      if (motion.held) params.min_inliers = std::min(params.min_inliers, kMinWithSurface);
-      Attempt next = attempt_pose(map_, view, T_guess, camera_, params);
-      if (!next.refusal.empty() || (next.registration.inliers < attempts_.min_inliers &&
-                                    !agree(next.registration.T_odom_camera, T_guess)))
-        continue;
-      attempt = std::move(next);
-      return;
-    }
+    const auto motions = motions_by_surface(reference_, view, guesses, noise());
+    if (auto next = attempt_by_motions(map_, view, T_odom_last_, motions, camera_, attempts_))
+      attempt = std::move(*next);
   }
 
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
     const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
+    geometry_.end();
+    unknown_frames_ = 0;
     const bool at_known_velocity = status == TrackingStatus::kTracked && view.motion.since_last_s > 0;
     if (at_known_velocity && timed_) settle_times(*timed_, twist_s, since_posed_s(view));
     timed_.reset();
@@ -329,24 +331,8 @@ class Tracker final : public VisualOdometry {
 
   /// Detects features and places them at the time of the middle row.
   FeatureSet detect_features(const TrackerFrame& view, const SE3& T_odom_camera) {
-    FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
-    const RowMotion rows = view.motion.rows_at(T_odom_camera);
-    if (rows.is_zero()) return features;
-    for (Feature& feature : features) {
-      const double depth_m = feature.has_depth ? feature.p_camera.z() : keyframe_depth_m_;
-      feature.pixel = rows.at_middle_row(feature.pixel, depth_m);
-      Feature in_depth_image = feature;
-      in_depth_image.pixel = rows.in_depth_image(feature.pixel, depth_m);
-      place_in_space(in_depth_image, view.frame->depth, camera_, params_.features,
-                     {params_.max_depth_m, params_.max_depth_sigma_m});
-      feature.has_depth = in_depth_image.has_depth;
-      if (!feature.has_depth) continue;
-      feature.p_camera = camera_.unproject(
-          feature.pixel, rows.depth_at_middle_row(in_depth_image.pixel, in_depth_image.p_camera.z()));
-      feature.covariance = in_depth_image.covariance;
-    }
-    std::erase_if(features, [this](const Feature& f) { return !camera_.contains(f.pixel); });
-    return features;
+    return at_middle_row(detector_.detect(view.pyramid.level(0), view.frame->depth), view, T_odom_camera,
+                         camera_, params_, keyframe_depth_m_);
   }
 
   void add_keyframe(KeyframeParts parts, TrackedFrame& out) {
@@ -359,9 +345,83 @@ class Tracker final : public VisualOdometry {
     best_inliers_ = 0;
   }
 
-  /// Tries to relocalise against the keyframes; after some time starts a new submap.
-  void recover(const TrackerFrame& view, const std::string& refusal, TrackedFrame& out) {
-    FeatureSet features = detector_.detect(view.pyramid.level(0), view.frame->depth);
+  static bool has_color(const TrackerFrame& view) { return view.pyramid.levels() > 0; }
+  [[nodiscard]] FeatureSet features_of(const TrackerFrame& view) {
+    return has_color(view) ? detector_.detect(view.pyramid.level(0), view.frame->depth) : FeatureSet{};
+  }
+  [[nodiscard]] GeometryFrame geometry_frame(const TrackerFrame& view) const {
+    return {&view.grid, view.frame->index, since_posed_s(view), inertia_.R_posed_current(),
+            color_times_.in_use().delay_s};
+  }
+  [[nodiscard]] GeometryAttempt attempt_by_depth(const TrackerFrame& view) const {
+    return geometry_.attempt({T_odom_last_, velocity_.twist_s(), covariance_last_}, geometry_frame(view),
+                             surface_references(map_));
+  }
+
+  /// Starts with the depth image alone, when colour shows nothing and there is no model to find again.
+  void begin_by_depth(const TrackerFrame& view, TrackedFrame& out) {
+    if (!map_.empty() || !GeometryTracker::is_usable(view.grid)) return;
+    velocity_.reset();
+    geometry_.begin({T_odom_last_, {}, covariance_last_}, geometry_frame(view));
+    filter_.restart(view.grid, T_odom_last_);
+    finish_by_depth(TrackingStatus::kStarted, out);
+    out.new_keyframe =
+        make_depth_keyframe({&view, {}, {}, T_odom_start_ * T_odom_last_, {}, Mat6::Zero(), submap_});
+  }
+
+  /// Takes the pose from the depth image. Where the model has no landmarks for the features of this and the
+  /// last few frames, it gets them here.
+  void accept_by_depth(const TrackerFrame& view, const GeometryAttempt& attempt, FeatureSet features,
+                       TrackedFrame& out) {
+    geometry_.accept(attempt, geometry_frame(view));
+    velocity_.update(T_odom_last_.inverse() * attempt.T_odom_camera, since_posed_s(view));
+    T_odom_last_ = attempt.T_odom_camera;
+    covariance_last_ = attempt.covariance;
+    out.T_camera_depth = attempt.T_camera_depth;
+    filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);
+    finish_by_depth(TrackingStatus::kTracked, out);
+    const auto with_depth =
+        std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
+    unknown_frames_ = with_depth < kMinStartFeatures ? 0 : unknown_frames_ + 1;
+    if (unknown_frames_ > 0 && (map_.empty() || unknown_frames_ >= kUnknownFrames)) {
+      add_keyframe({&view,
+                    std::move(features),
+                    {},
+                    T_odom_last_,
+                    covariance_last_,
+                    attempt.motion_covariance,
+                    submap_,
+                    attempt.covariance_since_model},
+                   out);
+      T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      geometry_.end();
+      unknown_frames_ = 0;
+    } else if (attempt.keyframe_due) {
+      out.new_keyframe = make_depth_keyframe(
+          {&view, {}, {}, T_odom_start_ * T_odom_last_, {}, attempt.motion_covariance, submap_});
+    }
+  }
+
+  void finish_by_depth(TrackingStatus status, TrackedFrame& out) {
+    timed_.reset();
+    out.status = status;
+    out.reason.clear();
+    out.numbers.by_depth = true;
+    out.T_odom_camera = T_odom_last_;
+    out.covariance = covariance_last_;
+  }
+
+  /// Moves the last pose by the drift of tracking by depth, now that landmarks have been found again.
+  void take_back_drift(const SE3& T_found_drifted) {
+    T_odom_last_ = T_found_drifted * T_odom_last_;
+    filter_.restart(reference_.grid, T_odom_last_);
+  }
+
+  /// Tries to relocalise against the keyframes, or to follow the depth image; after some time starts a new
+  /// submap.
+  void recover(const TrackerFrame& view, const std::string& refusal, std::optional<GeometryAttempt>& by_depth,
+               TrackedFrame& out) {
+    FeatureSet features = features_of(view);
     int matches = 0;
     if (const auto found = search_keyframes(features, view.frame->stamp, matches)) {
       Attempt attempt = attempt_pose(map_, view, found->T_odom_camera, camera_, attempts_.widened());
@@ -370,12 +430,15 @@ class Tracker final : public VisualOdometry {
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
+    if (!by_depth) by_depth = attempt_by_depth(view);
+    if (by_depth->refusal.empty()) return accept_by_depth(view, *by_depth, std::move(features), out);
     lost_.count(view.frame->stamp);
     velocity_.reset();
     out.status = TrackingStatus::kLost;
-    out.reason = fmt::format(
-        "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %", refusal,
-        features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+    out.reason =
+        fmt::format("{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %; {}",
+                    refusal, features.size(), matches, out.numbers.sharpness,
+                    100 * out.numbers.depth_coverage_ratio, by_depth->refusal);
     if (lost_.frames() < params_.tracker.submap_after_frames &&
         lost_.duration_s() < params_.tracker.kSubmapAfter_s)
       return;
@@ -391,6 +454,7 @@ class Tracker final : public VisualOdometry {
     std::vector<KnownPlace> places;
     for (const MapKeyframe& keyframe : map_.keyframes())
       places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+    if (geometry_.is_active()) sort_by_view(places, T_odom_last_);
     return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempts_.min_inliers),
                       matches);
   }
@@ -404,6 +468,7 @@ class Tracker final : public VisualOdometry {
   LocalMap map_;
   PredictionReference reference_;  ///< the last frame with a pose
   MotionFilter filter_;
+  GeometryTracker geometry_;
   TrackerInertia inertia_;
   ColorTimeEstimator color_times_;
   SE3 T_odom_start_;  ///< transforms output poses; those below are in the first camera's frame
@@ -417,7 +482,8 @@ class Tracker final : public VisualOdometry {
   std::optional<TimedFrame> timed_;  ///< the last frame with a pose
   LostState lost_;
   int submap_ = 0;
-  int best_inliers_ = 0;  ///< since the last keyframe
+  int unknown_frames_ = 0;  ///< in a row, tracked by depth although their colour has features
+  int best_inliers_ = 0;    ///< since the last keyframe
   double keyframe_depth_m_ = 2;
 };
 

@@ -13,6 +13,14 @@ constexpr double kMinInlierRatio = 0.2,
 constexpr double kFewFoundRatio = 0.3;    // of the landmarks searched for
 constexpr int kMinForSecondLook = 6;      // fewer do not determine the pose
 constexpr double kWideShift_px = 16;
+// Few landmarks are sufficient if the surfaces constrain the camera by themselves and agree.
+constexpr int kMinWithSurface = 6;
+constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
+
+bool agree(const SE3& a, const SE3& b) {
+  const SE3 difference = a.inverse() * b;
+  return difference.translation().norm() < kAgree_m && difference.angle() < kAgree_rad;
+}
 
 Attempt look_from(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                   const PinholeCamera& camera, const AttemptParams& params) {
@@ -85,6 +93,21 @@ Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& 
   if (attempt.refusal.empty()) return attempt;
   Attempt coarse = attempt_at_scale(map, frame, T_odom_guess, camera, params.for_blur());
   return coarse.refusal.empty() ? coarse : attempt;
+}
+
+std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFrame& frame,
+                                          const SE3& T_odom_last, std::span<const SurfaceMotion> motions,
+                                          const PinholeCamera& camera, const AttemptParams& params) {
+  for (const SurfaceMotion& motion : motions) {
+    const SE3 T_guess = T_odom_last * motion.T_ref_cur;
+    AttemptParams wide = params.widened();
+    if (motion.held) wide.min_inliers = std::min(wide.min_inliers, kMinWithSurface);
+    Attempt next = attempt_pose(map, frame, T_guess, camera, wide);
+    if (next.refusal.empty() &&
+        (next.registration.inliers >= params.min_inliers || agree(next.registration.T_odom_camera, T_guess)))
+      return next;
+  }
+  return std::nullopt;
 }
 
 void note(const Attempt& attempt, TrackingNumbers& numbers) {

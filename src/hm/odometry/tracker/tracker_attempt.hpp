@@ -1,8 +1,11 @@
 #pragma once
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/odometry/registration/surface_following.hpp"
 #include "hm/odometry/tracker/tracker_matching.hpp"
 #include "hm/odometry/tracker/tracker_registration.hpp"
 
@@ -33,6 +36,12 @@ struct Attempt {
 /// registered pose; when the pose is refused, with patches for a blurred image. The model is not changed.
 Attempt attempt_pose(const LocalMap& map, const TrackerFrame& frame, const SE3& T_odom_guess,
                      const PinholeCamera& camera, const AttemptParams& params);
+
+/// Attempts from motions between depth images since the last pose, each a guess that may be wrong: a few
+/// landmarks are sufficient where the surfaces hold the camera in all directions and agree with them.
+std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFrame& frame,
+                                          const SE3& T_odom_last, std::span<const SurfaceMotion> motions,
+                                          const PinholeCamera& camera, const AttemptParams& params);
 
 /// Copies the statistics of an attempt to `numbers`.
 void note(const Attempt& attempt, TrackingNumbers& numbers);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/odometry/feature/depth_uncertainty.hpp"
 
 namespace hm {
@@ -85,6 +86,7 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   keyframe.T_odom_camera = parts.T_odom_camera;
   keyframe.covariance = parts.covariance;
   keyframe.pyramid = parts.frame->pyramid;
+  keyframe.grid = parts.frame->grid;
   keyframe.surface = make_surface_grid(parts.frame->grid, params.noise);
   keyframe.record = record;
   const RowMotion rows = parts.frame->motion.rows_at(parts.T_odom_camera);
@@ -99,7 +101,11 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   if (!map.empty()) {
     const MapKeyframe& before = map.keyframes().back();
     record->before = {before.record->frame_index, observations_of(map, before)};
-    keyframe.factors.push_back(surface_factor(before, parts.frame->grid, parts.T_odom_camera, rows, params));
+    keyframe.factors.push_back(
+        parts.covariance_since_last
+            ? SurfaceFactor{before.identity, before.T_odom_camera.inverse() * parts.T_odom_camera,
+                            inverse_of(*parts.covariance_since_last), Vec6::Zero()}
+            : surface_factor(before, parts.frame->grid, parts.T_odom_camera, rows, params));
   }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);
@@ -107,6 +113,45 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
   for (const Feature* feature : chosen) add_landmark(map, added, *feature, camera, rows);
   record->observations = observations_of(map, added);
   return record;
+}
+
+std::vector<SurfaceReference> surface_references(const LocalMap& map) {
+  std::vector<SurfaceReference> references;
+  for (const MapKeyframe& keyframe : map.keyframes())
+    references.push_back({keyframe.identity, keyframe.T_odom_camera * keyframe.T_camera_depth.value_or(SE3{}),
+                          Mat6::Zero(), &keyframe.grid});
+  return references;
+}
+
+std::shared_ptr<Keyframe> make_depth_keyframe(const KeyframeParts& parts) {
+  auto record = std::make_shared<Keyframe>();
+  record->frame_index = parts.frame->frame->index;
+  record->stamp = parts.frame->frame->stamp;
+  record->submap = parts.submap;
+  record->T_odom_camera = parts.T_odom_camera;
+  record->motion_covariance = parts.motion_covariance;
+  return record;
+}
+
+FeatureSet at_middle_row(FeatureSet features, const TrackerFrame& frame, const SE3& T_odom_camera,
+                         const PinholeCamera& camera, const OdometryParams& params, double unknown_depth_m) {
+  const RowMotion rows = frame.motion.rows_at(T_odom_camera);
+  if (rows.is_zero()) return features;
+  for (Feature& feature : features) {
+    const double depth_m = feature.has_depth ? feature.p_camera.z() : unknown_depth_m;
+    feature.pixel = rows.at_middle_row(feature.pixel, depth_m);
+    Feature in_depth_image = feature;
+    in_depth_image.pixel = rows.in_depth_image(feature.pixel, depth_m);
+    place_in_space(in_depth_image, frame.frame->depth, camera, params.features,
+                   {params.max_depth_m, params.max_depth_sigma_m});
+    feature.has_depth = in_depth_image.has_depth;
+    if (!feature.has_depth) continue;
+    feature.p_camera = camera.unproject(
+        feature.pixel, rows.depth_at_middle_row(in_depth_image.pixel, in_depth_image.p_camera.z()));
+    feature.covariance = in_depth_image.covariance;
+  }
+  std::erase_if(features, [&camera](const Feature& f) { return !camera.contains(f.pixel); });
+  return features;
 }
 
 void retime_keyframe(LocalMap& map, const InstantMotion& motion, const ColorTimes& times,

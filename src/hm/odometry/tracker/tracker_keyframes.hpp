@@ -2,6 +2,8 @@
 #include <vector>
 
 #include "hm/odometry/feature/feature_detection.hpp"
+#include "hm/odometry/geometry_tracking/surface_reference.hpp"
+#include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/odometry/tracker/tracker_registration.hpp"
 
 namespace hm {
@@ -15,12 +17,25 @@ struct KeyframeParts {
   Mat6 covariance = Mat6::Zero();         ///< left perturbation in odom
   Mat6 motion_covariance = Mat6::Zero();  ///< as in Keyframe
   int submap = 0;
+  /// Instead of the last keyframe's surface: the motion since then, with its covariance (perturbation in this
+  /// camera's frame).
+  std::optional<Mat6> covariance_since_last = {};
 };
 
 /// Adds the frame to the model as a keyframe: inlier matches become sightings, and features with depth apart
 /// from them become new landmarks, up to `target_landmarks`. Returns the keyframe's record.
 std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, const PinholeCamera& camera,
                                           const RegistrationParams& params, std::size_t target_landmarks);
+
+/// The depth images of the model's keyframes, at their present poses.
+std::vector<SurfaceReference> surface_references(const LocalMap& map);
+
+/// Record of a keyframe without features, which was tracked by its depth image.
+std::shared_ptr<Keyframe> make_depth_keyframe(const KeyframeParts& parts);
+
+/// Places features of a frame at the time of its middle row. `unknown_depth_m`: of features without depth.
+FeatureSet at_middle_row(FeatureSet features, const TrackerFrame& frame, const SE3& T_odom_camera,
+                         const PinholeCamera& camera, const OdometryParams& params, double unknown_depth_m);
 
 /// Replaces the velocity of the newest keyframe's camera [m/s; rad/s] and moves its sightings, and the
 /// landmarks seen by it alone, to the time of its middle row accordingly.

@@ -30,6 +30,7 @@ SE3 ConstantVelocity::motion(double duration_s) const {
 }
 
 PredictionReference make_prediction_reference(const TrackerFrame& frame, const PinholeCamera& camera) {
+  if (frame.pyramid.levels() == 0) return {{}, frame.grid};
   return {PhotometricReference(frame.pyramid, frame.grid, camera, kCoarsePixels), frame.grid};
 }
 

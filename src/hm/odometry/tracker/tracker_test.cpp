@@ -214,12 +214,13 @@ TEST(Tracker, SkipsWhatItCannotUse) {
   const auto odometry = tracker();
   odometry->track(frame_at(0, path_pose(0)));
   const std::size_t bytes = odometry->memory_bytes();
-  RgbdFrame small = frame_at(1, path_pose(0)), gray = small, early = frame_at(-1, path_pose(0)),
+  RgbdFrame small = frame_at(1, path_pose(0)), shallow = small, early = frame_at(-1, path_pose(0)),
             same = frame_at(0, path_pose(0));
   small.color = Image<Rgb8>(160, 120);
-  gray.color = Image<Rgb8>();
+  shallow.color = Image<Rgb8>();
+  shallow.depth.units = Image<std::uint16_t>(160, 120);
   const std::pair<RgbdFrame, std::string> cases[] = {
-      {small, "160x120"}, {gray, "no colour"}, {early, "not after"}, {same, "not after"}};
+      {small, "160x120"}, {shallow, "160x120"}, {early, "not after"}, {same, "not after"}};
   for (const auto& [frame, word] : cases) {
     const TrackedFrame tracked = odometry->track(frame);
     EXPECT_EQ(tracked.status, TrackingStatus::kSkipped);

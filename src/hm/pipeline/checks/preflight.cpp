@@ -43,7 +43,7 @@ RecordingReport quick_report(const Recording& recording, const PreflightOptions&
 }
 
 /// Whether nothing sensible can come out of a recording with this finding.
-bool is_fatal(const Finding& finding, const RecordingReport& report, PoseUse poses) {
+bool is_fatal(const Finding& finding, const RecordingReport& report, const PreflightOptions& options) {
   constexpr std::size_t kMinPairs = 4;  // that agree on another reading of the files
   constexpr double kEmpty_ratio = 0.002;
   switch (finding.kind) {
@@ -51,9 +51,9 @@ bool is_fatal(const Finding& finding, const RecordingReport& report, PoseUse pos
     case FindingKind::kFlippedFy:
       return report.pairs_compared >= kMinPairs;
     case FindingKind::kInvertedPoses:
-      return poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
+      return options.poses == PoseUse::kBuildsOn && report.pairs_compared >= kMinPairs;
     case FindingKind::kMissingColor:
-      return poses == PoseUse::kComparesWith;
+      return options.needs_color;
     case FindingKind::kDepthRange:
       return report.depth.valid_ratio < kEmpty_ratio;
     default:
@@ -86,7 +86,7 @@ Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& re
   const RecordingReport report = quick_report(*recording, options);
   std::vector<std::string> warnings = reading_warnings(recording->info());
   for (const Finding& finding : report.findings) {
-    if (is_fatal(finding, report, options.poses) && !options.force)
+    if (is_fatal(finding, report, options) && !options.force)
       return fail(ErrorCode::kInvalidValue, recording->info().path.string(),
                   "{}. Nothing was made of it; `hm info` shows more, --force runs all the same",
                   finding.message);

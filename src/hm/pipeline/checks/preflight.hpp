@@ -22,6 +22,7 @@ struct PreflightOptions {
   double max_pose_gap_s = 0.15;       ///< between two of `given` that one in the middle is interpolated from
   bool force = false;                 ///< what makes a result impossible is a warning too
   bool register_color = true;         ///< where colour is not registered to depth
+  bool needs_color = false;           ///< the run can make nothing of depth images alone
 };
 
 /// Checks a recording before a run begins: the checks of inspect_recording() on few frames (about twenty
@@ -30,7 +31,7 @@ struct PreflightOptions {
 /// (fit_color_registration()).
 /// Error (kInvalidValue): no sensible result can come out, because depth is in another unit, the poses that
 /// the run builds on are inverted, fy has the wrong sign, depth images are empty, or colour is missing where
-/// the run finds its own poses.
+/// the run needs it.
 Result<std::vector<std::string>> check_before_run(std::unique_ptr<Recording>& recording,
                                                   const PreflightOptions& options);
 

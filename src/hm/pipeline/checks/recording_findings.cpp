@@ -136,8 +136,9 @@ void find_missing(RecordingReport& report) {
                     counted(info.frame_count, "depth image")));
   if (info.color_count == 0)
     add(report, FindingKind::kMissingColor,
-        "no colour images: `hm reconstruct` makes a map without colour, `hm odometry` and `hm slam` need "
-        "them");
+        "no colour images: `hm odometry` and `hm slam` follow the depth images alone, without places known "
+        "again "
+        "(loops), and maps have no colour");
   if (info.color_count > 0 && info.paired_count < info.frame_count)
     add(report, FindingKind::kMissing,
         fmt::format("{} of {} without a colour image", with_thousands(info.frame_count - info.paired_count),

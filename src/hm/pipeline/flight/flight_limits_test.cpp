@@ -132,7 +132,8 @@ TEST(FlightLimits, EveryPresetOfAVehicleHovers) {
   for (const char* name : {"pelican", "city_flyer", "firefly_attitude"}) {
     FlightRunParams params;
     ParamList list = list_flight(params);
-    ASSERT_TRUE(list.read_toml_file(test::source_folder() / "configs" / (std::string(name) + ".toml"))) << name;
+    ASSERT_TRUE(list.read_toml_file(test::source_folder() / "configs" / (std::string(name) + ".toml")))
+        << name;
     EXPECT_EQ(params.autopilot.law == ControlLaw::kPublished, std::string_view(name) == "city_flyer");
     ScriptedFlight flight(params);
     ASSERT_TRUE(flight.take_off(4)) << name;

@@ -188,7 +188,8 @@ JsonValue tracking_series_json(const VisualTrack& track) {
   add("model_points", model_points_of);
   auto status = JsonValue::array();
   for (const VisualFrame& frame : track.frames)
-    if (frame.status != TrackingStatus::kSkipped) status.push_back(to_string(frame.status));
+    if (frame.status != TrackingStatus::kSkipped)
+      status.push_back(frame.numbers.by_depth ? "tracked by depth" : to_string(frame.status));
   json["status"] = std::move(status);
   return json;
 }

@@ -92,7 +92,8 @@ Result<OdometrySummary> run_odometry(const OdometryRunOptions& options) {
   auto warnings =
       check_before_run(*recording, {.poses = PoseUse::kComparesWith,
                                     .force = options.force,
-                                    .register_color = options.parameters.reconstruction.register_color});
+                                    .register_color = options.parameters.reconstruction.register_color,
+                                    .needs_color = needs_color(options.parameters.odometry)});
   if (!warnings) return forward_error(warnings);
   const RecordingInfo& info = (*recording)->info();
   const FrameRange range = frame_range(options.parameters.reconstruction, info.frame_count);

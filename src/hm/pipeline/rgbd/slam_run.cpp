@@ -146,7 +146,8 @@ Result<SlamSummary> run_slam(const SlamRunOptions& options) {
   auto warnings =
       check_before_run(*recording, {.poses = PoseUse::kComparesWith,
                                     .force = options.force,
-                                    .register_color = options.parameters.reconstruction.register_color});
+                                    .register_color = options.parameters.reconstruction.register_color,
+                                    .needs_color = needs_color(options.parameters.odometry)});
   if (!warnings) return forward_error(warnings);
   const Stopwatch watch;
   const auto earlier = map_to_continue(**recording, options);

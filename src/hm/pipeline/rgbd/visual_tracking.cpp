@@ -66,6 +66,7 @@ void VisualTracking::note(const TrackedRecord& record) {
   if (record.status != TrackingStatus::kSkipped) times_ms_.push_back(record.numbers.total_ms);
   if (record.T_odom_camera) {
     ++track_.frames_tracked;
+    track_.frames_by_depth += record.numbers.by_depth;
     track_.trajectory.push_back({record.stamp, *record.T_odom_camera});
     track_.submaps = std::max(track_.submaps, record.submap + 1);
     lost_ = false;
@@ -124,6 +125,10 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
     warnings.push_back(fmt::format("{} of {} could not be used; the first is frame {}: {}",
                                    with_thousands(track.unused.size()), counted(track.frames_total, "frame"),
                                    track.unused.front().index, track.unused.front().reason));
+  if (track.frames_by_depth > 0)
+    warnings.push_back(
+        fmt::format("{} of {} were tracked by depth alone, since their colour is missing or shows nothing",
+                    with_thousands(track.frames_by_depth), counted(track.frames_read, "frame")));
   if (track.frames_lost > 0)
     warnings.push_back(fmt::format("{} of {} have no pose; tracking was lost {}, first at frame {}: {}",
                                    with_thousands(track.frames_lost), counted(track.frames_read, "frame"),
@@ -135,6 +140,8 @@ std::vector<std::string> warnings_of(const VisualTrack& track) {
                     track.submaps));
   return warnings;
 }
+
+bool needs_color(const OdometryParams& parameters) { return parameters.method != OdometryMethod::kTracker; }
 
 void judge_tracking(const VisualTrack& track, RunVerdict& verdict) {
   judge_missing_poses(track.frames_lost + track.unused.size(), track.frames_read + track.unused.size(),
@@ -172,6 +179,7 @@ void visit(const VisualTrack& track, SummaryTree& v) {
     frames({"total"}, track.frames_total);
     frames({"read"}, track.frames_read);
     frames({"tracked"}, track.frames_tracked);
+    frames({"by_depth"}, track.frames_by_depth);
     frames({"lost"}, track.frames_lost);
     frames({"unused"}, track.unused.size());
   });

@@ -45,6 +45,7 @@ struct UnusedFrame {
 struct VisualTrack {
   std::size_t frames_total = 0;  ///< of the recording, within the parameters' range
   std::size_t frames_read = 0, frames_tracked = 0, frames_lost = 0;
+  std::size_t frames_by_depth = 0;  ///< of those tracked: by their depth images alone
   std::vector<UnusedFrame> unused;  ///< could not be read, or not be used
   std::vector<VisualFrame> frames;  ///< those that were read
   std::vector<LostStretch> lost;
@@ -100,14 +101,17 @@ class VisualTracking {
   bool lost_ = false;
 };
 
-/// Warnings about frames that are unused or lost.
+/// Warnings about frames that are unused, tracked by depth alone or lost.
 std::vector<std::string> warnings_of(const VisualTrack& track);
+/// Whether this method can make nothing of frames without colour.
+bool needs_color(const OdometryParams& parameters);
 /// Adds what speaks against a trajectory: frames without a pose.
 void judge_tracking(const VisualTrack& track, RunVerdict& verdict);
 /// Explains in words that there is no pose at all.
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings = {});
-/// frames{read,tracked,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes, model_points,
-/// submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected} (with one).
+/// frames{read,tracked,by_depth,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes,
+/// model_points, submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected}
+/// (with one).
 void visit(const VisualTrack& track, SummaryTree& v);
 /// ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m (those without a span are left out).
 void visit_error(const TrajectoryError& error, SummaryTree& v);

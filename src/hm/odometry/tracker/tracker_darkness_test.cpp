@@ -1,0 +1,126 @@
+#include <gmock/gmock.h>
+
+#include "hm/geometry/state_bytes.hpp"
+#include "hm/odometry/feature/keyframe.hpp"
+#include "hm/odometry/testing/textured_room.hpp"
+#include "hm/odometry/tracker/tracker.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kDarkPeriod_s = 1.0 / 30;
+enum class Picture { kSeen, kMissing, kBlack };
+
+/// A room off whose centre the walk sees its corners; depth has the noise of a Kinect.
+RgbdFrame frame_of_walk(int index, Picture picture) {
+  TexturedRoom room;
+  if (picture == Picture::kBlack) room.brightness = 0;
+  Rng rng(static_cast<std::uint64_t>(index) + 1);
+  const SE3 T = SE3(so3_exp(Vec3(0, 0.75, 0)) * so3_exp(Vec3(-0.3, 0, 0)), Vec3::Zero()) *
+                path_pose(index * kDarkPeriod_s);
+  RgbdFrame frame = render_room(room, room_camera(), T, Time::from_seconds(1 + index * kDarkPeriod_s),
+                                {true, 0, DepthNoise{}}, &rng);
+  frame.index = static_cast<std::size_t>(index);
+  if (picture == Picture::kMissing) frame.color = {};
+  return frame;
+}
+
+double error_of_walk_m(const TrackedFrame& tracked, const RgbdFrame& frame, const SE3& T_world_odom) {
+  if (!tracked.T_odom_camera) return 1e9;
+  return ((T_world_odom * *tracked.T_odom_camera).translation() - frame.T_world_camera->translation()).norm();
+}
+
+struct Walk {
+  std::vector<TrackedFrame> frames;
+  std::vector<double> errors_m;
+};
+
+/// A walk with colour that is not there from frame `first` to before `end`.
+Walk walk_in_the_dark(int frames, int first, int end, Picture dark) {
+  const auto odometry = make_tracker({}, room_camera());
+  Walk walk;
+  SE3 T_world_odom;
+  for (int i = 0; i < frames; ++i) {
+    const RgbdFrame frame = frame_of_walk(i, i >= first && i < end ? dark : Picture::kSeen);
+    if (i == 0) T_world_odom = *frame.T_world_camera;
+    walk.frames.push_back(odometry->track(frame));
+    walk.errors_m.push_back(error_of_walk_m(walk.frames.back(), frame, T_world_odom));
+  }
+  return walk;
+}
+
+class TrackerInTheDark : public testing::TestWithParam<Picture> {};
+
+TEST_P(TrackerInTheDark, FollowsTheSurfacesAndFindsItsLandmarksAgain) {
+  constexpr int kFirst = 20, kEnd = 110, kFrames = 130;
+  const Walk walk = walk_in_the_dark(kFrames, kFirst, kEnd, GetParam());
+  int keyframes = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const TrackedFrame& tracked = walk.frames[at];
+    EXPECT_EQ(tracked.status, i == 0 ? TrackingStatus::kStarted : TrackingStatus::kTracked)
+        << i << " " << tracked.reason;
+    EXPECT_EQ(tracked.numbers.by_depth, i >= kFirst && i < kEnd) << i;
+    EXPECT_EQ(tracked.submap, 0);
+    EXPECT_LT(walk.errors_m[at], 0.025) << i;
+    const double sigma_m = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace());
+    EXPECT_LT(walk.errors_m[at], 5 * sigma_m + 0.003) << i;
+    if (!tracked.numbers.by_depth || !tracked.new_keyframe) continue;
+    ++keyframes;
+    EXPECT_TRUE(tracked.new_keyframe->features.empty());
+    EXPECT_EQ(tracked.new_keyframe->frame_index, at);
+    EXPECT_FALSE(tracked.new_keyframe->motion_covariance.isZero(0));
+  }
+  EXPECT_GE(keyframes, 1);
+  EXPECT_LT(walk.errors_m.back(), 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(WithoutColour, TrackerInTheDark,
+                         testing::Values(Picture::kMissing, Picture::kBlack));
+
+/// Without any colour the trajectory begins with the first depth image; the first picture does not begin
+/// another.
+TEST(Tracker, BeginsWithoutColour) {
+  const Walk walk = walk_in_the_dark(60, 0, 40, Picture::kMissing);
+  for (std::size_t i = 0; i < walk.frames.size(); ++i) {
+    EXPECT_TRUE(walk.frames[i].T_odom_camera) << i << " " << walk.frames[i].reason;
+    EXPECT_LT(walk.errors_m[i], 0.02) << i;
+    EXPECT_EQ(walk.frames[i].submap, 0);
+    EXPECT_EQ(walk.frames[i].numbers.by_depth, i <= 40)
+        << i;  // with the first picture come the first landmarks
+  }
+  EXPECT_EQ(walk.frames[0].status, TrackingStatus::kStarted);
+  EXPECT_GT(walk.frames.back().numbers.inliers, 15);
+}
+
+/// A state that was saved in the dark continues to the bit.
+TEST(Tracker, ContinuesInTheDark) {
+  constexpr int kFirst = 12, kSaved = 40, kEnd = 60, kFrames = 70;
+  const auto picture_at = [](int i) { return i >= kFirst && i < kEnd ? Picture::kMissing : Picture::kSeen; };
+  const auto whole = make_tracker({}, room_camera());
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  for (int i = 0; i < kSaved; ++i)
+    if (const auto made = whole->track(frame_of_walk(i, picture_at(i))).new_keyframe)
+      keyframes.push_back(made);
+  StateWriter saved;
+  ASSERT_TRUE(whole->save(saved));
+  StateReader reader(saved.bytes());
+  const auto restored = make_tracker({}, room_camera());
+  const auto read_frame = [&](std::size_t index) -> Result<RgbdFrame> {
+    const int i = static_cast<int>(index);
+    return frame_of_walk(i, picture_at(i));
+  };
+  const auto done = restored->restore(reader, {read_frame, keyframes});
+  ASSERT_TRUE(done) << to_string(done.error());
+  EXPECT_EQ(reader.remaining(), 0u);
+  for (int i = kSaved; i < kFrames; ++i) {
+    const RgbdFrame frame = frame_of_walk(i, picture_at(i));
+    const TrackedFrame expected = whole->track(frame), found = restored->track(frame);
+    ASSERT_TRUE(expected.T_odom_camera && found.T_odom_camera) << i;
+    EXPECT_EQ(expected.T_odom_camera->matrix(), found.T_odom_camera->matrix()) << i;
+    EXPECT_EQ(expected.covariance, found.covariance) << i;
+  }
+}
+
+}  // namespace
+}  // namespace hm
