@@ -64,7 +64,7 @@ Result<LaserMapRun> map_recording(const char* name, const char* relations, const
 }
 
 void add_run_rows(const LaserSummary& summary, std::vector<ExperimentRow>& rows) {
-  constexpr double kCm = 100, kPublishedRate_hz = 30;
+  constexpr double kCmPerM = 100, kPublishedRate_hz = 30;
   const double scans = static_cast<double>(std::max<std::size_t>(1, summary.scans_read));
   rows.push_back(
       {"scans with a pose", {}, 100 * static_cast<double>(summary.trajectory.size()) / scans, "%"});
@@ -72,15 +72,18 @@ void add_run_rows(const LaserSummary& summary, std::vector<ExperimentRow>& rows)
   rows.push_back({"rate that matching a scan allows", kPublishedRate_hz,
                   1e3 / std::max(1e-6, summary.match_ms.mean), "Hz"});
   rows.push_back({"area of the map", {}, summary.mvog.area_m2, "m2"});
-  if (summary.error) rows.push_back({"position error, RMS", {}, kCm * summary.error->position_m.rmse, "cm"});
+  if (summary.error)
+    rows.push_back({"position error, RMS", {}, kCmPerM * summary.error->position_m.rmse, "cm"});
   if (summary.error_odom)
-    rows.push_back(
-        {"position error before loops are closed, RMS", {}, kCm * summary.error_odom->position_m.rmse, "cm"});
+    rows.push_back({"position error before loops are closed, RMS",
+                    {},
+                    kCmPerM * summary.error_odom->position_m.rmse,
+                    "cm"});
   if (summary.height_error)
-    rows.push_back({"error of the height, RMS", {}, kCm * summary.height_error->rmse_m, "cm"});
+    rows.push_back({"error of the height, RMS", {}, kCmPerM * summary.height_error->rmse_m, "cm"});
   if (summary.relation_error) {
     rows.push_back(
-        {"error over known relations, mean", {}, kCm * summary.relation_error->translation_m.mean, "cm"});
+        {"error over known relations, mean", {}, kCmPerM * summary.relation_error->translation_m.mean, "cm"});
     rows.push_back({"turn over known relations off by, mean",
                     {},
                     kDegreesPerRadian * summary.relation_error->rotation_rad.mean,
