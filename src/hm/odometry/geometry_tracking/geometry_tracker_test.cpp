@@ -9,7 +9,7 @@ namespace hm {
 namespace {
 
 constexpr double kPeriod_s = 1.0 / 30, kMaxDepth_m = 5.5;
-constexpr int kFrames = 10;
+constexpr int kFollowedFrames = 10;
 
 Vec6 twist(const Vec3& velocity, const Vec3& turn = Vec3::Zero()) {
   Vec6 out;
@@ -45,7 +45,7 @@ GeometryAttempt follow(MovingCamera& camera, const std::optional<Vec6>& believed
   const SurfaceReference keyframe{1, camera.truth(0), Mat6::Zero(), &first};
   const GeometryStart start{camera.truth(0), believed_s, Mat6::Zero()};
   GeometryAttempt attempt;
-  for (int i = 1; i <= kFrames; ++i) {
+  for (int i = 1; i <= kFollowedFrames; ++i) {
     const DepthGrid grid = camera.grid(i);
     const GeometryFrame frame{&grid, static_cast<std::size_t>(i), kPeriod_s, {}, 0};
     attempt = tracker.attempt(start, frame, {&keyframe, 1});
@@ -69,7 +69,7 @@ TEST(GeometryTracker, ACornerHoldsTheCamera) {
   const SE3 T_start(so3_exp(Vec3(0, 0.75, 0)) * so3_exp(Vec3(-0.5, 0, 0)), Vec3::Zero());
   MovingCamera camera(Vec3(1.8, 1.2, 1.6), T_start, twist(Vec3(0.2, -0.1, 0.15), Vec3(0.2, -0.3, 0.1)));
   const GeometryAttempt last = follow(camera, {});
-  const Vec6 error = error_in_camera(last, camera.truth(kFrames)), sigma = sigmas_in_camera(last);
+  const Vec6 error = error_in_camera(last, camera.truth(kFollowedFrames)), sigma = sigmas_in_camera(last);
   for (int i = 0; i < 6; ++i) {
     EXPECT_LT(std::abs(error[i]), 0.006) << i;
     EXPECT_LT(std::abs(error[i]), 4 * sigma[i]) << i;
@@ -82,8 +82,8 @@ TEST(GeometryTracker, ACorridorLeavesItsDirectionToThePrediction) {
   const Vec3 believed(0.1, 0.05, 0.3), true_velocity(0.1, 0.05, 0);
   MovingCamera camera(Vec3(1.0, 1.2, 100), {}, twist(true_velocity, Vec3(0, 0.1, 0)));
   const GeometryAttempt last = follow(camera, twist(believed, Vec3(0, 0.1, 0)));
-  const Vec6 error = error_in_camera(last, camera.truth(kFrames)), sigma = sigmas_in_camera(last);
-  EXPECT_NEAR(error[2], 0.3 * kFrames * kPeriod_s, 0.015);
+  const Vec6 error = error_in_camera(last, camera.truth(kFollowedFrames)), sigma = sigmas_in_camera(last);
+  EXPECT_NEAR(error[2], 0.3 * kFollowedFrames * kPeriod_s, 0.015);
   EXPECT_GT(sigma[2], 0.035);
   EXPECT_LT(std::abs(error[2]), 3 * sigma[2]);
   for (const int i : {0, 1, 3, 4, 5}) {
@@ -97,8 +97,8 @@ TEST(GeometryTracker, APlaneLeavesThreeDirectionsToThePrediction) {
   const Vec6 believed = twist(Vec3(0.25, -0.2, 0), Vec3(0, 0, 0.4));
   MovingCamera camera(Vec3(30, 30, 2), {}, twist(Vec3(0, 0, 0.2), Vec3(0.05, -0.1, 0)));
   const GeometryAttempt last = follow(camera, believed);
-  const Vec6 error = error_in_camera(last, camera.truth(kFrames)), sigma = sigmas_in_camera(last);
-  const double duration_s = kFrames * kPeriod_s;
+  const Vec6 error = error_in_camera(last, camera.truth(kFollowedFrames)), sigma = sigmas_in_camera(last);
+  const double duration_s = kFollowedFrames * kPeriod_s;
   for (const int i : {0, 1, 5}) {
     EXPECT_NEAR(error[i], believed[i] * duration_s, 0.02) << i;
     EXPECT_GT(sigma[i], 0.035) << i;

@@ -52,15 +52,15 @@ Walk walk_in_the_dark(int frames, int first, int end, Picture dark) {
 class TrackerInTheDark : public testing::TestWithParam<Picture> {};
 
 TEST_P(TrackerInTheDark, FollowsTheSurfacesAndFindsItsLandmarksAgain) {
-  constexpr int kFirst = 20, kEnd = 110, kFrames = 130;
-  const Walk walk = walk_in_the_dark(kFrames, kFirst, kEnd, GetParam());
+  constexpr int kDarkFirst = 20, kDarkEnd = 110, kWalkFrames = 130;
+  const Walk walk = walk_in_the_dark(kWalkFrames, kDarkFirst, kDarkEnd, GetParam());
   int keyframes = 0;
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kWalkFrames; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const TrackedFrame& tracked = walk.frames[at];
     EXPECT_EQ(tracked.status, i == 0 ? TrackingStatus::kStarted : TrackingStatus::kTracked)
         << i << " " << tracked.reason;
-    EXPECT_EQ(tracked.numbers.by_depth, i >= kFirst && i < kEnd) << i;
+    EXPECT_EQ(tracked.numbers.by_depth, i >= kDarkFirst && i < kDarkEnd) << i;
     EXPECT_EQ(tracked.submap, 0);
     EXPECT_LT(walk.errors_m[at], 0.025) << i;
     const double sigma_m = std::sqrt(tracked.covariance.topLeftCorner<3, 3>().trace());
@@ -95,11 +95,13 @@ TEST(Tracker, BeginsWithoutColour) {
 
 /// A state that was saved in the dark continues to the bit.
 TEST(Tracker, ContinuesInTheDark) {
-  constexpr int kFirst = 12, kSaved = 40, kEnd = 60, kFrames = 70;
-  const auto picture_at = [](int i) { return i >= kFirst && i < kEnd ? Picture::kMissing : Picture::kSeen; };
+  constexpr int kDarkFirst = 12, kSavedFrame = 40, kDarkEnd = 60, kWalkFrames = 70;
+  const auto picture_at = [](int i) {
+    return i >= kDarkFirst && i < kDarkEnd ? Picture::kMissing : Picture::kSeen;
+  };
   const auto whole = make_tracker({}, room_camera());
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
-  for (int i = 0; i < kSaved; ++i)
+  for (int i = 0; i < kSavedFrame; ++i)
     if (const auto made = whole->track(frame_of_walk(i, picture_at(i))).new_keyframe)
       keyframes.push_back(made);
   StateWriter saved;
@@ -113,7 +115,7 @@ TEST(Tracker, ContinuesInTheDark) {
   const auto done = restored->restore(reader, {read_frame, keyframes});
   ASSERT_TRUE(done) << to_string(done.error());
   EXPECT_EQ(reader.remaining(), 0u);
-  for (int i = kSaved; i < kFrames; ++i) {
+  for (int i = kSavedFrame; i < kWalkFrames; ++i) {
     const RgbdFrame frame = frame_of_walk(i, picture_at(i));
     const TrackedFrame expected = whole->track(frame), found = restored->track(frame);
     ASSERT_TRUE(expected.T_odom_camera && found.T_odom_camera) << i;
