@@ -8,7 +8,7 @@
 namespace hm {
 namespace {
 
-constexpr double kPeriod_s = 1.0 / 30, kMaxDepth_m = 5.5;
+constexpr double kFollowedPeriod_s = 1.0 / 30, kMaxDepth_m = 5.5;
 constexpr int kFollowedFrames = 10;
 
 Vec6 twist(const Vec3& velocity, const Vec3& turn = Vec3::Zero()) {
@@ -24,7 +24,9 @@ class MovingCamera {
       : T_odom_start_(T_odom_start), twist_s_(twist_s) {
     room_.half_size_m = half_size_m;
   }
-  [[nodiscard]] SE3 truth(int index) const { return T_odom_start_ * SE3::exp(index * kPeriod_s * twist_s_); }
+  [[nodiscard]] SE3 truth(int index) const {
+    return T_odom_start_ * SE3::exp(index * kFollowedPeriod_s * twist_s_);
+  }
   DepthGrid grid(int index) {
     const RgbdFrame frame =
         render_room(room_, room_camera(), truth(index), {}, {true, 0, DepthNoise{}}, &rng_);
@@ -47,7 +49,7 @@ GeometryAttempt follow(MovingCamera& camera, const std::optional<Vec6>& believed
   GeometryAttempt attempt;
   for (int i = 1; i <= kFollowedFrames; ++i) {
     const DepthGrid grid = camera.grid(i);
-    const GeometryFrame frame{&grid, static_cast<std::size_t>(i), kPeriod_s, {}, 0};
+    const GeometryFrame frame{&grid, static_cast<std::size_t>(i), kFollowedPeriod_s, {}, 0};
     attempt = tracker.attempt(start, frame, {&keyframe, 1});
     EXPECT_EQ(attempt.refusal, "") << i;
     if (!attempt.refusal.empty()) break;
@@ -83,7 +85,7 @@ TEST(GeometryTracker, ACorridorLeavesItsDirectionToThePrediction) {
   MovingCamera camera(Vec3(1.0, 1.2, 100), {}, twist(true_velocity, Vec3(0, 0.1, 0)));
   const GeometryAttempt last = follow(camera, twist(believed, Vec3(0, 0.1, 0)));
   const Vec6 error = error_in_camera(last, camera.truth(kFollowedFrames)), sigma = sigmas_in_camera(last);
-  EXPECT_NEAR(error[2], 0.3 * kFollowedFrames * kPeriod_s, 0.015);
+  EXPECT_NEAR(error[2], 0.3 * kFollowedFrames * kFollowedPeriod_s, 0.015);
   EXPECT_GT(sigma[2], 0.035);
   EXPECT_LT(std::abs(error[2]), 3 * sigma[2]);
   for (const int i : {0, 1, 3, 4, 5}) {
@@ -98,7 +100,7 @@ TEST(GeometryTracker, APlaneLeavesThreeDirectionsToThePrediction) {
   MovingCamera camera(Vec3(30, 30, 2), {}, twist(Vec3(0, 0, 0.2), Vec3(0.05, -0.1, 0)));
   const GeometryAttempt last = follow(camera, believed);
   const Vec6 error = error_in_camera(last, camera.truth(kFollowedFrames)), sigma = sigmas_in_camera(last);
-  const double duration_s = kFollowedFrames * kPeriod_s;
+  const double duration_s = kFollowedFrames * kFollowedPeriod_s;
   for (const int i : {0, 1, 5}) {
     EXPECT_NEAR(error[i], believed[i] * duration_s, 0.02) << i;
     EXPECT_GT(sigma[i], 0.035) << i;
@@ -117,7 +119,7 @@ TEST(GeometryTracker, ALongTimeBeforeAPlaneIsRefused) {
   tracker.begin({{}, Vec6::Zero(), Mat6::Zero()}, {&first, 0, 0, {}, 0});
   for (int i = 1; i < 90; ++i) {
     const DepthGrid grid = camera.grid(i);
-    const GeometryFrame frame{&grid, static_cast<std::size_t>(i), kPeriod_s, {}, 0};
+    const GeometryFrame frame{&grid, static_cast<std::size_t>(i), kFollowedPeriod_s, {}, 0};
     const GeometryAttempt attempt = tracker.attempt({}, frame, {});
     if (!attempt.refusal.empty()) {
       EXPECT_THAT(attempt.refusal, testing::HasSubstr("uncertain"));
@@ -136,8 +138,8 @@ TEST(GeometryTracker, OtherSurfacesAreRefusedAndLeaveNoTrace) {
   const GeometryTracker tracker{DepthNoise{}};
   const DepthGrid first = here.grid(0), other = there.grid(0);
   const SurfaceReference keyframe{1, here.truth(0), Mat6::Zero(), &first};
-  const GeometryAttempt attempt =
-      tracker.attempt({here.truth(0), {}, Mat6::Zero()}, {&other, 1, kPeriod_s, {}, 0}, {&keyframe, 1});
+  const GeometryAttempt attempt = tracker.attempt({here.truth(0), {}, Mat6::Zero()},
+                                                  {&other, 1, kFollowedPeriod_s, {}, 0}, {&keyframe, 1});
   EXPECT_THAT(attempt.refusal, testing::HasSubstr("depth image"));
   EXPECT_EQ(tracker.memory_bytes(), 0u);
   EXPECT_FALSE(tracker.is_active());
