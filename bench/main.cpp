@@ -57,6 +57,7 @@ constexpr auto kKnown = std::to_array<Known>({{"scalable", hm::bench::bench_scal
                                               {"slam_recordings", hm::bench::bench_slam_recordings},
                                               {"vo_icl", hm::bench::bench_vo_icl},
                                               {"vo_hour", hm::bench::bench_vo_hour},
+                                              {"vio_tango", hm::bench::bench_vio_tango},
                                               {"vo_vs_opencv", hm::bench::bench_vo_vs_opencv},
                                               {"fly_hover", hm::bench::bench_fly_hover},
                                               {"fly_step", hm::bench::bench_fly_step},

@@ -56,6 +56,7 @@ Result<BenchResult> bench_loop_soak(const BenchOptions& options);
 Result<BenchResult> bench_bundle_soak(const BenchOptions& options);
 Result<BenchResult> bench_depth_calibration(const BenchOptions& options);
 Result<BenchResult> bench_places(const BenchOptions& options);
+Result<BenchResult> bench_vio_tango(const BenchOptions& options);
 Result<BenchResult> bench_vo_vs_opencv(const BenchOptions& options);
 Result<BenchResult> bench_slam_house(const BenchOptions& options);
 Result<BenchResult> bench_vo_sevenscenes(const BenchOptions& options);

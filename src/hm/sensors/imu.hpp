@@ -18,6 +18,11 @@ struct ImuSample {
   Vec3 angular_velocity_rad_s = Vec3::Zero();
   Vec3 specific_force_m_s2 = Vec3::Zero();  ///< as accelerometers measure: (0, 0, +g) at rest and level
   std::optional<Mat3> R_world_imu;          ///< orientation by the device's own filter, if it has one
+
+  template <class Archive>
+  void visit_state(Archive& archive) {
+    archive(stamp, angular_velocity_rad_s, specific_force_m_s2, R_world_imu);
+  }
 };
 
 /// Measurements of an IMU rigidly mounted to a camera.

@@ -6,7 +6,8 @@
 namespace hm {
 namespace {
 
-constexpr double kMaxGap_s = 0.1;  // between readings, and to both ends
+constexpr double kMaxGap_s = 0.1;   // between readings, and to both ends
+constexpr double kMargin_s = 0.15;  // before and after the interval, for the delay of the readings' stamps
 
 /// Samples from the last one before `begin` to the first one after `end`.
 std::span<const ImuSample> readings_over(const std::vector<ImuSample>& samples, Time begin, Time end) {
@@ -53,10 +54,23 @@ Sums integrate(std::span<const ImuSample> readings, Time begin, Time end) {
 
 }  // namespace
 
+InertialHints::InertialHints(std::shared_ptr<const CarriedImu> imu, ImuUse use)
+    : imu_(std::move(imu)), use_(use) {
+  const bool whole = imu_ && imu_->has_gyroscope;
+  if (use == ImuUse::kAuto) use_ = whole ? ImuUse::kInertial : ImuUse::kOff;
+  if (use == ImuUse::kInertial && !whole) use_ = ImuUse::kGravity;
+}
+
 MotionHint InertialHints::next(Time stamp) {
   MotionHint hint;
   const std::optional<Time> last = std::exchange(last_, stamp);
-  if (!imu_ || use_ == ImuUse::kOff || !last || !(stamp > *last)) return hint;
+  if (!imu_ || use_ == ImuUse::kOff) return hint;
+  if (use_ == ImuUse::kInertial) {
+    const Duration margin = Duration::from_seconds(kMargin_s);
+    hint.readings = readings_over(imu_->samples, last.value_or(stamp) - margin, stamp + margin);
+    return hint;
+  }
+  if (!last || !(stamp > *last)) return hint;
   const auto readings = readings_over(imu_->samples, *last, stamp);
   if (!spans(readings, *last, stamp)) return hint;
   const Sums sums = integrate(readings, *last, stamp);

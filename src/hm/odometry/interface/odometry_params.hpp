@@ -15,9 +15,12 @@ enum class OdometryMethod { kTracker, kPublishedIcp, kPublishedRansacIcp, kFrame
 inline constexpr std::array<std::string_view, 4> kOdometryMethodNames{
     "tracker", "published_icp", "published_ransac_icp", "frame_to_frame"};
 
-/// IMU data used by the tracker: the gyroscope predicts rotations, gravity constrains roll and pitch.
-enum class ImuUse { kOff, kGyroscope, kGravity, kBoth };
-inline constexpr std::array<std::string_view, 4> kImuUseNames{"off", "gyroscope", "gravity", "both"};
+/// IMU data used by the tracker: the gyroscope predicts rotations, gravity constrains roll and pitch, or both
+/// independently; `inertial`: preintegrated readings predict poses (of an accelerometer alone: gravity);
+/// `auto`: the same if there are a gyroscope and an accelerometer, otherwise off.
+enum class ImuUse { kOff, kGyroscope, kGravity, kBoth, kInertial, kAuto };
+inline constexpr std::array<std::string_view, 6> kImuUseNames{"off",  "gyroscope", "gravity",
+                                                              "both", "inertial",  "auto"};
 
 /// Parameters of the section `odometry`; members that are parameter structs have their own sections.
 struct OdometryParams {

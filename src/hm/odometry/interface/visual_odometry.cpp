@@ -15,6 +15,8 @@ std::string_view to_string(TrackingStatus status) {
       return "started";
     case TrackingStatus::kRelocalised:
       return "relocalised";
+    case TrackingStatus::kBridged:
+      return "bridged";
     case TrackingStatus::kLost:
       return "lost";
     case TrackingStatus::kSkipped:

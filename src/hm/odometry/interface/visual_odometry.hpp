@@ -9,6 +9,7 @@
 #include "hm/core/result.hpp"
 #include "hm/geometry/camera.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
+#include "hm/sensors/imu.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
@@ -23,11 +24,21 @@ enum class TrackingStatus {
   kRelocalised,  ///< relocalised against a keyframe
   kLost,         ///< no pose; the model is unchanged
   kSkipped,      ///< the frame is unusable (size, stamp not later than the last one, no colour)
+  kBridged,      ///< the pose follows from inertial readings (and surfaces): the images show too little
 };
 std::string_view to_string(TrackingStatus status);
 
 /// Use of a frame's gravity measurement.
 enum class GravityUse { kNone, kUsed, kRejected };
+
+/// Use of a frame's inertial readings (inertial_tracking.hpp).
+enum class InertialUse {
+  kNone,          ///< no gyroscope or accelerometer, or not asked for
+  kLearning,      ///< biases, gravity and velocity are not known well enough yet
+  kUsed,          ///< the readings predict the pose
+  kInconsistent,  ///< rejected: predictions miss the visual poses by more than they should
+  kWorse,         ///< rejected: predictions are worse than constant velocity
+};
 
 /// Statistics of tracking one frame.
 struct TrackingNumbers {
@@ -40,6 +51,7 @@ struct TrackingNumbers {
   bool turn_given = false;          ///< the prediction used a gyroscope
   bool by_depth = false;            ///< the pose comes from the depth image alone
   GravityUse gravity = GravityUse::kNone;
+  InertialUse inertial = InertialUse::kNone;
   double readout_s = 0, color_delay_s = 0;  ///< of the colour image, as used (TrackerParams)
   std::size_t model_points = 0;             ///< in the persistent model after the frame
   double features_ms = 0, prediction_ms = 0, registration_ms = 0, model_ms = 0, total_ms = 0;  ///< Fig. 3.14
@@ -49,6 +61,7 @@ struct TrackingNumbers {
     archive(features, features_with_depth, matches, inliers, sharpness, depth_coverage_ratio, turn_given,
             by_depth);
     archive.choice(gravity, 3);
+    archive.choice(inertial, 5);
     archive(readout_s, color_delay_s, model_points, features_ms, prediction_ms, registration_ms, model_ms,
             total_ms);
   }
@@ -61,6 +74,9 @@ struct MotionHint {
   /// Mean specific force since the last frame, camera frame: gravity and the camera's acceleration, separated
   /// by the tracker (gravity_estimator.hpp).
   std::optional<Vec3> force_camera_m_s2;
+  /// Readings of gyroscope and accelerometer in the camera's frame, from before the last frame to after this
+  /// one, for prediction (inertial_tracking.hpp); valid during the call.
+  std::span<const ImuSample> readings;
 };
 
 /// Result for one frame.

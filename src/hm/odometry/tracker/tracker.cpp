@@ -25,8 +25,13 @@ namespace {
 
 constexpr int kPyramidLevels = 5;
 constexpr int kMinStartFeatures = 30;
-constexpr int kUnknownFrames = 5;   // with features but no known landmark: the model has none here
-constexpr double kLongGap_s = 0.1;  // without a pose: the camera may have rotated far
+constexpr int kUnknownFrames = 5;          // with features but no known landmark: the model has none here
+constexpr double kLongGap_s = 0.1;         // without a pose: the camera may have rotated far
+constexpr double kMaxBridgeSigma_m = 0.3;  // of a pose without images; beyond it the frame is lost
+
+std::ptrdiff_t with_depth(const FeatureSet& features) {
+  return std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
+}
 
 class Tracker final : public VisualOdometry {
  public:
@@ -75,6 +80,7 @@ class Tracker final : public VisualOdometry {
       out.status = TrackingStatus::kSkipped;
     }
     inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
+    out.numbers.inertial = inertia_.use();
     if (out.T_odom_camera) move_to_odom(out);
     out.submap = submap_;
     out.numbers.readout_s = color_times_.in_use().readout_s;
@@ -86,7 +92,7 @@ class Tracker final : public VisualOdometry {
 
   [[nodiscard]] std::size_t memory_bytes() const override {
     return sizeof(*this) + map_.memory_bytes() + reference_.memory_bytes() + filter_.memory_bytes() +
-           geometry_.memory_bytes();
+           geometry_.memory_bytes() + inertia_.memory_bytes();
   }
 
   bool save(StateWriter& state) const override {
@@ -182,14 +188,13 @@ class Tracker final : public VisualOdometry {
 
   /// Starts the model with this frame, if it has enough features; otherwise it is lost.
   void begin_submap(const TrackerFrame& view, FeatureSet features, TrackedFrame& out) {
-    const auto with_depth =
-        std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
     out.numbers.features = static_cast<int>(features.size());
-    out.numbers.features_with_depth = static_cast<int>(with_depth);
-    if (with_depth < kMinStartFeatures) {
-      out.reason = fmt::format(
-          "{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %", with_depth,
-          features.size(), kMinStartFeatures, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+    out.numbers.features_with_depth = static_cast<int>(with_depth(features));
+    if (out.numbers.features_with_depth < kMinStartFeatures) {
+      out.reason =
+          fmt::format("{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %",
+                      out.numbers.features_with_depth, features.size(), kMinStartFeatures,
+                      out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
       return begin_by_depth(view, out);
     }
     map_.clear();
@@ -206,6 +211,11 @@ class Tracker final : public VisualOdometry {
 
   void follow(TrackerFrame& view, const MotionHint& hint, TrackedFrame& out) {
     Stopwatch watch;
+    const bool by_images = has_color(view) && !geometry_.is_active() && !map_.empty();
+    const auto inertial = by_images ? inertia_.predict(view) : std::nullopt;
+    Attempt by_inertia;
+    if (inertial && follow_inertia(view, *inertial, by_inertia, out)) return;
+    const auto prior = std::exchange(view.prior, {});
     std::optional<GeometryAttempt> by_depth;
     if (geometry_.is_active() || !has_color(view)) by_depth = attempt_by_depth(view);
     const bool is_followed = by_depth && by_depth->refusal.empty();
@@ -221,10 +231,43 @@ class Tracker final : public VisualOdometry {
     if (!attempt.refusal.empty()) attempt_by_surface(view, T_predicted, attempt);
     out.numbers.registration_ms = watch.milliseconds();
     note(attempt, out.numbers);
+    if (inertial && (!attempt.refusal.empty() || inertia_.contradicts(*inertial, attempt.registration))) {
+      view.prior = prior;
+      if (bridge(view, *inertial, by_inertia, out)) return;
+      view.prior.reset();
+    }
     if (!attempt.refusal.empty()) return recover(view, attempt.refusal, by_depth, out);
     if (is_followed) take_back_drift(attempt.registration.T_odom_camera * by_depth->T_odom_camera.inverse());
     const bool is_found_again = geometry_.is_active() && !is_followed;
     accept(view, attempt, is_found_again ? TrackingStatus::kRelocalised : TrackingStatus::kTracked, out);
+  }
+
+  /// Registers the frame near the readings' prediction; of few landmarks, six that agree with it are enough.
+  bool follow_inertia(TrackerFrame& view, const InertialPrediction& prediction, Attempt& attempt,
+                      TrackedFrame& out) {
+    const Stopwatch watch;
+    view.motion = row_motion(view);
+    attempt = attempt_pose(map_, view, prediction.state.T_odom_camera, camera_, attempts_);
+    out.numbers.registration_ms = watch.milliseconds();
+    note(attempt, out.numbers);
+    if (!is_enough_with_prior(attempt) || TrackerInertia::is_far(prediction, attempt.registration))
+      return false;
+    accept(view, attempt, TrackingStatus::kTracked, out);
+    return true;
+  }
+
+  /// Pose by prediction and surfaces, where images show too little or contradict the prediction. False: it
+  /// has become too uncertain.
+  bool bridge(TrackerFrame& view, const InertialPrediction& prediction, Attempt& attempt, TrackedFrame& out) {
+    Registration& found = attempt.registration;
+    if (TrackerInertia::is_far(prediction, found)) found = registration_by_prior(*view.prior);
+    attempt.matches.clear();
+    attempt.looked_for.clear();
+    found.inliers = 0;
+    if (!(position_sigma_m(found) * std::sqrt(covariance_scale(found)) < kMaxBridgeSigma_m)) return false;
+    accept(view, attempt, TrackingStatus::kBridged, out);
+    if (out.new_keyframe) inertia_.begin_model(view, T_odom_last_, prediction);
+    return true;
   }
 
   [[nodiscard]] double since_posed_s(const TrackerFrame& view) const {
@@ -265,6 +308,7 @@ class Tracker final : public VisualOdometry {
   void accept(const TrackerFrame& view, Attempt& attempt, TrackingStatus status, TrackedFrame& out) {
     const Stopwatch watch;
     const SE3 T = attempt.registration.T_odom_camera;
+    inertia_.accept(view, attempt.registration, status, T_odom_last_ * motion_by_velocity(view));
     const Vec6 twist_s = mean_twist_s(T_odom_last_, T, since_posed_s(view));
     geometry_.end();
     unknown_frames_ = 0;
@@ -273,7 +317,7 @@ class Tracker final : public VisualOdometry {
     timed_.reset();
     if (at_known_velocity)
       timed_ = TimedFrame{map_.keyframes().back().identity, T, twist_s, false, attempt.matches};
-    if (status == TrackingStatus::kTracked && !lost_.lost())
+    if (status != TrackingStatus::kRelocalised && !lost_.lost())
       velocity_.update(T_odom_last_.inverse() * T, since_posed_s(view));
     else
       velocity_.reset();
@@ -286,13 +330,17 @@ class Tracker final : public VisualOdometry {
     out.T_odom_camera = publish(view, T, out.T_camera_depth, status);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
-    if (keyframe_due(T, attempt.registration.inliers)) {
-      add_keyframe({&view, detect_features(view, T), std::move(attempt.matches), T, covariance_last_,
-                    covariance_in_camera(attempt.registration), submap_},
+    const bool due = keyframe_due(T, attempt.registration.inliers);
+    FeatureSet features = due ? detect_features(view, T) : FeatureSet{};
+    if (due && (status != TrackingStatus::kBridged || with_depth(features) >= kMinStartFeatures)) {
+      const auto turn = inertia_.turn(map_.keyframes().back().record->stamp, view.frame->stamp);
+      add_keyframe({&view, std::move(features), std::move(attempt.matches), T, covariance_last_,
+                    covariance_in_camera(attempt.registration), submap_, std::nullopt, turn},
                    out);
       map_.forget_unproven();
       if (timed_) timed_->is_keyframe = true;
       T_odom_last_ = map_.keyframes().back().T_odom_camera;
+      inertia_.model_moved(T_odom_last_ * T.inverse());
       filter_.model_moved(T_odom_last_ * view.motion.steady_depth_motion(T));
     } else {
       fuse_depths(map_, attempt.matches, T, camera_, noise());
@@ -380,9 +428,7 @@ class Tracker final : public VisualOdometry {
     out.T_camera_depth = attempt.T_camera_depth;
     filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);
     finish_by_depth(TrackingStatus::kTracked, out);
-    const auto with_depth =
-        std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
-    unknown_frames_ = with_depth < kMinStartFeatures ? 0 : unknown_frames_ + 1;
+    unknown_frames_ = with_depth(features) < kMinStartFeatures ? 0 : unknown_frames_ + 1;
     if (unknown_frames_ > 0 && (map_.empty() || unknown_frames_ >= kUnknownFrames)) {
       add_keyframe({&view,
                     std::move(features),

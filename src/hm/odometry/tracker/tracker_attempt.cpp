@@ -13,6 +13,7 @@ constexpr double kMinInlierRatio = 0.2,
 constexpr double kFewFoundRatio = 0.3;    // of the landmarks searched for
 constexpr int kMinForSecondLook = 6;      // fewer do not determine the pose
 constexpr double kWideShift_px = 16;
+constexpr std::size_t kFewLandmarks = 60;  // looked for: most of the view is new, or blank
 // Few landmarks are sufficient if the surfaces constrain the camera by themselves and agree.
 constexpr int kMinWithSurface = 6;
 constexpr double kAgree_m = 0.05, kAgree_rad = 0.03;
@@ -110,6 +111,11 @@ std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFram
   return std::nullopt;
 }
 
+bool is_enough_with_prior(const Attempt& attempt) {
+  if (attempt.looked_for.size() < kFewLandmarks) return attempt.registration.inliers >= kMinWithSurface;
+  return attempt.refusal.empty();
+}
+
 void note(const Attempt& attempt, TrackingNumbers& numbers) {
   numbers.features = static_cast<int>(attempt.looked_for.size());
   numbers.matches = static_cast<int>(attempt.matches.size());
@@ -125,6 +131,7 @@ Mat6 covariance_of(const LocalMap& map, const Attempt& attempt) {
     of_model += map.find(map.landmark(match.landmark).anchor)->covariance;
     inliers += 1;
   }
+  if (inliers == 0) of_model = map.keyframes().back().covariance;  // bridged from there
   return covariance_in_odom(attempt.registration) + of_model / std::max(1.0, inliers);
 }
 

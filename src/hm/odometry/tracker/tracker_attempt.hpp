@@ -43,6 +43,9 @@ std::optional<Attempt> attempt_by_motions(const LocalMap& map, const TrackerFram
                                           const SE3& T_odom_last, std::span<const SurfaceMotion> motions,
                                           const PinholeCamera& camera, const AttemptParams& params);
 
+/// With a prior, six inliers are enough where few landmarks are in view.
+bool is_enough_with_prior(const Attempt& attempt);
+
 /// Copies the statistics of an attempt to `numbers`.
 void note(const Attempt& attempt, TrackingNumbers& numbers);
 

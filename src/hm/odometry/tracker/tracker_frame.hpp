@@ -16,12 +16,20 @@ struct UpPrior {
   double sigma_rad = 0.02;
 };
 
+/// Pose by inertial readings: for T = T_odom_camera exp(d) the cost is d^T information d / 2.
+struct PosePrior {
+  SE3 T_odom_camera;
+  Mat6 information = Mat6::Zero();  ///< in the units of the registration's, which is scaled
+  double scale = 1;                 ///< of these units: the registration's covariance by its information
+};
+
 /// Preprocessed frame of the tracker.
 struct TrackerFrame {
   const RgbdFrame* frame = nullptr;
   ImagePyramid pyramid;
   DepthGrid grid;
   std::optional<UpPrior> up;
+  std::optional<PosePrior> prior;
   RowMotionModel motion;  ///< of the rows of the colour image
 };
 

@@ -106,6 +106,10 @@ std::shared_ptr<Keyframe> insert_keyframe(LocalMap& map, KeyframeParts parts, co
             ? SurfaceFactor{before.identity, before.T_odom_camera.inverse() * parts.T_odom_camera,
                             inverse_of(*parts.covariance_since_last), Vec6::Zero()}
             : surface_factor(before, parts.frame->grid, parts.T_odom_camera, rows, params));
+    if (parts.frame->prior && keyframe.sightings.empty() && !parts.covariance_since_last)
+      keyframe.factors.push_back(prior_factor(before, *parts.frame->prior));
+    else if (parts.turn)
+      keyframe.factors.push_back(turn_factor(before, *parts.turn, parts.T_odom_camera));
   }
   const double distance_px = kFreeDistance_px * camera.width / 640.0;
   const auto chosen = choose_new(record->features, keyframe.sightings, distance_px, target_landmarks);

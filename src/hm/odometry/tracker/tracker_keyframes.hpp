@@ -3,6 +3,7 @@
 
 #include "hm/odometry/feature/feature_detection.hpp"
 #include "hm/odometry/geometry_tracking/surface_reference.hpp"
+#include "hm/odometry/inertial/inertial_window.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/odometry/tracker/tracker_registration.hpp"
 
@@ -20,6 +21,7 @@ struct KeyframeParts {
   /// Instead of the last keyframe's surface: the motion since then, with its covariance (perturbation in this
   /// camera's frame).
   std::optional<Mat6> covariance_since_last = {};
+  std::optional<GyroTurn> turn = {};  ///< since the last keyframe
 };
 
 /// Adds the frame to the model as a keyframe: inlier matches become sightings, and features with depth apart

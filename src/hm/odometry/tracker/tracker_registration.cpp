@@ -15,7 +15,11 @@ constexpr double kWideGate_m = 0.03;
 constexpr double kMaxVarianceScale = 16;      // beyond this the pose is wrong
 constexpr double kLeastVarianceScale = 0.02;  // of the covariance, however well the matches agree
 constexpr double kSharedErrors =
-    2.5;                           // errors of landmarks in one frame are correlated; calibrated over seeds
+    2.5;                        // errors of landmarks in one frame are correlated; calibrated over seeds
+constexpr int kFewInliers = 6;  // whose residuals say nothing of the variance
+// Of inertial factors among landmarks, whose sightings in a keyframe err together but count as independent.
+// Simulated house, seed 1, 800 frames at 5 Hz: rotations err by up to 0.09 rad without, 0.03 with it.
+constexpr double kInertialWeight = 33;
 constexpr double kDamping = 1e-3;  // keeps the system regular in unobserved directions
 
 /// Equations of a pose from those of another that moves by `by_pose` times as much.
@@ -82,6 +86,7 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
                                     frame.motion.rows_at(result.T_odom_camera),
                                     frame.motion.gain(-frame.motion.times.delay_s));
     if (frame.up) equations += up_equations(*frame.up, result.T_odom_camera);
+    if (frame.prior) equations += prior_equations(*frame.prior, result.T_odom_camera);
     result.information = equations.information;
     Mat6 damped = equations.information;
     damped.diagonal().array() += kDamping;
@@ -100,6 +105,10 @@ Registration register_frame(const LocalMap& map, const TrackerFrame& frame,
     match.inlier = residual && residual->squared_mahalanobis < limit;
     result.inliers += match.inlier ? 1 : 0;
   }
+  if (frame.prior) {
+    result.by_prior = prior_equations(*frame.prior, result.T_odom_camera);
+    if (result.inliers < kFewInliers) result.variance_scale = frame.prior->scale / kSharedErrors;
+  }
   return result;
 }
 
@@ -113,9 +122,11 @@ double position_sigma_m(const Registration& registration) {
 Mat6 covariance_in_camera(const Registration& registration) {
   Mat6 information = registration.information;
   information.diagonal().array() += kDamping;
-  const double scale =
-      kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
-  return scale * inverse_of(information);
+  return covariance_scale(registration) * inverse_of(information);
+}
+
+double covariance_scale(const Registration& registration) {
+  return kSharedErrors * std::clamp(registration.variance_scale, kLeastVarianceScale, kMaxVarianceScale);
 }
 
 Mat6 covariance_in_odom(const Registration& registration) {
@@ -136,11 +147,40 @@ PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera) {
   return equations;
 }
 
+PoseEquations prior_equations(const PosePrior& prior, const SE3& T_odom_camera) {
+  const Vec6 d = (prior.T_odom_camera.inverse() * T_odom_camera).log();
+  PoseEquations equations;
+  equations.information = prior.information;
+  equations.gradient = prior.information * d;
+  equations.cost = 0.5 * d.dot(equations.gradient);
+  equations.terms = 1;
+  return equations;
+}
+
+Registration registration_by_prior(const PosePrior& prior) {
+  Registration result{prior.T_odom_camera, prior.information};
+  result.variance_scale = prior.scale / kSharedErrors;
+  result.by_prior = prior_equations(prior, prior.T_odom_camera);
+  return result;
+}
+
 SurfaceFactor surface_factor(const MapKeyframe& reference, const DepthGrid& grid, const SE3& T_odom_camera,
                              const RowMotion& rows, const RegistrationParams& params) {
   const PoseEquations equations = weighted_surface(reference, grid, T_odom_camera, params, 0.0, rows);
   return {reference.identity, reference.T_odom_camera.inverse() * T_odom_camera, equations.information,
           equations.gradient};
+}
+
+SurfaceFactor prior_factor(const MapKeyframe& reference, const PosePrior& prior) {
+  return {reference.identity, reference.T_odom_camera.inverse() * prior.T_odom_camera, prior.information,
+          Vec6::Zero()};
+}
+
+SurfaceFactor turn_factor(const MapKeyframe& reference, const GyroTurn& turn, const SE3& T_odom_camera) {
+  const Vec3 path = (reference.T_odom_camera.inverse() * T_odom_camera).translation();
+  Mat6 information = Mat6::Zero();
+  information.bottomRightCorner<3, 3>() = kInertialWeight * turn.covariance.inverse();
+  return {reference.identity, SE3(turn.R_begin_end, path), information, Vec6::Zero()};
 }
 
 }  // namespace hm

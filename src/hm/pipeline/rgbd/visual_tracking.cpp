@@ -14,6 +14,25 @@
 #include "hm/pipeline/common/sensor_prior.hpp"
 
 namespace hm {
+namespace {
+
+/// Why preintegrated readings did not predict a frame; empty: they did, or were not to.
+std::string why_not(InertialUse use) {
+  switch (use) {
+    case InertialUse::kNone:
+    case InertialUse::kUsed:
+      break;
+    case InertialUse::kLearning:
+      return "biases, gravity and velocity are not known yet";
+    case InertialUse::kInconsistent:
+      return "they contradict the images (wrong axes, stamps or scale?)";
+    case InertialUse::kWorse:
+      return "constant velocity predicts the images better";
+  }
+  return {};
+}
+
+}  // namespace
 
 VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera,
                                const Start& start)
@@ -21,7 +40,7 @@ VisualTracking::VisualTracking(const OdometryParams& parameters, const PinholeCa
       camera_(camera),
       odometry_(make_visual_odometry(parameters_, camera, start.T_odom_first_camera)),
       hints_(start.imu, parameters.use_imu) {
-  if (start.imu && parameters.use_imu != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
+  if (start.imu && hints_.use() != ImuUse::kOff && parameters.method == OdometryMethod::kTracker)
     track_.imu_source = start.imu->source;
   track_.frames_total = start.frames_total;
 }
@@ -78,6 +97,9 @@ void VisualTracking::note(const TrackedRecord& record) {
   track_.turns_given += record.numbers.turn_given;
   track_.gravity_used += record.numbers.gravity == GravityUse::kUsed;
   track_.gravity_rejected += record.numbers.gravity == GravityUse::kRejected;
+  track_.inertial_used += record.numbers.inertial == InertialUse::kUsed;
+  track_.bridged += record.status == TrackingStatus::kBridged;
+  if (record.status != TrackingStatus::kSkipped) track_.imu_unused_reason = why_not(record.numbers.inertial);
   track_.relocalised += record.status == TrackingStatus::kRelocalised;
   if (record.keyframe) track_.keyframes.push_back(record.keyframe);
   track_.readout_s = record.numbers.readout_s;
@@ -201,6 +223,12 @@ void visit(const VisualTrack& track, SummaryTree& v) {
       imu({"turns_given", "frames whose rotation was predicted by the gyroscope"}, track.turns_given);
       imu({"gravity_used", "frames whose roll and pitch were constrained by gravity"}, track.gravity_used);
       imu({"gravity_rejected", "frames whose gravity readings were rejected"}, track.gravity_rejected);
+      imu({"inertial_used", "frames whose pose was predicted by gyroscope and accelerometer"},
+          track.inertial_used);
+      imu({"bridged", "frames with a pose from readings and surfaces, where images show too little"},
+          track.bridged);
+      if (!track.imu_unused_reason.empty())
+        imu({"unused_reason", "the readings do not predict poses"}, track.imu_unused_reason);
     });
   v.list("lost_stretches", track.lost);
 }
@@ -229,7 +257,8 @@ std::string tracking_lines(const SummaryTree& summary) {
        "shutter   rolling, {rolling_shutter.readout_s} from the first row to the last; colour "
        "{rolling_shutter.color_delay_s} after depth",
        "inertial  {imu.source}: gyroscope used in {imu.turns_given|frame}, gravity in {imu.gravity_used}, "
-       "gravity rejected in {imu.gravity_rejected}",
+       "gravity rejected in {imu.gravity_rejected}; poses predicted in {imu.inertial_used}, bridged "
+       "{imu.bridged}[; not trusted: {imu.unused_reason}]",
        "tracking  median {track_ms.median}, mean {track_ms.mean}, 99 % under {track_ms.p99} a frame"});
 }
 

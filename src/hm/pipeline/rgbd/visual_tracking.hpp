@@ -57,6 +57,8 @@ struct VisualTrack {
   double readout_s = 0, color_delay_s = 0;  ///< of the colour images, as found in the end
   std::string imu_source;                   ///< empty: no inertial device was used
   std::size_t turns_given = 0, gravity_used = 0, gravity_rejected = 0;  ///< frames
+  std::size_t inertial_used = 0, bridged = 0;                           ///< frames
+  std::string imu_unused_reason;  ///< why preintegrated readings are not trusted in the end
 };
 
 /// Visual odometry over the frames of a recording, with the books that a report needs.
@@ -110,7 +112,7 @@ void judge_tracking(const VisualTrack& track, RunVerdict& verdict);
 /// Explains in words that there is no pose at all.
 std::string why_no_pose(const VisualTrack& track, const std::vector<std::string>& warnings = {});
 /// frames{read,tracked,by_depth,lost,unused}, track_ms{median,mean,p99}, path_length_m, keyframes,
-/// model_points, submaps, relocalised, lost_stretches, imu{source,turns_given,gravity_used,gravity_rejected}
+/// model_points, submaps, relocalised, lost_stretches, imu{source,...}
 /// (with one).
 void visit(const VisualTrack& track, SummaryTree& v);
 /// ate_rmse_m, rpe_frame_m, rpe_second_m, rpe_second_rad, rpe_metre_m (those without a span are left out).

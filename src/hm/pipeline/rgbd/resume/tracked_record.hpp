@@ -29,7 +29,7 @@ struct TrackedRecord {
   void visit_state(Archive& archive) {
     archive(index, was_read, is_mapped, stamp, reason, submap, sigma_m, wait_ms, frame_ms, numbers,
             T_odom_camera);
-    archive.choice(status, 5);
+    archive.choice(status, 6);
     bool has_keyframe = keyframe != nullptr;
     archive(has_keyframe);
     if (!has_keyframe || !archive.ok()) return;
