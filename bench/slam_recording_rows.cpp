@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "hm/io/rgbd/recording.hpp"
+#include "hm/pipeline/checks/preflight.hpp"
 #include "hm/pipeline/common/truth_comparison.hpp"
 #include "hm/pipeline/rgbd/slam_pipeline.hpp"
 #include "hm/pipeline/rgbd/slam_state.hpp"
@@ -18,11 +19,15 @@ struct BackEnd {
   [[nodiscard]] double ratio() const { return after_cm / before_cm; }
 };
 
+/// As `hm slam` with its defaults, but for the dense map.
 Result<BackEnd> close_loops_of(const char* name, bool align, const BenchOptions& options) {
-  const auto recording = open_recording(data_folder() / "rgbd" / name, {});
+  auto recording = open_recording(data_folder() / "rgbd" / name, {});
   if (!recording) return forward_error(recording);
   RgbdParameters parameters;
-  parameters.tsdf.voxel_size_m = 0.06;
+  const auto checked = check_before_run(
+      *recording,
+      {.poses = PoseUse::kComparesWith, .register_color = parameters.reconstruction.register_color});
+  if (!checked) return forward_error(checked);
   parameters.reconstruction.live_mesh = false;
   parameters.reconstruction.frame_limit = options.frame_limit;
   parameters.slam.map_stride = 30;  // the map does not matter here
