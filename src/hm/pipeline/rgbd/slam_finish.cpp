@@ -64,6 +64,12 @@ void add_warnings(const SlamRunOptions& options, SlamSummary& summary) {
         fmt::format("bundle adjustment left out {} of landmarks behind the camera and used {}",
                     counted(state.alignment.observations_behind, "observation"),
                     with_thousands(state.alignment.observations)));
+  if (state.alignment.refused)
+    summary.warnings.push_back(fmt::format(
+        "bundle adjustment was refused: with it, surfaces that different visits show are {:.1f} mm apart on "
+        "average, by depth images and loops {:.1f} mm, which the poses now are by; calibrate the cameras if "
+        "colour is not exactly registered to depth",
+        1e3 * state.alignment.agreement.distance_m, 1e3 * state.alignment.agreement.other_distance_m));
   if (state.alignment.interrupted)
     summary.warnings.emplace_back(
         "bundle adjustment was stopped: poses are less accurate than they could be");

@@ -14,6 +14,7 @@
 #include "hm/io/rgbd/frame_archive.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/mapping/dense_pipeline.hpp"
+#include "hm/mapping/keyframes/keyframe_depths.hpp"
 #include "hm/pipeline/common/frame_range.hpp"
 #include "hm/pipeline/common/parameters.hpp"
 #include "hm/pipeline/common/run_records.hpp"
@@ -404,7 +405,10 @@ void SlamPipeline::close_loops() {
   const Stopwatch watch;
   if (impl.run.progress) impl.run.progress({"closing loops", 0, 0, {}});
   impl.conclude_tracking();
-  impl.state.alignment = impl.closer.finish(impl.run);
+  const VisualTrack& track = impl.tracking.track();
+  const Trajectory& path = impl.alignment ? impl.aligned : track.trajectory;
+  impl.state.alignment = impl.closer.finish(
+      impl.run, keyframe_depths(impl.source, path, track.color_delay_s, impl.parameters.depth_noise));
   impl.state.interrupted |= impl.state.alignment.interrupted;
   const auto snapshot = impl.closer.snapshot();
   impl.state.keyframes = snapshot.corrected;

@@ -192,6 +192,13 @@ void visit(const ContinuedMap& continued, SummaryTree& v) {
 /// Sentences about bundle adjustment have values only where it was kept.
 void visit(const RgbdAlignmentReport& report, SummaryTree& v) {
   v({"adjusted"}, report.adjusted);
+  v({"refused"}, report.refused);
+  v({"surface_views"}, report.agreement.views);
+  if (report.agreement.views > 0) {
+    v({"surface_cost_ratio"}, report.agreement.cost / report.agreement.other_cost);
+    v({"surface_distance_m", {}, "{:.4f} m"}, report.agreement.distance_m);
+    v({"surface_distance_by_depth_m", {}, "{:.4f} m"}, report.agreement.other_distance_m);
+  }
   const auto where_adjusted = [&](const SummaryDoc& doc, auto value) {
     if (report.adjusted)
       v(doc, value);

@@ -111,13 +111,13 @@ LiveRgbdLoopCloser::Snapshot LiveRgbdLoopCloser::snapshot() const {
   return snapshot;
 }
 
-RgbdAlignmentReport LiveRgbdLoopCloser::finish(const RunContext& run) {
+RgbdAlignmentReport LiveRgbdLoopCloser::finish(const RunContext& run, const KeyframeDepths& depths) {
   {
     std::unique_lock lock(impl_->mutex);
     impl_->changed.wait(lock, [this] { return impl_->queue.empty() && !impl_->busy; });
   }
   // The worker sleeps until add() is called again, by this thread.
-  const RgbdAlignmentReport report = impl_->closer.finish(run);
+  const RgbdAlignmentReport report = impl_->closer.finish(run, depths);
   impl_->publish();
   return report;
 }

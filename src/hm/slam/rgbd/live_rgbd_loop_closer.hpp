@@ -29,7 +29,7 @@ class LiveRgbdLoopCloser {
   void add(std::shared_ptr<const Keyframe> keyframe);
   [[nodiscard]] Snapshot snapshot() const;
   /// Waits until all keyframes are processed, then calls RgbdLoopCloser::finish(). More keyframes may follow.
-  RgbdAlignmentReport finish(const RunContext& run = {});
+  RgbdAlignmentReport finish(const RunContext& run = {}, const KeyframeDepths& depths = {});
   /// The pose graph; call only when no keyframe is waiting, e.g. after finish().
   [[nodiscard]] const PoseGraph3D& graph() const;
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/core/statistics.hpp"
 #include "hm/slam/places/place_search.hpp"
 #include "hm/slam/pose_graph/graph_part.hpp"
 #include "hm/slam/rgbd/bundle_adjustment.hpp"
@@ -17,6 +18,8 @@ namespace {
 
 /// Keyframes before a new one whose features are linked with its own, for landmarks.
 constexpr std::size_t kLinkedBefore = 3;
+// Pairs of visits for each keyframe on average, which bounds the time.
+constexpr std::size_t kFactorsPerKeyframe = 4, kComparedPerKeyframe = 8;
 
 }  // namespace
 
@@ -43,8 +46,13 @@ struct RgbdLoopCloser::Impl {
   void accept(const std::vector<LoopProposal>& loops);
   void count(const LoopDecision& decision);
   void solve(bool whole);
+  [[nodiscard]] std::vector<PlacedKeyframe> placed() const;
   [[nodiscard]] std::vector<FeatureLink> links_of_visits() const;
-  void adjust(RgbdAlignmentReport& report, const RunContext& run);
+  [[nodiscard]] std::vector<SE3> poses_by_surfaces(const KeyframeSurfaces& surfaces,
+                                                   const std::vector<KeyframePair>& visits) const;
+  void judge(std::vector<SE3>& T_map_adjusted, RgbdAlignmentReport& report, const KeyframeDepths& depths,
+             const RunContext& run) const;
+  void adjust(RgbdAlignmentReport& report, const RunContext& run, const KeyframeDepths& depths);
 };
 
 RgbdLoopCloser::RgbdLoopCloser(const PinholeCamera& camera, const RgbdLoopParams& params)
@@ -157,21 +165,56 @@ RgbdLoopStep RgbdLoopCloser::add(std::shared_ptr<const Keyframe> keyframe) {
   return step;
 }
 
+std::vector<PlacedKeyframe> RgbdLoopCloser::Impl::placed() const {
+  std::vector<PlacedKeyframe> placed;
+  for (std::size_t node = 0; node < graph.size(); ++node)
+    placed.push_back({&graph.keyframe(node), graph.graph().T_map_node[node], graph.map_of(node)});
+  return placed;
+}
+
 /// Links between all visits of a place, besides those of the pairs that loops have compared.
 std::vector<FeatureLink> RgbdLoopCloser::Impl::links_of_visits() const {
-  std::vector<PlacedKeyframe> placed;
   std::vector<KeyframePair> linked;
   for (const FeatureLink& link : links)
     if (linked.empty() || linked.back() != KeyframePair(link.keyframe_a, link.keyframe_b))
       linked.emplace_back(link.keyframe_a, link.keyframe_b);
   std::ranges::sort(linked);
-  for (std::size_t node = 0; node < graph.size(); ++node)
-    placed.push_back({&graph.keyframe(node), graph.graph().T_map_node[node], graph.map_of(node)});
-  return match_covisible(placed, camera, params.verifier, linked);
+  return match_covisible(placed(), camera, params.verifier, linked);
 }
 
-/// Landmarks and keyframes together; kept when it explains the images better.
-void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext& run) {
+/// The graph's poses with relative surface factors between successive keyframes and between visits.
+std::vector<SE3> RgbdLoopCloser::Impl::poses_by_surfaces(const KeyframeSurfaces& surfaces,
+                                                         const std::vector<KeyframePair>& visits) const {
+  PoseGraph3D with_surfaces = graph.graph();
+  std::vector<KeyframePair> pairs = thinned(visits, kFactorsPerKeyframe * graph.size());
+  for (std::uint32_t node = 1; node < graph.size(); ++node)
+    if (graph.keyframe(node).submap == graph.keyframe(node - 1).submap) pairs.emplace_back(node - 1, node);
+  for (const auto& [a, b] : pairs) {
+    const SE3 T_a_b = graph.graph().T_map_node[a].inverse() * graph.graph().T_map_node[b];
+    if (auto factor = surfaces.factor(a, b, T_a_b)) with_surfaces.edges.push_back(std::move(*factor));
+  }
+  return solve_pose_graph(with_surfaces, params.solver).converged ? with_surfaces.T_map_node
+                                                                  : graph.graph().T_map_node;
+}
+
+/// Refuses the adjusted poses where the surfaces of different visits agree much better with others, which
+/// then replace them: features mislead where colour is not registered to depth exactly.
+void RgbdLoopCloser::Impl::judge(std::vector<SE3>& T_map_adjusted, RgbdAlignmentReport& report,
+                                 const KeyframeDepths& depths, const RunContext& run) const {
+  const std::vector<KeyframePair> visits = pairs_of_visits(placed(), camera);
+  if (visits.empty()) return;
+  const KeyframeSurfaces surfaces(camera, graph.keyframes(), depths, run);
+  std::vector<SE3> by_surfaces = poses_by_surfaces(surfaces, visits);
+  report.agreement =
+      surfaces.agreement(thinned(visits, kComparedPerKeyframe * graph.size()), T_map_adjusted, by_surfaces);
+  if (report.agreement.cost <= params.kMaxSurfaceCostRatio * report.agreement.other_cost) return;
+  report.refused = true;
+  T_map_adjusted = std::move(by_surfaces);
+}
+
+/// Landmarks and keyframes together; kept when it explains the images better, and depth does not contradict.
+void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext& run,
+                                  const KeyframeDepths& depths) {
   if (run.stop.stop_requested()) {
     report.interrupted = true;
     return;
@@ -186,11 +229,8 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext&
     report.visit_links = of_visits.size();
   }
   make_landmarks(bundle, keyframes, all_links);
-  for (PoseEdge3D edge : graph.graph().edges) {
-    if (edge.kind != PoseEdgeKind::kOdometry) continue;
-    edge.information *= params.kBundleEdgeRatio;
-    bundle.edges.push_back(edge);
-  }
+  for (const PoseEdge3D& edge : graph.graph().edges)
+    if (edge.kind == PoseEdgeKind::kOdometry) bundle.edges.push_back(edge);
   const BundleResult result = adjust_bundle(bundle, {}, run);
   report.landmarks = bundle.landmarks.size();
   report.observations = result.observations;
@@ -199,17 +239,19 @@ void RgbdLoopCloser::Impl::adjust(RgbdAlignmentReport& report, const RunContext&
   if (!result.converged && !bundle.landmarks.empty()) report.failure = result.message;
   report.error_before_px = result.error_before_px;
   report.error_after_px = result.error_after_px;
-  report.adjusted = result.converged && result.final_cost < result.initial_cost;
-  if (report.adjusted) graph.set_poses(std::move(bundle.T_map_camera));
+  if (!result.converged || !(result.final_cost < result.initial_cost)) return;
+  if (depths.read && !run.stop.stop_requested()) judge(bundle.T_map_camera, report, depths, run);
+  report.adjusted = !report.refused;
+  graph.set_poses(std::move(bundle.T_map_camera));
 }
 
-RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run) {
+RgbdAlignmentReport RgbdLoopCloser::finish(const RunContext& run, const KeyframeDepths& depths) {
   RgbdAlignmentReport report;
   if (impl_->graph.size() == 0) return report;
   impl_->solve(true);
   report.graph = impl_->last_solution;
   report.loop_links = impl_->links.size();
-  if (impl_->params.bundle_adjustment) impl_->adjust(report, run);
+  if (impl_->params.bundle_adjustment) impl_->adjust(report, run, depths);
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include "hm/slam/places/place_verifier.hpp"
 #include "hm/slam/pose_graph/pose_graph_3d_solver.hpp"
 #include "hm/slam/rgbd/corrected_keyframes.hpp"
+#include "hm/slam/rgbd/keyframe_surfaces.hpp"
 #include "hm/slam/rgbd/rgbd_loop_params.hpp"
 
 namespace hm {
@@ -49,6 +50,12 @@ struct RgbdLoopStep {
 struct RgbdAlignmentReport {
   PoseGraphSolution graph;
   bool adjusted = false;  ///< bundle adjustment ran and its result is used
+  /// Bundle adjustment ran, and depth images of different visits contradict its result: poses are those of
+  /// the graph with surface factors.
+  bool refused = false;
+  /// Surfaces of different visits with the adjusted poses, and (`other`) with those of the graph with surface
+  /// factors; no views: nothing was compared.
+  SurfaceAgreement agreement;
   /// Reason why bundle adjustment failed; empty: it did not, or was not wanted.
   std::string failure;
   bool interrupted = false;             ///< asked to stop: as far as it had come
@@ -76,9 +83,10 @@ class RgbdLoopCloser {
   /// The next keyframe. Stamps increase; submaps never decrease. The keyframe is kept.
   RgbdLoopStep add(std::shared_ptr<const Keyframe> keyframe);
   /// Solves the graph a last time, then adjusts keyframes and landmarks together if the parameters say so.
-  /// More keyframes may follow.
+  /// The adjustment is refused where the depth images say that features mislead it (RgbdLoopParams::
+  /// kMaxSurfaceCostRatio); without depth images it is not judged. More keyframes may follow.
   /// Asked to stop it keeps what the adjustment has found by then.
-  RgbdAlignmentReport finish(const RunContext& run = {});
+  RgbdAlignmentReport finish(const RunContext& run = {}, const KeyframeDepths& depths = {});
 
   /// Poses as of the last solution; keyframes since are carried along.
   [[nodiscard]] CorrectedKeyframes corrected() const;
