@@ -1,0 +1,177 @@
+#include "hm/slam/rgbd/keyframe_surfaces.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hm/core/testing/drawn_vector.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
+#include "hm/odometry/testing/textured_room.hpp"
+#include "hm/slam/rgbd/rgbd_loop_closer.hpp"
+#include "hm/slam/rgbd/testing/landmark_world.hpp"
+
+namespace hm {
+namespace {
+
+using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
+
+/// Looks into a corner of the room: three planes.
+const SE3 kCorner(so3_exp(Vec3(0.5, 0.6, 0)), Vec3(0.1, 0.2, -0.3));
+
+Keyframes keyframes_at(const std::vector<SE3>& T_odom_camera) {
+  Keyframes keyframes;
+  for (std::size_t i = 0; i < T_odom_camera.size(); ++i) {
+    Keyframe keyframe;
+    keyframe.frame_index = i;
+    keyframe.stamp = Time::from_seconds(0.3 * static_cast<double>(i + 1));
+    keyframe.T_odom_camera = T_odom_camera[i];
+    keyframes.push_back(std::make_shared<const Keyframe>(std::move(keyframe)));
+  }
+  return keyframes;
+}
+
+/// Depth images with a Kinect's noise, at `T_world_camera` of the keyframe's frame_index and then moved.
+KeyframeDepths depths_in(const TexturedRoom& room, const std::vector<SE3>& T_world_camera,
+                         const SE3& T_camera_depth = {}) {
+  const auto read = [=](const Keyframe& keyframe) -> std::optional<KeyframeDepth> {
+    Rng rng(keyframe.frame_index + 1);
+    TexturedRoom blank = room;
+    blank.contrast = 0;
+    const SE3 T_world_depth = T_world_camera[keyframe.frame_index] * T_camera_depth;
+    RgbdFrame frame =
+        render_room(blank, test::landmark_camera(), T_world_depth, keyframe.stamp, {true, 0, {}}, &rng);
+    return KeyframeDepth{std::move(frame.depth), T_camera_depth};
+  };
+  return {read, {}};
+}
+
+TEST(KeyframeSurfaces, FactorFindsTheMotionInACorner) {
+  const SE3 T_a_b = SE3::exp((Vec6() << 0.05, -0.03, 0.04, 0.02, 0.03, -0.02).finished());
+  const SE3 T_camera_depth = SE3::exp((Vec6() << 0.004, 0.002, 0, 0.01, -0.005, 0.003).finished());
+  const std::vector<SE3> truth{kCorner, kCorner * T_a_b};
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth),
+                                  depths_in({}, truth, T_camera_depth));
+  const SE3 guess = T_a_b * SE3::exp((Vec6() << 0.01, -0.01, 0.008, 0.004, -0.004, 0.003).finished());
+  const auto factor = surfaces.factor(0, 1, guess);
+  ASSERT_TRUE(factor);
+  const SE3 error = factor->T_from_to.inverse() * T_a_b;
+  EXPECT_LT(error.translation().norm(), 0.003);
+  EXPECT_LT(error.angle(), 0.002);
+  // Honest: the error is within three standard deviations, none of which is below the shared error.
+  EXPECT_LT(
+      pose_edge_error(*factor, {}, T_a_b).dot(factor->information * pose_edge_error(*factor, {}, T_a_b)),
+      6 * 9);
+  const Vec6 values = symmetric_eigenvalues(factor->information);
+  EXPECT_GT(values[0], 1e3);
+  EXPECT_LT(values[5], 1.01 / (0.002 * 0.002));
+}
+
+TEST(KeyframeSurfaces, AWallHoldsItsNormalAndTwoTurns) {
+  TexturedRoom room;
+  room.half_size_m = Vec3(9, 9, 2);
+  const std::vector<SE3> truth(2, SE3(Mat3::Identity(), Vec3(0, 0, 0.9)));
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths_in(room, truth));
+  const SE3 guess(Mat3::Identity(), Vec3(0.01, 0, 0.01));
+  const auto factor = surfaces.factor(0, 1, guess);
+  ASSERT_TRUE(factor);
+  EXPECT_NEAR(factor->T_from_to.translation().z(), 0, 0.001);
+  EXPECT_NEAR(factor->T_from_to.translation().x(), 0.01, 0.002) << "along the wall the guess is kept";
+  const Vec6 values = symmetric_eigenvalues(factor->information);
+  EXPECT_LT(values[2], 0.02 * values[3]);
+}
+
+TEST(KeyframeSurfaces, WithoutDepthImagesThereIsNothing) {
+  const std::vector<SE3> poses(2, kCorner);
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(poses), {});
+  const std::vector<KeyframePair> pair{{0, 1}};
+  EXPECT_FALSE(surfaces.factor(0, 1, {}));
+  EXPECT_EQ(surfaces.agreement(pair, poses, poses).views, 0U);
+}
+
+TEST(KeyframeSurfaces, TruePosesAgreeBetterThanDisturbedOnes) {
+  const std::vector<SE3> truth{kCorner, kCorner * SE3::exp((Vec6() << 0.1, 0, 0, 0, 0.05, 0).finished())};
+  std::vector<SE3> disturbed = truth;
+  disturbed[1] = disturbed[1] * SE3(Mat3::Identity(), Vec3(0.02, 0.02, 0.02));
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths_in({}, truth));
+  const std::vector<KeyframePair> pair{{0, 1}};
+  const SurfaceAgreement found = surfaces.agreement(pair, disturbed, truth);
+  EXPECT_EQ(found.views, 2U);
+  EXPECT_GT(found.distance_m, 2 * found.other_distance_m);
+  EXPECT_GT(found.cost, 2 * found.other_cost);
+}
+
+/// A camera that looks into a corner from the same places again and again; odometry is right. Features are
+/// those of cameras elsewhere, some centimetres off: bundle adjustment follows them.
+struct Misled {
+  std::vector<SE3> truth, of_features;
+  Keyframes keyframes;
+};
+
+Misled misled() {
+  Misled scene;
+  Rng rng(4);
+  const TexturedRoom room;
+  test::LandmarkWorld world;
+  for (int i = 0; i < 1500; ++i) {
+    Vec3 p = test::drawn<3>([&rng] { return rng.uniform(-1, 1); }).cwiseProduct(room.half_size_m);
+    const int axis = i % 3;
+    p[axis] = std::copysign(room.half_size_m[axis], p[axis]);
+    world.points.push_back({p, test::random_descriptor(rng)});
+  }
+  for (int i = 0; i < 28; ++i) {
+    const double angle = 0.45 * i;
+    scene.truth.push_back(kCorner *
+                          SE3(Mat3::Identity(), Vec3(0.15 * std::sin(angle), 0.1 * std::cos(angle), 0)));
+    const Vec3 shift = 0.03 * Vec3(std::sin(2.4 * i), std::cos(1.7 * i), std::sin(3.1 * i + 1));
+    scene.of_features.push_back(scene.truth.back() *
+                                SE3(Mat3::Identity(), i == 0 ? Vec3(Vec3::Zero()) : shift));
+  }
+  for (const auto& bare : keyframes_at(scene.truth)) {
+    Keyframe keyframe = *bare;
+    keyframe.features = test::see(world, scene.of_features[keyframe.frame_index], rng);
+    scene.keyframes.push_back(std::make_shared<const Keyframe>(std::move(keyframe)));
+  }
+  return scene;
+}
+
+RgbdAlignmentReport close_loops(const Misled& scene, const KeyframeDepths& depths, std::vector<SE3>& poses) {
+  RgbdLoopCloser closer(test::landmark_camera());
+  for (const auto& keyframe : scene.keyframes) closer.add(keyframe);
+  const RgbdAlignmentReport report = closer.finish({}, depths);
+  for (const CorrectedKeyframe& keyframe : closer.corrected().keyframes())
+    poses.push_back(keyframe.T_map_camera);
+  return report;
+}
+
+double rms_m(const std::vector<SE3>& poses, const std::vector<SE3>& truth) {
+  double sum = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    sum += (poses[i].translation() - truth[i].translation()).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+TEST(RgbdLoopCloser, RefusesAnAdjustmentThatDepthContradicts) {
+  const Misled scene = misled();
+  std::vector<SE3> without_depth, with_depth;
+  EXPECT_TRUE(close_loops(scene, {}, without_depth).adjusted);
+  const RgbdAlignmentReport report = close_loops(scene, depths_in({}, scene.truth), with_depth);
+  EXPECT_TRUE(report.refused);
+  EXPECT_FALSE(report.adjusted);
+  EXPECT_GT(report.agreement.views, 20U);
+  EXPECT_GT(report.agreement.cost, RgbdLoopParams::kMaxSurfaceCostRatio * report.agreement.other_cost);
+  EXPECT_LT(rms_m(with_depth, scene.truth), 0.5 * rms_m(without_depth, scene.truth));
+}
+
+TEST(RgbdLoopCloser, KeepsAnAdjustmentThatDepthConfirms) {
+  const Misled scene = misled();
+  std::vector<SE3> without_depth, with_depth;
+  close_loops(scene, {}, without_depth);
+  const RgbdAlignmentReport report = close_loops(scene, depths_in({}, scene.of_features), with_depth);
+  EXPECT_TRUE(report.adjusted);
+  EXPECT_FALSE(report.refused);
+  EXPECT_GT(report.agreement.views, 20U);
+  EXPECT_EQ(rms_m(with_depth, without_depth), 0);
+}
+
+}  // namespace
+}  // namespace hm
