@@ -19,6 +19,9 @@ struct RgbdLoopParams {
   /// features agree with depth, have 1.17 to 1.28; one whose colour was registered by its images, 1.59 and
   /// 1.65 (whole recordings, with and without slam.align).
   static constexpr double kMaxSurfaceCostRatio = 1.4;
+  /// ... and by this much more: smaller differences are within the noise of depth (of two exact surfaces with
+  /// normal noise the cost is 0.17; the refused adjustments of these recordings lose 0.3).
+  static constexpr double kMinSurfaceCostGain = 0.1;
   // Standard deviation of odometry between successive keyframes where it states no covariance: a constant
   // part and one that grows with the translation between them (odometry_covariance).
   /// Constant part of the translation's deviation, metres.
