@@ -138,7 +138,8 @@ RgbdAlignmentReport close_loops(const Misled& scene, const KeyframeDepths& depth
   RgbdLoopCloser closer(test::landmark_camera());
   for (const auto& keyframe : scene.keyframes) closer.add(keyframe);
   const RgbdAlignmentReport report = closer.finish({}, depths);
-  for (const CorrectedKeyframe& keyframe : closer.corrected().keyframes())
+  const CorrectedKeyframes corrected = closer.corrected();
+  for (const CorrectedKeyframe& keyframe : corrected.keyframes())
     poses.push_back(keyframe.T_map_camera);
   return report;
 }
