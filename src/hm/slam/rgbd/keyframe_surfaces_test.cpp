@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "hm/core/testing/drawn_vector.hpp"
 #include "hm/geometry/solvers/small_solvers.hpp"
-#include "hm/odometry/testing/textured_room.hpp"
 #include "hm/slam/rgbd/rgbd_loop_closer.hpp"
 #include "hm/slam/rgbd/testing/landmark_world.hpp"
 
@@ -15,6 +15,7 @@ namespace {
 
 using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
 
+const Vec3 kRoom_m(2.0, 1.4, 1.8);  ///< half of its size
 /// Looks into a corner of the room: three planes.
 const SE3 kCorner(so3_exp(Vec3(0.5, 0.6, 0)), Vec3(0.1, 0.2, -0.3));
 
@@ -30,17 +31,31 @@ Keyframes keyframes_at(const std::vector<SE3>& T_odom_camera) {
   return keyframes;
 }
 
-/// Depth images with a Kinect's noise, at `T_world_camera` of the keyframe's frame_index and then moved.
-KeyframeDepths depths_in(const TexturedRoom& room, const std::vector<SE3>& T_world_camera,
+/// Depth image of a box-shaped room from inside, with a Kinect's noise.
+DepthImage depth_in(const Vec3& half_size_m, const SE3& T_world_depth, Rng& rng) {
+  const PinholeCamera camera = test::landmark_camera();
+  DepthImage depth{Image<std::uint16_t>(camera.width, camera.height), 1.0 / 5000};
+  const Vec3& eye = T_world_depth.translation();
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3 ray = T_world_depth.rotation() * camera.unproject(Vec2(x, y), 1.0);
+      double z = 12;
+      for (int axis = 0; axis < 3; ++axis)
+        if (ray[axis] != 0)
+          z = std::min(z, (std::copysign(half_size_m[axis], ray[axis]) - eye[axis]) / ray[axis]);
+      z += rng.normal(0, DepthNoise().sigma_m(z));
+      depth.units(x, y) = static_cast<std::uint16_t>(std::lround(z / depth.unit_m));
+    }
+  return depth;
+}
+
+/// Depth images at `T_world_camera` of the keyframe's frame_index, and then moved.
+KeyframeDepths depths_in(const Vec3& half_size_m, const std::vector<SE3>& T_world_camera,
                          const SE3& T_camera_depth = {}) {
   const auto read = [=](const Keyframe& keyframe) -> std::optional<KeyframeDepth> {
     Rng rng(keyframe.frame_index + 1);
-    TexturedRoom blank = room;
-    blank.contrast = 0;
     const SE3 T_world_depth = T_world_camera[keyframe.frame_index] * T_camera_depth;
-    RgbdFrame frame =
-        render_room(blank, test::landmark_camera(), T_world_depth, keyframe.stamp, {true, 0, {}}, &rng);
-    return KeyframeDepth{std::move(frame.depth), T_camera_depth};
+    return KeyframeDepth{depth_in(half_size_m, T_world_depth, rng), T_camera_depth};
   };
   return {read, {}};
 }
@@ -50,7 +65,7 @@ TEST(KeyframeSurfaces, FactorFindsTheMotionInACorner) {
   const SE3 T_camera_depth = SE3::exp((Vec6() << 0.004, 0.002, 0, 0.01, -0.005, 0.003).finished());
   const std::vector<SE3> truth{kCorner, kCorner * T_a_b};
   const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth),
-                                  depths_in({}, truth, T_camera_depth));
+                                  depths_in(kRoom_m, truth, T_camera_depth));
   const SE3 guess = T_a_b * SE3::exp((Vec6() << 0.01, -0.01, 0.008, 0.004, -0.004, 0.003).finished());
   const auto factor = surfaces.factor(0, 1, guess);
   ASSERT_TRUE(factor);
@@ -67,10 +82,9 @@ TEST(KeyframeSurfaces, FactorFindsTheMotionInACorner) {
 }
 
 TEST(KeyframeSurfaces, AWallHoldsItsNormalAndTwoTurns) {
-  TexturedRoom room;
-  room.half_size_m = Vec3(9, 9, 2);
   const std::vector<SE3> truth(2, SE3(Mat3::Identity(), Vec3(0, 0, 0.9)));
-  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths_in(room, truth));
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth),
+                                  depths_in(Vec3(9, 9, 2), truth));
   const SE3 guess(Mat3::Identity(), Vec3(0.01, 0, 0.01));
   const auto factor = surfaces.factor(0, 1, guess);
   ASSERT_TRUE(factor);
@@ -92,7 +106,7 @@ TEST(KeyframeSurfaces, TruePosesAgreeBetterThanDisturbedOnes) {
   const std::vector<SE3> truth{kCorner, kCorner * SE3::exp((Vec6() << 0.1, 0, 0, 0, 0.05, 0).finished())};
   std::vector<SE3> disturbed = truth;
   disturbed[1] = disturbed[1] * SE3(Mat3::Identity(), Vec3(0.02, 0.02, 0.02));
-  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths_in({}, truth));
+  const KeyframeSurfaces surfaces(test::landmark_camera(), keyframes_at(truth), depths_in(kRoom_m, truth));
   const std::vector<KeyframePair> pair{{0, 1}};
   const SurfaceAgreement found = surfaces.agreement(pair, disturbed, truth);
   EXPECT_EQ(found.views, 2U);
@@ -110,12 +124,11 @@ struct Misled {
 Misled misled() {
   Misled scene;
   Rng rng(4);
-  const TexturedRoom room;
   test::LandmarkWorld world;
   for (int i = 0; i < 1500; ++i) {
-    Vec3 p = test::drawn<3>([&rng] { return rng.uniform(-1, 1); }).cwiseProduct(room.half_size_m);
+    Vec3 p = test::drawn<3>([&rng] { return rng.uniform(-1, 1); }).cwiseProduct(kRoom_m);
     const int axis = i % 3;
-    p[axis] = std::copysign(room.half_size_m[axis], p[axis]);
+    p[axis] = std::copysign(kRoom_m[axis], p[axis]);
     world.points.push_back({p, test::random_descriptor(rng)});
   }
   for (int i = 0; i < 28; ++i) {
@@ -139,8 +152,7 @@ RgbdAlignmentReport close_loops(const Misled& scene, const KeyframeDepths& depth
   for (const auto& keyframe : scene.keyframes) closer.add(keyframe);
   const RgbdAlignmentReport report = closer.finish({}, depths);
   const CorrectedKeyframes corrected = closer.corrected();
-  for (const CorrectedKeyframe& keyframe : corrected.keyframes())
-    poses.push_back(keyframe.T_map_camera);
+  for (const CorrectedKeyframe& keyframe : corrected.keyframes()) poses.push_back(keyframe.T_map_camera);
   return report;
 }
 
@@ -155,7 +167,7 @@ TEST(RgbdLoopCloser, RefusesAnAdjustmentThatDepthContradicts) {
   const Misled scene = misled();
   std::vector<SE3> without_depth, with_depth;
   EXPECT_TRUE(close_loops(scene, {}, without_depth).adjusted);
-  const RgbdAlignmentReport report = close_loops(scene, depths_in({}, scene.truth), with_depth);
+  const RgbdAlignmentReport report = close_loops(scene, depths_in(kRoom_m, scene.truth), with_depth);
   EXPECT_TRUE(report.refused);
   EXPECT_FALSE(report.adjusted);
   EXPECT_GT(report.agreement.views, 20U);
@@ -167,7 +179,7 @@ TEST(RgbdLoopCloser, KeepsAnAdjustmentThatDepthConfirms) {
   const Misled scene = misled();
   std::vector<SE3> without_depth, with_depth;
   close_loops(scene, {}, without_depth);
-  const RgbdAlignmentReport report = close_loops(scene, depths_in({}, scene.of_features), with_depth);
+  const RgbdAlignmentReport report = close_loops(scene, depths_in(kRoom_m, scene.of_features), with_depth);
   EXPECT_TRUE(report.adjusted);
   EXPECT_FALSE(report.refused);
   EXPECT_GT(report.agreement.views, 20U);
