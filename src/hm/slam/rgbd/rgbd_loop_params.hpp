@@ -15,9 +15,9 @@ struct RgbdLoopParams {
   bool bundle_adjustment = true;
   bool match_covisible = true;
   /// Bundle adjustment is refused where surfaces of different visits disagree by more than this factor
-  /// (SurfaceAgreement::cost), against poses of the graph with surface factors. Two real recordings, whose
-  /// features agree with depth, have 1.17 to 1.28; one whose colour was registered by its images, 1.59 and
-  /// 1.65 (whole recordings, with and without slam.align).
+  /// (SurfaceAgreement::cost), against poses of the graph with surface factors. fr1/xyz and fr1/rpy, whose
+  /// features agree with depth, have 1.17 to 1.24; 7-Scenes, whose colour was registered by its images, 1.58
+  /// and 1.59 (whole recordings, with and without slam.align).
   static constexpr double kMaxSurfaceCostRatio = 1.4;
   /// ... and by this much more: smaller differences are within the noise of depth (of two exact surfaces with
   /// normal noise the cost is 0.17; the refused adjustments of these recordings lose 0.3).
