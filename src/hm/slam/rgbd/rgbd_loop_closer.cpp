@@ -20,6 +20,8 @@ namespace {
 constexpr std::size_t kLinkedBefore = 3;
 // Pairs of visits for each keyframe on average, which bounds the time.
 constexpr std::size_t kFactorsPerKeyframe = 4, kComparedPerKeyframe = 8;
+// Of more keyframes surfaces would take over half a gigabyte: hours of walking are not judged by depth.
+constexpr std::size_t kMostJudgedKeyframes = 5000;
 
 }  // namespace
 
@@ -202,7 +204,7 @@ std::vector<SE3> RgbdLoopCloser::Impl::poses_by_surfaces(const KeyframeSurfaces&
 void RgbdLoopCloser::Impl::judge(std::vector<SE3>& T_map_adjusted, RgbdAlignmentReport& report,
                                  const KeyframeDepths& depths, const RunContext& run) const {
   const std::vector<KeyframePair> visits = pairs_of_visits(placed(), camera);
-  if (visits.empty()) return;
+  if (visits.empty() || graph.size() > kMostJudgedKeyframes) return;
   const KeyframeSurfaces surfaces(camera, graph.keyframes(), depths, run);
   std::vector<SE3> by_surfaces = poses_by_surfaces(surfaces, visits);
   report.agreement =

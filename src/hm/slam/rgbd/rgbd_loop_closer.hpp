@@ -84,8 +84,8 @@ class RgbdLoopCloser {
   RgbdLoopStep add(std::shared_ptr<const Keyframe> keyframe);
   /// Solves the graph a last time, then adjusts keyframes and landmarks together if the parameters say so.
   /// The adjustment is refused where the depth images say that features mislead it (RgbdLoopParams::
-  /// kMaxSurfaceCostRatio); without depth images it is not judged. More keyframes may follow.
-  /// Asked to stop it keeps what the adjustment has found by then.
+  /// kMaxSurfaceCostRatio); without depth images, or with over 5,000 keyframes, it is not judged. More
+  /// keyframes may follow. Asked to stop it keeps what the adjustment has found by then.
   RgbdAlignmentReport finish(const RunContext& run = {}, const KeyframeDepths& depths = {});
 
   /// Poses as of the last solution; keyframes since are carried along.
