@@ -43,7 +43,8 @@ std::vector<DepthPose> poses_seen_with(const DepthGeometry& geometry, int count)
     pose.T_color_board = *board_pose(pose.view, kRefinedBoard, geometry.color_camera);
     const SE3 T_depth_true = kT_color_depth.inverse() * T_true;
     const SE3 T_depth_believed = geometry.T_color_depth.inverse() * pose.T_color_board;
-    const Vec2 middle = truth().depth_camera.project(T_depth_true * Vec3(0.5 * corner_on_board(kRefinedBoard, 53)));
+    const Vec2 middle =
+        truth().depth_camera.project(T_depth_true * Vec3(0.5 * corner_on_board(kRefinedBoard, 53)));
     const double half = 0.25 * kDepthCamera.fx / T_depth_true.translation().z();
     for (double y = std::max(0.0, middle.y() - half); y < std::min(480.0, middle.y() + half); y += 2)
       for (double x = std::max(0.0, middle.x() - half); x < std::min(640.0, middle.x() + half); x += 2) {

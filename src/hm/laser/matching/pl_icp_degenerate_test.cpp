@@ -57,7 +57,8 @@ TEST(PlIcpDegenerate, ACorridorWithAnEndIsNotFree) {
   PlanarWorld world = corridor(0);
   world.segments.push_back({{7, -1.2}, {7, 1.0}});
   const SE2 motion(0.05, 0.02, 0.01);
-  const ScanMatch match = PlIcp().match(scan_with_noise(world, {}, 0.01, 1), scan_with_noise(world, motion, 0.01, 2), {});
+  const ScanMatch match =
+      PlIcp().match(scan_with_noise(world, {}, 0.01, 1), scan_with_noise(world, motion, 0.01, 2), {});
   ASSERT_TRUE(match.ok());
   EXPECT_EQ(match.free.count, 0) << match.free.to_string();
   EXPECT_NEAR(match.T_reference_sensed->x(), 0.05, 0.01);
@@ -84,8 +85,8 @@ TEST(PlIcpDegenerate, ARoundRoomLeavesTheAngleFree) {
 TEST(PlIcpDegenerate, OneWallLeavesTwoDirectionsNot) {
   PlanarWorld world;
   world.segments.push_back({{3, -50}, {3, 50}});
-  const ScanMatch match =
-      PlIcp().match(scan_with_noise(world, {}, 0.01, 1), scan_with_noise(world, {0.05, 0, 0.02}, 0.01, 2), {0, 0.1, 0});
+  const ScanMatch match = PlIcp().match(scan_with_noise(world, {}, 0.01, 1),
+                                        scan_with_noise(world, {0.05, 0, 0.02}, 0.01, 2), {0, 0.1, 0});
   ASSERT_TRUE(match.ok());
   ASSERT_EQ(match.free.count, 1);
   EXPECT_EQ(match.free.to_string(), "along 90 deg");

@@ -18,4 +18,13 @@ std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
   return {};
 }
 
+Result<RgbdFrame> read_again(std::size_t frame_index, const PinholeCamera& camera,
+                             const OdometryHistory& history) {
+  auto frame = history.read_frame(frame_index);
+  if (!frame) return frame;
+  if (const std::string reason = reason_to_skip(*frame, camera, {}, ColorNeed::kIfPresent); !reason.empty())
+    return fail(ErrorCode::kInvalidValue, fmt::format("frame {}", frame_index), "{}", reason);
+  return frame;
+}
+
 }  // namespace hm

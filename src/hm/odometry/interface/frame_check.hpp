@@ -2,8 +2,7 @@
 #include <optional>
 #include <string>
 
-#include "hm/geometry/camera.hpp"
-#include "hm/sensors/rgbd_frame.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
 
 namespace hm {
 
@@ -14,5 +13,10 @@ enum class ColorNeed { kAlways, kIfPresent };
 /// frame); empty when it can.
 std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
                            const std::optional<Time>& last_stamp, ColorNeed need = ColorNeed::kAlways);
+
+/// Reads a frame of the run's history again, with or without colour. Errors: it cannot be read; it has become
+/// unusable (kInvalidValue).
+Result<RgbdFrame> read_again(std::size_t frame_index, const PinholeCamera& camera,
+                             const OdometryHistory& history);
 
 }  // namespace hm

@@ -23,21 +23,17 @@
 namespace hm {
 namespace {
 
-constexpr int kPyramidLevels = 5;
 constexpr int kMinStartFeatures = 30;
 constexpr int kUnknownFrames = 5;          // with features but no known landmark: the model has none here
 constexpr double kLongGap_s = 0.1;         // without a pose: the camera may have rotated far
 constexpr double kMaxBridgeSigma_m = 0.3;  // of a pose without images; beyond it the frame is lost
-
-std::ptrdiff_t with_depth(const FeatureSet& features) {
-  return std::count_if(features.begin(), features.end(), [](const Feature& f) { return f.has_depth; });
-}
 
 class Tracker final : public VisualOdometry {
  public:
   Tracker(const OdometryParams& params, const PinholeCamera& camera, const SE3& T_odom_first_camera)
       : params_(params),
         camera_(camera),
+        attempts_(params),
         detector_(params.features, camera, {params.max_depth_m, params.max_depth_sigma_m}),
         map_(static_cast<std::size_t>(params.tracker.max_model_points),
              static_cast<std::size_t>(params.tracker.max_keyframes)),
@@ -46,16 +42,7 @@ class Tracker final : public VisualOdometry {
         inertia_(params.gravity_sigma_rad),
         color_times_({params.tracker.readout_s, params.tracker.color_delay_s},
                      params.tracker.estimate_row_times),
-        T_odom_start_(T_odom_first_camera) {
-    attempts_.matching.limit = static_cast<std::size_t>(params.tracker.kTargetLandmarks);
-    attempts_.matching.max_depth_m = params.max_depth_m;
-    attempts_.matching.max_depth_sigma_m = params.max_depth_sigma_m;
-    attempts_.matching.noise = attempts_.registration.noise = noise();
-    attempts_.matching.pixel_sigma_px = params.tracker.kPixelSigma_px;
-    attempts_.registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
-    attempts_.min_inliers = params.tracker.kMinInliers;
-    attempts_.max_sigma_m = params.tracker.kLostSigma_m;
-  }
+        T_odom_start_(T_odom_first_camera) {}
 
   TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
     const Stopwatch total;
@@ -109,11 +96,11 @@ class Tracker final : public VisualOdometry {
     if (map_.empty() && !geometry_.is_active()) return {};
     if (const auto restored = restore_geometry(history); !restored) return restored;
     if (const auto restored = map_.restore([&](MapKeyframe& keyframe, bool with_surface) {
-          return restore_keyframe(keyframe, with_surface, history);
+          return complete_keyframe(keyframe, with_surface, history, camera_, noise(), params_.max_depth_m);
         });
         !restored)
       return restored;
-    const auto frame = read_again(posed_frame_, history);
+    const auto frame = read_again(posed_frame_, camera_, history);
     if (!frame) return forward_error(frame);
     const TrackerFrame view = make_view(*frame);
     reference_ = make_prediction_reference(view, camera_);
@@ -129,33 +116,9 @@ class Tracker final : public VisualOdometry {
             timed_, map_, geometry_, unknown_frames_);
   }
 
-  [[nodiscard]] Result<RgbdFrame> read_again(std::size_t frame_index, const OdometryHistory& history) const {
-    auto frame = history.read_frame(frame_index);
-    if (!frame) return frame;
-    if (const std::string reason = reason_to_skip(*frame, camera_, {}, ColorNeed::kIfPresent);
-        !reason.empty())
-      return fail(ErrorCode::kInvalidValue, fmt::format("frame {}", frame_index), "{}", reason);
-    return frame;
-  }
-
-  Result<void> restore_keyframe(MapKeyframe& keyframe, bool with_surface,
-                                const OdometryHistory& history) const {
-    const std::size_t index = keyframe.record->frame_index;
-    keyframe.record = history.find_keyframe(index);
-    if (!keyframe.record)
-      return fail(ErrorCode::kCorrupted, "state of odometry", "frame {} is no keyframe", index);
-    const auto frame = read_again(index, history);
-    if (!frame) return forward_error(frame);
-    TrackerFrame view = make_view(*frame);
-    keyframe.pyramid = std::move(view.pyramid);
-    keyframe.grid = view.grid;
-    if (with_surface) keyframe.surface = make_surface_grid(view.grid, attempts_.registration.noise);
-    return {};
-  }
-
   Result<void> restore_geometry(const OdometryHistory& history) {
     return geometry_.restore([&](std::size_t index) -> Result<DepthGrid> {
-      const auto frame = read_again(index, history);
+      const auto frame = read_again(index, camera_, history);
       if (!frame) return forward_error(frame);
       return make_depth_grid(frame->depth, camera_, noise(), params_.max_depth_m);
     });
@@ -170,11 +133,7 @@ class Tracker final : public VisualOdometry {
   }
 
   [[nodiscard]] TrackerFrame make_view(const RgbdFrame& frame) const {
-    TrackerFrame view;
-    view.frame = &frame;
-    if (!frame.color.empty()) view.pyramid = ImagePyramid(to_gray(frame.color), kPyramidLevels);
-    view.grid = make_depth_grid(frame.depth, camera_, noise(), params_.max_depth_m);
-    return view;
+    return make_tracker_frame(frame, camera_, noise(), params_.max_depth_m);
   }
 
   TrackerFrame make_view(const RgbdFrame& frame, TrackedFrame& out) const {
@@ -189,7 +148,7 @@ class Tracker final : public VisualOdometry {
   /// Starts the model with this frame, if it has enough features; otherwise it is lost.
   void begin_submap(const TrackerFrame& view, FeatureSet features, TrackedFrame& out) {
     out.numbers.features = static_cast<int>(features.size());
-    out.numbers.features_with_depth = static_cast<int>(with_depth(features));
+    out.numbers.features_with_depth = count_with_depth(features);
     if (out.numbers.features_with_depth < kMinStartFeatures) {
       out.reason =
           fmt::format("{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %",
@@ -332,7 +291,7 @@ class Tracker final : public VisualOdometry {
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     const bool due = keyframe_due(T, attempt.registration.inliers);
     FeatureSet features = due ? detect_features(view, T) : FeatureSet{};
-    if (due && (status != TrackingStatus::kBridged || with_depth(features) >= kMinStartFeatures)) {
+    if (due && (status != TrackingStatus::kBridged || count_with_depth(features) >= kMinStartFeatures)) {
       const auto turn = inertia_.turn(map_.keyframes().back().record->stamp, view.frame->stamp);
       add_keyframe({&view, std::move(features), std::move(attempt.matches), T, covariance_last_,
                     covariance_in_camera(attempt.registration), submap_, std::nullopt, turn},
@@ -428,7 +387,7 @@ class Tracker final : public VisualOdometry {
     out.T_camera_depth = attempt.T_camera_depth;
     filter_.restart(view.grid, T_odom_last_ * out.T_camera_depth);
     finish_by_depth(TrackingStatus::kTracked, out);
-    unknown_frames_ = with_depth(features) < kMinStartFeatures ? 0 : unknown_frames_ + 1;
+    unknown_frames_ = count_with_depth(features) < kMinStartFeatures ? 0 : unknown_frames_ + 1;
     if (unknown_frames_ > 0 && (map_.empty() || unknown_frames_ >= kUnknownFrames)) {
       add_keyframe({&view,
                     std::move(features),
@@ -497,9 +456,7 @@ class Tracker final : public VisualOdometry {
   }
 
   std::optional<Relocalisation> search_keyframes(const FeatureSet& features, Time stamp, int& matches) {
-    std::vector<KnownPlace> places;
-    for (const MapKeyframe& keyframe : map_.keyframes())
-      places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+    std::vector<KnownPlace> places = known_places(map_);
     if (geometry_.is_active()) sort_by_view(places, T_odom_last_);
     return find_again(places, features, lost_.next_search(stamp, posed_stamp_, attempts_.min_inliers),
                       matches);

@@ -52,6 +52,16 @@ std::string refusal_of(const Attempt& attempt, const AttemptParams& params) {
 
 }  // namespace
 
+AttemptParams::AttemptParams(const OdometryParams& params)
+    : min_inliers(params.tracker.kMinInliers), max_sigma_m(params.tracker.kLostSigma_m) {
+  matching.limit = static_cast<std::size_t>(params.tracker.kTargetLandmarks);
+  matching.max_depth_m = params.max_depth_m;
+  matching.max_depth_sigma_m = params.max_depth_sigma_m;
+  matching.noise = registration.noise = params.features.depth_noise;
+  matching.pixel_sigma_px = params.tracker.kPixelSigma_px;
+  registration.surface_weight_ratio = params.tracker.surface_weight_ratio;
+}
+
 AttemptParams AttemptParams::widened() const {
   AttemptParams wide = *this;
   wide.matching.search.first_level = 2;

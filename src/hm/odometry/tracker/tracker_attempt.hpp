@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "hm/odometry/interface/odometry_params.hpp"
 #include "hm/odometry/interface/visual_odometry.hpp"
 #include "hm/odometry/registration/surface_following.hpp"
 #include "hm/odometry/tracker/tracker_matching.hpp"
@@ -13,6 +14,8 @@ namespace hm {
 
 /// Parameters of the search for landmarks, and conditions for accepting a pose.
 struct AttemptParams {
+  AttemptParams() = default;
+  explicit AttemptParams(const OdometryParams& params);
   MatchingParams matching;
   RegistrationParams registration;
   int min_inliers = 15;

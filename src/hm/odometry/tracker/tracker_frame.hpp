@@ -33,6 +33,11 @@ struct TrackerFrame {
   RowMotionModel motion;  ///< of the rows of the colour image
 };
 
+/// The frame with its pyramid (none without colour) and depth grid; readings beyond `max_depth_m` are left
+/// out.
+TrackerFrame make_tracker_frame(const RgbdFrame& frame, const PinholeCamera& camera, const DepthNoise& noise,
+                                double max_depth_m);
+
 /// Match of a landmark in a frame.
 struct LandmarkMatch {
   std::size_t landmark = 0;

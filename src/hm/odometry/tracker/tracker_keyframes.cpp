@@ -7,6 +7,7 @@
 #include "hm/core/statistics.hpp"
 #include "hm/geometry/solvers/small_solvers.hpp"
 #include "hm/odometry/feature/depth_uncertainty.hpp"
+#include "hm/odometry/interface/frame_check.hpp"
 
 namespace hm {
 namespace {
@@ -204,6 +205,32 @@ void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const
     sighting.depth_variance_m2 = std::max(sighting.depth_variance_m2 * (1 - gain),
                                           std::min(sighting.depth_variance_m2, floor_m * floor_m));
   }
+}
+
+int count_with_depth(const FeatureSet& features) {
+  return static_cast<int>(std::ranges::count_if(features, [](const Feature& f) { return f.has_depth; }));
+}
+
+std::vector<KnownPlace> known_places(const LocalMap& map) {
+  std::vector<KnownPlace> places;
+  for (const MapKeyframe& keyframe : map.keyframes())
+    places.push_back({&keyframe.record->features, keyframe.T_odom_camera, keyframe.identity});
+  return places;
+}
+
+Result<void> complete_keyframe(MapKeyframe& keyframe, bool with_surface, const OdometryHistory& history,
+                               const PinholeCamera& camera, const DepthNoise& noise, double max_depth_m) {
+  const std::size_t index = keyframe.record->frame_index;
+  keyframe.record = history.find_keyframe(index);
+  if (!keyframe.record)
+    return fail(ErrorCode::kCorrupted, "state of odometry", "frame {} is no keyframe", index);
+  const auto frame = read_again(index, camera, history);
+  if (!frame) return forward_error(frame);
+  TrackerFrame view = make_tracker_frame(*frame, camera, noise, max_depth_m);
+  keyframe.pyramid = std::move(view.pyramid);
+  keyframe.grid = view.grid;
+  if (with_surface) keyframe.surface = make_surface_grid(view.grid, noise);
+  return {};
 }
 
 std::optional<double> median_depth_m(const FeatureSet& features) {

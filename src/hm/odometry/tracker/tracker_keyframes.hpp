@@ -5,6 +5,8 @@
 #include "hm/odometry/geometry_tracking/surface_reference.hpp"
 #include "hm/odometry/inertial/inertial_window.hpp"
 #include "hm/odometry/interface/odometry_params.hpp"
+#include "hm/odometry/interface/visual_odometry.hpp"
+#include "hm/odometry/registration/relocalisation.hpp"
 #include "hm/odometry/tracker/tracker_registration.hpp"
 
 namespace hm {
@@ -49,6 +51,17 @@ void retime_keyframe(LocalMap& map, const InstantMotion& motion, const ColorTime
 /// single reading's, since depth errors are correlated over time).
 void fuse_depths(LocalMap& map, const std::vector<LandmarkMatch>& matches, const SE3& T_odom_camera,
                  const PinholeCamera& camera, const DepthNoise& noise);
+
+/// Number of features with depth.
+int count_with_depth(const FeatureSet& features);
+
+/// The model's keyframes as places to find again, newest last.
+std::vector<KnownPlace> known_places(const LocalMap& map);
+
+/// Completes a restored keyframe: its record and, from its frame, what is not saved. `with_surface`: also its
+/// surface. Errors: no keyframe of the run is at its index (kCorrupted), its frame cannot be read again.
+Result<void> complete_keyframe(MapKeyframe& keyframe, bool with_surface, const OdometryHistory& history,
+                               const PinholeCamera& camera, const DepthNoise& noise, double max_depth_m);
 
 /// Median depth of the features with depth; nothing if there are none.
 std::optional<double> median_depth_m(const FeatureSet& features);

@@ -14,7 +14,8 @@ using namespace test;
 
 /// A vehicle without disturbances that drifts and turns in the room, and the perfect scans it takes.
 struct SensedFlight {
-  explicit SensedFlight(std::string_view script, VehicleSensorsSetup sensing = perfect_laser(), int steps = 1000)
+  explicit SensedFlight(std::string_view script, VehicleSensorsSetup sensing = perfect_laser(),
+                        int steps = 1000)
       : world(make_room()),
         renderer(world),
         vehicle(setup(script), cast_into(renderer)),

@@ -14,7 +14,7 @@ namespace {
 
 /// Walls, floor and two balls: every direction is observable.
 const AnalyticScene kFollowedCorner{{{Vec3(-1, 0, 0), -2.0}, {Vec3(0, -1, 0), -0.7}, {Vec3(0, 0, 1), -0.6}},
-                            {{Vec3(1.5, -0.3, 0.1), 0.3}}};
+                                    {{Vec3(1.5, -0.3, 0.1), 0.3}}};
 constexpr int kFrames = 40;
 
 /// Camera moving sideways.
