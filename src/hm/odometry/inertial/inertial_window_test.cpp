@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr double kFrame_s = 0.2;
+constexpr double kWindowFrame_s = 0.2;
 constexpr double kSigma_m = 0.003, kSigma_rad = 0.002;
 
 const CarriedErrors kErrors{Vec3(0.004, -0.003, 0.002), Vec3(0.08, -0.05, 0.06), 5e-4, 5e-3, 0.008};
@@ -29,7 +29,7 @@ struct Walk {
   }
   void add(InertialWindow& window, int frame) {
     window.feed(readings);
-    window.add(Time::from_seconds(frame * kFrame_s), seen(frame * kFrame_s));
+    window.add(Time::from_seconds(frame * kWindowFrame_s), seen(frame * kWindowFrame_s));
   }
 
   Rng rng;
@@ -59,7 +59,7 @@ TEST(InertialWindow, PredictsAsWellAsItSays) {
       for (int i = 0; i < 60; ++i) {
         walk.add(window, i);
         if (i < 20 || i % 5 != 0) continue;
-        const double t_s = (i + ahead) * kFrame_s;
+        const double t_s = (i + ahead) * kWindowFrame_s;
         const auto predicted = window.predict(Time::from_seconds(t_s));
         ASSERT_TRUE(predicted);
         const Vec6 error = (predicted->state.T_odom_camera.inverse() * CarriedPath::pose(t_s)).log();
@@ -84,15 +84,15 @@ TEST(InertialWindow, MovesWithTheModel) {
   other.move(motion);
   Walk same = walk;
   for (int i = 30; i < 33; ++i) {
-    const auto a = window.predict(Time::from_seconds(i * kFrame_s));
-    const auto b = other.predict(Time::from_seconds(i * kFrame_s));
+    const auto a = window.predict(Time::from_seconds(i * kWindowFrame_s));
+    const auto b = other.predict(Time::from_seconds(i * kWindowFrame_s));
     ASSERT_TRUE(a && b);
     EXPECT_LT((motion * a->state.T_odom_camera * b->state.T_odom_camera.inverse()).log().norm(), 1e-6);
     EXPECT_LT((a->pose_covariance() - b->pose_covariance()).norm(), 1e-9);
     walk.add(window, i);
-    VisualPose pose = same.seen(i * kFrame_s);
+    VisualPose pose = same.seen(i * kWindowFrame_s);
     pose.T_odom_camera = motion * pose.T_odom_camera;
-    other.add(Time::from_seconds(i * kFrame_s), pose);
+    other.add(Time::from_seconds(i * kWindowFrame_s), pose);
   }
 }
 

@@ -8,8 +8,8 @@ namespace hm {
 namespace {
 
 const Time kBegin = Time::from_seconds(2.003), kEnd = Time::from_seconds(2.403);
-const CarriedErrors kErrors{Vec3(0.01, -0.02, 0.015), Vec3(0.1, 0.05, -0.2)};
-const ImuBias kBias{kErrors.gyro_bias_rad_s, kErrors.accel_bias_m_s2};
+const CarriedErrors kIntegratedErrors{Vec3(0.01, -0.02, 0.015), Vec3(0.1, 0.05, -0.2)};
+const ImuBias kBias{kIntegratedErrors.gyro_bias_rad_s, kIntegratedErrors.accel_bias_m_s2};
 
 Preintegration integrated(std::span<const ImuSample> readings, const ImuBias& bias, double delay_s = 0) {
   const auto sum = preintegrate(readings, kBegin, kEnd, delay_s, bias, {});
@@ -25,8 +25,8 @@ Vec9 difference(const Preintegration& a, const Preintegration& b) {
 
 /// At 200 Hz against a hundred times as many readings, and against the path itself.
 TEST(Preintegration, IsThatOfFineSteps) {
-  const auto readings = carried_readings(1.9, 2.6, 200, kErrors);
-  const auto fine = carried_readings(1.9, 2.6, 20000, kErrors);
+  const auto readings = carried_readings(1.9, 2.6, 200, kIntegratedErrors);
+  const auto fine = carried_readings(1.9, 2.6, 20000, kIntegratedErrors);
   const Preintegration coarse = integrated(readings, kBias), exact = integrated(fine, kBias);
   const Vec9 apart = difference(coarse, exact);
   EXPECT_LT(apart.head<3>().norm(), 2e-6);
@@ -44,7 +44,7 @@ TEST(Preintegration, IsThatOfFineSteps) {
 }
 
 TEST(Preintegration, DerivativesByTheBiasesAreTheNumericalOnes) {
-  const auto readings = carried_readings(1.9, 2.6, 200, kErrors);
+  const auto readings = carried_readings(1.9, 2.6, 200, kIntegratedErrors);
   const Preintegration sum = integrated(readings, kBias);
   constexpr double kStep = 1e-5;
   for (int axis = 0; axis < 3; ++axis) {
@@ -64,7 +64,7 @@ TEST(Preintegration, DerivativesByTheBiasesAreTheNumericalOnes) {
 }
 
 TEST(Preintegration, DerivativeByTheDelayIsTheNumericalOne) {
-  const auto readings = carried_readings(1.9, 2.6, 200, kErrors);
+  const auto readings = carried_readings(1.9, 2.6, 200, kIntegratedErrors);
   constexpr double kStep_s = 1e-4;
   const Vec9 numerical =
       difference(integrated(readings, kBias, kStep_s), integrated(readings, kBias, -kStep_s)) / (2 * kStep_s);
@@ -75,20 +75,20 @@ TEST(Preintegration, DerivativeByTheDelayIsTheNumericalOne) {
 
 /// The stamps of readings that are late give the same motion, once that is known.
 TEST(Preintegration, KnowsThatStampsAreLate) {
-  CarriedErrors late = kErrors;
+  CarriedErrors late = kIntegratedErrors;
   late.delay_s = 0.0123;
   const Preintegration sum = integrated(carried_readings(1.9, 2.6, 200, late), kBias, late.delay_s);
-  const Preintegration prompt = integrated(carried_readings(1.9, 2.6, 200, kErrors), kBias);
+  const Preintegration prompt = integrated(carried_readings(1.9, 2.6, 200, kIntegratedErrors), kBias);
   EXPECT_LT(difference(sum, prompt).norm(), 1e-8);
 }
 
 /// Errors over 400 runs with noise, against the covariance: chi-squared with nine degrees of freedom.
 TEST(Preintegration, CovarianceIsThatOfItsErrors) {
-  CarriedErrors noisy = kErrors;
+  CarriedErrors noisy = kIntegratedErrors;
   const ImuNoise noise;
   noisy.gyro_density = noise.gyro_rad_s_sqrt_hz;
   noisy.accel_density = noise.accel_m_s2_sqrt_hz;
-  const Preintegration exact = integrated(carried_readings(1.9, 2.6, 200, kErrors), kBias);
+  const Preintegration exact = integrated(carried_readings(1.9, 2.6, 200, kIntegratedErrors), kBias);
   Rng rng(5);
   double sum = 0;
   constexpr int kRuns = 400;
@@ -101,7 +101,7 @@ TEST(Preintegration, CovarianceIsThatOfItsErrors) {
 }
 
 TEST(Preintegration, NeedsReadingsWithoutGaps) {
-  const auto readings = carried_readings(1.9, 2.6, 200, kErrors);
+  const auto readings = carried_readings(1.9, 2.6, 200, kIntegratedErrors);
   const auto sum_of = [](std::span<const ImuSample> some) {
     return preintegrate(some, kBegin, kEnd, 0, {}, {}).has_value();
   };

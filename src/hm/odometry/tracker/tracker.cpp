@@ -416,14 +416,13 @@ class Tracker final : public VisualOdometry {
     out.covariance = covariance_last_;
   }
 
-  /// Moves the last pose by the drift of tracking by depth, now that landmarks have been found again.
+  /// Moves the last pose by the drift of tracking by depth, now that landmarks are found again.
   void take_back_drift(const SE3& T_found_drifted) {
     T_odom_last_ = T_found_drifted * T_odom_last_;
     filter_.restart(reference_.grid, T_odom_last_);
   }
 
-  /// Tries to relocalise against the keyframes, or to follow the depth image; after some time starts a new
-  /// submap.
+  /// Relocalises among the keyframes, or follows the depth image; after some time starts a new submap.
   void recover(const TrackerFrame& view, const std::string& refusal, std::optional<GeometryAttempt>& by_depth,
                TrackedFrame& out) {
     FeatureSet features = features_of(view);
