@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr double kFrame_s = 1.0 / 30;
+constexpr double kGravityFrame_s = 1.0 / 30;
 const Vec3 kUpOdom = Vec3(0.2, -0.1, 1).normalized();  // odom need not be level
 
 /// Camera that oscillates with up to 4 m/s^2 while rotating, in closed form.
@@ -20,12 +20,12 @@ struct Swing {
     return {so3_exp(Vec3(0.3 * std::sin(0.7 * t), 0.5 * t, 0.2)),
             Vec3(amplitude_m * std::sin(rate_rad_s * t), 0.1 * t, 0)};
   }
-  /// Mean specific force from t - kFrame_s to t.
+  /// Mean specific force from t - kGravityFrame_s to t.
   [[nodiscard]] Vec3 force(double t) const {
     Vec3 sum = Vec3::Zero();
     constexpr int kSteps = 20;
     for (int i = 0; i < kSteps; ++i) {
-      const double at = t - kFrame_s * (i + 0.5) / kSteps;
+      const double at = t - kGravityFrame_s * (i + 0.5) / kSteps;
       const Vec3 a(-amplitude_m * rate_rad_s * rate_rad_s * std::sin(rate_rad_s * at), 0, 0);
       sum += pose(at).rotation().transpose() * (a + kGravity_m_s2 * kUpOdom);
     }
@@ -40,7 +40,7 @@ double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm()
 GravityEstimator trained(const Swing& swing, int frames) {
   GravityEstimator estimator;
   for (int i = 0; i < frames; ++i)
-    estimator.add(at(i * kFrame_s), swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+    estimator.add(at(i * kGravityFrame_s), swing.pose(i * kGravityFrame_s), swing.force(i * kGravityFrame_s));
   return estimator;
 }
 
@@ -61,16 +61,18 @@ TEST(GravityEstimator, LearnsUpAndBiasWhileTheCameraIsSwung) {
 /// The tilt of a guess is measured; a turn about up is not observable.
 TEST(GravityEstimator, SeesTheTiltOfThePathAndNoTurnAboutUp) {
   const Swing swing;
-  const double t = 900 * kFrame_s;
+  const double t = 900 * kGravityFrame_s;
   for (const Vec3& turn : {Vec3(0.02, 0, 0), Vec3(0, -0.02, 0)}) {
     GravityEstimator estimator = trained(swing, 860);
     const SE3 tilt(so3_exp(turn), Vec3::Zero());  // the path has drifted from here on
     estimator.interrupt();
     for (int i = 860; i < 900; ++i)
-      estimator.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+      estimator.add(at(i * kGravityFrame_s), tilt * swing.pose(i * kGravityFrame_s),
+                    swing.force(i * kGravityFrame_s));
     estimator.interrupt();
     for (int i = 850; i < 900; ++i)
-      estimator.add(at(i * kFrame_s), tilt * swing.pose(i * kFrame_s), swing.force(i * kFrame_s));
+      estimator.add(at(i * kGravityFrame_s), tilt * swing.pose(i * kGravityFrame_s),
+                    swing.force(i * kGravityFrame_s));
     const auto answer = estimator.observe(at(t), tilt * swing.pose(t), swing.force(t));
     ASSERT_EQ(answer.verdict, GravityEstimator::Verdict::kUsed);
     const Vec3 predicted = (tilt * swing.pose(t)).rotation().transpose() * answer.up.up_odom;
@@ -84,9 +86,11 @@ TEST(GravityEstimator, RejectsBlowsFallsAndADeviceThatIsTurnedOtherwise) {
   const auto verdict_of = [&](const auto& force) {
     GravityEstimator other = estimator;
     for (int i = 900; i < 950; ++i)
-      other.add(at(i * kFrame_s), swing.pose(i * kFrame_s), force(i * kFrame_s));
+      other.add(at(i * kGravityFrame_s), swing.pose(i * kGravityFrame_s), force(i * kGravityFrame_s));
     EXPECT_LT(angle(other.gravity_odom_m_s2(), estimator.gravity_odom_m_s2()), 0.004);
-    return other.observe(at(950 * kFrame_s), swing.pose(950 * kFrame_s), force(950 * kFrame_s)).verdict;
+    return other
+        .observe(at(950 * kGravityFrame_s), swing.pose(950 * kGravityFrame_s), force(950 * kGravityFrame_s))
+        .verdict;
   };
   using Verdict = GravityEstimator::Verdict;
   EXPECT_EQ(verdict_of([&](double s) { return swing.force(s); }), Verdict::kUsed);

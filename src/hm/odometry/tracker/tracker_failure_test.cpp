@@ -6,12 +6,12 @@
 namespace hm {
 namespace {
 
-constexpr double kFrame_s = 1.0 / 30;
+constexpr double kFailureFrame_s = 1.0 / 30;
 constexpr int kBefore = 20, kFailed = 3;
 
 RgbdFrame frame_at(int index, const SE3& T_world_camera, const TexturedRoom& room = {}) {
   RgbdFrame frame =
-      render_room(room, room_camera(), T_world_camera, Time::from_seconds(1 + index * kFrame_s));
+      render_room(room, room_camera(), T_world_camera, Time::from_seconds(1 + index * kFailureFrame_s));
   frame.index = static_cast<std::size_t>(index);
   return frame;
 }
@@ -38,7 +38,7 @@ RgbdFrame failing_frame(Failure failure, int index) {
 std::vector<TrackedFrame> track_past(Failure failure) {
   const auto odometry = make_tracker({}, room_camera(), path_pose(0));
   TrackedFrame last;
-  for (int i = 0; i < kBefore; ++i) last = odometry->track(frame_at(i, path_pose(i * kFrame_s)));
+  for (int i = 0; i < kBefore; ++i) last = odometry->track(frame_at(i, path_pose(i * kFailureFrame_s)));
   EXPECT_TRUE(last.T_odom_camera) << last.reason;
   const std::size_t points = last.numbers.model_points, bytes = odometry->memory_bytes();
   for (int i = kBefore; i < kBefore + kFailed; ++i) {
@@ -52,7 +52,7 @@ std::vector<TrackedFrame> track_past(Failure failure) {
   }
   std::vector<TrackedFrame> after;
   for (int i = kBefore + kFailed; i < kBefore + kFailed + 8; ++i)
-    after.push_back(odometry->track(frame_at(i, path_pose((i - kFailed) * kFrame_s))));
+    after.push_back(odometry->track(frame_at(i, path_pose((i - kFailed) * kFailureFrame_s))));
   return after;
 }
 
@@ -61,7 +61,7 @@ std::vector<TrackedFrame> track_past(Failure failure) {
 TEST(Tracker, FailedFramesLeaveNoTrace) {
   const std::vector<TrackedFrame> expected = track_past(Failure::kDark);
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    const double t = (kBefore + static_cast<double>(i)) * kFrame_s;
+    const double t = (kBefore + static_cast<double>(i)) * kFailureFrame_s;
     ASSERT_TRUE(expected[i].T_odom_camera) << i << " " << expected[i].reason;
     EXPECT_LT((expected[i].T_odom_camera->translation() - path_pose(t).translation()).norm(), 0.005) << i;
     EXPECT_EQ(expected[i].submap, 0);

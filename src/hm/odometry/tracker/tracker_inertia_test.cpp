@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr double kFrame_s = 1.0 / 30;
+constexpr double kCarriedFrame_s = 1.0 / 30;
 constexpr int kFrames = 75;
 
 /// Specific force on the path through the room, whose y axis points down.
@@ -25,8 +25,8 @@ const std::vector<RgbdFrame>& frames() {
   static const std::vector<RgbdFrame> kRendered = [] {
     std::vector<RgbdFrame> rendered;
     for (int i = 0; i < kFrames; ++i)
-      rendered.push_back(
-          render_room({}, room_camera(), path_pose(i * kFrame_s), Time::from_seconds(1 + i * kFrame_s)));
+      rendered.push_back(render_room({}, room_camera(), path_pose(i * kCarriedFrame_s),
+                                     Time::from_seconds(1 + i * kCarriedFrame_s)));
     return rendered;
   }();
   return kRendered;
@@ -42,7 +42,7 @@ Walked walk(const Hint& hint_at) {
   const auto odometry = make_tracker({}, room_camera(), path_pose(0));
   Walked walked;
   for (int i = 0; i < kFrames; ++i) {
-    const double t = i * kFrame_s;
+    const double t = i * kCarriedFrame_s;
     const TrackedFrame tracked = odometry->track(frames()[static_cast<std::size_t>(i)], hint_at(t));
     walked.used += tracked.numbers.gravity == GravityUse::kUsed;
     walked.rejected += tracked.numbers.gravity == GravityUse::kRejected;
