@@ -247,8 +247,7 @@ class Tracker final : public VisualOdometry {
     return T_odom_last_ * predict_motion(reference_, view, guess, noise());
   }
 
-  /// Repeats the attempt from the last velocity with a wide search, when a fast turn blurs the image and the
-  /// photometric prediction fails.
+  /// Repeats the attempt from the last velocity with a wide search, as in the blur of a fast turn.
   void attempt_by_velocity(const TrackerFrame& view, Attempt& attempt) const {
     if (since_posed_s(view) > kLongGap_s || !velocity_.twist_s()) return;
     Attempt next =
@@ -325,8 +324,7 @@ class Tracker final : public VisualOdometry {
            motion.translation().norm() > params_.tracker.kKeyframeDistanceRatio * keyframe_depth_m_;
   }
 
-  /// Uses the last frame now that the velocity after it is known: the mean of those before and after is less
-  /// noisy than the extrapolated one, which was the best at its own time.
+  /// Uses the last frame with the mean of the velocities before and after it, now that both are known.
   void settle_times(const TimedFrame& frame, const Vec6& twist_after_s, double interval_s) {
     const Vec6 twist_before_s = frame.twist_before_s.value_or(twist_after_s);
     const InstantMotion motion{0.5 * (twist_before_s + twist_after_s),
@@ -434,15 +432,17 @@ class Tracker final : public VisualOdometry {
         return accept(view, attempt, TrackingStatus::kRelocalised, out);
       }
     }
-    if (!by_depth) by_depth = attempt_by_depth(view);
-    if (by_depth->refusal.empty()) return accept_by_depth(view, *by_depth, std::move(features), out);
+    // Depth alone cannot say whether features that nothing known matches show the same place.
+    if (!by_depth && count_with_depth(features) < kMinStartFeatures) by_depth = attempt_by_depth(view);
+    if (by_depth && by_depth->refusal.empty())
+      return accept_by_depth(view, *by_depth, std::move(features), out);
     lost_.count(view.frame->stamp);
     velocity_.reset();
     out.status = TrackingStatus::kLost;
-    out.reason =
-        fmt::format("{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %; {}",
-                    refusal, features.size(), matches, out.numbers.sharpness,
-                    100 * out.numbers.depth_coverage_ratio, by_depth->refusal);
+    out.reason = fmt::format(
+        "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %{}{}", refusal,
+        features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio,
+        by_depth ? "; " : "", by_depth ? by_depth->refusal : std::string());
     if (lost_.frames() < params_.tracker.submap_after_frames &&
         lost_.duration_s() < params_.tracker.kSubmapAfter_s)
       return;

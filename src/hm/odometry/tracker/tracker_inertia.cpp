@@ -10,6 +10,8 @@ namespace {
 
 // A registration is far from the prediction beyond both; chi-squared, six degrees of freedom, 99 %, thrice.
 constexpr double kFarSquared = 3 * 16.81, kNear_m = 0.05, kNear_rad = 0.05;
+// So many landmarks that agree outweigh the readings: the device may have been knocked.
+constexpr int kSureInliers = 50;
 constexpr int kMaxBridged = 5;  // in a row; then images are preferred to the prediction
 constexpr double kLeastScale = 0.75;
 constexpr double kExact = 1e-3;  // metres and radians
@@ -52,7 +54,7 @@ std::optional<InertialPrediction> TrackerInertia::predict(TrackerFrame& frame) c
 
 bool TrackerInertia::contradicts(const InertialPrediction& prediction,
                                  const Registration& registration) const {
-  return bridged_ < kMaxBridged && is_far(prediction, registration);
+  return bridged_ < kMaxBridged && registration.inliers < kSureInliers && is_far(prediction, registration);
 }
 
 bool TrackerInertia::is_far(const InertialPrediction& prediction, const Registration& registration) {

@@ -27,7 +27,8 @@ class TrackerInertia {
   [[nodiscard]] std::optional<InertialPrediction> predict(TrackerFrame& frame) const;
   /// Whether a registration is far from the prediction.
   [[nodiscard]] static bool is_far(const InertialPrediction& prediction, const Registration& registration);
-  /// The same, while the prediction is to be preferred: after some bridged frames the images are right.
+  /// The same, while the prediction is to be preferred: after some bridged frames, or with many inliers, the
+  /// images are right.
   [[nodiscard]] bool contradicts(const InertialPrediction& prediction,
                                  const Registration& registration) const;
   /// A pose was accepted. `T_by_velocity`: where constant velocity would have it.

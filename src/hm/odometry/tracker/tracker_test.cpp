@@ -88,22 +88,30 @@ TEST(Tracker, ARepeatedPictureDoesNotMove) {
   }
 }
 
-TEST(Tracker, CannotBeginWithoutTextureOrDepthOrLight) {
+TEST(Tracker, BeginsByDepthAloneWithoutTextureOrLight) {
   TexturedRoom blank, dark;
   blank.contrast = 0;
   dark.brightness = 0;
-  RgbdFrame no_depth = frame_at(0, path_pose(0));
-  std::fill(no_depth.depth.units.pixels().begin(), no_depth.depth.units.pixels().end(), std::uint16_t{0});
-  for (const RgbdFrame& frame :
-       {frame_at(0, path_pose(0), blank), frame_at(0, path_pose(0), dark), no_depth}) {
+  for (const RgbdFrame& frame : {frame_at(0, path_pose(0), blank), frame_at(0, path_pose(0), dark)}) {
     const auto odometry = tracker();
     const TrackedFrame tracked = odometry->track(frame);
-    EXPECT_EQ(tracked.status, TrackingStatus::kLost);
-    EXPECT_FALSE(tracked.T_odom_camera);
-    EXPECT_THAT(tracked.reason, HasSubstr("0 features with depth"));
+    EXPECT_EQ(tracked.status, TrackingStatus::kStarted);
+    EXPECT_TRUE(tracked.numbers.by_depth);
     EXPECT_EQ(tracked.numbers.model_points, 0u);
     EXPECT_TRUE(odometry->track(frame_at(1, path_pose(0))).T_odom_camera);  // light again
   }
+}
+
+TEST(Tracker, CannotBeginWithoutDepth) {
+  RgbdFrame no_depth = frame_at(0, path_pose(0));
+  std::fill(no_depth.depth.units.pixels().begin(), no_depth.depth.units.pixels().end(), std::uint16_t{0});
+  const auto odometry = tracker();
+  const TrackedFrame tracked = odometry->track(no_depth);
+  EXPECT_EQ(tracked.status, TrackingStatus::kLost);
+  EXPECT_FALSE(tracked.T_odom_camera);
+  EXPECT_THAT(tracked.reason, HasSubstr("0 features with depth"));
+  EXPECT_EQ(tracked.numbers.model_points, 0u);
+  EXPECT_TRUE(odometry->track(frame_at(1, path_pose(0))).T_odom_camera);
 }
 
 TEST(Tracker, ReadingsOfOneDepthAreEnough) {
