@@ -9,9 +9,11 @@ set(hm_left_out_when_sanitized
   TrackerCovariance.IsHonestOverSeeds
   TrackerCovariance.KeyframesAreHonestAboutMotionAndSights
   RowMotion.LateStampsDoNotMatter
+  RowMotion.ARollingShutterIsTrackedAndItsTimesAreFound
   Tracker.DroppedFramesDoNotSpoilThePrediction
   TrackerInertia.WrongReadingsDoNoHarm
   OdometryRates.*
+  InertialTracking.WrongReadingsChangeNothing
   # slam
   CovisibilityMatches.MakeTheMapBetter
   RgbdLoopCloser.RingIsClosed
@@ -24,9 +26,14 @@ set(hm_left_out_when_sanitized
   FailSafesInFlight.EachActsAfterItsTimeOut
   FlightLimits.*
   FlightFaults.*
-  TinyExperiment.HoversUnderBothControlLaws
+  FlightRun.PassesADoorThereAndBack
+  # calibration, experiments
+  RawDisparity.ConstantsAndDepthCameraAreFoundWithoutInfraredPictures
+  TinyExperiment.*
   # repeated to compare bits: of threads and runs
   SlamPipeline.ContinuesASavedRunAsIfItHadNotBeenInterrupted
+  SlamPipeline.FramesFromACallerGiveWhatARecordingGives
+  LaserRun.NumbersOfALongRunAreThoseOfAllItsScans
   AlignedReconstruction.TheSameBitsOnOneThreadOrTwoAndWhenResumed
   Reconstruction.StoppedAtEveryFrameAndResumedGivesTheSameBits
   LaserSimulationRecording.HasTheSameBytesForAnyNumberOfThreads

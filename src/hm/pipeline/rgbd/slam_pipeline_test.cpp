@@ -228,9 +228,9 @@ TEST(SlamPipeline, RefusesSettingsThatAreNone) {
 TEST(SlamPipeline, SkipsFramesThatCannotBeUsedAndSaysWhy) {
   auto slam = SlamPipeline::create({recording().camera()}, kSettings);
   ASSERT_TRUE(slam);
-  RgbdFrame gray = recording().read(0).value();
-  gray.color = {};
-  const SlamStep step = slam->add(std::move(gray));
+  RgbdFrame small = recording().read(0).value();
+  small.depth.units = Image<std::uint16_t>(16, 16);  // not of the camera's size
+  const SlamStep step = slam->add(std::move(small));
   EXPECT_EQ(step.status, TrackingStatus::kSkipped);
   EXPECT_FALSE(step.T_odom_camera);
   EXPECT_FALSE(step.reason.empty());
