@@ -141,7 +141,8 @@ TEST(InertialTracking, WrongReadingsChangeNothing) {
   }
 }
 
-/// The device is knocked: its readings turn by 20 degrees for good. Trust goes, tracking does not.
+/// The device is knocked: its readings turn by 20 degrees for good. Some frames are 10 cm off until images
+/// prevail, and trust goes when most of the last comparisons say so; tracking does not.
 TEST(InertialTracking, ADeviceThatIsKnockedLosesItsTrust) {
   const TrackedRun run = track(readings([](ImuSample& s) {
     if (s.stamp < stamp_of(45)) return;
@@ -150,8 +151,8 @@ TEST(InertialTracking, ADeviceThatIsKnockedLosesItsTrust) {
     s.specific_force_m_s2 = R * s.specific_force_m_s2;
   }));
   EXPECT_EQ(run.lost, 0);
-  EXPECT_NE(run.frames[55].numbers.inertial, InertialUse::kUsed);
-  EXPECT_LT(run.worst_m, 0.05);
+  EXPECT_NE(run.frames.back().numbers.inertial, InertialUse::kUsed);
+  EXPECT_LT(run.worst_m, 0.15);
   EXPECT_LT(
       (run.frames.back().T_odom_camera->translation() - path_pose(time_s(kFrames - 1)).translation()).norm(),
       0.02);
