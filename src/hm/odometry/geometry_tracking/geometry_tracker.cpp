@@ -19,16 +19,6 @@ constexpr double kLeastCompared = 0.25, kLeastFitting = 0.7;
 constexpr double kUsableCells = 0.1;  // with depth
 constexpr double kMostUncertain_m = 0.25;
 
-Mat6 in_odom(const Mat6& covariance_in_camera, const SE3& T_odom_camera) {
-  const Mat6 to_odom = adjoint(T_odom_camera);
-  return to_odom * covariance_in_camera * to_odom.transpose();
-}
-
-Mat6 in_camera(const Mat6& covariance_in_odom, const SE3& T_odom_camera) {
-  const Mat6 by_camera = adjoint(T_odom_camera.inverse());
-  return by_camera * covariance_in_odom * by_camera.transpose();
-}
-
 double position_sigma_m(const Mat6& covariance_in_camera) {
   return std::sqrt(std::max(0.0, covariance_in_camera.topLeftCorner<3, 3>().trace()));
 }
@@ -91,8 +81,9 @@ GeometryAttempt GeometryTracker::attempt(const GeometryStart& start, const Geome
   if (!out.refusal.empty()) return out;
   out.filter.update(frame.since_last_s, frame.R_last_current, found.T_odom_depth, found.information);
   out.motion_covariance = out.filter.covariance();
-  out.covariance_in_model = in_odom(out.motion_covariance, found.T_odom_depth) + found.reference_covariance;
-  out.covariance_since_model = in_camera(out.covariance_in_model, found.T_odom_depth);
+  out.covariance_in_model =
+      covariance_by_adjoint(out.motion_covariance, found.T_odom_depth) + found.reference_covariance;
+  out.covariance_since_model = covariance_by_adjoint(out.covariance_in_model, found.T_odom_depth.inverse());
   out.covariance = out.start_covariance + out.covariance_in_model;
   out.refusal = refusal_of(found, position_sigma_m(out.covariance_since_model));
   if (!active_ && !out.refusal.empty()) surfaces_.clear();

@@ -30,11 +30,6 @@ Mat6 image_covariance() {
   return sigmas.cwiseAbs2().asDiagonal();
 }
 
-Mat6 to_camera(const Mat6& covariance_in_odom, const SE3& T_odom_camera) {
-  const Mat6 by_camera = adjoint(T_odom_camera.inverse());
-  return by_camera * covariance_in_odom * by_camera.transpose();
-}
-
 /// The part of the equations that is left when the reference's own pose has this covariance (perturbation in
 /// the current camera's frame) and is eliminated.
 Mat6 damping_by(const Mat6& information, const Mat6& covariance) {
@@ -58,7 +53,8 @@ Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthG
     equations.information *= kCorrelation;
     equations.gradient *= kCorrelation;
     equations = without_tremble(equations, depth_m);
-    const Mat6 damping = damping_by(equations.information, to_camera(reference.covariance, T) + of_image);
+    const Mat6 damping = damping_by(equations.information,
+                                    covariance_by_adjoint(reference.covariance, T.inverse()) + of_image);
     const Mat6 held = damping * equations.information;
     sums.information += held;
     sums.gradient += damping * equations.gradient;

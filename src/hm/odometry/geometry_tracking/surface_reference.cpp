@@ -17,8 +17,7 @@ constexpr double kHalf_m = 0.01;  // a reference as uncertain as this counts hal
 constexpr std::size_t kByShare = 2, kByCertainty = 4;
 
 double certainty(const SurfaceReference& reference) {
-  const Mat6 by_camera = adjoint(reference.T_odom_depth.inverse());
-  const Mat6 covariance = by_camera * reference.covariance * by_camera.transpose();
+  const Mat6 covariance = covariance_by_adjoint(reference.covariance, reference.T_odom_depth.inverse());
   return 1 / (1 + covariance.topLeftCorner<3, 3>().trace() / (kHalf_m * kHalf_m));
 }
 

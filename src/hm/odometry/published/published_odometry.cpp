@@ -190,9 +190,8 @@ Answer PublishedOdometry::register_frame(const FeatureSet& features, TrackingNum
   if (has_model()) return register_to_points(features, prediction, numbers);
   numbers.matches = predicted.matches;
   numbers.inliers = static_cast<int>(predicted.motion.inliers.size());
-  const Mat6 to_odom = adjoint(T_odom_camera_);
   return {predicted.motion.found, predicted.motion.reason, prediction,
-          covariance_ + to_odom * predicted.motion.covariance * to_odom.transpose()};
+          covariance_ + covariance_by_adjoint(predicted.motion.covariance, T_odom_camera_)};
 }
 
 Answer PublishedOdometry::register_to_points(const FeatureSet& features, const SE3& prediction,

@@ -29,4 +29,11 @@ inline Mat6 adjoint(const SE3& T) {
   return out;
 }
 
+/// Covariance of adjoint(T) x, where x has this one: that of a perturbation on the right of T, as one on the
+/// left. With the inverse of T the other way round.
+inline Mat6 covariance_by_adjoint(const Mat6& covariance, const SE3& T) {
+  const Mat6 by = adjoint(T);
+  return by * covariance * by.transpose();
+}
+
 }  // namespace hm

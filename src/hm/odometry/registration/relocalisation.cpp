@@ -45,9 +45,8 @@ std::optional<Relocalisation> find_again(std::span<const KnownPlace> places, con
     const RansacMotion motion = ransac_registration(pairs, params, rng);
     const int inliers = static_cast<int>(motion.inliers.size());
     if (!motion.found || (best && inliers <= best->inliers)) continue;
-    const Mat6 to_odom = adjoint(place.T_odom_camera);
     best = {place.T_odom_camera * motion.T_a_b, place.identity, inliers,
-            to_odom * motion.covariance * to_odom.transpose()};
+            covariance_by_adjoint(motion.covariance, place.T_odom_camera)};
   }
   return best;
 }

@@ -76,10 +76,9 @@ SE3 MotionFilter::update(const DepthGrid& grid, const SE3& T_odom_camera) {
   const SurfaceMotion motion = surface_motion(grid, T_odom_model_.inverse() * T_odom_camera);
   note_disagreement(motion.disagreement, motion.share_seen);
   // The surfaces' information on the new pose, after their own errors and those of the last pose.
-  const Mat6 to_camera = adjoint(motion.T_last_camera.inverse());
   const Mat6 loose =
       inverse_of(diagonal(kMotionSigma_m * kMotionSigma_m, kMotionSigma_rad * kMotionSigma_rad) +
-                 to_camera * covariance_ * to_camera.transpose());
+                 covariance_by_adjoint(covariance_, motion.T_last_camera.inverse()));
   const Mat6 damping = loose * inverse_of(motion.equations.information + loose);
   const Mat6 of_model = model_information();
   const Mat6 information = damping * motion.equations.information + of_model;
@@ -107,9 +106,6 @@ void MotionFilter::restart(const DepthGrid& grid, const SE3& T_odom_camera) {
 
 void MotionFilter::restore(const DepthGrid& grid) { surface_ = sample_surface(grid, noise_, kStride); }
 
-Mat6 MotionFilter::covariance_in_odom() const {
-  const Mat6 to_odom = adjoint(T_odom_last_);
-  return to_odom * covariance_ * to_odom.transpose();
-}
+Mat6 MotionFilter::covariance_in_odom() const { return covariance_by_adjoint(covariance_, T_odom_last_); }
 
 }  // namespace hm

@@ -128,8 +128,7 @@ class Tracker final : public VisualOdometry {
   /// depend on odom.
   void move_to_odom(TrackedFrame& out) const {
     out.T_odom_camera = T_odom_start_ * *out.T_odom_camera;
-    const Mat6 to_odom = adjoint(T_odom_start_);
-    out.covariance = to_odom * out.covariance * to_odom.transpose();
+    out.covariance = covariance_by_adjoint(out.covariance, T_odom_start_);
   }
 
   [[nodiscard]] TrackerFrame make_view(const RgbdFrame& frame) const {

@@ -130,8 +130,7 @@ double covariance_scale(const Registration& registration) {
 }
 
 Mat6 covariance_in_odom(const Registration& registration) {
-  const Mat6 to_odom = adjoint(registration.T_odom_camera);
-  return to_odom * covariance_in_camera(registration) * to_odom.transpose();
+  return covariance_by_adjoint(covariance_in_camera(registration), registration.T_odom_camera);
 }
 
 PoseEquations up_equations(const UpPrior& up, const SE3& T_odom_camera) {

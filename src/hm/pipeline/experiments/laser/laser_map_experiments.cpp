@@ -21,7 +21,7 @@ constexpr const char* kLaserRunFolder = "run";
 struct LaserMapRun {
   LaserSummary summary;
   fs::path recording;
-  std::string words;
+  std::string words;  ///< what was run, and where its report is
   bool simulated = false;
 };
 
@@ -59,6 +59,7 @@ Result<LaserMapRun> map_recording(const char* name, const char* relations, const
   if (summary->interrupted) return fail(ErrorCode::kCancelled, {}, "stopped in a run of an experiment");
   for (const std::string& warning : summary->warnings) findings.warnings.push_back("run: " + warning);
   findings.outputs.push_back(run.output);
+  result.words += fmt::format("; the whole run: {}/report.html", kLaserRunFolder);
   result.summary = std::move(*summary);
   return result;
 }
@@ -162,8 +163,7 @@ Result<ExperimentFindings> run_corridor_experiment(const ExperimentOptions& opti
   findings.rows.push_back({"points", {}, static_cast<double>(points->size()), ""});
   findings.add_figures = [figure = draw_points(*points, run->summary.trajectory, 1400),
                           words = run->words](HtmlReport& report) {
-    report.begin_section("Points of all scans",
-                         words + fmt::format("; the whole run: {}/report.html", kLaserRunFolder));
+    report.begin_section("Points of all scans", words);
     add_figure(report, figure);
   };
   return findings;
@@ -175,8 +175,7 @@ Result<ExperimentFindings> run_floor_map_experiment(const ExperimentOptions& opt
   if (!run) return forward_error(run);
   add_run_rows(run->summary, findings.rows);
   findings.add_figures = [folder = options.output / kLaserRunFolder, words = run->words](HtmlReport& report) {
-    report.begin_section("Plan of the floor",
-                         words + fmt::format("; the whole run: {}/report.html", kLaserRunFolder));
+    report.begin_section("Plan of the floor", words);
     add_run_pictures(report, folder);
   };
   return findings;
@@ -191,8 +190,7 @@ Result<ExperimentFindings> run_flight_map_experiment(const ExperimentOptions& op
   fs::remove_all(run->recording, code);
   findings.add_figures = [folder = options.output / kLaserRunFolder,
                           shown = std::make_shared<const LaserMapRun>(std::move(*run))](HtmlReport& report) {
-    report.begin_section("Map",
-                         shown->words + fmt::format("; the whole run: {}/report.html", kLaserRunFolder));
+    report.begin_section("Map", shown->words);
     add_run_pictures(report, folder);
     if (!shown->summary.error) return;
     report.begin_section("Path", "Fig. 2.14: estimated and true path.");

@@ -18,6 +18,21 @@ constexpr std::array kMeanRules{MeanRule::kExact, MeanRule::kTruncated, MeanRule
                                 MeanRule::kImplemented};
 constexpr const char* kMeanRuleNames[] = {"exact mean", "rounded towards zero", "rounded", "as implemented"};
 
+/// The stored value after a sample: by the rule from the exact mean, or what the program has stored.
+double kept_mean(MeanRule rule, double exact, double implemented) {
+  switch (rule) {
+    case MeanRule::kExact:
+      return exact;
+    case MeanRule::kTruncated:
+      return std::trunc(exact);
+    case MeanRule::kRounded:
+      return std::nearbyint(exact);
+    case MeanRule::kImplemented:
+      break;
+  }
+  return implemented;
+}
+
 /// A quantity that is measured again and again.
 struct FilterCase {
   std::string name, unit;
@@ -39,21 +54,9 @@ std::vector<double> errors_of_distance(const FilterCase& one, MeanRule rule, int
     for (int i = 0; i < one.samples; ++i) {
       const double sample = rng.normal(one.truth, one.sigma) / one.resolution;
       const double exact = mean + (sample - mean) * gain;
-      switch (rule) {
-        case MeanRule::kExact:
-          mean = exact;
-          break;
-        case MeanRule::kTruncated:
-          mean = std::trunc(exact);
-          break;
-        case MeanRule::kRounded:
-          mean = std::nearbyint(exact);
-          break;
-        case MeanRule::kImplemented:
-          voxel = add_observation(voxel, static_cast<float>(sample), kWeightOne,
-                                  static_cast<float>(one.cap * kWeightOne));
-          mean = voxel.sdf();
-      }
+      voxel = add_observation(voxel, static_cast<float>(sample), kWeightOne,
+                              static_cast<float>(one.cap * kWeightOne));
+      mean = kept_mean(rule, exact, voxel.sdf());
       const double error = mean * one.resolution - one.truth;
       squares[static_cast<std::size_t>(i)] += error * error / runs;
     }
@@ -71,20 +74,8 @@ std::vector<double> errors_of_color(const FilterCase& one, MeanRule rule) {
   const auto sample = static_cast<std::uint32_t>(one.truth);
   for (int i = 0; i < one.samples; ++i) {
     const double exact = mean + (one.truth - mean) / (one.cap + 1);
-    switch (rule) {
-      case MeanRule::kExact:
-        mean = exact;
-        break;
-      case MeanRule::kTruncated:
-        mean = std::trunc(exact);
-        break;
-      case MeanRule::kRounded:
-        mean = std::nearbyint(exact);
-        break;
-      case MeanRule::kImplemented:
-        voxel = add_color(voxel, sample | sample << 8U | sample << 16U, static_cast<std::uint32_t>(one.cap));
-        mean = voxel.g();
-    }
+    voxel = add_color(voxel, sample | sample << 8U | sample << 16U, static_cast<std::uint32_t>(one.cap));
+    mean = kept_mean(rule, exact, voxel.g());
     errors.push_back(std::abs(mean - one.truth));
   }
   return errors;
