@@ -67,11 +67,10 @@ Sums compare_with_all(std::span<const ReferenceSurface> references, const DepthG
 
 /// Element of a surface at a point of its camera's frame; null if there is none.
 const SurfaceElement* element_of(const SurfaceGrid& surface, const Vec3& p) {
-  if (!(p.z() > 0.05)) return nullptr;
-  const int u = static_cast<int>(std::lround(surface.camera.fx * p.x() / p.z() + surface.camera.cx));
-  const int v = static_cast<int>(std::lround(surface.camera.fy * p.y() / p.z() + surface.camera.cy));
-  if (!surface.elements.contains(u, v) || !(surface.elements(u, v).sigma_m > 0)) return nullptr;
-  return &surface.elements(u, v);
+  const auto pixel = nearest_pixel(surface.camera, p);
+  if (!pixel || !surface.elements.contains(pixel->x(), pixel->y())) return nullptr;
+  const SurfaceElement& element = surface.elements(pixel->x(), pixel->y());
+  return element.sigma_m > 0 ? &element : nullptr;
 }
 
 void judge(std::span<const ReferenceSurface> references, const DepthGrid& current, const DepthNoise& noise,

@@ -36,6 +36,12 @@ void add_best(std::vector<std::size_t>& chosen, const std::vector<double>& score
 
 }  // namespace
 
+std::optional<Eigen::Vector2i> nearest_pixel(const PinholeCamera& camera, const Vec3& p) {
+  if (!(p.z() > 0.05)) return std::nullopt;
+  return Eigen::Vector2i(static_cast<int>(std::lround(camera.fx * p.x() / p.z() + camera.cx)),
+                         static_cast<int>(std::lround(camera.fy * p.y() / p.z() + camera.cy)));
+}
+
 double mean_depth_m(const DepthGrid& grid) {
   double sum = 0;
   int count = 0;
@@ -53,12 +59,11 @@ double shared_view(const DepthGrid& reference, const DepthGrid& current, const S
       if (!(z > 0)) continue;
       ++readings;
       const Vec3 p = T_ref_cur * current.camera.unproject(Vec2(x, y), z);
-      if (!(p.z() > 0.05)) continue;
-      const auto& camera = reference.camera;
-      const int u = static_cast<int>(std::lround(camera.fx * p.x() / p.z() + camera.cx));
-      const int v = static_cast<int>(std::lround(camera.fy * p.y() / p.z() + camera.cy));
-      if (!reference.depth_m.contains(u, v) || !(reference.depth_m(u, v) > 0)) continue;
-      const double difference = std::abs(static_cast<double>(reference.depth_m(u, v)) - p.z());
+      const auto pixel = nearest_pixel(reference.camera, p);
+      if (!pixel || !reference.depth_m.contains(pixel->x(), pixel->y())) continue;
+      const float seen_m = reference.depth_m(pixel->x(), pixel->y());
+      if (!(seen_m > 0)) continue;
+      const double difference = std::abs(static_cast<double>(seen_m) - p.z());
       shared += difference < kSameDepth_m + kSameDepthRatio * p.z() ? 1 : 0;
     }
   return readings > 0 ? static_cast<double>(shared) / readings : 0;

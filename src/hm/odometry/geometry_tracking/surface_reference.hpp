@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct SurfaceReference {
   Mat6 covariance = Mat6::Zero();  ///< of the pose, relative to the model: left perturbation in odom
   const DepthGrid* grid = nullptr;
 };
+
+/// Pixel nearest to where a point of the camera's frame is seen, be it in the image or not; nothing within 5
+/// cm of the camera's plane or behind it.
+std::optional<Eigen::Vector2i> nearest_pixel(const PinholeCamera& camera, const Vec3& p);
 
 /// Mean of the readings; 1 m without any.
 double mean_depth_m(const DepthGrid& grid);
