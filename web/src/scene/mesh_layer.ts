@@ -2,10 +2,11 @@ import type { PageKey, Vec3 } from "../protocol/frames.ts";
 import { voxelOf, type MeshPage } from "../protocol/mesh_page.ts";
 import type { Box } from "./camera_rig.ts";
 import { chooseLevel, triangleSide } from "./level_choice.ts";
-import { ageShare, COLOR_MODES, GREY, MAP_VALUES, MeshShader, POSITION, TINT, type ColorMode } from "./mesh_shader.ts";
+import { COLOR_MODES, MAP_VALUES, MeshShader, PAGES_UNIT, type ColorMode } from "./mesh_shader.ts";
+import { PageBuffers, type Placed } from "./page_buffers.ts";
 
 /** A level of a page, as it is drawn. */
-interface Level { page: MeshPage; array: WebGLVertexArrayObject | null; buffers: (WebGLBuffer | null)[]; indexType: number }
+interface Level { page: MeshPage; placed: Placed }
 /** The levels of a page's newest version that have come, each at its number. `drawn` is that of the last picture. */
 interface Shown { levels: (Level | undefined)[]; sidesM: (number | undefined)[]; finest: number; drawn: number; center: Vec3; radiusM: number; changedAtS: number }
 
@@ -19,10 +20,7 @@ const MOVED_SHARE = 0.1, MOVED_M = 0.05;
 
 const distanceOf = (a: Vec3, b: Vec3): number => Math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2);  // hypot is slow
 
-/**
- * The model, page by page, drawn with plain WebGL: a thousand pages and more a picture, with three calls each, where a scene
- * graph's work on each object would take most of the time of a picture. What is far is drawn in coarser levels.
- */
+/** The model, page by page, drawn with plain WebGL from buffers that pages share. What is far is drawn in coarser levels. */
 export class MeshLayer {
   visible = true;
   bothSides = false;
@@ -37,12 +35,14 @@ export class MeshLayer {
   drawnTriangles = 0;
   private readonly shown = new Map<string, Shown>();
   private shader: MeshShader;
+  private buffers: PageBuffers;
   private triangles = 0;
   /** Where the levels were chosen from; null: they have to be chosen again. */
   private chosen: { eye: Vec3; pixelM: number; reachM: number } | null = null;
 
   constructor(private readonly gl: WebGL2RenderingContext) {
     this.shader = new MeshShader(gl);
+    this.buffers = new PageBuffers(gl);
     gl.canvas.addEventListener("webglcontextrestored", () => this.restore());
   }
 
@@ -70,7 +70,7 @@ export class MeshLayer {
     }
     shown ??= { levels: [], sidesM: [], finest: Infinity, drawn: page.level, center: [0, 0, 0], radiusM: 0, changedAtS: nowS() - page.ageS };
     this.drop(shown, page.level);
-    shown.levels[page.level] = this.upload(page);
+    shown.levels[page.level] = { page, placed: this.buffers.add(page, shown.changedAtS) };
     shown.sidesM[page.level] = triangleSide(page);
     if (page.level <= shown.finest) {
       this.triangles += (page.indices.length - (shown.levels[shown.finest]?.page.indices.length ?? 0)) / 3;
@@ -111,23 +111,16 @@ export class MeshLayer {
     if (!this.visible || this.shown.size === 0) return;
     this.choose(look);
     this.begin(look);
-    const { gl, shader } = this, planes = frustumPlanes(look.toClip), place = shader.at("page"), mode = shader.at("mode"), age = shader.at("age");
-    const number = COLOR_MODES.indexOf(this.mode), now = nowS();
-    let lastMode = -1;
+    const planes = frustumPlanes(look.toClip);
     for (const shown of this.shown.values()) {
       if (!inView(planes, shown.center, shown.radiusM)) continue;
-      const { page, array, indexType } = shown.levels[this.finestOnly ? shown.finest : shown.drawn]!;
-      const { origin, quantum, hasColors, indices } = page, wanted = hasColors || number > 0 ? number : GREY;
-      if (wanted !== lastMode) gl.uniform1i(mode, wanted);
-      lastMode = wanted;
-      if (this.mode === "age") gl.uniform1f(age, ageShare(now - shown.changedAtS));
-      gl.bindVertexArray(array);
-      gl.uniform4f(place, origin[0], origin[1], origin[2], quantum);
-      gl.drawElements(gl.TRIANGLES, indices.length, indexType, 0);
+      const { page, placed } = shown.levels[this.finestOnly ? shown.finest : shown.drawn]!;
+      placed.buffer.queue(placed);
       ++this.drawnPages;
-      this.drawnTriangles += indices.length / 3;
+      this.drawnTriangles += page.indices.length / 3;
     }
-    gl.bindVertexArray(null);
+    this.buffers.draw();
+    this.gl.bindVertexArray(null);
   }
 
   /** Chooses the level of each page by how large its triangles are from here, where it was not done from about here. */
@@ -159,38 +152,23 @@ export class MeshLayer {
     gl.uniform1f(shader.at("clipHeight"), Math.min(this.clipHeightM, 1e9));
     gl.uniform1f(shader.at("worstError"), WORST_ERROR_HALF_MM);
     gl.uniform2f(shader.at("heights"), ...this.heights);
+    gl.uniform1i(shader.at("mode"), COLOR_MODES.indexOf(this.mode));
+    gl.uniform1f(shader.at("now"), nowS());
+    gl.uniform1i(shader.at("pages"), PAGES_UNIT);
     gl.uniform3fv(shader.at("map"), MAP_VALUES);
   }
 
-  private upload(page: MeshPage): Level {
-    const { gl } = this, { positions, tints, indices } = page, array = gl.createVertexArray();
-    gl.bindVertexArray(array);
-    const fill = (target: number, values: BufferSource): WebGLBuffer | null => {
-      const buffer = gl.createBuffer();
-      gl.bindBuffer(target, buffer);
-      gl.bufferData(target, values, gl.STATIC_DRAW);
-      return buffer;
-    };
-    const places = fill(gl.ARRAY_BUFFER, positions as BufferSource);
-    gl.enableVertexAttribArray(POSITION);
-    gl.vertexAttribIPointer(POSITION, 4, gl.SHORT, 8, 0);
-    const colors = fill(gl.ARRAY_BUFFER, tints as BufferSource);
-    gl.enableVertexAttribArray(TINT);
-    gl.vertexAttribPointer(TINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
-    const buffers = [places, colors, fill(gl.ELEMENT_ARRAY_BUFFER, indices as BufferSource)];
-    gl.bindVertexArray(null);
-    return { page, array, buffers, indexType: indices instanceof Uint16Array ? gl.UNSIGNED_SHORT : gl.UNSIGNED_INT };
-  }
-
   private drop({ levels }: Shown, number: number): void {
-    this.gl.deleteVertexArray(levels[number]?.array ?? null);
-    levels[number]?.buffers.forEach(buffer => this.gl.deleteBuffer(buffer));
+    const level = levels[number];
+    if (level) this.buffers.remove(level.placed);
+    levels[number] = undefined;
   }
 
   /** The graphics card forgot everything; the pages are still here. */
   private restore(): void {
     this.shader = new MeshShader(this.gl);
-    for (const { levels } of this.shown.values()) levels.forEach((level, number) => { if (level) levels[number] = this.upload(level.page); });
+    this.buffers = new PageBuffers(this.gl);
+    for (const { levels, changedAtS } of this.shown.values()) for (const level of levels) if (level) level.placed = this.buffers.add(level.page, changedAtS);
   }
 }
 

@@ -9,27 +9,31 @@ export const MAP_VALUES = COLOR_MAP.flatMap(hex => [0, 2, 4].map(i => parseInt(h
 const AGE_LIMITS_S = [1, 3, 10, 30, 60, 180, 600, 1800];
 export const OLDEST_S = AGE_LIMITS_S[AGE_LIMITS_S.length - 1];
 
-/** 0 for what changed just now, 1 for what is old. */
-export function ageShare(ageS: number): number {
-  const index = AGE_LIMITS_S.findIndex(limit => ageS < limit);
-  return index < 0 ? 1 : index / AGE_LIMITS_S.length;
-}
-
-/** Places of the attributes. */
-export const POSITION = 0, TINT = 1;
-/** What `mode` of the shader is for pages without colours in the mode "colour". */
-export const GREY = COLOR_MODES.length;
+/** Places of the attributes; the unit of the texture of pages. */
+export const POSITION = 0, TINT = 1, PAGES_UNIT = 0;
+/** A block of so many vertices belongs to one page: the shader finds the page by the number of a vertex. */
+export const BLOCK_VERTICES = 512;
 
 const VERTEX = `
 precision highp float;
 precision highp int;
+precision highp sampler2D;
 uniform mat4 toClip;
-uniform vec4 page;  // origin, m; quantum, m
+uniform sampler2D pages;  // two texels a block of vertices: origin, m, and quantum, m; whether it has colours, when it changed, s
+uniform float now;        // s
 in ivec4 position;  // quanta from the origin of the page; octahedral normal
 in vec4 tint;       // colour; error
 out vec3 world, normal, color;
 out float error;
+flat out float age;  // 0 for what changed just now, 1 for what is old
+flat out int hasColors;
 void main() {
+  int block = gl_VertexID / ${BLOCK_VERTICES};
+  vec4 page = texelFetch(pages, ivec2(0, block), 0), state = texelFetch(pages, ivec2(1, block), 0);
+  hasColors = int(state.x);
+  age = 0.0;
+  float limits[${AGE_LIMITS_S.length}] = float[](${AGE_LIMITS_S.map(limit => limit.toFixed(1)).join(", ")});
+  for (int i = 0; i < ${AGE_LIMITS_S.length}; ++i) if (now - state.y >= limits[i]) age += ${(1 / AGE_LIMITS_S.length).toFixed(6)};
   world = page.xyz + page.w * vec3(position.xyz);
   vec2 uv = vec2((position.w << 24) >> 24, (position.w << 16) >> 24) / 127.0;
   normal = vec3(uv, 1.0 - abs(uv.x) - abs(uv.y));
@@ -44,11 +48,13 @@ void main() {
 const FRAGMENT = `
 precision highp float;
 uniform int mode;
-uniform float clipHeight, age, worstError;
+uniform float clipHeight, worstError;
 uniform vec2 heights;
 uniform vec3 eye, map[9];
 in vec3 world, normal, color;
 in float error;
+flat in float age;
+flat in int hasColors;
 out vec4 result;
 vec3 mapped(float share) {
   float at = clamp(share, 0.0, 1.0) * 8.0;
@@ -59,15 +65,14 @@ void main() {
   if (world.z > clipHeight) discard;
   vec3 n = normalize(normal), toEye = normalize(eye - world);
   float facing = dot(n, toEye);
-  vec3 base = color;
+  vec3 base = hasColors == 1 ? color : vec3(0.78, 0.77, 0.74);
   if (mode == 1) base = 0.5 + 0.5 * n;
   else if (mode == 2) base = mapped((world.z - heights.x) / max(heights.y - heights.x, 0.1));
   else if (mode == 3) base = mapped(1.0 - age);
   else if (mode == 4) base = error > 254.5 ? vec3(0.55) : mapped(error / worstError);
-  else if (mode == 5) base = vec3(0.78, 0.77, 0.74);
   float light = 0.62 + 0.28 * max(facing, 0.0) + 0.10 * n.z;
   if (mode == 1) light = 1.0;
-  if (mode == 0) light = 0.86 + 0.14 * max(facing, 0.0);
+  if (mode == 0 && hasColors == 1) light = 0.86 + 0.14 * max(facing, 0.0);
   if (!gl_FrontFacing) { base = mix(base, vec3(0.45, 0.45, 0.5), 0.6); light *= 0.75; }
   result = vec4(base * light, 1.0);
 }`;

@@ -1,0 +1,171 @@
+import type { MeshPage } from "../protocol/mesh_page.ts";
+import { BlockList, type Run } from "./block_list.ts";
+import { BLOCK_VERTICES, PAGES_UNIT, POSITION, TINT } from "./mesh_shader.ts";
+
+const BLOCK_INDICES = 3072;  // a closed surface has six indices a vertex
+/** Blocks of a buffer: 128 k vertices and their triangles. Of a page that has more, its own buffer has as many as it needs. */
+const BUFFER_BLOCKS = 256;
+
+/** Where a page lies on the graphics card. */
+export interface Placed { buffer: PageBuffer; vertices: Run[]; indices: Run[]; indexCount: number }
+
+const blocksOf = (count: number, size: number): number => Math.max(Math.ceil(count / size), 1);
+
+/** Pages that share their buffers on the graphics card, and are drawn by one call. */
+class PageBuffer {
+  private readonly vertices: BlockList;
+  private readonly indices: BlockList;
+  private readonly array: WebGLVertexArrayObject | null;
+  private readonly places: WebGLBuffer | null;
+  private readonly tints: WebGLBuffer | null;
+  private readonly triangles: WebGLBuffer | null;
+  private readonly pages: WebGLTexture | null;
+  private counts = new Int32Array(64);
+  private offsets = new Int32Array(64);
+  private queued = 0;
+
+  constructor(private readonly gl: WebGL2RenderingContext, vertexBlocks: number, indexBlocks: number) {
+    this.vertices = new BlockList(vertexBlocks);
+    this.indices = new BlockList(indexBlocks);
+    this.array = gl.createVertexArray();
+    gl.bindVertexArray(this.array);
+    const make = (target: number, bytes: number): WebGLBuffer | null => {
+      const buffer = gl.createBuffer();
+      gl.bindBuffer(target, buffer);
+      gl.bufferData(target, bytes, gl.DYNAMIC_DRAW);
+      return buffer;
+    };
+    this.places = make(gl.ARRAY_BUFFER, 8 * BLOCK_VERTICES * vertexBlocks);
+    gl.enableVertexAttribArray(POSITION);
+    gl.vertexAttribIPointer(POSITION, 4, gl.SHORT, 8, 0);
+    this.tints = make(gl.ARRAY_BUFFER, 4 * BLOCK_VERTICES * vertexBlocks);
+    gl.enableVertexAttribArray(TINT);
+    gl.vertexAttribPointer(TINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
+    this.triangles = make(gl.ELEMENT_ARRAY_BUFFER, 4 * BLOCK_INDICES * indexBlocks);
+    gl.bindVertexArray(null);
+    // Two texels a block of vertices: origin and quantum of its page, m; whether it has colours, and when it changed.
+    this.pages = gl.createTexture();
+    this.bindPages();
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, 2, vertexBlocks);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  }
+
+  /** Copies a page into blocks that are free; null where too few are. */
+  add(page: MeshPage, changedAtS: number): Placed | null {
+    const vertices = this.vertices.take(blocksOf(page.positions.length / 4, BLOCK_VERTICES));
+    if (!vertices) return null;
+    const indices = this.indices.take(blocksOf(page.indices.length, BLOCK_INDICES));
+    if (!indices) {
+      this.vertices.give(vertices);
+      return null;
+    }
+    const { gl } = this, { origin, quantum, hasColors } = page;
+    const starts = vertices.flatMap(({ first, count }) => Array.from({ length: count }, (_, i) => (first + i) * BLOCK_VERTICES));
+    this.copy(gl.ARRAY_BUFFER, this.places, 8 * BLOCK_VERTICES, page.positions, 4 * BLOCK_VERTICES, vertices);
+    this.copy(gl.ARRAY_BUFFER, this.tints, 4 * BLOCK_VERTICES, page.tints, 4 * BLOCK_VERTICES, vertices);
+    const moved = Uint32Array.from(page.indices, index => starts[Math.floor(index / BLOCK_VERTICES)] + index % BLOCK_VERTICES);
+    gl.bindVertexArray(this.array);
+    this.copy(gl.ELEMENT_ARRAY_BUFFER, this.triangles, 4 * BLOCK_INDICES, moved, BLOCK_INDICES, indices);
+    gl.bindVertexArray(null);
+    this.bindPages();
+    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+    for (const { first, count } of vertices) {
+      const texels = new Float32Array(8 * count);
+      for (let i = 0; i < count; ++i) texels.set([...origin, quantum, hasColors ? 1 : 0, changedAtS, 0, 0], 8 * i);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, first, 2, count, gl.RGBA, gl.FLOAT, texels);
+    }
+    return { buffer: this, vertices, indices, indexCount: page.indices.length };
+  }
+
+  /** Frees a page's blocks; the graphics card's memory too where it was the last one, and then returns true. */
+  remove({ vertices, indices }: Placed): boolean {
+    this.vertices.give(vertices);
+    this.indices.give(indices);
+    if (!this.vertices.isEmpty) return false;
+    this.gl.deleteVertexArray(this.array);
+    for (const buffer of [this.places, this.tints, this.triangles]) this.gl.deleteBuffer(buffer);
+    this.gl.deleteTexture(this.pages);
+    return true;
+  }
+
+  /** Notes a page to be drawn by the next draw(). */
+  queue({ indices, indexCount }: Placed): void {
+    for (const { first, count } of indices) {
+      if (this.queued === this.counts.length) {
+        this.counts = grown(this.counts);
+        this.offsets = grown(this.offsets);
+      }
+      this.counts[this.queued] = Math.min(count * BLOCK_INDICES, indexCount);
+      this.offsets[this.queued] = 4 * BLOCK_INDICES * first;
+      indexCount -= this.counts[this.queued++];
+    }
+  }
+
+  /** Draws what was noted: by one call where the browser has it, else by one a page. */
+  draw(many: WEBGL_multi_draw | null): void {
+    if (this.queued === 0) return;
+    const { gl, counts, offsets, queued } = this;
+    gl.bindVertexArray(this.array);
+    this.bindPages();
+    if (many) many.multiDrawElementsWEBGL(gl.TRIANGLES, counts, 0, gl.UNSIGNED_INT, offsets, 0, queued);
+    else for (let i = 0; i < queued; ++i) gl.drawElements(gl.TRIANGLES, counts[i], gl.UNSIGNED_INT, offsets[i]);
+    this.queued = 0;
+  }
+
+  private bindPages(): void {
+    this.gl.activeTexture(this.gl.TEXTURE0 + PAGES_UNIT);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, this.pages);
+  }
+
+  /** Copies an array block by block, `perBlock` of its values a block of so many bytes. */
+  private copy(target: number, buffer: WebGLBuffer | null, blockBytes: number, values: Int16Array | Uint8Array | Uint32Array, perBlock: number, runs: readonly Run[]): void {
+    this.gl.bindBuffer(target, buffer);
+    let from = 0;
+    for (const { first, count } of runs) {
+      const length = Math.min(count * perBlock, values.length - from);
+      if (length > 0) this.gl.bufferSubData(target, first * blockBytes, values as ArrayBufferView<ArrayBuffer>, from, length);
+      from += length;
+    }
+  }
+}
+
+function grown(values: Int32Array<ArrayBuffer>): Int32Array<ArrayBuffer> {
+  const result = new Int32Array(2 * values.length);
+  result.set(values);
+  return result;
+}
+
+/**
+ * All pages on the graphics card, in few buffers: a picture of a thousand pages takes a call a buffer, where a call or more
+ * a page takes most of the time of its script. Changes bindings of vertex arrays, buffers and textures.
+ */
+export class PageBuffers {
+  private readonly many: WEBGL_multi_draw | null;
+  private readonly buffers = new Set<PageBuffer>();
+
+  constructor(private readonly gl: WebGL2RenderingContext) {
+    this.many = gl.getExtension("WEBGL_multi_draw");
+  }
+
+  /** `changedAtS`: when the page changed, in the seconds of the shader's `now`. */
+  add(page: MeshPage, changedAtS: number): Placed {
+    for (const buffer of this.buffers) {
+      const placed = buffer.add(page, changedAtS);
+      if (placed) return placed;
+    }
+    const vertexBlocks = Math.max(blocksOf(page.positions.length / 4, BLOCK_VERTICES), BUFFER_BLOCKS);
+    const buffer = new PageBuffer(this.gl, vertexBlocks, Math.max(blocksOf(page.indices.length, BLOCK_INDICES), BUFFER_BLOCKS));
+    this.buffers.add(buffer);
+    return buffer.add(page, changedAtS)!;
+  }
+
+  remove(placed: Placed): void {
+    if (placed.buffer.remove(placed)) this.buffers.delete(placed.buffer);
+  }
+
+  /** Draws the pages that were noted by their buffers' queue(). */
+  draw(): void {
+    for (const buffer of this.buffers) buffer.draw(this.many);
+  }
+}
