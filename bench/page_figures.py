@@ -37,7 +37,12 @@ ORBIT = """const [seconds, done] = arguments, view = %s, tasks = [];
 NO_TRIANGLES = """for (const name of ['drawElements', 'drawElementsInstanced']) {
     const draw = WebGL2RenderingContext.prototype[name];
     WebGL2RenderingContext.prototype[name] = function(mode, count, ...rest) { draw.call(this, mode, 0, ...rest); };
-  }"""
+  }
+  const many = %s.canvas.getContext('webgl2').getExtension('WEBGL_multi_draw');
+  if (many) {
+    const prototype = Object.getPrototypeOf(many), draw = prototype.multiDrawElementsWEBGL;
+    prototype.multiDrawElementsWEBGL = function(mode, counts, ...rest) { draw.call(this, mode, new Int32Array(counts.length), ...rest); };
+  }""" % VIEW
 
 
 def percentile(values, share):
