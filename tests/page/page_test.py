@@ -65,7 +65,7 @@ class Desk(unittest.TestCase):
         page.keep_picture(self.driver, "desk")
         self.assertGreater(self.share(), 0.25)
         self.assertGreater(self.share("r > 90 && r > b + 15"), 0.03)  # wood
-        for text in ("Made-up house", "Result: good", "m² seen", "triangles"):
+        for text in ("Made-up house", "Result: ok", "m² seen", "triangles"):
             self.assertIn(text, self.js("return document.body.innerText"))
         self.assertEqual(self.js("return document.querySelectorAll('#pictures img').length"), 2)
         self.assertTrue(self.js("return [...document.querySelectorAll('#pictures img')].every(i => i.naturalWidth === 160)"))
