@@ -216,7 +216,11 @@ ROWS = [
     Row("page_bundle", "kB", 250, 200, "at_most", "page", 2, "the page's files on the line", ("page_first",)),
     Row("page_first", "s", 2, 1, "at_most", "page", 2, "from opening to the first picture, loopback"),
     Row("station_producer", "percent", 2, 1, "at_most", "station_producer", 2,
-        "processor time of the integrating thread of the demo's scan, shown against not shown (each its fastest round)"),
+        "processor time of the integrating thread of the demo's scan at 5 Hz, shown to seven viewers, five of them slow, against not shown, in turns"),
+    Row("station_soak", "percent", 1, None, "at_most", "station_soak", 2,
+        "an hour of a replay over and over, one fast viewer, five slow ones, one killed every 10 s: growth of the memory after the first quarter",
+        ("station_soak_different",)),
+    Row("station_soak_different", "viewers", 0, None, "at_most", "station_soak", 2, "the same: ended with another model than a new viewer gets, or were cut off"),
     Row("link_noise", "frames", 31, None, "at_most", "link_noise", 1,
         "accepted of 1e6 damaged MAVLink frames; a checksum of 16 bits lets 15.3 pass by chance (31: four standard deviations above)",
         ("link_noise_resync", "link_noise_clock")),
@@ -254,7 +258,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "verdicts": ["slam/laser", "pipeline/checks", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"],
          "link_noise": ["link"],
-         **dict.fromkeys(["page_mesh", "page_live", "station_producer", "page"], ["mesh/pages", "station", "pipeline/live"])}
+         **dict.fromkeys(["page_mesh", "page_live", "station_producer", "station_soak", "page"], ["mesh/pages", "station", "pipeline/live"])}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 
 

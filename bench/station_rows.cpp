@@ -1,5 +1,4 @@
-// Rows about the live view: bytes of the mesh, what showing a scan costs the processor, the network and the
-// run.
+// Rows about the live view: bytes of the mesh, what showing a scan costs the processor and the network.
 #include <algorithm>
 #include <chrono>
 #include <numeric>
@@ -118,37 +117,6 @@ Result<BenchResult> bench_page_mesh(const BenchOptions& options) {
                                       {"triangles", work.triangles},
                                       {"bytes", work.bytes},
                                       {"encode_s", work.cpu_s}});
-  return result;
-}
-
-Result<BenchResult> bench_station_producer(const BenchOptions& options) {
-  const LiveScan scan(options, 400);
-  const Simulation simulation(scan.scene);
-  double fastest_s[2] = {1e9, 1e9};
-  for (int round = 0; round < options.rounds; ++round)
-    for (const bool shown : {false, true}) {
-      const auto source = simulated_frames(simulation, {0, 1, 40});
-      DensePipeline pipeline(scan.params, source->camera(), 1);
-      LiveStore store;
-      StationView view(store);
-      if (shown) pipeline.observe_mesh(&view);
-      double sum_s = 0;
-      while (true) {
-        const auto chunk = source->next_chunk();
-        if (!chunk) return forward_error(chunk);
-        if (chunk->empty()) break;
-        for (const RgbdFrame& frame : *chunk) {
-          const double begin_s = thread_cpu_s();
-          const FrameOutcome outcome = pipeline.process(frame);
-          if (shown) view.on_camera(seen(frame, source->camera(), outcome.T_world_camera));
-          sum_s += thread_cpu_s() - begin_s;
-        }
-      }
-      fastest_s[shown ? 1 : 0] = std::min(fastest_s[shown ? 1 : 0], sum_s);
-    }
-  BenchResult result;
-  result.rows = {{"station_producer", 100 * (fastest_s[1] / fastest_s[0] - 1), {}}};
-  result.details = JsonValue::object({{"alone_s", fastest_s[0]}, {"shown_s", fastest_s[1]}});
   return result;
 }
 
