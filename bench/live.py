@@ -23,6 +23,6 @@ def scan(program, folder, frames):
     usable = kept + capture["dropped"]["queue_full"]
     uncounted = abs(capture["captured"] - kept - capture["dropped"]["total"]) + abs(recorded - usable)
     values = {"live": capture["latency_ms"]["p99"], "live_uncounted": uncounted, "live_unplugged": capture["saved_s"]}
-    details = {key: capture[key] for key in ("captured", "tracked", "lost", "dropped", "recorded", "recorded_uncompressed",
+    details = {key: capture[key] for key in ("captured", "tracked", "mapped", "lost", "dropped", "recorded", "recorded_uncompressed",
                                              "not_recorded", "rate_hz", "latency_ms")}
     return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], details

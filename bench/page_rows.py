@@ -82,10 +82,10 @@ def until_whole(url, pages, bytes_per_s=0):
     return coarse_s, time.monotonic() - start
 
 
-def latencies(program, recording):
+def latencies(program, recording, draws):
     """Of a replayed scan that is watched: changes and poses until they are drawn, ms."""
     with served(program, recording) as url:
-        driver = page_support.open_browser(SMALL)
+        driver = page_figures.open_browser(SMALL, draws)
         try:
             driver.get(url)
             page_support.wait_for(driver, f"window.housemartin?.stage?.view.mesh.pageCount > 0", 60)
@@ -103,7 +103,7 @@ def measure(program, work, frames):
     run(program, "simulate", "house", "-o", work / "house", "--quiet", *some)
     run(program, "reconstruct", work / "house", "-o", work / "result", "--voxel", DEMO_VOXEL_M, "--quiet")
     run(program, "simulate", "room", "-o", work / "room", "--quiet", "--frames", 10)
-    run(program, "reconstruct", work / "room", "-o", work / "small", "--voxel", 0.06, "--quiet")
+    run(program, "reconstruct", work / "room", "-o", work / "small", "--voxel", 0.025, "--quiet")
     run(program, "simulate", "room", "-o", work / "scan", "--quiet", "--frames", 200)
     with served(program, work / "result") as url:
         if wrong := missing(url):
@@ -111,14 +111,14 @@ def measure(program, work, frames):
         pages = count_pages(url)
         _, whole_s = until_whole(url, pages)
         coarse_s, slow_s = until_whole(url, pages, SLOW)
-        house = page_figures.measure(url, page_support.DESK)
+        drawn, cut = page_figures.drawn(url, page_support.DESK), page_figures.cut(url, page_support.DESK)
     with served(program, work / "small") as url:
-        small = page_figures.measure(url, SMALL)
-    late = latencies(program, work / "scan")
-    values = {"page_whole": house["whole_s"], "page_whole_viewer": whole_s, "page_whole_slow": slow_s, "page_coarse_slow": coarse_s,
-              "page_script": house["script_ms_p95"], "page_long_tasks": sum(ms > 50 for ms in house["long_tasks"]),
-              "page_frames": small["frames_per_s"], "page_memory": house["memory_bytes"] * 1e-6, "page_bundle": house["bundle_bytes"] * 1e-3,
-              "page_first": house["first_picture_s"], "page_latency": page_figures.percentile(late["pages"], 0.95),
-              "page_pose": page_figures.percentile(late["poses"], 0.95)}
+        small = page_figures.drawn(url, SMALL)
+    late, late_drawn = latencies(program, work / "scan", False), latencies(program, work / "scan", True)
+    p95 = {name: {kind: page_figures.percentile(values, 0.95) for kind, values in kinds.items()} for name, kinds in (("cut", late), ("drawn", late_drawn))}
+    values = {"page_whole": cut["whole_s"], "page_whole_viewer": whole_s, "page_whole_slow": slow_s, "page_coarse_slow": coarse_s,
+              "page_script": cut["script_ms_p95"], "page_long_tasks": sum(ms > 50 for ms in cut["long_tasks"]),
+              "page_frames": small["frames_per_s"], "page_memory": drawn["memory_bytes"] * 1e-6, "page_bundle": drawn["bundle_bytes"] * 1e-3,
+              "page_first": drawn["first_picture_s"], "page_latency": p95["cut"]["pages"], "page_pose": p95["cut"]["poses"]}
     return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {
-        "pages": pages, "house": house, "small": small, "changes": len(late["pages"]), "poses": len(late["poses"])}
+        "pages": pages, "drawn": drawn, "cut": cut, "small": small, "late_ms_p95": p95, "changes": len(late["pages"]), "poses": len(late["poses"])}

@@ -1,4 +1,4 @@
-import { COLOR_MAP, COLOR_MODES, OLDEST_S, type ColorMode } from "../scene/mesh_shader.ts";
+import { COLOR_MAP, COLOR_MODES, OLDEST_S, type ColorMode } from "../mesh/mesh_shader.ts";
 import { LAYERS, type SceneView } from "../scene/scene_view.ts";
 import type { RayLimits } from "../measure/raycast.ts";
 import { choice, element, titled, toggle } from "./dom.ts";

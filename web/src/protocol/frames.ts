@@ -14,6 +14,7 @@ export const Kind = {
 export interface Header { kind: number; sequence: number; stampNs: bigint }
 export type Vec3 = [number, number, number];
 export type PageKey = Vec3;
+export interface Box { low: Vec3; high: Vec3 }
 
 export interface PageGone { key: PageKey; version: number }
 export interface Pose {

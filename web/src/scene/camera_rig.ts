@@ -1,9 +1,8 @@
-import type { Vec3 } from "../protocol/frames.ts";
+import type { Box, Vec3 } from "../protocol/frames.ts";
 
 export const CAMERA_MODES = ["orbit", "walk", "follow", "plan"] as const;
 export type CameraMode = (typeof CAMERA_MODES)[number];
 
-export interface Box { low: Vec3; high: Vec3 }
 export interface Basis { right: Vec3; up: Vec3; ahead: Vec3 }
 
 const FIT_SHARE = 0.94;  // of the view that a fitted model takes

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { CameraRig, VIEW_SLOPE, type Box } from "./camera_rig.ts";
-import type { Vec3 } from "../protocol/frames.ts";
+import { CameraRig, VIEW_SLOPE } from "./camera_rig.ts";
+import type { Box, Vec3 } from "../protocol/frames.ts";
 
 const near = (a: readonly number[], b: readonly number[], limit = 1e-9): boolean => a.every((value, k) => Math.abs(value - b[k]) < limit);
 const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -1,7 +1,6 @@
 import { DataTexture, GLSL3, Group, Mesh, NearestFilter, PlaneGeometry, RawShaderMaterial, RedFormat, UnsignedByteType } from "three";
 import type { Ray } from "../measure/raycast.ts";
-import type { GridTile, Vec3 } from "../protocol/frames.ts";
-import type { Box } from "./camera_rig.ts";
+import type { Box, GridTile, Vec3 } from "../protocol/frames.ts";
 
 const VERTEX = `
 precision highp float;

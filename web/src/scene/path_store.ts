@@ -1,5 +1,4 @@
-import type { Path, Vec3 } from "../protocol/frames.ts";
-import type { Box } from "./camera_rig.ts";
+import type { Box, Path, Vec3 } from "../protocol/frames.ts";
 
 /** Points of the paths, put together from chunks. */
 export class PathStore {

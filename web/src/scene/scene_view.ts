@@ -1,12 +1,13 @@
 import { Color, Matrix4, OrthographicCamera, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
-import { PATH_NAMES, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
+import { PATH_NAMES, type Box, type PageKey, type Pose, type Vec3 } from "../protocol/frames.ts";
 import type { ShownFrame } from "../live/worker_messages.ts";
-import { CameraRig, VIEW_SLOPE, type Box } from "./camera_rig.ts";
+import { CameraRig, VIEW_SLOPE } from "./camera_rig.ts";
+import { DetailPace } from "./detail_pace.ts";
 import { Dots } from "./dots.ts";
 import { GridLayer } from "./grid_layer.ts";
 import { Latency } from "./latency.ts";
 import { Lines, viewSize } from "./lines.ts";
-import { MeshLayer } from "./mesh_layer.ts";
+import { MeshLayer } from "../mesh/mesh_layer.ts";
 import { OpenEdgeLayer } from "./open_edge_layer.ts";
 import { PathStore } from "./path_store.ts";
 import { PoseMarks } from "./pose_marks.ts";
@@ -49,6 +50,7 @@ export class SceneView {
   };
   private dirty = true;
   private drawing: WebGLSync | null = null;  // the last picture, until the graphics card has finished it
+  private readonly pace = new DetailPace();
   private lastS = 0;
   private readonly stalePaths = new Set<number>();
 
@@ -178,8 +180,10 @@ export class SceneView {
     const started = performance.now(), dtS = Math.min(Math.max(time / 1000 - this.lastS, 0), 0.1);
     this.lastS = time / 1000;
     if (this.onFrame(dtS)) this.dirty = true;
-    if (this.isDrawing() || !this.dirty) return;
-    this.draw();
+    if (this.isDrawing()) return;
+    const coarseness = this.pace.begin(this.dirty, started);
+    if (coarseness === null) return;
+    this.draw(coarseness);
     this.fence();
     this.scriptMs.push(performance.now() - started);
     if (this.scriptMs.length > 600) this.scriptMs.splice(0, 300);
@@ -192,6 +196,7 @@ export class SceneView {
     gl.deleteSync(this.drawing);
     this.drawing = null;
     this.latency.finished();
+    this.pace.finished(performance.now());
     return false;
   }
 
@@ -201,7 +206,8 @@ export class SceneView {
     gl.flush();
   }
 
-  private draw(): void {
+  /** The model's triangles may have sides this many times as long as in a fine picture. */
+  private draw(coarseness = 1): void {
     this.dirty = false;
     for (const which of this.stalePaths) this.drawPath(which);
     this.stalePaths.clear();
@@ -209,7 +215,7 @@ export class SceneView {
     this.placeCamera();
     this.renderer.clear();
     const camera = this.camera(), eye = this.rig.eye();
-    const toClip = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements, pixelM = this.pixelAt(1);
+    const toClip = new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements, pixelM = coarseness * this.pixelAt(1);
     this.mesh.draw(this.rig.mode === "plan" ? { toClip, eye: [eye[0], eye[1], eye[2] + 1000], pixelAt: () => pixelM } : { toClip, eye, pixelAt: distanceM => pixelM * distanceM });
     this.renderer.resetState();
     this.renderer.render(this.scene, camera);

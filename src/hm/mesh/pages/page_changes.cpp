@@ -1,6 +1,5 @@
 #include "hm/mesh/pages/page_changes.hpp"
 
-#include <algorithm>
 #include <bit>
 
 #include "hm/core/parallel.hpp"
@@ -18,63 +17,68 @@ TriangleMesh mesh_of(const MeshPageCopy& page) {
 }
 
 void PageChanges::note(std::span<const VolumeKey> updated, Clock::time_point now) {
+  Pages::value_type* page = nullptr;  // neighbours in `updated` are often of one page
   for (const VolumeKey volume : updated) {
-    const VolumeKey page = page_of(volume);
-    volumes_.try_emplace(page, ~std::uint64_t{0}).first->second |= place_bit(volume);
-    if (waiting_.insert(page).second) order_.push_back({page, now});
+    const VolumeKey key = page_of(volume);
+    if (!page || page->first != key) page = &*pages_.try_emplace(key).first;
+    State& state = page->second;
+    state.places |= place_bit(volume);
+    if (state.is_waiting) continue;
+    state.is_waiting = true;
+    state.since = now;
+    waiting_.push_back(page);
   }
 }
 
 std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
-  std::vector<MeshPageCopy> gone;
-  for (auto& [page, copied] : copied_) {
-    gone.push_back({page, ++copied.version, 0, {}, now});
-    copied.at = {};  // its next copy is due at once
-  }
-  volumes_.clear();
-  order_.clear();
   waiting_.clear();
+  std::erase_if(pages_, [](const auto& page) { return page.second.version == 0; });
+  std::vector<MeshPageCopy> gone;
+  for (auto& [key, state] : pages_) {
+    const std::uint32_t version = state.version + 1;
+    gone.push_back({key, version, 0, {}, now});
+    state = {};  // its next copy is due at once
+    state.version = version;
+  }
   return gone;
 }
 
-MeshPageCopy PageChanges::copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m) {
-  MeshPageCopy page{waiting.page, ++copied_[waiting.page].version, voxel_size_m, {}, waiting.since};
-  std::uint64_t& there = volumes_[waiting.page];
-  for (std::uint64_t places = there; places != 0; places &= places - 1) {
-    const VolumeKey key = key_at(waiting.page, std::countr_zero(places));
+MeshPageCopy PageChanges::copy(Pages::value_type& page, const IncrementalMesher& mesher,
+                               double voxel_size_m) {
+  auto& [page_key, state] = page;
+  MeshPageCopy result{page_key, ++state.version, voxel_size_m, {}, state.since};
+  result.volumes.reserve(static_cast<std::size_t>(std::popcount(state.places)));
+  for (std::uint64_t places = state.places; places != 0; places &= places - 1) {
+    const VolumeKey key = key_at(page_key, std::countr_zero(places));
     if (const VolumeMesh* volume = mesher.find(key))
-      page.volumes.push_back(*volume);
+      result.volumes.push_back(*volume);
     else
-      there &= ~place_bit(key);
+      state.places &= ~place_bit(key);
   }
-  return page;
+  state.is_waiting = false;
+  return result;
 }
 
 std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher, double voxel_size_m,
                                                 Clock::time_point now) {
-  std::vector<MeshPageCopy> pages;
-  std::vector<Waiting> early;
-  for (const Waiting& waiting : order_) {
-    const auto before = copied_.find(waiting.page);
-    const bool is_early = before != copied_.end() && now - before->second.at < interval_;
-    if (is_early || pages.size() >= kMostCopies) {
-      early.push_back(waiting);
-      continue;
-    }
-    pages.push_back(copy(waiting, mesher, voxel_size_m));
-    copied_[waiting.page].at = now;
-    waiting_.erase(waiting.page);
-  }
-  order_ = std::move(early);
-  return pages;
+  std::vector<MeshPageCopy> copies;
+  const auto is_due = [&](Pages::value_type* page) {
+    State& state = page->second;
+    const bool is_early = state.version > 0 && now - state.copied_at < interval_;
+    if (is_early || copies.size() >= kMostCopies) return false;
+    copies.push_back(copy(*page, mesher, voxel_size_m));
+    state.copied_at = now;
+    return true;
+  };
+  std::erase_if(waiting_, is_due);
+  return copies;
 }
 
 std::vector<MeshPageCopy> PageChanges::take_all(const IncrementalMesher& mesher, double voxel_size_m) {
-  std::vector<MeshPageCopy> pages;
-  for (const Waiting& waiting : order_) pages.push_back(copy(waiting, mesher, voxel_size_m));
-  order_.clear();
+  std::vector<MeshPageCopy> copies;
+  for (Pages::value_type* page : waiting_) copies.push_back(copy(*page, mesher, voxel_size_m));
   waiting_.clear();
-  return pages;
+  return copies;
 }
 
 }  // namespace hm

@@ -2,8 +2,6 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
-#include <memory>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -46,21 +44,19 @@ class PageChanges {
   [[nodiscard]] std::size_t waiting() const { return waiting_.size(); }
 
  private:
-  struct Copied {
-    std::uint32_t version = 0;
-    Clock::time_point at;
+  struct State {
+    std::uint64_t places = ~std::uint64_t{0};  ///< of volumes that may have triangles
+    std::uint32_t version = 0;                 ///< of the last copy; 0: none yet
+    Clock::time_point copied_at;
+    bool is_waiting = false;
+    Clock::time_point since;  ///< the oldest change that no copy has
   };
-  struct Waiting {
-    VolumeKey page;
-    Clock::time_point since;
-  };
-  MeshPageCopy copy(const Waiting& waiting, const IncrementalMesher& mesher, double voxel_size_m);
+  using Pages = std::map<VolumeKey, State, PageOrder>;
+  static MeshPageCopy copy(Pages::value_type& page, const IncrementalMesher& mesher, double voxel_size_m);
 
   Clock::duration interval_;
-  VolumesByPage volumes_;  ///< those of a page that may have triangles
-  std::map<VolumeKey, Copied, PageOrder> copied_;
-  std::vector<Waiting> order_;  // of the changed pages, longest waiting first
-  std::set<VolumeKey, PageOrder> waiting_;
+  Pages pages_;
+  std::vector<Pages::value_type*> waiting_;  // longest waiting first
 };
 
 }  // namespace hm

@@ -5,6 +5,8 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace hm {
 
@@ -30,8 +32,15 @@ class NewestJobs {
   void give(const Name& name, std::function<void()> job) {
     {
       const std::lock_guard lock(mutex_);
-      const auto [place, is_new] = waiting_.insert_or_assign(name, std::move(job));
-      if (is_new) order_.push_back(name);
+      add(name, std::move(job));
+    }
+    changed_.notify_all();
+  }
+  void give(std::vector<std::pair<Name, std::function<void()>>> jobs) {
+    if (jobs.empty()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      for (auto& [name, job] : jobs) add(name, std::move(job));
     }
     changed_.notify_all();
   }
@@ -41,6 +50,9 @@ class NewestJobs {
   }
 
  private:
+  void add(const Name& name, std::function<void()> job) {
+    if (waiting_.insert_or_assign(name, std::move(job)).second) order_.push_back(name);
+  }
   void run() {
     std::unique_lock lock(mutex_);
     while (true) {

@@ -21,36 +21,36 @@ constexpr double kWorthwhileShare = 0.8;
 }  // namespace
 
 void PageFeed::give(std::vector<MeshPageCopy> pages, Time stamp) {
+  std::vector<std::pair<VolumeKey, std::function<void()>>> jobs;
+  jobs.reserve(pages.size());
   for (MeshPageCopy& page : pages) {
     const VolumeKey key = page.key;
-    const Source source{std::make_shared<const MeshPageCopy>(std::move(page)), nullptr, page.voxel_size_m,
-                        page.version, stamp};
-    {
-      const std::lock_guard lock(mutex_);
-      sources_[key] = source;
-    }
-    jobs_.give(key, [this, key, source] { put(key, source); });
+    Source source{std::make_shared<const MeshPageCopy>(std::move(page)), nullptr, page.voxel_size_m,
+                  page.version, stamp};
+    jobs.emplace_back(key, [this, key, source = std::move(source)] { put(key, source); });
   }
+  jobs_.give(std::move(jobs));
 }
 
 void PageFeed::give(VolumeKey page, TriangleMesh mesh, double voxel_size_m) {
-  Source source{nullptr, std::make_shared<const TriangleMesh>(std::move(mesh)), voxel_size_m, 1, Time{}};
-  {
-    const std::lock_guard lock(mutex_);
-    source.version = sources_[page].version + 1;
-    sources_[page] = source;
-  }
-  jobs_.give(page, [this, page, source] { put(page, source); });
+  Source source{nullptr, std::make_shared<const TriangleMesh>(std::move(mesh)), voxel_size_m, 0, Time{}};
+  jobs_.give(page, [this, page, source = std::move(source)] { put(page, source); });
 }
 
-void PageFeed::put(VolumeKey key, const Source& source) {
+void PageFeed::put(VolumeKey key, Source source) {
+  Source old;  // freed here rather than on the producer's thread
+  {
+    const std::lock_guard lock(mutex_);
+    Source& kept = sources_[key];
+    if (source.version == 0) source.version = kept.version + 1;
+    old = std::exchange(kept, source);
+  }
   const TriangleMesh mesh = source.mesh ? *source.mesh : mesh_of(*source.copy);
   const PageKey page{key.x, key.y, key.z};
   seen_.set_page(key, mesh, source.voxel_size_m);
   if (mesh.triangles.empty()) {
     store_.remove_page(page, source.version, source.stamp);
-    const std::lock_guard lock(mutex_);
-    areas_m2_.erase(key);
+    count_area(key, 0);
     return;
   }
   auto encoded = encode_page(key, mesh, source.voxel_size_m);
@@ -68,8 +68,8 @@ void PageFeed::put(VolumeKey key, const Source& source) {
         to_payload(page_frame(key, source.version, level, std::move(from))));
   }
   store_.put_page(page, source.version, source.stamp, std::move(levels));
+  count_area(key, surface_area(mesh));
   const std::lock_guard lock(mutex_);
-  areas_m2_[key] = surface_area(mesh);
   work_.cpu_s = thread_cpu_s();
   ++work_.pages;
   work_.triangles += mesh.triangles.size();
@@ -104,10 +104,11 @@ TriangleMesh PageFeed::whole_mesh() const {
   return weld(volumes, voxel_size_m, ParallelLoop(1));
 }
 
-double PageFeed::area_m2() const {
-  const std::lock_guard lock(mutex_);
-  return std::accumulate(areas_m2_.begin(), areas_m2_.end(), 0.0,
-                         [](double sum, const auto& entry) { return sum + entry.second; });
+/// The sum of all pages is made on this thread, since the producer asks for it often.
+void PageFeed::count_area(VolumeKey key, double area_m2) {
+  areas_m2_[key] = area_m2;
+  area_m2_ = std::accumulate(areas_m2_.begin(), areas_m2_.end(), 0.0,
+                             [](double sum, const auto& entry) { return sum + entry.second; });
 }
 
 PageFeed::Work PageFeed::work() const {

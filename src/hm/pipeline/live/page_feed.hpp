@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -26,11 +27,11 @@ class PageFeed {
   /// Until everything that was given is in the store.
   void wait() { jobs_.wait(); }
 
-  /// The whole mesh of the pages that were given so far, welded; empty without one. Takes a while: not on the
+  /// The whole mesh of the pages that are in the store, welded; empty without one. Takes a while: not on the
   /// producer's thread.
   [[nodiscard]] TriangleMesh whole_mesh() const;
   /// Surface of all pages, square metres.
-  [[nodiscard]] double area_m2() const;
+  [[nodiscard]] double area_m2() const { return area_m2_; }
   /// Knows the surface of the pages that are in the store.
   [[nodiscard]] SeenShare& seen() { return seen_; }
   /// Processor time of the encoding thread so far, s, pages that it made, and their bytes (finest level).
@@ -46,16 +47,18 @@ class PageFeed {
     std::shared_ptr<const MeshPageCopy> copy;  ///< or
     std::shared_ptr<const TriangleMesh> mesh;  ///< of a page that is not made of volumes
     double voxel_size_m = 0;
-    std::uint32_t version = 0;
+    std::uint32_t version = 0;  ///< 0: the next one
     Time stamp;
   };
-  void put(VolumeKey key, const Source& source);
+  void put(VolumeKey key, Source source);
+  void count_area(VolumeKey key, double area_m2);
 
   LiveStore& store_;
-  mutable std::mutex mutex_;  // guards the next three
+  mutable std::mutex mutex_;  // guards the next two
   std::map<VolumeKey, Source, PageOrder> sources_;
-  std::map<VolumeKey, double, PageOrder> areas_m2_;
   Work work_;
+  std::map<VolumeKey, double, PageOrder> areas_m2_;  // of the encoding thread
+  std::atomic<double> area_m2_ = 0;
   SeenShare seen_;
   NewestJobs<VolumeKey, PageOrder> jobs_;
 };

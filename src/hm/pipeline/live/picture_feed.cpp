@@ -15,17 +15,17 @@ namespace {
 constexpr int kMaxWidth = 320;
 constexpr int kJpegQuality = 70;
 
-/// Every n-th pixel, at most kMaxWidth of them in a row.
+/// Every n-th pixel, at most kMaxWidth of them in a row; `out` keeps its memory where it has the size.
 template <class Pixel>
-Image<Pixel> thinned(const Image<Pixel>& image) {
+void thin(const Image<Pixel>& image, Image<Pixel>& out) {
   const int step = std::max(1, (image.width() + kMaxWidth - 1) / kMaxWidth);
-  Image<Pixel> out(image.width() / step, image.height() / step);
-  for (int y = 0; y < out.height(); ++y)
-    for (int x = 0; x < out.width(); ++x) out(x, y) = image(x * step, y * step);
-  return out;
+  const int width = image.width() / step, height = image.height() / step;
+  if (out.width() != width || out.height() != height) out = Image<Pixel>(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) out(x, y) = image(x * step, y * step);
 }
 
-void put(LiveStore& store, PictureFrame::Which which, const Image<Rgb8>& image, Time stamp) {
+void put_picture(LiveStore& store, PictureFrame::Which which, const Image<Rgb8>& image, Time stamp) {
   if (image.empty()) return;
   const auto file = encode_jpeg(image, kJpegQuality);
   PictureFrame frame;
@@ -56,12 +56,27 @@ Image<Rgb8> false_colors(const Image<std::uint16_t>& depth) {
   return out;
 }
 
+PictureFeed::Place PictureFeed::free_place() {
+  const std::lock_guard lock(mutex_);
+  if (free_.empty()) return std::make_shared<Pictures>();
+  const Place place = std::move(free_.back());
+  free_.pop_back();
+  return place;
+}
+
+void PictureFeed::put(const Place& pictures) {
+  put_picture(store_, PictureFrame::Which::kColor, pictures->color, pictures->stamp);
+  put_picture(store_, PictureFrame::Which::kDepth, false_colors(pictures->depth), pictures->stamp);
+  const std::lock_guard lock(mutex_);
+  free_.push_back(pictures);
+}
+
 void PictureFeed::give(const RgbdFrame& frame) {
-  jobs_.give(0,
-             [this, color = thinned(frame.color), depth = thinned(frame.depth.units), stamp = frame.stamp] {
-               put(store_, PictureFrame::Which::kColor, color, stamp);
-               put(store_, PictureFrame::Which::kDepth, false_colors(depth), stamp);
-             });
+  const Place pictures = free_place();
+  thin(frame.color, pictures->color);
+  thin(frame.depth.units, pictures->depth);
+  pictures->stamp = frame.stamp;
+  jobs_.give(0, [this, pictures] { put(pictures); });
 }
 
 }  // namespace hm

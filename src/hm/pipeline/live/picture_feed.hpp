@@ -1,4 +1,8 @@
 #pragma once
+#include <memory>
+#include <mutex>
+#include <vector>
+
 #include "hm/pipeline/live/newest_jobs.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
 #include "hm/station/live_store.hpp"
@@ -15,7 +19,19 @@ class PictureFeed {
   void wait() { jobs_.wait(); }
 
  private:
+  struct Pictures {
+    Image<Rgb8> color;
+    Image<std::uint16_t> depth;
+    Time stamp;
+  };
+  using Place = std::shared_ptr<Pictures>;
+  Place free_place();
+  void put(const Place& pictures);
+
   LiveStore& store_;
+  std::mutex mutex_;
+  std::vector<Place>
+      free_;  ///< memory that was used before: new memory of this size costs more than the copy
   NewestJobs<> jobs_;
 };
 

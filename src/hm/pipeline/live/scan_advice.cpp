@@ -9,7 +9,7 @@
 namespace hm {
 namespace {
 
-constexpr int kSampleStep = 8;  // pixels
+constexpr int kSamplesAcross = 40;  // of an image that are looked at
 /// A hand that turns or moves faster blurs images of an ordinary exposure: 60 degrees a second are 18 pixels
 /// in 33 ms at a focal length of 525.
 constexpr double kFastTurn_rad_s = 60 * kRadiansPerDegree, kFastMove_m_s = 1.0;
@@ -25,8 +25,9 @@ FrameLook look_at(const RgbdFrame& frame) {
   FrameLook look;
   std::vector<std::uint16_t> readings;
   std::size_t pixels = 0;
-  for (int y = kSampleStep / 2; y < frame.depth.height(); y += kSampleStep)
-    for (int x = kSampleStep / 2; x < frame.depth.width(); x += kSampleStep) {
+  const int depth_step = std::max(1, frame.depth.width() / kSamplesAcross);
+  for (int y = depth_step / 2; y < frame.depth.height(); y += depth_step)
+    for (int x = depth_step / 2; x < frame.depth.width(); x += depth_step) {
       ++pixels;
       if (const std::uint16_t units = frame.depth.units(x, y); units > 0) readings.push_back(units);
     }
@@ -38,8 +39,9 @@ FrameLook look_at(const RgbdFrame& frame) {
   }
   double sum = 0;
   pixels = 0;
-  for (int y = kSampleStep / 2; y < frame.color.height(); y += kSampleStep)
-    for (int x = kSampleStep / 2; x < frame.color.width(); x += kSampleStep) {
+  const int color_step = std::max(1, frame.color.width() / kSamplesAcross);
+  for (int y = color_step / 2; y < frame.color.height(); y += color_step)
+    for (int x = color_step / 2; x < frame.color.width(); x += color_step) {
       const Rgb8 color = frame.color(x, y);
       sum += 0.299 * color.r + 0.587 * color.g + 0.114 * color.b;
       ++pixels;

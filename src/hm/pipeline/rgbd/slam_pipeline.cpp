@@ -60,7 +60,8 @@ struct SlamPipeline::Impl {
     TrackedFrame tracked;
     std::optional<SE3> T_map_camera;
   };
-  Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms);
+  Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms,
+             const std::function<bool()>& is_late = {});
   void align(const RgbdFrame& frame, TrackedFrame& tracked);
   void begin_in(const EarlierMap& saved);
   void join_sessions(TrackedFrame& tracked) const;
@@ -185,7 +186,7 @@ void SlamPipeline::Impl::keep(const RgbdFrame& frame) {
 }
 
 SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame,
-                                                   double wait_ms) {
+                                                   double wait_ms, const std::function<bool()>& is_late) {
   const Stopwatch watch;
   if (frame) begin_level(*frame);
   Taken taken{tracking.take(index, frame, wait_ms), {}};
@@ -204,7 +205,7 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
     map.follow(now, *frame);
     if (tracked.T_odom_camera) taken.T_map_camera = pose_in_map(now, tracked);
     show(&*frame, taken.T_map_camera);
-    if (tracked.T_odom_camera && is_for_map()) {
+    if (tracked.T_odom_camera && is_for_map() && !(is_late && is_late())) {
       keep(*frame);
       is_mapped = map.add(*frame, tracked);
     }
@@ -217,19 +218,20 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
   return taken;
 }
 
-SlamStep SlamPipeline::add(RgbdFrame frame) {
+SlamStep SlamPipeline::add(RgbdFrame frame, const std::function<bool()>& is_late) {
   Impl& impl = *impl_;
   HM_CHECK(!impl.recording, "this pipeline takes its frames from a recording");
   HM_CHECK(!impl.finished, "this pipeline is finished");
   const std::size_t index = impl.frames_added++;
   frame.index = index;
   Result<RgbdFrame> given(std::move(frame));
-  const Impl::Taken taken = impl.take(index, given, 0);
+  const Impl::Taken taken = impl.take(index, given, 0, is_late);
   return {taken.tracked.status,
           taken.tracked.reason,
           taken.tracked.T_odom_camera,
           taken.T_map_camera,
           taken.tracked.new_keyframe != nullptr,
+          impl.last.is_mapped,
           impl.map.out_of_memory()};
 }
 

@@ -49,6 +49,7 @@ struct SlamStep {
   /// with the first frame.
   std::optional<SE3> T_map_camera;
   bool keyframe = false;
+  bool is_mapped = false;     ///< integrated into the map
   std::string out_of_memory;  ///< why the map takes no more frames, with the remedy; poses continue
 };
 
@@ -101,7 +102,8 @@ class SlamPipeline {
   /// Tracks a frame and brings it into the map. Stamps increase; images are of the camera's size and free
   /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
-  SlamStep add(RgbdFrame frame);
+  /// `is_late`: asked once the frame has a pose; true leaves it out of the map, since others wait.
+  SlamStep add(RgbdFrame frame, const std::function<bool()>& is_late = {});
   /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped. kOutOfMemory:
   /// frames are missing in the map, or its corrected copy does not fit; the poses are final, the map is
   /// unchanged.

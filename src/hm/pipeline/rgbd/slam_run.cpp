@@ -249,6 +249,7 @@ void visit(const CaptureSummary& capture, SummaryTree& v) {
   if (capture.earlier_frames > 0) v({"earlier_frames", "frames of before"}, capture.earlier_frames);
   v({"captured", "frames captured"}, capture.captured);
   v({"tracked", "tracked"}, capture.tracked);
+  v({"mapped", "of these mapped"}, capture.mapped);
   v({"lost", "lost"}, capture.lost);
   v({"unusable", "not usable"}, capture.unusable);
   std::size_t all = 0;
@@ -270,7 +271,8 @@ void visit(const CaptureSummary& capture, SummaryTree& v) {
 std::string capture_lines(const SummaryTree& summary) {
   return summary.lines(
       {"camera    {capture.camera}; {capture.ended_because}",
-       "frames    {capture.captured|frame} captured in {capture.duration_s}: {capture.tracked} tracked, "
+       "frames    {capture.captured|frame} captured in {capture.duration_s}: {capture.tracked} tracked "
+       "({capture.mapped} mapped), "
        "{capture.lost} lost, {capture.unusable} not usable, dropped {capture.drops}; {capture.recorded} "
        "recorded[, after {capture.earlier_frames} of before]",
        "latency   {capture.latency_ms.median} from image to pose, 99 % under {capture.latency_ms.p99}",

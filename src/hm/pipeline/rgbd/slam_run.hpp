@@ -39,6 +39,7 @@ struct CaptureSummary {
   std::size_t earlier_frames =
       0;  ///< of the recording that was continued, tracked again before the first one
   std::size_t captured = 0, tracked = 0, lost = 0, unusable = 0;
+  std::size_t mapped = 0;  ///< of the tracked ones; the others came while the next one waited
   std::vector<std::pair<std::string, std::size_t>> dropped;  ///< by reason
   std::size_t recorded = 0, recorded_uncompressed = 0, not_recorded = 0;
   double duration_s = 0;            ///< from the first frame to the last
@@ -46,7 +47,7 @@ struct CaptureSummary {
   Summary latency_ms;               ///< from having a frame to its pose, waiting included
   std::optional<double> saved_s{};  ///< unplugged: until recording, map and trajectory were on disk
 };
-/// captured, tracked, lost, unusable, dropped{total, reason: frames}, latency_ms{median,p99,max} ...
+/// captured, tracked, mapped, lost, unusable, dropped{total, reason: frames}, latency_ms{median,p99,max} ...
 void visit(const CaptureSummary& capture, SummaryTree& v);
 /// Dropped frames by reason: "queue_full 2, no_color 1"; empty: none.
 std::string drops_text(const CaptureSummary& capture);

@@ -1,6 +1,5 @@
-import type { PageKey, Vec3 } from "../protocol/frames.ts";
+import type { Box, PageKey, Vec3 } from "../protocol/frames.ts";
 import { voxelOf, type MeshPage } from "../protocol/mesh_page.ts";
-import type { Box } from "./camera_rig.ts";
 import { chooseLevel, triangleSide } from "./level_choice.ts";
 import { COLOR_MODES, MAP_VALUES, MeshShader, PAGES_UNIT, type ColorMode } from "./mesh_shader.ts";
 import { PageBuffers, type Placed } from "./page_buffers.ts";
