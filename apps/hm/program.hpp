@@ -107,6 +107,7 @@ class Session {
   Session(CommonOptions options, std::vector<MakeParameterPart> parts);
 
   [[nodiscard]] int threads() const;
+  [[nodiscard]] bool are_threads_given() const { return options_.threads > 0; }
   [[nodiscard]] hm::ProgressSink progress() const { return progress_; }
   /// Context of a run that Ctrl-C does not interrupt, but ends.
   [[nodiscard]] hm::RunContext context() const;

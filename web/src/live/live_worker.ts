@@ -7,7 +7,7 @@ import { findOpenEdges, OpenBorders } from "../protocol/open_edges.ts";
 import { LiveSession } from "./session.ts";
 import { sharedClockMs, type FromWorker, type Receipt, type ShownFrame, type ToWorker } from "./worker_messages.ts";
 
-const COUNTS_EVERY_MS = 1000, BORDERS_AFTER_MS = 400, ACKNOWLEDGE_AFTER_MS = 20;
+const COUNTS_EVERY_MS = 1000, BORDERS_EVERY_MS = 100, BORDERS_TAKE_MS = 20, ACKNOWLEDGE_AFTER_MS = 20;
 const RULES_BROKEN = 4000;  // close code
 
 const scope = self as unknown as DedicatedWorkerGlobalScope;
@@ -27,7 +27,7 @@ class LiveLink {
 
   constructor(private readonly url: string) {
     setInterval(() => this.postCounts(), COUNTS_EVERY_MS);
-    setInterval(() => this.postBorders(), BORDERS_AFTER_MS);
+    setInterval(() => this.postBorders(), BORDERS_EVERY_MS);
   }
 
   connect(): void {
@@ -117,12 +117,15 @@ class LiveLink {
     for (const changed of this.borders?.set(key, ends) ?? []) this.staleBorders.set(changed.join(), changed);
   }
 
+  /** Those that wait longest, for a share of the time: pages come first. */
   private postBorders(): void {
-    for (const key of this.staleBorders.values()) {
+    const end = performance.now() + BORDERS_TAKE_MS;
+    for (const [name, key] of this.staleBorders) {
+      if (performance.now() > end) return;
+      this.staleBorders.delete(name);
       const ends = this.borders!.of(key);
       post({ type: "openEdges", key, ends }, [ends.buffer]);
     }
-    this.staleBorders.clear();
   }
 
   private postCounts(): void {

@@ -29,44 +29,64 @@ const CELL_TOLERANCES = 4;
 
 /** Open edges of one page, found again by the middle of an edge: numbers of cells, sorted, and whose they are. */
 class EdgeIndex {
+  /** Three numbers an edge. */
+  readonly middles: Float32Array;
   private readonly codes: Int32Array;
   private readonly order: Uint32Array;
   private readonly low = [Infinity, Infinity, Infinity];
   private readonly high = [-Infinity, -Infinity, -Infinity];
+  private readonly cellM: number;
 
   constructor(readonly ends: Float32Array, private readonly toleranceM: number) {
-    const count = ends.length / 6, codes = new Int32Array(count);
+    this.cellM = CELL_TOLERANCES * toleranceM;
+    const count = ends.length / 6, codes = new Int32Array(count), middles = new Float32Array(3 * count);
     for (let edge = 0; edge < count; ++edge) {
-      const middle = this.middle(edge);
-      codes[edge] = this.code(middle[0], middle[1], middle[2]);
       for (let k = 0; k < 3; ++k) {
-        this.low[k] = Math.min(this.low[k], middle[k] - toleranceM);
-        this.high[k] = Math.max(this.high[k], middle[k] + toleranceM);
+        const middle = Math.fround((ends[6 * edge + k] + ends[6 * edge + 3 + k]) / 2);
+        middles[3 * edge + k] = middle;
+        this.low[k] = Math.min(this.low[k], middle - toleranceM);
+        this.high[k] = Math.max(this.high[k], middle + toleranceM);
       }
+      codes[edge] = this.code(middles[3 * edge], middles[3 * edge + 1], middles[3 * edge + 2]);
     }
+    this.middles = middles;
     this.order = Uint32Array.from(codes.keys()).sort((a, b) => codes[a] - codes[b]);
     this.codes = Int32Array.from(this.order, edge => codes[edge]);
   }
 
+  /** May edges of another page be the same as some of this one? */
+  meets({ low, high }: EdgeIndex): boolean {
+    return [0, 1, 2].every(k => low[k] <= this.high[k] && high[k] >= this.low[k]);
+  }
+
   /** Is there an edge whose middle is within the tolerance? */
-  has(middle: number[]): boolean {
-    if (middle.some((value, k) => value < this.low[k] || value > this.high[k])) return false;
-    const tried = new Set<number>();
-    for (let corner = 0; corner < 8; ++corner) {
-      const [x, y, z] = middle.map((value, k) => value + (corner >> k & 1 ? 1 : -1) * this.toleranceM), code = this.code(x, y, z);
-      if (tried.has(code)) continue;
-      tried.add(code);
-      for (let at = this.firstOf(code); this.codes[at] === code; ++at)
-        if (this.middle(this.order[at]).every((value, k) => Math.abs(value - middle[k]) < this.toleranceM)) return true;
+  has(x: number, y: number, z: number): boolean {
+    const { low, high, toleranceM } = this;
+    if (x < low[0] || x > high[0] || y < low[1] || y > high[1] || z < low[2] || z > high[2]) return false;
+    for (let corner = 0; corner < 8; ++corner) {  // the cube of the tolerance around the middle touches up to two cells an axis
+      const dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
+      if ((dx && !this.isParted(x)) || (dy && !this.isParted(y)) || (dz && !this.isParted(z))) continue;
+      if (this.isInCell(this.code(x + (2 * dx - 1) * toleranceM, y + (2 * dy - 1) * toleranceM, z + (2 * dz - 1) * toleranceM), x, y, z)) return true;
     }
     return false;
   }
 
-  middle(edge: number): number[] { return [0, 1, 2].map(k => (this.ends[6 * edge + k] + this.ends[6 * edge + 3 + k]) / 2); }
+  /** Does a border of cells part the tolerance below a coordinate from that above it? */
+  private isParted(value: number): boolean {
+    return Math.floor((value - this.toleranceM) / this.cellM) !== Math.floor((value + this.toleranceM) / this.cellM);
+  }
+
+  private isInCell(code: number, x: number, y: number, z: number): boolean {
+    const { middles, order, toleranceM } = this;
+    for (let at = this.firstOf(code); this.codes[at] === code; ++at) {
+      const i = 3 * order[at];
+      if (Math.abs(middles[i] - x) < toleranceM && Math.abs(middles[i + 1] - y) < toleranceM && Math.abs(middles[i + 2] - z) < toleranceM) return true;
+    }
+    return false;
+  }
 
   private code(x: number, y: number, z: number): number {
-    const size = CELL_TOLERANCES * this.toleranceM;
-    return Math.imul(Math.floor(x / size), 73856093) ^ Math.imul(Math.floor(y / size), 19349663) ^ Math.imul(Math.floor(z / size), 83492791);
+    return Math.imul(Math.floor(x / this.cellM), 73856093) ^ Math.imul(Math.floor(y / this.cellM), 19349663) ^ Math.imul(Math.floor(z / this.cellM), 83492791);
   }
 
   private firstOf(code: number): number {
@@ -102,12 +122,15 @@ export class OpenBorders {
   of(key: PageKey): Float32Array {
     const own = this.pages.get(key.join());
     if (!own) return new Float32Array(0);
-    const others = this.neighboursOf(key).flatMap(other => this.pages.get(other.join()) ?? []);
-    const open: number[] = [];
-    for (let edge = 0; edge < own.ends.length / 6; ++edge) {
-      const middle = own.middle(edge);
-      if (!others.some(other => other.has(middle))) open.push(...own.ends.subarray(6 * edge, 6 * edge + 6));
+    const others: EdgeIndex[] = [];
+    for (const name of this.neighboursOf(key)) {
+      const other = this.pages.get(name.join());
+      if (other?.meets(own)) others.push(other);
     }
+    const { middles } = own, open: number[] = [];
+    for (let edge = 0; edge < own.ends.length / 6; ++edge)
+      if (!others.some(other => other.has(middles[3 * edge], middles[3 * edge + 1], middles[3 * edge + 2])))
+        for (let k = 0; k < 6; ++k) open.push(own.ends[6 * edge + k]);
     return Float32Array.from(open);
   }
 

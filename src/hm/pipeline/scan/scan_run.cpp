@@ -14,6 +14,7 @@
 #include "hm/pipeline/common/sensor_prior.hpp"
 #include "hm/pipeline/live/live_view.hpp"
 #include "hm/pipeline/rgbd/slam_finish.hpp"
+#include "hm/pipeline/scan/mapping_pace.hpp"
 #include "hm/pipeline/scan/scan_frames.hpp"
 #include "hm/pipeline/scan/scan_recorder.hpp"
 #include "hm/pipeline/scan/scan_save.hpp"
@@ -70,7 +71,6 @@ class Scan {
   void track_earlier(const Recording& earlier);
   Result<void> capture(std::unique_ptr<CameraDriver> driver);
   [[nodiscard]] bool is_over(Time last) const;
-  [[nodiscard]] bool is_late() const;
   Result<void> track(const CapturedFrame& live);
   void say_once(std::string& said, const std::string& what) const;
   void summarise_capture();
@@ -92,7 +92,7 @@ class Scan {
   ScanSummary summary_;
   RunningSummary latency_ms_;
   std::optional<Time> first_stamp_, last_stamp_;
-  std::size_t in_a_row_unmapped_ = 0;  ///< the last frames with a pose
+  MappingPace pace_;
   std::string said_memory_, said_recording_;
   Stopwatch watch_;
 };
@@ -150,24 +150,18 @@ Result<void> Scan::capture(std::unique_ptr<CameraDriver> driver) {
   return tracked;
 }
 
-/// While the next frame waits, this one is tracked but not mapped: tracking suffers more from a frame that is
-/// dropped than the map does. Two in a row at most, so that the map grows on a slow machine too.
-bool Scan::is_late() const {
-  constexpr std::size_t kMostUnmapped = 2;
-  return in_a_row_unmapped_ < kMostUnmapped && source_->counts().waiting > 0;
-}
-
 Result<void> Scan::track(const CapturedFrame& live) {
   const RgbdFrame& frame = *live.frame;
   if (!first_stamp_) first_stamp_ = frame.stamp;
   last_stamp_ = frame.stamp;
   frames_.add(frame);
-  const SlamStep step = pipeline_.add(frame, [this] { return is_late(); });
-  latency_ms_.add(std::chrono::duration<double, std::milli>(SteadyClock::now() - live.received).count());
+  pace_.begin(live.received);
+  const SlamStep step =
+      pipeline_.add(frame, [this] { return pace_.is_late(source_->counts().waiting, SteadyClock::now()); });
+  latency_ms_.add(pace_.end(step.T_odom_camera.has_value(), step.is_mapped, SteadyClock::now()));
   CaptureSummary& capture = summary_.capture;
   if (step.T_odom_camera) {
     ++capture.tracked;
-    in_a_row_unmapped_ = step.is_mapped ? 0 : in_a_row_unmapped_ + 1;
     capture.mapped += step.is_mapped ? 1 : 0;
   } else {
     ++(step.status == TrackingStatus::kSkipped ? capture.unusable : capture.lost);
