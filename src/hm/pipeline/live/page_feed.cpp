@@ -1,7 +1,6 @@
 #include "hm/pipeline/live/page_feed.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "hm/core/parallel.hpp"
@@ -104,11 +103,10 @@ TriangleMesh PageFeed::whole_mesh() const {
   return weld(volumes, voxel_size_m, ParallelLoop(1));
 }
 
-/// The sum of all pages is made on this thread, since the producer asks for it often.
 void PageFeed::count_area(VolumeKey key, double area_m2) {
-  areas_m2_[key] = area_m2;
-  area_m2_ = std::accumulate(areas_m2_.begin(), areas_m2_.end(), 0.0,
-                             [](double sum, const auto& entry) { return sum + entry.second; });
+  double& counted_m2 = areas_m2_[key];
+  area_m2_ = std::max(0.0, area_m2_ + area_m2 - counted_m2);
+  counted_m2 = area_m2;
 }
 
 PageFeed::Work PageFeed::work() const {
