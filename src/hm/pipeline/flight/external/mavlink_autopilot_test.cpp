@@ -387,7 +387,7 @@ struct ByHand {
 TEST(MavlinkAutopilot, AJumpOfThePosesIsAResetAndNoVelocity) {
   ByHand link;
   link.run(20);
-  PoseReading<float> pose;
+  PoseReading<float> pose{{}, Vec3f::Zero(), {}};
   for (int i = 0; i < 5; ++i) link.run(25, pose);
   pose.x_y_yaw = {3, 0, 0};
   link.autopilot->note_restarts(1);
