@@ -18,8 +18,10 @@ struct ColorRegistration {
   double parallax_px_m = 0;
 
   [[nodiscard]] Vec2 color_pixel(const Vec2& pixel, const Vec2& principal_point, double inverse_depth) const {
-    return principal_point + shift_px + scale_ratio * (pixel - principal_point) +
-           Vec2(parallax_px_m * inverse_depth, 0);
+    // By components: a vector that has just been written as two numbers is slow to read as one.
+    const Vec2 c = principal_point + shift_px;
+    return {c.x() + scale_ratio * (pixel.x() - principal_point.x()) + parallax_px_m * inverse_depth,
+            c.y() + scale_ratio * (pixel.y() - principal_point.y())};
   }
 };
 
