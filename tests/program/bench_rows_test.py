@@ -1,5 +1,6 @@
 """bench/run knows every row of the table, and judges them as it says. Nothing is timed."""
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -84,6 +85,12 @@ with tempfile.TemporaryDirectory() as folder:
     assert report.load(path) == second
 when = report.occasion(ROOT)
 assert set(when) == {"date", "commit", "machine", "load"} and len(when["date"]) == 10 and when["commit"], when
+
+# The parameters that benches set exist.
+parameters = set(re.findall(r"^\| `([a-z_0-9]+\.[a-z_0-9]+)`", (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8"), re.MULTILINE))
+for script in [ROOT / "bench" / "run", *(ROOT / "bench").glob("*.py")]:
+    for name in re.findall(r'"([a-z_]+\.[a-z_0-9]+)=', script.read_text(encoding="utf-8")):
+        assert name in parameters, f"{script.name}: {name}"
 
 # The document in the repository has the stored numbers.
 stored = report.load(ROOT / "docs" / "benchmarks.json")

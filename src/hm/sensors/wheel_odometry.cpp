@@ -8,7 +8,8 @@
 
 namespace hm {
 
-Trajectory degrade_to_wheel_odometry(const Trajectory& truth, const WheelNoiseParams& params) {
+Trajectory degrade_to_wheel_odometry(const Trajectory& truth, const WheelNoiseParams& given) {
+  const WheelNoiseParams params = given.multiplied();
   Rng rng(static_cast<std::uint64_t>(params.seed));
   const double scale = 1 + rng.normal(0, params.scale_sigma_ratio);
   const double drift_rad_per_m = rng.normal(0, params.drift_sigma_rad_per_m);

@@ -20,10 +20,23 @@ struct WheelNoiseParams {
   /// Standard deviation of the systematic heading drift per metre.
   double drift_sigma_rad_per_m = 0.01;
   int seed = 1;
+  double strength = 1;  ///< factor of all of the above but the seed
+
+  /// The same noise with the factor multiplied in.
+  [[nodiscard]] WheelNoiseParams multiplied() const {
+    return {strength * along_ratio,
+            strength * across_ratio,
+            strength * angle_ratio,
+            strength * angle_rad_per_m,
+            strength * scale_sigma_ratio,
+            strength * drift_sigma_rad_per_m,
+            seed};
+  }
 
   template <class Self, class Visitor>
   static void visit(Self& self, Visitor&& v) {
     v(ParamDoc{"seed", {0, 2147483647}, "seed of the random numbers"}, self.seed);
+    v(ParamDoc{"strength", {0, 100}, "factor of the noise's deviations; 0: the true poses"}, self.strength);
   }
 };
 

@@ -55,6 +55,19 @@ TEST(WheelOdometry, NoiseHasTheStatedDeviation) {
   EXPECT_NEAR(deviation.z(), std::hypot(0.1 * 0.05, 0.2 * 0.1), 0.0005);
 }
 
+TEST(WheelOdometry, ItsStrengthIsAFactorOfAllErrors) {
+  const Trajectory truth = circle(100);
+  const auto end = [&](const WheelNoiseParams& params) {
+    return degrade_to_wheel_odometry(truth, params).back().T_world_base;
+  };
+  WheelNoiseParams params;
+  params.strength = 0;
+  EXPECT_LT((end(params).inverse() * end(none())).log().norm(), 1e-9);
+  params.strength = 0.1;
+  EXPECT_LT((end(params).inverse() * end({0.005, 0.002, 0.005, 0.002, 0.001, 0.001, 1})).log().norm(), 1e-9);
+  EXPECT_GT((end(params).inverse() * end(none())).log().norm(), 1e-3);
+}
+
 TEST(WheelOdometry, ReproducibleBySeed) {
   const Trajectory truth = circle(100);
   WheelNoiseParams params;

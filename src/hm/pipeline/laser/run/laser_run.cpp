@@ -43,7 +43,7 @@ std::string prediction_text(const LaserRecording& recording, const LaserParamete
   if (!run.degraded_odometry)
     return "motion is predicted from the recording's odometry" +
            (recording.odometry_source.empty() ? "" : ", " + recording.odometry_source);
-  const WheelNoiseParams& noise = params.wheel_noise;
+  const WheelNoiseParams noise = params.wheel_noise.multiplied();
   return fmt::format(
       "motion is predicted from simulated wheel odometry: the true poses of the recording ({}), with noise "
       "added to "
