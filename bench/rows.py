@@ -227,11 +227,22 @@ ROWS = [
     Row("link_noise_resync", "frames", 2, None, "at_most", "link_noise", 1, "after noise, good frames until one is accepted: most of 30,000"),
     Row("link_noise_clock", "ms", 0.5, None, "at_most", "link_noise", 1,
         "clocks that differ by 50 ppm, delays of 1 ms and more: largest error in ten minutes, 95 % of 20 seeds"),
+    # Builds
+    Row("first_picture", "s", 300, 180, "at_most", "first_picture", 2,
+        "clean Debian 12, no compiler cache: from `./hm demo` until the first picture lies on disk"),
+    Row("product_build", "s", 450, 300, "at_most", "product_build", 2,
+        "`./hm build all`, packages there, no compiler cache: the program with all verbs", ("product_build_unit",)),
+    Row("product_build_unit", "s", 8, 5, "at_most", "product_build", 2, "its slowest step, beside another"),
+    Row("deb_picture", "s", 60, 20, "at_most", "deb_picture", 2,
+        "clean Debian 12: from installing the package until the first picture of `hm demo`"),
+    Row("arm64_bits", "results", 0, None, "at_most", "arm64_bits", 2,
+        "program for 64-bit ARM, emulated: map and mesh of a short recording of other bits than on x86"),
 ]
 NAMES = [row.name for row in ROWS]
 # One table for each; a row belongs to the last one that begins at or before it.
 TABLES = {"Dense reconstruction": "open3d_scalable", "Laser": "plicp_1081", "RGB-D odometry and SLAM": "vo_sevenscenes",
-          "Calibration": "depth_calibration", "Flight": "fly_hover", "Live view": "page_mesh", "Link": "link_noise"}
+          "Calibration": "depth_calibration", "Flight": "fly_hover", "Live view": "page_mesh", "Link": "link_noise",
+          "Builds": "first_picture"}
 # The rooms whose code a bench measures (besides core, geometry and sensors, which all use): what --changed looks at.
 ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "threads": ["tsdf"], "carving": ["tsdf"],
          "mesh_incremental": ["tsdf", "mesh"], "mesh_whole": ["tsdf", "mesh"], "tango": ["tsdf"], "steady": ["tsdf"],
@@ -258,6 +269,7 @@ ROOMS = {"scalable": ["tsdf"], "voxelblock": ["tsdf"], "simd": ["tsdf"], "thread
          "verdicts": ["slam/laser", "pipeline/checks", "pipeline/verdict", "pipeline/laser"],
          "core_host": ["flight", "control", "estimation"], "core_m4": ["flight", "control", "estimation"],
          "link_noise": ["link"],
+         **dict.fromkeys(["first_picture", "product_build", "deb_picture", "arm64_bits"], [""]),  # all rooms
          **dict.fromkeys(["page_mesh", "page_live", "station_producer", "station_soak", "page"], ["mesh/pages", "station", "pipeline/live"])}
 SHARED_ROOMS = ["core", "geometry", "sensors"]
 

@@ -18,6 +18,19 @@ std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
   return {};
 }
 
+std::string too_few_features(const TrackingNumbers& numbers, int needed) {
+  return fmt::format("{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %",
+                     numbers.features_with_depth, numbers.features, needed, numbers.sharpness,
+                     100 * numbers.depth_coverage_ratio);
+}
+
+std::string why_lost(const std::string& refusal, std::size_t features, int keyframe_matches,
+                     const TrackingNumbers& numbers, const std::string& depth_refusal) {
+  return fmt::format("{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %{}{}",
+                     refusal, features, keyframe_matches, numbers.sharpness,
+                     100 * numbers.depth_coverage_ratio, depth_refusal.empty() ? "" : "; ", depth_refusal);
+}
+
 Result<RgbdFrame> read_again(std::size_t frame_index, const PinholeCamera& camera,
                              const OdometryHistory& history) {
   auto frame = history.read_frame(frame_index);

@@ -14,6 +14,14 @@ enum class ColorNeed { kAlways, kIfPresent };
 std::string reason_to_skip(const RgbdFrame& frame, const PinholeCamera& camera,
                            const std::optional<Time>& last_stamp, ColorNeed need = ColorNeed::kAlways);
 
+/// Why a model cannot begin with a frame of these features, with depth and without.
+std::string too_few_features(const TrackingNumbers& numbers, int needed);
+
+/// Why a frame has no pose: the refusal of the last attempt, the most matches with a keyframe, and why depth
+/// alone gives none (empty: it was not asked).
+std::string why_lost(const std::string& refusal, std::size_t features, int keyframe_matches,
+                     const TrackingNumbers& numbers, const std::string& depth_refusal);
+
 /// Reads a frame of the run's history again, with or without colour. Errors: it cannot be read; it has become
 /// unusable (kInvalidValue).
 Result<RgbdFrame> read_again(std::size_t frame_index, const PinholeCamera& camera,

@@ -91,6 +91,9 @@ struct TrackedFrame {
   std::shared_ptr<const Keyframe> new_keyframe;  ///< set when this frame became a keyframe
 };
 
+/// Is told the pose T_odom_camera of a frame.
+using OnPose = std::function<void(const SE3& T_odom_camera)>;
+
 /// What a saved state refers to: the run's frames and the keyframes that it has made so far, in order.
 struct OdometryHistory {
   std::function<Result<RgbdFrame>(std::size_t frame_index)> read_frame;
@@ -108,8 +111,10 @@ class VisualOdometry {
   virtual ~VisualOdometry() = default;
   /// Tracks the next frame, in order of time. Depth and colour must be undistorted, registered to each other
   /// and of the camera's size; an unusable frame is kSkipped, with the reason. The tracker follows frames
-  /// without colour by their depth images.
-  virtual TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint = {}) = 0;
+  /// without colour by their depth images. `on_pose` is told the pose of the result as soon as it is known,
+  /// before what the frame adds to the model is computed.
+  virtual TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint = {},
+                             const OnPose& on_pose = {}) = 0;
   /// Memory of model and keyframes in bytes (bounded; see max_model_points, max_keyframes).
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 

@@ -65,7 +65,7 @@ class PublishedOdometry final : public VisualOdometry {
     HM_CHECK(method_ != OdometryMethod::kTracker, "the tracker is not one of the published methods");
   }
 
-  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override;
+  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint, const OnPose& on_pose) override;
 
   [[nodiscard]] std::size_t memory_bytes() const override {
     std::size_t features = last_features_.capacity();
@@ -123,7 +123,8 @@ FeatureSet PublishedOdometry::detect(const RgbdFrame& frame, TrackingNumbers& nu
   return features;
 }
 
-TrackedFrame PublishedOdometry::track(const RgbdFrame& frame, const MotionHint& /*hint*/) {
+TrackedFrame PublishedOdometry::track(const RgbdFrame& frame, const MotionHint& /*hint*/,
+                                      const OnPose& on_pose) {
   const Stopwatch stopwatch;
   TrackedFrame result;
   result.submap = submap_;
@@ -149,6 +150,7 @@ TrackedFrame PublishedOdometry::track(const RgbdFrame& frame, const MotionHint& 
   if (result.T_odom_camera) {
     posed_stamp_ = frame.stamp;
     lost_.found();
+    if (on_pose) on_pose(*result.T_odom_camera);
   }
   result.submap = submap_;
   result.numbers.model_points = model_.points().size();

@@ -1,7 +1,5 @@
 #include "hm/odometry/tracker/tracker.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -44,9 +42,10 @@ class Tracker final : public VisualOdometry {
                      params.tracker.estimate_row_times),
         T_odom_start_(T_odom_first_camera) {}
 
-  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint) override {
+  TrackedFrame track(const RgbdFrame& frame, const MotionHint& hint, const OnPose& on_pose) override {
     const Stopwatch total;
     TrackedFrame out;
+    on_pose_ = on_pose;
     inertia_.begin_frame(hint);
     out.reason = reason_to_skip(frame, camera_, last_stamp_, ColorNeed::kIfPresent);
     if (out.reason.empty()) {
@@ -68,6 +67,7 @@ class Tracker final : public VisualOdometry {
     }
     inertia_.end_frame(frame.stamp, hint, out.status, T_odom_last_);
     out.numbers.inertial = inertia_.use();
+    tell_pose(out);
     if (out.T_odom_camera) move_to_odom(out);
     out.submap = submap_;
     out.numbers.readout_s = color_times_.in_use().readout_s;
@@ -124,6 +124,12 @@ class Tracker final : public VisualOdometry {
     });
   }
 
+  /// Tells a frame's pose, once.
+  void tell_pose(const TrackedFrame& out) {
+    if (!out.T_odom_camera) return;
+    if (const OnPose on_pose = std::exchange(on_pose_, {})) on_pose(T_odom_start_ * *out.T_odom_camera);
+  }
+
   /// Transforms a result to odom. The model's frame is that of the first camera, so that results do not
   /// depend on odom.
   void move_to_odom(TrackedFrame& out) const {
@@ -149,10 +155,7 @@ class Tracker final : public VisualOdometry {
     out.numbers.features = static_cast<int>(features.size());
     out.numbers.features_with_depth = count_with_depth(features);
     if (out.numbers.features_with_depth < kMinStartFeatures) {
-      out.reason =
-          fmt::format("{} features with depth of {}, {} needed to begin; sharpness {:.1f}, depth in {:.0f} %",
-                      out.numbers.features_with_depth, features.size(), kMinStartFeatures,
-                      out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio);
+      out.reason = too_few_features(out.numbers, kMinStartFeatures);
       return begin_by_depth(view, out);
     }
     map_.clear();
@@ -285,6 +288,7 @@ class Tracker final : public VisualOdometry {
     covariance_last_ = covariance_of(map_, attempt);
     out.T_camera_depth = view.motion.steady_depth_motion(T);
     out.T_odom_camera = publish(view, T, out.T_camera_depth, status);
+    tell_pose(out);
     out.covariance = covariance_last_;
     if (params_.tracker.motion_filter) out.covariance += filter_.covariance_in_odom();
     const bool due = keyframe_due(T, attempt.registration.inliers);
@@ -349,7 +353,6 @@ class Tracker final : public VisualOdometry {
     best_inliers_ = 0;
   }
 
-  static bool has_color(const TrackerFrame& view) { return view.pyramid.levels() > 0; }
   [[nodiscard]] FeatureSet features_of(const TrackerFrame& view) {
     return has_color(view) ? detector_.detect(view.pyramid.level(0), view.frame->depth) : FeatureSet{};
   }
@@ -438,10 +441,7 @@ class Tracker final : public VisualOdometry {
     lost_.count(view.frame->stamp);
     velocity_.reset();
     out.status = TrackingStatus::kLost;
-    out.reason = fmt::format(
-        "{}; {} features, {} match a keyframe at most; sharpness {:.1f}, depth in {:.0f} %{}{}", refusal,
-        features.size(), matches, out.numbers.sharpness, 100 * out.numbers.depth_coverage_ratio,
-        by_depth ? "; " : "", by_depth ? by_depth->refusal : std::string());
+    out.reason = why_lost(refusal, features.size(), matches, out.numbers, by_depth ? by_depth->refusal : "");
     if (lost_.frames() < params_.tracker.submap_after_frames &&
         lost_.duration_s() < params_.tracker.kSubmapAfter_s)
       return;
@@ -482,6 +482,7 @@ class Tracker final : public VisualOdometry {
   std::size_t posed_frame_ = 0;      ///< index of the frame that `reference_` shows
   std::optional<TimedFrame> timed_;  ///< the last frame with a pose
   LostState lost_;
+  OnPose on_pose_;  ///< of the frame that is tracked; empty: it was told
   int submap_ = 0;
   int unknown_frames_ = 0;  ///< in a row, tracked by depth although their colour has features
   int best_inliers_ = 0;    ///< since the last keyframe

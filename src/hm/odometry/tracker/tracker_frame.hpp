@@ -33,6 +33,8 @@ struct TrackerFrame {
   RowMotionModel motion;  ///< of the rows of the colour image
 };
 
+inline bool has_color(const TrackerFrame& view) { return view.pyramid.levels() > 0; }
+
 /// The frame with its pyramid (none without colour) and depth grid; readings beyond `max_depth_m` are left
 /// out.
 TrackerFrame make_tracker_frame(const RgbdFrame& frame, const PinholeCamera& camera, const DepthNoise& noise,

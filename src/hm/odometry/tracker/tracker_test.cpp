@@ -313,6 +313,30 @@ TEST(Tracker, DroppedFramesDoNotSpoilThePrediction) {
   }
 }
 
+TEST(Tracker, TellsEachPoseOnceAndBeforeAKeyframeIsAdded) {
+  const auto odometry = tracker();
+  int keyframes = 0;
+  for (int i = 0; i < 40; ++i) {
+    const bool is_dark = i == 20 || i == 21;
+    std::vector<SE3> told;
+    std::size_t bytes_when_told = 0;
+    const auto on_pose = [&](const SE3& T_odom_camera) {
+      told.push_back(T_odom_camera);
+      bytes_when_told = odometry->memory_bytes();
+    };
+    const TrackedFrame tracked =
+        odometry->track(is_dark ? black_frame(i) : frame_at(i, path_pose(i * kFrame_s)), {}, on_pose);
+    ASSERT_EQ(told.size(), tracked.T_odom_camera ? 1u : 0u) << i;
+    ASSERT_EQ(tracked.T_odom_camera.has_value(), !is_dark) << i;
+    if (is_dark) continue;
+    EXPECT_EQ(told[0].matrix(), tracked.T_odom_camera->matrix()) << i;
+    if (i == 0 || !tracked.new_keyframe) continue;
+    EXPECT_LT(bytes_when_told, odometry->memory_bytes()) << i;
+    keyframes += 1;
+  }
+  EXPECT_GT(keyframes, 1);
+}
+
 TEST(Tracker, IsDeterministic) {
   const auto a = tracker(), b = tracker();
   for (int i = 0; i < 40; ++i) {

@@ -60,8 +60,7 @@ struct SlamPipeline::Impl {
     TrackedFrame tracked;
     std::optional<SE3> T_map_camera;
   };
-  Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms,
-             const std::function<bool()>& is_late = {});
+  Taken take(std::size_t index, Result<RgbdFrame>& frame, double wait_ms, const SlamHooks& hooks = {});
   void align(const RgbdFrame& frame, TrackedFrame& tracked);
   void begin_in(const EarlierMap& saved);
   void join_sessions(TrackedFrame& tracked) const;
@@ -186,10 +185,10 @@ void SlamPipeline::Impl::keep(const RgbdFrame& frame) {
 }
 
 SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<RgbdFrame>& frame,
-                                                   double wait_ms, const std::function<bool()>& is_late) {
+                                                   double wait_ms, const SlamHooks& hooks) {
   const Stopwatch watch;
   if (frame) begin_level(*frame);
-  Taken taken{tracking.take(index, frame, wait_ms), {}};
+  Taken taken{tracking.take(index, frame, wait_ms, alignment ? OnPose{} : hooks.on_pose), {}};
   TrackedFrame& tracked = taken.tracked;
   if (frame) align(*frame, tracked);
   if (earlier) join_sessions(tracked);
@@ -205,7 +204,7 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
     map.follow(now, *frame);
     if (tracked.T_odom_camera) taken.T_map_camera = pose_in_map(now, tracked);
     show(&*frame, taken.T_map_camera);
-    if (tracked.T_odom_camera && is_for_map() && !(is_late && is_late())) {
+    if (tracked.T_odom_camera && is_for_map() && !(hooks.is_late && hooks.is_late())) {
       keep(*frame);
       is_mapped = map.add(*frame, tracked);
     }
@@ -218,14 +217,14 @@ SlamPipeline::Impl::Taken SlamPipeline::Impl::take(std::size_t index, Result<Rgb
   return taken;
 }
 
-SlamStep SlamPipeline::add(RgbdFrame frame, const std::function<bool()>& is_late) {
+SlamStep SlamPipeline::add(RgbdFrame frame, const SlamHooks& hooks) {
   Impl& impl = *impl_;
   HM_CHECK(!impl.recording, "this pipeline takes its frames from a recording");
   HM_CHECK(!impl.finished, "this pipeline is finished");
   const std::size_t index = impl.frames_added++;
   frame.index = index;
   Result<RgbdFrame> given(std::move(frame));
-  const Impl::Taken taken = impl.take(index, given, 0, is_late);
+  const Impl::Taken taken = impl.take(index, given, 0, hooks);
   return {taken.tracked.status,
           taken.tracked.reason,
           taken.tracked.T_odom_camera,

@@ -40,6 +40,15 @@ struct SlamInput {
   bool is_from_kinect = false;     ///< start from a Kinect's row times (sensor_prior.hpp)
 };
 
+/// Called by SlamPipeline::add() while it is at work on a frame; each may be empty.
+struct SlamHooks {
+  /// The frame's pose is known, that of SlamStep::T_odom_camera; keyframe and map follow. Not with
+  /// slam.align, which changes the pose.
+  OnPose on_pose = {};
+  /// Asked before the frame is mapped; true leaves it out of the map, since others wait.
+  std::function<bool()> is_late = {};
+};
+
 /// Outcome of a frame of SlamPipeline::add().
 struct SlamStep {
   TrackingStatus status = TrackingStatus::kSkipped;
@@ -102,8 +111,7 @@ class SlamPipeline {
   /// Tracks a frame and brings it into the map. Stamps increase; images are of the camera's size and free
   /// of lens distortion, colour registered to depth. A frame that cannot be used is skipped, one that is not
   /// recognised is lost, each with its reason; both change nothing. Not after finish().
-  /// `is_late`: asked once the frame has a pose; true leaves it out of the map, since others wait.
-  SlamStep add(RgbdFrame frame, const std::function<bool()>& is_late = {});
+  SlamStep add(RgbdFrame frame, const SlamHooks& hooks = {});
   /// Closes the last loops, adjusts, and brings the map to the final poses. Not to be stopped. kOutOfMemory:
   /// frames are missing in the map, or its corrected copy does not fit; the poses are final, the map is
   /// unchanged.

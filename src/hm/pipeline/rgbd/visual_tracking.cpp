@@ -50,13 +50,14 @@ void VisualTracking::set_first_camera(const SE3& T_odom_first_camera) {
   odometry_ = make_visual_odometry(parameters_, camera_, T_odom_first_camera);
 }
 
-TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms) {
+TrackedFrame VisualTracking::take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms,
+                                  const OnPose& on_pose) {
   TrackedFrame tracked;
   last_ = {};
   last_.index = index;
   last_.was_read = frame.has_value();
   if (frame) {
-    tracked = odometry_->track(*frame, hints_.next(frame->stamp));
+    tracked = odometry_->track(*frame, hints_.next(frame->stamp), on_pose);
     last_.stamp = frame->stamp;
     last_.sigma_m = std::sqrt(std::max(0.0, tracked.covariance.topLeftCorner<3, 3>().trace()));
     last_.wait_ms = wait_ms;

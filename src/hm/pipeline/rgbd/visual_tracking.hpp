@@ -74,8 +74,9 @@ class VisualTracking {
   VisualTracking(const OdometryParams& parameters, const PinholeCamera& camera, const Start& start);
   /// Begins at this pose instead; before a frame has one.
   void set_first_camera(const SE3& T_odom_first_camera);
-  /// Tracks a frame, or notes why it could not be read.
-  TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms);
+  /// Tracks a frame, or notes why it could not be read. `on_pose`: VisualOdometry::track().
+  TrackedFrame take(std::size_t index, const Result<RgbdFrame>& frame, double wait_ms,
+                    const OnPose& on_pose = {});
   [[nodiscard]] const VisualTrack& track() const { return track_; }
   /// What take() has noted of its last frame.
   [[nodiscard]] const TrackedRecord& last() const { return last_; }

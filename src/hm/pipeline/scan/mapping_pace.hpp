@@ -19,10 +19,13 @@ class MappingPace {
     if (received_) follow(period_ms_, milliseconds(received - *received_));
     received_ = received;
     pose_at_.reset();
+    mapping_from_.reset();
   }
-  /// Its pose is known now, while so many others wait.
+  /// Its pose is known now.
+  void pose_known(Clock::time_point now) { pose_at_ = now; }
+  /// It is to be mapped now, while so many others wait.
   bool is_late(std::size_t waiting, Clock::time_point now) {
-    pose_at_ = now;
+    mapping_from_ = now;
     if (in_a_row_unmapped_ >= kMostUnmapped) return false;
     const bool next_would_wait =
         mapping_ms_ && period_ms_ && since_received_ms(now) + *mapping_ms_ > *period_ms_;
@@ -30,7 +33,7 @@ class MappingPace {
   }
   /// It is done. Returns the time from having it to its pose, or to knowing that it has none, ms.
   double end(bool has_pose, bool is_mapped, Clock::time_point now) {
-    if (is_mapped && pose_at_) follow(mapping_ms_, milliseconds(now - *pose_at_));
+    if (is_mapped && mapping_from_) follow(mapping_ms_, milliseconds(now - *mapping_from_));
     if (has_pose) in_a_row_unmapped_ = is_mapped ? 0 : in_a_row_unmapped_ + 1;
     return since_received_ms(pose_at_.value_or(now));
   }
@@ -47,8 +50,8 @@ class MappingPace {
     mean = mean ? *mean + kShare * (value - *mean) : value;
   }
 
-  std::optional<Clock::time_point> received_, pose_at_;  ///< of this frame
-  std::optional<double> period_ms_, mapping_ms_;         ///< means of the last frames
+  std::optional<Clock::time_point> received_, pose_at_, mapping_from_;  ///< of this frame
+  std::optional<double> period_ms_, mapping_ms_;                        ///< means of the last frames
   std::size_t in_a_row_unmapped_ = 0;
 };
 

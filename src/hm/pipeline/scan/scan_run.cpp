@@ -156,8 +156,9 @@ Result<void> Scan::track(const CapturedFrame& live) {
   last_stamp_ = frame.stamp;
   frames_.add(frame);
   pace_.begin(live.received);
-  const SlamStep step =
-      pipeline_.add(frame, [this] { return pace_.is_late(source_->counts().waiting, SteadyClock::now()); });
+  const SlamHooks hooks{[this](const SE3&) { pace_.pose_known(SteadyClock::now()); },
+                        [this] { return pace_.is_late(source_->counts().waiting, SteadyClock::now()); }};
+  const SlamStep step = pipeline_.add(frame, hooks);
   latency_ms_.add(pace_.end(step.T_odom_camera.has_value(), step.is_mapped, SteadyClock::now()));
   CaptureSummary& capture = summary_.capture;
   if (step.T_odom_camera) {
