@@ -62,8 +62,8 @@ def percentile(values, share):
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
 
 
-def renderer_bytes(driver):
-    """Proportional memory of the tab's process: the largest renderer below the driver."""
+def renderers(driver):
+    """Processes of the tabs below the driver."""
     parents, kinds = {}, {}
     for folder in Path("/proc").iterdir():
         if folder.name.isdigit():
@@ -72,13 +72,18 @@ def renderer_bytes(driver):
                 parents[int(folder.name)], kinds[int(folder.name)] = int(fields[1]), (folder / "cmdline").read_text()
             except OSError:
                 continue
-    ours, size = {driver.service.process.pid}, 0
+    ours = {driver.service.process.pid}
     for _ in range(8):
         ours |= {number for number, parent in parents.items() if parent in ours}
-    for number in ours:
-        if "--type=renderer" in kinds.get(number, ""):
-            lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
-            size = max(size, next(1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:")))
+    return [number for number in ours if "--type=renderer" in kinds.get(number, "")]
+
+
+def renderer_bytes(driver):
+    """Proportional memory of the tab's process: the largest renderer below the driver."""
+    size = 0
+    for number in renderers(driver):
+        lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
+        size = max(size, next(1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:")))
     return size
 
 
