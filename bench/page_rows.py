@@ -12,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "program"), str(ROOT / "tests" / "page")]
 import page_figures  # noqa: E402
+import page_measure  # noqa: E402
 import page_support  # noqa: E402
 from live_viewer import Viewer  # noqa: E402
 
@@ -111,6 +112,7 @@ def measure(program, work, frames):
         pages = count_pages(url)
         _, whole_s = until_whole(url, pages)
         coarse_s, slow_s = until_whole(url, pages, SLOW)
+        sizes = page_measure.room_errors(url)
         drawn, cut = page_figures.drawn(url, page_support.DESK), page_figures.cut(url, page_support.DESK)
     with served(program, work / "small") as url:
         small = page_figures.drawn(url, SMALL)
@@ -119,6 +121,6 @@ def measure(program, work, frames):
     values = {"page_whole": cut["whole_s"], "page_whole_viewer": whole_s, "page_whole_slow": slow_s, "page_coarse_slow": coarse_s,
               "page_script": cut["script_ms_p95"], "page_long_tasks": sum(ms > 50 for ms in cut["long_tasks"]),
               "page_frames": small["frames_per_s"], "page_memory": drawn["memory_bytes"] * 1e-6, "page_bundle": drawn["bundle_bytes"] * 1e-3,
-              "page_first": drawn["first_picture_s"], "page_latency": p95["cut"]["pages"], "page_pose": p95["cut"]["poses"]}
+              "page_first": drawn["first_picture_s"], "page_latency": p95["cut"]["pages"], "page_pose": p95["cut"]["poses"], "page_measure": 100 * page_measure.worst(sizes)}
     return [{"name": name, "ours": value, "peer": None} for name, value in values.items()], {
-        "pages": pages, "drawn": drawn, "cut": cut, "small": small, "late_ms_p95": p95, "changes": len(late["pages"]), "poses": len(late["poses"])}
+        "pages": pages, "drawn": drawn, "cut": cut, "small": small, "late_ms_p95": p95, "room_errors_m": sizes, "changes": len(late["pages"]), "poses": len(late["poses"])}

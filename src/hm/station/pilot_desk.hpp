@@ -40,7 +40,7 @@ class PilotDesk {
   void close(PilotId pilot);
   /// Takes a message. Returns why the connection has to end, if it has to.
   std::optional<std::string> receive(PilotId pilot, std::string_view text, Duration now);
-  /// Dead man's rule, pings; call every 10 ms.
+  /// Dead man's rule, pings; call every 5 ms.
   void tick(Duration now);
   /// Answer to an order, with the sequence that PilotOrder had.
   void answer(std::uint64_t sequence, bool accepted, const std::string& reason);

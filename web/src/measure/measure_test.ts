@@ -127,6 +127,31 @@ test("rooms: sizes to 2 mm, turned or not, also beside a door, on any level", as
     }
 });
 
+/** Rays from inside a room of axis-parallel boxes, the first of which is the room itself. */
+function castInBoxes(boxes: [Vec3, Vec3][], ray: Ray): ReturnType<typeof castRay> {
+  let best: { distanceM: number; normal: Vec3 } | null = null;
+  boxes.forEach(([low, high], at) => {
+    for (let k = 0; k < 3; ++k)
+      for (const face of [low, high]) {
+        const distanceM = (face[k] - ray.origin[k]) / ray.direction[k];
+        const meets = [0, 1, 2].every(i => i === k || (ray.origin[i] + distanceM * ray.direction[i] >= low[i] && ray.origin[i] + distanceM * ray.direction[i] <= high[i]));
+        const outwards = face === high ? 1 : -1, normal: Vec3 = [0, 0, 0];
+        normal[k] = at === 0 ? -outwards : outwards;
+        if (distanceM > 0 && meets && normal[k] * ray.direction[k] < 0 && distanceM < (best?.distanceM ?? Infinity)) best = { distanceM, normal };
+      }
+  });
+  const hit = best as { distanceM: number; normal: Vec3 } | null;
+  return hit && { ...hit, point: [0, 1, 2].map(i => ray.origin[i] + hit.distanceM * ray.direction[i]) as Vec3, errorM: 0.005, level: 0, quantumM: 1e-4 };
+}
+
+test("rooms: far walls are measured, and over the furniture before them", () => {
+  const room: [Vec3, Vec3] = [[0, 0, 0], [8, 6.6, 2.7]], sofa: [Vec3, Vec3] = [[2.6, 0, 0], [5.2, 0.9, 1.5]], shelf: [Vec3, Vec3] = [[0, 1, 0], [0.4, 4, 2]];
+  for (const center of [[6.4, 5.4, 1.2], [4, 3.3, 1.2], [3.5, 5.4, 1.2]] as Vec3[]) {
+    const sizes = measureRoom(ray => castInBoxes([room, sofa, shelf], ray), center, 0.03).sizes.map(size => size?.value ?? 0);
+    [8, 6.6, 2.7].forEach((size, k) => assert.ok(Math.abs(sizes[k] - size) < 0.002, `from ${center}: ${sizes}`));
+  }
+});
+
 test("the direction of walls is between -45 and 45 degrees; without walls it is 0", async () => {
   const pages = await house(1.2);
   assert.ok(Math.abs(wallDirection(ray => castRay(pages, ray), [-0.9, 2.1, 1.2]) - (1.2 - Math.PI / 2)) < 0.01);

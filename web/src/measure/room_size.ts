@@ -9,15 +9,17 @@ export interface RoomSize {
   ends: ([Vec3, Vec3] | null)[];        // where each size was measured
 }
 
-/** A ray's end on a wall: how far it is along the axis, and to the side of it. */
-interface Hit { offset: number; lateral: number; surface: SurfacePoint }
+/** A ray's end on a wall: how far it is along the axis, and to the side of it; in which column of the fan. */
+interface Hit { offset: number; lateral: number; column: number; surface: SurfacePoint }
 type Cast = (ray: Ray) => SurfacePoint | null;
 const DIRECTIONS = 72, LEAST_RAYS = 10;
 /** Rays of one side: tangents across it, and how many steps to either side. */
 const FAN = [{ slope: 1.2, steps: 8 }, { slope: 0.9, steps: 6 }];
+/** A far wall fills little of the fan: a narrower one then follows. */
+const NARROWER = [1, 0.5, 0.25];
 const LEAST_FACING = 0.9, REFINEMENTS = 2;
 
-/** Measures the room around a point inside of it: of each side the plane that most rays of a fan meet. */
+/** Measures the room around a point inside of it: of each side the plane that a fan of rays meets in most columns. */
 export function measureRoom(cast: Cast, center: Vec3, voxelM: number): RoomSize {
   let yaw = wallDirection(cast, center);
   for (let round = 0; round < REFINEMENTS; ++round) yaw += remainingTurn(cast, center, levelAxes(yaw), voxelM);
@@ -63,23 +65,31 @@ export function wallDirection(cast: Cast, center: Vec3): number {
 }
 
 /**
- * What a fan of rays meets of the wall in this direction. Only surface that faces it counts, and of that the plane which most
- * rays meet: not what is seen through a door, nor furniture before the wall.
+ * What a fan of rays meets of the wall in this direction. Only surface that faces it counts, and of that the plane which is met in
+ * most columns of the fan: not what is seen through a door, nor furniture, over which the wall is seen in all of its width.
  */
 function planeOf(cast: Cast, center: Vec3, axis: Vec3, across: [Vec3, Vec3], voxelM: number): Hit[] {
+  for (const scale of NARROWER) {
+    const hits = hitsOf(cast, center, axis, across, scale).sort((a, b) => a.offset - b.offset), plane = widest(hits, 2 * voxelM);
+    if (plane.length >= LEAST_RAYS) return plane;
+  }
+  return [];
+}
+
+function hitsOf(cast: Cast, center: Vec3, axis: Vec3, across: [Vec3, Vec3], scale: number): Hit[] {
   const hits: Hit[] = [], [wide, high] = FAN;
   for (let i = -wide.steps; i <= wide.steps; ++i)
     for (let j = -high.steps; j <= high.steps; ++j) {
-      const u = wide.slope * i / wide.steps, v = high.slope * j / high.steps;
+      const u = scale * wide.slope * i / wide.steps, v = scale * high.slope * j / high.steps;
       const way = [0, 1, 2].map(k => axis[k] + u * across[0][k] + v * across[1][k]), size = Math.hypot(...way);
       const surface = cast({ origin: center, direction: way.map(value => value / size) as Vec3 });
-      if (surface && -dot(surface.normal, axis) > LEAST_FACING) hits.push({ offset: surface.distanceM / size, lateral: u * surface.distanceM / size, surface });
+      if (surface && -dot(surface.normal, axis) > LEAST_FACING) hits.push({ offset: surface.distanceM / size, lateral: u * surface.distanceM / size, column: i, surface });
     }
-  return densest(hits.sort((a, b) => a.offset - b.offset), 2 * voxelM);
+  return hits;
 }
 
 function side(plane: Hit[], voxelM: number): Measured | null {
-  if (plane.length < LEAST_RAYS) return null;
+  if (plane.length === 0) return null;
   const value = median(plane.map(({ offset }) => offset));
   // Errors of neighbouring surface are alike: they do not average out.
   const error = median(plane.map(({ surface }) => (surface.errorM ?? voxelM / 2) + (surface.level > 0 ? voxelM : 0)));
@@ -87,12 +97,17 @@ function side(plane: Hit[], voxelM: number): Measured | null {
   return { value, sigma: Math.hypot(error, spread) };
 }
 
-/** The most values, sorted by offset, that lie within this width. */
-function densest<T extends { offset: number }>(sorted: T[], width: number): T[] {
-  let best: [number, number] = [0, 0];
+/** Of hits, sorted by offset, those of most columns that lie within this thickness; of equally many columns the most hits. */
+function widest(sorted: Hit[], thickness: number): Hit[] {
+  const inside = new Map<number, number>();
+  let best: [number, number] = [0, 0], mostColumns = 0;
   for (let begin = 0, end = 0; begin < sorted.length; ++begin) {
-    while (end < sorted.length && sorted[end].offset - sorted[begin].offset <= width) ++end;
-    if (end - begin > best[1] - best[0]) best = [begin, end];
+    for (; end < sorted.length && sorted[end].offset - sorted[begin].offset <= thickness; ++end)
+      inside.set(sorted[end].column, (inside.get(sorted[end].column) ?? 0) + 1);
+    if (inside.size > mostColumns || (inside.size === mostColumns && end - begin > best[1] - best[0])) [best, mostColumns] = [[begin, end], inside.size];
+    const left = inside.get(sorted[begin].column)! - 1;
+    if (left > 0) inside.set(sorted[begin].column, left);
+    else inside.delete(sorted[begin].column);
   }
   return sorted.slice(...best);
 }

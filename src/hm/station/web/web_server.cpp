@@ -40,7 +40,7 @@ using Request = http::request<http::empty_body>;
 // So small that a message is not behind more than this in the kernel, and the rate that acknowledgements tell
 // is the rate of the line.
 constexpr int kSendBuffer = 128 * 1024;
-constexpr std::chrono::milliseconds kTick{10}, kWakeDelay{5};
+constexpr std::chrono::milliseconds kTick{5}, kWakeDelay{5};
 
 std::string text_of(beast::string_view text) { return {text.begin(), text.end()}; }
 

@@ -62,7 +62,7 @@ class WebSocketSession {
   virtual ~WebSocketSession() = default;
   /// A message of at most 64 kB came; returns an end, or monostate (never a message).
   virtual WebOutput receive(std::string_view message, bool is_text, Duration now) = 0;
-  /// Asked when the last message has gone, after each received one, after WebServer::wake() and every 10 ms.
+  /// Asked when the last message has gone, after each received one, after WebServer::wake() and every 5 ms.
   virtual WebOutput next(Duration now) = 0;
 };
 

@@ -14,7 +14,8 @@
 namespace hm {
 namespace {
 
-constexpr std::int64_t kPollSteps = 20;  ///< between two looks at live lines and at the clock
+constexpr std::int64_t kPollSteps = 20;  ///< between two looks at live lines
+constexpr std::int64_t kPaceSteps = 5;   ///< between two looks at the clock: who steers waits no longer
 constexpr std::size_t kMostPoses = std::size_t{1} << 16U;  ///< at 50 Hz those of 20 minutes
 constexpr std::int64_t kSecondSteps = 1000;
 constexpr std::int64_t kAfterSteps = 300;  ///< after the pilot has released control
@@ -85,11 +86,11 @@ void Mission::step() {
   view_.step(run_);
   log_.add(run_, pilot_);
   ++steps_;
+  if (options_.realtime && steps_ % kPaceSteps == 0) keep_pace();
   if (steps_ % kPollSteps != 0) return;
   note_poses();
   show_texts();
   if (options_.live) take_lines();
-  if (options_.realtime) keep_pace();
 }
 
 Result<void> Mission::fly() {
