@@ -64,20 +64,15 @@ class Flight:
         self.leave()
         self.line, self.driver = Line(self.port), page_figures.open_browser(page_support.DESK, draws=False)
         self.driver.get(self.line.url)
-        self.press("Take")
+        page_support.press(self.driver, "Take control")
         if self.driver.execute_script("return document.querySelector('.machine .flying.now') === null"):
-            self.press("Engage")
-            self.press("Take off")
+            page_support.press(self.driver, "Engage")
+            page_support.press(self.driver, "Take off")
         self.wait("document.querySelector('.machine .flying.now') !== null", 20)
         self.driver.execute_script("[...document.querySelectorAll('.toggle')].find(t => t.innerText.includes('keys fly')).querySelector('input').click()")
 
     def wait(self, script, seconds=20):
         return page_support.wait_for(self.driver, script, seconds)
-
-    def press(self, words):
-        find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim().startsWith('{words}') && !b.disabled)"
-        self.wait(find)
-        self.driver.execute_script(f"{find}.click()")
 
     def key(self, kind, key):
         self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": f"Key{key.upper()}"})

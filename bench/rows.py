@@ -218,7 +218,7 @@ ROWS = [
     Row("page_bundle", "kB", 250, 200, "at_most", "page", 2, "the page's files on the line", ("page_first",)),
     Row("page_first", "s", 2, 1, "at_most", "page", 2, "from opening to the first picture, loopback"),
     Row("pilot_dead", "ms", 20, None, "at_most", "pilot", 2,
-        "a simulated vehicle steered from a page that freezes, is killed or is cut off: worst deviation from 0.3 s; a step of the loop that flies it is 20 ms"),
+        "a simulated vehicle steered from a page that freezes, is killed or is cut off: worst deviation from 0.3 s"),
     Row("station_producer", "percent", 2, 1, "at_most", "station_producer", 2,
         "processor time of the integrating thread of the demo's scan at 5 Hz, shown to seven viewers, five of them slow, against not shown, in turns"),
     Row("station_soak", "percent", 1, None, "at_most", "station_soak", 2,

@@ -97,6 +97,13 @@ def wait_for(driver, script, seconds=20, what=None):
         time.sleep(0.05)
 
 
+def press(driver, words):
+    """Presses a button of the panel once it can be pressed."""
+    find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim() === '{words}' && !b.disabled)"
+    wait_for(driver, find)
+    driver.execute_script(f"{find}.click()")
+
+
 def console_errors(driver):
     return [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
 
@@ -129,10 +136,7 @@ class PageTest(unittest.TestCase):
         self.js("[...document.querySelectorAll('#tabs button')].find(b => b.textContent === arguments[0]).click()", name)
 
     def press(self, words):
-        """Presses a button of the panel that can be pressed."""
-        find = f"[...document.querySelectorAll('#panel button')].find(b => b.textContent.trim() === '{words}' && !b.disabled)"
-        self.wait(find)
-        self.js(f"{find}.click()")
+        press(self.driver, words)
 
     def touch(self, kind, *points):
         self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
