@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "hm/tsdf/projection/update_filters.hpp"
+#include "hm/tsdf/projection/discrete_update_filter.hpp"
 
 namespace hm {
 

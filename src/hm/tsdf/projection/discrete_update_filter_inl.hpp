@@ -1,5 +1,5 @@
-// The update filters of update_filters.hpp with Highway vectors, bit-identical. Included once per instruction
-// set, hence the toggling include guard.
+// The update filters of discrete_update_filter.hpp with Highway vectors, bit-identical. Included once per
+// instruction set, hence the toggling include guard.
 #if defined(HM_TSDF_UPDATE_FILTERS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef HM_TSDF_UPDATE_FILTERS_INL
 #undef HM_TSDF_UPDATE_FILTERS_INL
@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "hm/sensors/vectors_inl.hpp"
-#include "hm/tsdf/projection/update_filters.hpp"
+#include "hm/tsdf/projection/discrete_update_filter.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace hm {
