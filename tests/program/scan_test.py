@@ -38,11 +38,14 @@ class Scan(support.SharedFolderTest):
         lines = (self.folder / recording / "depth.txt").read_text().splitlines()
         return [line.split()[0] for line in lines if not line.startswith("#")]
 
-    def wait_for(self, path, process):
+    def wait_for_frames(self, recording, frames, process):
+        """Until so many frames lie in the recording of a scan that runs."""
+        def are_there():
+            return (self.folder / recording / "depth.txt").exists() and len(self.stamps(recording)) >= frames
         end = time.monotonic() + 60
-        while not path.exists() and process.poll() is None and time.monotonic() < end:
+        while not are_there() and process.poll() is None and time.monotonic() < end:
             time.sleep(0.02)
-        self.assertTrue(path.exists(), process.poll())
+        self.assertTrue(are_there(), process.poll())
 
     def start_replay(self, output, *words):
         process = self.start("scan", "--camera", f"replay:{self.recording}", "-o", output, "--json", *QUICK, *words)
@@ -90,8 +93,7 @@ class Scan(support.SharedFolderTest):
 
     def test_stopped(self):
         process = self.start_replay("result", "--speed", "0.2")
-        self.wait_for(self.folder / "result/recording/depth.txt", process)
-        time.sleep(1.5)
+        self.wait_for_frames("result/recording", 5, process)
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 0, errors)
@@ -104,9 +106,7 @@ class Scan(support.SharedFolderTest):
 
     def test_killed(self):
         process = self.start_replay("result", "--speed", "0.2", "--set", "reconstruction.save_interval_s=0.3")
-        self.wait_for(self.folder / "result/recording/depth.txt", process)
-        while len(self.stamps("result/recording")) < 5 and process.poll() is None:
-            time.sleep(0.02)
+        self.wait_for_frames("result/recording", 5, process)
         process.kill()
         process.communicate()
         frames = len(self.stamps("result/recording"))
@@ -153,9 +153,7 @@ class Scan(support.SharedFolderTest):
 
     def test_a_recording_with_a_gap_has_results(self):
         process = self.start_replay("result", "--speed", "0.5")
-        self.wait_for(self.folder / "result/recording/depth.txt", process)
-        while len(self.stamps("result/recording")) < 5 and process.poll() is None:
-            time.sleep(0.02)
+        self.wait_for_frames("result/recording", 5, process)
         images = self.folder / "result/recording/depth"
         images.rename(self.folder / "away")  # as a disk that is away for a moment
         time.sleep(0.5)
