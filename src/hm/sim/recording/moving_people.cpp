@@ -1,0 +1,92 @@
+#include "hm/sim/recording/moving_people.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "hm/core/rng.hpp"
+#include "hm/sim/world/solids.hpp"
+
+namespace hm {
+namespace {
+
+constexpr double kAside_m = 0.8;  ///< from the camera when they pass it
+
+/// A standing person; all dimensions are in the order of a real one's.
+World make_person(Rng& rng) {
+  const auto tone = [&] { return static_cast<std::uint8_t>(rng.uniform(40, 220)); };
+  const auto cloth = [&](const char* name, Pattern pattern) {
+    const Rgb8 base{tone(), tone(), tone()}, accent{tone(), tone(), tone()};
+    return Material{name, pattern, base, accent, 0.08f, Reflectance::kNormal};
+  };
+  const double height_m = rng.uniform(1.55, 1.9), hip_m = 0.5 * height_m, neck_m = 0.84 * height_m;
+  World person{"person", {}};
+  TriangleMesh trousers, shirt, skin, hair;
+  for (const double side : {-0.1, 0.1})
+    append_rod(trousers, {Vec3(0, side, 0), Vec3(0, side, hip_m), 0.06, 0.09, 12});
+  append_ellipsoid(shirt, {0, 0, 0.5 * (hip_m + neck_m)}, {0.13, 0.2, 0.56 * (neck_m - hip_m)}, 10);
+  for (const double side : {-0.25, 0.25}) {
+    append_rod(shirt, {Vec3(0, side, 0.55 * neck_m), Vec3(0, 0.8 * side, 0.95 * neck_m), 0.04, 0.06, 10});
+    append_ellipsoid(skin, {0, side, 0.52 * neck_m}, {0.05, 0.04, 0.08}, 6);
+  }
+  append_ellipsoid(skin, {0.01, 0, 0.92 * height_m}, {0.1, 0.08, 0.08 * height_m}, 10);
+  append_ellipsoid(hair, {-0.03, 0, 0.95 * height_m}, {0.1, 0.09, 0.05 * height_m}, 8);
+  person.parts.push_back({cloth("trousers", Pattern::kFabric), std::move(trousers)});
+  person.parts.push_back({cloth("shirt", Pattern::kWallpaper), std::move(shirt)});
+  person.parts.push_back(
+      {Material{"skin", Pattern::kPlain, {224, 172, 140}, {200, 150, 120}, 0.3f, Reflectance::kNormal},
+       std::move(skin)});
+  person.parts.push_back({cloth("hair", Pattern::kPlain), std::move(hair)});
+  return person;
+}
+
+}  // namespace
+
+MovingPeople::MovingPeople(const Walk& walk, int count, std::uint64_t seed) : walk_(walk) {
+  for (int i = 0; i < count; ++i) {
+    Rng rng(seed, 0x70656f706c65 + static_cast<std::uint64_t>(i));
+    auto body = std::make_unique<World>(make_person(rng));
+    Renderer renderer(*body);
+    const double reach_s = rng.uniform(3, 6), period_s = rng.uniform(30, 60);
+    const double phase_rad = rng.uniform(0, 2 * std::numbers::pi);
+    people_.push_back({std::move(body), std::move(renderer), reach_s, period_s, phase_rad,
+                       rng.uniform() < 0.5 ? -1.0 : 1.0});
+  }
+}
+
+SE3 MovingPeople::T_world_person(std::size_t person, double walk_s) const {
+  const Person& who = people_.at(person);
+  const double ahead_s = who.reach_s * std::sin(2 * std::numbers::pi * walk_s / who.period_s + who.phase_rad);
+  const WalkPoint camera = walk_.point_at(walk_s), there = walk_.point_at(walk_s + ahead_s);
+  Vec3 p = there.position;
+  const double apart_m = (p - camera.position).head<2>().norm();
+  const double aside_m = kAside_m * std::max(0.0, 1 - apart_m / (2 * kAside_m));
+  p += who.side * aside_m * Vec3(std::sin(camera.yaw_rad), -std::cos(camera.yaw_rad), 0);
+  p.z() = 0;
+  return {so3_exp(Vec3(0, 0, there.yaw_rad)), p};
+}
+
+void MovingPeople::draw(const PinholeCamera& camera, std::span<const SE3> T_world_camera, double walk_s,
+                        RenderedView& view) const {
+  for (std::size_t i = 0; i < people_.size(); ++i) {
+    const SE3 T_person_world = T_world_person(i, walk_s).inverse();
+    std::vector<SE3> T_person_camera;
+    for (const SE3& pose : T_world_camera) T_person_camera.push_back(T_person_world * pose);
+    const RenderedView person = people_[i].renderer.render(camera, T_person_camera, ParallelLoop());
+    const auto first = static_cast<std::uint16_t>(view.returns.size());
+    view.returns.insert(view.returns.end(), person.returns.begin(), person.returns.end());
+    for (int y = 0; y < camera.height; ++y)
+      for (int x = 0; x < camera.width; ++x) {
+        if (person.part(x, y) == RenderedView::kNoPart) continue;
+        if (view.part(x, y) != RenderedView::kNoPart && view.depth_m(x, y) <= person.depth_m(x, y)) continue;
+        view.depth_m(x, y) = person.depth_m(x, y);
+        view.cos_incidence(x, y) = person.cos_incidence(x, y);
+        view.part(x, y) = static_cast<std::uint16_t>(first + person.part(x, y));
+        view.normal(x, y) =
+            (T_person_world.rotation().transpose() * person.normal(x, y).cast<double>()).cast<float>();
+        view.color(x, y) = person.color(x, y);
+      }
+  }
+}
+
+}  // namespace hm
