@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "hm/sim/world/solids.hpp"
 
 namespace hm {
