@@ -40,6 +40,25 @@ World make_person(Rng& rng) {
   return person;
 }
 
+/// False only if no part of a person is in the image of a camera with this pose.
+bool may_be_seen(const PinholeCamera& camera, const SE3& T_person_camera) {
+  constexpr double kReach_m = 0.4, kTop_m = 2.0, kNear_m = 0.05;
+  const SE3 T_camera_person = T_person_camera.inverse();
+  Vec2 low(1e9, 1e9), high(-1e9, -1e9);
+  int before = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p =
+        T_camera_person * Vec3((corner & 1) != 0 ? kReach_m : -kReach_m,
+                               (corner & 2) != 0 ? kReach_m : -kReach_m, (corner & 4) != 0 ? kTop_m : 0.0);
+    if (p.z() < kNear_m) continue;
+    const Vec2 pixel = camera.project(p);
+    low = low.cwiseMin(pixel), high = high.cwiseMax(pixel);
+    ++before;
+  }
+  if (before < 8) return before > 0;  // partly beside the camera: where it ends in the image is not known
+  return high.x() >= 0 && high.y() >= 0 && low.x() < camera.width && low.y() < camera.height;
+}
+
 }  // namespace
 
 MovingPeople::MovingPeople(const Walk& walk, int count, std::uint64_t seed) : walk_(walk) {
@@ -72,6 +91,7 @@ void MovingPeople::draw(const PinholeCamera& camera, std::span<const SE3> T_worl
     const SE3 T_person_world = T_world_person(i, walk_s).inverse();
     std::vector<SE3> T_person_camera;
     for (const SE3& pose : T_world_camera) T_person_camera.push_back(T_person_world * pose);
+    if (std::ranges::none_of(T_person_camera, [&](const SE3& T) { return may_be_seen(camera, T); })) continue;
     const RenderedView person = people_[i].renderer.render(camera, T_person_camera, ParallelLoop());
     const auto first = static_cast<std::uint16_t>(view.returns.size());
     view.returns.insert(view.returns.end(), person.returns.begin(), person.returns.end());
