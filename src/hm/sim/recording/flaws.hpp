@@ -18,7 +18,7 @@ enum class Flaw : unsigned {
   kTimeOffset,      ///< colour is exposed after depth, though both have the same stamp
   kWheelSlip,       ///< reported poses are those of wheels (WheelErrors)
   kGlass,           ///< panes reflect, and are measured through where they are seen frontally
-  kPeople,          ///< people walk near the camera
+  kPeople,          ///< people walk ahead of the camera
 };
 inline constexpr std::string_view kFlawNames[] = {
     "blur",       "rolling_shutter", "exposure",   "intrinsics", "registration",
@@ -70,7 +70,7 @@ struct FlawSizes {
       v(ParamDoc{"glass_angle_rad", {0.3, 0.6}, "panes are measured through up to this angle of incidence"},
         self.glass_angle_rad);
     if (self.flaws.has(Flaw::kPeople))
-      v(ParamDoc{"people", {1, 3}, "people who walk near the camera"}, self.people);
+      v(ParamDoc{"people", {1, 3}, "people who walk ahead of the camera"}, self.people);
   }
 
  private:

@@ -10,8 +10,6 @@
 namespace hm {
 namespace {
 
-constexpr double kAside_m = 0.8;  ///< from the camera when they pass it
-
 /// A standing person; all dimensions are in the order of a real one's.
 World make_person(Rng& rng) {
   const auto tone = [&] { return static_cast<std::uint8_t>(rng.uniform(40, 220)); };
@@ -40,9 +38,10 @@ World make_person(Rng& rng) {
   return person;
 }
 
-/// False only if no part of a person is in the image of a camera with this pose.
+/// False if the person is not there, or no part of it is in the image of a camera with this pose.
 bool may_be_seen(const PinholeCamera& camera, const SE3& T_person_camera) {
   constexpr double kReach_m = 0.4, kTop_m = 2.0, kNear_m = 0.05;
+  if (T_person_camera.translation().head<2>().norm() < MovingPeople::kLeast_m) return false;
   const SE3 T_camera_person = T_person_camera.inverse();
   Vec2 low(1e9, 1e9), high(-1e9, -1e9);
   int before = 0;
@@ -66,23 +65,18 @@ MovingPeople::MovingPeople(const Walk& walk, int count, std::uint64_t seed) : wa
     Rng rng(seed, 0x70656f706c65 + static_cast<std::uint64_t>(i));
     auto body = std::make_unique<World>(make_person(rng));
     Renderer renderer(*body);
-    const double reach_s = rng.uniform(3, 6), period_s = rng.uniform(30, 60);
+    const double ahead_s = rng.uniform(6, 10), reach_s = rng.uniform(1, 2), period_s = rng.uniform(20, 40);
     const double phase_rad = rng.uniform(0, 2 * std::numbers::pi);
-    people_.push_back({std::move(body), std::move(renderer), reach_s, period_s, phase_rad,
-                       rng.uniform() < 0.5 ? -1.0 : 1.0});
+    people_.push_back({std::move(body), std::move(renderer), ahead_s, reach_s, period_s, phase_rad});
   }
 }
 
 SE3 MovingPeople::T_world_person(std::size_t person, double walk_s) const {
   const Person& who = people_.at(person);
-  const double ahead_s = who.reach_s * std::sin(2 * std::numbers::pi * walk_s / who.period_s + who.phase_rad);
-  const WalkPoint camera = walk_.point_at(walk_s), there = walk_.point_at(walk_s + ahead_s);
-  Vec3 p = there.position;
-  const double apart_m = (p - camera.position).head<2>().norm();
-  const double aside_m = kAside_m * std::max(0.0, 1 - apart_m / (2 * kAside_m));
-  p += who.side * aside_m * Vec3(std::sin(camera.yaw_rad), -std::cos(camera.yaw_rad), 0);
-  p.z() = 0;
-  return {so3_exp(Vec3(0, 0, there.yaw_rad)), p};
+  const double change_s =
+      who.reach_s * std::sin(2 * std::numbers::pi * walk_s / who.period_s + who.phase_rad);
+  const WalkPoint there = walk_.point_at(walk_s + who.ahead_s + change_s);
+  return {so3_exp(Vec3(0, 0, there.yaw_rad)), Vec3(there.position.x(), there.position.y(), 0)};
 }
 
 void MovingPeople::draw(const PinholeCamera& camera, std::span<const SE3> T_world_camera, double walk_s,

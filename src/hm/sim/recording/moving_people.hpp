@@ -7,10 +7,13 @@
 
 namespace hm {
 
-/// People who walk to and fro along the path of a camera, from some metres ahead of it to some behind, and
-/// pass it at its side. They do not move their limbs. Const members may be called from several threads.
+/// People who walk along the path of a camera, 4 to 12 seconds ahead of it, now slower and now faster than
+/// it. They do not move their limbs. Who would stand where the camera is (within kLeast_m) is not there.
+/// Const members may be called from several threads.
 class MovingPeople {
  public:
+  static constexpr double kLeast_m = 0.6;
+
   /// Keeps a reference: the walk must outlive the people. The seed decides on how they look and walk.
   MovingPeople(const Walk& walk, int count, std::uint64_t seed);
 
@@ -25,8 +28,8 @@ class MovingPeople {
   struct Person {
     std::unique_ptr<World> body;
     Renderer renderer;
-    double reach_s = 0, period_s = 0, phase_rad = 0;  ///< of the time by which they are ahead
-    double side = 1;                                  ///< 1: they pass the camera at its right
+    double ahead_s = 0;                               ///< on average
+    double reach_s = 0, period_s = 0, phase_rad = 0;  ///< of the change of this time
   };
   const Walk& walk_;
   std::vector<Person> people_;
