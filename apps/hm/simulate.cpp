@@ -18,7 +18,7 @@ constexpr const char* kStopped = "the unfinished recording is removed";
 struct SimulateFlags {
   std::string world = "house", output, sensor;
   int frames = 0, seed = -1;
-  bool drift = false, perfect = false;
+  bool drift = false, perfect = false, realistic = false;
 };
 
 template <class Enum, std::size_t N>
@@ -31,6 +31,30 @@ std::string output_of(const SimulateFlags& flags) {
   return flags.output.empty() ? flags.world + "_recording" : flags.output;
 }
 
+hm::ParamList list_of(hm::FlawSizes& sizes) {
+  hm::ParamList list;
+  list.add("flaws", sizes);
+  return list;
+}
+
+hm::JsonValue flaws_json(hm::FlawSizes sizes) {
+  hm::JsonValue json = hm::JsonValue::object({});
+  for (const hm::ParamRef& size : list_of(sizes).all()) {
+    const std::string name = size.name.substr(size.name.find('.') + 1);
+    if (double* const* number = std::get_if<double*>(&size.value)) json[name] = **number;
+    if (int* const* count = std::get_if<int*>(&size.value)) json[name] = **count;
+  }
+  return json;
+}
+
+std::string flaws_text(hm::FlawSizes sizes) {
+  std::string text = "it is as a real recording:\n";
+  for (const hm::ParamRef& size : list_of(sizes).all())
+    text += fmt::format("  {:<28}{:>8.6}  {}\n", size.name, hm::value_text(size), size.help);
+  if (sizes.flaws.has(hm::Flaw::kWheelSlip)) text += "  poses are those of wheels that slip (poses.txt)\n";
+  return text;
+}
+
 hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
   hm::SimulateParameters parameters;
   hm::SimulationParams& simulation = parameters.simulation;
@@ -40,6 +64,7 @@ hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
   if (flags.seed >= 0) simulation.seed = flags.seed;
   if (flags.drift) simulation.pose_drift = true;
   if (flags.perfect) simulation.effects = hm::SensorEffects::none();
+  if (flags.realistic) simulation.flaws = "all";
   auto list = hm::list_simulation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
   const hm::SimulationOptions options{simulation, output_of(flags), session.interruptible_context(kStopped)};
@@ -58,7 +83,9 @@ hm::Result<Outcome> run_camera(const SimulateFlags& flags, Session& session) {
                                         {"valid_ratio", summary->valid_ratio},
                                         {"truth_area_m2", summary->truth_area_m2},
                                         {"truth_points", summary->truth_points},
-                                        {"seed", simulation.seed}});
+                                        {"seed", simulation.seed},
+                                        {"flaws", flaws_json(summary->flaws)}});
+  if (!summary->flaws.flaws.is_empty()) outcome.text += flaws_text(summary->flaws);
   outcome.outputs = summary->outputs;
   return outcome;
 }
@@ -69,7 +96,7 @@ hm::Result<Outcome> run_laser(const SimulateFlags& flags, Session& session) {
   choose(flags.world, hm::kWorldKindNames, simulation.world);
   if (flags.frames > 0) simulation.scan_limit = flags.frames;
   if (flags.seed >= 0) simulation.seed = flags.seed;
-  if (flags.drift) simulation.wheel_odometry = true;
+  if (flags.drift || flags.realistic) simulation.wheel_odometry = true;
   if (flags.perfect) simulation.make_perfect();
   auto list = hm::list_simulation(parameters);
   if (const auto applied = session.apply(list); !applied) return hm::forward_error(applied);
@@ -147,6 +174,7 @@ void add_simulate(Program& program) {
                    "  hm simulate house -o house --sensor kinect --set simulation.frame_stride=30\n"
                    "  hm simulate house -o flight --sensor laser_mav --set laser_simulation.speed_m_s=1.5\n"
                    "  hm simulate office -o office --seed 3\n"
+                   "  hm simulate room -o real --sensor kinect --realistic --frames 60\n"
                    "  hm simulate corridor -o drifting --drift --seed 7 --frames 50\n"
                    "  hm simulate calibration -o boards --set calibration_simulation.depth_images=4",
                    [flags](Session& session) { return run(*flags, session); }});
@@ -174,7 +202,13 @@ void add_simulate(Program& program) {
   command.add_flag(
       "--drift", flags->drift,
       "let the poses drift like visual-inertial odometry; laser_mav: also record drifting wheel odometry");
-  command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
+  CLI::Option* perfect =
+      command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
+  command
+      .add_flag("--realistic", flags->realistic,
+                "all that real recordings suffer from (simulation.flaws=all), sizes by the seed; laser_mav: "
+                "also record drifting wheel odometry; an office always is as real ones")
+      ->excludes(perfect);
   program.add_parameters([] { return hm::make_parameter_part(hm::list_simulation); });
 }
 

@@ -1,6 +1,7 @@
 """bench/run knows every row of the table, and judges them as it says. Nothing is timed."""
 import json
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,7 @@ sys.dont_write_bytecode = True
 import recordings  # noqa: E402
 import report  # noqa: E402
 import rows  # noqa: E402
+import slam_house_real  # noqa: E402
 
 WANTED = """open3d_scalable open3d_voxelblock simd threads carving mesh_incremental mesh_whole map_memory tango house_memory steady
 accuracy fidelity completeness seams plicp_1081 plicp_bag plicp_ablation plicp_still height late_laser mvog_memory mvog_update mvog_holdout mvog_query""".split()
@@ -110,3 +112,21 @@ for simulation in recordings.DECLARED["simulations"]:
     assert not set(recordings.seeds(simulation, "tuning")) & set(recordings.seeds(simulation, "judging")), simulation
 assert fast["judges"] == "whole" and drift["judges"] == "simulation"
 assert recordings.laser_part("laser/flirt_fr079.log", "judging")[1] == f"laser.begin_s={recordings.SPLITS['laser/flirt_fr079.log']}"
+
+# Meshes of slam_house_real are judged where the path lies: positions are moved onto each other, and a mesh with them.
+half = 0.5 ** 0.5
+turn, shift = (half, 0, 0, half), (1, 2, 3)  # a quarter about z
+true = {stamp: (0.5 * stamp, stamp ** 2, 0.1 * stamp ** 3) for stamp in range(6)}
+found = {stamp: (p[1] - 2, 1 - p[0], p[2] - 3) for stamp, p in true.items()} | {77: (9, 9, 9)}
+quaternion, moved_by = slam_house_real.aligned(found, true)
+assert all(abs(a - b) < 1e-9 for a, b in zip((*quaternion, *moved_by), (*turn, *shift))), (quaternion, moved_by)
+with tempfile.TemporaryDirectory() as folder:
+    mesh = Path(folder) / "mesh.ply"
+    header = ("ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+              "property uchar red\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n").encode()
+    mesh.write_bytes(header + struct.pack("<3fB3fB", 1, 0, 0, 7, 0, 1, 5, 8))
+    slam_house_real.moved_mesh(mesh, mesh, quaternion, moved_by)
+    data = mesh.read_bytes()
+    assert data.startswith(header)
+    vertices = struct.unpack("<3fB3fB", data[len(header):])
+    assert all(abs(a - b) < 1e-6 for a, b in zip(vertices, (1, 3, 3, 7, 0, 2, 8, 8))), vertices

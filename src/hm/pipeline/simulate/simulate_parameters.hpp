@@ -16,6 +16,7 @@ inline ParamList list_simulation(SimulateParameters& parameters) {
   ParamList list;
   list.add("simulation", parameters.simulation);
   list.add("laser_simulation", parameters.laser_simulation);
+  list.add_renamed("simulation.rolling_shutter", "simulation.flaws");
   return list;
 }
 

@@ -30,6 +30,7 @@ constexpr std::array kOwnFiles{"depth",
                                "recording.bag.partial",
                                "rig.toml",
                                "truth_floor.txt",
+                               kFlawsFile,
                                kSimulationFile,
                                kUnfinishedMark};
 

@@ -13,6 +13,9 @@ namespace hm {
 /// The parameters in effect, beside what was simulated with them; there when all is written.
 inline constexpr const char* kSimulationFile = "simulation.toml";
 
+/// The sizes of the flaws of a recording.
+inline constexpr const char* kFlawsFile = "flaws.toml";
+
 /// The folder of a simulation while it is written: locked, and marked as unfinished by a file with the
 /// parameters in effect, which gets its final name when all is written.
 class SimulationFolder {

@@ -112,12 +112,23 @@ Result<void> write_truth(const Simulation& simulation, const fs::path& folder, c
   return {};
 }
 
+/// The sizes of the recording's flaws, if it has some.
+Result<void> write_flaws(const Simulation& simulation, const fs::path& folder, SimulationSummary& summary) {
+  summary.flaws = simulation.flaws();
+  if (summary.flaws.flaws.is_empty()) return {};
+  ParamList list;
+  list.add("flaws", summary.flaws);
+  if (auto written = write_file_text(folder / kFlawsFile, list.to_toml()); !written) return written;
+  summary.outputs.push_back(folder / kFlawsFile);
+  return {};
+}
+
 /// Everything but the mark that it is finished.
 Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& writer,
                                     const SimulationOptions& options) {
   const ParallelLoop loop(options.run.threads);
   const fs::path& folder = options.output;
-  const bool drifts = simulation.params().pose_drift;
+  const bool drifts = simulation.has_reported_poses();
   const auto valid = write_frames(simulation, writer, options, loop);
   if (!valid) return forward_error(valid);
   const Trajectory truth = trajectory_of(simulation, &Simulation::true_pose);
@@ -136,6 +147,7 @@ Result<SimulationSummary> write_all(const Simulation& simulation, TumWriter& wri
   summary.valid_ratio = *valid;
   summary.outputs = {folder, folder / "groundtruth.txt"};
   if (drifts) summary.outputs.push_back(folder / "poses.txt");
+  if (auto written = write_flaws(simulation, folder, summary); !written) return forward_error(written);
   if (options.run.progress) options.run.progress({"finding what can be seen of the truth", 0, 0, {}});
   if (auto written = write_truth(simulation, folder, loop, summary); !written) return forward_error(written);
   if (auto go_on = check_not_stopped(options.run.stop, "after its last frame"); !go_on)
@@ -149,6 +161,7 @@ Result<SimulationSummary> simulate_recording(const SimulationOptions& options) {
   SimulationParams params = options.params;
   const ParamList list = list_of(params);
   if (auto checked = list.check(); !checked) return forward_error(checked);
+  if (auto flaws = Flaws::parse(params.flaws); !flaws) return forward_error(flaws);
   const Stopwatch watch;
   const auto folder = SimulationFolder::acquire(options.output);
   if (!folder) return forward_error(folder);

@@ -11,6 +11,7 @@
 #include "hm/io/pose/trajectory_file.hpp"
 #include "hm/io/rgbd/recording.hpp"
 #include "hm/io/testing/temporary_folder_test_support.hpp"
+#include "hm/pipeline/simulate/simulate_parameters.hpp"
 #include "hm/pipeline/simulate/simulation_folder.hpp"
 #include "hm/sim/world/room_scene.hpp"
 
@@ -111,6 +112,46 @@ TEST_F(SimulationRecording, WritesTheTruth) {
   EXPECT_EQ(again.frame_limit, 19);
   EXPECT_EQ(again.world, WorldKind::kRoom);
   EXPECT_TRUE(again.pose_drift);
+}
+
+TEST_F(SimulationRecording, WritesTheSizesOfItsFlaws) {
+  ASSERT_TRUE(simulate_recording(options("a")));
+  EXPECT_FALSE(fs::exists(folder_ / "a/flaws.toml"));
+  params_.flaws = "people,wheel_slip,time_offset";
+  params_.pose_drift = false;
+  const auto summary = simulate_recording(options("b"));
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_TRUE(fs::exists(folder_ / "b/poses.txt"));
+  FlawSizes read;
+  read.flaws = *Flaws::parse(params_.flaws);
+  ParamList list;
+  list.add("flaws", read);
+  const auto found = list.read_toml_file((folder_ / "b/flaws.toml").string());
+  ASSERT_TRUE(found) << to_string(found.error());
+  EXPECT_NEAR(read.color_delay_s, summary->flaws.color_delay_s, 1e-12);
+  EXPECT_GT(read.color_delay_s, 0.004);
+  EXPECT_EQ(read.people, summary->flaws.people);
+  EXPECT_GT(read.people, 0);
+}
+
+TEST_F(SimulationRecording, AnUnknownFlawIsAnErrorBeforeAnythingIsWritten) {
+  params_.flaws = "blur,glas";
+  const auto refused = simulate_recording(options("a"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidValue);
+  EXPECT_NE(refused.error().message.find("'glas' is no flaw"), std::string::npos);
+  EXPECT_NE(refused.error().message.find("rolling_shutter"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "a"));
+}
+
+TEST_F(SimulationRecording, TheOldNameOfTheRollingShutterLeadsToTheNewOne) {
+  SimulateParameters parameters;
+  ParamList list = list_simulation(parameters);
+  const auto set = list.set("simulation.rolling_shutter=true");
+  const auto read = list.read_toml("[simulation]\nrolling_shutter = true\n", "old.toml");
+  ASSERT_FALSE(set || read);
+  EXPECT_NE(set.error().message.find("'simulation.flaws'"), std::string::npos);
+  EXPECT_NE(read.error().message.find("'simulation.flaws'"), std::string::npos);
 }
 
 TEST_F(SimulationRecording, HasTheSameBytesForAnyNumberOfThreads) {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "hm/sim/motion/walk.hpp"
+#include "hm/sim/recording/flawed_camera.hpp"
+#include "hm/sim/recording/reported_poses.hpp"
 
 namespace hm {
 namespace {
@@ -21,43 +22,15 @@ Walk make_walk(WorldKind world) {
   return corridor_walk();
 }
 
-/// Ornstein-Uhlenbeck process over path length: an error correlated over some metres.
-class SmoothError {
- public:
-  explicit SmoothError(double sigma) : sigma_(sigma) {}
-  double advance(double step_m, Rng& rng) {
-    constexpr double kCorrelation_m = 8;
-    const double keep = std::exp(-step_m / kCorrelation_m);
-    value_ = keep * value_ + sigma_ * std::sqrt(1 - keep * keep) * rng.normal();
-    return value_;
-  }
+Flaws checked_flaws(const std::string& names) {
+  const auto flaws = Flaws::parse(names);
+  HM_CHECK(flaws.has_value(), "{}", flaws ? std::string() : to_string(flaws.error()));
+  return *flaws;
+}
 
- private:
-  double sigma_;
-  double value_ = 0;
-};
-
-/// Simulates the poses of a visual-inertial odometry: every step is rotated by the accumulated yaw error and
-/// scaled; roll and pitch are observable from gravity and stay exact.
-std::vector<SE3> drifted(const std::vector<SE3>& truth, const SimulationParams& params) {
-  Rng rng(static_cast<std::uint64_t>(params.seed), 0x6472696674);
-  SmoothError yaw_rate(params.drift_yaw_rad_m);
-  std::array<SmoothError, 3> velocity = {SmoothError(params.drift_ratio), SmoothError(params.drift_ratio),
-                                         SmoothError(params.drift_ratio)};
-  std::vector<SE3> reported = {truth.front()};
-  double yaw = 0;
-  Vec3 position = truth.front().translation();
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    const Vec3 step = truth[i].translation() - truth[i - 1].translation();
-    const double length = step.norm();
-    const Vec3 error(velocity[0].advance(length, rng), velocity[1].advance(length, rng),
-                     velocity[2].advance(length, rng));
-    yaw += yaw_rate.advance(length, rng) * length;
-    const Mat3 turn = so3_exp(Vec3(0, 0, yaw));
-    position += turn * (step + error * length);
-    reported.emplace_back(turn * truth[i].rotation(), position);
-  }
-  return reported;
+SensorModel flawed(SensorModel sensor, const FlawSizes& sizes) {
+  if (sizes.flaws.has(Flaw::kDepthBend)) sensor.bias_at_3m_m += sizes.bend_at_3m_m;
+  return sensor;
 }
 
 }  // namespace
@@ -65,40 +38,45 @@ std::vector<SE3> drifted(const std::vector<SE3>& truth, const SimulationParams& 
 struct Simulation::Impl {
   explicit Impl(const SimulationParams& p)
       : params(p),
-        sensor(sensor_model(p.sensor)),
-        world(make_world(p.world, static_cast<std::uint64_t>(p.seed))),
+        sizes(draw_flaws(checked_flaws(p.flaws), seed())),
+        sensor(flawed(sensor_model(p.sensor), sizes)),
+        world(make_world(p.world, seed())),
         renderer(world),
-        walk(make_walk(p.world)) {
+        walk(make_walk(p.world)),
+        flawed_camera({world, renderer, walk, p.duration_scale_ratio, sensor.camera, sizes, seed()}) {
     const double period_s = p.frame_stride / sensor.rate_hz;
     const double duration_s = walk.duration_s() * p.duration_scale_ratio;
     auto count = static_cast<std::size_t>(duration_s / period_s) + 1;
     if (p.frame_limit > 0) count = std::min(count, static_cast<std::size_t>(p.frame_limit));
     for (std::size_t i = 0; i < count; ++i) {
       stamps.push_back(Time::from_seconds(1.0 + static_cast<double>(i) * period_s));
-      truth.push_back(pose_at(static_cast<double>(i) * period_s));
+      truth.push_back(flawed_camera.T_world_camera(static_cast<double>(i) * period_s));
     }
-    reported = p.pose_drift ? drifted(truth, p) : truth;
+    reported = reported_poses();
   }
 
-  /// True pose at a time after the first frame.
-  [[nodiscard]] SE3 pose_at(double elapsed_s) const {
-    return walk.T_world_camera(elapsed_s / params.duration_scale_ratio);
+  [[nodiscard]] std::uint64_t seed() const { return static_cast<std::uint64_t>(params.seed); }
+
+  [[nodiscard]] std::vector<SE3> reported_poses() const {
+    if (sizes.flaws.has(Flaw::kWheelSlip)) return poses_of_wheels(truth, seed());
+    if (!params.pose_drift) return truth;
+    return poses_of_visual_inertial_odometry(truth, {params.drift_ratio, params.drift_yaw_rad_m}, seed());
   }
 
-  [[nodiscard]] Image<Rgb8> rolling_color(double elapsed_s, const ParallelLoop& loop) const {
-    std::vector<SE3> poses;
-    for (int row = 0; row < sensor.camera.height; ++row) {
-      const double share = static_cast<double>(row) / std::max(1, sensor.camera.height - 1) - 0.5;
-      poses.push_back(pose_at(elapsed_s + share * params.readout_s));
-    }
-    return renderer.render_rolling_color(sensor.camera, poses, loop);
+  /// The colour image is taken by another camera than depth, or at another time.
+  [[nodiscard]] bool has_own_color() const {
+    constexpr std::array kOfColor = {Flaw::kBlur, Flaw::kRollingShutter, Flaw::kExposure, Flaw::kRegistration,
+                                     Flaw::kTimeOffset};
+    return std::ranges::any_of(kOfColor, [&](Flaw flaw) { return sizes.flaws.has(flaw); });
   }
 
   SimulationParams params;
+  FlawSizes sizes;
   SensorModel sensor;
   World world;
   Renderer renderer;
   Walk walk;
+  FlawedCamera flawed_camera;
   std::vector<Time> stamps;
   std::vector<SE3> truth, reported;
 };
@@ -113,15 +91,15 @@ std::size_t Simulation::frame_count() const { return impl_->truth.size(); }
 RgbdFrame Simulation::frame(std::size_t index, const ParallelLoop& loop) const {
   HM_CHECK(index < frame_count(), "frame {} of {}", index, frame_count());
   const Impl& self = *impl_;
-  RenderedView view = self.renderer.render(self.sensor.camera, self.truth[index], loop);
+  const double elapsed_s = (self.stamps[index] - self.stamps.front()).seconds();
+  RenderedView view = self.flawed_camera.view(self.truth[index], elapsed_s, loop);
   Rng rng(static_cast<std::uint64_t>(self.params.seed), index);
   RgbdFrame frame;
   frame.index = index;
   frame.stamp = frame.color_stamp = self.stamps[index];
   frame.depth = sense_depth(self.sensor, self.params.effects, view, rng);
   frame.T_world_camera = self.reported[index];
-  const double elapsed_s = (self.stamps[index] - self.stamps.front()).seconds();
-  frame.color = self.params.rolling_shutter ? self.rolling_color(elapsed_s, loop) : std::move(view.color);
+  frame.color = self.has_own_color() ? self.flawed_camera.color(elapsed_s, loop) : std::move(view.color);
   return frame;
 }
 
@@ -131,12 +109,16 @@ SE3 Simulation::reported_pose(std::size_t index) const { return impl_->reported.
 std::vector<ImuSample> Simulation::imu() const {
   const Impl& self = *impl_;
   if (!self.params.imu) return {};
-  return carried_imu([&](double elapsed_s) { return self.pose_at(elapsed_s); }, self.stamps.front(),
-                     (self.stamps.back() - self.stamps.front()).seconds(), self.params.imu_sensor, {},
-                     static_cast<std::uint64_t>(self.params.seed));
+  return carried_imu([&](double elapsed_s) { return self.flawed_camera.T_world_camera(elapsed_s); },
+                     self.stamps.front(), (self.stamps.back() - self.stamps.front()).seconds(),
+                     self.params.imu_sensor, {}, static_cast<std::uint64_t>(self.params.seed));
 }
 const PinholeCamera& Simulation::camera() const { return impl_->sensor.camera; }
 const SensorModel& Simulation::sensor() const { return impl_->sensor; }
+const FlawSizes& Simulation::flaws() const { return impl_->sizes; }
+bool Simulation::has_reported_poses() const {
+  return impl_->params.pose_drift || impl_->sizes.flaws.has(Flaw::kWheelSlip);
+}
 const World& Simulation::world() const { return impl_->world; }
 const SimulationParams& Simulation::params() const { return impl_->params; }
 
@@ -147,7 +129,7 @@ SurfacePoints Simulation::visible_truth(const ParallelLoop& loop) const {
   std::vector<SE3> poses;
   for (std::size_t i = 0; i < self.truth.size(); i += stride) poses.push_back(self.truth[i]);
   VisibilityParams visibility;
-  visibility.camera = self.sensor.camera;
+  visibility.camera = true_camera(self.sensor.camera, self.sizes);
   visibility.min_depth_m = self.sensor.min_depth_m;
   visibility.max_depth_m = self.sensor.max_depth_m;
   if (self.params.truth_far_m > 0)

@@ -1,11 +1,13 @@
 #pragma once
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "hm/core/parallel.hpp"
 #include "hm/core/params.hpp"
 #include "hm/sensors/rgbd_frame.hpp"
+#include "hm/sim/recording/flaws.hpp"
 #include "hm/sim/sensor/carried_imu.hpp"
 #include "hm/sim/sensor/depth_sensor.hpp"
 #include "hm/sim/sensor/renderer.hpp"
@@ -23,10 +25,9 @@ struct SimulationParams {
   int frame_stride = 1;               ///< keep every n-th frame of the sensor
   double duration_scale_ratio = 1.0;  ///< below 1: the same walk, but faster
   SensorEffects effects;
-  bool rolling_shutter = false;  ///< rows of the colour image are exposed one after another
-  double readout_s = 0.02;       ///< from the first row to the last; the middle row is exposed at the stamp
-  bool pose_drift = false;       ///< report poses with the drift of a visual-inertial odometry
-  double drift_ratio = 0.005;    ///< standard deviation of the velocity error, as a share of the speed
+  std::string flaws;                ///< names of flaws of real recordings (Flaws::parse())
+  bool pose_drift = false;          ///< report poses with the drift of a visual-inertial odometry
+  double drift_ratio = 0.005;       ///< standard deviation of the velocity error, as a share of the speed
   double drift_yaw_rad_m = 0.0005;  ///< standard deviation of the yaw error gained per metre
   bool imu = true;                  ///< simulate an IMU mounted to the camera
   ImuSensorParams imu_sensor;
@@ -42,8 +43,12 @@ struct SimulationParams {
       self.frame_limit);
     v(ParamDoc{"frame_stride", {1, 1e6}, "keep every n-th frame", ParamLevel::kBasic}, self.frame_stride);
     SensorEffects::visit(self.effects, v);
-    v(ParamDoc{"rolling_shutter", {}, "rows of the colour image are exposed one after another"},
-      self.rolling_shutter);
+    v(ParamDoc{"flaws",
+               {},
+               "what real recordings suffer from, separated by commas: blur, rolling_shutter, exposure, "
+               "intrinsics, registration, depth_bend, time_offset, wheel_slip, glass, people, or all",
+               ParamLevel::kBasic},
+      self.flaws);
     v(ParamDoc{"pose_drift", {}, "poses drift like those of a visual-inertial odometry", ParamLevel::kBasic},
       self.pose_drift);
     v(ParamDoc{"drift_ratio", {0, 1}, "velocity error as a share of the speed"}, self.drift_ratio);
@@ -59,7 +64,8 @@ struct SimulationParams {
   }
 };
 
-/// Simulates a depth camera carried through a generated world. Frames may be requested in any order and from
+/// Simulates a depth camera carried through a generated world. The names of flaws must be valid (checked).
+/// Frames may be requested in any order and from
 /// several threads; a frame depends only on the parameters and its index.
 class Simulation {
  public:
@@ -69,17 +75,20 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   [[nodiscard]] std::size_t frame_count() const;
-  /// Renders a frame with the reported pose (the true one unless pose_drift is on), in parallel over image
-  /// rows.
+  /// Renders a frame with the reported pose (the true one unless has_reported_poses()), in parallel over
+  /// image rows.
   [[nodiscard]] RgbdFrame frame(std::size_t index, const ParallelLoop& loop = ParallelLoop()) const;
   [[nodiscard]] Time stamp(std::size_t index) const;
   [[nodiscard]] SE3 true_pose(std::size_t index) const;
   [[nodiscard]] SE3 reported_pose(std::size_t index) const;
+  /// Reported poses are not the true ones: they drift (pose_drift) or come from wheels (Flaw::kWheelSlip).
+  [[nodiscard]] bool has_reported_poses() const;
   /// IMU samples from the first frame to the last (carried_imu.hpp); empty without IMU.
   [[nodiscard]] std::vector<ImuSample> imu() const;
-  /// Camera of depth and colour, without distortion.
+  /// Camera of depth and colour, without distortion, as the recording states it (Flaw::kIntrinsics).
   [[nodiscard]] const PinholeCamera& camera() const;
   [[nodiscard]] const SensorModel& sensor() const;
+  [[nodiscard]] const FlawSizes& flaws() const;
   [[nodiscard]] const World& world() const;
   [[nodiscard]] const SimulationParams& params() const;
   /// Part of the true surface visible in the frames (all, or 2000 evenly chosen ones) within the sensor's

@@ -149,15 +149,14 @@ struct Packet {
   }
 };
 
-/// Fills the packet for the tile at (x0, y0), `pose_of` giving the camera pose of a row, and traces it.
-template <class PoseOfRow>
-void trace_tile(RTCScene scene, const PinholeCamera& camera, int x0, int y0, const PoseOfRow& pose_of,
-                Packet& packet) {
+/// Fills the packet for the tile at (x0, y0) with the camera poses of its rows, and traces it.
+void trace_tile(RTCScene scene, const PinholeCamera& camera, int x0, int y0,
+                std::span<const SE3> T_world_camera, Packet& packet) {
   for (std::size_t lane = 0; lane < kPacket; ++lane) {
     const int x = x0 + static_cast<int>(lane) % kTile, y = y0 + static_cast<int>(lane) / kTile;
     const bool inside = x < camera.width && y < camera.height;
     packet.valid[lane] = inside ? -1 : 0;
-    const SE3& pose = pose_of(std::min(y, camera.height - 1));
+    const SE3& pose = T_world_camera[static_cast<std::size_t>(std::min(y, camera.height - 1))];
     const double u = (x - camera.cx) / camera.fx, v = (y - camera.cy) / camera.fy;
     const Vec3 d = pose.rotation().col(0) * u + pose.rotation().col(1) * v + pose.rotation().col(2);
     packet.set(lane, pose.translation(), d, 1e-3);
@@ -184,18 +183,25 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 RenderedView Renderer::render(const PinholeCamera& camera, const SE3& T_world_camera,
                               const ParallelLoop& loop) const {
+  const std::vector<SE3> of_rows(static_cast<std::size_t>(camera.height), T_world_camera);
+  return render(camera, of_rows, loop);
+}
+
+RenderedView Renderer::render(const PinholeCamera& camera, std::span<const SE3> T_world_camera,
+                              const ParallelLoop& loop) const {
   HM_CHECK(camera.distortion.is_zero(), "rendering needs an undistorted camera");
   const int w = camera.width, h = camera.height;
+  HM_CHECK(T_world_camera.size() == static_cast<std::size_t>(h), "{} poses for {} rows",
+           T_world_camera.size(), h);
   RenderedView view{Image<float>(w, h),
                     Image<float>(w, h),
                     Image<std::uint16_t>(w, h, RenderedView::kNoPart),
                     Image<Eigen::Vector3f>(w, h, Eigen::Vector3f::Zero()),
                     Image<Rgb8>(w, h),
                     impl_->returns};
-  const auto same_pose = [&](int) -> const SE3& { return T_world_camera; };
   for_tiles(camera, loop, [&](int x0, int y0) {
     Packet packet;
-    trace_tile(impl_->scene, camera, x0, y0, same_pose, packet);
+    trace_tile(impl_->scene, camera, x0, y0, T_world_camera, packet);
     for (std::size_t lane = 0; lane < kPacket; ++lane) {
       if (!packet.valid[lane] || packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
       const int x = x0 + static_cast<int>(lane) % kTile, y = y0 + static_cast<int>(lane) / kTile;
@@ -211,25 +217,6 @@ RenderedView Renderer::render(const PinholeCamera& camera, const SE3& T_world_ca
     }
   });
   return view;
-}
-
-Image<Rgb8> Renderer::render_rolling_color(const PinholeCamera& camera, std::span<const SE3> T_world_camera,
-                                           const ParallelLoop& loop) const {
-  HM_CHECK(T_world_camera.size() == static_cast<std::size_t>(camera.height), "{} poses for {} rows",
-           T_world_camera.size(), camera.height);
-  Image<Rgb8> color(camera.width, camera.height);
-  const auto pose_of = [&](int row) -> const SE3& { return T_world_camera[static_cast<std::size_t>(row)]; };
-  for_tiles(camera, loop, [&](int x0, int y0) {
-    Packet packet;
-    trace_tile(impl_->scene, camera, x0, y0, pose_of, packet);
-    for (std::size_t lane = 0; lane < kPacket; ++lane) {
-      if (!packet.valid[lane] || packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-      const Vec3 p = packet.origin[lane] + packet.hits.ray.tfar[lane] * packet.direction[lane];
-      color(x0 + static_cast<int>(lane) % kTile, y0 + static_cast<int>(lane) / kTile) =
-          impl_->shade(packet.hits.hit.primID[lane], p);
-    }
-  });
-  return color;
 }
 
 void Renderer::cast(std::span<const Ray> rays, std::span<RayHit> hits) const {
@@ -249,9 +236,13 @@ void Renderer::cast(std::span<const Ray> rays, std::span<RayHit> hits) const {
       if (packet.hits.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
       const std::uint32_t triangle = packet.hits.hit.primID[lane];
       hit = {packet.distance(lane, impl_->planes[triangle]), impl_->planes[triangle].normal,
-             impl_->part_of[triangle]};
+             impl_->part_of[triangle], triangle};
     }
   }
+}
+
+Rgb8 Renderer::color(const Ray& ray, const RayHit& hit) const {
+  return impl_->shade(hit.triangle, ray.origin_world + hit.range_m * ray.direction_world);
 }
 
 bool Renderer::is_free(const Vec3& a_world, const Vec3& b_world, double margin_m) const {

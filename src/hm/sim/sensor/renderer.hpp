@@ -34,6 +34,7 @@ struct RayHit {
   double range_m = std::numeric_limits<double>::infinity();
   Vec3 normal_world = Vec3::Zero();
   std::uint16_t part = RenderedView::kNoPart;
+  std::uint32_t triangle = 0;  ///< of the merged mesh
   [[nodiscard]] bool is_hit() const { return part != RenderedView::kNoPart; }
 };
 
@@ -50,13 +51,14 @@ class Renderer {
   /// Renders an undistorted view, in parallel over image rows.
   [[nodiscard]] RenderedView render(const PinholeCamera& camera, const SE3& T_world_camera,
                                     const ParallelLoop& loop) const;
-  /// Colour only, with a pose for every image row (rolling exposure).
-  [[nodiscard]] Image<Rgb8> render_rolling_color(const PinholeCamera& camera,
-                                                 std::span<const SE3> T_world_camera,
-                                                 const ParallelLoop& loop) const;
+  /// The same with a pose for every image row (rolling exposure).
+  [[nodiscard]] RenderedView render(const PinholeCamera& camera, std::span<const SE3> T_world_camera,
+                                    const ParallelLoop& loop) const;
 
   /// Casts rays and returns the first hit of each. Fastest if neighbouring rays are similar.
   void cast(std::span<const Ray> rays, std::span<RayHit> hits) const;
+  /// Diffuse colour of the surface that a ray hit.
+  [[nodiscard]] Rgb8 color(const Ray& ray, const RayHit& hit) const;
 
   /// True when the segment between two points is free, except within `margin_m` of its ends.
   [[nodiscard]] bool is_free(const Vec3& a_world, const Vec3& b_world, double margin_m) const;
