@@ -60,6 +60,25 @@ class Verbs(support.ProgramTest):
         self.assertEqual(drift["pairs"], 20)
         self.assertGreater(drift["ate_max_m"], 0.9 * document["end_drift_m"])
 
+    def test_simulate_as_real_recordings_are(self):
+        document = self.run_json("simulate", "room", "-o", "real", "--frames", 4, "--realistic", "--seed", 3)
+        sizes = document["flaws"]
+        self.assertTrue(0.015 <= sizes["readout_s"] <= 0.03 and 1 <= sizes["people"] <= 3, sizes)
+        written = (self.folder / "real/flaws.toml").read_text()
+        for name in sizes:
+            self.assertIn(f"{name} = ", written)
+        self.assertTrue((self.folder / "real/poses.txt").exists())
+        text = self.run_hm("simulate", "room", "-o", "late", "--frames", 4, "--set", "simulation.flaws=time_offset").stdout
+        self.assertIn("color_delay_s", text)
+        self.assertNotIn("readout_s", text)
+        self.assertEqual(self.run_json("simulate", "room", "-o", "ideal", "--frames", 2)["flaws"], {})
+        for words, reason in ((["--set", "simulation.flaws=blur,blurr"], "'blurr' is no flaw; there are all, blur, rolling_shutter"),
+                              (["--set", "simulation.rolling_shutter=true"], "'simulation.flaws'")):
+            failed = self.run_json("simulate", "room", "-o", "wrong", "--frames", 2, *words, expect=2)
+            self.assertIn(reason, failed["error"]["message"])
+            self.assertFalse((self.folder / "wrong").exists())
+        self.run_hm("simulate", "room", "-o", "wrong", "--realistic", "--perfect", expect=2)
+
     def test_demo(self):
         demo = self.run_json("demo", *ROOM)
         self.assertEqual(demo["frames"]["integrated"], 30)
