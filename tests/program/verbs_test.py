@@ -72,7 +72,7 @@ class Verbs(support.ProgramTest):
         self.assertIn("color_delay_s", text)
         self.assertNotIn("readout_s", text)
         self.assertEqual(self.run_json("simulate", "room", "-o", "ideal", "--frames", 2)["flaws"], {})
-        for words, reason in ((["--set", "simulation.flaws=blur,blurr"], "'blurr' is no flaw; there are all, blur, rolling_shutter"),
+        for words, reason in ((["--set", "simulation.flaws=blur,blurr"], "names 'blurr'; known are blur, rolling_shutter"),
                               (["--set", "simulation.rolling_shutter=true"], "'simulation.flaws'")):
             failed = self.run_json("simulate", "room", "-o", "wrong", "--frames", 2, *words, expect=2)
             self.assertIn(reason, failed["error"]["message"])

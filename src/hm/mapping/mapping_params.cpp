@@ -2,30 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <span>
+
+#include "hm/core/text/known_words.hpp"
 
 namespace hm {
 namespace {
 
-/// Splits a comma-separated list; the error names an unknown word.
+/// Words of a parameter; the error names an unknown one.
 Result<std::vector<std::string>> words_of(const std::string& text, std::string_view parameter,
                                           std::span<const std::string_view> known) {
-  std::vector<std::string> words;
-  std::string word;
-  for (const char c : text + ",") {
-    if (c != ',' && c != ' ') {
-      word += c;
-    } else if (!word.empty()) {
-      if (std::find(known.begin(), known.end(), word) == known.end())
-        return fail(ErrorCode::kUsage, "parameters", "{} names '{}'; known are {}", parameter, word,
-                    fmt::join(known, ", "));
-      words.push_back(std::move(word));
-      word.clear();
-    }
-  }
-  return words;
+  KnownWords found = known_words(text, known);
+  if (found.unknown.empty()) return std::move(found.words);
+  return fail(ErrorCode::kUsage, "parameters", "{} names '{}'; known are {}", parameter, found.unknown,
+              fmt::join(known, ", "));
 }
 
 }  // namespace

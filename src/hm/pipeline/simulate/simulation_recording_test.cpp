@@ -138,8 +138,9 @@ TEST_F(SimulationRecording, AnUnknownFlawIsAnErrorBeforeAnythingIsWritten) {
   params_.flaws = "blur,glas";
   const auto refused = simulate_recording(options("a"));
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidValue);
-  EXPECT_NE(refused.error().message.find("'glas' is no flaw"), std::string::npos);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+  EXPECT_NE(refused.error().message.find("simulation.flaws names 'glas'; known are blur, rolling_shutter"),
+            std::string::npos);
   EXPECT_NE(refused.error().message.find("rolling_shutter"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "a"));
 }

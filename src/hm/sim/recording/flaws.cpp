@@ -1,20 +1,19 @@
 #include "hm/sim/recording/flaws.hpp"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <vector>
+
+#include "hm/core/text/known_words.hpp"
 
 namespace hm {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
+constexpr std::string_view kAllFlaws = "all";
 
 /// Uniform in [low, high) or in (-high, -low].
 double signed_size(Rng& rng, double low, double high) {
@@ -25,19 +24,16 @@ double signed_size(Rng& rng, double low, double high) {
 }  // namespace
 
 Result<Flaws> Flaws::parse(std::string_view names) {
+  std::vector<std::string_view> known(std::begin(kFlawNames), std::end(kFlawNames));
+  known.push_back(kAllFlaws);
+  const KnownWords found = known_words(names, known);
+  if (!found.unknown.empty())
+    return fail(ErrorCode::kUsage, "parameters", "simulation.flaws names '{}'; known are {}", found.unknown,
+                fmt::join(known, ", "));
   Flaws flaws;
-  for (std::string_view rest = names; !rest.empty();) {
-    const std::size_t comma = std::min(rest.find(','), rest.size());
-    const std::string_view name = trimmed(rest.substr(0, comma));
-    rest.remove_prefix(std::min(comma + 1, rest.size()));
-    const auto* found = std::ranges::find(kFlawNames, name);
-    if (name == "all")
-      flaws.bits_ = (1U << std::size(kFlawNames)) - 1;
-    else if (found != std::end(kFlawNames))
-      flaws.bits_ |= 1U << static_cast<unsigned>(found - std::begin(kFlawNames));
-    else
-      return fail(ErrorCode::kInvalidValue, "simulation.flaws", "'{}' is no flaw; there are all, {}", name,
-                  fmt::join(kFlawNames, ", "));
+  for (const std::string& word : found.words) {
+    const auto index = std::ranges::find(kFlawNames, word) - std::begin(kFlawNames);
+    flaws.bits_ |= word == kAllFlaws ? (1U << std::size(kFlawNames)) - 1 : 1U << static_cast<unsigned>(index);
   }
   return flaws;
 }

@@ -27,7 +27,7 @@ inline constexpr std::string_view kFlawNames[] = {
 /// Set of flaws.
 class Flaws {
  public:
-  /// Reads names separated by commas; "all" is all of them, "" none. Error (kInvalidValue): an unknown name,
+  /// Reads names separated by commas; "all" is all of them, "" none. Error (kUsage): an unknown name,
   /// with the known ones.
   static Result<Flaws> parse(std::string_view names);
   [[nodiscard]] bool has(Flaw flaw) const { return (bits_ >> static_cast<unsigned>(flaw) & 1U) != 0; }
