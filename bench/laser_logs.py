@@ -1,8 +1,13 @@
-"""Laser logs of real buildings, as they are and thinned, from scans alone."""
+"""Laser logs of real buildings: as they are and thinned, from scans alone; and against relations that people verified."""
+import bisect
+import statistics
 from pathlib import Path
 
 import recordings
 from verdicts import run_hm
+
+NEAR_S, EXACT_S = 0.02, 1e-5
+SEEDS = (1, 2, 3, 4, 5)
 
 
 def thinned(log, every, out):
@@ -16,6 +21,53 @@ def thinned(log, every, out):
             kept.append(line)
     out.write_text("\n".join(kept) + "\n", encoding="utf-8")
     return out
+
+
+def scan_stamps(log):
+    """Stamps of the scans of a log in CARMEN's text form, sorted."""
+    lines = (line.split() for line in Path(log).read_text(encoding="utf-8").splitlines())
+    return sorted(float(words[-3]) for words in lines if words and words[0] in ("FLASER", "ROBOTLASER1"))
+
+
+def relations_at_scans(relations, log, out, near_s=NEAR_S):
+    """Writes those relations whose both moments lie so near to a scan of the log; how many they are."""
+    stamps = scan_stamps(log)
+
+    def is_at_scan(moment):
+        place = bisect.bisect(stamps, moment)
+        return any(abs(stamp - moment) <= near_s for stamp in stamps[max(0, place - 1):place + 1])
+
+    kept = [line for line in Path(relations).read_text(encoding="utf-8").splitlines()
+            if line.strip() and all(is_at_scan(float(word)) for word in line.split()[:2])]
+    out.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    return len(kept)
+
+
+def run_against(program, log, relations, work, *settings, near_s=NEAR_S):
+    """`hm laser` against the relations at scans; poses are interpolated however far scans are apart."""
+    kept = Path(work) / "kept.relations"
+    count = relations_at_scans(relations, log, kept, near_s)
+    run = run_hm(program, "laser", log, "-o", Path(work) / "out", "--overwrite", "--relations", kept, "--set", "laser.pictures=false",
+                 "--set", "relation_error.max_gap_s=1000", *settings)
+    if run["relations"]["used"] != count:
+        raise RuntimeError(f"{log}: {run['relations']['used']} of {count} relations could be judged")
+    return {"mean_m": run["relation_error_m"]["mean"], "p95_m": run["relation_error_m"]["p95"], "relations": count,
+            "odom_mean_m": run.get("relation_error_odom_m", {}).get("mean"), "verdict": run["verdict"]["value"],
+            "loops": run["loops"]["accepted"] - run["loops"]["removed"]}
+
+
+def against_relations(program, data, work):
+    """(rows, details) of bench/run."""
+    folder = data / "laser"
+    degraded = [run_against(program, folder / "flirt_fr079.log", folder / "fr079.relations", work, "--set", "laser.degraded_odometry=true",
+                            "--set", f"wheel_noise.seed={seed}") for seed in SEEDS]
+    wheels, exact = (run_against(program, folder / "intel_wheel_odometry.log", folder / "intel.relations", work, near_s=near_s)
+                     for near_s in (NEAR_S, EXACT_S))
+    values = {"laser_fr079": statistics.median(run["mean_m"] for run in degraded),
+              "laser_fr079_p95": statistics.median(run["p95_m"] for run in degraded), "laser_intel_wheel": wheels["mean_m"],
+              "laser_intel_wheel_exact": exact["mean_m"]}
+    return ([{"name": name, "ours": value, "peer": None} for name, value in values.items()],
+            {"fr079": degraded, "intel_wheel": wheels, "intel_wheel_exact": exact})
 
 
 def without_odometry(program, data, work):

@@ -18,7 +18,7 @@ constexpr const char* kStopped = "the unfinished recording is removed";
 struct SimulateFlags {
   std::string world = "house", output, sensor;
   int frames = 0, seed = -1;
-  bool drift = false, perfect = false, realistic = false;
+  bool drift = false, perfect = false, realistic = false, large = false;
 };
 
 template <class Enum, std::size_t N>
@@ -128,6 +128,7 @@ hm::Result<Outcome> run_office(const SimulateFlags& flags, Session& session) {
   if (flags.frames > 0) simulation.scan_limit = flags.frames;
   if (flags.seed >= 0) simulation.seed = flags.seed;
   simulation.perfect = flags.perfect;
+  if (flags.large) simulation.width_m *= 2, simulation.depth_m *= 2;
   hm::ParamList none;
   if (const auto applied = session.apply(none); !applied) return hm::forward_error(applied);
   const hm::OfficeRecordingOptions options{simulation, output_of(flags),
@@ -155,6 +156,8 @@ hm::Result<Outcome> run(const SimulateFlags& flags, Session& session) {
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "{}",
                     office ? "the office is for laser_robot and laser_robot_8m"
                            : "a laser_robot drives in the office only");
+  if (flags.large && !office)
+    return hm::fail(hm::ErrorCode::kUsage, "--large", "only the office has a larger floor");
   if (office) return run_office(flags, session);
   if (boards && flags.sensor == kLaserMav)
     return hm::fail(hm::ErrorCode::kUsage, "--sensor", "a laser cannot take images of boards");
@@ -202,6 +205,7 @@ void add_simulate(Program& program) {
   command.add_flag(
       "--drift", flags->drift,
       "let the poses drift like visual-inertial odometry; laser_mav: also record drifting wheel odometry");
+  command.add_flag("--large", flags->large, "office: a floor of 120 x 80 m instead of 60 x 40 m");
   CLI::Option* perfect =
       command.add_flag("--perfect", flags->perfect, "sensors without noise, bias, delay or missing readings");
   command

@@ -18,6 +18,8 @@ constexpr double kCoarseStep_m = 5e-3;         // a coarse step shorter than thi
 constexpr double kWeakInformation = 0.02;      // share of the pairs that may only correct a good guess ...
 constexpr double kWeakReach_m = 0.05;          // ... by so much
 constexpr double kCertainInformation = 0.15;   // share of the pairs that noise cannot reach
+constexpr double kMostDeviations = 2.5;        // of the guess by which fewer than those may correct it
+constexpr double kWeakMargin = 1.5;            // on the share of the pairs that did so all the same
 constexpr double kTrimShrink = 0.25;           // an iteration's least trimming limit to the last one's
 constexpr double kMaxCarryShift = 5;           // standard deviations that a point is moved at most
 constexpr double kPoorError = 1.5;   // mean error of a suspicious result, in standard deviations of a range
@@ -63,7 +65,10 @@ struct PlIcp::State {
   [[nodiscard]] FreeDirections free_directions(double information_ratio) const;
   [[nodiscard]] bool iterate(Start start, std::size_t stride, ScanMatch& match, Vec3& step);
   void run(Start start, ScanMatch& match);
+  [[nodiscard]] Vec3 moved() const;
   [[nodiscard]] bool moved_along_weak_direction() const;
+  [[nodiscard]] double information_against(const Mat3& guess_covariance) const;
+  void rerun(double information_ratio, ScanMatch& match);
   [[nodiscard]] bool is_suspicious(const ScanMatch& match) const;
   [[nodiscard]] std::size_t support() const;
   void try_narrow(ScanMatch& match);
@@ -155,15 +160,45 @@ void PlIcp::State::run(Start start, ScanMatch& match) {
   }
 }
 
+/// Motion from the guess, with the turn times the pairs' mean range.
+Vec3 PlIcp::State::moved() const {
+  const Vec2 shift = X.translation() - X_guess.translation();
+  return {shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle()) * sums.arm_m()};
+}
+
 /// True when few pairs alone moved the result far from the guess. Few pairs may hold a direction (the reveals
 /// of doors along a hallway), but after a strong tilt those few lie on floor or ceiling: the guess is better.
 bool PlIcp::State::moved_along_weak_direction() const {
   const FreeDirections weak = free_directions(kWeakInformation);
-  const Vec2 shift = X.translation() - X_guess.translation();
-  const Vec3 moved(shift.x(), shift.y(), wrap_angle(X.angle() - X_guess.angle()) * weak.arm_m);
   for (int k = 0; k < weak.count; ++k)
-    if (std::abs(weak.directions[static_cast<std::size_t>(k)].dot(moved)) > kWeakReach_m) return true;
+    if (std::abs(weak.directions[static_cast<std::size_t>(k)].dot(moved())) > kWeakReach_m) return true;
   return false;
+}
+
+/// The least share of the pairs that constrains a direction, so that no direction that few pairs hold leads
+/// further from the guess than its covariance allows: a few wrong pairs (legs, reveals of other doors) hold a
+/// place along a corridor as firmly as right ones. 0 where none does.
+double PlIcp::State::information_against(const Mat3& guess_covariance) const {
+  const FreeDirections weak = find_free_directions(sums, Mat3::Zero(), {kCertainInformation, 0});
+  const Vec3 scale(1, 1, weak.arm_m), unscale = scale.cwiseInverse();
+  double least = 0;
+  for (int k = 0; k < weak.count; ++k) {
+    const Vec3& direction = weak.directions[static_cast<std::size_t>(k)];
+    const Vec3 scaled = scale.asDiagonal() * direction, unscaled = unscale.asDiagonal() * direction;
+    const double variance = scaled.dot(guess_covariance * scaled) + range_sigma_m * range_sigma_m;
+    const double shift_m = direction.dot(moved());
+    if (shift_m * shift_m <= kMostDeviations * kMostDeviations * variance) continue;
+    const double information = unscaled.dot(sums.information() * unscaled) / sums.weight;
+    least = std::max(least, std::min(kCertainInformation, kWeakMargin * information));
+  }
+  return least;
+}
+
+/// From the guess again, with directions held by fewer pairs left free.
+void PlIcp::State::rerun(double information_ratio, ScanMatch& match) {
+  least_information = information_ratio;
+  match.iterations = 0;
+  run(Start::kWide, match);
 }
 
 /// True when the pairs do not fit within the noise, or the points moved far from the guess: a minimum that
@@ -255,7 +290,8 @@ ScanMatch PlIcp::match(const PlanarScan& reference, const PlanarScan& sensed,
   return match(sensed, T_reference_sensed_guess);
 }
 
-ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess) {
+ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess,
+                       const std::optional<Mat3>& guess_covariance) {
   State& s = *state_;
   ScanMatch match;
   s.matched = false;
@@ -273,12 +309,12 @@ ScanMatch PlIcp::match(const PlanarScan& sensed, const SE2& T_reference_sensed_g
   s.X_guess = SE2(-s.reference_origin_m, 0) * T_reference_sensed_guess * SE2(s.sensed_origin_m, 0);
   s.least_information = s.params.min_information_ratio;
   s.run(Start::kWide, match);
-  if (s.least_information > 0 && s.least_information < kWeakInformation && s.moved_along_weak_direction()) {
-    s.least_information = kWeakInformation;
-    match.iterations = 0;
-    s.run(Start::kWide, match);
-  }
+  if (s.least_information > 0 && s.least_information < kWeakInformation && s.moved_along_weak_direction())
+    s.rerun(kWeakInformation, match);
   if (s.params.line_half_length_m > 0 && s.is_suspicious(match)) s.try_narrow(match);
+  if (guess_covariance && match.status == MatchStatus::kMatched)
+    if (const double against = s.information_against(*guess_covariance); against > s.least_information)
+      s.rerun(against, match);
   if (match.status == MatchStatus::kMatched) s.judge(T_reference_sensed_guess, match);
   s.matched = match.ok();
   return match;

@@ -78,7 +78,10 @@ class PlIcp {
 
   /// The same in two steps, for matching many scans against one reference.
   void set_reference(const PlanarScan& reference);
-  ScanMatch match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess);
+  /// A direction that few pairs hold corrects the guess only within the deviations of `guess_covariance`, of
+  /// (x, y, angle) along the axes of the reference frame, where it is known; else the direction is free.
+  ScanMatch match(const PlanarScan& sensed, const SE2& T_reference_sensed_guess,
+                  const std::optional<Mat3>& guess_covariance = {});
 
   /// Averages the scan of the last successful match() into the reference: every reference point becomes the
   /// mean of up to `max_scans` scans of its surface. Does nothing after a failed match.

@@ -64,6 +64,36 @@ TEST(PlIcpDegenerate, ACorridorWithAnEndIsNotFree) {
   EXPECT_NEAR(match.T_reference_sensed->x(), 0.05, 0.01);
 }
 
+/// In a corridor two pairs of legs hold the place along it, and they walk. A guess that is known well is not
+/// moved by them; one that may be as wrong is.
+TEST(PlIcpDegenerate, FewPairsMoveAGuessOnlyWithinItsDeviations) {
+  const auto corridor_with_legs = [](double shift_m) {
+    PlanarWorld world = corridor(0);
+    for (const Vec2& leg : {Vec2(1.6, -0.5), Vec2(2.4, 0.4)})
+      world.segments.push_back({leg + Vec2(shift_m, -0.12), leg + Vec2(shift_m, 0.12)});
+    return world;
+  };
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto before = scan_with_noise(corridor_with_legs(0), {}, 0.01, 2 * seed);
+    const auto after = scan_with_noise(corridor_with_legs(0.15), {}, 0.01, 2 * seed + 1);
+    const auto match = [&](const std::optional<Mat3>& covariance) {
+      PlIcp matcher;
+      matcher.set_reference(before);
+      return matcher.match(after, {}, covariance);
+    };
+    const ScanMatch without = match({}), known = match(Mat3(Vec3(4e-4, 4e-4, 1e-4).asDiagonal())),
+                    vague = match(Mat3(Vec3(0.04, 0.04, 1e-4).asDiagonal()));
+    ASSERT_TRUE(without.ok() && known.ok() && vague.ok());
+    EXPECT_NEAR(without.T_reference_sensed->x(), -0.15, 0.03);
+    EXPECT_EQ(vague.T_reference_sensed->vector(), without.T_reference_sensed->vector());
+    EXPECT_NEAR(known.T_reference_sensed->x(), 0, 0.01);
+    EXPECT_NEAR(known.T_reference_sensed->y(), 0, 0.01);
+    EXPECT_NEAR(known.T_reference_sensed->angle(), 0, 0.01);
+    EXPECT_EQ(known.free.count, 1);
+    EXPECT_GT(known.covariance(0, 0), 0.5 * kFreeDirectionVariance_m2);
+  }
+}
+
 TEST(PlIcpDegenerate, ARoundRoomLeavesTheAngleFree) {
   PlanarWorld world;
   world.circles.push_back({{0, 0}, 3});

@@ -1,5 +1,6 @@
 #include "hm/laser/odometry/scan_odometry.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -31,6 +32,11 @@ constexpr double kLeastSpacingRatio = 0.5, kSpacingGain = 0.05;
 /// Deviations of wheel odometry where nothing confirms it, and of a match that nothing confirms.
 constexpr double kUnsureShift_m = 0.05, kUnsureTurn_rad = 0.05, kUnsureRatio = 0.2;
 constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
+/// A match may differ so much from wheel odometry: deviations of both, metres of its own.
+constexpr double kMostWheelDeviations = 4;
+/// Share of its points that a match must pair for wheels to confirm it.
+constexpr double kSurePairsRatio = 0.15;
+constexpr double kMatchError_m = 0.03, kMatchError_rad = 0.01;
 
 /// Covariance of (x, y, angle) of T_a_b * T_b_c for independent factors, each along its left frame's axes.
 Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, const Mat3& covariance_b_c) {
@@ -42,11 +48,11 @@ Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, con
   return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
 }
 
-/// Rotation of covariances of (x, y, angle) into the axes of another frame.
-Mat3 in_axes_of(const SE2& T_a_b) {
+/// A covariance of (x, y, angle) along the axes of another frame.
+Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
   Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = T_a_b.rotation();
-  return turn;
+  turn.topLeftCorner<2, 2>() = rotation;
+  return turn * covariance * turn.transpose();
 }
 
 }  // namespace
@@ -57,8 +63,10 @@ ScanOdometry::ScanOdometry(const ScanOdometryParams& params)
 void ScanOdometry::start(const SE2& T_odom_base) {
   last_stamp_.reset();
   T_odom_base_ = T_odom_keyframe_ = T_odom_base;
-  T_base_predicted_ = {};
+  forget_motion();
   keyframe_covariance_.setZero();
+  last_match_.setZero();
+  since_keyframe_.setZero();
   keyframes_ = 0;
   failures_ = 0;
   velocity_.reset(T_odom_base);
@@ -84,7 +92,7 @@ OdometryStep ScanOdometry::begin(const PlanarScan& scan) {
 SE2 ScanOdometry::predicted_motion(double dt_s, const MotionPrediction& prediction) const {
   SE2 motion;
   if (prediction.T_last_now)
-    motion = *prediction.T_last_now;
+    motion = wheels_.corrected(*prediction.T_last_now);
   else if (prediction.velocity_base)
     motion = SE2::exp(*prediction.velocity_base * dt_s);
   else if (params_.use_velocity && dt_s <= params_.kMaxGap_s)
@@ -102,6 +110,73 @@ double ScanOdometry::motion_time(double dt_s) {
   return time_s;
 }
 
+/// Adds the motion since the last scan, in that scan's body frame: composed on the right.
+void ScanOdometry::predict(double motion_s, const MotionPrediction& prediction) {
+  const SE2 motion = predicted_motion(motion_s, prediction);
+  if (prediction.T_last_now && T_base_wheels_) {
+    wheel_covariance_ =
+        compose(T_base_predicted_, wheel_covariance_, motion, wheels_.covariance(*prediction.T_last_now));
+    T_base_wheels_ = *T_base_wheels_ * *prediction.T_last_now;
+  } else {
+    T_base_wheels_.reset();
+  }
+  T_base_predicted_ = T_base_predicted_ * motion;
+  unmatched_s_ += motion_s;
+}
+
+/// A new pose: no motion is predicted since.
+void ScanOdometry::forget_motion() {
+  T_base_predicted_ = {};
+  T_base_wheels_ = SE2();
+  wheel_covariance_.setZero();
+}
+
+PredictedPose ScanOdometry::predicted() const {
+  PredictedPose pose{T_odom_base_ * T_base_predicted_};
+  if (T_base_wheels_)
+    pose.covariance = compose(T_odom_base_, since_keyframe_, T_base_predicted_, wheel_covariance_);
+  return pose;
+}
+
+/// A match's deviation from the prediction by wheels, squared and in deviations of both: of its place, and of
+/// its heading too. Nothing where wheels do not predict it.
+std::optional<ScanOdometry::WheelDeviation> ScanOdometry::deviation_from_wheels(
+    const ScanMatch& match) const {
+  const PredictedPose pose = predicted();
+  if (!pose.covariance) return std::nullopt;
+  const SE2 T_odom_base = T_odom_keyframe_ * *match.T_reference_sensed;
+  Vec3 error = T_odom_base.vector() - pose.T_odom_base.vector();
+  error.z() = wrap_angle(error.z());
+  const Mat3 covariance =
+      *pose.covariance + Mat3(Vec3(kMatchError_m, kMatchError_m, kMatchError_rad).cwiseAbs2().asDiagonal());
+  const Mat2 of_place = covariance.topLeftCorner<2, 2>();
+  return WheelDeviation{error.head<2>().dot(of_place.inverse() * error.head<2>()),
+                        error.dot(covariance.inverse() * error)};
+}
+
+/// Whether a match lies where wheels may have brought the vehicle. Its heading counts more than theirs.
+bool ScanOdometry::agrees_with_wheels(const ScanMatch& match) const {
+  const auto deviation = deviation_from_wheels(match);
+  return !deviation || deviation->place_chi2 <= kMostWheelDeviations * kMostWheelDeviations;
+}
+
+/// Whether wheels alone make a match certain: it is as good as those that are not searched for, and what
+/// they measured.
+bool ScanOdometry::confirmed_by_wheels(const ScanMatch& match) const {
+  if (!match.ok() || match.mean_error_m > params_.kFindMaxError_m ||
+      static_cast<double>(match.pairs) < kSurePairsRatio * static_cast<double>(match.sensed_points))
+    return false;
+  const auto deviation = deviation_from_wheels(match);
+  return deviation && deviation->chi2 <= kMostWheelDeviations * kMostWheelDeviations;
+}
+
+void ScanOdometry::learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before) {
+  if (!T_base_wheels_ || !step.confirmed || !params_.matcher.compute_covariance) return;
+  const Mat3 match = turned(T_odom_keyframe_.rotation(), step.match.covariance);
+  wheels_.learn(*T_base_wheels_, T_odom_base_before.inverse() * *step.T_odom_base,
+                turned(T_odom_base_before.rotation().transpose(), last_match_ + match));
+}
+
 OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPrediction& prediction) {
   if (!last_stamp_) return begin(scan);
   OdometryStep step;
@@ -115,11 +190,10 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   }
   last_stamp_ = scan.stamp;
   step.after_gap = dt_s > params_.kMaxGap_s;
-  // The motion since the last scan, in that scan's body frame: composed on the right.
   const double motion_s = motion_time(dt_s);
-  T_base_predicted_ = T_base_predicted_ * predicted_motion(motion_s, prediction);
+  predict(motion_s, prediction);
   step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
-  unmatched_s_ += motion_s;
+  if (T_base_wheels_) step.wheel_covariance = turned(T_odom_base_.rotation(), wheel_covariance_);
   const Vec3 before = velocity_.velocity();
   match(scan, prediction, step);
   // A vehicle goes on as it went before it turned or waited, where the search finds out when it did not.
@@ -128,34 +202,68 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   return step;
 }
 
+ScanMatch ScanOdometry::match_once(const PlanarScan& scan, const PredictedPose& pose) {
+  std::optional<Mat3> covariance;
+  if (pose.covariance) covariance = turned(T_odom_keyframe_.rotation().transpose(), *pose.covariance);
+  return matcher_.match(scan, T_odom_keyframe_.inverse() * pose.T_odom_base, covariance);
+}
+
+/// Looks for a match that wheels confirm where that from the prediction is none, from other headings: true
+/// with the one that has most pairs.
+bool ScanOdometry::match_as_wheels(const PlanarScan& scan, OdometryStep& step) {
+  if (confirmed_by_wheels(step.match)) return true;
+  PredictedPose pose = predicted();
+  if (!pose.covariance) return false;
+  const double sigma_rad = std::sqrt((*pose.covariance)(2, 2));
+  std::optional<double> best_rad;
+  std::size_t most_pairs = 0;
+  const SE2 T_odom_base = pose.T_odom_base;
+  const auto match_turned = [&](double turn_rad) {
+    pose.T_odom_base = T_odom_base * SE2(0, 0, turn_rad);
+    step.match = match_once(scan, pose);
+  };
+  for (const double deviations : {-3.0, -1.5, 1.5, 3.0}) {
+    match_turned(deviations * sigma_rad);
+    if (!confirmed_by_wheels(step.match) || step.match.pairs <= most_pairs) continue;
+    most_pairs = step.match.pairs;
+    best_rad = deviations * sigma_rad;
+  }
+  match_turned(best_rad.value_or(0));
+  return best_rad.has_value();
+}
+
 /// Matches from the prediction; where the match is not confirmed, from the found pose, which itself is used
 /// if the reference does not confirm it.
 void ScanOdometry::match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step) {
-  const auto match_from = [&](const SE2& T_odom_base) {
-    step.match = matcher_.match(scan, T_odom_keyframe_.inverse() * T_odom_base);
-  };
+  const auto match_from = [&](const PredictedPose& pose) { step.match = match_once(scan, pose); };
   if (!prediction.find || !prediction.find_first) {
-    match_from(step.T_odom_base_predicted);
+    match_from(predicted());
     if (step.match.ok() && !prediction.find) return track(step);
     // Along a corridor the prediction counts: there must be one.
-    const bool predicted = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
-                           !velocity_.velocity().isZero();
-    if (fits(step.match) && (!prediction.confirms ||
-                             (predicted && step.match.mean_error_m <= params_.kFindMaxError_m &&
-                              prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed))))
+    const bool is_sure = step.match.free.count == 0 || prediction.T_last_now || prediction.velocity_base ||
+                         !velocity_.velocity().isZero();
+    if (fits(step.match) && agrees_with_wheels(step.match) &&
+        (!prediction.confirms ||
+         (is_sure && step.match.mean_error_m <= params_.kFindMaxError_m &&
+          prediction.confirms(scan, T_odom_keyframe_ * *step.match.T_reference_sensed))))
       return track(step);
   }
   if (!prediction.find) return lose(scan, step);
   step.searched = true;
-  if (const auto found = prediction.find(scan, step.T_odom_base_predicted)) {
-    match_from(found->T_odom_base);
+  const auto found = prediction.find(scan, predicted());
+  if (!prediction.find_first && !(found && found->sure) && match_as_wheels(scan, step)) return track(step);
+  if (found) {
+    match_from({found->T_odom_base});
     if (!fits(step.match)) return adopt(scan, *found, step);
     const SE2 change = found->T_odom_base.inverse() * (T_odom_keyframe_ * *step.match.T_reference_sensed);
     const bool stays = change.translation().norm() <= params_.kFoundMaxShift_m &&
                        std::abs(change.angle()) <= params_.kFoundMaxTurn_rad;
     return stays ? track(step) : adopt(scan, *found, step);
   }
-  if (prediction.find_first) match_from(step.T_odom_base_predicted);
+  if (prediction.find_first) {
+    match_from(predicted());
+    if (match_as_wheels(scan, step)) return track(step);
+  }
   accept_unconfirmed(scan, prediction, step);
 }
 
@@ -168,6 +276,7 @@ void ScanOdometry::accept_unconfirmed(const PlanarScan& scan, const MotionPredic
     const double sigma_m = kUnsureShift_m + kUnsureRatio * T_base_predicted_.translation().norm();
     const double sigma_rad = kUnsureTurn_rad + kUnsureRatio * std::abs(T_base_predicted_.angle());
     const Vec3 variances(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad);
+    step.wheel_covariance.reset();  // perhaps they slipped
     return adopt(scan, {step.T_odom_base_predicted, variances.asDiagonal()}, step);
   }
   if (!step.match.ok()) return lose(scan, step);
@@ -185,7 +294,7 @@ bool ScanOdometry::fits(const ScanMatch& match) const {
 /// Sets the pose of this scan: updates the velocity and resets the failure count.
 void ScanOdometry::conclude(const SE2& T_odom_base) {
   T_odom_base_ = T_odom_base;
-  T_base_predicted_ = {};
+  forget_motion();
   if (unmatched_s_ > params_.kMaxGap_s)
     velocity_.reset(T_odom_base_);
   else
@@ -199,8 +308,7 @@ void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, Odometr
   step.status = OdometryStatus::kFound;
   step.T_odom_base = T_odom_base_;
   step.T_keyframe_base = T_odom_keyframe_.inverse() * T_odom_base_;
-  const Mat3 turn = in_axes_of(T_odom_keyframe_.inverse());
-  step.match.covariance = turn * found.covariance * turn.transpose();
+  step.match.covariance = turned(T_odom_keyframe_.rotation().transpose(), found.covariance);
   step.covariance =
       compose(T_odom_keyframe_, keyframe_covariance_, *step.T_keyframe_base, step.match.covariance);
   matcher_.set_reference(scan);
@@ -209,10 +317,16 @@ void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, Odometr
 
 void ScanOdometry::track(OdometryStep& step) {
   const SE2 T_keyframe_base = *step.match.T_reference_sensed;
-  conclude(T_odom_keyframe_ * T_keyframe_base);
   step.status = OdometryStatus::kTracking;
-  step.T_odom_base = T_odom_base_;
+  step.T_odom_base = T_odom_keyframe_ * T_keyframe_base;
   step.T_keyframe_base = T_keyframe_base;
+  learn_wheels(step, T_odom_base_);
+  last_match_ = turned(T_odom_keyframe_.rotation(), step.match.covariance);
+  const auto by_wheels = predicted().covariance;
+  since_keyframe_ = last_match_;
+  if (by_wheels && params_.matcher.compute_covariance)
+    since_keyframe_ = (last_match_.inverse() + by_wheels->inverse()).inverse();
+  conclude(*step.T_odom_base);
   step.covariance = compose(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
   if (!wants_keyframe(step.match)) {
     if (params_.reference_scans > 1) matcher_.improve_reference(params_.reference_scans);
@@ -225,6 +339,8 @@ void ScanOdometry::track(OdometryStep& step) {
 void ScanOdometry::begin_keyframe(OdometryStep& step) {
   T_odom_keyframe_ = T_odom_base_;
   keyframe_covariance_ = step.covariance;
+  last_match_.setZero();
+  since_keyframe_.setZero();
   ++keyframes_;
   step.new_keyframe = true;
 }
@@ -245,7 +361,7 @@ void ScanOdometry::lose(const PlanarScan& scan, OdometryStep& step) {
   if (++failures_ < params_.max_failures || scan.size() < static_cast<std::size_t>(params_.matcher.kMinPairs))
     return;
   T_odom_base_ = step.T_odom_base_predicted;
-  T_base_predicted_ = {};
+  forget_motion();
   matcher_.set_reference(scan);
   velocity_.reset(T_odom_base_);
   unmatched_s_ = 0;

@@ -6,6 +6,7 @@
 
 #include "hm/laser/matching/pl_icp.hpp"
 #include "hm/laser/odometry/body_velocity.hpp"
+#include "hm/laser/odometry/wheel_calibration.hpp"
 
 namespace hm {
 
@@ -70,10 +71,17 @@ struct ScanOdometryParams {
 struct FoundPose {
   SE2 T_odom_base;
   Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle), x and y along the axes of `odom`
+  bool sure = true;                ///< no other place comes near it
+};
+/// Pose of a scan before it is matched.
+struct PredictedPose {
+  SE2 T_odom_base;
+  /// Of (x, y, angle), x and y along the axes of `odom`, relative to the keyframe; where wheels predict it.
+  std::optional<Mat3> covariance = {};
 };
 /// Searches for a scan in earlier data, given its predicted pose; returns nothing if not found.
 using PoseFinder =
-    std::function<std::optional<FoundPose>(const PlanarScan& scan, const SE2& T_odom_base_predicted)>;
+    std::function<std::optional<FoundPose>(const PlanarScan& scan, const PredictedPose& predicted)>;
 /// Whether other data than the reference confirm the pose of a scan.
 using PoseJudge = std::function<bool(const PlanarScan& scan, const SE2& T_odom_base)>;
 
@@ -118,6 +126,9 @@ struct OdometryStep {
   /// False where neither the last scans nor the reference confirm the pose (kTracking with a match that may
   /// be wrong, kFound with the motion that odometry gave), and for kRestarted.
   bool confirmed = true;
+  /// Covariance of (x, y, angle) of the motion since the last posed scan as wheels say, x and y along the
+  /// axes of `odom`; nothing where they do not predict all of it.
+  std::optional<Mat3> wheel_covariance;
   ScanMatch match;  ///< kFound: with the covariance of the FoundPose
 };
 
@@ -137,11 +148,25 @@ class ScanOdometry {
   /// Velocity vx, vy (m/s) and yaw rate (rad/s) in the base frame, estimated from the last scans.
   [[nodiscard]] const Vec3& velocity_base() const { return velocity_.velocity(); }
   [[nodiscard]] const ScanOdometryParams& params() const { return params_; }
+  /// What was learned about the wheels.
+  [[nodiscard]] const WheelCalibration& wheels() const { return wheels_; }
 
  private:
   OdometryStep begin(const PlanarScan& scan);
   [[nodiscard]] SE2 predicted_motion(double dt_s, const MotionPrediction& prediction) const;
   double motion_time(double dt_s);
+  void predict(double motion_s, const MotionPrediction& prediction);
+  void forget_motion();
+  [[nodiscard]] PredictedPose predicted() const;
+  [[nodiscard]] ScanMatch match_once(const PlanarScan& scan, const PredictedPose& pose);
+  [[nodiscard]] bool match_as_wheels(const PlanarScan& scan, OdometryStep& step);
+  struct WheelDeviation {
+    double place_chi2, chi2;
+  };
+  [[nodiscard]] std::optional<WheelDeviation> deviation_from_wheels(const ScanMatch& match) const;
+  [[nodiscard]] bool confirmed_by_wheels(const ScanMatch& match) const;
+  [[nodiscard]] bool agrees_with_wheels(const ScanMatch& match) const;
+  void learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before);
   void match(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   void accept_unconfirmed(const PlanarScan& scan, const MotionPrediction& prediction, OdometryStep& step);
   [[nodiscard]] bool fits(const ScanMatch& match) const;
@@ -159,6 +184,12 @@ class ScanOdometry {
   SE2 T_odom_base_, T_odom_keyframe_;
   SE2 T_base_predicted_;  // motion predicted since T_odom_base_ was matched, over failed scans
   Mat3 keyframe_covariance_ = Mat3::Zero();
+  WheelCalibration wheels_;
+  // The same motion as wheels measured it, and its covariance along the axes of the base at T_odom_base_.
+  std::optional<SE2> T_base_wheels_ = SE2();
+  Mat3 wheel_covariance_ = Mat3::Zero();
+  // Of T_odom_base_ relative to the keyframe, along the axes of `odom`: with the wheels, and of its match.
+  Mat3 since_keyframe_ = Mat3::Zero(), last_match_ = Mat3::Zero();
   double unmatched_s_ = 0;  // since T_odom_base_ was matched
   double spacing_s_ = 0;    // between scans, running mean
   std::size_t keyframes_ = 0;

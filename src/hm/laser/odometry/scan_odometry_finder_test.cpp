@@ -35,9 +35,9 @@ TEST(ScanOdometryFinder, WhereNoMatchIsFoundTheFinderIsAsked) {
   params.use_velocity = false;
   int searches = 0;
   MotionPrediction prediction;
-  prediction.find = [&](const PlanarScan&, const SE2& predicted) -> std::optional<FoundPose> {
+  prediction.find = [&](const PlanarScan&, const PredictedPose& predicted) -> std::optional<FoundPose> {
     ++searches;
-    EXPECT_LT((predicted.translation() - Vec2(0, 0)).norm(), 0.01);
+    EXPECT_LT(predicted.T_odom_base.translation().norm(), 0.01);
     return FoundPose{SE2(0.1, 0, 2.2), 1e-4 * Mat3::Identity()};
   };
   ScanOdometry odometry(params);
@@ -69,7 +69,7 @@ TEST(ScanOdometryFinder, TheFinderCanComeFirst) {
     int searches = 0;
     MotionPrediction prediction;
     prediction.find_first = true;
-    prediction.find = [&](const PlanarScan&, const SE2&) -> std::optional<FoundPose> {
+    prediction.find = [&](const PlanarScan&, const PredictedPose&) -> std::optional<FoundPose> {
       ++searches;
       if (!finds) return std::nullopt;
       return FoundPose{SE2(0.12, 0.01, 0.48), Mat3::Identity()};
@@ -93,8 +93,8 @@ TEST(ScanOdometryFinder, UnconfirmedMatchesAreUncertain) {
   for (const bool wheels : {true, false}) {
     MotionPrediction prediction;
     prediction.confirms = [](const PlanarScan&, const SE2&) { return false; };
-    prediction.find = [](const PlanarScan&, const SE2&) { return std::optional<FoundPose>(); };
-    const SE2 wheel_motion(0.12, 0.01, 0.06);
+    prediction.find = [](const PlanarScan&, const PredictedPose&) { return std::optional<FoundPose>(); };
+    const SE2 wheel_motion(0.45, -0.3, 0.4);
     if (wheels) prediction.T_last_now = wheel_motion;
     ScanOdometry odometry;
     odometry.process(scans[0], prediction);
@@ -108,6 +108,52 @@ TEST(ScanOdometryFinder, UnconfirmedMatchesAreUncertain) {
     EXPECT_GT(step.match.covariance(0, 0), wheels ? 0.05 * 0.05 : 0.2 * 0.2);
     EXPECT_GT(step.match.covariance(2, 2), wheels ? 0.05 * 0.05 : 0.2 * 0.2);
   }
+}
+
+/// A match that the last scans do not confirm, but wheels do: two sources agree, and the match is the better
+/// one. The same where the search offers a place that others rival.
+TEST(ScanOdometryFinder, WheelsConfirmAMatch) {
+  const PlanarWorld world = laser_testing::office_world();
+  const SE2 start = laser_testing::office_loop(5);
+  const std::vector<PlanarScan> scans = scans_from(world, {start, start * SE2(0.1, 0, 0.05)});
+  for (const bool rivalled : {false, true}) {
+    MotionPrediction prediction;
+    prediction.T_last_now = SE2(0.12, 0.01, 0.08);
+    prediction.confirms = [](const PlanarScan&, const SE2&) { return false; };
+    prediction.find = [&](const PlanarScan&, const PredictedPose& predicted) {
+      EXPECT_TRUE(predicted.covariance && (*predicted.covariance)(0, 0) > 1e-4);
+      return rivalled ? std::optional(FoundPose{SE2(0.3, 0.2, 0.3), Mat3::Identity(), false}) : std::nullopt;
+    };
+    ScanOdometry odometry;
+    odometry.process(scans[0], prediction);
+    const OdometryStep step = odometry.process(scans[1], prediction);
+    EXPECT_EQ(step.status, OdometryStatus::kTracking);
+    EXPECT_TRUE(step.searched && step.confirmed);
+    EXPECT_LT((step.T_odom_base->translation() - Vec2(0.1, 0)).norm(), 0.02);
+    EXPECT_LT(step.match.covariance(0, 0), 0.01 * 0.01);
+    EXPECT_TRUE(step.wheel_covariance);
+  }
+}
+
+/// A match that is confirmed, but lies where wheels cannot have gone, is searched for; what is found counts.
+TEST(ScanOdometryFinder, AMatchAgainstTheWheelsIsSearchedFor) {
+  const PlanarWorld world = laser_testing::office_world();
+  const SE2 start = laser_testing::office_loop(5);
+  const std::vector<PlanarScan> scans = scans_from(world, {start, start * SE2(0.1, 0, 0.05)});
+  MotionPrediction prediction;
+  prediction.T_last_now = SE2(0.45, 0.05, 0.05);  // they slip
+  prediction.confirms = [](const PlanarScan&, const SE2&) { return true; };
+  int searches = 0;
+  prediction.find = [&](const PlanarScan&, const PredictedPose&) {
+    ++searches;
+    return std::optional(FoundPose{SE2(0.11, 0.01, 0.05), 1e-4 * Mat3::Identity()});
+  };
+  ScanOdometry odometry;
+  odometry.process(scans[0], prediction);
+  const OdometryStep step = odometry.process(scans[1], prediction);
+  EXPECT_EQ(searches, 1);
+  EXPECT_EQ(step.status, OdometryStatus::kTracking);
+  EXPECT_LT((step.T_odom_base->translation() - Vec2(0.1, 0)).norm(), 0.02);
 }
 
 /// Two scans with almost the same stamp, as a busy computer writes them, are not a motion of many metres a

@@ -276,11 +276,12 @@ MotionPrediction LaserPipeline::State::prediction_for(Time stamp) {
   const double half_angle_rad = long_gap                ? kAnyHeading_rad
                                 : prediction.T_last_now ? kWheelTurn_rad
                                                         : kTurnRate_rad_s * elapsed_s + kLeastTurn_rad;
-  prediction.find = [this, elapsed_s, half_angle_rad](const PlanarScan& scan,
-                                                      const SE2& T_odom_base) -> std::optional<FoundPose> {
-    const auto found = search.find(scan, {T_odom_base, half_angle_rad, elapsed_s});
+  prediction.find = [this, elapsed_s, half_angle_rad](
+                        const PlanarScan& scan, const PredictedPose& predicted) -> std::optional<FoundPose> {
+    const auto found =
+        search.find(scan, {predicted.T_odom_base, half_angle_rad, elapsed_s, predicted.covariance});
     if (!found) return std::nullopt;
-    return FoundPose{found->T_odom_base, found->covariance};
+    return FoundPose{found->T_odom_base, found->covariance, found->sure};
   };
   // The yaw of an IMU leaves little to confirm, and a tilted scan shows floor and ceiling, which agree with
   // nothing.

@@ -156,7 +156,8 @@ TEST_F(LaserSimulationRecording, RefusesBadParametersAndOccupiedFolders) {
   ASSERT_FALSE(occupied);
   EXPECT_EQ(occupied.error().code, ErrorCode::kUsage);
   EXPECT_TRUE(open_laser_recording(folder_ / "a")) << "the recording that was there is gone";
-  SimulationOptions camera{{}, folder_ / "a", {}};
+  SimulationOptions camera;
+  camera.output = folder_ / "a";
   camera.params.frame_limit = 1;
   EXPECT_FALSE(simulate_recording(camera));
   EXPECT_TRUE(open_laser_recording(folder_ / "a")) << "the recording that was there is gone";

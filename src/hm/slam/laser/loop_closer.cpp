@@ -28,11 +28,17 @@ std::optional<ScanGraphStep> LoopCloser::add(const PlanarScan& scan, const Odome
   if (!step.T_odom_base) return std::nullopt;
   const Mat3 match = match_in_odom(step);
   unknown_since_ = unknown_since_ || step.status == OdometryStatus::kRestarted;
+  if (!step.wheel_covariance)
+    wheels_since_.reset();
+  else if (wheels_since_)
+    *wheels_since_ += *step.wheel_covariance;
   std::optional<ScanGraphStep> result;
   if (wants_node(*step.T_odom_base)) {
-    result = graph_.add_keyframe({scan, *step.T_odom_base, covariance_since_last(match)});
+    result = graph_.add_keyframe(
+        {scan, *step.T_odom_base, covariance_since_last(match), wheel_covariance_since_last()});
     last_match_ = match;
     keyframes_since_.setZero();
+    wheels_since_ = Mat3::Zero();
     unknown_since_ = false;
     new_loops_ += result->loops_accepted;
     large_correction_ |= result->largest_correction_m > kLargeCorrection_m;
@@ -56,6 +62,12 @@ Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
   if (graph_.size() == 0) return Mat3::Zero();
   const SE2& T_odom_last = graph_.keyframe(graph_.size() - 1).T_odom_base;
   return turned(T_odom_last.rotation().transpose(), last_match_ + keyframes_since_ + match_odom);
+}
+
+/// Each wheel motion begins with a heading that was matched, so that their errors are independent.
+std::optional<Mat3> LoopCloser::wheel_covariance_since_last() const {
+  if (unknown_since_ || graph_.size() == 0 || !wheels_since_) return std::nullopt;
+  return turned(graph_.keyframe(graph_.size() - 1).T_odom_base.rotation().transpose(), *wheels_since_);
 }
 
 PoseGraphSolution LoopCloser::solve(bool whole) {

@@ -29,13 +29,15 @@ class LoopCloser {
   PoseGraphSolution solve(bool whole);
   [[nodiscard]] bool wants_node(const SE2& T_odom_base) const;
   [[nodiscard]] Mat3 covariance_since_last(const Mat3& match_odom) const;
+  [[nodiscard]] std::optional<Mat3> wheel_covariance_since_last() const;
 
   ScanGraph2DParams params_;
   ScanGraph2D graph_;
   // Covariances along the axes of `odom`: of the last node's match, and the sum over odometry keyframes since
   // then.
   Mat3 last_match_ = Mat3::Zero(), keyframes_since_ = Mat3::Zero();
-  bool unknown_since_ = false;  // odometry was restarted
+  std::optional<Mat3> wheels_since_ = Mat3::Zero();  // of what wheels measured since the last node
+  bool unknown_since_ = false;                       // odometry was restarted
   int loops_per_solution_;
   int new_loops_ = 0, solutions_ = 0;
   bool large_correction_ = false;

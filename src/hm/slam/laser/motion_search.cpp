@@ -1,5 +1,6 @@
 #include "hm/slam/laser/motion_search.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -40,8 +41,26 @@ constexpr double kOtherPlace_m = 0.4, kOtherPlace_rad = 0.2;
 constexpr double kCoarse_m = 0.1, kCoarse_rad = 0.05, kUncertain_m = 0.5, kUncertain_rad = 0.5;
 constexpr std::size_t kMinPointsInCommon = 40, kKeyframesToAgree = 6;
 
+/// Penalty for a deviation from a prediction with a covariance: for small ones, per chi2; for large ones, as
+/// the Cauchy loss of this scale, since wheels slip.
+constexpr double kDeviationPenalty = 0.02, kDeviationScale_chi2 = 9;
+/// Deviations of a place that is right, besides those of the prediction.
+constexpr double kPlaceError_m = 0.05, kPlaceError_rad = 0.03;
+/// Half the window, in deviations of the prediction.
+constexpr double kWindowDeviations = 4;
+
 Mat3 covariance_of(double sigma_m, double sigma_rad) {
   return Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+/// Weighs a place with the prediction: where the place is not determined, as along a corridor, that counts.
+void weigh_with(const MotionSearchStart& start, FoundScan& found) {
+  Vec3 error = found.T_odom_base.vector() - start.T_odom_base.vector();
+  error.z() = wrap_angle(error.z());
+  const Mat3 gain = *start.covariance * (*start.covariance + found.covariance).inverse();
+  const Vec3 sum = start.T_odom_base.vector() + gain * error;
+  found.T_odom_base = SE2(sum.x(), sum.y(), sum.z());
+  found.covariance = gain * found.covariance;
 }
 
 }  // namespace
@@ -140,8 +159,10 @@ std::optional<FoundScan> MotionSearch::find(const PlanarScan& scan, const Motion
     return other.merit > kRivalRatio * best->merit &&
            (apart.translation().norm() > kOtherPlace_m || std::abs(apart.angle()) > kOtherPlace_rad);
   });
-  if (rivalled || best->merit < kSureMerit) best->covariance += covariance_of(kUncertain_m, kUncertain_rad);
-  return FoundScan{best->T_odom_base, best->covariance, best->score};
+  FoundScan result{best->T_odom_base, best->covariance, best->score, !rivalled && best->merit >= kSureMerit};
+  if (start.covariance) weigh_with(start, result);
+  if (!result.sure) result.covariance += covariance_of(kUncertain_m, kUncertain_rad);
+  return result;
 }
 
 /// How well a scan fits there: its score on the raster times its agreement with the keyframes, less the
@@ -151,12 +172,24 @@ double MotionSearch::merit(const PlanarScan& scan, const std::vector<Vec2>& poin
   const ScanAgreement sum = agreement(scan, T_odom_base, keyframes_.size());
   const auto agrees = static_cast<double>(sum.agrees), through = static_cast<double>(sum.seen_through);
   const double points = static_cast<double>(keyframes_.size() * kAgreementLimits.max_points * 2);
+  return raster().score(points_m, T_odom_base) * agrees /
+             (agrees + kSeenThroughWeight * through + kPriorRatio * points) -
+         penalty(start, T_odom_base);
+}
+
+/// Of the deviation from the prediction.
+double MotionSearch::penalty(const MotionSearchStart& start, const SE2& T_odom_base) const {
+  if (start.covariance) {
+    const Vec2 shift = T_odom_base.translation() - start.T_odom_base.translation();
+    const Vec3 error(shift.x(), shift.y(), wrap_angle(T_odom_base.angle() - start.T_odom_base.angle()));
+    const Mat3 covariance = *start.covariance + covariance_of(kPlaceError_m, kPlaceError_rad);
+    const double chi2 = error.dot(covariance.inverse() * error);
+    return kDeviationPenalty * kDeviationScale_chi2 * std::log1p(chi2 / kDeviationScale_chi2);
+  }
   const SE2 deviation = start.T_odom_base.inverse() * T_odom_base;
   const double time_s = std::max(kLeastTime_s, start.elapsed_s);
   const double speed_m_s = deviation.translation().norm() / time_s, rate_rad_s = deviation.angle() / time_s;
-  return raster().score(points_m, T_odom_base) * agrees /
-             (agrees + kSeenThroughWeight * through + kPriorRatio * points) -
-         params_.kShiftPenaltyS2PerM2 * speed_m_s * speed_m_s -
+  return params_.kShiftPenaltyS2PerM2 * speed_m_s * speed_m_s +
          params_.kTurnPenaltyS2PerRad2 * rate_rad_s * rate_rad_s;
 }
 

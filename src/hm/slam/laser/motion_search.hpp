@@ -51,6 +51,7 @@ struct FoundScan {
   SE2 T_odom_base;
   Mat3 covariance = Mat3::Zero();  ///< of (x, y, angle) in `odom`
   double score = 0;
+  bool sure = true;  ///< it fits well, and no other place nearly so
 };
 
 /// Where a scan is searched for.
@@ -59,6 +60,8 @@ struct MotionSearchStart {
   double half_angle_rad = 4;  ///< largest deviation of the heading; more than pi: any heading
   /// Time since the pose that the prediction is based on: the penalty on the deviation decreases with it.
   double elapsed_s = 1;
+  /// Of the prediction's (x, y, angle), x and y along the axes of `odom`: takes the place of that penalty.
+  std::optional<Mat3> covariance = {};
 };
 
 /// Finds the pose of a scan when its motion prediction is inaccurate or missing, and judges poses found
@@ -96,6 +99,7 @@ class MotionSearch {
   void refine(const PlanarScan& scan, Place& place);
   double merit(const PlanarScan& scan, const std::vector<Vec2>& points_m, const SE2& T_odom_base,
                const MotionSearchStart& start);
+  [[nodiscard]] double penalty(const MotionSearchStart& start, const SE2& T_odom_base) const;
   [[nodiscard]] ScanAgreement agreement(const PlanarScan& scan, const SE2& T_odom_base,
                                         std::size_t max_keyframes) const;
 

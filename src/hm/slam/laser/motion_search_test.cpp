@@ -66,6 +66,30 @@ TEST(MotionSearch, OfEqualPlacesTheOneNearThePredictionCounts) {
   }
 }
 
+/// Along a corridor a scan fits everywhere: it stays where wheels predict it. Across, and in heading, the
+/// walls count.
+TEST(MotionSearch, AlongACorridorWheelsCount) {
+  PlanarWorld world;
+  world.segments = {{{-80, -1}, {80, -1}}, {{-80, 1}, {80, 1}}};
+  const TestLaser laser{181, 3.14159, 20, 0.01};
+  const Mat3 covariance = Vec3(0.01, 0.01, 0.01).asDiagonal();
+  Rng rng(6);
+  MotionSearch search;
+  for (int i = 0; i < 4; ++i) {
+    const SE2 pose(0.7 * i, 0, 0);
+    search.add(planar_scan_of_world(world, pose, laser, rng), pose);
+  }
+  for (const double along_m : {2.4, 2.87, 3.31}) {
+    const SE2 predicted(along_m, 0.12, -0.11);
+    const auto found =
+        search.find(planar_scan_of_world(world, SE2(3, 0, 0), laser, rng), {predicted, 0.6, 1, covariance});
+    ASSERT_TRUE(found) << along_m;
+    EXPECT_NEAR(found->T_odom_base.x(), along_m, 0.03);
+    EXPECT_NEAR(found->T_odom_base.y(), 0, 0.03);
+    EXPECT_NEAR(found->T_odom_base.angle(), 0, 0.02);
+  }
+}
+
 TEST(MotionSearch, AfterFailuresItLooksFurther) {
   const PlanarWorld world = office_world();
   Rng rng(4);

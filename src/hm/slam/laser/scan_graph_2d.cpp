@@ -18,12 +18,21 @@ constexpr int kMaxTakeOutRounds = 4;
 /// A loop that PL-ICP pairs less is verified by all scans of the submap, from this share of pairs on.
 constexpr double kPairsRatioInSubmap = 0.3, kMaxContradictedInSubmap = 0.08;
 constexpr std::size_t kMinPointsInSubmap = 300;
+/// A loop that moves the newest keyframe further needs another one that agrees: between places that look
+/// alike there are loops, but seldom two that fit one correction.
+constexpr double kAloneCorrection_m = 0.5;
+/// Such a loop begins and ends at most so many keyframes from this one, but does not end at the next one.
+constexpr std::size_t kReachOfAgreement = 15, kLeastApart = 2;
+/// Deviations between two loops at most; those of the graph between their ends, in part per metre.
+constexpr double kAgreementSigmas = 3, kChain_m = 0.1, kChainRatio = 0.02, kChain_rad = 0.03;
 constexpr ScanAgreementLimits kSubmapLimits{0.15, 0.02, 12, 90};
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
 
-/// Combines a matcher's covariance with a weak prior on odometry's motion, for unobservable directions.
-Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance) {
+/// Combines a matcher's covariance with that of the wheels, or else with a weak prior on odometry's motion,
+/// for unobservable directions.
+Mat3 with_motion_prior(const SE2& motion, const Mat3& covariance, const std::optional<Mat3>& wheels) {
+  if (wheels) return (covariance.inverse() + wheels->inverse()).inverse();
   const double sigma_m = kMotionSigma_m + kMotionSigmaRatio * motion.translation().norm();
   const double sigma_rad = kMotionSigma_rad + kMotionSigmaRatio * std::abs(motion.angle());
   const Vec3 information(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad));
@@ -68,6 +77,8 @@ std::string_view to_string(LoopOutcome outcome) {
       return "search limit reached";
     case LoopOutcome::kNotVerified:
       return "not verified";
+    case LoopOutcome::kAlone:
+      return "no other loop agrees";
   }
   return "";
 }
@@ -89,11 +100,11 @@ ScanGraphStep ScanGraph2D::add_keyframe(GraphKeyframe2D keyframe) {
     submaps_.push_back({step.node, step.node});
   ++submaps_.back().end;
   add_odometry_edge();
+  std::erase_if(waiting_, [&](const PoseEdge2D& loop) { return loop.to + kReachOfAgreement < step.node; });
   if (keyframes_.back().scan.size() < static_cast<std::size_t>(params_.kMinPoints)) return step;
   for (const Candidate& candidate : loop_candidates()) {
     step.attempts.push_back(try_loop(candidate, step));
     count(step.attempts.back().outcome);
-    if (step.attempts.back().outcome == LoopOutcome::kAccepted) ++step.loops_accepted;
   }
   return step;
 }
@@ -105,7 +116,8 @@ void ScanGraph2D::add_odometry_edge() {
     return;
   }
   const SE2 motion = keyframes_[node - 1].T_odom_base.inverse() * keyframes_[node].T_odom_base;
-  const Mat3 covariance = with_motion_prior(motion, honest_covariance(keyframes_[node].covariance, params_));
+  const Mat3 covariance = with_motion_prior(motion, honest_covariance(keyframes_[node].covariance, params_),
+                                            keyframes_[node].wheel_covariance);
   graph_.T_map_node.push_back(graph_.T_map_node.back() * motion);
   graph_.edges.push_back(
       {node - 1, node, motion, edge_information(motion, covariance), PoseEdgeKind::kOdometry});
@@ -192,14 +204,53 @@ LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& ste
   attempt.outcome = outcome_of(match.status);
   if (match.status != CorrelativeStatus::kFound) return attempt;
   const std::optional<PoseEdge2D> edge = verified(submap, match.T_map_scan);
-  attempt.outcome = edge ? LoopOutcome::kAccepted : LoopOutcome::kNotVerified;
-  if (edge) {
-    const Vec3 error = pose_edge_error(*edge, graph_.T_map_node[edge->from], graph_.T_map_node[edge->to]);
-    step.largest_correction_m = std::max(step.largest_correction_m, error.head<2>().norm());
-    graph_.edges.push_back(*edge);
-    paths_.add_edge(*edge);
-  }
+  attempt.outcome = edge ? accept(*edge, step) : LoopOutcome::kNotVerified;
   return attempt;
+}
+
+/// Adds a loop to the graph, or lets it wait for another one that agrees; with such a one both.
+LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
+  const auto add = [&](const PoseEdge2D& loop) {
+    graph_.edges.push_back(loop);
+    paths_.add_edge(loop);
+    ++step.loops_accepted;
+  };
+  const double correction_m =
+      pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
+  const auto agrees = [&](const PoseEdge2D& other) { return agree(edge, other); };
+  const auto waiting = std::ranges::find_if(waiting_, agrees);
+  if (correction_m > kAloneCorrection_m && waiting == waiting_.end() &&
+      std::ranges::none_of(graph_.edges, agrees)) {
+    waiting_.push_back(edge);
+    return LoopOutcome::kAlone;
+  }
+  add(edge);
+  step.largest_correction_m = std::max(step.largest_correction_m, correction_m);
+  if (waiting == waiting_.end()) return LoopOutcome::kAccepted;
+  add(*waiting);
+  waiting_.erase(waiting);
+  --statistics_.alone;
+  ++statistics_.accepted;
+  return LoopOutcome::kAccepted;
+}
+
+/// Whether two loops between the same two stretches of the path fit one correction.
+bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
+  const auto apart = [](std::size_t i, std::size_t j) { return i > j ? i - j : j - i; };
+  if (b.kind != PoseEdgeKind::kLoop || apart(a.to, b.to) > kReachOfAgreement ||
+      apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement)
+    return false;
+  const auto& T_map = graph_.T_map_node;
+  const SE2 from = T_map[a.from].inverse() * T_map[b.from], to = T_map[b.to].inverse() * T_map[a.to];
+  const PoseEdge2D around{b.from, b.to, from.inverse() * a.T_from_to * to.inverse(), b.information};
+  const Vec3 error = pose_edge_error(around, SE2(), b.T_from_to);
+  const double way_m = from.translation().norm() + to.translation().norm(),
+               chain_m = kChain_m + kChainRatio * way_m;
+  Mat3 turn = Mat3::Identity();  // the axes of a loop's error are those at its end
+  turn.topLeftCorner<2, 2>() = to.rotation();
+  const Mat3 covariance = b.information.inverse() + turn * a.information.inverse() * turn.transpose() +
+                          Mat3(Vec3(chain_m, chain_m, kChain_rad).cwiseAbs2().asDiagonal());
+  return error.dot(covariance.inverse() * error) <= kAgreementSigmas * kAgreementSigmas;
 }
 
 /// Loop edge from the submap's nearest keyframe, if PL-ICP confirms the match of the search.
@@ -251,6 +302,7 @@ void ScanGraph2D::count(LoopOutcome outcome) {
   if (outcome == LoopOutcome::kAmbiguous) ++statistics_.ambiguous;
   if (outcome == LoopOutcome::kLimitReached) ++statistics_.limit_reached;
   if (outcome == LoopOutcome::kNotVerified) ++statistics_.not_verified;
+  if (outcome == LoopOutcome::kAlone) ++statistics_.alone;
 }
 
 PoseGraphSolution ScanGraph2D::optimise(std::size_t first) {

@@ -22,6 +22,7 @@ enum class LoopOutcome {
   kAmbiguous,     ///< several poses fit nearly as well
   kLimitReached,  ///< the search exceeded its limit
   kNotVerified,   ///< PL-ICP does not confirm the match
+  kAlone,         ///< it corrects much, and no other loop agrees (until one does)
 };
 std::string_view to_string(LoopOutcome outcome);
 
@@ -40,10 +41,10 @@ struct ScanGraphStep {
   double largest_correction_m = 0;  ///< of the accepted loops, relative to the pose in the graph
 };
 
-/// Numbers of loop searches by outcome; `candidates` is the sum of the five after it.
+/// Numbers of loop searches by outcome; `candidates` is the sum of the six after it.
 struct ScanGraphStatistics {
   std::size_t candidates = 0;
-  std::size_t accepted = 0, no_match = 0, ambiguous = 0, limit_reached = 0, not_verified = 0;
+  std::size_t accepted = 0, no_match = 0, ambiguous = 0, limit_reached = 0, not_verified = 0, alone = 0;
   std::size_t removed = 0;  ///< accepted, but removed after optimisation as inconsistent
   [[nodiscard]] std::size_t rejected() const { return candidates - accepted + removed; }
 };
@@ -88,6 +89,8 @@ class ScanGraph2D {
   [[nodiscard]] double apartness(const ScanSubmap& submap) const;
   LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
   [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
+  LoopOutcome accept(const PoseEdge2D& edge, ScanGraphStep& step);
+  [[nodiscard]] bool agree(const PoseEdge2D& a, const PoseEdge2D& b) const;
   [[nodiscard]] bool agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const;
   void count(LoopOutcome outcome);
   bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
@@ -97,6 +100,7 @@ class ScanGraph2D {
   std::vector<ScanSubmap> submaps_;
   PoseGraph2D graph_;
   PathUncertainty2D paths_;
+  std::vector<PoseEdge2D> waiting_;  // loops of the newest keyframes with which no other agrees yet
   SubmapRasters rasters_;
   PlIcp matcher_;
   ScanGraphStatistics statistics_;

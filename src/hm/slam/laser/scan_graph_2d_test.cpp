@@ -80,7 +80,7 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
   const ScanGraphStatistics& counts = graph.statistics();
   EXPECT_GT(counts.accepted, 20U);
   EXPECT_EQ(counts.candidates, counts.accepted + counts.no_match + counts.ambiguous + counts.limit_reached +
-                                   counts.not_verified);
+                                   counts.not_verified + counts.alone);
   // Every loop is correct.
   for (const PoseEdge2D& edge : graph.graph().edges) {
     if (edge.kind != PoseEdgeKind::kLoop) continue;
@@ -88,6 +88,45 @@ TEST(ScanGraph2D, ClosesTheLoopsOfAnOffice) {
     EXPECT_LT(wrong.translation().norm(), 0.05) << edge.from << " " << edge.to;
     EXPECT_LT(std::abs(wrong.angle()), 0.02);
   }
+}
+
+/// The first loop after a round corrects by metres: it waits for a second one, and both come together.
+TEST(ScanGraph2D, ALargeCorrectionNeedsTwoLoopsThatAgree) {
+  const Drive run = drive(office_world(), two_rounds(), kLaser);
+  ScanGraph2D graph;
+  std::size_t alone = 0;
+  for (const GraphKeyframe2D& keyframe : run.keyframes) {
+    const ScanGraphStep step = graph.add_keyframe(keyframe);
+    if (step.loops_accepted > 0) {
+      EXPECT_GE(step.loops_accepted, 2);
+      EXPECT_GT(step.largest_correction_m, 0.5);
+      break;
+    }
+    for (const LoopAttempt& attempt : step.attempts) alone += attempt.outcome == LoopOutcome::kAlone;
+    EXPECT_EQ(graph.graph().edges.size(), graph.size() - 1);
+    EXPECT_EQ(graph.statistics().alone, alone);
+  }
+  EXPECT_GE(alone, 1U);
+  EXPECT_EQ(graph.statistics().accepted, 2U);
+  EXPECT_EQ(graph.statistics().alone, alone - 1);
+  EXPECT_EQ(to_string(LoopOutcome::kAlone), "no other loop agrees");
+}
+
+/// Wheels say how far an edge of odometry may be off along a corridor.
+TEST(ScanGraph2D, WheelsBoundWhatMatchingLeavesFree) {
+  Rng rng(2);
+  ScanGraph2D graph;
+  const Mat3 corridor = Vec3(1e4, 1e-4, 1e-5).asDiagonal(), wheels = Vec3(4e-4, 4e-4, 1e-2).asDiagonal();
+  for (int i = 0; i < 3; ++i) {
+    PlanarScan scan = planar_scan_of_world(office_world(), SE2(), kLaser, rng);
+    scan.stamp = Time::from_seconds(i);
+    graph.add_keyframe({scan, SE2(i, 0, 0), corridor, i == 2 ? std::optional(wheels) : std::nullopt});
+  }
+  const auto sigma_m = [&](std::size_t edge) {
+    return std::sqrt(graph.graph().edges[edge].information.inverse()(0, 0));
+  };
+  EXPECT_NEAR(sigma_m(1), 0.02, 1e-3);
+  EXPECT_GT(sigma_m(0), 0.2);
 }
 
 TEST(ScanGraph2D, SameBitsEveryTime) {

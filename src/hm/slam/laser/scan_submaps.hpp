@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <list>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct GraphKeyframe2D {
   SE2 T_odom_base;
   /// Covariance of T_previous_base as (x, y, angle), in the frame of the previous keyframe.
   Mat3 covariance = Mat3::Zero();
+  /// The same of what wheels measured, where they measured all of it.
+  std::optional<Mat3> wheel_covariance = {};
 };
 
 /// Consecutive keyframes that are searched together for loops. They keep their relative odometry poses, whose

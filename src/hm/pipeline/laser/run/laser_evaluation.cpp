@@ -1,5 +1,6 @@
 #include "hm/pipeline/laser/run/laser_evaluation.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "hm/core/text/counted.hpp"
@@ -8,6 +9,9 @@
 
 namespace hm {
 namespace {
+
+constexpr double kWrongLoopDeviations = 4, kLoopError_m = 0.1, kLoopError_rad = 0.03;
+constexpr double kMaxTruthGap_s = 1;
 
 void compare_with_relations(const LaserRecording& recording, const LaserRunOptions& options,
                             LaserSummary& summary) {
@@ -58,6 +62,25 @@ void judge_failures(const LaserSummary& summary, RunVerdict& verdict) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Trajectory& truth) {
+  const auto true_pose = [&](std::size_t node) {
+    return pose_at(truth, graph.keyframe(node).scan.stamp, Duration::from_seconds(kMaxTruthGap_s));
+  };
+  const Mat3 least = Vec3(kLoopError_m, kLoopError_m, kLoopError_rad).cwiseAbs2().asDiagonal();
+  std::optional<std::size_t> wrong;
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    const auto from = true_pose(edge.from), to = true_pose(edge.to);
+    if (!from || !to) continue;
+    const Vec3 error = pose_edge_error(edge, SE2::from_se3(*from), SE2::from_se3(*to));
+    const Mat3 covariance = edge.information.inverse() + least;
+    const bool contradicted =
+        error.dot(covariance.inverse() * error) > kWrongLoopDeviations * kWrongLoopDeviations;
+    wrong = wrong.value_or(0) + (contradicted ? 1 : 0);
+  }
+  return wrong;
+}
 
 RunVerdict judge_laser_run(const LaserSummary& summary, const ScanVisits& visits,
                            const LaserMapFrame& frame) {

@@ -9,6 +9,11 @@ namespace hm {
 void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& options,
                         LaserSummary& summary);
 
+/// Number of loops of a graph that the truth contradicts: by more than four deviations of the loop, with 10
+/// cm and 0.03 rad besides. Directions that a loop leaves free are not judged. Nothing where the truth
+/// reaches none.
+std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Trajectory& truth);
+
 /// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md).
 inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 0.6, 0.4};
 

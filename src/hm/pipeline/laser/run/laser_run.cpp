@@ -300,6 +300,7 @@ Result<std::optional<MultiVolumeGrid>> Run::correct() {
   const LaserMapFrame& frame = pipeline_.map_frame();
   MapFrameSummary& map = summary_.map_frame = summarise_map_frame(frame);
   if (map.source != MapFrameSource::kOdometry) map.ms = counts_.map_frame_ms();
+  if (frame.loops()) map.wrong_loops = count_wrong_loops(frame.loops()->graph(), recording_.truth);
   if (map.source == MapFrameSource::kSavedMap) {
     map.localisation = counts_.localisation();
     map.localisation->map = options_.saved_map;

@@ -11,11 +11,12 @@
 namespace hm {
 namespace {
 
-/// Adds mean and deviation of the errors of relative poses.
-void add_relations(SummaryTree& v, const SummaryDoc& doc, double mean, double deviation) {
+/// Adds mean, deviation and 95th percentile of the errors of relative poses.
+void add_relations(SummaryTree& v, const SummaryDoc& doc, const Summary& errors, double deviation) {
   v.object(doc.key, [&](SummaryTree& error) {
-    error({"mean", doc.label, doc.format}, mean);
+    error({"mean", doc.label, doc.format}, errors.mean);
     error({"std", {}, doc.format}, deviation);
+    error({"p95", {}, doc.format}, errors.p95);
   });
 }
 
@@ -37,9 +38,9 @@ void add_errors(const LaserSummary& summary, SummaryTree& v) {
   }
   if (!summary.relation_error) return;
   const RelationErrors& errors = *summary.relation_error;
-  add_relations(v, {"relation_error_m", "relations, mean error", "{:.4f} m"}, errors.translation_m.mean,
+  add_relations(v, {"relation_error_m", "relations, mean error", "{:.4f} m"}, errors.translation_m,
                 errors.translation_std_m);
-  add_relations(v, {"relation_error_rad", "relations, mean error", "{:.5f} rad"}, errors.rotation_rad.mean,
+  add_relations(v, {"relation_error_rad", "relations, mean error", "{:.5f} rad"}, errors.rotation_rad,
                 errors.rotation_std_rad);
   v.object("relations", [&](SummaryTree& relations) {
     relations({"used", "relations used"}, errors.errors.size());
@@ -56,9 +57,8 @@ void add_errors_of_odom(const LaserSummary& summary, SummaryTree& v) {
   }
   if (!summary.relation_error_odom) return;
   const RelationErrors& errors = *summary.relation_error_odom;
-  add_relations(v, {"relation_error_odom_m", {}, "{:.4f} m"}, errors.translation_m.mean,
-                errors.translation_std_m);
-  add_relations(v, {"relation_error_odom_rad", {}, "{:.5f} rad"}, errors.rotation_rad.mean,
+  add_relations(v, {"relation_error_odom_m", {}, "{:.4f} m"}, errors.translation_m, errors.translation_std_m);
+  add_relations(v, {"relation_error_odom_rad", {}, "{:.5f} rad"}, errors.rotation_rad,
                 errors.rotation_std_rad);
 }
 
@@ -102,7 +102,9 @@ void add_loops(const MapFrameSummary& map, SummaryTree& v) {
   v({"ambiguous", "it fits several places"}, loops.ambiguous);
   v({"limit_reached", "search limit reached"}, loops.limit_reached);
   v({"not_verified", "not confirmed by PL-ICP"}, loops.not_verified);
+  v({"alone", "no other loop agrees"}, loops.alone);
   v({"removed", "removed again: contradicted by others"}, loops.removed);
+  v.or_null({"wrong", "closed, but contradicted by the truth"}, map.wrong_loops);
 }
 
 void add_place(const MapFrameSummary& map, const LocalisationSummary& place, SummaryTree& v) {
