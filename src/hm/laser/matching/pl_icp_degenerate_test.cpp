@@ -70,7 +70,7 @@ TEST(PlIcpDegenerate, FewPairsMoveAGuessOnlyWithinItsDeviations) {
   const auto corridor_with_legs = [](double shift_m) {
     PlanarWorld world = corridor(0);
     for (const Vec2& leg : {Vec2(1.6, -0.5), Vec2(2.4, 0.4)})
-      world.segments.push_back({leg + Vec2(shift_m, -0.12), leg + Vec2(shift_m, 0.12)});
+      world.segments.push_back({leg + Vec2(shift_m, -0.2), leg + Vec2(shift_m, 0.2)});
     return world;
   };
   for (std::uint64_t seed = 0; seed < 10; ++seed) {

@@ -72,7 +72,8 @@ void WheelCalibration::learn(const SE2& wheels, const SE2& matched, const Mat3& 
     scale_variance_ *= 1 - gain * way_m;
   }
   const double turn_error = wrap_angle(matched.angle() - expected.angle());
-  const Vec2 motion(way_m, turn_rad);
+  // The true turn: the measured one has the error that is to be explained.
+  const Vec2 motion(way_m, wrap_angle(matched.angle()));
   const double noise =
       veering_.variance * way_m + turning_.variance * std::abs(turn_rad) + kLeast_rad * kLeast_rad;
   const double variance = noise + covariance(2, 2) + motion.dot(heading_covariance_ * motion);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "hm/core/check.hpp"
+#include "hm/core/statistics.hpp"
 
 namespace hm {
 namespace {
@@ -25,6 +27,10 @@ constexpr double kAloneCorrection_m = 0.5;
 constexpr std::size_t kReachOfAgreement = 15, kLeastApart = 2;
 /// Deviations between two loops at most; those of the graph between their ends, in part per metre.
 constexpr double kAgreementSigmas = 3, kChain_m = 0.1, kChainRatio = 0.02, kChain_rad = 0.03;
+/// The newest keyframes, moved as a loop that corrects much says, must not contradict those of the way that
+/// it leads to: keyframes on both ways, the distance up to which two are compared, and how many at most.
+constexpr std::size_t kTrail = 15, kWay = 25, kMostOnWay = 4;
+constexpr double kTrailReach_m = 4, kMaxContradictedByTrail = 0.12;
 constexpr ScanAgreementLimits kSubmapLimits{0.15, 0.02, 12, 90};
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
@@ -219,10 +225,12 @@ LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
       pose_edge_error(edge, graph_.T_map_node[edge.from], graph_.T_map_node[edge.to]).head<2>().norm();
   const auto agrees = [&](const PoseEdge2D& other) { return agree(edge, other); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
-  if (correction_m > kAloneCorrection_m && waiting == waiting_.end() &&
-      std::ranges::none_of(graph_.edges, agrees)) {
-    waiting_.push_back(edge);
-    return LoopOutcome::kAlone;
+  if (correction_m > kAloneCorrection_m) {
+    if (contradicted_by_trail(edge) > kMaxContradictedByTrail) return LoopOutcome::kNotVerified;
+    if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees)) {
+      waiting_.push_back(edge);
+      return LoopOutcome::kAlone;
+    }
   }
   add(edge);
   step.largest_correction_m = std::max(step.largest_correction_m, correction_m);
@@ -232,6 +240,26 @@ LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
   --statistics_.alone;
   ++statistics_.accepted;
   return LoopOutcome::kAccepted;
+}
+
+/// Share of what the newest keyframes and those of the way that a loop leads to show of each other that
+/// speaks against it: rooms look alike more often than the corridors to them, with their doors.
+double ScanGraph2D::contradicted_by_trail(const PoseEdge2D& edge) const {
+  const auto& T_map = graph_.T_map_node;
+  const SE2 T_new_old = T_map[edge.from] * edge.T_from_to * T_map[edge.to].inverse();
+  const std::size_t trail = edge.to - std::min(edge.to, kTrail);
+  const std::size_t way = edge.from - std::min(edge.from, kWay),
+                    end = std::min(edge.from + kWay, trail - std::min(trail, kLeastApart));
+  ScanAgreement sum;
+  for (std::size_t i = trail; i <= edge.to; ++i) {
+    const SE2 T_map_i = T_new_old * T_map[i];
+    std::vector<std::size_t> near;
+    for (std::size_t k = way; k < end; ++k)
+      if ((T_map[k].translation() - T_map_i.translation()).norm() < kTrailReach_m) near.push_back(k);
+    for (const std::size_t k : thinned(std::move(near), kMostOnWay))
+      compare_scans(keyframes_[k].scan, keyframes_[i].scan, T_map[k].inverse() * T_map_i, kSubmapLimits, sum);
+  }
+  return sum.contradicted_ratio();
 }
 
 /// Whether two loops between the same two stretches of the path fit one correction.

@@ -90,6 +90,7 @@ class ScanGraph2D {
   LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
   [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
   LoopOutcome accept(const PoseEdge2D& edge, ScanGraphStep& step);
+  [[nodiscard]] double contradicted_by_trail(const PoseEdge2D& edge) const;
   [[nodiscard]] bool agree(const PoseEdge2D& a, const PoseEdge2D& b) const;
   [[nodiscard]] bool agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const;
   void count(LoopOutcome outcome);
