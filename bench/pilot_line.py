@@ -1,15 +1,53 @@
-"""The line between a page and its server, as a relay that reads the pilot's commands and can be cut without either end being told."""
+"""The line between a page and its server, as a relay that reads the pilot's commands, can be cut without either end being told, and can be narrow."""
+import collections
 import json
 import socket
 import threading
 import time
 
 
+class Narrow(threading.Thread):
+    """One way of a line, for all connections: pieces leave in the order in which they came, so many bytes a second; WAITING bytes wait at most."""
+
+    WAITING, PIECE = 1 << 16, 4096
+
+    def __init__(self, bytes_per_s):
+        super().__init__(daemon=True)
+        self.bytes_per_s, self.carried, self.waiting = bytes_per_s, 0, 0
+        self.pieces, self.changed = collections.deque(), threading.Condition()
+        self.start()
+
+    def carry(self, data, target):
+        with self.changed:
+            self.changed.wait_for(lambda: self.waiting < self.WAITING)
+            self.pieces.append((data, target))
+            self.waiting += len(data)
+            self.changed.notify_all()
+
+    def run(self):
+        free_at = time.monotonic()
+        while True:
+            with self.changed:
+                self.changed.wait_for(lambda: self.pieces)
+                data, target = self.pieces.popleft()
+            free_at = max(free_at, time.monotonic()) + len(data) / self.bytes_per_s
+            time.sleep(max(0, free_at - time.monotonic()))
+            try:
+                target.sendall(data)
+            except OSError:
+                pass  # its connection has ended
+            with self.changed:
+                self.waiting -= len(data)
+                self.carried += len(data)
+                self.changed.notify_all()
+
+
 class Line:
     """Relays connections of 127.0.0.1 to a port. `inputs`: when a velocity passed and when its input was made (monotonic, s)."""
 
-    def __init__(self, port):
+    def __init__(self, port, bytes_per_s=0):
         self.port, self.is_cut, self.inputs, self.sockets = port, False, [], []
+        self.up, self.down = (Narrow(bytes_per_s), Narrow(bytes_per_s)) if bytes_per_s else (None, None)
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"http://127.0.0.1:{self.listener.getsockname()[1]}/"
         threading.Thread(target=self._accept, daemon=True).start()
@@ -28,17 +66,20 @@ class Line:
             for one in (client, server):
                 one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.sockets += [client, server]
-            threading.Thread(target=self._relay, args=(client, server, PilotReader(self.inputs)), daemon=True).start()
-            threading.Thread(target=self._relay, args=(server, client, None), daemon=True).start()
+            threading.Thread(target=self._relay, args=(client, server, self.up, PilotReader(self.inputs)), daemon=True).start()
+            threading.Thread(target=self._relay, args=(server, client, self.down), daemon=True).start()
 
-    def _relay(self, source, target, reader):
+    def _relay(self, source, target, narrow, reader=None):
         try:
-            while data := source.recv(1 << 16):
+            while data := source.recv(narrow.PIECE if narrow else 1 << 16):
                 if self.is_cut:
                     continue
                 if reader:
                     reader.read(data)
-                target.sendall(data)
+                if narrow:
+                    narrow.carry(data, target)
+                else:
+                    target.sendall(data)
         except OSError:
             pass
         for one in (source, target):

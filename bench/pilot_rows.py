@@ -38,14 +38,13 @@ class Holds(threading.Thread):
 class Flight:
     """A flight in the air, and the line to it."""
 
-    def __init__(self, program, work):
-        self.process = subprocess.Popen([str(program), "fly", "teleop", "-o", str(work / "flown"), "--serve=0"], stdin=subprocess.PIPE,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    def __init__(self, words, bytes_per_s=0, stdout=subprocess.DEVNULL):
+        self.process = subprocess.Popen([str(word) for word in words], stdin=subprocess.PIPE, stdout=stdout, stderr=subprocess.PIPE, text=True)
         link = next((found for line in self.process.stderr if (found := re.search(r"http://127\.0\.0\.1:(\d+)/", line))), None)
         if not link:
-            raise RuntimeError("hm fly said no address")
+            raise RuntimeError(f"{words[0]} said no address")
         threading.Thread(target=self.process.stderr.read, daemon=True).start()
-        self.holds, self.port, self.line, self.driver = Holds(int(link[1])), int(link[1]), None, None
+        self.port, self.bytes_per_s, self.line, self.driver = int(link[1]), bytes_per_s, None, None
 
     def close(self):
         self.leave()
@@ -62,17 +61,28 @@ class Flight:
     def enter(self):
         """A new browser that has control; the vehicle flies."""
         self.leave()
-        self.line, self.driver = Line(self.port), page_figures.open_browser(page_support.DESK, draws=False)
+        self.line, self.driver = Line(self.port, self.bytes_per_s), page_figures.open_browser(page_support.DESK, draws=False)
         self.driver.get(self.line.url)
         page_support.press(self.driver, "Take control")
         if self.driver.execute_script("return document.querySelector('.machine .flying.now') === null"):
             page_support.press(self.driver, "Engage")
             page_support.press(self.driver, "Take off")
         self.wait("document.querySelector('.machine .flying.now') !== null", 20)
-        self.driver.execute_script("[...document.querySelectorAll('.toggle')].find(t => t.innerText.includes('keys fly')).querySelector('input').click()")
 
     def wait(self, script, seconds=20):
         return page_support.wait_for(self.driver, script, seconds)
+
+
+class SteeredFlight(Flight):
+    """One that is steered by keys."""
+
+    def __init__(self, program, work):
+        super().__init__([program, "fly", "teleop", "-o", work / "flown", "--serve=0"])
+        self.holds = Holds(self.port)
+
+    def enter(self):
+        super().enter()
+        self.driver.execute_script("[...document.querySelectorAll('.toggle')].find(t => t.innerText.includes('keys fly')).querySelector('input').click()")
 
     def key(self, kind, key):
         self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": f"Key{key.upper()}"})
@@ -109,7 +119,7 @@ def cut(flight):
 def dead_man(program, work, rounds=ROUNDS):
     """Seconds until the vehicle held, by what was done to the page."""
     held = {"frozen": [], "killed": [], "cut": []}
-    flight = Flight(program, Path(work))
+    flight = SteeredFlight(program, Path(work))
     try:
         for round_number in range(rounds):
             for name, harm in (("frozen", freeze), ("killed", kill), ("cut", cut)):

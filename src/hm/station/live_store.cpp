@@ -36,8 +36,6 @@ struct LiveStore::Impl {
   std::map<LiveSlot, Entry> entries;
   std::map<std::uint64_t, LiveSlot> changes;  ///< every slot once, under its last change
   std::uint64_t newest = 0, events = 0;
-  std::mutex listener_mutex;
-  std::function<void()> listener;
 
   /// Call with the mutex held.
   void set(const LiveSlot& slot, LiveItem item) {
@@ -55,18 +53,11 @@ struct LiveStore::Impl {
     entries.erase(found);
   }
   void set_page(const LiveSlot& slot, LiveItem item) {
-    {
-      const std::lock_guard lock(mutex);
-      const auto old = entries.find(slot);
-      HM_CHECK(old == entries.end() || item.version > old->second.item.version, "version {} after {}",
-               item.version, old->second.item.version);
-      set(slot, std::move(item));
-    }
-    notify();
-  }
-  void notify() {
-    const std::lock_guard lock(listener_mutex);
-    if (listener) listener();
+    const std::lock_guard lock(mutex);
+    const auto old = entries.find(slot);
+    HM_CHECK(old == entries.end() || item.version > old->second.item.version, "version {} after {}",
+             item.version, old->second.item.version);
+    set(slot, std::move(item));
   }
 };
 
@@ -80,11 +71,8 @@ void LiveStore::put(LiveKind kind, std::uint64_t id, Time stamp, std::vector<std
   LiveItem item;
   item.stamp = stamp;
   item.payload = std::make_shared<const std::vector<std::byte>>(std::move(payload));
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->set({kind, id, {}}, std::move(item));
-  }
-  impl_->notify();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->set({kind, id, {}}, std::move(item));
 }
 
 void LiveStore::remove(LiveKind kind, std::uint64_t id) {
@@ -110,19 +98,16 @@ void LiveStore::remove_page(PageKey key, std::uint32_t version, Time stamp) {
 }
 
 void LiveStore::add_event(Time stamp, std::string level, std::string text) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    const std::uint64_t id = ++impl_->events;
-    const auto json = JsonValue::object(
-        {{"id", id}, {"time_s", stamp.seconds()}, {"level", std::move(level)}, {"text", std::move(text)}});
-    LiveItem item;
-    item.stamp = stamp;
-    item.payload =
-        std::make_shared<const std::vector<std::byte>>(text_bytes(to_json_text(json, JsonStyle::kCompact)));
-    impl_->set({LiveKind::kEvent, id, {}}, std::move(item));
-    if (id > kMaxEvents) impl_->erase({LiveKind::kEvent, id - kMaxEvents, {}});
-  }
-  impl_->notify();
+  const std::lock_guard lock(impl_->mutex);
+  const std::uint64_t id = ++impl_->events;
+  const auto json = JsonValue::object(
+      {{"id", id}, {"time_s", stamp.seconds()}, {"level", std::move(level)}, {"text", std::move(text)}});
+  LiveItem item;
+  item.stamp = stamp;
+  item.payload =
+      std::make_shared<const std::vector<std::byte>>(text_bytes(to_json_text(json, JsonStyle::kCompact)));
+  impl_->set({LiveKind::kEvent, id, {}}, std::move(item));
+  if (id > kMaxEvents) impl_->erase({LiveKind::kEvent, id - kMaxEvents, {}});
 }
 
 std::uint64_t LiveStore::changes_after(std::uint64_t after, std::vector<LiveChange>& changes) const {
@@ -149,10 +134,5 @@ std::vector<LiveItem> LiveStore::items(LiveKind kind) const {
 }
 
 const std::string& LiveStore::session() const { return impl_->session; }
-
-void LiveStore::set_listener(std::function<void()> listener) {
-  const std::lock_guard lock(impl_->listener_mutex);
-  impl_->listener = std::move(listener);
-}
 
 }  // namespace hm

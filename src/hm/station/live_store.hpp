@@ -4,7 +4,6 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -102,9 +101,6 @@ class LiveStore {
   [[nodiscard]] std::vector<LiveItem> items(LiveKind kind) const;
   /// Random name of this store: what a viewer knows of another one is worth nothing.
   [[nodiscard]] const std::string& session() const;
-  /// Called after each change, on the thread that made it; must return at once. Empty: nobody. Waits for a
-  /// call that is under way.
-  void set_listener(std::function<void()> listener);
 
  private:
   struct Impl;

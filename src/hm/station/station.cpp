@@ -226,7 +226,7 @@ struct Station::Impl : WebHandler {
 
 Station::Station(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-Station::~Station() { impl_->store.set_listener(nullptr); }
+Station::~Station() = default;
 
 Result<std::unique_ptr<Station>> Station::start(StationOptions options) {
   if (options.address == "localhost") options.address = "127.0.0.1";
@@ -237,7 +237,6 @@ Result<std::unique_ptr<Station>> Station::start(StationOptions options) {
   auto server = WebServer::start(address, impl->limits, *impl);
   if (!server) return forward_error(server);
   impl->server = std::move(*server);
-  impl->store.set_listener([&web = *impl->server] { web.wake(); });
   return std::unique_ptr<Station>(new Station(std::move(impl)));
 }
 

@@ -1,24 +1,58 @@
 import type { PageKey } from "./frames.ts";
 import type { MeshPage } from "./mesh_page.ts";
 
-/** Edges that belong to one triangle of the page: six numbers each (both ends, m, in `map`). */
-export function findOpenEdges(page: MeshPage): Float32Array {
-  const { indices, positions, origin, quantum } = page;
-  let capacity = 16;
-  while (capacity < 3 * indices.length) capacity *= 2;
-  const low = new Int32Array(capacity).fill(-1), high = new Int32Array(capacity), uses = new Uint8Array(capacity);
-  for (let i = 0; i < indices.length; ++i) {
-    const a = indices[i], b = indices[i % 3 === 2 ? i - 2 : i + 1], least = Math.min(a, b), most = Math.max(a, b);
-    let slot = (Math.imul(least, 0x9e3779b1) ^ Math.imul(most, 0x85ebca6b)) >>> 0 & capacity - 1;
-    while (low[slot] !== -1 && (low[slot] !== least || high[slot] !== most)) slot = slot + 1 & capacity - 1;
-    low[slot] = least;
-    high[slot] = most;
-    uses[slot] = Math.min(uses[slot] + 1, 2);
+/** Edges of a page's triangles and how many triangles each has; its memory serves one page after the other. */
+class EdgeTable {
+  count = 0;
+  low = new Uint32Array(0);  // the vertices of each edge
+  high = new Uint32Array(0);
+  uses = new Uint8Array(0);  // 2: two or more
+  private next = new Int32Array(0);   // edge with the same low vertex, or -1
+  private first = new Int32Array(0);  // of each vertex
+
+  clear(vertices: number, mostEdges: number): void {
+    if (this.low.length < mostEdges) {
+      this.low = new Uint32Array(mostEdges);
+      this.high = new Uint32Array(mostEdges);
+      this.uses = new Uint8Array(mostEdges);
+      this.next = new Int32Array(mostEdges);
+    }
+    if (this.first.length < vertices) this.first = new Int32Array(vertices);
+    this.first.fill(-1, 0, vertices);
+    this.count = 0;
   }
-  const ends: number[] = [];
-  for (let slot = 0; slot < capacity; ++slot)
-    if (uses[slot] === 1)
-      for (const vertex of [low[slot], high[slot]])
+
+  add(a: number, b: number): void {
+    const low = a < b ? a : b, high = a < b ? b : a;
+    let edge = this.first[low];
+    while (edge !== -1 && this.high[edge] !== high) edge = this.next[edge];
+    if (edge !== -1) {
+      this.uses[edge] = 2;
+      return;
+    }
+    edge = this.count++;
+    this.low[edge] = low;
+    this.high[edge] = high;
+    this.uses[edge] = 1;
+    this.next[edge] = this.first[low];
+    this.first[low] = edge;
+  }
+}
+const table = new EdgeTable();
+
+/** Edges that belong to one triangle of the page: six numbers each (both ends, m, in `map`). */
+export function findOpenEdges({ indices, positions, origin, quantum }: MeshPage): Float32Array {
+  table.clear(positions.length / 4, indices.length);
+  for (let i = 0; i < indices.length; i += 3) {
+    const a = indices[i], b = indices[i + 1], c = indices[i + 2];
+    table.add(a, b);
+    table.add(b, c);
+    table.add(c, a);
+  }
+  const { count, uses, low, high } = table, ends: number[] = [];
+  for (let edge = 0; edge < count; ++edge)
+    if (uses[edge] === 1)
+      for (const vertex of [low[edge], high[edge]])
         for (let k = 0; k < 3; ++k) ends.push(origin[k] + quantum * positions[4 * vertex + k]);
   return Float32Array.from(ends);
 }

@@ -24,18 +24,22 @@ struct Ball {
     fill(grid, -40, 40,
          [](const Vec3& p) { return std::clamp((p - Vec3(0.01, 0.02, 0.03)).norm() - 0.5, -0.06, 0.06); });
     mesher.mark_all(grid);
-    updated = mesher.update(grid).updated;
+    update();
+  }
+  void update() {
+    updated.clear();
+    append_updates(mesher, mesher.update(grid).updated, updated);
   }
   ParallelLoop loop;
   VolumeGrid grid;
   IncrementalMesher mesher;
-  std::vector<VolumeKey> updated;
+  std::vector<MeshedVolume> updated;
 };
 
 std::vector<MeshPageCopy> pages_of(const Ball& ball) {
   PageChanges changes;
   changes.note(ball.updated, kStart);
-  return changes.take_all(ball.mesher, kVoxel_m);
+  return changes.take_all(kVoxel_m);
 }
 
 using Steps = std::array<long, 3>;
@@ -182,14 +186,14 @@ TEST(PageChanges, CopiesAPageNoMoreOftenThanTheInterval) {
   PageChanges changes(std::chrono::milliseconds(500));
   const auto at = [](int ms) { return kStart + std::chrono::milliseconds(ms); };
   changes.note(ball.updated, kStart);
-  const auto first = changes.take_due(ball.mesher, kVoxel_m, kStart);
+  const auto first = changes.take_due(kVoxel_m, kStart);
   ASSERT_GT(first.size(), 7u);
   EXPECT_EQ(first[0].version, 1u);
   changes.note(ball.updated, at(300));
   changes.note(ball.updated, at(400));
-  EXPECT_TRUE(changes.take_due(ball.mesher, kVoxel_m, at(400)).empty());
+  EXPECT_TRUE(changes.take_due(kVoxel_m, at(400)).empty());
   EXPECT_EQ(changes.waiting(), first.size());
-  const auto second = changes.take_due(ball.mesher, kVoxel_m, at(500));
+  const auto second = changes.take_due(kVoxel_m, at(500));
   ASSERT_EQ(second.size(), first.size());
   EXPECT_EQ(second[0].version, 2u);
   EXPECT_EQ(second[0].changed_at, at(300));  // the oldest change that the first copy does not have
@@ -200,15 +204,16 @@ TEST(PageChanges, APageWithoutTrianglesIsEmptyInTheEnd) {
   Ball ball;
   PageChanges changes;
   changes.note(ball.updated, kStart);
-  const std::size_t pages = changes.take_all(ball.mesher, kVoxel_m).size();
+  const std::size_t pages = changes.take_all(kVoxel_m).size();
   std::vector<ChangedVolume> released;
   for (const VolumeKey key : ball.grid.sorted_keys()) {
     ball.grid.release(key);
     released.push_back({key, 63, true});
   }
   ball.mesher.mark_changed(released);
-  changes.note(ball.mesher.update(ball.grid).updated, kStart);
-  const auto gone = changes.take_all(ball.mesher, kVoxel_m);
+  ball.update();
+  changes.note(ball.updated, kStart);
+  const auto gone = changes.take_all(kVoxel_m);
   EXPECT_EQ(gone.size(), pages);
   for (const MeshPageCopy& page : gone) EXPECT_TRUE(page.volumes.empty() && mesh_of(page).triangles.empty());
 }

@@ -4,7 +4,6 @@
 
 #include "hm/core/parallel.hpp"
 #include "hm/mesh/whole_mesh.hpp"
-#include "hm/tsdf/grid/page_table.hpp"
 
 namespace hm {
 
@@ -16,13 +15,36 @@ TriangleMesh mesh_of(const MeshPageCopy& page) {
   return weld(volumes, page.voxel_size_m, alone);
 }
 
-void PageChanges::note(std::span<const VolumeKey> updated, Clock::time_point now) {
+void append_updates(const IncrementalMesher& mesher, std::span<const VolumeKey> keys,
+                    std::vector<MeshedVolume>& updates) {
+  for (const VolumeKey key : keys) {
+    const VolumeMesh* mesh = mesher.find(key);
+    updates.push_back({key, mesh ? *mesh : VolumeMesh()});
+  }
+}
+
+void PageChanges::State::set(const MeshedVolume& volume) {
+  const std::uint64_t bit = place_bit(volume.key);
+  const auto at = volumes.begin() + std::popcount(places & (bit - 1));
+  const bool was_there = (places & bit) != 0;
+  if (volume.mesh.empty()) {
+    if (was_there) volumes.erase(at);
+    places &= ~bit;
+  } else if (was_there) {
+    *at = volume.mesh;
+  } else {
+    volumes.insert(at, volume.mesh);
+    places |= bit;
+  }
+}
+
+void PageChanges::note(std::span<const MeshedVolume> updated, Clock::time_point now) {
   Pages::value_type* page = nullptr;  // neighbours in `updated` are often of one page
-  for (const VolumeKey volume : updated) {
-    const VolumeKey key = page_of(volume);
+  for (const MeshedVolume& volume : updated) {
+    const VolumeKey key = page_of(volume.key);
     if (!page || page->first != key) page = &*pages_.try_emplace(key).first;
     State& state = page->second;
-    state.places |= place_bit(volume);
+    state.set(volume);
     if (state.is_waiting) continue;
     state.is_waiting = true;
     state.since = now;
@@ -43,30 +65,18 @@ std::vector<MeshPageCopy> PageChanges::clear(Clock::time_point now) {
   return gone;
 }
 
-MeshPageCopy PageChanges::copy(Pages::value_type& page, const IncrementalMesher& mesher,
-                               double voxel_size_m) {
-  auto& [page_key, state] = page;
-  MeshPageCopy result{page_key, ++state.version, voxel_size_m, {}, state.since};
-  result.volumes.reserve(static_cast<std::size_t>(std::popcount(state.places)));
-  for (std::uint64_t places = state.places; places != 0; places &= places - 1) {
-    const VolumeKey key = key_at(page_key, std::countr_zero(places));
-    if (const VolumeMesh* volume = mesher.find(key))
-      result.volumes.push_back(*volume);
-    else
-      state.places &= ~place_bit(key);
-  }
+MeshPageCopy PageChanges::copy(Pages::value_type& page, double voxel_size_m) {
+  auto& [key, state] = page;
   state.is_waiting = false;
-  return result;
+  return {key, ++state.version, voxel_size_m, state.volumes, state.since};
 }
 
-std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher, double voxel_size_m,
-                                                Clock::time_point now) {
+std::vector<MeshPageCopy> PageChanges::take_due(double voxel_size_m, Clock::time_point now) {
   std::vector<MeshPageCopy> copies;
   const auto is_due = [&](Pages::value_type* page) {
     State& state = page->second;
-    const bool is_early = state.version > 0 && now - state.copied_at < interval_;
-    if (is_early || copies.size() >= kMostCopies) return false;
-    copies.push_back(copy(*page, mesher, voxel_size_m));
+    if (state.version > 0 && now - state.copied_at < interval_) return false;
+    copies.push_back(copy(*page, voxel_size_m));
     state.copied_at = now;
     return true;
   };
@@ -74,9 +84,9 @@ std::vector<MeshPageCopy> PageChanges::take_due(const IncrementalMesher& mesher,
   return copies;
 }
 
-std::vector<MeshPageCopy> PageChanges::take_all(const IncrementalMesher& mesher, double voxel_size_m) {
+std::vector<MeshPageCopy> PageChanges::take_all(double voxel_size_m) {
   std::vector<MeshPageCopy> copies;
-  for (Pages::value_type* page : waiting_) copies.push_back(copy(*page, mesher, voxel_size_m));
+  for (Pages::value_type* page : waiting_) copies.push_back(copy(*page, voxel_size_m));
   waiting_.clear();
   return copies;
 }

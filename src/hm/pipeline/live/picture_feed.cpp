@@ -15,14 +15,24 @@ namespace {
 constexpr int kMaxWidth = 320;
 constexpr int kJpegQuality = 70;
 
-/// Every n-th pixel, at most kMaxWidth of them in a row; `out` keeps its memory where it has the size.
+/// Every n-th pixel, at most kMaxWidth of them in a row; `out` keeps its memory where it has the size. The
+/// thread of the run waits for it.
 template <class Pixel>
 void thin(const Image<Pixel>& image, Image<Pixel>& out) {
   const int step = std::max(1, (image.width() + kMaxWidth - 1) / kMaxWidth);
   const int width = image.width() / step, height = image.height() / step;
   if (out.width() != width || out.height() != height) out = Image<Pixel>(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) out(x, y) = image(x * step, y * step);
+  if (step == 1) {
+    std::copy(image.pixels().begin(), image.pixels().end(), out.pixels().begin());
+    return;
+  }
+  for (int y = 0; y < height; ++y) {
+    const Pixel* from = image.row(y * step).data();
+    for (Pixel& pixel : out.row(y)) {
+      pixel = *from;
+      from += step;
+    }
+  }
 }
 
 void put_picture(LiveStore& store, PictureFrame::Which which, const Image<Rgb8>& image, Time stamp) {
@@ -58,7 +68,7 @@ Image<Rgb8> false_colors(const Image<std::uint16_t>& depth) {
 
 PictureFeed::Place PictureFeed::free_place() {
   const std::lock_guard lock(mutex_);
-  if (free_.empty()) return std::make_shared<Pictures>();
+  if (free_.empty()) return std::make_shared<SmallPictures>();
   const Place place = std::move(free_.back());
   free_.pop_back();
   return place;
@@ -66,16 +76,21 @@ PictureFeed::Place PictureFeed::free_place() {
 
 void PictureFeed::put(const Place& pictures) {
   put_picture(store_, PictureFrame::Which::kColor, pictures->color, pictures->stamp);
-  put_picture(store_, PictureFrame::Which::kDepth, false_colors(pictures->depth), pictures->stamp);
+  put_picture(store_, PictureFrame::Which::kDepth, false_colors(pictures->depth.units), pictures->stamp);
   const std::lock_guard lock(mutex_);
   free_.push_back(pictures);
 }
 
-void PictureFeed::give(const RgbdFrame& frame) {
-  const Place pictures = free_place();
+PictureFeed::Place PictureFeed::copy(const RgbdFrame& frame) {
+  Place pictures = free_place();
   thin(frame.color, pictures->color);
-  thin(frame.depth.units, pictures->depth);
+  thin(frame.depth.units, pictures->depth.units);
+  pictures->depth.unit_m = frame.depth.unit_m;
   pictures->stamp = frame.stamp;
+  return pictures;
+}
+
+void PictureFeed::give(const Place& pictures) {
   jobs_.give(0, [this, pictures] { put(pictures); });
 }
 

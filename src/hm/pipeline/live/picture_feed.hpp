@@ -9,22 +9,27 @@
 
 namespace hm {
 
+/// The images of a frame at a reduced size.
+struct SmallPictures {
+  Image<Rgb8> color;
+  DepthImage depth;
+  Time stamp;
+};
+
 /// Puts small pictures of frames into a store: colour, and depth in false colours. Encoded on another thread;
 /// the newest frame wins.
 class PictureFeed {
  public:
+  using Place = std::shared_ptr<SmallPictures>;
+
   explicit PictureFeed(LiveStore& store) : store_(store) {}
-  /// Copies the images at a reduced size and returns.
-  void give(const RgbdFrame& frame);
+  /// Copies the images, into memory that was used before. Any thread.
+  Place copy(const RgbdFrame& frame);
+  /// They are not to be changed any more.
+  void give(const Place& pictures);
   void wait() { jobs_.wait(); }
 
  private:
-  struct Pictures {
-    Image<Rgb8> color;
-    Image<std::uint16_t> depth;
-    Time stamp;
-  };
-  using Place = std::shared_ptr<Pictures>;
   Place free_place();
   void put(const Place& pictures);
 

@@ -21,43 +21,43 @@ constexpr double kSmoothing_s = 0.25;
 
 }  // namespace
 
-FrameLook look_at(const RgbdFrame& frame) {
+FrameLook look_at(const DepthImage& depth, const Image<Rgb8>& color) {
   FrameLook look;
   std::vector<std::uint16_t> readings;
   std::size_t pixels = 0;
-  const int depth_step = std::max(1, frame.depth.width() / kSamplesAcross);
-  for (int y = depth_step / 2; y < frame.depth.height(); y += depth_step)
-    for (int x = depth_step / 2; x < frame.depth.width(); x += depth_step) {
+  const int depth_step = std::max(1, depth.width() / kSamplesAcross);
+  for (int y = depth_step / 2; y < depth.height(); y += depth_step)
+    for (int x = depth_step / 2; x < depth.width(); x += depth_step) {
       ++pixels;
-      if (const std::uint16_t units = frame.depth.units(x, y); units > 0) readings.push_back(units);
+      if (const std::uint16_t units = depth.units(x, y); units > 0) readings.push_back(units);
     }
   if (pixels > 0) look.depth_share = static_cast<double>(readings.size()) / static_cast<double>(pixels);
   if (!readings.empty()) {
     const auto middle = readings.begin() + static_cast<std::ptrdiff_t>(readings.size() / 2);
     std::nth_element(readings.begin(), middle, readings.end());
-    look.median_depth_m = *middle * frame.depth.unit_m;
+    look.median_depth_m = *middle * depth.unit_m;
   }
   double sum = 0;
   pixels = 0;
-  const int color_step = std::max(1, frame.color.width() / kSamplesAcross);
-  for (int y = color_step / 2; y < frame.color.height(); y += color_step)
-    for (int x = color_step / 2; x < frame.color.width(); x += color_step) {
-      const Rgb8 color = frame.color(x, y);
-      sum += 0.299 * color.r + 0.587 * color.g + 0.114 * color.b;
+  const int color_step = std::max(1, color.width() / kSamplesAcross);
+  for (int y = color_step / 2; y < color.height(); y += color_step)
+    for (int x = color_step / 2; x < color.width(); x += color_step) {
+      const Rgb8 pixel = color(x, y);
+      sum += 0.299 * pixel.r + 0.587 * pixel.g + 0.114 * pixel.b;
       ++pixels;
     }
   if (pixels > 0) look.mean_brightness = sum / static_cast<double>(pixels);
   return look;
 }
 
-void ScanAdviser::judge_motion(const LiveCamera& camera, std::vector<ScanAdvice>& all) {
-  if (!camera.T_map_camera) {
+void ScanAdviser::judge_motion(const ScanMoment& moment, std::vector<ScanAdvice>& all) {
+  if (!moment.T_map_camera) {
     last_.reset();
     return;
   }
-  const double step_s = last_ ? (camera.stamp - last_->stamp).seconds() : 0;
+  const double step_s = last_ ? (moment.stamp - last_->stamp).seconds() : 0;
   if (step_s > 0 && step_s < 1) {
-    const SE3 motion = last_->T_world_base.inverse() * *camera.T_map_camera;
+    const SE3 motion = last_->T_world_base.inverse() * *moment.T_map_camera;
     const Vec6 twist = motion.log();
     const double share = std::min(1.0, step_s / kSmoothing_s);
     speed_m_s_ += share * (motion.translation().norm() / step_s - speed_m_s_);
@@ -65,7 +65,7 @@ void ScanAdviser::judge_motion(const LiveCamera& camera, std::vector<ScanAdvice>
   } else {
     speed_m_s_ = turn_rad_s_ = 0;
   }
-  last_ = StampedPose{camera.stamp, *camera.T_map_camera};
+  last_ = StampedPose{moment.stamp, *moment.T_map_camera};
   if (turn_rad_s_ > kFastTurn_rad_s)
     all.push_back({AdviceLevel::kWarning, "turning too fast",
                    fmt::format("{:.0f} deg/s; keep below {:.0f}", turn_rad_s_ / kRadiansPerDegree,
@@ -75,13 +75,13 @@ void ScanAdviser::judge_motion(const LiveCamera& camera, std::vector<ScanAdvice>
                    fmt::format("{:.1f} m/s; keep below {:.0f}", speed_m_s_, kFastMove_m_s)});
 }
 
-std::vector<ScanAdvice> ScanAdviser::advise(const LiveCamera& camera) {
+std::vector<ScanAdvice> ScanAdviser::advise(const ScanMoment& moment) {
   std::vector<ScanAdvice> all;
-  if (!camera.T_map_camera)
-    all.push_back(
-        {AdviceLevel::kBad, camera.frame ? "lost: go back to what was seen" : "no picture", camera.trouble});
-  if (camera.frame) {
-    const FrameLook look = look_at(*camera.frame);
+  if (!moment.T_map_camera)
+    all.push_back({AdviceLevel::kBad, moment.has_frame ? "lost: go back to what was seen" : "no picture",
+                   moment.trouble});
+  if (moment.has_frame && moment.look) {
+    const FrameLook& look = *moment.look;
     if (look.depth_share < kLittleDepth)
       all.push_back({look.depth_share < kLittleDepth / 4 ? AdviceLevel::kBad : AdviceLevel::kWarning,
                      "little depth", fmt::format("{:.0f} % of the pixels measure", 100 * look.depth_share)});
@@ -92,7 +92,7 @@ std::vector<ScanAdvice> ScanAdviser::advise(const LiveCamera& camera) {
       all.push_back({AdviceLevel::kWarning, "too dark",
                      fmt::format("brightness {:.0f} of 255", *look.mean_brightness)});
   }
-  judge_motion(camera, all);
+  judge_motion(moment, all);
   std::stable_sort(all.begin(), all.end(),
                    [](const ScanAdvice& a, const ScanAdvice& b) { return a.level > b.level; });
   return all;

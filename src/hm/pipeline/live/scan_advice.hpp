@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "hm/pipeline/live/live_view.hpp"
+#include "hm/geometry/trajectory.hpp"
+#include "hm/sensors/rgbd_frame.hpp"
 
 namespace hm {
 
@@ -22,17 +23,26 @@ struct FrameLook {
   std::optional<double> median_depth_m;   ///< of those
   std::optional<double> mean_brightness;  ///< 0 to 255; nothing without a colour image
 };
-FrameLook look_at(const RgbdFrame& frame);
+FrameLook look_at(const DepthImage& depth, const Image<Rgb8>& color);
+
+/// What advice is given by.
+struct ScanMoment {
+  Time stamp;
+  std::optional<SE3> T_map_camera;
+  std::string trouble;  ///< why there is no pose
+  bool has_frame = true;
+  std::optional<FrameLook> look;  ///< of the last picture that was looked at
+};
 
 /// Tells a person who carries the camera what is wrong now: lost, too fast, too near, dark, no depth. Not
 /// thread safe.
 class ScanAdviser {
  public:
   /// Frames in order of time; the worst sentence first, none when all is well.
-  std::vector<ScanAdvice> advise(const LiveCamera& camera);
+  std::vector<ScanAdvice> advise(const ScanMoment& moment);
 
  private:
-  void judge_motion(const LiveCamera& camera, std::vector<ScanAdvice>& all);
+  void judge_motion(const ScanMoment& moment, std::vector<ScanAdvice>& all);
 
   std::optional<StampedPose> last_;
   double speed_m_s_ = 0, turn_rad_s_ = 0;  ///< smoothed

@@ -22,7 +22,8 @@ std::uint64_t path_slot(LivePath which, std::size_t chunk) {
 
 JsonValue vector_json(const Vec3& v) { return JsonValue::array_of(std::vector<double>{v.x(), v.y(), v.z()}); }
 
-JsonValue object_of(const LiveNumbers::Named& named) {
+template <class Named>
+JsonValue object_of(const Named& named) {
   JsonValue json = JsonValue::object();
   for (const auto& [name, value] : named) json[name] = value;
   return json;
@@ -49,20 +50,68 @@ bool StationView::Pace::due(Clock::time_point now) {
   return true;
 }
 
-StationView::StationView(LiveStore& store) : store_(store), pages_(store), pictures_(store), grid_(store) {}
+StationView::StationView(LiveStore& store)
+    : store_(store), pages_(store), pictures_(store), grid_(store), handover_([this] {
+        const std::lock_guard lock(mutex_);
+        return catch_up();
+      }) {}
+
+template <class Change>
+void StationView::hand_over(Change&& change) {
+  bool is_crowded = false;
+  handover_.give([&](Shown& shown) {
+    change(shown);
+    is_crowded = shown.is_crowded();
+  });
+  if (is_crowded) static_cast<void>(caught_up());
+}
+
+std::unique_lock<std::mutex> StationView::caught_up() {
+  std::unique_lock lock(mutex_);
+  catch_up();
+  return lock;
+}
+
+/// Looks at what was shown; false: there was nothing, and nothing will be due later.
+bool StationView::catch_up() {
+  handover_.take(shown_);
+  const bool is_empty =
+      shown_.cameras.empty() && shown_.volumes.empty() && shown_.counts.empty() && !shown_.progress;
+  for (const CameraNote& camera : shown_.cameras) show_camera(camera);
+  if (shown_.progress)
+    progress_ = JsonValue::object({{"stage", shown_.progress->stage},
+                                   {"done", static_cast<std::int64_t>(shown_.progress->done)},
+                                   {"total", static_cast<std::int64_t>(shown_.progress->total)}});
+  for (auto& [name, value] : shown_.counts) counts_[name] = value;
+  if (shown_.statistics) put_statistics(*shown_.statistics);
+  if (!shown_.volumes.empty()) {
+    voxel_size_m_ = shown_.voxel_size_m;
+    changes_.note(shown_.volumes, shown_.changed_at);
+  }
+  shown_.cameras.clear();
+  shown_.volumes.clear();
+  shown_.counts.clear();
+  shown_.progress.reset();
+  shown_.statistics.reset();
+  pages_.give(changes_.take_due(voxel_size_m_, Clock::now()), now_);
+  return !is_empty || changes_.waiting() > 0;
+}
 
 void StationView::put_json(LiveKind kind, const JsonValue& json) {
   store_.put(kind, 0, now_, text_bytes(to_json_text(json, JsonStyle::kCompact)));
 }
 
 void StationView::on_mesh(const IncrementalMesher& mesher, std::span<const VolumeKey> updated) {
-  const auto now = Clock::now();
-  changes_.note(updated, now);
-  pages_.give(changes_.take_due(mesher, mesher.voxel_size_m(), now), now_);
+  hand_over([&, now = Clock::now()](Shown& shown) {
+    if (shown.volumes.empty()) shown.changed_at = now;
+    shown.voxel_size_m = mesher.voxel_size_m();
+    append_updates(mesher, updated, shown.volumes);
+  });
 }
 
 void StationView::on_mesh_complete(const IncrementalMesher& mesher) {
-  pages_.give(changes_.take_all(mesher, mesher.voxel_size_m()), now_);
+  const auto lock = caught_up();
+  pages_.give(changes_.take_all(mesher.voxel_size_m()), now_);
 }
 
 void StationView::show_mesh(const TriangleMesh& mesh, double page_voxel_m) {
@@ -71,6 +120,7 @@ void StationView::show_mesh(const TriangleMesh& mesh, double page_voxel_m) {
 }
 
 void StationView::on_restart() {
+  const auto lock = caught_up();
   pages_.give(changes_.clear(Clock::now()), now_);
   grid_.forget();
   adviser_ = {};
@@ -80,41 +130,52 @@ void StationView::on_restart() {
 }
 
 void StationView::on_camera(const LiveCamera& camera) {
-  if (camera.frame) now_ = camera.stamp;
+  CameraNote note{Clock::now(),        camera.stamp,   camera.frame != nullptr,
+                  camera.T_map_camera, camera.trouble, {}};
+  if (camera.T_map_camera && pose_pace_.due(note.at)) put_pose(camera);
+  if (camera.frame && picture_pace_.due(note.at)) note.pictures = pictures_.copy(*camera.frame);
+  hand_over([&](Shown& shown) { shown.cameras.push_back(std::move(note)); });
+}
+
+void StationView::put_pose(const LiveCamera& camera) {
+  PoseFrame frame = pose_frame(*camera.T_map_camera, camera.sigma_m);
+  frame.half_width_rad = static_cast<float>(std::atan(0.5 * camera.camera.width / camera.camera.fx));
+  frame.half_height_rad =
+      static_cast<float>(std::atan(0.5 * camera.camera.height / std::abs(camera.camera.fy)));
+  store_.put(LiveKind::kPose, 0, camera.stamp, to_payload(frame));
+}
+
+void StationView::show_camera(const CameraNote& camera) {
+  if (camera.has_frame) now_ = camera.stamp;
   if (!began_) began_ = now_;
-  const auto now = Clock::now();
   ++frames_counted_;
   note_trouble(camera);
-  if (advice_pace_.due(now) || !camera.T_map_camera) advice_ = adviser_.advise(camera);
-  if (camera.T_map_camera) {
-    extend_path(camera.T_map_camera->translation());
-    if (pose_pace_.due(now)) {
-      PoseFrame frame = pose_frame(*camera.T_map_camera, camera.sigma_m);
-      frame.half_width_rad = static_cast<float>(std::atan(0.5 * camera.camera.width / camera.camera.fx));
-      frame.half_height_rad =
-          static_cast<float>(std::atan(0.5 * camera.camera.height / std::abs(camera.camera.fy)));
-      store_.put(LiveKind::kPose, 0, now_, to_payload(frame));
-    }
+  if (camera.pictures) {
+    look_ = look_at(camera.pictures->depth, camera.pictures->color);
+    pictures_.give(camera.pictures);
   }
-  if (camera.frame && picture_pace_.due(now)) pictures_.give(*camera.frame);
-  if (telemetry_pace_.due(now)) put_telemetry();
+  if (advice_pace_.due(camera.at) || !camera.T_map_camera)
+    advice_ = adviser_.advise({camera.stamp, camera.T_map_camera, camera.trouble, camera.has_frame, look_});
+  if (camera.T_map_camera) extend_path(camera.T_map_camera->translation(), camera.at);
+  if (telemetry_pace_.due(camera.at)) put_telemetry();
 }
 
 /// Says when tracking is lost and found again.
-void StationView::note_trouble(const LiveCamera& camera) {
+void StationView::note_trouble(const CameraNote& camera) {
   const bool is_lost = !camera.T_map_camera;
   if (is_lost != was_lost_)
-    on_event(is_lost ? LogLevel::kWarning : LogLevel::kInfo,
-             is_lost ? "lost: " + camera.trouble : std::string("the pose is known again"));
+    add_event(is_lost ? LogLevel::kWarning : LogLevel::kInfo,
+              is_lost ? "lost: " + camera.trouble : std::string("the pose is known again"));
   was_lost_ = is_lost;
 }
 
 void StationView::on_vehicle(const LiveVehicle& vehicle) {
+  const auto lock = caught_up();
   now_ = vehicle.stamp;
   if (!began_) began_ = now_;
   const auto now = Clock::now();
   ++frames_counted_;
-  extend_path(vehicle.T_map_base.translation());
+  extend_path(vehicle.T_map_base.translation(), now);
   if (pose_pace_.due(now)) {
     PoseFrame frame = pose_frame(vehicle.T_map_base, vehicle.sigma_m);
     frame.which = PoseFrame::Which::kVehicle;
@@ -122,10 +183,10 @@ void StationView::on_vehicle(const LiveVehicle& vehicle) {
   }
   for (const std::string& words : vehicle.fail_safes)
     if (std::find(fail_safes_.begin(), fail_safes_.end(), words) == fail_safes_.end())
-      on_event(LogLevel::kWarning, words);
+      add_event(LogLevel::kWarning, words);
   fail_safes_ = vehicle.fail_safes;
   if (vehicle.state != vehicle_state_ && !vehicle.state.empty())
-    on_event(LogLevel::kInfo, "vehicle: " + vehicle.state);
+    add_event(LogLevel::kInfo, "vehicle: " + vehicle.state);
   vehicle_state_ = vehicle.state;
   if (!telemetry_pace_.due(now)) return;
   vehicle_ = JsonValue::object({{"state", vehicle.state},
@@ -142,17 +203,17 @@ void StationView::on_vehicle(const LiveVehicle& vehicle) {
   put_telemetry();
 }
 
-void StationView::extend_path(const Vec3& point_m) {
+void StationView::extend_path(const Vec3& point_m, Clock::time_point now) {
   auto& path = paths_[LivePath::kTrajectory];
   const Eigen::Vector3f point = point_m.cast<float>();
   if (!path.empty() && (path.back() - point).norm() < static_cast<float>(kPathStep_m)) return;
   path.push_back(point);
-  const auto now = Clock::now();
   if (path_pace_.due(now)) put_path(LivePath::kTrajectory, chunks_put_[LivePath::kTrajectory]);
   if (share_pace_.due(now)) pages_.seen().count(path);
 }
 
 void StationView::on_path(LivePath which, std::span<const Vec3> points_map_m) {
+  const auto lock = caught_up();
   auto& path = paths_[which];
   path.clear();
   for (const Vec3& point : points_map_m) path.push_back(point.cast<float>());
@@ -192,22 +253,34 @@ void StationView::on_plan(LivePlan state, std::span<const Vec3> points_map_m, co
   frame.state = static_cast<PlanFrame::State>(state);
   frame.reason = reason;
   for (const Vec3& point : points_map_m) frame.points_m.push_back(point.cast<float>());
+  const auto lock = caught_up();
   store_.put(LiveKind::kPlan, 0, now_, to_payload(frame));
 }
 
 void StationView::on_grid(const MultiVolumeGrid& grid, const SE2& T_map_grid, double bottom_m, double top_m) {
-  if (grid_pace_.due(Clock::now())) grid_.give(grid, T_map_grid, {bottom_m, top_m}, now_);
+  if (!grid_pace_.due(Clock::now())) return;
+  const auto lock = caught_up();
+  grid_.give(grid, T_map_grid, {bottom_m, top_m}, now_);
 }
 
 void StationView::on_numbers(const LiveNumbers& numbers) {
-  progress_ = JsonValue::object({{"stage", std::string(numbers.stage)},
-                                 {"done", static_cast<std::int64_t>(numbers.done)},
-                                 {"total", static_cast<std::int64_t>(numbers.total)}});
   const bool is_last = numbers.total > 0 && numbers.done == numbers.total;
-  if (statistics_pace_.due(Clock::now()) || is_last) put_statistics(numbers);
+  std::optional<Statistics> statistics;
+  if (statistics_pace_.due(Clock::now()) || is_last) {
+    const auto copy = [](const LiveNumbers::Named& named) { return Named(named.begin(), named.end()); };
+    statistics = {copy(numbers.stages_ms), copy(numbers.counts), copy(numbers.memory)};
+  }
+  hand_over([&](Shown& shown) {
+    shown.progress = {std::string(numbers.stage), numbers.done, numbers.total};
+    if (statistics) shown.statistics = std::move(statistics);
+  });
 }
 
-void StationView::put_statistics(const LiveNumbers& numbers) {
+void StationView::on_count(std::string_view name, double value) {
+  hand_over([&](Shown& shown) { shown.counts.emplace_back(name, value); });
+}
+
+void StationView::put_statistics(const Statistics& numbers) {
   const auto now = Clock::now();
   if (counted_since_) {
     const double seconds = std::chrono::duration<double>(now - *counted_since_).count();
@@ -230,7 +303,10 @@ void StationView::put_statistics(const LiveNumbers& numbers) {
   put_json(LiveKind::kStatistics, json);
 }
 
-void StationView::on_parameters(const std::string& toml) { parameters_toml_ = toml; }
+void StationView::on_parameters(const std::string& toml) {
+  const auto lock = caught_up();
+  parameters_toml_ = toml;
+}
 
 void StationView::put_telemetry() {
   JsonValue words = JsonValue::array();
@@ -249,36 +325,48 @@ void StationView::put_telemetry() {
 }
 
 void StationView::on_event(LogLevel level, const std::string& text) {
+  const auto lock = caught_up();
+  add_event(level, text);
+}
+
+void StationView::add_event(LogLevel level, const std::string& text) {
   store_.add_event(now_, level == LogLevel::kWarning ? "warning" : "info", text);
 }
 
 void StationView::on_end(const RunVerdict& verdict) {
+  const auto lock = caught_up();
   verdict_ = JsonValue::object({{"verdict", std::string(to_string(verdict.value))},
                                 {"reasons", JsonValue::array_of(verdict.reasons)}});
   advice_.clear();
-  on_event(verdict.value == MapVerdict::kOk ? LogLevel::kInfo : LogLevel::kWarning,
-           verdict_sentence(verdict, "the run has ended"));
+  add_event(verdict.value == MapVerdict::kOk ? LogLevel::kInfo : LogLevel::kWarning,
+            verdict_sentence(verdict, "the run has ended"));
   put_path(LivePath::kTrajectory, 0);
   put_telemetry();
 }
 
 void StationView::set_state(std::string state, std::string reason) {
+  const auto lock = caught_up();
   state_ = std::move(state);
   state_reason_ = std::move(reason);
   put_telemetry();
 }
 
 void StationView::set_replay(JsonValue replay) {
+  const auto lock = caught_up();
   replay_ = std::move(replay);
   put_telemetry();
 }
 
 void StationView::flush() {
+  auto lock = caught_up();
   for (const auto& [which, path] : paths_) put_path(which, 0);
+  const auto path = paths_[LivePath::kTrajectory];
+  lock.unlock();
   pages_.wait();
-  pages_.seen().count(paths_[LivePath::kTrajectory]);
+  pages_.seen().count(path);
   pages_.seen().wait();
   grid_.wait();
+  lock.lock();
   put_telemetry();
 }
 

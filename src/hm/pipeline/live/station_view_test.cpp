@@ -40,6 +40,10 @@ LiveCamera seen(const RgbdFrame& frame) {
   return camera;
 }
 
+ScanMoment moment_of(const RgbdFrame& frame) {
+  return {frame.stamp, frame.T_world_camera, "", true, look_at(frame.depth, frame.color)};
+}
+
 DenseParams coarse() {
   DenseParams params;
   params.tsdf.voxel_size_m = 0.05;
@@ -139,6 +143,25 @@ TEST(StationView, ForgetsEverythingWhenARunBeginsAnew) {
   EXPECT_EQ(offered.vertices.size(), there.vertices.size());  // welded by the size of its voxels
 }
 
+TEST(StationView, LosesNothingOfFramesThatComeFasterThanTheyAreLookedAt) {
+  LiveStore store;
+  StationView view(store);
+  constexpr int kFrames = 3000;
+  RgbdFrame frame = view_of_wall(0, 1);
+  for (int i = 0; i < kFrames; ++i) {
+    frame.stamp = Time::from_seconds(1 + 0.001 * i);
+    frame.T_world_camera = SE3(Mat3::Identity(), Vec3(0.03 * i, 0, 0));
+    view.on_camera(seen(frame));
+    view.on_numbers({"testing", static_cast<std::size_t>(i + 1), kFrames, {{"stage", 2.5}}, {}, {}});
+  }
+  view.flush();
+  const Seen now(store);
+  EXPECT_EQ(std::get<PathFrame>(now.frames.at(LiveKind::kPath).front()).total,
+            static_cast<std::uint32_t>(kFrames));
+  EXPECT_EQ(now.json(LiveKind::kTelemetry).find("progress")->number_at("done", 0), kFrames);
+  EXPECT_EQ(now.json(LiveKind::kStatistics).find("stages")->number_at("stage", 0), 2.5);
+}
+
 TEST(StationView, ACorrectedPathReplacesALongerOne) {
   LiveStore store;
   StationView view(store);
@@ -176,16 +199,16 @@ TEST(StationView, TellsStateVerdictAndWhenTrackingIsLost) {
 
 TEST(ScanAdviser, SaysWhatIsWrongWithTheNumber) {
   ScanAdviser adviser;
-  EXPECT_TRUE(adviser.advise(seen(view_of_wall(0, 1))).empty());
+  EXPECT_TRUE(adviser.advise(moment_of(view_of_wall(0, 1))).empty());
   RgbdFrame frame = view_of_wall(0.3, 1.1);
   std::vector<ScanAdvice> advice;
-  for (int i = 2; i < 6; ++i) advice = adviser.advise(seen(view_of_wall(0.3 * i, 1 + 0.1 * i)));
+  for (int i = 2; i < 6; ++i) advice = adviser.advise(moment_of(view_of_wall(0.3 * i, 1 + 0.1 * i)));
   ASSERT_EQ(advice.size(), 1u);
   EXPECT_EQ(advice[0].text, "moving too fast");
   EXPECT_THAT(advice[0].number, testing::StartsWith("2.")) << "it moves at 3 m/s";
   frame = view_of_wall(0, 9, 10);
   frame.depth.units = Image<std::uint16_t>(kCamera.width, kCamera.height, 0);
-  LiveCamera lost = seen(frame);
+  ScanMoment lost = moment_of(frame);
   lost.T_map_camera.reset();
   lost.trouble = "why";
   advice = adviser.advise(lost);
@@ -195,7 +218,7 @@ TEST(ScanAdviser, SaysWhatIsWrongWithTheNumber) {
   EXPECT_EQ(advice[2].text, "too dark");
   for (std::uint16_t& units : frame.depth.units.pixels()) units = 400;
   frame.color = {};
-  advice = ScanAdviser().advise(seen(frame));
+  advice = ScanAdviser().advise(moment_of(frame));
   ASSERT_EQ(advice.size(), 1u);
   EXPECT_THAT(advice[0].number, testing::StartsWith("0.40 m"));
 }
@@ -208,7 +231,7 @@ TEST(PictureFeed, ShowsSmallPicturesOfColorAndDepth) {
   frame.depth.units = Image<std::uint16_t>(640, 480, 0);
   for (int y = 0; y < 480; ++y)
     for (int x = 0; x < 320; ++x) frame.depth.units(x, y) = static_cast<std::uint16_t>(1000 + x);
-  feed.give(frame);
+  feed.give(feed.copy(frame));
   feed.wait();
   const Seen now(store);
   ASSERT_EQ(now.frames.at(LiveKind::kPicture).size(), 2u);

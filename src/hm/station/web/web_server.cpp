@@ -40,7 +40,7 @@ using Request = http::request<http::empty_body>;
 // So small that a message is not behind more than this in the kernel, and the rate that acknowledgements tell
 // is the rate of the line.
 constexpr int kSendBuffer = 128 * 1024;
-constexpr std::chrono::milliseconds kTick{5}, kWakeDelay{5};
+constexpr std::chrono::milliseconds kTick{5};
 
 std::string text_of(beast::string_view text) { return {text.begin(), text.end()}; }
 
@@ -346,7 +346,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
 struct WebServer::Impl {
   Impl(const WebLimits& limits, WebHandler& handler)
-      : shared(limits, handler), acceptor(shared.context), tick(shared.context), wake_timer(shared.context) {}
+      : shared(limits, handler), acceptor(shared.context), tick(shared.context) {}
 
   Result<void> listen(const WebAddress& wanted) {
     error_code error;
@@ -423,8 +423,7 @@ struct WebServer::Impl {
 
   Shared shared;
   tcp::acceptor acceptor;
-  asio::steady_timer tick, wake_timer;
-  std::atomic<bool> wake_pending = false;
+  asio::steady_timer tick;
   std::thread thread;
 };
 
@@ -448,18 +447,6 @@ WebServer::~WebServer() {
 std::uint16_t WebServer::port() const {
   error_code ignored;
   return impl_->acceptor.local_endpoint(ignored).port();
-}
-
-void WebServer::wake() {
-  if (impl_->wake_pending.exchange(true)) return;
-  asio::post(impl_->shared.context, [this] {
-    impl_->wake_timer.expires_after(kWakeDelay);
-    impl_->wake_timer.async_wait([this](error_code error) {
-      if (error) return;
-      impl_->wake_pending = false;
-      impl_->pump_all();
-    });
-  });
 }
 
 void WebServer::post(std::function<void()> task) {

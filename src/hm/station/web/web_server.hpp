@@ -40,8 +40,6 @@ class WebServer {
   ~WebServer();
 
   [[nodiscard]] std::uint16_t port() const;
-  /// Asks every session for messages, within 5 ms, once for all calls until then. Any thread.
-  void wake();
   /// Calls `task` on the server's thread, then asks every session for messages. Any thread.
   void post(std::function<void()> task);
   /// Connections that are open, of any kind.

@@ -62,7 +62,7 @@ class WebSocketSession {
   virtual ~WebSocketSession() = default;
   /// A message of at most 64 kB came; returns an end, or monostate (never a message).
   virtual WebOutput receive(std::string_view message, bool is_text, Duration now) = 0;
-  /// Asked when the last message has gone, after each received one, after WebServer::wake() and every 5 ms.
+  /// Asked when the last message has gone, after each received one, after WebServer::post() and every 5 ms.
   virtual WebOutput next(Duration now) = 0;
 };
 
@@ -81,7 +81,7 @@ class WebHandler {
   virtual void respond(const WebRequest& request, Answer answer) = 0;
   /// Opens a WebSocket, or refuses it.
   virtual std::variant<WebSocketOpening, WebResponse> open(const WebRequest& request) = 0;
-  /// Every 10 ms.
+  /// Every 5 ms.
   virtual void tick(Duration now) = 0;
 };
 
