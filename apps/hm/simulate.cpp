@@ -39,7 +39,8 @@ hm::ParamList list_of(hm::FlawSizes& sizes) {
 
 hm::JsonValue flaws_json(hm::FlawSizes sizes) {
   hm::JsonValue json = hm::JsonValue::object({});
-  for (const hm::ParamRef& size : list_of(sizes).all()) {
+  const hm::ParamList list = list_of(sizes);  // must outlive the loop
+  for (const hm::ParamRef& size : list.all()) {
     const std::string name = size.name.substr(size.name.find('.') + 1);
     if (double* const* number = std::get_if<double*>(&size.value)) json[name] = **number;
     if (int* const* count = std::get_if<int*>(&size.value)) json[name] = **count;
@@ -49,7 +50,8 @@ hm::JsonValue flaws_json(hm::FlawSizes sizes) {
 
 std::string flaws_text(hm::FlawSizes sizes) {
   std::string text = "it is as a real recording:\n";
-  for (const hm::ParamRef& size : list_of(sizes).all())
+  const hm::ParamList list = list_of(sizes);
+  for (const hm::ParamRef& size : list.all())
     text += fmt::format("  {:<28}{:>8.6}  {}\n", size.name, hm::value_text(size), size.help);
   if (sizes.flaws.has(hm::Flaw::kWheelSlip)) text += "  poses are those of wheels that slip (poses.txt)\n";
   return text;
