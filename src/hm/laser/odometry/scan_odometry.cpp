@@ -138,13 +138,12 @@ PredictedPose ScanOdometry::predicted() const {
   return pose;
 }
 
-/// A match's deviation from the prediction by wheels, squared and in deviations of both: of its place, and of
+/// A pose's deviation from the prediction by wheels, squared and in deviations of both: of its place, and of
 /// its heading too. Nothing where wheels do not predict it.
 std::optional<ScanOdometry::WheelDeviation> ScanOdometry::deviation_from_wheels(
-    const ScanMatch& match) const {
+    const SE2& T_odom_base) const {
   const PredictedPose pose = predicted();
   if (!pose.covariance) return std::nullopt;
-  const SE2 T_odom_base = T_odom_keyframe_ * *match.T_reference_sensed;
   Vec3 error = T_odom_base.vector() - pose.T_odom_base.vector();
   error.z() = wrap_angle(error.z());
   const Mat3 covariance =
@@ -156,7 +155,7 @@ std::optional<ScanOdometry::WheelDeviation> ScanOdometry::deviation_from_wheels(
 
 /// Whether a match lies where wheels may have brought the vehicle. Its heading counts more than theirs.
 bool ScanOdometry::agrees_with_wheels(const ScanMatch& match) const {
-  const auto deviation = deviation_from_wheels(match);
+  const auto deviation = deviation_from_wheels(T_odom_keyframe_ * *match.T_reference_sensed);
   return !deviation || deviation->place_chi2 <= kMostWheelDeviations * kMostWheelDeviations;
 }
 
@@ -166,8 +165,15 @@ bool ScanOdometry::confirmed_by_wheels(const ScanMatch& match) const {
   if (!match.ok() || match.mean_error_m > params_.kFindMaxError_m ||
       static_cast<double>(match.pairs) < kSurePairsRatio * static_cast<double>(match.sensed_points))
     return false;
-  const auto deviation = deviation_from_wheels(match);
+  const auto deviation = deviation_from_wheels(T_odom_keyframe_ * *match.T_reference_sensed);
   return deviation && deviation->chi2 <= kMostWheelDeviations * kMostWheelDeviations;
+}
+
+/// Where matching contradicts the wheels, they say nothing about this motion.
+void ScanOdometry::judge_wheels(const SE2& T_odom_base, OdometryStep& step) {
+  const auto deviation = deviation_from_wheels(T_odom_base);
+  if (deviation && deviation->chi2 > kMostWheelDeviations * kMostWheelDeviations)
+    step.wheel_covariance.reset();
 }
 
 void ScanOdometry::learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before) {
@@ -304,6 +310,7 @@ void ScanOdometry::conclude(const SE2& T_odom_base) {
 }
 
 void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, OdometryStep& step) {
+  judge_wheels(found.T_odom_base, step);
   conclude(found.T_odom_base);
   step.status = OdometryStatus::kFound;
   step.T_odom_base = T_odom_base_;
@@ -320,11 +327,12 @@ void ScanOdometry::track(OdometryStep& step) {
   step.status = OdometryStatus::kTracking;
   step.T_odom_base = T_odom_keyframe_ * T_keyframe_base;
   step.T_keyframe_base = T_keyframe_base;
+  judge_wheels(*step.T_odom_base, step);
   learn_wheels(step, T_odom_base_);
   last_match_ = turned(T_odom_keyframe_.rotation(), step.match.covariance);
   const auto by_wheels = predicted().covariance;
   since_keyframe_ = last_match_;
-  if (by_wheels && params_.matcher.compute_covariance)
+  if (step.wheel_covariance && by_wheels && params_.matcher.compute_covariance)
     since_keyframe_ = (last_match_.inverse() + by_wheels->inverse()).inverse();
   conclude(*step.T_odom_base);
   step.covariance = compose(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);

@@ -127,7 +127,7 @@ struct OdometryStep {
   /// be wrong, kFound with the motion that odometry gave), and for kRestarted.
   bool confirmed = true;
   /// Covariance of (x, y, angle) of the motion since the last posed scan as wheels say, x and y along the
-  /// axes of `odom`; nothing where they do not predict all of it.
+  /// axes of `odom`; nothing where they do not predict all of it, or the pose contradicts them.
   std::optional<Mat3> wheel_covariance;
   ScanMatch match;  ///< kFound: with the covariance of the FoundPose
 };
@@ -163,7 +163,8 @@ class ScanOdometry {
   struct WheelDeviation {
     double place_chi2, chi2;
   };
-  [[nodiscard]] std::optional<WheelDeviation> deviation_from_wheels(const ScanMatch& match) const;
+  [[nodiscard]] std::optional<WheelDeviation> deviation_from_wheels(const SE2& T_odom_base) const;
+  void judge_wheels(const SE2& T_odom_base, OdometryStep& step);
   [[nodiscard]] bool confirmed_by_wheels(const ScanMatch& match) const;
   [[nodiscard]] bool agrees_with_wheels(const ScanMatch& match) const;
   void learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before);

@@ -65,7 +65,8 @@ void WheelCalibration::learn(const SE2& wheels, const SE2& matched, const Mat3& 
   if (way_m >= kLeastWay_m) {
     const double noise = along_.variance * way_m + kLeast_m * kLeast_m;
     const double variance = noise + measured.x() + scale_variance_ * way_m * way_m;
-    const double gain = scale_variance_ * way_m / variance, error2 = error.x() * error.x();
+    const double error2 = error.x() * error.x();
+    const double gain = measured.x() < noise ? scale_variance_ * way_m / variance : 0;
     if (measured.x() < noise) along_.learn(error2 - measured.x(), way_m);
     if (measured.y() < across_.variance * way_m) across_.learn(error.y() * error.y() - measured.y(), way_m);
     scale_ += gain * trust(error2, variance) * error.x();

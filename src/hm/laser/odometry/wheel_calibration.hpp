@@ -31,7 +31,8 @@ class WheelCalibration {
     double count;
     void learn(double error2, double amount);
   };
-  static constexpr double kPriorCount = 10;
+  /// Motions that the deviations below are worth.
+  static constexpr double kPriorCount = 3;
 
   double scale_ = 0, scale_variance_ = 0.05 * 0.05;
   Vec2 heading_ = Vec2::Zero();  // rad/m of the way, ratio of the turn

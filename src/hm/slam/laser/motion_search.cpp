@@ -41,22 +41,26 @@ constexpr double kOtherPlace_m = 0.4, kOtherPlace_rad = 0.2;
 constexpr double kCoarse_m = 0.1, kCoarse_rad = 0.05, kUncertain_m = 0.5, kUncertain_rad = 0.5;
 constexpr std::size_t kMinPointsInCommon = 40, kKeyframesToAgree = 6;
 
-/// Penalty for a deviation from a prediction with a covariance: for small ones, per chi2; for large ones, as
-/// the Cauchy loss of this scale, since wheels slip.
-constexpr double kDeviationPenalty = 0.02, kDeviationScale_chi2 = 9;
+/// Penalty for a deviation from a prediction with a covariance, per chi2; it approaches that of this chi2,
+/// since wheels slip and their heading may be read late: the walls count more than the wheels.
+constexpr double kDeviationPenalty = 0.02, kMostPenalised_chi2 = 9;
+/// Up to this chi2 a place and the prediction agree.
+constexpr double kAgreement_chi2 = 16;
 /// Deviations of a place that is right, besides those of the prediction.
 constexpr double kPlaceError_m = 0.05, kPlaceError_rad = 0.03;
-/// Half the window, in deviations of the prediction.
-constexpr double kWindowDeviations = 4;
 
 Mat3 covariance_of(double sigma_m, double sigma_rad) {
   return Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
 }
 
-/// Weighs a place with the prediction: where the place is not determined, as along a corridor, that counts.
+/// Weighs a place with the prediction where they agree: where the place is not determined, as along a
+/// corridor, the prediction counts.
 void weigh_with(const MotionSearchStart& start, FoundScan& found) {
   Vec3 error = found.T_odom_base.vector() - start.T_odom_base.vector();
   error.z() = wrap_angle(error.z());
+  const Mat3 sum_of_both =
+      *start.covariance + found.covariance + covariance_of(kPlaceError_m, kPlaceError_rad);
+  if (error.dot(sum_of_both.inverse() * error) > kAgreement_chi2) return;
   const Mat3 gain = *start.covariance * (*start.covariance + found.covariance).inverse();
   const Vec3 sum = start.T_odom_base.vector() + gain * error;
   found.T_odom_base = SE2(sum.x(), sum.y(), sum.z());
@@ -184,7 +188,7 @@ double MotionSearch::penalty(const MotionSearchStart& start, const SE2& T_odom_b
     const Vec3 error(shift.x(), shift.y(), wrap_angle(T_odom_base.angle() - start.T_odom_base.angle()));
     const Mat3 covariance = *start.covariance + covariance_of(kPlaceError_m, kPlaceError_rad);
     const double chi2 = error.dot(covariance.inverse() * error);
-    return kDeviationPenalty * kDeviationScale_chi2 * std::log1p(chi2 / kDeviationScale_chi2);
+    return kDeviationPenalty * chi2 / (1 + chi2 / kMostPenalised_chi2);
   }
   const SE2 deviation = start.T_odom_base.inverse() * T_odom_base;
   const double time_s = std::max(kLeastTime_s, start.elapsed_s);
