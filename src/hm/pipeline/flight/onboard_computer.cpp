@@ -1,6 +1,7 @@
 #include "hm/pipeline/flight/onboard_computer.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "hm/sim/motion/flight.hpp"
 
@@ -36,6 +37,15 @@ HeightMessage height_message(const HeightEstimate& height) {
                     static_cast<float>(height.height_std_m)};
   message.clearance_m = static_cast<float>(height.clearance_m);
   return message;
+}
+
+constexpr double kJump_m = 0.1, kJump_rad = 0.05;
+
+/// Whether a place that was searched for lies so far from the prediction that the way there is no motion.
+bool jumps(const OdometryStep& odometry) {
+  if (odometry.status != OdometryStatus::kFound || !odometry.T_odom_base) return false;
+  const SE2 jump = odometry.T_odom_base_predicted.inverse() * *odometry.T_odom_base;
+  return jump.translation().norm() > kJump_m || std::abs(jump.angle()) > kJump_rad;
 }
 
 }  // namespace
@@ -145,7 +155,7 @@ void OnboardComputer::judge_tracking(const LaserStep& step) {
   if (odometry.status == OdometryStatus::kRestarted || poorly_paired) tracking_lost_ = true;
   const bool was_lost = tracking_lost_;
   if (odometry.status == OdometryStatus::kFound || standing) tracking_lost_ = false;
-  if (was_lost && !tracking_lost_) ++restarts_;
+  if ((was_lost && !tracking_lost_) || (!was_lost && jumps(odometry))) ++restarts_;
 }
 
 /// Whether the vehicle has stood on the ground for kStandingFor, by the last height.

@@ -71,7 +71,7 @@ class OnboardComputer {
   std::deque<Pending> outbox_;
   SE2 T_map_odom_;
   bool tracking_lost_ = false;          // poses no longer continue those before
-  std::uint8_t restarts_ = 0;           // how often they went on after that
+  std::uint8_t restarts_ = 0;           // how often they went on after that, or jumped
   std::optional<Time> standing_since_;  // on the ground
   std::optional<Time> life_sent_, sync_sent_;
   StageCounts scans_{"perception", 0, 0, 0}, imu_{"imu of the computer", 0, 0, 0};
