@@ -1,4 +1,5 @@
 """SLAM of walks through the simulated house as a real camera records them (hm simulate --realistic), over seeds."""
+import statistics
 import struct
 from pathlib import Path
 
@@ -87,19 +88,14 @@ def walk(program, seed, work, frames=FRAMES):
             "verdict": run["verdict"]["value"], "frames": run["frames"], "loops": run["loops"]}
 
 
-def median(values):
-    ordered = sorted(values)
-    return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
-
-
 def walks(program, work, frames=0, part="judging"):
     """(rows, details) of bench/run; the seeds are those of recordings.json for this part."""
     runs = [walk(program, seed, work, frames or FRAMES) for seed in recordings.seeds("real_house", part)]
     ours, odometry = [100 * run["ate_m"] for run in runs], [100 * run["odometry_ate_m"] for run in runs]
     meshes = [run["mesh_mm"] / run["mesh_of_truth_mm"] for run in runs]
-    rows = [{"name": "slam_house_real", "ours": median(ours), "peer": median(odometry)},
+    rows = [{"name": "slam_house_real", "ours": statistics.median(ours), "peer": statistics.median(odometry)},
             {"name": "slam_house_real_worst", "ours": max(ours), "peer": max(odometry)},
-            {"name": "slam_house_real_mesh", "ours": median(meshes), "peer": None}]
+            {"name": "slam_house_real_mesh", "ours": statistics.median(meshes), "peer": None}]
     return rows, {"walk_s": STRIDE * (frames or FRAMES) / 30, "runs": runs}
 
 

@@ -30,9 +30,4 @@ double pose_edge_chi2(const PoseEdge2D& edge, const PoseGraph2D& graph);
 /// Sum of pose_edge_chi2 over all edges (g2o's chi2; no robust kernel).
 double pose_graph_chi2(const PoseGraph2D& graph);
 
-/// Covariance of (x, y, angle) of T_a_c = T_a_b * T_b_c for independent T_a_b and T_b_c; each covariance is
-/// along the axes of the left frame of its transform (a, b; result a).
-Mat3 compose_covariance(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c,
-                        const Mat3& covariance_b_c);
-
 }  // namespace hm

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hm/geometry/planar_covariance.hpp"
+
 namespace hm {
 
 std::string_view to_string(OdometryStatus status) {
@@ -32,28 +34,11 @@ constexpr double kLeastSpacingRatio = 0.5, kSpacingGain = 0.05;
 /// Deviations of wheel odometry where nothing confirms it, and of a match that nothing confirms.
 constexpr double kUnsureShift_m = 0.05, kUnsureTurn_rad = 0.05, kUnsureRatio = 0.2;
 constexpr double kUnsure_m = 0.2, kUnsure_rad = 0.2;
-/// A match may differ so much from wheel odometry: deviations of both, metres of its own.
-constexpr double kMostWheelDeviations = 4;
+/// A match may differ so much from wheel odometry, in deviations of both; those of a match, besides its
+/// noise.
+constexpr double kMostWheelDeviations = 4, kMatchError_m = 0.03, kMatchError_rad = 0.01;
 /// Share of its points that a match must pair for wheels to confirm it.
 constexpr double kSurePairsRatio = 0.15;
-constexpr double kMatchError_m = 0.03, kMatchError_rad = 0.01;
-
-/// Covariance of (x, y, angle) of T_a_b * T_b_c for independent factors, each along its left frame's axes.
-Mat3 compose(const SE2& T_a_b, const Mat3& covariance_a_b, const SE2& T_b_c, const Mat3& covariance_b_c) {
-  Mat3 first = Mat3::Identity(), second = Mat3::Identity();
-  const Vec2 lever = T_a_b.rotation() * T_b_c.translation();
-  first(0, 2) = -lever.y();
-  first(1, 2) = lever.x();
-  second.topLeftCorner<2, 2>() = T_a_b.rotation();
-  return first * covariance_a_b * first.transpose() + second * covariance_b_c * second.transpose();
-}
-
-/// A covariance of (x, y, angle) along the axes of another frame.
-Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = rotation;
-  return turn * covariance * turn.transpose();
-}
 
 }  // namespace
 
@@ -114,8 +99,8 @@ double ScanOdometry::motion_time(double dt_s) {
 void ScanOdometry::predict(double motion_s, const MotionPrediction& prediction) {
   const SE2 motion = predicted_motion(motion_s, prediction);
   if (prediction.T_last_now && T_base_wheels_) {
-    wheel_covariance_ =
-        compose(T_base_predicted_, wheel_covariance_, motion, wheels_.covariance(*prediction.T_last_now));
+    wheel_covariance_ = compose_covariance(T_base_predicted_, wheel_covariance_, motion,
+                                           wheels_.covariance(*prediction.T_last_now));
     T_base_wheels_ = *T_base_wheels_ * *prediction.T_last_now;
   } else {
     T_base_wheels_.reset();
@@ -134,7 +119,7 @@ void ScanOdometry::forget_motion() {
 PredictedPose ScanOdometry::predicted() const {
   PredictedPose pose{T_odom_base_ * T_base_predicted_};
   if (T_base_wheels_)
-    pose.covariance = compose(T_odom_base_, since_keyframe_, T_base_predicted_, wheel_covariance_);
+    pose.covariance = compose_covariance(T_odom_base_, since_keyframe_, T_base_predicted_, wheel_covariance_);
   return pose;
 }
 
@@ -178,9 +163,9 @@ void ScanOdometry::judge_wheels(const SE2& T_odom_base, OdometryStep& step) {
 
 void ScanOdometry::learn_wheels(const OdometryStep& step, const SE2& T_odom_base_before) {
   if (!T_base_wheels_ || !step.confirmed || !params_.matcher.compute_covariance) return;
-  const Mat3 match = turned(T_odom_keyframe_.rotation(), step.match.covariance);
+  const Mat3 match = turned_covariance(T_odom_keyframe_.rotation(), step.match.covariance);
   wheels_.learn(*T_base_wheels_, T_odom_base_before.inverse() * *step.T_odom_base,
-                turned(T_odom_base_before.rotation().transpose(), last_match_ + match));
+                turned_covariance(T_odom_base_before.rotation().transpose(), last_match_ + match));
 }
 
 OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPrediction& prediction) {
@@ -199,7 +184,7 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
   const double motion_s = motion_time(dt_s);
   predict(motion_s, prediction);
   step.T_odom_base_predicted = T_odom_base_ * T_base_predicted_;
-  if (T_base_wheels_) step.wheel_covariance = turned(T_odom_base_.rotation(), wheel_covariance_);
+  if (T_base_wheels_) step.wheel_covariance = turned_covariance(T_odom_base_.rotation(), wheel_covariance_);
   const Vec3 before = velocity_.velocity();
   match(scan, prediction, step);
   // A vehicle goes on as it went before it turned or waited, where the search finds out when it did not.
@@ -210,7 +195,8 @@ OdometryStep ScanOdometry::process(const PlanarScan& scan, const MotionPredictio
 
 ScanMatch ScanOdometry::match_once(const PlanarScan& scan, const PredictedPose& pose) {
   std::optional<Mat3> covariance;
-  if (pose.covariance) covariance = turned(T_odom_keyframe_.rotation().transpose(), *pose.covariance);
+  if (pose.covariance)
+    covariance = turned_covariance(T_odom_keyframe_.rotation().transpose(), *pose.covariance);
   return matcher_.match(scan, T_odom_keyframe_.inverse() * pose.T_odom_base, covariance);
 }
 
@@ -315,9 +301,9 @@ void ScanOdometry::adopt(const PlanarScan& scan, const FoundPose& found, Odometr
   step.status = OdometryStatus::kFound;
   step.T_odom_base = T_odom_base_;
   step.T_keyframe_base = T_odom_keyframe_.inverse() * T_odom_base_;
-  step.match.covariance = turned(T_odom_keyframe_.rotation().transpose(), found.covariance);
-  step.covariance =
-      compose(T_odom_keyframe_, keyframe_covariance_, *step.T_keyframe_base, step.match.covariance);
+  step.match.covariance = turned_covariance(T_odom_keyframe_.rotation().transpose(), found.covariance);
+  step.covariance = compose_covariance(T_odom_keyframe_, keyframe_covariance_, *step.T_keyframe_base,
+                                       step.match.covariance);
   matcher_.set_reference(scan);
   begin_keyframe(step);
 }
@@ -329,13 +315,14 @@ void ScanOdometry::track(OdometryStep& step) {
   step.T_keyframe_base = T_keyframe_base;
   judge_wheels(*step.T_odom_base, step);
   learn_wheels(step, T_odom_base_);
-  last_match_ = turned(T_odom_keyframe_.rotation(), step.match.covariance);
+  last_match_ = turned_covariance(T_odom_keyframe_.rotation(), step.match.covariance);
   const auto by_wheels = predicted().covariance;
   since_keyframe_ = last_match_;
   if (step.wheel_covariance && by_wheels && params_.matcher.compute_covariance)
     since_keyframe_ = (last_match_.inverse() + by_wheels->inverse()).inverse();
   conclude(*step.T_odom_base);
-  step.covariance = compose(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
+  step.covariance =
+      compose_covariance(T_odom_keyframe_, keyframe_covariance_, T_keyframe_base, step.match.covariance);
   if (!wants_keyframe(step.match)) {
     if (params_.reference_scans > 1) matcher_.improve_reference(params_.reference_scans);
     return;

@@ -64,13 +64,14 @@ void WheelCalibration::learn(const SE2& wheels, const SE2& matched, const Mat3& 
   const Vec2 measured = (axes.transpose() * covariance.topLeftCorner<2, 2>() * axes).diagonal();
   if (way_m >= kLeastWay_m) {
     const double noise = along_.variance * way_m + kLeast_m * kLeast_m;
-    const double variance = noise + measured.x() + scale_variance_ * way_m * way_m;
-    const double error2 = error.x() * error.x();
-    const double gain = measured.x() < noise ? scale_variance_ * way_m / variance : 0;
-    if (measured.x() < noise) along_.learn(error2 - measured.x(), way_m);
+    if (measured.x() < noise) {
+      const double variance = noise + measured.x() + scale_variance_ * way_m * way_m;
+      const double gain = scale_variance_ * way_m / variance, error2 = error.x() * error.x();
+      along_.learn(error2 - measured.x(), way_m);
+      scale_ += gain * trust(error2, variance) * error.x();
+      scale_variance_ *= 1 - gain * way_m;
+    }
     if (measured.y() < across_.variance * way_m) across_.learn(error.y() * error.y() - measured.y(), way_m);
-    scale_ += gain * trust(error2, variance) * error.x();
-    scale_variance_ *= 1 - gain * way_m;
   }
   const double turn_error = wrap_angle(matched.angle() - expected.angle());
   // The true turn: the measured one has the error that is to be explained.

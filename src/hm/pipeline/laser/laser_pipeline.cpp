@@ -6,6 +6,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/stopwatch.hpp"
+#include "hm/geometry/planar_covariance.hpp"
 #include "hm/pipeline/laser/laser_motion.hpp"
 #include "hm/slam/laser/motion_search.hpp"
 
@@ -32,9 +33,7 @@ Time end_of(const LaserScan& scan) { return scan.stamp_of(scan.size()); }
 /// The matcher's covariance in the axes of `odom`.
 Mat3 in_odom(const OdometryStep& step) {
   const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = T_odom_keyframe.rotation();
-  return turn * step.match.covariance * turn.transpose();
+  return turned_covariance(T_odom_keyframe.rotation(), step.match.covariance);
 }
 
 bool decide_matching(const LaserParameters& params, const LaserPlatform& platform) {

@@ -40,36 +40,37 @@ Result<Flaws> Flaws::parse(std::string_view names) {
 
 FlawSizes draw_flaws(const Flaws& flaws, std::uint64_t seed) {
   Rng rng(seed, 0x666c617773);
-  FlawSizes all;  // every size is drawn, so that one flaw does not change another
-  all.exposure_s = rng.uniform(0.008, 0.02);
-  all.readout_s = rng.uniform(0.015, 0.03);
-  all.exposure_lag_s = rng.uniform(0.2, 0.6);
-  all.white_balance_ratio = rng.uniform(0.2, 0.5);
-  all.focal_x_ratio = signed_size(rng, 0.0025, 0.0045);
-  all.focal_y_ratio = all.focal_x_ratio + rng.uniform(-0.0005, 0.0005);
-  all.center_x_ratio = rng.uniform(-0.005, 0.005);
-  all.center_y_ratio = rng.uniform(-0.005, 0.005);
+  FlawSizes sizes;  // every size is drawn, so that one flaw does not change another
+  sizes.exposure_s = rng.uniform(0.008, 0.02);
+  sizes.readout_s = rng.uniform(0.015, 0.03);
+  sizes.exposure_lag_s = rng.uniform(0.2, 0.6);
+  sizes.white_balance_ratio = rng.uniform(0.2, 0.5);
+  sizes.focal_x_ratio = signed_size(rng, 0.0025, 0.0045);
+  sizes.focal_y_ratio = sizes.focal_x_ratio + rng.uniform(-0.0005, 0.0005);
+  sizes.center_x_ratio = rng.uniform(-0.005, 0.005);
+  sizes.center_y_ratio = rng.uniform(-0.005, 0.005);
   const double shift_px = rng.uniform(1, 3), along_rad = rng.uniform(0, 2 * std::numbers::pi);
-  all.color_shift_x_px = shift_px * std::cos(along_rad);
-  all.color_shift_y_px = shift_px * std::sin(along_rad);
-  all.color_baseline_m = signed_size(rng, 0.001, 0.004);
-  all.bend_at_3m_m = signed_size(rng, 0.01, 0.03);
-  all.color_delay_s = rng.uniform(0.005, 0.02);
-  all.glass_angle_rad = rng.uniform(0.3, 0.6);
-  all.people = 1 + static_cast<int>(rng.below(3));
-
-  FlawSizes sizes;
-  sizes.flaws = all.flaws = flaws;
-  // Copies the sizes that belong to the flaws, and those only: both visits name the same members.
-  ParamList from, to;
-  from.add("flaws", all);
-  to.add("flaws", sizes);
-  for (std::size_t i = 0; i < to.all().size(); ++i) {
-    if (double* const* size = std::get_if<double*>(&to.all()[i].value))
-      **size = **std::get_if<double*>(&from.all()[i].value);
-    else
-      sizes.people = all.people;
-  }
+  sizes.color_shift_x_px = shift_px * std::cos(along_rad);
+  sizes.color_shift_y_px = shift_px * std::sin(along_rad);
+  sizes.color_baseline_m = signed_size(rng, 0.001, 0.004);
+  sizes.bend_at_3m_m = signed_size(rng, 0.01, 0.03);
+  sizes.color_delay_s = rng.uniform(0.005, 0.02);
+  sizes.glass_angle_rad = rng.uniform(0.3, 0.6);
+  sizes.people = 1 + static_cast<int>(rng.below(3));
+  const auto only_for = [&](Flaw flaw, auto&... of_it) {
+    if (!flaws.has(flaw)) ((of_it = 0), ...);
+  };
+  only_for(Flaw::kBlur, sizes.exposure_s);
+  only_for(Flaw::kRollingShutter, sizes.readout_s);
+  only_for(Flaw::kExposure, sizes.exposure_lag_s, sizes.white_balance_ratio);
+  only_for(Flaw::kIntrinsics, sizes.focal_x_ratio, sizes.focal_y_ratio, sizes.center_x_ratio,
+           sizes.center_y_ratio);
+  only_for(Flaw::kRegistration, sizes.color_shift_x_px, sizes.color_shift_y_px, sizes.color_baseline_m);
+  only_for(Flaw::kDepthBend, sizes.bend_at_3m_m);
+  only_for(Flaw::kTimeOffset, sizes.color_delay_s);
+  only_for(Flaw::kGlass, sizes.glass_angle_rad);
+  only_for(Flaw::kPeople, sizes.people);
+  sizes.flaws = flaws;
   return sizes;
 }
 

@@ -7,6 +7,13 @@
 namespace hm {
 namespace {
 
+/// A room without people, and a camera.
+struct SeenRoom {
+  World world = make_room();
+  Renderer renderer{world};
+  PinholeCamera camera{160, 120, 130, 130, 79.5, 59.5, {}};
+};
+
 TEST(MovingPeople, WalkOnTheFloorAheadOfTheCamera) {
   const Walk walk = house_walk();
   const MovingPeople people(walk, 3, 7);
@@ -26,6 +33,8 @@ TEST(MovingPeople, WalkOnTheFloorAheadOfTheCamera) {
 
 TEST(MovingPeople, AreNotWhereTheCameraIs) {
   const Walk walk = room_walk();
+  const SeenRoom room;
+  const PinholeCamera& camera = room.camera;
   const MovingPeople people(walk, 1, 3);
   const World room = make_room();
   const PinholeCamera camera{160, 120, 130, 130, 79.5, 59.5, {}};
@@ -38,17 +47,16 @@ TEST(MovingPeople, AreNotWhereTheCameraIs) {
 
 TEST(MovingPeople, AreDrawnWhereTheyStand) {
   const Walk walk = room_walk();
+  const SeenRoom room;
+  const PinholeCamera& camera = room.camera;
   const MovingPeople people(walk, 1, 3);
-  const World room = make_room();
-  const Renderer renderer(room);
-  const PinholeCamera camera{160, 120, 130, 130, 79.5, 59.5, {}};
   // A camera behind and above a person, which looks forward and down at it.
   const double t = 5;
   const SE3 person = people.T_world_person(0, t);
   Mat3 rotation;
   rotation << Vec3(0, -1, 0), Vec3(-0.6, 0, -0.8), Vec3(0.8, 0, -0.6);
   const std::vector<SE3> poses(120, person * SE3(rotation, Vec3(-1.2, 0, 1.5)));
-  const RenderedView before = renderer.render(camera, poses, ParallelLoop());
+  const RenderedView before = room.renderer.render(camera, poses, ParallelLoop());
   RenderedView view = before;
   people.draw(camera, poses, t, view);
   int drawn = 0;
@@ -71,14 +79,13 @@ TEST(MovingPeople, AreDrawnWhereTheyStand) {
 
 TEST(MovingPeople, StandBehindWhatIsNearer) {
   const Walk walk = room_walk();
+  const SeenRoom room;
+  const PinholeCamera& camera = room.camera;
   const MovingPeople people(walk, 2, 3);
-  const World room = make_room();
-  const Renderer renderer(room);
-  const PinholeCamera camera{160, 120, 130, 130, 79.5, 59.5, {}};
   // From below the floor, which hides them.
   Mat3 up = Mat3::Identity();
   const std::vector<SE3> poses(120, SE3(up, people.T_world_person(0, 1).translation() + Vec3(1, 0, -2)));
-  RenderedView view = renderer.render(camera, poses, ParallelLoop());
+  RenderedView view = room.renderer.render(camera, poses, ParallelLoop());
   const RenderedView before = view;
   people.draw(camera, poses, 1, view);
   EXPECT_TRUE(std::ranges::equal(view.depth_m.pixels(), before.depth_m.pixels()));

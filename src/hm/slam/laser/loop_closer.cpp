@@ -2,24 +2,20 @@
 
 #include <cmath>
 
+#include "hm/geometry/planar_covariance.hpp"
+
 namespace hm {
 namespace {
 
 /// Loops with a larger correction cause an optimisation of the whole graph.
 constexpr double kLargeCorrection_m = 0.3;
 
-Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = rotation;
-  return turn * covariance * turn.transpose();
-}
-
 /// Covariance of a step's match along the axes of `odom`.
 Mat3 match_in_odom(const OdometryStep& step) {
   const bool matched = step.status == OdometryStatus::kTracking || step.status == OdometryStatus::kFound;
   if (!matched || !step.T_keyframe_base) return Mat3::Zero();
   const SE2 T_odom_keyframe = *step.T_odom_base * step.T_keyframe_base->inverse();
-  return turned(T_odom_keyframe.rotation(), step.match.covariance);
+  return turned_covariance(T_odom_keyframe.rotation(), step.match.covariance);
 }
 
 }  // namespace
@@ -61,13 +57,14 @@ Mat3 LoopCloser::covariance_since_last(const Mat3& match_odom) const {
   if (unknown_since_) return kFreeDirectionVariance_m2 * Mat3::Identity();
   if (graph_.size() == 0) return Mat3::Zero();
   const SE2& T_odom_last = graph_.keyframe(graph_.size() - 1).T_odom_base;
-  return turned(T_odom_last.rotation().transpose(), last_match_ + keyframes_since_ + match_odom);
+  return turned_covariance(T_odom_last.rotation().transpose(), last_match_ + keyframes_since_ + match_odom);
 }
 
 /// Each wheel motion begins with a heading that was matched, so that their errors are independent.
 std::optional<Mat3> LoopCloser::wheel_covariance_since_last() const {
   if (unknown_since_ || graph_.size() == 0 || !wheels_since_) return std::nullopt;
-  return turned(graph_.keyframe(graph_.size() - 1).T_odom_base.rotation().transpose(), *wheels_since_);
+  return turned_covariance(graph_.keyframe(graph_.size() - 1).T_odom_base.rotation().transpose(),
+                           *wheels_since_);
 }
 
 PoseGraphSolution LoopCloser::solve(bool whole) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "hm/geometry/planar_covariance.hpp"
 #include "hm/slam/laser/correlative_search.hpp"
 #include "hm/slam/laser/scan_submaps.hpp"
 
@@ -215,10 +216,8 @@ void MotionSearch::refine(const PlanarScan& scan, Place& place) {
   const SE2 refined = nearest->T_odom_base * *match.T_reference_sensed;
   const SE2 change = place.T_odom_base.inverse() * refined;
   if (change.translation().norm() > kMaxRefinement_m || std::abs(change.angle()) > kMaxRefinement_rad) return;
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = nearest->T_odom_base.rotation();
   place.T_odom_base = refined;
-  place.covariance = turn * match.covariance * turn.transpose();
+  place.covariance = turned_covariance(nearest->T_odom_base.rotation(), match.covariance);
 }
 
 }  // namespace hm

@@ -8,6 +8,7 @@
 
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
+#include "hm/geometry/planar_covariance.hpp"
 
 namespace hm {
 namespace {
@@ -274,9 +275,9 @@ bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
   const Vec3 error = pose_edge_error(around, SE2(), b.T_from_to);
   const double way_m = from.translation().norm() + to.translation().norm(),
                chain_m = kChain_m + kChainRatio * way_m;
-  Mat3 turn = Mat3::Identity();  // the axes of a loop's error are those at its end
-  turn.topLeftCorner<2, 2>() = to.rotation();
-  const Mat3 covariance = b.information.inverse() + turn * a.information.inverse() * turn.transpose() +
+  // The axes of a loop's error are those at its end.
+  const Mat3 covariance = b.information.inverse() +
+                          turned_covariance(to.rotation(), a.information.inverse()) +
                           Mat3(Vec3(chain_m, chain_m, kChain_rad).cwiseAbs2().asDiagonal());
   return error.dot(covariance.inverse() * error) <= kAgreementSigmas * kAgreementSigmas;
 }

@@ -2,26 +2,22 @@
 
 #include <Eigen/LU>
 
+#include "hm/geometry/planar_covariance.hpp"
+
 namespace hm {
 namespace {
 
 /// Distance that converts a variance of angle to one of position, for ordering paths by a scalar.
 constexpr double kPlanarLever_m = 5;
 
-Mat3 turned(const Mat2& rotation, const Mat3& covariance) {
-  Mat3 turn = Mat3::Identity();
-  turn.topLeftCorner<2, 2>() = rotation;
-  return turn * covariance * turn.transpose();
-}
-
 }  // namespace
 
 Mat3 edge_covariance(const PoseEdge2D& edge) {
-  return turned(edge.T_from_to.rotation(), edge.information.inverse());
+  return turned_covariance(edge.T_from_to.rotation(), edge.information.inverse());
 }
 
 Mat3 edge_information(const SE2& T_from_to, const Mat3& covariance) {
-  return turned(T_from_to.rotation().transpose(), covariance).inverse();
+  return turned_covariance(T_from_to.rotation().transpose(), covariance).inverse();
 }
 
 Mat3 inverse_covariance(const SE2& T_a_b, const Mat3& covariance_a_b) {

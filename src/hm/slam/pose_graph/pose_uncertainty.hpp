@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 
+#include "hm/geometry/planar_covariance.hpp"
 #include "hm/geometry/pose_graph_2d.hpp"
 #include "hm/slam/pose_graph/path_uncertainty.hpp"
 
