@@ -36,10 +36,8 @@ TEST(MovingPeople, AreNotWhereTheCameraIs) {
   const SeenRoom room;
   const PinholeCamera& camera = room.camera;
   const MovingPeople people(walk, 1, 3);
-  const World room = make_room();
-  const PinholeCamera camera{160, 120, 130, 130, 79.5, 59.5, {}};
   const std::vector<SE3> poses(120, people.T_world_person(0, 5) * SE3(Mat3::Identity(), Vec3(0.3, 0, 0)));
-  RenderedView view = Renderer(room).render(camera, poses, ParallelLoop());
+  RenderedView view = room.renderer.render(camera, poses, ParallelLoop());
   const RenderedView before = view;
   people.draw(camera, poses, 5, view);
   EXPECT_TRUE(std::ranges::equal(view.part.pixels(), before.part.pixels()));
