@@ -147,9 +147,15 @@ class Search {
     if (std::abs(wrap_angle((c.angle - beside_->angle) * angle_step_)) > params_.other_angle_rad)
       return false;
     const int last = (1 << level) - 1;
-    const double dx = std::max(std::abs(c.x - beside_->x), std::abs(c.x + last - beside_->x));
-    const double dy = std::max(std::abs(c.y - beside_->y), std::abs(c.y + last - beside_->y));
-    return std::hypot(dx, dy) * map_.resolution_m() < params_.other_place_m;
+    // The corner that is farthest away; with a free axis, farthest from the line along it.
+    double most = 0;
+    for (const int y : {c.y, c.y + last})
+      for (const int x : {c.x, c.x + last}) {
+        const Vec2 apart(x - beside_->x, y - beside_->y);
+        most = std::max(most, params_.free_axis ? std::abs(params_.free_axis->unitOrthogonal().dot(apart))
+                                                : apart.norm());
+      }
+    return most * map_.resolution_m() < params_.other_place_m;
   }
 
   const CorrelativeMap& map_;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -29,6 +30,9 @@ struct CorrelativeSearchParams {
   /// area, if these are at least `min_overlap_ratio` of all points: near the map's border, the true pose may
   /// overlap the map less than a wrong one.
   const ObservedArea* seen = nullptr;
+  /// Poses that differ along this axis of the map (unit vector) are no alternatives, however far away: in a
+  /// corridor, the walls determine all but the place along it.
+  std::optional<Vec2> free_axis;
   double min_overlap_ratio = 0.5;
   /// Score penalty for the squared offset of a candidate from the centre of the window.
   double shift_penalty_per_m2 = 0, turn_penalty_per_rad2 = 0;

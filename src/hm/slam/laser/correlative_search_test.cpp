@@ -144,6 +144,30 @@ TEST(CorrelativeSearch, TwoEqualPlacesAreAmbiguous) {
   EXPECT_LT(narrow.T_map_scan.translation().norm(), 0.02);
 }
 
+/// Two walls of a corridor: another place along them is none with a free axis, the corridor beside it is.
+TEST(CorrelativeSearch, AlongAFreeAxisPosesAreNoAlternatives) {
+  std::vector<Vec2> corridor, scan;
+  for (double x = -10; x <= 10; x += 0.04)
+    for (const double y : {-1.0, 1.2}) {
+      corridor.emplace_back(x, y);
+      if (std::abs(x) < 4) scan.emplace_back(x, y);
+    }
+  const SearchWindow window{SE2(0.1, 0.05, 0), 1, 1, 0.1};
+  CorrelativeSearchParams params;
+  params.other_window_ratio = 4;
+  EXPECT_EQ(search_correlative({corridor, kMap}, scan, window, params).status, CorrelativeStatus::kAmbiguous);
+  params.free_axis = Vec2(1, 0);
+  const CorrelativeMatch match = search_correlative({corridor, kMap}, scan, window, params);
+  EXPECT_EQ(match.status, CorrelativeStatus::kFound);
+  EXPECT_LT(std::abs(match.T_map_scan.y()), 0.02);
+  params.free_axis = Vec2(0, 1);
+  EXPECT_EQ(search_correlative({corridor, kMap}, scan, window, params).status, CorrelativeStatus::kAmbiguous);
+  std::vector<Vec2> two = corridor;
+  for (const Vec2& point : corridor) two.push_back(point + Vec2(0, 3.5));
+  params.free_axis = Vec2(1, 0);
+  EXPECT_EQ(search_correlative({two, kMap}, scan, window, params).status, CorrelativeStatus::kAmbiguous);
+}
+
 TEST(CorrelativeSearch, BoundedAndDeterministic) {
   Rng rng(6);
   const auto world = random_points(100, 5, rng), other = random_points(100, 5, rng);

@@ -18,9 +18,11 @@ constexpr double kApartPerTurn_m = 0.7;
 /// Standard deviation of odometry's motion in directions that the matcher does not determine.
 constexpr double kMotionSigma_m = 0.1, kMotionSigma_rad = 0.05, kMotionSigmaRatio = 0.2;
 constexpr int kMaxTakeOutRounds = 4;
-/// A loop that PL-ICP pairs less is verified by all scans of the submap, from this share of pairs on.
-constexpr double kPairsRatioInSubmap = 0.3, kMaxContradictedInSubmap = 0.08;
-constexpr std::size_t kMinPointsInSubmap = 300;
+/// Least share of a scan's points in the area that the submap observed, and most of what both show that may
+/// contradict.
+constexpr double kMinObservedRatio = 0.4, kMaxContradictedInSubmap = 0.08;
+/// Deviation of a match with a single scan, up to which it is taken in place of that with the whole submap.
+constexpr double kExact_m = 0.02;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
@@ -32,6 +34,7 @@ constexpr double kAgreementSigmas = 3, kChain_m = 0.1, kChainRatio = 0.02, kChai
 /// it leads to: keyframes on both ways, the distance up to which two are compared, and how many at most.
 constexpr std::size_t kTrail = 15, kWay = 25, kMostOnWay = 4;
 constexpr double kTrailReach_m = 4, kMaxContradictedByTrail = 0.12;
+constexpr std::size_t kMinAgreesOnTrail = 100;  // points
 constexpr ScanAgreementLimits kSubmapLimits{0.15, 0.02, 12, 90};
 /// Maximum number of nearest submaps whose uncertainty is computed, however often a place was visited.
 constexpr std::size_t kMostCandidates = 64;
@@ -55,6 +58,18 @@ Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) 
 
 SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
+}
+
+/// Direction in which a covariance is largest.
+Vec2 weakest_direction(const Mat2& covariance) {
+  const double angle = 0.5 * std::atan2(2 * covariance(0, 1), covariance(0, 0) - covariance(1, 1));
+  return {std::cos(angle), std::sin(angle)};
+}
+
+/// Whether a loop holds the place in all directions, and not only between the walls of a corridor.
+bool determines_place(const PoseEdge2D& edge) {
+  constexpr double kFree_m = 1;
+  return edge.information.inverse().topLeftCorner<2, 2>().trace() < kFree_m * kFree_m;
 }
 
 LoopOutcome outcome_of(CorrelativeStatus status) {
@@ -195,28 +210,64 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
 LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& step) {
   LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
   const ScanSubmap& submap = submaps_[candidate.submap];
-  const std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
-                                                   static_cast<std::size_t>(params_.kMaxSearchPoints));
-  if (points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
-  CorrelativeSearchParams search;
-  search.min_score = params_.min_score;
-  search.ambiguity_ratio = params_.ambiguity_ratio;
   const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
-  search.seen = &raster.seen;
+  LoopSearch search{raster.map,
+                    points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
+                                  static_cast<std::size_t>(params_.kMaxSearchPoints)),
+                    candidate.window,
+                    {}};
+  if (search.points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
+  search.params.min_score = params_.min_score;
+  search.params.ambiguity_ratio = params_.ambiguity_ratio;
+  search.params.seen = &raster.seen;
   // With repetitions at a distance p, a wrong match in the window implies p <= 2 windows, so that another
   // repetition lies within three windows.
-  search.other_window_ratio = 3;
-  const CorrelativeMatch match = search_correlative(raster.map, points_m, candidate.window, search);
+  search.params.other_window_ratio = 3;
+  const CorrelativeMatch match =
+      search_correlative(search.map, search.points_m, search.window, search.params);
   attempt.score = match.score;
   attempt.outcome = outcome_of(match.status);
-  if (match.status != CorrelativeStatus::kFound) return attempt;
-  const std::optional<PoseEdge2D> edge = verified(submap, match.T_map_scan);
-  attempt.outcome = edge ? accept(*edge, step) : LoopOutcome::kNotVerified;
+  if (match.status == CorrelativeStatus::kFound) {
+    const auto found = verified(submap, raster.seen, match.T_map_scan);
+    attempt.outcome = found ? accept(*found, step) : LoopOutcome::kNotVerified;
+  } else if (match.status == CorrelativeStatus::kAmbiguous) {
+    if (const auto found = verified_along_walls(submap, match, search))
+      attempt.outcome = accept(*found, step);
+  }
   return attempt;
 }
 
+/// The match in a corridor, where poses along it fit as well: the one nearest to the graph's estimate, with
+/// the direction along the walls left free. Nothing if poses beside that line fit too.
+std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified_along_walls(const ScanSubmap& submap,
+                                                                            const CorrelativeMatch& ambiguous,
+                                                                            const LoopSearch& search) {
+  const auto best = verified(submap, *search.params.seen, ambiguous.T_map_scan);
+  if (!best) return std::nullopt;
+  const SE2 T_anchor_from =
+      keyframes_[submap.anchor()].T_odom_base.inverse() * keyframes_[best->from].T_odom_base;
+  CorrelativeSearchParams params = search.params;
+  params.free_axis = T_anchor_from.rotation() * weakest_direction(best->covariance.topLeftCorner<2, 2>());
+  if (search_correlative(search.map, search.points_m, search.window, params).status !=
+      CorrelativeStatus::kFound)
+    return std::nullopt;
+  const Vec2 offset = search.window.centre.translation() - ambiguous.T_map_scan.translation();
+  const Vec2 nearest = ambiguous.T_map_scan.translation() + params.free_axis->dot(offset) * *params.free_axis;
+  auto match =
+      verified(submap, *search.params.seen, {nearest.x(), nearest.y(), ambiguous.T_map_scan.angle()});
+  if (!match) return std::nullopt;
+  const SE2 T_from_anchor =
+      keyframes_[match->from].T_odom_base.inverse() * keyframes_[submap.anchor()].T_odom_base;
+  const Vec2 axis = T_from_anchor.rotation() * *params.free_axis;
+  match->covariance.topLeftCorner<2, 2>() += kFreeDirectionVariance_m2 * axis * axis.transpose();
+  return match;
+}
+
 /// Adds a loop to the graph, or lets it wait for another one that agrees; with such a one both.
-LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
+LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step) {
+  const PoseEdge2D edge{match.from, keyframes_.size() - 1, match.T_from_base,
+                        edge_information(match.T_from_base, honest_covariance(match.covariance, params_)),
+                        PoseEdgeKind::kLoop};
   const auto add = [&](const PoseEdge2D& loop) {
     graph_.edges.push_back(loop);
     paths_.add_edge(loop);
@@ -227,7 +278,10 @@ LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
   const auto agrees = [&](const PoseEdge2D& other) { return agree(edge, other); };
   const auto waiting = std::ranges::find_if(waiting_, agrees);
   if (correction_m > kAloneCorrection_m) {
-    if (contradicted_by_trail(edge) > kMaxContradictedByTrail) return LoopOutcome::kNotVerified;
+    if (!determines_place(edge)) return LoopOutcome::kAmbiguous;
+    const ScanAgreement trail = compare_trail(edge);
+    if (trail.agrees < kMinAgreesOnTrail || trail.contradicted_ratio() > kMaxContradictedByTrail)
+      return LoopOutcome::kNotVerified;
     if (waiting == waiting_.end() && std::ranges::none_of(graph_.edges, agrees)) {
       waiting_.push_back(edge);
       return LoopOutcome::kAlone;
@@ -243,9 +297,9 @@ LoopOutcome ScanGraph2D::accept(const PoseEdge2D& edge, ScanGraphStep& step) {
   return LoopOutcome::kAccepted;
 }
 
-/// Share of what the newest keyframes and those of the way that a loop leads to show of each other that
-/// speaks against it: rooms look alike more often than the corridors to them, with their doors.
-double ScanGraph2D::contradicted_by_trail(const PoseEdge2D& edge) const {
+/// How the newest keyframes, moved as a loop says, agree with those of the way that it leads to: rooms look
+/// alike more often than the corridors to them, with their doors.
+ScanAgreement ScanGraph2D::compare_trail(const PoseEdge2D& edge) const {
   const auto& T_map = graph_.T_map_node;
   const SE2 T_new_old = T_map[edge.from] * edge.T_from_to * T_map[edge.to].inverse();
   const std::size_t trail = edge.to - std::min(edge.to, kTrail);
@@ -260,13 +314,13 @@ double ScanGraph2D::contradicted_by_trail(const PoseEdge2D& edge) const {
     for (const std::size_t k : thinned(std::move(near), kMostOnWay))
       compare_scans(keyframes_[k].scan, keyframes_[i].scan, T_map[k].inverse() * T_map_i, kSubmapLimits, sum);
   }
-  return sum.contradicted_ratio();
+  return sum;
 }
 
 /// Whether two loops between the same two stretches of the path fit one correction.
 bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
   const auto apart = [](std::size_t i, std::size_t j) { return i > j ? i - j : j - i; };
-  if (b.kind != PoseEdgeKind::kLoop || apart(a.to, b.to) > kReachOfAgreement ||
+  if (b.kind != PoseEdgeKind::kLoop || !determines_place(b) || apart(a.to, b.to) > kReachOfAgreement ||
       apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement)
     return false;
   const auto& T_map = graph_.T_map_node;
@@ -282,46 +336,55 @@ bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
   return error.dot(covariance.inverse() * error) <= kAgreementSigmas * kAgreementSigmas;
 }
 
-/// Loop edge from the submap's nearest keyframe, if PL-ICP confirms the match of the search.
-std::optional<PoseEdge2D> ScanGraph2D::verified(const ScanSubmap& submap, const SE2& T_anchor_base) {
+/// Whether PL-ICP ends near its guess, with small errors, and pairs most of the points that it could.
+bool ScanGraph2D::confirms(const ScanMatch& match, const SE2& guess, double points) const {
+  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
+  return correction.translation().norm() <= params_.kVerifyMaxTranslation_m &&
+         std::abs(correction.angle()) <= params_.kVerifyMaxRotation_rad &&
+         match.mean_error_m <= params_.kVerifyMaxError_m &&
+         static_cast<double>(match.pairs) >= params_.kVerifyMinPairsRatio * points;
+}
+
+/// Pose of the newest keyframe relative to the submap's nearest one, if PL-ICP confirms the search's match
+/// with what the submap's scans together show there, and if nothing of it contradicts them.
+std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap& submap,
+                                                                const ObservedArea& seen,
+                                                                const SE2& T_anchor_base) {
+  const PlanarScan& scan = keyframes_.back().scan;
   const SE2 T_odom_anchor = keyframes_[submap.anchor()].T_odom_base;
+  const SE2 T_odom_guess = T_odom_anchor * T_anchor_base;
+  const ScanMatch match =
+      matcher_.match(submap_scan(submap, keyframes_, T_odom_guess, scan.origin_m), scan, SE2());
+  if (!match.ok()) return std::nullopt;
+  const SE2& correction = *match.T_reference_sensed;
+  const SE2 T_odom_base = T_odom_guess * correction, T_anchor_matched = T_anchor_base * correction;
+  const auto observed = static_cast<double>(std::ranges::count_if(
+      scan.points_m, [&](const Vec2& point) { return seen.contains(T_anchor_matched * point); }));
+  ScanAgreement agreement;
+  for (std::size_t k = submap.first; k < submap.end; ++k)
+    compare_scans(keyframes_[k].scan, scan, keyframes_[k].T_odom_base.inverse() * T_odom_base, kSubmapLimits,
+                  agreement);
+  if (!confirms(match, SE2(), observed) || observed < kMinObservedRatio * static_cast<double>(scan.size()) ||
+      agreement.contradicted_ratio() > kMaxContradictedInSubmap)
+    return std::nullopt;
   std::size_t nearest = submap.first;
   double least = std::numeric_limits<double>::infinity();
-  SE2 guess;
   for (std::size_t k = submap.first; k < submap.end; ++k) {
-    const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_anchor * T_anchor_base;
+    const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_base;
     const double apart = T_k_base.translation().norm() + kApartPerTurn_m * std::abs(T_k_base.angle());
     if (apart >= least) continue;
     least = apart;
     nearest = k;
-    guess = T_k_base;
   }
-  const ScanMatch match = matcher_.match(keyframes_[nearest].scan, keyframes_.back().scan, guess);
-  if (!match.ok()) return std::nullopt;
-  const SE2 correction = guess.inverse() * *match.T_reference_sensed;
-  if (correction.translation().norm() > params_.kVerifyMaxTranslation_m ||
-      std::abs(correction.angle()) > params_.kVerifyMaxRotation_rad ||
-      match.mean_error_m > params_.kVerifyMaxError_m)
-    return std::nullopt;
-  const double paired = static_cast<double>(match.pairs) / static_cast<double>(match.sensed_points);
-  const SE2 T_odom_base = keyframes_[nearest].T_odom_base * *match.T_reference_sensed;
-  if (paired < params_.kVerifyMinPairsRatio &&
-      (paired < kPairsRatioInSubmap || !agrees_with(submap, T_odom_base)))
-    return std::nullopt;
-  const Mat3 covariance = honest_covariance(match.covariance, params_);
-  return PoseEdge2D{nearest, keyframes_.size() - 1, *match.T_reference_sensed,
-                    edge_information(*match.T_reference_sensed, covariance), PoseEdgeKind::kLoop};
-}
-
-/// Whether the whole submap confirms a pose of the newest keyframe: a laser that sees half of the
-/// surroundings shares little with any single scan of the way there when it comes back, but much with all of
-/// them.
-bool ScanGraph2D::agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const {
-  ScanAgreement sum;
-  for (std::size_t k = submap.first; k < submap.end; ++k)
-    compare_scans(keyframes_[k].scan, keyframes_.back().scan,
-                  keyframes_[k].T_odom_base.inverse() * T_odom_base, kSubmapLimits, sum);
-  return sum.agrees >= kMinPointsInSubmap && sum.contradicted_ratio() <= kMaxContradictedInSubmap;
+  const SE2 T_nearest_base = keyframes_[nearest].T_odom_base.inverse() * T_odom_base;
+  // A single scan that shows enough, in all directions, is more exact than all of the submap with its drift.
+  const ScanMatch direct = matcher_.match(keyframes_[nearest].scan, scan, T_nearest_base);
+  if (direct.ok() && confirms(direct, T_nearest_base, static_cast<double>(direct.sensed_points)) &&
+      direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
+    return VerifiedMatch{nearest, *direct.T_reference_sensed, direct.covariance};
+  const Mat3 rotated =
+      turned_covariance((T_nearest_base * correction.inverse()).rotation(), match.covariance);
+  return VerifiedMatch{nearest, T_nearest_base, rotated};
 }
 
 void ScanGraph2D::count(LoopOutcome outcome) {

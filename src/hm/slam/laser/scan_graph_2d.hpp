@@ -83,16 +83,33 @@ class ScanGraph2D {
     double distance_m;
     SearchWindow window;
   };
+  /// What the newest keyframe is searched with in a submap.
+  struct LoopSearch {
+    const CorrelativeMap& map;
+    std::vector<Vec2> points_m;
+    SearchWindow window;
+    CorrelativeSearchParams params;
+  };
   void add_odometry_edge();
   [[nodiscard]] std::vector<Candidate> loop_candidates() const;
   [[nodiscard]] SearchWindow window_of(const ScanSubmap& submap, const PathUncertainty2D::Seen& seen) const;
   [[nodiscard]] double apartness(const ScanSubmap& submap) const;
+  /// Pose of the newest keyframe relative to an older one, with the covariance of its match.
+  struct VerifiedMatch {
+    std::size_t from;
+    SE2 T_from_base;
+    Mat3 covariance;
+  };
   LoopAttempt try_loop(const Candidate& candidate, ScanGraphStep& step);
-  [[nodiscard]] std::optional<PoseEdge2D> verified(const ScanSubmap& submap, const SE2& T_anchor_base);
-  LoopOutcome accept(const PoseEdge2D& edge, ScanGraphStep& step);
-  [[nodiscard]] double contradicted_by_trail(const PoseEdge2D& edge) const;
+  [[nodiscard]] bool confirms(const ScanMatch& match, const SE2& guess, double points) const;
+  [[nodiscard]] std::optional<VerifiedMatch> verified(const ScanSubmap& submap, const ObservedArea& seen,
+                                                      const SE2& T_anchor_base);
+  [[nodiscard]] std::optional<VerifiedMatch> verified_along_walls(const ScanSubmap& submap,
+                                                                  const CorrelativeMatch& ambiguous,
+                                                                  const LoopSearch& search);
+  LoopOutcome accept(const VerifiedMatch& match, ScanGraphStep& step);
+  [[nodiscard]] ScanAgreement compare_trail(const PoseEdge2D& edge) const;
   [[nodiscard]] bool agree(const PoseEdge2D& a, const PoseEdge2D& b) const;
-  [[nodiscard]] bool agrees_with(const ScanSubmap& submap, const SE2& T_odom_base) const;
   void count(LoopOutcome outcome);
   bool take_out_contradictions(GraphPart<PoseGraph2D>& part);
 

@@ -1,7 +1,10 @@
 #include "hm/slam/laser/scan_submaps.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "hm/core/statistics.hpp"
@@ -9,6 +12,7 @@
 namespace hm {
 namespace {
 
+constexpr std::size_t kBeams = 720;  // of a submap's scan
 constexpr std::size_t kKeptRasters = 16;
 constexpr int kRasterLevels = 7;
 /// Neighbouring points farther apart leave holes in the raster: the space between them does not count as
@@ -30,6 +34,30 @@ std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::siz
   for (const Vec2& point : scan.points_m)
     if ((point - scan.origin_m).norm() <= range_m) near.push_back(point);
   return thinned(std::move(near), max_points);
+}
+
+PlanarScan submap_scan(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes,
+                       const SE2& T_odom_base, const Vec2& origin_m) {
+  struct Beam {
+    double range_m = std::numeric_limits<double>::infinity();
+    Vec2 point_m;
+  };
+  std::array<Beam, kBeams> beams;
+  const SE2 T_base_odom = T_odom_base.inverse();
+  for (std::size_t k = submap.first; k < submap.end; ++k) {
+    const SE2 T_base_k = T_base_odom * keyframes[k].T_odom_base;
+    for (const Vec2& point : keyframes[k].scan.points_m) {
+      const Vec2 seen = T_base_k * point - origin_m;
+      const double turn = std::atan2(seen.y(), seen.x()) / (2 * std::numbers::pi) + 0.5;
+      Beam& beam = beams[std::min(static_cast<std::size_t>(turn * kBeams), kBeams - 1)];
+      if (seen.norm() < beam.range_m) beam = {seen.norm(), seen + origin_m};
+    }
+  }
+  PlanarScan scan{keyframes[submap.anchor()].scan.stamp, origin_m, {}, {}, {}};
+  for (const Beam& beam : beams)
+    if (std::isfinite(beam.range_m)) scan.points_m.push_back(beam.point_m);
+  sort_by_bearing(scan);
+  return scan;
 }
 
 const SubmapRasters::Raster& SubmapRasters::raster(const ScanSubmap& submap,

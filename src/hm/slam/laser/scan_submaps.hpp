@@ -33,6 +33,12 @@ struct ScanSubmap {
 /// Points of a scan within a range of the laser, evenly thinned to at most `max_points`.
 std::vector<Vec2> points_within(const PlanarScan& scan, double range_m, std::size_t max_points);
 
+/// What a laser at `origin_m` (in the frame of the base) would see of a submap from a pose: in each direction
+/// the nearest point of its scans, in the frame of that base. For matching: half of what a laser that sees
+/// half of its surroundings shows on its way back, no single scan of the way there shows.
+PlanarScan submap_scan(const ScanSubmap& submap, std::span<const GraphKeyframe2D> keyframes,
+                       const SE2& T_odom_base, const Vec2& origin_m);
+
 /// Cache of the submaps' likelihood rasters in the frames of their anchors, built on first use; holds the
 /// last sixteen used.
 class SubmapRasters {
