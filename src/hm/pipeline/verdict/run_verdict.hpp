@@ -84,7 +84,7 @@ std::optional<Error> strict_failure(const RunVerdict& verdict);
 struct VisitLimits {
   std::size_t window;       ///< comparisons
   double doubtful_ratio;    ///< in the worst window
-  double broken_ratio;      ///< in the worst window
+  double broken_ratio;      ///< in the worst window; 1: it does not decide
   double broken_p95_ratio;  ///< in 5 % of the windows
 };
 /// Adds what the comparisons say. Less than nine of them cannot call a result broken. `what`: "scans".

@@ -21,8 +21,9 @@ constexpr int kMaxTakeOutRounds = 4;
 /// Least share of a scan's points in the area that the submap observed, and most of what both show that may
 /// contradict.
 constexpr double kMinObservedRatio = 0.4, kMaxContradictedInSubmap = 0.08;
-/// Deviation of a match with a single scan, up to which it is taken in place of that with the whole submap.
-constexpr double kExact_m = 0.02;
+/// A match with a single scan is taken in place of that with the whole submap up to this deviation, and from
+/// this share of points on that both scans show.
+constexpr double kExact_m = 0.02, kShared = 0.5;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
@@ -64,6 +65,19 @@ SE2 between(const SE2& a, const SE2& b, double fraction) {
 Vec2 weakest_direction(const Mat2& covariance) {
   const double angle = 0.5 * std::atan2(2 * covariance(0, 1), covariance(0, 0) - covariance(1, 1));
   return {std::cos(angle), std::sin(angle)};
+}
+
+/// Whether a scan shows much on both sides of the line through the base along an axis: a single straight wall
+/// is like any other.
+bool walls_on_both_sides(const PlanarScan& scan, const Vec2& axis) {
+  constexpr double kBeside_m = 0.3, kLeastRatio = 0.15;
+  const Vec2 across = axis.unitOrthogonal();
+  const auto beside = [&](double side) {
+    return std::ranges::count_if(scan.points_m,
+                                 [&](const Vec2& p) { return side * across.dot(p) > kBeside_m; });
+  };
+  return static_cast<double>(std::min(beside(1), beside(-1))) >
+         kLeastRatio * static_cast<double>(scan.size());
 }
 
 /// Whether a loop holds the place in all directions, and not only between the walls of a corridor.
@@ -248,6 +262,9 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified_along_walls(cons
       keyframes_[submap.anchor()].T_odom_base.inverse() * keyframes_[best->from].T_odom_base;
   CorrelativeSearchParams params = search.params;
   params.free_axis = T_anchor_from.rotation() * weakest_direction(best->covariance.topLeftCorner<2, 2>());
+  if (!walls_on_both_sides(keyframes_.back().scan,
+                           ambiguous.T_map_scan.rotation().transpose() * *params.free_axis))
+    return std::nullopt;
   if (search_correlative(search.map, search.points_m, search.window, params).status !=
       CorrelativeStatus::kFound)
     return std::nullopt;
@@ -377,9 +394,9 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap
     nearest = k;
   }
   const SE2 T_nearest_base = keyframes_[nearest].T_odom_base.inverse() * T_odom_base;
-  // A single scan that shows enough, in all directions, is more exact than all of the submap with its drift.
+  // A single scan that determines the place is more exact than all of the submap with its drift.
   const ScanMatch direct = matcher_.match(keyframes_[nearest].scan, scan, T_nearest_base);
-  if (direct.ok() && confirms(direct, T_nearest_base, static_cast<double>(direct.sensed_points)) &&
+  if (direct.ok() && confirms(direct, T_nearest_base, kShared * static_cast<double>(direct.sensed_points)) &&
       direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
     return VerifiedMatch{nearest, *direct.T_reference_sensed, direct.covariance};
   const Mat3 rotated =

@@ -14,8 +14,9 @@ void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& 
 /// reaches none.
 std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Trajectory& truth);
 
-/// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md).
-inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 0.6, 0.4};
+/// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md). A
+/// single place cannot break it: a wall that is 0.3 m off contradicts as much as one that is 10 m off.
+inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 1, 0.4};
 
 /// What speaks against the result, without truth: contradictions between visits of a place, scans without a
 /// pose, matching that was lost, a doubtful place in a saved map.
