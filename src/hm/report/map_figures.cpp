@@ -15,7 +15,7 @@ namespace hm {
 namespace {
 
 constexpr Rgb8 kPaper{250, 250, 248}, kFreeColor{250, 250, 248}, kUnknownColor{205, 207, 210},
-    kWallColor{30, 34, 44}, kInk{45, 50, 60};
+    kOccupiedColor{30, 34, 44}, kInk{45, 50, 60};
 constexpr int kLongestSide_px = 1400, kMargin_px = 12;
 constexpr double kTextSize_px = 15;
 
@@ -75,7 +75,7 @@ PlanFrame plan_frame(int columns, int rows) {
 }
 
 /// Draws a scale bar of a round length in the lower left corner.
-void draw_scale_bar(Image<Rgb8>& image, double pixels_per_m) {
+void draw_plan_scale_bar(Image<Rgb8>& image, double pixels_per_m) {
   double length_m = 1;
   for (const double next : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0})
     if (next * pixels_per_m < 0.3 * image.width()) length_m = next;
@@ -194,7 +194,7 @@ std::optional<Image<Rgb8>> draw_occupancy_grid(const OccupancyGrid2D& grid,
                               static_cast<std::size_t>(u)];
           if (state <= known) continue;
           known = state;
-          image(u, row) = state == Occupancy::kOccupied ? kWallColor : kFreeColor;
+          image(u, row) = state == Occupancy::kOccupied ? kOccupiedColor : kFreeColor;
         }
     }
   for (const MapOverlay& overlay : paths) draw_path(image, overlay, grid, frame.scale);
@@ -226,7 +226,7 @@ std::optional<Image<Rgb8>> draw_heights(std::span<const OccupancyVoxel> voxels, 
                    {colors.at(static_cast<double>(height)), 1});
   }
   draw_height_legend(image, colors);
-  draw_scale_bar(image, frame.scale / size_m);
+  draw_plan_scale_bar(image, frame.scale / size_m);
   return image;
 }
 

@@ -15,8 +15,8 @@
 namespace hm {
 namespace {
 
-constexpr double kStart_s = 1.0;  // the stamp of the first scan
-constexpr std::uint64_t kWheelStream = 2, kScanStream = 1ull << 32;
+constexpr double kFirstScan_s = 1.0;  // the stamp of the first scan
+constexpr std::uint64_t kWheelStream = 2, kOfficeScanStream = 1ull << 32;
 
 constexpr std::size_t kBeams = 181;
 constexpr double kFirst_rad = -std::numbers::pi / 2, kIncrement_rad = std::numbers::pi / (kBeams - 1);
@@ -87,7 +87,7 @@ void OfficeSimulation::Impl::drive() {
       T_odom_base = T_odom_base * (options.perfect ? motion : wheels.measure(motion));
     }
     before = pose.T_world_base;
-    const Time stamp = Time::from_seconds(kStart_s + pose.time_s);
+    const Time stamp = Time::from_seconds(kFirstScan_s + pose.time_s);
     truth.push_back({stamp, pose.T_world_base.to_se3()});
     if (!pose.scans) continue;
     odometry.push_back({stamp, T_odom_base.to_se3()});
@@ -146,7 +146,7 @@ LaserScan OfficeSimulation::scan(std::size_t index) const {
   BeamHits hits;
   for (const OfficeWall& wall : impl_->floor.walls)
     add_hits({T_base_world * wall.a, T_base_world * wall.b, wall.glass}, impl_->options.range_max_m, hits);
-  Rng rng = impl_->rng(kScanStream + index);
+  Rng rng = impl_->rng(kOfficeScanStream + index);
   if (impl_->options.people && !impl_->options.perfect) impl_->add_people(hits, rng);
   LaserScan scan;
   scan.stamp = impl_->odometry[index].stamp;
