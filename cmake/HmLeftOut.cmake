@@ -12,6 +12,11 @@ set(hm_left_out_when_sanitized
   RowMotion.ARollingShutterIsTrackedAndItsTimesAreFound
   Tracker.DroppedFramesDoNotSpoilThePrediction
   TrackerInertia.WrongReadingsDoNoHarm
+  TrackerCovariance.GrowsAlongThePathAndIsSymmetric
+  Tracker.TheResultDoesNotDependOnWhereOdomIs
+  TrackerInertia.AWrongGyroscopeDoesNoHarm
+  InertialWindow.PredictsAsWellAsItSays
+  WithoutColour/TrackerInTheDark.FollowsTheSurfacesAndFindsItsLandmarksAgain/1
   OdometryRates.*
   InertialTracking.WrongReadingsChangeNothing
   InertialTracking.ADeviceThatIsKnockedLosesItsTrust
@@ -20,6 +25,8 @@ set(hm_left_out_when_sanitized
   RgbdLoopCloser.RingIsClosed
   LoopSelector.CorridorOfIdenticalDoors
   SlamPipeline.CountsFramesThatItsCapDoesNotLetItKeep
+  All/RealCheck.WhatIsOddIsFoundAndEveryInjectedFaultIs/sevenscenes_a
+  All/RealCheck.WhatIsOddIsFoundAndEveryInjectedFaultIs/icl_of_kt3
   # laser
   LaserRing.*
   LaserOffice.*
@@ -32,6 +39,9 @@ set(hm_left_out_when_sanitized
   RawDisparity.ConstantsAndDepthCameraAreFoundWithoutInfraredPictures
   TinyExperiment.*
   # repeated to compare bits: of threads and runs
+  Tracker.IsDeterministic
+  RgbdLoopCloser.SameKeyframesSameBitsAndLiveAgrees
+  SlamPipeline.ReadsFramesAgainFromTheCallersOwnSource
   SlamPipeline.ContinuesASavedRunAsIfItHadNotBeenInterrupted
   SlamPipeline.FramesFromACallerGiveWhatARecordingGives
   InertialTracking.ARestoredRunGoesOnWithTheSameBits
