@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "hm/cameras/camera_driver.hpp"
@@ -57,6 +59,10 @@ class Unplugged : public openni::OpenNI::DeviceDisconnectedListener {
   std::string uri_;
 };
 
+/// A stream is destroyed so long after it was stopped. Some drivers, OpenNI's own dummy device too, do not
+/// wait for their threads, which sleep until the next image and then touch the stream once more.
+constexpr std::chrono::milliseconds kLastImage{150};
+
 /// Device and streams; closed in the reverse order.
 struct OpenNiDevice {
   openni::Device device;
@@ -68,7 +74,10 @@ struct OpenNiDevice {
   ~OpenNiDevice() {
     unplugged.reset();
     for (openni::VideoStream* stream : {&depth, &color})
-      if (stream->isValid()) stream->stop(), stream->destroy();
+      if (stream->isValid()) stream->stop();
+    if (depth.isValid() || color.isValid()) std::this_thread::sleep_for(kLastImage);
+    for (openni::VideoStream* stream : {&depth, &color})
+      if (stream->isValid()) stream->destroy();
     if (device.isValid()) device.close();
   }
 };
