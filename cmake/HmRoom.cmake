@@ -140,8 +140,8 @@ function(hm_make_room_test NAME)
   if(HM_PRECOMPILE)
     target_precompile_headers(hm_${NAME}_test REUSE_FROM hm_precompiled_test)
   endif()
-  target_link_libraries(hm_${NAME}_test PRIVATE ${libraries} hm_source_folder hm_settings GTest::gmock GTest::gtest_main)
-  target_compile_options(hm_${NAME}_test PRIVATE ${hm_test_options})
+  target_link_libraries(hm_${NAME}_test PRIVATE ${libraries} hm_source_folder hm_settings hm_test_settings GTest::gmock
+                        GTest::gtest_main)
   hm_add_tests(hm_${NAME}_test ${NAME})
 endfunction()
 
