@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 
 #include "hm/laser/matching/planar_scan.hpp"
@@ -11,8 +12,10 @@ struct ScanAgreement {
   /// Points that another scan saw through: its beam in their direction ended clearly behind them.
   std::size_t seen_through = 0;
 
+  /// 0 where nothing could be compared.
   [[nodiscard]] double contradicted_ratio() const {
-    return static_cast<double>(seen_through) / static_cast<double>(agrees + seen_through);
+    return static_cast<double>(seen_through) /
+           static_cast<double>(std::max<std::size_t>(1, agrees + seen_through));
   }
 };
 

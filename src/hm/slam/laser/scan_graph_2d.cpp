@@ -9,6 +9,7 @@
 #include "hm/core/check.hpp"
 #include "hm/core/statistics.hpp"
 #include "hm/geometry/planar_covariance.hpp"
+#include "hm/geometry/solvers/small_solvers.hpp"
 
 namespace hm {
 namespace {
@@ -24,6 +25,11 @@ constexpr double kMinObservedRatio = 0.4, kMaxContradictedInSubmap = 0.08;
 /// A match with a single scan is taken in place of that with the whole submap up to this deviation, and from
 /// this share of points on that both scans show.
 constexpr double kExact_m = 0.02, kShared = 0.5;
+/// Deviation of a match in a direction that nothing holds; no larger, as that direction is known to
+/// milliradians only: 100 m would blur by decimetres what is held.
+constexpr double kFreeSigma_m = 5;
+/// Both matches must agree by so much: only that with the submap was checked for contradictions.
+constexpr double kSamePlace_m = 0.1, kSamePlace_rad = 0.03;
 /// A loop that moves the newest keyframe further needs another one that agrees: between places that look
 /// alike there are loops, but seldom two that fit one correction.
 constexpr double kAloneCorrection_m = 0.5;
@@ -67,24 +73,39 @@ Vec2 weakest_direction(const Mat2& covariance) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-/// Whether a scan shows much on both sides of the line through the base along an axis: a single straight wall
-/// is like any other.
-bool walls_on_both_sides(const PlanarScan& scan, const Vec2& axis) {
+/// Whether a scan shows much of what a map observed on both sides of the line through the base along an axis
+/// of the map: a single straight wall is like any other.
+bool walls_on_both_sides(const PlanarScan& scan, const ObservedArea& seen, const SE2& T_map_base,
+                         const Vec2& axis) {
   constexpr double kBeside_m = 0.3, kLeastRatio = 0.15;
   const Vec2 across = axis.unitOrthogonal();
   const auto beside = [&](double side) {
-    return std::ranges::count_if(scan.points_m,
-                                 [&](const Vec2& p) { return side * across.dot(p) > kBeside_m; });
+    return std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
+      return side * across.dot(T_map_base.rotation() * point) > kBeside_m &&
+             seen.contains(T_map_base * point);
+    });
   };
   return static_cast<double>(std::min(beside(1), beside(-1))) >
          kLeastRatio * static_cast<double>(scan.size());
 }
 
-/// Whether a loop holds the place in all directions, and not only between the walls of a corridor.
-bool determines_place(const PoseEdge2D& edge) {
-  constexpr double kFree_m = 1;
-  return edge.information.inverse().topLeftCorner<2, 2>().trace() < kFree_m * kFree_m;
+/// The covariance of PL-ICP with deviations of kFreeSigma_m in the directions that it left free.
+Mat3 with_free_sigma(Mat3 covariance) {
+  const Eigen3 axes = symmetric_eigen(covariance);
+  for (const int i : {1, 2})
+    if (const double excess = axes.values[i] - kFreeSigma_m * kFreeSigma_m; excess > 0)
+      covariance -= excess * axes.vectors.col(i) * axes.vectors.col(i).transpose();
+  return covariance;
 }
+
+/// Whether a covariance leaves a direction free.
+bool is_free(const Mat3& covariance) {
+  constexpr double kFree_m = 1;
+  return covariance.topLeftCorner<2, 2>().trace() > kFree_m * kFree_m;
+}
+
+/// Whether a loop holds the place in all directions, and not only between the walls of a corridor.
+bool determines_place(const PoseEdge2D& edge) { return !is_free(edge.information.inverse()); }
 
 LoopOutcome outcome_of(CorrelativeStatus status) {
   switch (status) {
@@ -224,13 +245,11 @@ std::vector<ScanGraph2D::Candidate> ScanGraph2D::loop_candidates() const {
 LoopAttempt ScanGraph2D::try_loop(const Candidate& candidate, ScanGraphStep& step) {
   LoopAttempt attempt{candidate.submap, LoopOutcome::kNoMatch, 0, candidate.window};
   const ScanSubmap& submap = submaps_[candidate.submap];
+  std::vector<Vec2> points_m = points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
+                                             static_cast<std::size_t>(params_.kMaxSearchPoints));
+  if (points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
   const SubmapRasters::Raster& raster = rasters_.raster(submap, keyframes_);
-  LoopSearch search{raster.map,
-                    points_within(keyframes_.back().scan, params_.kMaxPointRange_m,
-                                  static_cast<std::size_t>(params_.kMaxSearchPoints)),
-                    candidate.window,
-                    {}};
-  if (search.points_m.size() < static_cast<std::size_t>(params_.kMinPoints) / 2) return attempt;
+  LoopSearch search{raster.map, std::move(points_m), candidate.window, {}};
   search.params.min_score = params_.min_score;
   search.params.ambiguity_ratio = params_.ambiguity_ratio;
   search.params.seen = &raster.seen;
@@ -262,8 +281,7 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified_along_walls(cons
       keyframes_[submap.anchor()].T_odom_base.inverse() * keyframes_[best->from].T_odom_base;
   CorrelativeSearchParams params = search.params;
   params.free_axis = T_anchor_from.rotation() * weakest_direction(best->covariance.topLeftCorner<2, 2>());
-  if (!walls_on_both_sides(keyframes_.back().scan,
-                           ambiguous.T_map_scan.rotation().transpose() * *params.free_axis))
+  if (!walls_on_both_sides(keyframes_.back().scan, *params.seen, ambiguous.T_map_scan, *params.free_axis))
     return std::nullopt;
   if (search_correlative(search.map, search.points_m, search.window, params).status !=
       CorrelativeStatus::kFound)
@@ -273,10 +291,12 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified_along_walls(cons
   auto match =
       verified(submap, *search.params.seen, {nearest.x(), nearest.y(), ambiguous.T_map_scan.angle()});
   if (!match) return std::nullopt;
+  // A direction that PL-ICP left free is the same one, and added to it would blur what the walls hold.
+  if (is_free(match->covariance)) return match;
   const SE2 T_from_anchor =
       keyframes_[match->from].T_odom_base.inverse() * keyframes_[submap.anchor()].T_odom_base;
   const Vec2 axis = T_from_anchor.rotation() * *params.free_axis;
-  match->covariance.topLeftCorner<2, 2>() += kFreeDirectionVariance_m2 * axis * axis.transpose();
+  match->covariance.topLeftCorner<2, 2>() += kFreeSigma_m * kFreeSigma_m * axis * axis.transpose();
   return match;
 }
 
@@ -287,7 +307,7 @@ LoopOutcome ScanGraph2D::accept(const VerifiedMatch& match, ScanGraphStep& step)
                         PoseEdgeKind::kLoop};
   const auto add = [&](const PoseEdge2D& loop) {
     graph_.edges.push_back(loop);
-    paths_.add_edge(loop);
+    if (determines_place(loop)) paths_.add_edge(loop);
     ++step.loops_accepted;
   };
   const double correction_m =
@@ -337,8 +357,9 @@ ScanAgreement ScanGraph2D::compare_trail(const PoseEdge2D& edge) const {
 /// Whether two loops between the same two stretches of the path fit one correction.
 bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
   const auto apart = [](std::size_t i, std::size_t j) { return i > j ? i - j : j - i; };
-  if (b.kind != PoseEdgeKind::kLoop || !determines_place(b) || apart(a.to, b.to) > kReachOfAgreement ||
-      apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement)
+  if (b.kind != PoseEdgeKind::kLoop || !determines_place(a) || !determines_place(b) ||
+      apart(a.to, b.to) > kReachOfAgreement || apart(a.to, b.to) < kLeastApart ||
+      apart(a.from, b.from) > 2 * kReachOfAgreement)
     return false;
   const auto& T_map = graph_.T_map_node;
   const SE2 from = T_map[a.from].inverse() * T_map[b.from], to = T_map[b.to].inverse() * T_map[a.to];
@@ -375,8 +396,11 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap
   if (!match.ok()) return std::nullopt;
   const SE2& correction = *match.T_reference_sensed;
   const SE2 T_odom_base = T_odom_guess * correction, T_anchor_matched = T_anchor_base * correction;
-  const auto observed = static_cast<double>(std::ranges::count_if(
-      scan.points_m, [&](const Vec2& point) { return seen.contains(T_anchor_matched * point); }));
+  // Pairs were observed, also where beams are too far apart for the area between them to count.
+  const auto observed = static_cast<double>(std::max<std::ptrdiff_t>(
+      static_cast<std::ptrdiff_t>(match.pairs), std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
+        return seen.contains(T_anchor_matched * point);
+      })));
   ScanAgreement agreement;
   for (std::size_t k = submap.first; k < submap.end; ++k)
     compare_scans(keyframes_[k].scan, scan, keyframes_[k].T_odom_base.inverse() * T_odom_base, kSubmapLimits,
@@ -396,11 +420,13 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap
   const SE2 T_nearest_base = keyframes_[nearest].T_odom_base.inverse() * T_odom_base;
   // A single scan that determines the place is more exact than all of the submap with its drift.
   const ScanMatch direct = matcher_.match(keyframes_[nearest].scan, scan, T_nearest_base);
+  const SE2 moved = direct.ok() ? T_nearest_base.inverse() * *direct.T_reference_sensed : SE2();
   if (direct.ok() && confirms(direct, T_nearest_base, kShared * static_cast<double>(direct.sensed_points)) &&
+      moved.translation().norm() < kSamePlace_m && std::abs(moved.angle()) < kSamePlace_rad &&
       direct.covariance.topLeftCorner<2, 2>().trace() < kExact_m * kExact_m)
     return VerifiedMatch{nearest, *direct.T_reference_sensed, direct.covariance};
-  const Mat3 rotated =
-      turned_covariance((T_nearest_base * correction.inverse()).rotation(), match.covariance);
+  const Mat3 rotated = turned_covariance((T_nearest_base * correction.inverse()).rotation(),
+                                         with_free_sigma(match.covariance));
   return VerifiedMatch{nearest, T_nearest_base, rotated};
 }
 

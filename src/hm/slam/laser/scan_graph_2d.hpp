@@ -19,7 +19,7 @@ namespace hm {
 enum class LoopOutcome {
   kAccepted,
   kNoMatch,       ///< no pose in the window fits the scan
-  kAmbiguous,     ///< several poses fit nearly as well
+  kAmbiguous,     ///< several poses fit nearly as well, or it corrects much and leaves a direction free
   kLimitReached,  ///< the search exceeded its limit
   kNotVerified,   ///< PL-ICP does not confirm the match
   kAlone,         ///< it corrects much, and no other loop agrees (until one does)
@@ -53,8 +53,9 @@ struct ScanGraphStatistics {
 /// correlative search in submaps of a few keyframes, in a window given by the graph's uncertainty, verified
 /// by PL-ICP, and optimised with a robust loss. Provides `map -> odom`; poses in `odom` are never changed.
 ///
-/// add_keyframe() costs at most `kMaxSubmapsTried` bounded searches and a pass over all keyframe positions;
-/// optimise(), a sparse optimisation, is called by the user at any time. Deterministic; not thread safe.
+/// add_keyframe() costs at most two bounded searches in each of `kMaxSubmapsTried` submaps and a pass over
+/// all keyframe positions; optimise(), a sparse optimisation, is called by the user at any time.
+/// Deterministic; not thread safe.
 class ScanGraph2D {
  public:
   explicit ScanGraph2D(const ScanGraph2DParams& params = {});

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "hm/geometry/planar_covariance.hpp"
 #include "hm/laser/testing/planar_world.hpp"
 
 namespace hm {
@@ -176,31 +178,47 @@ TEST(ScanGraph2D, IdenticalDoorsGiveNoFalseLoop) {
   }
 }
 
-/// A corridor without anything along it, there and back, with a heading that drifts: its walls hold the way
-/// back beside the way there, at any place along it.
+/// A corridor without anything along it, at a slant, there and back with swaying headings: its walls hold the
+/// way back beside the way there, at any place along it.
 TEST(ScanGraph2D, WallsOfACorridorHoldWhatGoesThroughItTwice) {
   PlanarWorld world;
-  world.add_box({-40, 0}, {80, 2.4});
+  const SE2 T_world_corridor(3, -2, 0.7);
+  const std::array<Vec2, 4> corners{T_world_corridor * Vec2(-40, 0), T_world_corridor * Vec2(80, 0),
+                                    T_world_corridor * Vec2(80, 2.4), T_world_corridor * Vec2(-40, 2.4)};
+  world.add_polygon(corners);
   std::vector<SE2> path;
-  for (double x = 0; x < 40; x += 0.5) path.emplace_back(x, 1.0, 0.0);
-  for (double x = 40; x > 0; x -= 0.5) path.emplace_back(x, 1.3, std::numbers::pi);
+  const auto sway = [&] { return path.size() % 3 == 0 ? 0.3 : path.size() % 3 == 1 ? -0.3 : 0.0; };
+  for (double x = 0; x < 40; x += 0.5) path.push_back(T_world_corridor * SE2(x, 1.0, sway()));
+  for (double x = 40; x > 0; x -= 0.5)
+    path.push_back(T_world_corridor * SE2(x, 1.3, std::numbers::pi + sway()));
   TestLaser laser = kLaser;
   laser.range_max_m = 8;
-  Drive run = drive(world, path, laser);
+  const Drive run = drive(world, path, laser);
   ScanGraph2D graph;
+  const Mat3 walls = Vec3(1e4, 1e-4, 2e-5).asDiagonal();
   for (std::size_t i = 0; i < path.size(); ++i) {
     const double back_m = std::max(0.0, static_cast<double>(i) - 80) * 0.5;
-    const SE2 drift(0.02 * back_m, -0.01 * back_m, 0.0);
+    const SE2 drift = T_world_corridor * SE2(0.02 * back_m, -0.01 * back_m, 0) * T_world_corridor.inverse();
     GraphKeyframe2D keyframe = run.keyframes[i];
     keyframe.T_odom_base = drift * path[i];
-    keyframe.covariance = Vec3(1e4, 1e-4, 2e-5).asDiagonal();
+    const SE2 T_corridor_last = T_world_corridor.inverse() * path[i == 0 ? 0 : i - 1];
+    keyframe.covariance = turned_covariance(T_corridor_last.rotation().transpose(), walls);
     keyframe.wheel_covariance = Vec3(4e-4, 4e-4, 1e-4).asDiagonal();
     if (graph.add_keyframe(keyframe).loops_accepted > 0) graph.optimise();
   }
-  const SE2& last = graph.graph().T_map_node.back();
   EXPECT_GT(graph.statistics().accepted, 20U);
-  EXPECT_NEAR(last.y(), path.back().y(), 0.05);             // 0.4 m off before
-  EXPECT_NEAR(last.x(), path.back().x() + 0.02 * 40, 0.2);  // as the wheels say
+  for (const PoseEdge2D& edge : graph.graph().edges) {
+    if (edge.kind != PoseEdgeKind::kLoop) continue;
+    // The axes of an edge's error are those at its end.
+    const SE2 T_corridor_to = T_world_corridor.inverse() * run.truth[edge.to];
+    const Mat3 covariance = turned_covariance(T_corridor_to.rotation(), edge.information.inverse());
+    EXPECT_GT(covariance(0, 0), 25) << edge.from << " " << edge.to;
+    EXPECT_LT(covariance(1, 1), 0.1 * 0.1) << edge.from << " " << edge.to;
+  }
+  const SE2 last = T_world_corridor.inverse() * graph.graph().T_map_node.back();
+  const SE2 truth = T_world_corridor.inverse() * path.back();
+  EXPECT_NEAR(last.y(), truth.y(), 0.05);             // 0.4 m off before
+  EXPECT_NEAR(last.x(), truth.x() + 0.02 * 40, 0.2);  // as the wheels say
 }
 
 TEST(ScanGraph2D, CorrectsPosesBetweenKeyframes) {

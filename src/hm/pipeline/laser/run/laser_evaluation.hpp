@@ -15,7 +15,8 @@ void evaluate_laser_run(const LaserRecording& recording, const LaserRunOptions& 
 std::optional<std::size_t> count_wrong_loops(const ScanGraph2D& graph, const Trajectory& truth);
 
 /// Shares of contradicted points from which on the map of a laser is doubtful or broken (docs/verdict.md). A
-/// single place cannot break it: a wall that is 0.3 m off contradicts as much as one that is 10 m off.
+/// single place does not break a long run: a wall that is 0.3 m off contradicts as much as one that is 10 m
+/// off.
 inline constexpr VisitLimits kLaserVisitLimits{9, 0.25, 1, 0.4};
 
 /// What speaks against the result, without truth: contradictions between visits of a place, scans without a
