@@ -187,10 +187,10 @@ class GivenPoses(support.SharedFolderTest):
 # 7-Scenes the plane of the floor, fitted to a mesh by hand; ICL-NUIM is y up by definition.
 # Recording -> (up, frame stride).
 REAL = {
-    "rgbd/tum_fr1_xyz": ((0.0145, -0.0365, 0.9992), 2),
-    "rgbd/tum_fr1_rpy": ((0.0145, -0.0365, 0.9992), 2),
-    "rgbd/sevenscenes_a": ((0.0081, -0.8891, -0.4577), 6),
-    "rgbd/icl_of_kt3": ((0, 1, 0), 2),
+    "rgbd/tum_fr1_xyz": ((0.0145, -0.0365, 0.9992), 4),
+    "rgbd/tum_fr1_rpy": ((0.0145, -0.0365, 0.9992), 4),
+    "rgbd/sevenscenes_a": ((0.0081, -0.8891, -0.4577), 12),
+    "rgbd/icl_of_kt3": ((0, 1, 0), 4),
 }
 
 
