@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cstddef>
 
 #include "hm/laser/matching/planar_scan.hpp"
@@ -14,8 +13,8 @@ struct ScanAgreement {
 
   /// 0 where nothing could be compared.
   [[nodiscard]] double contradicted_ratio() const {
-    return static_cast<double>(seen_through) /
-           static_cast<double>(std::max<std::size_t>(1, agrees + seen_through));
+    if (seen_through == 0) return 0;
+    return static_cast<double>(seen_through) / static_cast<double>(agrees + seen_through);
   }
 };
 

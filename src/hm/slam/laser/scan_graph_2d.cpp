@@ -63,6 +63,11 @@ Mat3 honest_covariance(const Mat3& covariance, const ScanGraph2DParams& params) 
   return sum;
 }
 
+/// How far two scans are apart, rotation included.
+double apart_m(const SE2& motion) {
+  return motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle());
+}
+
 SE2 between(const SE2& a, const SE2& b, double fraction) {
   return a * SE2::exp(fraction * (a.inverse() * b).log());
 }
@@ -190,8 +195,7 @@ double ScanGraph2D::apartness(const ScanSubmap& submap) const {
   for (std::size_t k = submap.first; k < submap.end; ++k) {
     const SE2& T_map_k = graph_.T_map_node[k];
     if ((T_map_k.translation() - T_map_base.translation()).squaredNorm() > limit_m * limit_m) continue;
-    const SE2 motion = T_map_base.inverse() * T_map_k;
-    least = std::min(least, motion.translation().norm() + kApartPerTurn_m * std::abs(motion.angle()));
+    least = std::min(least, apart_m(T_map_base.inverse() * T_map_k));
   }
   return least;
 }
@@ -357,9 +361,9 @@ ScanAgreement ScanGraph2D::compare_trail(const PoseEdge2D& edge) const {
 /// Whether two loops between the same two stretches of the path fit one correction.
 bool ScanGraph2D::agree(const PoseEdge2D& a, const PoseEdge2D& b) const {
   const auto apart = [](std::size_t i, std::size_t j) { return i > j ? i - j : j - i; };
-  if (b.kind != PoseEdgeKind::kLoop || !determines_place(a) || !determines_place(b) ||
-      apart(a.to, b.to) > kReachOfAgreement || apart(a.to, b.to) < kLeastApart ||
-      apart(a.from, b.from) > 2 * kReachOfAgreement)
+  if (b.kind != PoseEdgeKind::kLoop || apart(a.to, b.to) > kReachOfAgreement ||
+      apart(a.to, b.to) < kLeastApart || apart(a.from, b.from) > 2 * kReachOfAgreement ||
+      !determines_place(a) || !determines_place(b))
     return false;
   const auto& T_map = graph_.T_map_node;
   const SE2 from = T_map[a.from].inverse() * T_map[b.from], to = T_map[b.to].inverse() * T_map[a.to];
@@ -401,22 +405,19 @@ std::optional<ScanGraph2D::VerifiedMatch> ScanGraph2D::verified(const ScanSubmap
       static_cast<std::ptrdiff_t>(match.pairs), std::ranges::count_if(scan.points_m, [&](const Vec2& point) {
         return seen.contains(T_anchor_matched * point);
       })));
-  ScanAgreement agreement;
-  for (std::size_t k = submap.first; k < submap.end; ++k)
-    compare_scans(keyframes_[k].scan, scan, keyframes_[k].T_odom_base.inverse() * T_odom_base, kSubmapLimits,
-                  agreement);
-  if (!confirms(match, SE2(), observed) || observed < kMinObservedRatio * static_cast<double>(scan.size()) ||
-      agreement.contradicted_ratio() > kMaxContradictedInSubmap)
+  if (!confirms(match, SE2(), observed) || observed < kMinObservedRatio * static_cast<double>(scan.size()))
     return std::nullopt;
+  ScanAgreement agreement;
   std::size_t nearest = submap.first;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = submap.first; k < submap.end; ++k) {
     const SE2 T_k_base = keyframes_[k].T_odom_base.inverse() * T_odom_base;
-    const double apart = T_k_base.translation().norm() + kApartPerTurn_m * std::abs(T_k_base.angle());
-    if (apart >= least) continue;
-    least = apart;
+    compare_scans(keyframes_[k].scan, scan, T_k_base, kSubmapLimits, agreement);
+    if (apart_m(T_k_base) >= least) continue;
+    least = apart_m(T_k_base);
     nearest = k;
   }
+  if (agreement.contradicted_ratio() > kMaxContradictedInSubmap) return std::nullopt;
   const SE2 T_nearest_base = keyframes_[nearest].T_odom_base.inverse() * T_odom_base;
   // A single scan that determines the place is more exact than all of the submap with its drift.
   const ScanMatch direct = matcher_.match(keyframes_[nearest].scan, scan, T_nearest_base);
